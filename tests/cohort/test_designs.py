@@ -12,9 +12,11 @@ from scipy import stats
 from made_cohort import made_results
 from vasowave.cohort import Design, Variable, gathered, primary_comparison
 from vasowave.cohort.design import laid_out
+from vasowave.cohort.freedom import degrees_left
 from vasowave.cohort.joint import Fitted, joint
 from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.errors import InputError
+from vasowave.report.answer.groups import not_told
 
 NOTHING = np.zeros((1, 1))
 
@@ -88,6 +90,80 @@ def test_changes_of_two_groups_are_welchs_test_of_the_differences():
     assert (effect.p, effect.freedom) == pytest.approx((welch.pvalue, welch.df), rel=1e-4)
 
 
+def before_and_after(sex, rows=slice(None)):
+    """Return 5 + 6 mice before and after, their values, and those of the first and second occasion."""
+    rng = np.random.default_rng(31)
+    table = pd.DataFrame({"group": (["A"] * 5 + ["B"] * 6) * 2, "mouse": [*range(11)] * 2, "sex": [*sex] * 2,
+                          "time": ["before"] * 11 + ["after"] * 11})  # fmt: skip
+    first = rng.normal(size=11)
+    second = first + 0.4 + 0.3 * rng.normal(size=11) + 0.5 * np.repeat([0, 1], [5, 6])
+    return table.iloc[rows].reset_index(drop=True), np.append(first, second)[rows], first, second
+
+
+_BY_TIME = Design(covariates=("sex",), subject="mouse", occasion="time")
+
+
+def test_a_sex_that_is_the_group_takes_the_groups_comparison_alone_and_leaves_changes_as_paired_tests_have_them():
+    table, y, first, second = before_and_after("mmmmmffffff")
+    found = layout(_BY_TIME, table)
+    of = effects(found, fitted(found, y))
+    assert set(of) == {("factor", "time after"), ("interaction", "B")}
+    welch = stats.ttest_ind((second - first)[5:], (second - first)[:5], equal_var=False)
+    assert (of["interaction", "B"].p, of["interaction", "B"].freedom) == pytest.approx((welch.pvalue, welch.df), 1e-4)
+    mean = np.mean([(second - first)[:5].mean(), (second - first)[5:].mean()])
+    assert of["factor", "time after"].value == pytest.approx(mean)
+    (lost,) = found.untold
+    assert (lost.contrast.what, lost.columns, lost.cells) == ("groups", ("sex",), ())
+    assert lost.finding.code == "design.confounded"
+    assert found.text.endswith("compared: time after against time before; B against A in the change after/before.")
+
+
+def test_an_occasion_that_one_group_lacks_leaves_the_groups_at_the_other_and_the_change_within_the_other_group():
+    rows = np.r_[0:11, 16:22]  # group A was recorded before alone
+    table, y, first, second = before_and_after("mfmfmfmfmfm", rows)
+    found = layout(replace(_BY_TIME, covariates=()), table)
+    of = effects(found, fitted(found, y))
+    where = {one.what: one.within for one in found.contrasts}
+    assert where == {"groups": "at time before", "factor": "in B"}
+    assert of["groups", "B"].value == pytest.approx(first[5:].mean() - first[:5].mean())
+    paired = stats.ttest_rel(second[5:], first[5:])
+    change = of["factor", "time after"]
+    assert (change.p, change.freedom) == pytest.approx((paired.pvalue, 5), rel=1e-4)
+    assert [(one.contrast.what, one.cells) for one in found.untold] == [
+        (what, ("A, after",)) for what in ("groups", "factor", "interaction")
+    ]
+    assert {one.contrast.what: bool(one.instead) for one in found.untold} == {
+        "groups": True, "factor": True, "interaction": False
+    }  # fmt: skip
+
+
+def test_a_contrast_of_ones_own_on_cells_that_sex_decides_is_told_where_it_cancels():
+    """The mean of a cell is not known without sex, but the change in a group is, by whatever name."""
+    table, y, first, second = before_and_after("mmmmmffffff")
+    own = {"in B": {"B, after": 1, "B, before": -1}, "after": {"B, after": 1, "A, after": -1}}
+    found = layout(replace(_BY_TIME, contrasts=own), table)
+    assert [one.other for one in found.contrasts] == ["in B"]
+    assert [one.contrast.other for one in found.untold] == ["after"]
+    change = effects(found, fitted(found, y))["contrast", "in B"].value
+    assert change == pytest.approx((second - first)[5:].mean())
+    (side,) = {tuple(one.second) for one in found.contrasts}
+    assert not found.has_mean(np.array(side))
+
+
+def test_known_errors_leave_no_fewer_degrees_of_freedom_than_there_are_without_them():
+    """Eight mice of four litters before and after, all that they differ by known; an error that is ten times larger."""
+    rng = np.random.default_rng(9)
+    table = pd.DataFrame({"group": (["A"] * 4 + ["B"] * 4) * 2, "mouse": [*range(8)] * 2, "litter": [*"KLMN"] * 4,
+                          "time": ["before"] * 8 + ["after"] * 8})  # fmt: skip
+    found = layout(Design(blocks=("litter",), subject="mouse", occasion="time"), table)
+    errors = np.where(np.arange(16) == 3, 1.0, 0.1)
+    y = errors * rng.normal(size=16)
+    fit = fitted(found, y, errors)
+    for one in found.contrasts:
+        weights = (one.second - one.first) @ found.means
+        assert fit.effect(weights).freedom >= fitted(found, y).effect(weights).freedom
+
+
 def litters():
     rng = np.random.default_rng(7)
     table = pd.DataFrame(
@@ -139,6 +215,43 @@ def test_occasions_and_second_recordings_of_a_mouse_are_statsmodels_random_effec
         part = found.cell[own.to_numpy()].min()
         of_group = [components[f"{kind} {part}"] for kind in ("animals", "subjects")]
         assert of_group == pytest.approx([other.scale, float(other.cov_re.iloc[0, 0])], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("design", "table", "freedom"),
+    [
+        (Design(subject="mouse", occasion="time"), "pairs", {"factor": 8}),
+        (Design(blocks=("litter",)), "across", {"groups": 12 - 6 - 1}),
+        (Design(blocks=("litter",)), "within", {"groups": 6 - 2}),
+        (Design(blocks=("litter",), covariates=("sex",), subject="mouse", occasion="time"), "reviewed",
+         {"groups": 8 - 2 - 1 - 3, "factor": 16 - 8 - 2, "interaction": 16 - 8 - 2}),
+    ],
+)  # fmt: skip
+def test_degrees_left_by_a_design_are_those_of_kenward_and_roger_where_it_is_balanced(design, table, freedom):
+    """One variance for all rows, blocks that differ more than animals, and animals more than their rows."""
+    rows = {
+        "pairs": pd.DataFrame({"group": "A", "mouse": [*range(9)] * 2, "time": ["0"] * 9 + ["1"] * 9}),
+        "across": pd.DataFrame({"group": ["A", "B"] * 6, "litter": np.repeat([f"L{i}" for i in range(6)], 2)}),
+        "within": pd.DataFrame({"group": ["A"] * 9 + ["B"] * 9, "litter": np.repeat([f"L{i}" for i in range(6)], 3)}),
+        "reviewed": pd.DataFrame({"group": (["A"] * 4 + ["B"] * 4) * 2, "mouse": [*range(8)] * 2,
+                                  "sex": [*"fmfm", *"mfmf"] * 2, "litter": [*"KLMN"] * 4,
+                                  "time": ["before"] * 8 + ["after"] * 8}),
+    }[table]  # fmt: skip
+    found = layout(design, rows)
+    left = {one.what: degrees_left(found, design.blocks, one) for one in found.contrasts}
+    assert left == freedom
+    rng = np.random.default_rng(4)
+    y = rng.normal(size=len(rows))
+    random = {"all": np.eye(len(rows))}
+    for column, size in (("mouse", 3.0), ("litter", 30.0)):
+        if column in rows:
+            names, which = np.unique(rows[column], return_inverse=True)
+            y += size * rng.normal(size=len(names))[which]
+            random[column] = np.equal.outer(which, which).astype(float)
+    fit = fitted(replace(found, random=random), y)
+    assert min(fit.components) > 0
+    for one in found.contrasts:
+        assert fit.effect((one.second - one.first) @ found.means).freedom == pytest.approx(freedom[one.what], rel=1e-3)
 
 
 _SCRIPT = """
@@ -336,9 +449,31 @@ def test_a_cohort_of_a_design_has_the_rows_of_its_effects_and_names_who_is_left_
     np.testing.assert_allclose(found.rows["mean other"] / found.rows["mean reference"], found.rows["ratio"])
     outside = (found.rows["low"] > 1) | (found.rows["high"] < 1)
     assert outside.tolist() == (found.rows["p"] < 0.05).tolist()
+    half = np.log(found.rows["high"] / found.rows["low"]) / 2
+    level = 2 * stats.t.sf(half / found.rows["standard error"], found.rows["df"])  # of each by itself
+    np.testing.assert_allclose(level, level[0])
+    assert level[0] < 0.05
     row = designed(blocks=("litter",))
     assert row.left_out["CTL 4"] == "its cell of 'litter' is empty"
     assert set(row.rows["n reference"]) == {5}
+
+
+def test_a_cohort_whose_sex_is_its_group_says_what_cannot_be_compared_once_and_why_and_keeps_the_rest():
+    results = made_results({"CTL": 8, "HPH": 8}, walls=())
+    names = [result.name for result in results]
+    columns = [Variable.of("mouse", {name: f"M{place // 2}" for place, name in enumerate(names)}),
+               Variable.of("time", {name: ("vor", "nach")[place % 2] for place, name in enumerate(names)}),
+               Variable.of("sex", {result.name: "mf"[result.group == "HPH"] for result in results})]  # fmt: skip
+    cohort = gathered(results, variables=columns, design=_BY_TIME)
+    found = primary_comparison(cohort)
+    assert set(found.rows["what"]) == {"factor", "interaction"}
+    (missed,) = found.untold
+    assert dict(missed.finding.values)["effect"] == "HPH against CTL"
+    assert set(missed.quantities) == set(found.rows["quantity"])
+    (said,) = not_told(found, str)
+    assert "HPH against CTL: not compared, for sex" in said
+    outside = (found.rows["low"] > 1) | (found.rows["high"] < 1)
+    assert outside.tolist() == (found.rows["p"] < 0.05).tolist()
 
 
 @pytest.mark.parametrize(("images", "untested"), [("of each mouse", False), ("of each group", True), ("one", False)])

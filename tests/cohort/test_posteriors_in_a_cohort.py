@@ -50,10 +50,10 @@ def test_the_supplement_says_which_values_come_from_posteriors(results):
     assert "From posteriors" not in plain.note
     for cells, row in zip(plain.rows, plain.data.to_dict("records"), strict=True):
         if row["source"] == "linear":
-            assert cells[5] == "none: one image"
+            assert cells[7] == "none: one image"
         else:
-            assert float(cells[5]) == float(f"{row['p']:.2g}")
-        assert float(cells[6]) == float(f"{row['smallest p']:.2g}")
+            assert float(cells[7]) == float(f"{row['p']:.2g}")
+        assert float(cells[8]) == float(f"{row['smallest p']:.2g}")
 
 
 def test_posteriors_give_a_p_where_fits_of_one_image_do_not(results):

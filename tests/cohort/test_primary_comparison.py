@@ -159,6 +159,16 @@ def test_the_primary_rows_carry_the_effects_of_the_declared_law_and_the_others_s
     assert primary_comparison(cohort, Family("tangent")).law == "tangent"
 
 
+def test_error_and_degrees_of_freedom_of_a_measured_ratio_are_welchs(cohort):
+    rows = primary_comparison(cohort).rows.set_index("quantity")
+    logs = {group: np.log([float(result.measured.quantities["mPAP"]) for result in results])
+            for group, results in cohort.groups.items()}  # fmt: skip
+    welch = stats.ttest_ind(logs["HPH"], logs["CTL"], equal_var=False)
+    row = rows.loc["mPAP"]
+    assert np.log(row["ratio"]) / row["standard error"] == pytest.approx(welch.statistic)
+    assert row["df"] == pytest.approx(welch.df)
+
+
 def test_the_means_of_the_groups_stand_in_the_unit_of_the_table_and_make_the_ratio(cohort):
     rows = primary_comparison(cohort).rows
     np.testing.assert_allclose(rows["mean other"] / rows["mean reference"], rows["ratio"])

@@ -33,8 +33,16 @@ def test_a_column_is_of_numbers_of_dates_or_of_words():
 
 def test_slips_are_seen_and_what_is_none_is_not():
     assert codes(column("sex", *["female"] * 4, *["male"] * 3, "femlae")) == ["variable.misspelt"]
-    assert codes(column("sex", *"fffmmmFm")) == ["variable.misspelt"]
+    assert codes(column("sex", *"fffmmmFm")) == ["variable.same-word"]
+    assert codes(column("sex", *"ffFFmmmm")) == ["variable.same-word"]
+    assert codes(column("diet", "high fat", "highfat", "chow", "chow", "high fat", "chow", "chow", "high fat")) == [
+        "variable.same-word"
+    ]
+    assert codes(column("tag", "Süd 1", "Süd1", *"abcdef")) == ["variable.same-word"]
     assert codes(column("litter", *["L1"] * 4, *["L2"] * 3, "L3")) == ["variable.one-animal"]
+    for rare, common in (("male", "m"), ("mm", "m"), ("nahc", "nach"), ("f", "female")):
+        (one,) = column("word", *[common] * 4, *["other"] * 3, rare).slips(ANIMALS)
+        assert str(one).endswith(f"did you mean '{common}'?")
     assert codes(column("species", *["mouse"] * 8)) == ["variable.constant"]
     assert codes(column("weight [g]", "20", "21", "22", "19", "20", "23", "210", "22")) == ["variable.far-off"]
     (far,) = column("weight [g]", "20", "21", "22", "19", "20", "23", "210", "22").slips(ANIMALS)
@@ -43,3 +51,11 @@ def test_slips_are_seen_and_what_is_none_is_not():
     assert codes(column("sex", *"fmfmfmfm")) == []
     assert codes(column("dose", "0", "0", "0", "1", "1", "10", "10", "100")) == []
     assert codes(column("sex", *"fmfmfmf")) == ["variable.gaps"]
+
+
+def test_words_are_counted_by_animals_where_several_rows_are_of_one():
+    mouse = {name: f"M{place // 2}" for place, name in enumerate(ANIMALS)}
+    sex = column("sex", *"ffffffxx")
+    assert codes(sex) == []
+    (one,) = sex.slips(ANIMALS, mouse)
+    assert (one.code, dict(one.values)) == ("variable.one-animal", {"value": "x", "animal": "M3"})

@@ -1,14 +1,17 @@
 """Columns of a lab's own in the table of animals, and a design of them: from the file to results, tables and pages."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from made_cohort import made_results
 from vasowave.animal.files import to_bytes
 from vasowave.cohort import primary_comparison
 from vasowave.errors import InputError
+from vasowave.report.answer.groups import group_answers
 from vasowave.report.documents import report_of, supplement_of
 from vasowave.study.checking import check_study
 from vasowave.study.declaring import RECORD, declare
@@ -135,6 +138,87 @@ def test_what_is_declared_is_kept_with_its_time_and_a_later_change_is_said_in_me
         declare(study)
 
 
+def methods_of(stored):
+    cohort = stored.gathered(stored.in_order(), "CTL")
+    supplement = supplement_of(cohort, primary_comparison(cohort, stored.settings.report))
+    return " ".join(block.text for block in walk(supplement) if block.kind == "paragraph")
+
+
+def moved(row):
+    return "HPH" if row["mouse"] == "M2" else row["group"]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            lambda study: with_cell(study, "group", moved),
+            "animals (changed: CTL 5, group CTL → HPH and CTL 6, group CTL → HPH).",
+        ),
+        (
+            lambda study: with_cell(study, "sex", lambda row: "m" if row["mouse"] == "M2" else row["sex"]),
+            "animals (changed: CTL 5, sex f → m and CTL 6, sex f → m).",
+        ),
+        (
+            lambda study: with_cell(study, "litter", lambda row: row["litter"] if row["mouse"] != "M2" else ""),
+            "animals (changed: CTL 5, litter L2 → empty and CTL 6, litter L2 → empty).",
+        ),
+        (
+            lambda study: study.table.write_text(
+                "\n".join(one for one in study.table.read_text(encoding="utf-8").splitlines() if "HPH 10," not in one),
+                encoding="utf-8",
+            ),
+            "animals (dropped: HPH 10).",
+        ),
+        (
+            lambda study: study.table.write_text(
+                "\n".join((rows := study.table.read_text(encoding="utf-8").splitlines())[:1] + rows[2:] + rows[1:2]),
+                encoding="utf-8",
+            ),
+            "reference (before → after).",
+        ),
+    ],
+)
+def test_a_row_that_changes_once_results_are_there_is_said_in_methods(tmp_path, results, change, words):
+    study = make(tmp_path, results)
+    stored = run(study, results)
+    assert "Groups, family, law, design and animals were declared on" in methods_of(stored)
+    assert "They were not changed since." in methods_of(stored)
+    change(study)
+    after = read_study(tmp_path)
+    of = {row.animal: row.group for row in after.animals}
+    said = methods_of(run(after, [replace(one, group=of[one.name]) for one in results if one.name in of]))
+    assert f", when results were there already: {words}" in said
+    assert "not changed since" not in said
+
+
+def test_a_column_that_the_design_does_not_name_is_no_part_of_what_is_declared(tmp_path, results):
+    study = make(tmp_path, results)
+    run(study, results)
+    with_cell(study, "weight [g]", lambda row: "25")
+    assert len(declare(read_study(tmp_path))) == 1
+
+
+def test_a_declaration_of_an_earlier_version_is_read_and_methods_say_what_it_did_not_hold(tmp_path, results):
+    study = make(tmp_path, results)
+    declare(study)
+    path = tmp_path / RECORD
+    (kept,) = json.loads(path.read_text(encoding="utf-8"))
+    for name in ("animals", "reference"):
+        del kept["content"][name]
+    path.write_text(json.dumps([kept]), encoding="utf-8")
+    stored = run(study, results)
+    said = methods_of(stored)
+    assert "Groups, family, law and design were declared on" in said
+    assert "Declared first on" in said
+    assert ": animals and reference." in said
+    assert "Changed on" not in said
+    only_old = methods_of(replace(stored, declared=stored.declared[:1]))
+    assert "Which animals belonged to which group, and their cells of the design's columns, were not declared." in (
+        only_old
+    )
+
+
 def test_slips_in_such_columns_and_designs_are_said_with_their_place(tmp_path, results):
     study = make(tmp_path, results)
     text = study.table.read_text(encoding="utf-8")
@@ -149,17 +233,150 @@ def test_slips_in_such_columns_and_designs_are_said_with_their_place(tmp_path, r
         assert [words in str(one) for one in problems if one.error] == [True]
     study.table.write_text(text.replace(",m,", ",M,", 1), encoding="utf-8")
     _, problems = inspect_study(tmp_path)
-    assert [one.finding.code for one in problems] == ["variable.misspelt"]
-    assert "animals.csv, line 4, column 'sex': 'M' in CTL 3 alone" in str(problems[0])
+    assert [(one.finding.code, one.error) for one in problems] == [
+        ("variable.same-word", False), ("design.varies-within", True)
+    ]  # fmt: skip
+    assert "line 4, column 'sex': 'M' in M1 and 'm' in 5 count as two" in str(problems[0])
     study.table.write_text(text.replace(",m,", ",,", 2), encoding="utf-8")
     _, problems = inspect_study(tmp_path)
-    assert [(one.finding.code, one.place.line) for one in problems] == [("variable.gaps", 4), ("variable.gaps", 5)]
+    gaps = [one for one in problems if one.finding.code == "variable.gaps"]
+    assert [(one.place.line, one.same) for one in gaps] == [(4, (5,))]
 
 
 def test_a_design_says_of_how_many_animals_it_compares_what(tmp_path, results):
     said = make(tmp_path, results).layout.text
     assert said.startswith(f"{len(results)} recordings of {len(results) // 2} animals; compared: HPH against CTL; ")
     assert "time after against time before; HPH against CTL in the change after/before" in said
+
+
+def with_cell(study, column, cell):
+    """Write another text into the cells of a column: `cell` takes a row, as a dict, and returns it."""
+    head, *rows = study.table.read_text(encoding="utf-8").splitlines()
+    titles = head.split(",")
+    lines = [dict(zip(titles, row.split(","), strict=True)) for row in rows]
+    lines = [row | {column: cell(row)} for row in lines]
+    study.table.write_text("\n".join([head, *(",".join(row.values()) for row in lines)]) + "\n", encoding="utf-8")
+
+
+def found(folder, room="design"):
+    """Return the findings of one room in the study's files, by code."""
+    _, problems = inspect_study(folder)
+    return {one.finding.code: one for one in problems if one.finding.room == room}
+
+
+def test_a_sex_that_is_the_group_is_named_with_what_it_hides_and_is_an_error_where_it_hides_all(tmp_path, results):
+    study = make(tmp_path, results, DESIGN.replace("blocks: [litter], ", ""))
+    with_cell(study, "sex", lambda row: "mf"[row["group"] == "HPH"])
+    one = found(tmp_path)["design.confounded"]
+    assert not one.error
+    assert dict(one.finding.values) == {"effect": "HPH against CTL", "columns": "sex", "instead": ""}
+    said = read_study(tmp_path).layout.text
+    assert said.endswith("compared: time after against time before; HPH against CTL in the change after/before.")
+    study.path.write_text("design: {covariates: [sex]}\n", encoding="utf-8")
+    one = found(tmp_path)["design.nothing-told"]
+    assert one.error
+    assert "sex cannot be told apart from HPH against CTL" in str(one)
+    with pytest.raises(InputError, match="nothing can be compared by this design"):
+        read_study(tmp_path)
+    study.path.write_text("design: {blocks: [group of]}\n", encoding="utf-8")
+    table = study.table.read_text(encoding="utf-8").replace("sex", "group of")
+    study.table.write_text(table, encoding="utf-8")
+    with pytest.raises(InputError, match="'group of' cannot be told apart from the groups"):
+        read_study(tmp_path)
+
+
+def test_an_occasion_that_a_group_lacks_is_named_and_the_page_compares_what_is_left(tmp_path, results):
+    kept = [one for place, one in enumerate(results) if one.group == "HPH" or not place % 2]
+    study = make(tmp_path, results, DESIGN.replace("covariates: [sex], blocks: [litter], ", ""))
+    table = study.table.read_text(encoding="utf-8").splitlines()
+    names = {one.name for one in kept}
+    study.table.write_text(
+        "\n".join([table[0], *(row for row in table[1:] if row.split(",")[0] in names)]) + "\n", encoding="utf-8"
+    )
+    _, problems = inspect_study(tmp_path)
+    lost = [dict(one.finding.values) for one in problems if one.finding.code == "design.no-cell"]
+    assert [one["cells"] for one in lost] == ["CTL, after"] * 3
+    assert lost[0]["instead"] == "; compared is HPH against CTL at time before"
+    stored = run(read_study(tmp_path), kept)
+    cohort = stored.gathered(stored.in_order(), "CTL")
+    primary = primary_comparison(cohort, stored.settings.report)
+    assert set(primary.rows["within"]) == {"at time before", "in HPH"}
+    (answers,) = [
+        block for block in walk(report_of(cohort, primary, stored.settings.report)) if block.kind == "answers"
+    ]
+    said = dict(answers.items)
+    assert (
+        "HPH against CTL in the change after/before: not compared, for nothing is known of CTL, after"
+        in (said["Not compared"])
+    )
+    assert "CTL at time before" in said["Pressure and flow"]
+    assert "time before in HPH" in said["Pressure and flow"]
+
+
+def test_a_property_of_a_mouse_that_differs_between_its_rows_is_an_error_with_their_lines(tmp_path, results):
+    study = make(tmp_path, results)
+    with_cell(study, "sex", lambda row: "m" if row["animal"] == "CTL 2" else row["sex"])
+    one = found(tmp_path)["design.varies-within"]
+    assert one.error
+    assert (one.place.line, one.place.part) == (2, "column 'sex'")
+    assert "mouse M0 has sex 'f' in line 2 and sex 'm' in line 3" in str(one)
+    study = make(tmp_path, results)
+    with_cell(study, "litter", lambda row: "L1" if row["animal"] == "CTL 2" else row["litter"])
+    assert "litter 'L0' in line 2 and litter 'L1' in line 3" in str(found(tmp_path)["design.varies-within"])
+
+
+def test_a_design_that_leaves_few_degrees_of_freedom_says_so_in_check_and_on_the_page(tmp_path, results):
+    assert "design.few-degrees" not in found((make(tmp_path, results)).folder)
+    study = make(tmp_path, results, DESIGN.replace("[sex]", "[sex, weight, born]"))
+    with_cell(study, "weight [g]", lambda row: str(20 + int(row["mouse"][1:]) ** 2 % 7))
+    values = dict(found(tmp_path)["design.few-degrees"].finding.values)
+    assert (values["effects"], values["freedom"]) == ("HPH against CTL", 10 - 2 - 3 - 2)
+    rows = 2 * 3  # quantities and comparisons
+    assert values["times"] == pytest.approx(stats.t.ppf(1 - 0.025 / rows, 3))
+    assert values["many"] == pytest.approx(stats.norm.ppf(1 - 0.025 / rows))
+    stored = run(read_study(tmp_path), results)
+    cohort = stored.gathered(stored.in_order(), "CTL")
+    primary = primary_comparison(cohort, stored.settings.report)
+    few = primary.rows[primary.rows["df"] < 4]
+    assert set(few["what"]) == {"groups"}
+    reach = stats.t.isf(stats.t.sf(np.log(few["high"] / few["ratio"]) / few["standard error"], few["df"]), few["df"])
+    least = np.exp(float((reach * few["standard error"]).iloc[0]))  # a ratio that would be shown
+    said = dict(group_answers(primary, str))["How sure is this?"]
+    assert f"HPH / CTL: {len(few)} of 6 ratios rest on" in said
+    assert f"must be {least:.2g} times" in said
+
+
+def test_what_may_differ_between_the_rows_of_a_mouse_is_no_error(tmp_path, results):
+    study = make(tmp_path, results, DESIGN.replace("[sex]", "[weight]"))
+    with_cell(study, "weight [g]", lambda row: str(20 + len(row["animal"] + row["time"])))
+    assert "design.varies-within" not in found(tmp_path)
+    study.path.write_text("design: {blocks: [operator], subject: mouse, occasion: time}\n", encoding="utf-8")
+    study.table.write_text(study.table.read_text(encoding="utf-8").replace("litter", "operator"), encoding="utf-8")
+    with_cell(study, "operator", lambda row: {"before": "Ann", "after": "Bob"}[row["time"]])
+    assert "design.varies-within" not in found(tmp_path)  # all mice were seen by both: no property of a mouse
+
+
+def test_a_word_of_one_mouse_is_said_with_its_lines_and_the_word_that_is_meant(tmp_path, results):
+    study = make(tmp_path, results)
+    with_cell(study, "sex", lambda row: "male" if row["mouse"] == "M1" else row["sex"])
+    one = found(tmp_path, "variable")["variable.misspelt"]
+    assert (one.place.line, one.same) == (4, (5,))
+    assert "'male' in M1 alone, 'm' in 4: did you mean 'm'?" in str(one)
+
+
+def test_a_mouse_without_an_occasion_that_others_have_is_named_with_its_line(tmp_path, results):
+    study = make(tmp_path, results)
+    lines = study.table.read_text(encoding="utf-8").splitlines()
+    study.table.write_text("\n".join([*lines[:4], *lines[5:]]) + "\n", encoding="utf-8")
+    one = found(tmp_path)["design.missing-occasion"]
+    assert str(one).startswith(f"{study.table}, line 4, column 'time': mouse M1 has no recording at time 'after'")
+    assert not found(tmp_path, "variable")
+    study = make(tmp_path, results)
+    with_cell(study, "time", lambda row: "afetr" if row["animal"] == "CTL 4" else row["time"])
+    assert "did you mean 'after'?" in str(found(tmp_path, "variable")["variable.misspelt"])
+    assert [dict(found(tmp_path)["design.missing-occasion"].finding.values)[key] for key in ("names", "level")] == [
+        "M1", "after"
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("words", "first"), [(("before", "after"), "before"), (("later", "early"), "later")])
@@ -226,7 +443,7 @@ def test_a_mouse_in_two_groups_is_an_error_at_its_rows_unless_the_design_is_a_cr
     with pytest.raises(InputError, match=r"line 12, column 'mouse'.*\n?.*write crossover: true under design"):
         read_study(tmp_path)
     study.path.write_text(DESIGN.replace("subject: mouse", "subject: mouse, crossover: true"), encoding="utf-8")
-    assert not [one for one in inspect_study(tmp_path)[1] if one.error]
+    assert "design.several-groups" not in [one.finding.code for one in inspect_study(tmp_path)[1]]
 
 
 def test_names_of_mice_that_begin_anew_in_each_group_are_no_crossover(tmp_path, results):

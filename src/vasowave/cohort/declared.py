@@ -2,12 +2,28 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
+
+
+class Rows(NamedTuple):
+    """How the animals of a study differ from those that it declared before.
+
+    Attributes
+    ----------
+    added, dropped : tuple of str
+        Names of animals.
+    changed : tuple of (animal, column, before, after)
+        Groups and cells of the design's columns that are others; of columns that both declarations have.
+    """
+
+    added: tuple[str, ...]
+    dropped: tuple[str, ...]
+    changed: tuple[tuple[str, str, str, str], ...]
 
 
 @dataclass(frozen=True)
 class Declaration:
-    """What a study says at one time of its groups, primary family, law and design.
+    """What a study says at one time of its groups, primary family, law, design and animals.
 
     Attributes
     ----------
@@ -16,7 +32,8 @@ class Declaration:
     seen : bool
         Whether results were there already.
     content : dict
-        Values by name.
+        Values by name. ``animals`` are, by name, their groups and cells of the design's columns, and ``reference`` the
+        level of a second factor that others are compared with; declarations of earlier versions have neither.
     """
 
     time: str
@@ -24,6 +41,24 @@ class Declaration:
     content: Mapping[str, Any]
 
     def changes(self, before: "Declaration") -> list[str]:
-        """Return the names of what it says otherwise than the one before."""
-        names = dict.fromkeys([*before.content, *self.content])
-        return [name for name in names if self.content.get(name) != before.content.get(name)]
+        """Return the names of what both say, and this one otherwise than the one before."""
+        both = (name for name in before.content if name in self.content)
+        changed = [name for name in both if self.content[name] != before.content[name]]
+        return [name for name in changed if name != "animals" or any(self.rows(before))]
+
+    def first_said(self, before: "Declaration") -> list[str]:
+        """Return the names of what the one before did not speak of."""
+        return [name for name in self.content if name not in before.content]
+
+    def rows(self, before: "Declaration") -> Rows:
+        """Return how its animals differ from those of the one before; nothing differs where one names none."""
+        old, new = (one.content.get("animals") for one in (before, self))
+        if old is None or new is None:
+            return Rows((), (), ())
+        changed = [
+            (animal, column, old[animal][column], cell)
+            for animal, cells in new.items() if animal in old
+            for column, cell in cells.items() if old[animal].get(column, cell) != cell
+        ]  # fmt: skip
+        added, dropped = ([name for name in one if name not in other] for one, other in ((new, old), (old, new)))
+        return Rows(tuple(added), tuple(dropped), tuple(changed))

@@ -3,11 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 from annotated_types import MinLen
 
+from vasowave.cohort.contrast import Contrast
+from vasowave.cohort.told import Cells, Untold, told_and_not
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError, did_you_mean
 from vasowave.settings import Example, settings_class
@@ -84,38 +86,6 @@ class Design:
         return not (self.terms or self.contrasts)
 
 
-class Contrast(NamedTuple):
-    """One comparison of the means of cells: `second` minus `first`, on logarithms.
-
-    Attributes
-    ----------
-    other, reference : str
-        What is compared with what.
-    first, second : array, shape (cell,)
-        Weights of the cells.
-    what : {"groups", "factor", "interaction", "trend", "contrast"}
-    change : str
-        Of an interaction, whose sides are ratios: of what.
-    """
-
-    other: str
-    reference: str
-    first: np.ndarray
-    second: np.ndarray
-    what: str
-    change: str = ""
-
-    @property
-    def of_values(self) -> bool:
-        """Whether both sides are means of values, and not themselves ratios."""
-        return bool(np.allclose([self.first.sum(), self.second.sum()], 1))
-
-    @property
-    def of_ratios(self) -> bool:
-        """Whether both sides are themselves ratios."""
-        return bool(np.allclose([self.first.sum(), self.second.sum()], 0) and self.first.any())
-
-
 @dataclass(frozen=True, eq=False)
 class Layout:
     """A design applied to animals: the matrices of its model.
@@ -133,11 +103,14 @@ class Layout:
         Independent columns.
     means : array, shape (cell, coefficient)
         What takes coefficients to the mean of a cell, at the average of the covariates.
-    empty : array of bool, shape (cell,)
-        Cells whose mean nothing tells.
+    lost : array, shape (cell, any)
+        Of the mean of each cell, what nothing tells; 0 in sides and contrasts that have a mean.
     random : dict of str to array, shape (animal, animal)
         Variance components by what they belong to.
     contrasts : tuple of Contrast
+        Those that the animals tell.
+    untold : tuple of Untold
+        Those that were asked for and that they do not tell.
     left_out : dict of str to str
         Animals that a column of the design does not know, and which column.
     subject : tuple of str
@@ -150,9 +123,10 @@ class Layout:
     cell: np.ndarray
     fixed: np.ndarray
     means: np.ndarray
-    empty: np.ndarray
+    lost: np.ndarray
     random: Mapping[str, np.ndarray]
     contrasts: tuple[Contrast, ...]
+    untold: tuple[Untold, ...]
     left_out: Mapping[str, str]
     subject: tuple[str, ...]
 
@@ -172,16 +146,12 @@ class Layout:
         count, subjects = len(self.animals), len(set(self.subject))
         of = f"{count} recordings of {subjects} animals" if self.repeated else f"{count} animals"
         what = "change" if self.repeated else "ratio"  # nothing changes between animals
-        compared = (
-            f"{one.other} against {one.reference}" + (f" in the {what} {one.change}" if one.change else "")
-            if one.reference else one.other for one in self.contrasts
-        )  # fmt: skip
         left = f" Left out, for a column does not know them: {', '.join(self.left_out)}." if self.left_out else ""
-        return f"{of}; compared: {'; '.join(compared)}.{left}"
+        return f"{of}; compared: {'; '.join(one.worded(what) for one in self.contrasts) or 'nothing'}.{left}"
 
-    def tells(self, contrast: Contrast) -> bool:
-        """Whether the animals tell the means of all cells of a contrast."""
-        return not self.empty[(contrast.first != 0) | (contrast.second != 0)].any()
+    def has_mean(self, side: np.ndarray) -> bool:
+        """Whether the animals tell the mean that one side of a contrast is."""
+        return not self.lost.size or float(np.abs(side @ self.lost).max()) < 1e-7
 
 
 def laid_out(
@@ -225,13 +195,15 @@ def laid_out(
     _, sizes, turned = np.linalg.svd(whole, full_matrices=False)
     basis = turned[sizes > 1e-9 * sizes[0]].T
     means = np.column_stack([coefficients, np.zeros((len(pairs), len(covariates)))])
-    empty = np.abs(means - means @ basis @ basis.T).max(axis=1) > 1e-7
     subject = tuple(known[design.subject].levels[one] for one in animals) if design.subject else animals
     random = _random(design, known, animals, cell, subject, whole @ basis)
-    contrasts = tuple(_contrasts(design, groups, levels, pairs, cells, second))
+    owners = [name for name in design.covariates for _ in _columns(known[name], animals)]
+    table = Cells(pairs, np.bincount(cell, minlength=len(pairs)) > 0, means, whole, owners, design.second or "")
+    asked = list(_contrasts(design, groups, levels, pairs, cells, second))
+    contrasts, untold = told_and_not(asked, table, smaller=not (design.dose or design.contrasts))
     return Layout(
-        animals, group, cells, cell, whole @ basis, means @ basis, empty, random, contrasts,
-        {animal: gap for animal, gap in gaps.items() if gap}, subject,
+        animals, group, cells, cell, whole @ basis, means @ basis, means - means @ basis @ basis.T, random, contrasts,
+        untold, {animal: gap for animal, gap in gaps.items() if gap}, subject,
     )  # fmt: skip
 
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.design import Contrast, Layout, laid_out
+from vasowave.cohort.contrast import Contrast
+from vasowave.cohort.design import Layout, laid_out
 from vasowave.cohort.estimates import Estimates
 from vasowave.cohort.joint import Fitted, joint
 from vasowave.cohort.mixed import Effect, MixedFit, Structure, fit_mixed
@@ -77,8 +78,7 @@ def modeled(cohort: Cohort, values: Values) -> Modeled:
     left = own.known.logs - layout.fixed @ np.linalg.lstsq(layout.fixed, own.known.logs, rcond=None)[0]
     if np.abs(left).max() < 1e-9:
         raise InputError("the values hardly vary within a group; there is nothing to test")
-    told = [one for one in layout.contrasts if layout.tells(one)]
-    return Modeled(own, layout, structure, fit_mixed(own.known.logs, structure), told)
+    return Modeled(own, layout, structure, fit_mixed(own.known.logs, structure), list(layout.contrasts))
 
 
 def occasions_apart(cohort: Cohort, values: Values | None) -> float:
@@ -119,7 +119,8 @@ def beside(found: Sequence[Modeled], critical: float) -> Iterator[dict[str, obje
             value, low, high = _ratio(one.effect(contrast), critical)
             yield {
                 "reference": contrast.reference, "other": contrast.other, "change": contrast.change,
-                "quantity": one.values.name, "source": one.values.source, "ratio": value, "low": low, "high": high,
+                "within": contrast.within, "quantity": one.values.name, "source": one.values.source, "ratio": value,
+                "low": low, "high": high,
             }  # fmt: skip
 
 
@@ -138,7 +139,8 @@ def _row(one: Modeled, contrast: Contrast, p: float, critical: float) -> dict[st
     means = [np.nan, np.nan]
     if contrast.of_values or contrast.of_ratios:
         means = [
-            float(np.exp(side @ layout.means @ one.fit.coefficients)) for side in (contrast.first, contrast.second)
+            float(np.exp(side @ layout.means @ one.fit.coefficients)) if layout.has_mean(side) else np.nan
+            for side in (contrast.first, contrast.second)
         ]
     untested = _image_unknown(one, contrast)
     row = {
@@ -146,9 +148,10 @@ def _row(one: Modeled, contrast: Contrast, p: float, critical: float) -> dict[st
         "quantity": one.values.name, "source": one.values.source, "n reference": _count(layout, contrast.first),
         "n other": _count(layout, contrast.second), "mean reference": means[0], "mean other": means[1],
         "unit": one.values.unit if contrast.of_values else "1", "ratio": value, "low": low, "high": high,
-        "p": np.nan if untested else p, "untested": "one image" if untested else "", "smallest p": np.nan,
+        "standard error": effect.error, "df": effect.freedom, "p": np.nan if untested else p,
+        "untested": "one image" if untested else "", "smallest p": np.nan,
         "apart": False, "estimates": one.values.known.origin, "what": contrast.what,
-        "change": contrast.change,
+        "change": contrast.change, "within": contrast.within,
     }  # fmt: skip
     return row | _influence(one, contrast, effect)
 

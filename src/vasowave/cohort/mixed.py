@@ -8,7 +8,7 @@ import numpy as np
 _TURNS, _HALVINGS = 60, 25  # of scoring, and of one of its steps
 LEAST = 1e-6  # of the residuals' variance: a component that is smaller is none
 _ENOUGH = 1e-7  # change of a component, by the residuals' variance, at which scoring ends
-FLOOR = 0.5  # of the degrees of freedom without known errors
+FLOOR = 1.0  # of the degrees of freedom without known errors
 
 
 class Structure(NamedTuple):
@@ -92,8 +92,8 @@ class MixedFit(NamedTuple):
         """Return a contrast of the coefficients; its t squared is Kenward and Roger's F.
 
         Known errors make a component near 0 count for little, and a few well known rows for much: Satterthwaite's
-        degrees of freedom then fall below 1, as if nothing were known. They are not less than half of those without
-        known errors.
+        degrees of freedom then fall below 1, as if nothing were known. What is known takes none away: they are not less
+        than those without known errors.
         """
         variance, plain = float(contrast @ self.adjusted @ contrast), float(contrast @ self.plain @ contrast)
         slope = self.slopes @ contrast @ contrast

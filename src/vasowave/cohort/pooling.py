@@ -110,6 +110,8 @@ class Ratio(NamedTuple):
         Standard error of its logarithm.
     reference, other : float
         The pooled geometric means of the groups, whose ratio it is; in the unit of the animals' values.
+    freedom : float
+        Degrees of freedom of its error.
     """
 
     value: float
@@ -118,6 +120,7 @@ class Ratio(NamedTuple):
     error: float
     reference: float
     other: float
+    freedom: float
 
 
 def pooled_ratio(
@@ -151,8 +154,8 @@ def pooled_ratio(
     reach = stdtrit(freedom, 0.5 + 0.5 * level) * error
     with np.errstate(over="ignore"):  # with two animals a group an interval may have no end
         ends = np.exp([value, value - reach, value + reach, first.value, second.value])
-    value, low, high, *means = ends.tolist()
-    return Ratio(value, low, high, float(error), *means)
+    value, low, high, one, another = ends.tolist()
+    return Ratio(value, low, high, float(error), one, another, float(freedom))
 
 
 _STEP, _TURNS = 1.15, 10

@@ -19,6 +19,7 @@ from vasowave.cohort.simultaneous import Row, Simultaneous, simultaneous
 from vasowave.cohort.table import column, rows_of
 from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError, did_you_mean
+from vasowave.findings import Finding
 from vasowave.inference.known_errors import SHARED
 from vasowave.io.columns import split_unit
 from vasowave.quantities import MEASURED, question_of
@@ -82,6 +83,13 @@ class Untested(StrEnum):
     as exact. With posteriors the error is known, and the row has a p."""
 
 
+class Missed(NamedTuple):
+    """An effect of a design that the animals do not tell, why, and the quantities that lack it."""
+
+    finding: Finding
+    quantities: tuple[str, ...]
+
+
 @dataclass(frozen=True)
 class Assurance:
     """How far the p and intervals of the family can be relied on, from the sizes and spreads at hand.
@@ -124,8 +132,9 @@ class Primary:
         The law whose quantities are primary; empty if no animal was calibrated.
     rows : DataFrame
         One per pair of groups and quantity: ``reference, other, question, quantity, source, n reference, n other``,
-        ``mean reference, mean other, unit, ratio, low, high, p, untested, smallest p, apart, without, ratio without``,
-        ``estimates``. The means are the groups' pooled geometric means, in the unit of the cohort's table; their ratio
+        ``mean reference, mean other, unit, ratio, low, high, standard error, df, p, untested, smallest p, apart``,
+        ``without, ratio without, estimates``. `standard error` is that of the ratio's logarithm, and `df` its degrees
+        of freedom. The means are the groups' pooled geometric means, in the unit of the cohort's table; their ratio
         is `ratio`. Intervals and `p` hold for all quantities and pairs at once and have one reference distribution
         (`simultaneous`): an interval excludes 1 exactly if p < 0.05. `p` is NaN where `untested`, an `Untested`, says
         why; the interval then is the same, but is without what `untested` names. `smallest p` is the smallest that a
@@ -133,8 +142,9 @@ class Primary:
         one group lies among the other. `without` is the animal that moves the ratio most when it is left out (empty for
         fewer than three), and the ratio is then `ratio without`. `estimates` says what the animals' values and errors
         are of: their ``posterior`` where all have one that can be trusted, their ``fit``, or ``plain`` values without
-        errors. With a design one per effect and quantity, and ``what`` the effect is (`design.Contrast`); of effects
-        that are ratios of ratios the means are the ratios. `smallest p` and `apart` then say nothing.
+        errors. With a design one per effect and quantity, ``what`` the effect is and ``within`` what it is compared
+        (`contrast.Contrast`); of effects that are ratios of ratios the means are the ratios. `smallest p` and `apart`
+        then say nothing.
     others : DataFrame
         The same effects by the other laws, their intervals to the same level, without a test:
         ``reference, other, quantity, source, ratio, low, high``.
@@ -145,6 +155,8 @@ class Primary:
     missing : tuple of Missing
         Of each group that misses any, the animals without a result or without the primary law: how many, of how many,
         and where their measured mPAP lies among the others'.
+    untold : tuple of Missed
+        Effects of a design that the animals do not tell, with the reason.
     """
 
     law: str
@@ -153,6 +165,7 @@ class Primary:
     left_out: dict[str, str]
     assurance: Assurance | None = None
     missing: tuple[Missing, ...] = ()
+    untold: tuple[Missed, ...] = ()
 
     def of(self, group: str) -> "Primary":
         """Return what is said of one group; intervals and p still hold for all groups at once."""
@@ -199,21 +212,28 @@ def comparable(cohort: Cohort, family: Family) -> list[Compared]:
 def _by_design(cohort: Cohort, law: str, names: Sequence[str], missing: tuple[Missing, ...]) -> Primary:
     """Compare by the model of the design; without one, by the pooled ratios of groups of independent animals."""
     left_out: dict[str, str] = {}
-    found = _models(cohort, names, law, left_out)
+    seen: dict[Finding, list[str]] = {}
+    found = _models(cohort, names, law, left_out, seen)
+    untold = tuple(Missed(finding, tuple(quantities)) for finding, quantities in seen.items())
     if not found:
-        return Primary(law, pd.DataFrame(), pd.DataFrame(), left_out, missing=missing)
+        return Primary(law, pd.DataFrame(), pd.DataFrame(), left_out, missing=missing, untold=untold)
     rows, critical = rows_of_design(found)
     tested = [one.values.name for one in found if one.values.source == law]
-    others = [_models(cohort, tested, further, {}) for further in cohort.walls if further != law]
+    others = [_models(cohort, tested, further, {}, {}) for further in cohort.walls if further != law]
     further = pd.DataFrame([row for models in others for row in beside(models, critical)])
     gaps = {
         animal: f"its cell of '{column}' is empty" for one in found for animal, column in one.layout.left_out.items()
     }
-    return Primary(law, pd.DataFrame(rows), further, left_out | gaps, missing=missing)
+    return Primary(law, pd.DataFrame(rows), further, left_out | gaps, missing=missing, untold=untold)
 
 
-def _models(cohort: Cohort, names: Sequence[str], law: str, left_out: dict[str, str]) -> list[Modeled]:
-    """Return the models of the quantities that have one; `left_out` gets the others and effects, with the reason."""
+def _models(
+    cohort: Cohort, names: Sequence[str], law: str, left_out: dict[str, str], untold: dict[Finding, list[str]]
+) -> list[Modeled]:
+    """Return the models of the quantities that have one.
+
+    `left_out` gets the others with the reason, and `untold` the effects that cannot be told, and of which quantities.
+    """
     models = []
     for name in names:
         values = known_values(cohort, source_of(name, law), name, list(cohort.groups))
@@ -224,9 +244,8 @@ def _models(cohort: Cohort, names: Sequence[str], law: str, left_out: dict[str, 
         except InputError as error:
             left_out[name] = str(error)
             continue
-        for contrast in one.layout.contrasts:
-            if not one.layout.tells(contrast):
-                left_out[f"{name} ({contrast.other})"] = "no animal has a combination that it needs"
+        for effect in one.layout.untold:
+            untold.setdefault(effect.finding, []).append(name)
         models += [one] if one.contrasts else []
     return models
 
@@ -335,7 +354,8 @@ def _row(reference: str, other: str, one: Compared, p: float, critical: float, p
         "reference": reference, "other": other, "question": question_of(one.name), "quantity": one.name,
         "source": one.source, "n reference": sizes[0], "n other": sizes[1], "mean reference": ratio.reference,
         "mean other": ratio.other, "unit": one.unit, "ratio": ratio.value, "low": ratio.low, "high": ratio.high,
-        "p": np.nan if untested else p, "untested": str(untested), "smallest p": smallest_p(sizes, pairs),
+        "standard error": ratio.error, "df": ratio.freedom, "p": np.nan if untested else p,
+        "untested": str(untested), "smallest p": smallest_p(sizes, pairs),
         "apart": _apart(one), "estimates": one.known.origin,
     }  # fmt: skip
     return row | _influence(one, ratio)

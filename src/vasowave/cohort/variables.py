@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from difflib import get_close_matches
@@ -15,16 +15,21 @@ from vasowave.findings import Finding, look_kind
 from vasowave.io.columns import split_unit
 
 _FAR = 5.0  # times the median: no weight or age of animals that one compares, but a slip of the decimal point
-_CLOSE = 0.8  # of the letters of two words are the same
+_CLOSE = 0.7  # of the letters of two words are the same
 
 CONSTANT = look_kind(
     "variable.constant", "'{value}' in all animals; {remedy}", "it tells nothing about differences; remove the column"
 )
 MISSPELT = look_kind(
-    "variable.misspelt", "'{rare}' in {animal} alone, '{common}' in {count}: misspelt?", "Correct the cell."
-)
+    "variable.misspelt", "'{rare}' in {animal} alone, '{common}' in {count}: did you mean '{common}'?",
+    "Correct the cell.",
+)  # fmt: skip
+SAME_WORD = look_kind(
+    "variable.same-word", "'{rare}' in {animals} and '{common}' in {count} count as two, though only capitals or "
+    "spaces differ: did you mean '{common}'?", "Write one of them everywhere.",
+)  # fmt: skip
 ALONE = look_kind(
-    "variable.one-animal", "'{value}' in {animal} alone, where most other values are in several rows: a slip?",
+    "variable.one-animal", "'{value}' in {animal} alone: one animal does not show how far such animals differ",
     "Correct the cell if it is a slip.",
 )  # fmt: skip
 FAR_OFF = look_kind(
@@ -114,30 +119,47 @@ class Variable:
             return sorted(levels, key=float)
         return sorted(levels) if self.kind == "date" else [*levels]
 
-    def slips(self, animals: Mapping[str, str]) -> list[Finding]:
-        """Return what looks like a slip of the pen; `animals` are those of the table."""
+    def slips(self, animals: Mapping[str, str], subjects: Mapping[str, str] | None = None) -> list[Finding]:
+        """Return what looks like a slip of the pen.
+
+        Parameters
+        ----------
+        animals : mapping of str to str
+            Those of the table, with their groups.
+        subjects : mapping of str to str, optional
+            Which animal each row is of, where several may be of one: words are counted by these.
+        """
         empty = [name for name in animals if name not in self.values]
         gaps = [GAPS(count=len(empty), all=len(animals), animals=", ".join(empty[:4]))] if empty else []
         found: list[Finding] = gaps if self.values else []
-        counts = Counter(self.levels.values())
-        if len(counts) == 1 and len(self.values) > 1:
-            return [*found, CONSTANT(value=next(iter(counts)))]
-        return found + (self._odd_words(counts) if self.kind == "category" else self._far_off())
+        if len(set(self.levels.values())) == 1 and len(self.values) > 1:
+            return [*found, CONSTANT(value=next(iter(self.levels.values())))]
+        return found + (self._odd_words(subjects or {}) if self.kind == "category" else self._far_off())
 
-    def _odd_words(self, counts: Counter[str]) -> list[Finding]:
-        whose = {value: animal for animal, value in self.values.items()}
-        rare = [value for value, count in counts.items() if count == 1]
+    def _odd_words(self, subjects: Mapping[str, str]) -> list[Finding]:
+        owners: dict[str, dict[str, str]] = {}  # of each word: its subjects, and a row of each
+        for animal, value in self.values.items():
+            owners.setdefault(value, {}).setdefault(subjects.get(animal) or animal, animal)
+        counts = Counter({value: len(own) for value, own in owners.items()})
+        found, twins = [], set[str]()
+        for value in sorted(counts, key=lambda one: counts[one]):
+            same = [other for other in counts if _plain(other) == _plain(value) and other not in (value, *twins)]
+            if same:
+                twins.add(value)
+                common = max(same, key=lambda one: counts[one])
+                said = SAME_WORD(rare=value, animals=", ".join([*owners[value]][:4]), common=common,
+                                 count=counts[common])  # fmt: skip
+                found.append(said.at(animal=next(iter(owners[value].values()))))
+        rare = [value for value, count in counts.items() if count == 1 and value not in twins]
         if 2 * len(rare) > len(counts):  # names of animals, tags
-            return [one for value in rare for one in self._twin(value, counts, whose) if value.casefold() in
-                    {other.casefold() for other in counts if other != value}]  # fmt: skip
-        return [one for value in rare for one in self._twin(value, counts, whose) or
-                [ALONE(value=value, animal=whose[value])]]  # fmt: skip
-
-    def _twin(self, value: str, counts: Counter[str], whose: Mapping[str, str]) -> list[Finding]:
-        folded = {other.casefold(): other for other in counts if other != value and counts[other] > 1}
-        close = get_close_matches(value.casefold(), folded, n=1, cutoff=_CLOSE if len(value) > 2 else 1.0)
-        return [MISSPELT(rare=value, animal=whose[value], common=folded[one], count=counts[folded[one]])
-                for one in close if not (value[-1:].isdigit() and value[:-1] == folded[one][:-1])]  # fmt: skip
+            return found
+        for value in rare:
+            ((subject, animal),) = owners[value].items()
+            near = _near(value, [other for other in counts if counts[other] > 1])
+            alone = ALONE(value=value, animal=subject)
+            slip = MISSPELT(rare=value, animal=subject, common=near, count=counts[near]) if near else alone
+            found.append(slip.at(animal=animal))
+        return found
 
     def _far_off(self) -> list[Finding]:
         values = self.numbers if self.kind == "number" else {}
@@ -147,6 +169,26 @@ class Variable:
         spread = float(np.median(np.abs(np.log(np.array([*values.values()]) / middle))))
         return [FAR_OFF(value=value, animal=animal, factor=value / middle) for animal, value in values.items()
                 if abs(math.log(value / middle)) > max(math.log(_FAR), 6 * spread)]  # fmt: skip
+
+
+def _plain(word: str) -> str:
+    return "".join(word.casefold().split())
+
+
+def _near(word: str, others: Sequence[str]) -> str:
+    """Return the word that is meant perhaps: one of nearly the same letters, or one that it lengthens or cuts."""
+    known = {_plain(other): other for other in others}
+    plain = _plain(word)
+    longer = [one for one in known if one.startswith(plain) or plain.startswith(one)]
+    close = get_close_matches(plain, known, n=1, cutoff=_CLOSE if len(word) > 2 else 1.0)
+    for one in (*close, *longer):
+        if not (_letters(one) == _letters(plain) and one != plain):  # L1 and L2 are two litters
+            return known[one]
+    return ""
+
+
+def _letters(word: str) -> str:
+    return "".join(one for one in word if not one.isdigit())
 
 
 def _number(text: str) -> float | None:

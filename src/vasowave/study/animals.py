@@ -11,7 +11,7 @@ from typing import Any, Literal, cast
 
 from vasowave import units
 from vasowave.animal.result import TIDY
-from vasowave.cohort.variables import GAPS, Variable
+from vasowave.cohort.variables import ALONE, GAPS, MISSPELT, Variable
 from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import Finding, Place, error_kind, look_kind
 from vasowave.inference.known_errors import SHARED, KnownErrors
@@ -76,7 +76,7 @@ SMALL_GROUP = look_kind(
 )
 
 
-def read_animals(path: Path, groups: Sequence[str] | None) -> tuple[list[AnimalRow], list[Problem]]:
+def read_animals(path: Path, groups: Sequence[str] | None, subject: str = "") -> tuple[list[AnimalRow], list[Problem]]:
     """Return the animals whose rows are understood, and everything that is wrong or odd in the table.
 
     Parameters
@@ -85,6 +85,8 @@ def read_animals(path: Path, groups: Sequence[str] | None) -> tuple[list[AnimalR
         CSV. File names in it are relative to its folder.
     groups : sequence of str or None
         The labels that are known; None if they are not.
+    subject : str
+        The column that says which rows are of one animal, where there is one.
     """
     try:
         table = read_columns(path)
@@ -103,7 +105,7 @@ def read_animals(path: Path, groups: Sequence[str] | None) -> tuple[list[AnimalR
         problems += wrong
         if row is not None:
             rows.append(row)
-    problems += [*_duplicates(path, rows), *_slips(path, rows)]
+    problems += [*_duplicates(path, rows), *_slips(path, rows, subject)]
     complete = not any(problem.error for problem in problems)
     return rows, problems + (_group_sizes(path, rows, groups or ()) if complete else [])
 
@@ -120,30 +122,32 @@ def variables_of(rows: Sequence[AnimalRow]) -> tuple[Variable, ...]:
     return tuple(Variable.of(title, {row.animal: row.own.get(title, "") for row in rows}) for title in titles)
 
 
-def _slips(path: Path, rows: Sequence[AnimalRow]) -> list[Problem]:
+def _slips(path: Path, rows: Sequence[AnimalRow], subject: str) -> list[Problem]:
     """Return what is wrong or looks like a slip in the columns that are the lab's own."""
     problems, groups = [], {row.animal: row.group for row in rows}
+    subjects = {row.animal: row.own.get(subject, "") for row in rows}
     for title in dict.fromkeys(title for row in rows for title in row.own):
         if title in SHARED:  # animals that share nothing are no slip
             continue
-        part = f"column '{title}'"
         try:
             one = Variable.of(title, {row.animal: row.own.get(title, "") for row in rows})
-            found = one.slips(groups)
+            found = one.slips(groups, {} if title == subject else subjects)
         except InputError as error:
-            problems.append(Problem(WRONG_TYPE(text=str(error)).at(str(path), part=part)))
-            continue
-        for slip in found:
-            problems += [Problem(slip.at(str(path), line=line, part=part)) for line in _lines_of(slip, one, rows)]
+            found = [WRONG_TYPE(text=str(error))]
+        if title == subject:  # their names are alike, and one that stands once has one recording
+            found = [slip for slip in found if slip.code not in (MISSPELT.code, ALONE.code)]
+        problems += [_placed(slip.at(str(path), part=f"column '{title}'"), title, rows) for slip in found]
     return problems
 
 
-def _lines_of(slip: Finding, one: Variable, rows: Sequence[AnimalRow]) -> list[int]:
-    """Return the lines that a slip stands in, 0 if it is one of the whole column."""
-    animal = dict(slip.values).get("animal")
-    lines = [row.line for row in rows
-             if row.animal == animal or (slip.code == GAPS.code and row.animal not in one.values)]  # fmt: skip
-    return lines or [0]
+def _placed(slip: Finding, title: str, rows: Sequence[AnimalRow]) -> Problem:
+    """Return a slip with the lines of the rows that hold its word, if it is about one, or that hold none."""
+    values = dict(slip.values)
+    word = "" if slip.code == GAPS.code else values.get("rare", values.get("value"))
+    known = slip.code == GAPS.code or slip.place.animal
+    lines = [row.line for row in rows if known and row.own.get(title, "") == word]
+    first, *others = lines or [0]
+    return Problem(slip.at(line=first, animal=""), same=tuple(others))
 
 
 def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, int], list[Problem]]:

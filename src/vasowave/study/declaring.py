@@ -41,9 +41,20 @@ def _content(study: Study) -> dict[str, Any]:
         "quantities": settings.report.quantities,
         "law": settings.report.law or settings.calibration.walls[0],
         "design": asdict(settings.design),
+        "animals": _animals(study),
+        "reference": {one.name: one.order[0] for one in study.variables if one.name == settings.design.second},
     }
     plain: dict[str, Any] = json.loads(json.dumps(said))
     return plain
+
+
+def _animals(study: Study) -> dict[str, dict[str, str]]:
+    """Return of every animal its group and its cells of the design's columns, an empty text for an empty cell."""
+    columns = [one for one in study.variables if one.name in study.settings.design.terms]
+    return {
+        row.animal: {"group": row.group} | {one.name: one.levels.get(row.animal, "") for one in columns}
+        for row in study.animals
+    }
 
 
 def read_declared(path: Path) -> tuple[Declaration, ...]:

@@ -3,14 +3,18 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from vasowave.cohort.freedom import FEW, degrees_left
+from vasowave.cohort.told import untold_findings
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Place, error_kind, look_kind
 from vasowave.report.wording import listed, some_of
 from vasowave.settings import AT_ODDS
 from vasowave.study.problems import Problem
 from vasowave.study.rows import AnimalRow
+from vasowave.study.subjects import subject_problems
 
 if TYPE_CHECKING:
+    from vasowave.cohort.design import Layout
     from vasowave.study.plan import Study
 
 _LEAST_LEFT = 1 / 3  # of the animals
@@ -18,6 +22,11 @@ _NAMED = 3  # animals, in a sentence
 FEW_LEFT = look_kind(
     "design.few-left", "of {animals} animals {left} are left to tell how animals scatter: intervals will be wide, and "
     "what differs may not be shown; {remedy}", "name fewer covariates and blocks, or add animals",
+)  # fmt: skip
+FEW_DEGREES = look_kind(
+    "design.few-degrees", "{effects}: the design leaves {freedom} degrees of freedom at most, so that with {rows} "
+    "comparisons an effect is shown only where it is about {times:.2g} times its standard error ({many:.2g} times with "
+    "many animals); {remedy}", "name fewer covariates, blocks, quantities or contrasts, or add animals",
 )  # fmt: skip
 SEVERAL_GROUPS = error_kind(
     "design.several-groups", "{subject} {rows}: an animal is of one group; {remedy}",
@@ -50,8 +59,9 @@ def design_problems(study: "Study", place: Place, whole: bool) -> Iterator[Probl
         Whether all rows of the table are there; without some, only what is wrong in the others is looked for.
     """
     try:
-        yield from several_groups(study)
-        if whole and study.layout is not None:
+        mixed = several_groups(study)
+        yield from mixed
+        if whole and not mixed and study.layout is not None:
             yield from _odd(study, place)
     except InputError as error:
         if whole:
@@ -98,13 +108,32 @@ def _odd(study: "Study", place: Place) -> Iterator[Problem]:
     """Yield what is odd in a design that can be applied."""
     design, layout = study.settings.design, study.layout
     assert layout is not None
+    of_all = [*untold_findings(layout.contrasts, layout.untold)]
     left = layout.left_for_scatter(design.blocks)
     if left < _LEAST_LEFT * len(study.animals):
-        yield Problem(FEW_LEFT(animals=len(layout.animals), left=left).at(**place._asdict()))
+        of_all.append(FEW_LEFT(animals=len(layout.animals), left=left))
+    of_all += _few_degrees(study, layout)
+    yield from (Problem(found.at(**place._asdict())) for found in of_all)
     if design.subject and not design.occasion and not layout.repeated:
         yield _at(study, SUBJECT_ONCE(subject=design.subject), 0, design.subject)
     if design.subject and design.occasion:
         yield from _odd_occasions(study, design.subject, design.occasion)
+    yield from subject_problems(study)
+
+
+def _few_degrees(study: "Study", layout: "Layout") -> Iterator[Finding]:
+    """Yield which comparisons few degrees of freedom are left for, and how large effects must then be."""
+    from scipy.special import ndtri, stdtrit
+
+    rows = len(study.settings.report.quantities) * len(layout.contrasts)
+    left: dict[int, list[str]] = {}
+    for contrast in layout.contrasts:
+        left.setdefault(degrees_left(layout, study.settings.design.blocks, contrast), []).append(contrast.text)
+    for freedom, effects in left.items():
+        if freedom < FEW and rows:
+            side = 1 - 0.025 / rows  # Bonferroni's bound: the rows are judged together
+            times, many = (float(one) for one in (stdtrit(max(freedom, 1), side), ndtri(side)))
+            yield FEW_DEGREES(effects="; ".join(effects), freedom=freedom, rows=rows, times=times, many=many)
 
 
 def _odd_occasions(study: "Study", subject: str, occasion: str) -> Iterator[Problem]:

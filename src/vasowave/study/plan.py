@@ -75,7 +75,7 @@ def inspect_study(path: Path) -> tuple[Study | None, list[Problem]]:
     settings, document = read_settings(path)
     groups = settings.groups if settings else None
     name = settings.animals if settings else document.values.get("animals") or StudyFile.animals
-    rows, wrong = read_animals(path.parent / str(name), groups)
+    rows, wrong = read_animals(path.parent / str(name), groups, (settings.design.subject or "") if settings else "")
     problems = [*document.problems, *wrong]
     if settings is None:
         return None, problems

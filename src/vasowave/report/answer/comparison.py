@@ -16,7 +16,7 @@ from vasowave.figures.style import group_looks, new_figure, short, shown_figure,
 from vasowave.io.files import check_file, write_file
 from vasowave.notebook import card
 from vasowave.report.answer.forest import group_rows
-from vasowave.report.answer.groups import group_answers
+from vasowave.report.answer.groups import group_answers, not_told
 from vasowave.report.glossary import caller
 from vasowave.report.wording import some_of
 
@@ -89,7 +89,8 @@ class Comparison:
 
     def _figure(self, make: Callable[[float, float], "Figure"]) -> "Figure":
         if not len(self.primary.rows):
-            left = [f"{what} ({why})" for what, why in self.primary.left_out.items()]
+            left = not_told(self.primary, caller(self.cohort))
+            left += [f"{what} ({why})" for what, why in self.primary.left_out.items()]
             more = " (all in `.primary.left_out`)" if len(left) > _NAMED else ""
             raise InputError(
                 f"{self.group} and {self.reference} could not be compared by {some_of(left, _NAMED)}{more}; add animals"
@@ -103,6 +104,7 @@ class Comparison:
     def _repr_html_(self) -> str:
         facts = dict(group_answers(self.primary, caller(self.cohort)))
         left = [f"{what}: {why}" for what, why in self.primary.left_out.items()]
+        left += not_told(self.primary, caller(self.cohort))
         return card(f"{self.group} against {self.reference}", facts, left)
 
 

@@ -6,6 +6,7 @@ from math import comb
 import numpy as np
 import pandas as pd
 
+from vasowave.cohort.freedom import FEW
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
 from vasowave.report.wording import listed, number, probability, ratio_with_interval, unit
@@ -30,7 +31,7 @@ def group_answers(primary: Primary, called: Called, mark: Mark = lambda groups: 
     """
     answers: dict[str, list[str]] = {}
     pairs = primary.rows["other"].nunique() if len(primary.rows) else 0
-    by = ["question", "other", *(["what"] if "what" in primary.rows else [])]
+    by = ["question", "other", *(["what", "change", "within"] if "what" in primary.rows else [])]
     for (question, *_), rows in primary.rows.groupby(by, sort=False) if pairs else ():
         answers.setdefault(str(question), []).append(_answer(rows, called) + _marked(rows, mark))
     said = [(question, " ".join(texts)) for question, texts in answers.items()]
@@ -66,9 +67,10 @@ def _answer(rows: pd.DataFrame, called: Called) -> str:
 
 def _places(row: pd.Series, reference: str, other: str) -> tuple[str, str]:
     """Return where an effect is, as a sentence says it of one that is shown (`{}` higher or lower), and of another."""
+    within = f" {short(row['within'], _MAX_LETTERS)}" if row.get("within") else ""
     match row.get("what", "groups"):
         case "factor":
-            return f"{{}} at {other} than at {reference}", f"between {other} and {reference}"
+            return f"{{}} at {other} than at {reference}{within}", f"between {other} and {reference}{within}"
         case "trend":
             return f"{{}} at {other} than at {reference} by the trend", f"from {reference} to {other} by the trend"
         case "interaction":
@@ -77,12 +79,13 @@ def _places(row: pd.Series, reference: str, other: str) -> tuple[str, str]:
             return f"{ratio} {{}} in {other} than in {reference}", f"between {other} and {reference} in {ratio}"
         case "contrast":
             return f"{{}} by the contrast '{other}'", f"by the contrast '{other}'"
-    return f"{{}} in {other} than in {reference}", f"between {other} and {reference}"
+    return f"{{}} in {other} than in {reference}{within}", f"between {other} and {reference}{within}"
 
 
 def effect_of(row: pd.Series) -> str:
     """Return which effect a row is of, as a table says it: ``HPH / CTL``."""
     pair = " / ".join(filter(None, (row["other"], row["reference"])))
+    pair += f" {row['within']}" if row.get("within") else ""
     return f"{row['change']}: {pair}" if row.get("change") else pair
 
 
@@ -99,6 +102,16 @@ def change(row: pd.Series) -> str:
     """Return the means of the two groups with their unit, ``13.5 → 21.5 mmHg``."""
     units = unit(str(row["unit"]))
     return f"{number(float(row['mean reference']))} → {number(float(row['mean other']))} {units}".rstrip()
+
+
+def not_told(primary: Primary, called: Called) -> list[str]:
+    """Return what a design does not tell and why; of which quantities where it tells it of others."""
+    every = {*primary.rows["quantity"]} if len(primary.rows) else set()
+    every |= {name for one in primary.untold for name in one.quantities}
+    return [
+        f"{one.finding}" + ("" if every == {*one.quantities} else f" (of {listed([*map(called, one.quantities)])})")
+        for one in primary.untold
+    ]
 
 
 def _limits(rows: pd.DataFrame, pairs: int, called: Called) -> list[tuple[str, str]]:
@@ -123,6 +136,7 @@ def _limits(rows: pd.DataFrame, pairs: int, called: Called) -> list[tuple[str, s
             f"Groups of {counts} animals cannot show whether logarithms are skewed; if they are, and the smaller group "
             "varies more, p < 0.05 comes without any effect in one of ten studies or more, not in one of twenty."
         )
+    said += _few_degrees(rows)
     untested = rows[rows["untested"] != ""]
     if len(untested):
         mixed = "posterior" in set(rows["estimates"])
@@ -132,6 +146,24 @@ def _limits(rows: pd.DataFrame, pairs: int, called: Called) -> list[tuple[str, s
             "exact, so that their intervals do not contain its error."
         )
     return [("How sure is this?", " ".join(said))] if said else []
+
+
+def _few_degrees(rows: pd.DataFrame) -> list[str]:
+    """Say which effects of a design rest on few degrees of freedom, and how large they must be to be shown."""
+    few = rows[rows["df"] < FEW] if "what" in rows else rows[:0]
+    if not len(few):
+        return []
+    effects = listed([*dict.fromkeys(effect_of(row) for _, row in few.iterrows())])
+    least = np.sqrt(few["high"].to_numpy(float) / few["low"].to_numpy(float))  # of ratios that would be shown
+    return [
+        f"{effects}: {len(few)} of {len(rows)} ratios rest on {_span(few['df'].to_numpy(float))} degrees of freedom. "
+        f"For all rows together one must be {_span(least)} times, or its inverse, to be shown; fewer covariates, "
+        "blocks, quantities or contrasts would leave more."
+    ]
+
+
+def _span(values: np.ndarray) -> str:
+    return " to ".join(dict.fromkeys(number(float(one), 2) for one in (values.min(), values.max())))
 
 
 def _separated(rows: pd.DataFrame, called: Called) -> str:
@@ -168,7 +200,7 @@ def other_laws(primary: Primary, called: Called) -> list[str]:
     """Say where another wall law gives another effect."""
     if not len(primary.others):
         return []
-    keys = ["reference", "other", "quantity", *(["change"] if "change" in primary.others else [])]
+    keys = ["reference", "other", "quantity", *(["change", "within"] if "change" in primary.others else [])]
     both = primary.others.merge(primary.rows, on=keys, suffixes=("", " primary"))
     outside = both[(both["ratio"] < both["low primary"]) | (both["ratio"] > both["high primary"])]
     laws = listed([f"the {law} wall" for law in primary.others["source"].unique()])

@@ -13,7 +13,7 @@ from vasowave.report.answer.comparison import groups_figure
 from vasowave.report.answer.decay import decay
 from vasowave.report.answer.design import design_text
 from vasowave.report.answer.forest import animal_rows
-from vasowave.report.answer.groups import Called, group_answers, influence, other_laws
+from vasowave.report.answer.groups import Called, group_answers, influence, not_told, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
 from vasowave.report.answer.problems import MARK, marked, overstrained, problem_blocks
 from vasowave.report.answer.walls import wall_answer
@@ -50,7 +50,7 @@ def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -
     if len(cohort.groups) < 2 and not design:
         return [("Groups", "There is one group; nothing is compared between groups."), *wall]
     said = _with_decay(group_answers(primary, called, mark), cohort, primary.law, family)
-    return [*design, *said, *legend, *_not_compared(primary), *wall]
+    return [*design, *said, *legend, *_not_compared(primary, called), *wall]
 
 
 def _with_decay(said: list[tuple[str, str]], cohort: Cohort, law: str, family: Family) -> list[tuple[str, str]]:
@@ -60,11 +60,11 @@ def _with_decay(said: list[tuple[str, str]], cohort: Cohort, law: str, family: F
     return [(one, f"{text} {beside}" if beside and one == question else text) for one, text in said]
 
 
-def _not_compared(primary: Primary) -> list[tuple[str, str]]:
+def _not_compared(primary: Primary, called: Called) -> list[tuple[str, str]]:
     reasons: dict[str, list[str]] = {}
     for what, why in primary.left_out.items():
-        reasons.setdefault(why, []).append(short(what, 60))
-    said = [f"{', '.join(names)}: {why}" for why, names in reasons.items()]
+        reasons.setdefault(why, []).append(short(called(what), 60))
+    said = [*not_told(primary, called), *(f"{', '.join(names)}: {why}" for why, names in reasons.items())]
     return [("Not compared", f"{'; '.join(said)}.")] if said else []
 
 

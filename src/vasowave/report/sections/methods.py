@@ -9,7 +9,7 @@ import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import Comparison
-from vasowave.cohort.declared import Declaration
+from vasowave.cohort.declared import Declaration, Rows
 from vasowave.cohort.primary import Primary
 from vasowave.cohort.rank_tests import MOST_EXACT
 from vasowave.cohort.simultaneous import DRAWS
@@ -20,8 +20,9 @@ from vasowave.report.answer.groups import effect_of
 from vasowave.report.blocks import Paragraph, Section
 from vasowave.report.glossary import symbol
 from vasowave.report.tables.cells import named, span, symbols
-from vasowave.report.wording import friction_words, listed, number
+from vasowave.report.wording import friction_words, listed, number, some_of
 
+_NAMED = 6  # animals, in a sentence
 _FIDUCIALS = {"ecg": "the R wave of the ECG", "pressure": "the foot of the pressure"}
 _SEARCHES = {
     "least-squares": "bounded least squares (trust region)",
@@ -232,10 +233,30 @@ def _declared(cohort: Cohort) -> str:
     if not cohort.declared:
         return ""
     first, *later = cohort.declared
-    said = f" Groups, family, law and design were declared on {first.time}{_when(first)}."
+    own = "Groups, family, law, design and animals" if "animals" in first.content else "Groups, family, law and design"
+    said = f" {own} were declared on {first.time}{_when(first)}."
     for before, after in pairwise(cohort.declared):
-        said += f" Changed on {after.time}{_when(after)}: {listed(after.changes(before))}."
-    return said if later else f"{said} They were not changed since."
+        if new := after.first_said(before):
+            said += f" Declared first on {after.time}{_when(after)}: {listed(new)}."
+        if changed := after.changes(before):
+            detail = {"animals": f" ({_of_rows(after.rows(before))})", "reference": _of_reference(before, after)}
+            said += f" Changed on {after.time}{_when(after)}: {listed([one + detail.get(one, '') for one in changed])}."
+    said += "" if later else " They were not changed since."
+    if "animals" not in cohort.declared[-1].content:
+        said += " Which animals belonged to which group, and their cells of the design's columns, were not declared."
+    return said
+
+
+def _of_rows(rows: Rows) -> str:
+    """Say which animals were added, dropped or changed."""
+    cells = [f"{animal}, {column} {old or 'empty'} → {new or 'empty'}" for animal, column, old, new in rows.changed]
+    said = {"added": rows.added, "dropped": rows.dropped, "changed": cells}
+    return "; ".join(f"{what}: {some_of([*names], _NAMED)}" for what, names in said.items() if names)
+
+
+def _of_reference(before: Declaration, after: Declaration) -> str:
+    old, new = (listed([*one.content.get("reference", {}).values()]) for one in (before, after))
+    return f" ({old or 'none'} → {new or 'none'})"
 
 
 def _when(one: Declaration) -> str:

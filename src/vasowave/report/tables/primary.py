@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 
+import numpy as np
 import pandas as pd
 
 from vasowave.cohort.primary import Primary, Untested
 from vasowave.report.answer.groups import effect_of
 from vasowave.report.blocks import Table
 from vasowave.report.wording import number, p_value, ratio_with_interval
+
+_MANY = 10  # degrees of freedom whose decimals say nothing
 
 
 def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
@@ -16,13 +19,14 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     cells = [
         (
             written.get(row["quantity"], row["quantity"]), _source(row), effect_of(row),
-            f"{row['n other']}, {row['n reference']}", _effect(row), _p(row),
+            f"{row['n other']}, {row['n reference']}", _effect(row), number(float(row["standard error"]), 2),
+            _degrees(row), _p(row),
             number(float(row["smallest p"]), 2), "yes" if row["apart"] else "no", _influence(row),
         )
         for _, row in rows.iterrows()
     ]  # fmt: skip
-    header = ("quantity", "source", "groups", "animals", "ratio [95 %, all rows]", "p, all rows", "smallest p by ranks",
-              "groups apart", "ratio without one animal")  # fmt: skip
+    header = ("quantity", "source", "groups", "animals", "ratio [95 %, all rows]", "SE of its log", "df", "p, all rows",
+              "smallest p by ranks", "groups apart", "ratio without one animal")  # fmt: skip
     designed = "what" in rows
     if designed:
         note = (
@@ -34,6 +38,7 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
         )
     else:
         note = _note(len(rows))
+    note += " SE: of the ratio's natural logarithm; df: its degrees of freedom."
     if primary.assurance:
         note += (
             f" Of cohorts without any effect, of these sizes, spreads and correlations, "
@@ -72,6 +77,11 @@ def _source(row: pd.Series) -> str:
 
 def _effect(row: pd.Series) -> str:
     return ratio_with_interval(float(row["ratio"]), float(row["low"]), float(row["high"]))
+
+
+def _degrees(row: pd.Series) -> str:
+    freedom = float(row["df"])
+    return number(freedom, 2) if freedom < _MANY else f"{freedom:.0f}" if np.isfinite(freedom) else "∞"
 
 
 def _p(row: pd.Series) -> str:
