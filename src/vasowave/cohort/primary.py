@@ -297,8 +297,10 @@ def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | 
     return Compared(name, source, found.unit, found.results, found.known, of_other)
 
 
-def known_values(cohort: Cohort, source: str, name: str, groups: Sequence[str]) -> Values | None:
-    """Return a quantity of the animals of some groups that have it; None if it is unknown."""
+def known_values(
+    cohort: Cohort, source: str, name: str, groups: Sequence[str], among: Sequence[AnimalResult] | None = None
+) -> Values | None:
+    """Return a quantity of the animals of some groups (`among` some) that have it; None if it is unknown."""
     rows = rows_of(cohort.table, source)
     label = column(rows, name)
     if not label:
@@ -306,7 +308,7 @@ def known_values(cohort: Cohort, source: str, name: str, groups: Sequence[str]) 
     values = rows[label].astype(float)
     results = [
         result
-        for result in cohort.results
+        for result in (cohort.results if among is None else among)
         if result.group in groups
         and (source == "measured" or source in result.laws)
         and np.isfinite(values[result.name])

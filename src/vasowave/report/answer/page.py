@@ -19,7 +19,7 @@ from vasowave.report.answer.problems import MARK, marked, overstrained, problem_
 from vasowave.report.answer.walls import wall_answer
 from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
 from vasowave.report.glossary import caller
-from vasowave.report.tables.cells import symbols
+from vasowave.report.tables.cells import nearest, symbols
 from vasowave.report.wording import UNLIMITED, unlimited
 
 
@@ -115,17 +115,23 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     scatter = "; grey: SD of the beats" if "pressure_sd" in cohort.results[0].recording else ""
     single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}."
     every = (
-        "Measured pressure and flow of every animal from the foot of the pressure; thick: mean, band: SD of the group."
+        f"Measured pressure and flow of every {'recording' if cohort.repeated else 'animal'} from the foot of the "
+        f"pressure{_apart(cohort)}; thick: mean, band: SD of the group."
     )
     caption = single if cohort.single else every
     waves: list[Block] = [Drawing("Measured", caption, waveforms_figure(cohort))]
     if not law:
         return waves, []
-    who = "" if cohort.single else " of the animal nearest to its group's medians"
+    who = "" if cohort.single else f" of {nearest(cohort)}"
     text = f"The network{who}: width is the radius, color how far the mean pressure falls from the inlet in the model."
     text += " Lengths are not to scale."
     shown = any(law in result.laws for result in cohort.shown.values())
     return waves, [Drawing("Pressures", text, tree_figure(cohort, law))] if shown else []
+
+
+def _apart(cohort: Cohort) -> str:
+    """Say that occasions or levels stand apart."""
+    return f", one panel for each {cohort.second.name}" if cohort.crossed and cohort.second else ""
 
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:

@@ -4,6 +4,7 @@ from vasowave.cohort.cohort import Cohort
 from vasowave.figures import measured as figures
 from vasowave.report.blocks import Block, Drawing, Section
 from vasowave.report.tables import data as tables
+from vasowave.report.tables.cells import nearest
 
 
 def data_section(cohort: Cohort) -> Section:
@@ -32,5 +33,8 @@ def _hemodynamics(cohort: Cohort) -> str:
     noise = "Grey circles: harmonics whose flow is near the noise."
     if cohort.single:
         return f"{what}. {noise}"
-    shown = "Black: the animal nearest to the medians of its group, which is shown below too."
-    return f"{what} of every animal. {shown} {noise}"
+    if cohort.shown_at:
+        shown = f"Black: {nearest(cohort)}, which is shown below too, with its other recordings."
+    else:
+        shown = "Black: the animal nearest to the medians of its group, which is shown below too."
+    return f"{what} of every {'recording' if cohort.repeated else 'animal'}. {shown} {noise}"
