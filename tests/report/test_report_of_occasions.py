@@ -1,14 +1,24 @@
 """A report of animals that were recorded before and after: what it describes, whom it shows, whom it counts."""
 
+import html
+import json
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from made_cohort import crossed_cohort, made_results
-from vasowave.cohort import gathered
+from vasowave.cohort import Family, gathered, primary_comparison
 from vasowave.cohort.group_means import group_means
 from vasowave.figures.style import style
 from vasowave.report.answer.decay import decay
+from vasowave.report.answer.design import design_text
+from vasowave.report.answer.groups import influence
+from vasowave.report.documents import report_of
+from vasowave.report.html import page
 from vasowave.report.tables import data, groups, models
+from vasowave.report.tables.primary import primary_tables
 
 CELLS = ["Kontrolle Süd, vor", "Kontrolle Süd, nach", "Hypoxie Öst, vor", "Hypoxie Öst, nach"]
 
@@ -77,3 +87,75 @@ def test_a_line_joins_the_recordings_of_one_animal(cohort):
     mice = dict.fromkeys(cohort.subjects.values())
     assert ends == {(round(table[f"{mouse} vor"], 6), round(table[f"{mouse} nach"], 6)) for mouse in mice}
     assert [tick.get_text() for tick in ax.get_xticklabels()] == ["vor", "nach", "vor", "nach"]
+
+
+@pytest.fixture(scope="module")
+def primary(cohort):
+    return primary_comparison(cohort)
+
+
+def rows_of(primary, quantity):
+    return primary.rows[primary.rows["quantity"] == quantity].set_index("what")
+
+
+def test_the_animal_left_out_is_left_out_whole(cohort, primary):
+    """The model without a mouse and with the same variances: by dense algebra that knows nothing of the program's."""
+    from vasowave.cohort.designed import modeled
+    from vasowave.cohort.primary import known_values
+
+    row = rows_of(primary, "mPAP").loc["groups"]
+    one = modeled(cohort, known_values(cohort, "measured", "mPAP", list(cohort.groups)))
+    contrast = next(each for each in one.contrasts if each.what == "groups")
+    weights = np.linalg.inv(one.fit.root @ one.fit.root.T)
+    moved = {}
+    for mouse in dict.fromkeys(cohort.subjects.values()):
+        out = [place for place, name in enumerate(one.layout.animals) if cohort.subjects[name] == mouse]
+        assert len(out) == 2
+        marked = np.zeros((len(one.layout.animals), 2))  # a mean of its own for each recording takes both out
+        marked[out, [0, 1]] = 1.0
+        fixed = np.hstack([one.layout.fixed, marked])
+        found = np.linalg.solve(fixed.T @ weights @ fixed, fixed.T @ weights @ one.values.known.logs)
+        moved[mouse] = float(one.weights(contrast) @ found[: one.layout.fixed.shape[1]])
+    farthest = max(moved, key=lambda mouse: abs(moved[mouse] - np.log(row["ratio"])))
+    assert row["without"] == farthest
+    assert np.log(row["ratio without"]) == pytest.approx(moved[farthest], rel=1e-9)
+
+
+def test_the_primary_table_counts_animals_and_says_which_stand_on_both_sides(cohort, primary):
+    table = primary_tables(primary, {})[0]
+    counts = dict(zip(primary.rows["what"], (row[3] for row in table.rows), strict=True))
+    assert counts == {"groups": "3, 3", "factor": "6, each at both", "interaction": "3, 3"}
+    assert "one animal, with all its recordings" in table.note
+
+
+def test_the_effect_that_an_animal_moves_most_is_named(primary):
+    (said,) = influence(primary, str)
+    rows = primary.rows
+    row = rows.loc[np.log(rows["ratio without"] / rows["ratio"]).abs().idxmax()]
+    assert said.startswith(
+        f"One animal moves an effect most: without {row['without']}, {row['quantity']} ({row['change']}"
+    )
+    assert row["without"] in {"Süd 1", "Süd 2", "Süd 3", "Öst 1", "Öst 2", "Öst 3"}
+
+
+@pytest.fixture(scope="module")
+def text(cohort, primary):
+    with style():
+        return page(report_of(cohort, primary, Family()), {})
+
+
+def test_the_page_marks_animals_and_counts_recordings(cohort, text):
+    assert "All 12 recordings were made by a model" in text
+    assert re.findall(r'data-pick="([^"]*)"', text) == ["Süd 1", "Süd 2", "Süd 3", "Öst 1", "Öst 2", "Öst 3"]
+    (known,) = re.findall(r"data-animals='([^']*)'", text)
+    assert json.loads(html.unescape(known)) == cohort.subjects
+
+
+def test_a_page_of_animals_recorded_once_names_no_recordings(cohort_answer):
+    assert "data-animals=" not in cohort_answer
+    assert "All 6 animals were made by a model" in cohort_answer
+
+
+def test_levels_of_a_block_are_named_as_levels(cohort):
+    blocked = replace(cohort, design=replace(cohort.design, blocks=("litter",)))
+    assert "animals of one litter (of 3: B, C and D) may be alike" in design_text(blocked)

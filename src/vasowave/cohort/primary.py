@@ -134,7 +134,8 @@ class Primary:
         fewer than three), and the ratio is then `ratio without`. `estimates` says what the animals' values and errors
         are of: their ``posterior`` where all have one that can be trusted, their ``fit``, or ``plain`` values without
         errors. With a design one per effect and quantity, and ``what`` the effect is (`design.Contrast`); of effects
-        that are ratios of ratios the means are the ratios. `smallest p` and `apart` then say nothing.
+        that are ratios of ratios the means are the ratios, and ``n both`` animals stand on both sides. `smallest p` and
+        `apart` then say nothing.
     others : DataFrame
         The same effects by the other laws, their intervals to the same level, without a test:
         ``reference, other, quantity, source, ratio, low, high``.

@@ -17,7 +17,7 @@ def design_text(cohort: Cohort) -> str:
         named = listed([*map(_named, design.covariates)])
         parts.append(f"ratios and means of groups are adjusted for {named}: they hold at the average of each")
     if design.blocks:
-        levels = [f"{_named(name)} ({_count(cohort, name)})" for name in design.blocks]
+        levels = [f"{_named(name)}{_levels(cohort, name)}" for name in design.blocks]
         parts.append(f"animals of one {listed(levels)} may be alike (random effects)")
     if design.subject:
         rows = cohort.variables[design.subject].levels if design.subject in cohort.variables else {}
@@ -48,5 +48,7 @@ def _named(name: str) -> str:
     return short(name, _MAX_LETTERS)
 
 
-def _count(cohort: Cohort, name: str) -> int:
-    return len(cohort.variables[name].order) if name in cohort.variables else 0
+def _levels(cohort: Cohort, name: str) -> str:
+    """Return which levels a column has: `` (of 4: A, B, C and D)``."""
+    order = [*map(_named, cohort.variables[name].order)] if name in cohort.variables else []
+    return f" (of {len(order)}: {some_of(order, _MAX_LEVELS)})" if order else ""

@@ -138,7 +138,6 @@ def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: 
     known = [*one_geometry(cohort, primary), *model_limits(cohort, primary.law, written)]
     known += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
     if len(primary.rows):
-        one = "recording" if cohort.repeated else "animal"
-        known += [*influence(primary, called, one), *other_laws(primary, called)]
+        known += [*influence(primary, called), *other_laws(primary, called)]
     left: list[Block] = [Bullets(known)] if known else []
     return [Columns(left, problem_blocks(cohort, primary))]

@@ -16,7 +16,7 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     cells = [
         (
             written.get(row["quantity"], row["quantity"]), _source(row), effect_of(row),
-            f"{row['n other']}, {row['n reference']}", _effect(row), _p(row),
+            _animals(row), _effect(row), _p(row),
             number(float(row["smallest p"]), 2), "yes" if row["apart"] else "no", _influence(row),
         )
         for _, row in rows.iterrows()
@@ -30,7 +30,7 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
             "(restricted maximum likelihood, Kenward and Roger's standard errors and degrees of freedom); of an "
             f"interaction a ratio of ratios. Interval and p: for all {len(rows)} rows together, from one distribution, "
             "so that an interval excludes 1 exactly if p < 0.05; logarithms are taken as normal. Without: the one "
-            "recording that moves the ratio most when it is left out."
+            "animal, with all its recordings, that moves the ratio most when it is left out."
         )
     else:
         note = _note(len(rows))
@@ -64,6 +64,14 @@ def _note(count: int) -> str:
         "by ranks or relabelings, which asks for no distribution. Apart: no animal of one group lies among the other. "
         "Without: the one animal that moves the ratio most when it is left out."
     )
+
+
+def _animals(row: pd.Series) -> str:
+    """Return how many animals each side has, once where all of them are on both."""
+    other, reference, both = row["n other"], row["n reference"], row.get("n both", 0)
+    if both and other == reference == both:
+        return f"{both}, each at both"
+    return f"{other}, {reference}" + (f" ({both} at both)" if both else "")
 
 
 def _source(row: pd.Series) -> str:
