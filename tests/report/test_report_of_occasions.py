@@ -17,6 +17,7 @@ from vasowave.report.answer.design import design_text
 from vasowave.report.answer.groups import influence
 from vasowave.report.documents import report_of
 from vasowave.report.html import page
+from vasowave.report.sections.methods import methods_section
 from vasowave.report.tables import data, groups, models
 from vasowave.report.tables.primary import primary_tables
 
@@ -159,3 +160,14 @@ def test_a_page_of_animals_recorded_once_names_no_recordings(cohort_answer):
 def test_levels_of_a_block_are_named_as_levels(cohort):
     blocked = replace(cohort, design=replace(cohort.design, blocks=("litter",)))
     assert "animals of one litter (of 3: B, C and D) may be alike" in design_text(blocked)
+
+
+def test_a_contrast_of_ones_own_is_defined_where_it_is_named(cohort):
+    weights = {"Hypoxie Öst, vor": -1, "Hypoxie Öst, nach": 0.5, "Kontrolle Süd, nach": 0.5}
+    own = replace(cohort, design=replace(cohort.design, contrasts={"rescue": weights}))
+    defined = (
+        "of means on logarithms: rescue = 0.5 · 'Hypoxie Öst, nach' + 0.5 · 'Kontrolle Süd, nach' − 'Hypoxie Öst, vor'"
+    )
+    assert defined in design_text(own)
+    methods = methods_section(own, primary_comparison(own, Family(quantities=("mPAP", "CO"))), {})
+    assert any(defined in block.text for block in methods.blocks)

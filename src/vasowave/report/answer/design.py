@@ -1,5 +1,7 @@
 """The design of a study in words: what ratios are adjusted for, who belongs together, what is compared."""
 
+from collections.abc import Mapping
+
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.style import short
 from vasowave.report.wording import listed, some_of
@@ -28,7 +30,8 @@ def design_text(cohort: Cohort) -> str:
     if design.second and not design.contrasts:
         parts.append(_second(cohort))
     if design.contrasts:
-        parts.append(f"the comparisons are those that the study names: {listed([*map(_named, design.contrasts)])}")
+        named = [f"{_named(name)} = {_weights(weights)}" for name, weights in design.contrasts.items()]
+        parts.append(f"the comparisons are those that the study names, of means on logarithms: {listed(named)}")
     said = "; ".join(parts)
     return f"{said[0].upper()}{said[1:]}."
 
@@ -42,6 +45,16 @@ def _second(cohort: Cohort) -> str:
     several = len(cohort.groups) > 1
     own = "in each group of its own" if design.interaction else "alike in all groups"
     return f"{_named(name)} ({levels}) is a second factor{f', its effect {own}' if several else ''}"
+
+
+def _weights(weights: Mapping[str, float]) -> str:
+    """Return a contrast as a sum: ``'HPH, drug' - 'HPH, vehicle'``."""
+    terms = []
+    for cell, weight in sorted(weights.items(), key=lambda one: one[1] < 0):
+        size = "" if abs(weight) == 1 else f"{abs(weight):.3g} · "
+        sign = ("− " if weight < 0 else "+ ") if terms or weight < 0 else ""
+        terms += [f"{sign}{size}'{_named(cell)}'"] if weight else []
+    return " ".join(terms)
 
 
 def _named(name: str) -> str:
