@@ -1,7 +1,7 @@
 """The one primary comparison: a family of quantities declared before, its effects, intervals and p for all at once."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ import pandas as pd
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.covariates import covariate_effects
 from vasowave.cohort.designed import Modeled, Values, beside, modeled, rows_of_design
 from vasowave.cohort.estimates import Estimates, estimates_of, image_unknown, shared_error
 from vasowave.cohort.missing import Missing, missing_animals
@@ -146,6 +147,9 @@ class Primary:
     missing : tuple of Missing
         Of each group that misses any, the animals without a result or without the primary law: how many, of how many,
         and where their measured mPAP lies among the others'.
+    adjusted : DataFrame
+        What the covariates of a design do, each interval by itself, without a test: ``quantity, source, covariate,
+        ratio, low, high``; see `covariates.covariate_effects`.
     """
 
     law: str
@@ -154,6 +158,7 @@ class Primary:
     left_out: dict[str, str]
     assurance: Assurance | None = None
     missing: tuple[Missing, ...] = ()
+    adjusted: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     def of(self, group: str) -> "Primary":
         """Return what is said of one group; intervals and p still hold for all groups at once."""
@@ -210,7 +215,8 @@ def _by_design(cohort: Cohort, law: str, names: Sequence[str], missing: tuple[Mi
     gaps = {
         animal: f"its cell of '{column}' is empty" for one in found for animal, column in one.layout.left_out.items()
     }
-    return Primary(law, pd.DataFrame(rows), further, left_out | gaps, missing=missing)
+    adjusted = pd.DataFrame(covariate_effects(cohort, found))
+    return Primary(law, pd.DataFrame(rows), further, left_out | gaps, missing=missing, adjusted=adjusted)
 
 
 def _models(cohort: Cohort, names: Sequence[str], law: str, left_out: dict[str, str]) -> list[Modeled]:

@@ -30,8 +30,8 @@ def design_text(cohort: Cohort) -> str:
     if design.second and not design.contrasts:
         parts.append(_second(cohort))
     if design.contrasts:
-        named = [f"{_named(name)} = {_weights(weights)}" for name, weights in design.contrasts.items()]
-        parts.append(f"the comparisons are those that the study names, of means on logarithms: {listed(named)}")
+        defined = [f"{_named(name)} = {_weights(weights)}" for name, weights in design.contrasts.items()]
+        parts.append(f"the comparisons are those that the study names, of means on logarithms: {listed(defined)}")
     said = "; ".join(parts)
     return f"{said[0].upper()}{said[1:]}."
 
@@ -49,7 +49,7 @@ def _second(cohort: Cohort) -> str:
 
 def _weights(weights: Mapping[str, float]) -> str:
     """Return a contrast as a sum: ``'HPH, drug' - 'HPH, vehicle'``."""
-    terms = []
+    terms: list[str] = []
     for cell, weight in sorted(weights.items(), key=lambda one: one[1] < 0):
         size = "" if abs(weight) == 1 else f"{abs(weight):.3g} · "
         sign = ("− " if weight < 0 else "+ ") if terms or weight < 0 else ""

@@ -55,6 +55,22 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     return [table, _others(primary, written)] if len(primary.others) else [table]
 
 
+def covariates_table(primary: Primary, written: Mapping[str, str]) -> Table:
+    """Return what the covariates of a design do."""
+    rows = primary.adjusted
+    cells = [
+        (written.get(row["quantity"], row["quantity"]), str(row["source"]), str(row["covariate"]), _effect(row))
+        for _, row in rows.iterrows()
+    ]
+    note = (
+        "By the models of the primary comparison, from which groups are adjusted: of categories the means of animals "
+        "of one level over those of the first, of numbers the ratio for one standard deviation. Each interval by "
+        "itself, without a test."
+    )
+    header = ("quantity", "source", "covariate", "ratio [95 %]")
+    return Table("Covariates", "Effects of the covariates", header, cells, note, rows)
+
+
 def _note(count: int) -> str:
     return (
         "Ratio: of the groups' means on logarithms, each animal weighted by its error and by what the animals of its "
