@@ -113,7 +113,7 @@ def crossed_cohort(mice=3, walls=("linear",), levels=("vor", "nach"), groups=("K
             mouse = f"{group.split()[-1]} {number}"
             own = (1 + 0.8 * place) * np.exp(0.12 * rng.standard_normal())
             for later, level in enumerate(levels):
-                factor = own * (1 - 0.15 * later - 0.1 * later * place) * np.exp(0.03 * rng.standard_normal())
+                factor = own * 0.85**later * 0.9 ** (later * place) * np.exp(0.03 * rng.standard_normal())
                 result = made_result(f"{mouse} {level}", group, factor, rng, False, walls, False)
                 results.append(result)
                 cells = {"mouse": mouse, "time": level, "sex": "fm"[number % 2], "litter": "ABCD"[number % 4]}

@@ -11,11 +11,13 @@ import pytest
 from made_cohort import crossed_cohort, made_results
 from vasowave.cohort import Family, gathered, primary_comparison
 from vasowave.cohort.group_means import group_means
+from vasowave.figures.compared import means_figure
 from vasowave.figures.style import style
 from vasowave.report.answer.decay import decay
 from vasowave.report.answer.design import design_text
+from vasowave.report.answer.dots import animals_of
 from vasowave.report.answer.groups import influence
-from vasowave.report.documents import report_of
+from vasowave.report.documents import report_of, supplement_of
 from vasowave.report.html import page
 from vasowave.report.sections.methods import methods_section
 from vasowave.report.tables import data, groups, models
@@ -77,8 +79,6 @@ def test_animals_are_shown_at_the_same_occasion_in_every_group(cohort):
 
 
 def test_a_line_joins_the_recordings_of_one_animal(cohort):
-    from vasowave.figures.compared import means_figure
-
     with style():
         figure = means_figure(cohort, {"R_T [mmHg s/ml]": "R_T [mmHg s/ml]"}, ["linear"], {})
     (ax,) = figure.axes
@@ -171,3 +171,47 @@ def test_a_contrast_of_ones_own_is_defined_where_it_is_named(cohort):
     assert defined in design_text(own)
     methods = methods_section(own, primary_comparison(own, Family(quantities=("mPAP", "CO"))), {})
     assert any(defined in block.text for block in methods.blocks)
+
+
+def test_points_of_the_forest_are_the_ratios_that_its_rows_are_of(cohort, primary):
+    mPAP = {one.name: float(one.measured.quantities["mPAP"]) for one in cohort.results}
+    rows = {
+        row["what"]: animals_of(cohort, row) for _, row in primary.rows[primary.rows["quantity"] == "mPAP"].iterrows()
+    }
+    changes = {mouse: mPAP[f"{mouse} nach"] / mPAP[f"{mouse} vor"] for mouse in dict.fromkeys(cohort.subjects.values())}
+    assert {dot.animal: dot.value for dot in rows["factor"]} == pytest.approx(changes)
+    center = np.exp(np.mean([np.log(changes[f"Süd {number}"]) for number in (1, 2, 3)]))
+    assert {dot.animal: dot.value for dot in rows["interaction"]} == pytest.approx(
+        {mouse: one / center for mouse, one in changes.items()}
+    )
+    level = {mouse: np.sqrt(mPAP[f"{mouse} vor"] * mPAP[f"{mouse} nach"]) for mouse in changes}
+    middle = np.exp(np.mean([np.log(level[f"Süd {number}"]) for number in (1, 2, 3)]))
+    assert {dot.animal: dot.value for dot in rows["groups"]} == pytest.approx(
+        {mouse: one / middle for mouse, one in level.items()}
+    )
+    # Each row's effect lies among its animals, whose mean it is where nothing is adjusted.
+    for what, row in rows_of(primary, "mPAP").iterrows():
+        own = [dot.value for dot in rows[what] if what == "factor" or dot.group == "Hypoxie Öst"]
+        assert min(own) < row["ratio"] < max(own)
+
+
+def test_captions_explain_what_is_drawn_and_nothing_else(cohort, primary):
+    drawings = {one.name: one.caption for one in supplement_of(cohort, primary).drawings()}
+    for name in ("ParOpt", "WIA-I_R"):
+        assert "lines join those of one animal" in drawings[name]
+        assert " p: " not in drawings[name]
+    (forest,) = [one.caption for one in report_of(cohort, primary, Family()).drawings() if one.name == "Forest"]
+    assert "as measured" not in forest
+    assert "for time every animal's own ratio" in forest
+
+
+def test_levels_of_a_law_stand_side_by_side_and_means_stand_beside_their_points():
+    cohort = crossed_cohort(2, ("linear", "tangent"))
+    with style():
+        (ax,) = means_figure(cohort, {"R_T [mmHg s/ml]": "R_T [mmHg s/ml]"}, cohort.walls, {}).axes
+    assert [tick.get_text() for tick in ax.get_xticklabels()] == [
+        f"{law}\n{level}" for _ in cohort.groups for law in ("lin.", "tan.") for level in ("vor", "nach")
+    ]
+    gaps = np.diff(ax.get_xticks())
+    assert gaps[::2] == pytest.approx(1.0)
+    assert (gaps[1::2] > 1.5).all()

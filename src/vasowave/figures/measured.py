@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_MOST_COLUMNS = 4  # of panels, with the words below them side by side
 _TITLE = 88  # letters of the titles side by side
 _DEEP = 4  # generations that need two columns of a journal
 _BEATS = {"width": WIDEST, "left": 1.8, "right": 0.2, "bottom": 1.0, "top": 0.8, "between": 1.6, "beside": 1.9}  # cm
@@ -37,11 +38,13 @@ _BEATS = {"width": WIDEST, "left": 1.8, "right": 0.2, "bottom": 1.0, "top": 0.8,
 
 def hemodynamics_figure(cohort: Cohort) -> "Figure":
     """Measured pressure, flow, impedance modulus and phase, one column per group, or group and level ("hemoData")."""
-    figure, axes = grid(cohort, 4, 19, len(cohort.cells))
-    for column, (label, (group, _, results)) in enumerate(cohort.cells.items()):
+    labels = cells_drawn(cohort)
+    figure, axes = grid(cohort, 4, 19, len(labels))
+    for column, label in enumerate(labels):
+        group, _, results = cohort.cells[label]
         color, shown = group_looks(cohort.groups)[group].color, _shown(cohort, label)
         if not cohort.single:
-            axes[0, column].set_title(_title(cohort, label, shown))
+            axes[0, column].set_title(_title(cohort, label, shown, _TITLE // len(labels)))
         for row, quantity in enumerate(("pressure", "flow")):
             plot_waveforms(axes[row, column], results, quantity, color, shown)
         for result in sorted(results, key=lambda result: result.name == shown):  # the shown one last, above the others
@@ -52,6 +55,14 @@ def hemodynamics_figure(cohort: Cohort) -> "Figure":
     return outer(figure, axes)
 
 
+def cells_drawn(cohort: Cohort) -> list[str]:
+    """Return the cells that have a column of panels: all where few are crossed, else each group where it is shown."""
+    if len(cohort.cells) <= _MOST_COLUMNS or not cohort.crossed:
+        return list(cohort.cells)
+    return [label for label, cell in cohort.cells.items()
+            if any(result.name == cohort.shown[cell.group].name for result in cell.results)]  # fmt: skip
+
+
 def _shown(cohort: Cohort, label: str) -> str:
     """Return which recording of a cell is of the animal that is shown of its group; empty if none is."""
     group, _, results = cohort.cells[label]
@@ -60,14 +71,13 @@ def _shown(cohort: Cohort, label: str) -> str:
     return next((name for name in names if name == cohort.shown[group].name), next(iter(names), ""))
 
 
-def _title(cohort: Cohort, label: str, shown: str) -> str:
+def _title(cohort: Cohort, label: str, shown: str, most: int) -> str:
     """Return what stands above a column: whose, how many, which is black; line by line where columns are narrow."""
     group, level, _ = cohort.cells[label]
     black = f"black: {short(shown)}" if shown else ""
     one = f"{short(group)} ({cohort.count(label)}); {black}"
-    if not level and len(one) <= _TITLE // len(cohort.cells):
+    if not level and len(one) <= most:
         return one
-    most = _TITLE // len(cohort.cells)
     lines = [group, f"{level} ({cohort.count(label)})" if level else cohort.count(label), black]
     return "\n".join(short(line, most) for line in lines if line)
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_MOST_LABELS = 4  # of axes side by side
 _TITLE = 46  # letters of a title over one column of a journal
 
 
@@ -43,7 +44,7 @@ def waveforms_figure(cohort: Cohort) -> "Figure":
     figure.legend(handles=handles, loc="outside upper center", ncols=columns)
     for ax in axes.flat:  # limits are final now; then inner labels go
         readable(ax)
-    for ax in axes[0]:
+    for ax in [*axes[0], *(axes[1, :-1] if len(levels) > _MOST_LABELS else ())]:
         ax.set_xlabel("")
     for ax in axes[:, 1:].flat:
         ax.set_ylabel("")

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _STEP, _GAP = 1.0, 0.7  # from cell to cell, and further from group to group or from source to source
 _MOST = 16  # letters of a level
+_LINE = 2.6  # letters side by side that one upright line takes
 
 
 class _Place(NamedTuple):
@@ -62,10 +63,17 @@ def plot_cells(
     widest = max(len(line) for one in places for line in one.tick.split("\n"))
     upright = (widest + 0.5) * (places[-1].x + 1.3) > room * _STEP
     texts = [one.tick.replace("\n", ", ") if upright else one.tick for one in places]
+    if len(places) > room / _LINE:  # not even upright: the first of each group and source, the caption has the order
+        firsts = [one == 0 or _run(places[one]) != _run(places[one - 1]) for one in range(len(places))]
+        texts = [text if first else "" for text, first in zip(texts, firsts, strict=True)]
     ax.set_xticks([one.x for one in places], texts, fontsize=SMALL, rotation=90 if upright else 0)
     ax.tick_params(axis="x", length=0)
     ax.set_xlim(-0.6, places[-1].x + 0.7)
     return label_axes(ax, "", label)
+
+
+def _run(place: _Place) -> tuple[str, str]:
+    return place.group, place.source
 
 
 def _places(table: "pd.DataFrame", quantity: str, sources: Mapping[str, SourceLook]) -> list[_Place]:
@@ -73,6 +81,8 @@ def _places(table: "pd.DataFrame", quantity: str, sources: Mapping[str, SourceLo
     several = table["source"].nunique() > 1
     places: list[_Place] = []
     x, before = 0.0, ("", "")
+    order = {"group": [*table["group"].unique()], "source": [*sources], "cell": [*table["cell"].unique()]}
+    table = table.sort_values([*order], key=lambda one: one.map(order[str(one.name)].index), kind="stable")
     for key, rows in table.groupby(["group", "source", "cell"], sort=False):
         group, source, cell = map(str, key)
         x += 0.0 if not places else _STEP if (group, source) == before else _STEP + _GAP

@@ -189,8 +189,12 @@ def short(name: str, most: int = 22) -> str:
 
 def columns_that_fit(labels: Sequence[str], width: float, most: int = 4) -> int:
     """Return how many labels of a legend stand side by side in a figure of `width` cm, `most` at most."""
-    widest = _HANDLE + _LETTER * max(map(len, labels), default=1)
-    return max(1, min(most, len(labels), int(width / 2.54 * 72 / widest)))
+    room, sizes = width / 2.54 * 72, [_HANDLE + _LETTER * len(label) for label in labels]
+    for count in range(min(most, len(labels)), 1, -1):
+        columns = np.array_split(sizes, count)  # a legend is filled column by column
+        if sum(float(column.max()) for column in columns) <= room:
+            return count
+    return 1
 
 
 def plain_log(axis: "Axis") -> None:

@@ -8,9 +8,9 @@ import pandas as pd
 
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
-from vasowave.report.wording import listed, number, probability, ratio_with_interval, unit
+from vasowave.report.wording import LIMIT, listed, number, probability, ratio_with_interval, unit
 
-CLEAR = 0.05
+CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""
 
 _UNEVEN = 1.4  # times as many animals in one group as in the other: 7 + 5, where a skew was seen to matter
@@ -74,7 +74,7 @@ def _places(row: pd.Series, reference: str, other: str) -> tuple[str, str]:
         case "interaction":
             change = short(row["change"], _MAX_LETTERS)
             ratio = f"the ratio {change}"
-            return f"{ratio} {{}} in {other} than in {reference}", f"between {other} and {reference} in {ratio}"
+            return f"{ratio} is {{}} in {other} than in {reference}", f"between {other} and {reference} in {ratio}"
         case "contrast":
             return f"{{}} by the contrast '{other}'", f"by the contrast '{other}'"
     return f"{{}} in {other} than in {reference}", f"between {other} and {reference}"

@@ -20,7 +20,9 @@ from vasowave.report.answer.walls import wall_answer
 from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
 from vasowave.report.glossary import caller
 from vasowave.report.tables.cells import nearest, symbols
-from vasowave.report.wording import UNLIMITED, unlimited
+from vasowave.report.wording import UNLIMITED, listed, undecided, unlimited
+
+_NEAR = "≈: other draws may put this p on the other side of 0.05."
 
 
 def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Section]:
@@ -83,7 +85,8 @@ def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) ->
         )
     elif len(primary.rows):
         wide, narrow = (groups_figure(cohort, primary, form) for form in (WIDE, NARROW))
-        caption = _ratios_caption(cohort, primary)
+        near = primary.rows["p"].map(undecided).any()
+        caption = _ratios_caption(cohort, primary) + (f" {_NEAR}" if near else "")
     else:
         return []
     return [Drawing("Forest", caption, wide, narrow)]
@@ -96,15 +99,28 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
     if not cohort.design.plain:
         return (
             f"Ratios by the model of the design (diamonds{model}). 95 % intervals and p hold for all "
-            f"{len(primary.rows)} rows together. Below stand {walls}where groups are compared every animal over the "
-            f"mean of {reference}, as measured."
-        )
+            f"{len(primary.rows)} rows together. {_below(cohort, primary, reference)}"
+        ).strip()
     return (
         f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known; the answers' numbers of "
         f"groups are geometric means. 95 % intervals and p hold for all {len(primary.rows)} rows together. Below stand "
         f"{walls}every animal over the mean of {reference}."
         + (f" {UNLIMITED}: the data say nothing of that ratio." if _is_unlimited(primary) else "")
     )
+
+
+def _below(cohort: Cohort, primary: Primary, reference: str) -> str:
+    """Say what stands below the effects of a design: other laws, which are adjusted as it is, and animals."""
+    what, again = set(primary.rows["what"]), short(cohort.design.occasion or "", 40)
+    several = " (of several recordings their mean)" if cohort.repeated else ""
+    said = [f"where groups are compared every animal over the mean of {reference}{several}"] if "groups" in what else []
+    if again and "factor" in what:
+        said.append(f"for {again} every animal's own ratio")
+    if again and "interaction" in what:
+        said.append(f"where groups differ in it that ratio over its mean in {reference}")
+    animals = [f"{listed(said)} (not adjusted)"] if said else []
+    beside = ["the other walls (grey)"] if len(cohort.walls) > 1 else []
+    return f"Below stand {'; '.join([*beside, *animals])}." if said or beside else ""
 
 
 def _is_unlimited(primary: Primary) -> bool:

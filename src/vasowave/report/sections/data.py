@@ -34,7 +34,11 @@ def _hemodynamics(cohort: Cohort) -> str:
     if cohort.single:
         return f"{what}. {noise}"
     if cohort.shown_at:
-        shown = f"Black: {nearest(cohort)}, which is shown below too, with its other recordings."
+        few = len(figures.cells_drawn(cohort)) < len(cohort.cells)
+        others = f" Drawn are the recordings at {cohort.shown_at}." if few else ""
+        shown = (
+            f"Black: {nearest(cohort)}, which is shown below too{'' if few else ', with its other recordings'}.{others}"
+        )
     else:
         shown = "Black: the animal nearest to the medians of its group, which is shown below too."
     return f"{what} of every {'recording' if cohort.repeated else 'animal'}. {shown} {noise}"

@@ -15,12 +15,12 @@ from vasowave.figures import modeled as figures
 from vasowave.figures.compared import means_figure
 from vasowave.figures.sites import sites_figure, sites_of
 from vasowave.figures.space import axes_in_space
-from vasowave.figures.style import color_stops, group_looks
+from vasowave.figures.style import color_stops, group_looks, short
 from vasowave.report.blocks import Block, Drawing, Fold, Section, Space, Table
 from vasowave.report.tables import models as tables
 from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
 from vasowave.report.tables.sites import sites_table
-from vasowave.report.wording import column_label, probability
+from vasowave.report.wording import column_label, listed, probability
 
 _SAME = 1e-9  # logarithms that differ by less are equal but for rounding
 _BEDS = ("R_T", "C_T", "C_p_over_C_T", "tau", "a")
@@ -114,6 +114,9 @@ def _points(cohort: Cohort, sources: Sequence[str], above: Mapping[str, object])
     hollow = ", hollow ones of the linear wall" if "linear" in sources and len(sources) > 1 else ""
     one = "recordings" if cohort.repeated else "animals"
     joined = ", lines join those of one animal" if cohort.crossed and cohort.repeated else ""
+    if cohort.crossed and cohort.second:
+        levels = list(dict.fromkeys(short(cell.level) for cell in cohort.cells.values()))
+        joined += f", {cohort.second.name} from left to right {listed(levels)}"
     return (
         f"Points: {one}{hollow}{joined}; beside them geometric means with 95 % intervals, each by itself "
         f"(random effects, {one} weighted by how well each is known).{_P if above else ''}"

@@ -7,7 +7,7 @@ import pandas as pd
 from vasowave.cohort.primary import Primary, Untested
 from vasowave.report.answer.groups import effect_of
 from vasowave.report.blocks import Table
-from vasowave.report.wording import number, p_value, ratio_with_interval
+from vasowave.report.wording import number, p_value, ratio_with_interval, undecided
 
 
 def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
@@ -34,6 +34,8 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
         )
     else:
         note = _note(len(rows))
+    if rows["p"].map(undecided).any():
+        note += " ≈: other draws may put this p on the other side of 0.05."
     if primary.assurance:
         note += (
             f" Of cohorts without any effect, of these sizes, spreads and correlations, "
