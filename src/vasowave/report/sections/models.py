@@ -15,7 +15,7 @@ from vasowave.figures import modeled as figures
 from vasowave.figures.compared import means_figure
 from vasowave.figures.sites import sites_figure, sites_of
 from vasowave.figures.space import axes_in_space
-from vasowave.figures.style import color_stops, group_looks, short
+from vasowave.figures.style import color_stops, group_looks, short, source_looks
 from vasowave.report.blocks import Block, Drawing, Fold, Section, Space, Table
 from vasowave.report.tables import models as tables
 from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
@@ -111,7 +111,8 @@ def _means(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list
 
 def _points(cohort: Cohort, sources: Sequence[str], above: Mapping[str, object]) -> str:
     """Return what points, lines and means of a figure are, and the p where any is written."""
-    hollow = ", hollow ones of the linear wall" if "linear" in sources and len(sources) > 1 else ""
+    open_ones = [f"the {source} wall" for source, look in source_looks(sources).items() if not look.filled]
+    hollow = f", hollow ones of {listed(open_ones)}" if open_ones and len(sources) > 1 else ""
     one = "recordings" if cohort.repeated else "animals"
     joined = ", lines join those of one animal" if cohort.crossed and cohort.repeated else ""
     if cohort.crossed and cohort.second:
