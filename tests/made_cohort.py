@@ -11,6 +11,7 @@ from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.law_result import LawResult, Measured
 from vasowave.animal.pipeline import result_of
 from vasowave.animal.result import AnimalResult
+from vasowave.cohort import Design, Variable, gathered
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import VasowaveWarning
@@ -101,3 +102,23 @@ def voting(result, scores, likeliest):
                 columns[name].append(value)
     selection = xr.Dataset({name: ("candidate", np.array(values)) for name, values in columns.items()})
     return replace(result, selection=selection.assign_attrs(preferred_covariance=likeliest))
+
+
+def crossed_cohort(mice=3, walls=("linear",), levels=("vor", "nach"), groups=("Kontrolle Süd", "Hypoxie Öst")):
+    """Return two groups of mice of long names, each recorded at every level, pressures falling from level to level."""
+    rng = np.random.default_rng(11)
+    results, columns = [], {"mouse": {}, "time": {}, "sex": {}, "litter": {}}
+    for place, group in enumerate(groups):
+        for number in range(1, mice + 1):
+            mouse = f"{group.split()[-1]} {number}"
+            own = (1 + 0.8 * place) * np.exp(0.12 * rng.standard_normal())
+            for later, level in enumerate(levels):
+                factor = own * 0.85**later * 0.9 ** (later * place) * np.exp(0.03 * rng.standard_normal())
+                result = made_result(f"{mouse} {level}", group, factor, rng, False, walls, False)
+                results.append(result)
+                cells = {"mouse": mouse, "time": level, "sex": "fm"[number % 2], "litter": "ABCD"[number % 4]}
+                for name, cell in cells.items():
+                    columns[name][result.name] = cell
+    design = Design(covariates=("sex",), subject="mouse", occasion="time")
+    known = [Variable.of(name, cells) for name, cells in columns.items()]
+    return gathered(results, groups[0], variables=known, design=design)

@@ -10,11 +10,13 @@ import pytest
 from scipy import stats
 
 from made_cohort import made_results
-from vasowave.cohort import Design, Variable, gathered, primary_comparison
+from vasowave.cohort import Design, Family, Variable, gathered, primary_comparison
 from vasowave.cohort.design import laid_out
+from vasowave.cohort.designed import modeled
 from vasowave.cohort.freedom import degrees_left
 from vasowave.cohort.joint import Fitted, joint
 from vasowave.cohort.mixed import Structure, fit_mixed
+from vasowave.cohort.primary import known_values
 from vasowave.errors import InputError
 from vasowave.report.answer.groups import not_told
 
@@ -492,3 +494,52 @@ def test_the_recordings_of_one_mouse_have_its_own_image_and_no_shared_one(images
     rows = rows[rows["source"] == "linear"].set_index(["quantity", "what"])
     assert (rows.xs("groups", level="what")["untested"] == "one image").all() == untested
     assert (rows.drop("groups", level="what")["untested"] == "").all()  # within each mouse its image cancels
+
+
+def test_the_effect_of_a_covariate_is_that_of_weighted_least_squares_in_other_coordinates():
+    """Columns of 0 and 1 with an intercept, weighted by the variances that the model found: effects do not differ."""
+    rng = np.random.default_rng(8)
+    results = made_results({"CTL": 9, "HPH": 9}, walls=())
+    names = [result.name for result in results]
+    sex = {name: "fmd"[place % 3] for place, name in enumerate(names)}
+    weight = {name: f"{22 + 3 * rng.standard_normal():.2f}" for name in names}
+    known = [Variable.of("sex", sex), Variable.of("weight [g]", weight)]
+    cohort = gathered(results, variables=known, design=Design(covariates=("sex", "weight")))
+    rows = primary_comparison(cohort, Family(quantities=("CO",))).adjusted.set_index("covariate")
+    fit = modeled(cohort, known_values(cohort, "measured", "CO", ["CTL", "HPH"])).fit
+    grams = np.array([float(one) for one in weight.values()])
+    columns = [[1.0] * 18, [one.group == "HPH" for one in results], *([one == level for one in sex.values()]
+               for level in "md"), grams / grams.std()]  # fmt: skip
+    X, inverse = np.column_stack(columns).astype(float), np.linalg.inv(fit.root @ fit.root.T)
+    y = np.log([float(one.measured.quantities["CO"]) for one in results])
+    covariance = np.linalg.inv(X.T @ inverse @ X)
+    expected = covariance @ X.T @ inverse @ y
+    labels = ["sex: m / f", "sex: d / f", f"weight, {grams.std():.3g} g more"]
+    assert rows.index.tolist() == labels
+    np.testing.assert_allclose(np.log(rows["ratio"]), expected[2:], rtol=1e-8)
+    # Kenward and Roger's errors are not below those of known variances, and t not below the normal distribution.
+    reach = np.log(rows["high"] / rows["ratio"]).to_numpy()
+    assert (reach > 1.96 * np.sqrt(np.diag(covariance)[2:])).all()
+
+
+def test_the_effect_of_a_covariate_is_that_of_the_pairs_it_divides():
+    """Groups of as many males as females: the ratio lies between those of the groups."""
+    results = made_results({"CTL": 6, "HPH": 6}, walls=())
+    sex = {result.name: "fm"[place % 2] for place, result in enumerate(results)}
+    cohort = gathered(results, variables=[Variable.of("sex", sex)], design=Design(covariates=("sex",)))
+    found = primary_comparison(cohort, Family(quantities=("CO", "mPAP"))).adjusted
+    assert found["covariate"].tolist() == ["sex: m / f"] * 2
+    for row in found.to_dict("records"):
+        logs = {result.name: np.log(float(result.measured.quantities[row["quantity"]])) for result in results}
+        each = {group: [np.mean([logs[one.name] for one in members if sex[one.name] == which]) for which in "fm"]
+                for group, members in cohort.groups.items()}  # fmt: skip
+        differences = sorted(male - female for female, male in each.values())
+        assert differences[0] <= np.log(row["ratio"]) <= differences[1]
+        assert row["low"] < row["ratio"] < row["high"]
+
+
+def test_a_covariate_that_says_what_groups_say_has_no_effect_of_its_own():
+    results = made_results({"CTL": 5, "HPH": 5}, walls=())
+    same = Variable.of("chip", {result.name: result.group for result in results})
+    cohort = gathered(results, variables=[same], design=Design(covariates=("chip",)))
+    assert not len(primary_comparison(cohort, Family(quantities=("CO",))).adjusted)

@@ -5,6 +5,7 @@ from itertools import combinations
 
 import pytest
 
+from made_cohort import crossed_cohort
 from vasowave.cohort.cohort import gathered
 from vasowave.cohort.primary import primary_comparison
 from vasowave.figures.marks import lettered
@@ -27,14 +28,20 @@ def in_style():
 
 @pytest.fixture(scope="module")
 def figures(cohort_results):
-    """Return every figure of a cohort and of one animal by document and name, laid out and lettered."""
+    """Return every figure of cohorts and of one animal by document and name, laid out and lettered."""
     found, asked = {}, ReportSettings()
     with style():
-        for kind, results in (("cohort", cohort_results), ("animal", cohort_results[:1])):
-            cohort = gathered(results, None, lost=())
+        cohorts = {"cohort": gathered(cohort_results, None), "animal": gathered(cohort_results[:1], None)}
+        # Names that need room, before and after: four cells, three effects; and with two laws and five times.
+        cohorts["occasions"] = crossed_cohort()
+        words, names = ("before", "1 h", "2 h", "3 h", "4 h"), ("Überexprimiert und gefüttert", "Kontrolle")
+        cohorts["laws"] = crossed_cohort(2, ("linear", "tangent"), words, names)
+        for kind, cohort in cohorts.items():
             primary = primary_comparison(cohort, asked)
             for document in (report_of(cohort, primary, asked), supplement_of(cohort, primary)):
                 for drawing in document.drawings():
+                    if kind in ("occasions", "laws") and drawing.name.startswith(("fit-", "beats-")):
+                        continue  # of one animal each, as above
                     lettered(drawing.figure)
                     for _ in range(2):  # the first makes room, the second stands in it
                         drawing.figure.draw_without_rendering()

@@ -110,7 +110,7 @@ def test_the_titles_of_the_columns_stand_a_line_above_the_first_row(form):
 def test_a_point_under_the_diamond_would_be_found(monkeypatch):
     from vasowave.figures import forest
 
-    monkeypatch.setattr(forest, "_lanes", lambda row, limits, axis: forest._Lanes([0] * len(row.dots), 1))
+    monkeypatch.setattr(forest, "_lanes", lambda row, limits, axis, most: forest._Lanes([0] * len(row.dots), 1))
     monkeypatch.setattr(forest, "_CLEARANCE", 0.0)
     rng = np.random.default_rng(3)
     with style():

@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 
 from chromium import WATCH, browser, run
+from made_cohort import crossed_cohort
+from vasowave.cohort import Family, primary_comparison
+from vasowave.figures.style import style
 from vasowave.recording.waveform import cycle_foot
+from vasowave.report.documents import report_of
+from vasowave.report.html import page
 
 DRIVE = """
 const said = [], at = (one, x, y) => {
@@ -128,4 +133,20 @@ def test_the_supplement_marks_the_animal_that_was_picked_before(cohort_page, tmp
     rows, console = driven(cohort_page, tmp_path, script, "#pick=CTL%202")
     assert len(rows) > 5
     assert set(rows) == {"CTL 2"}
+    assert console == []
+
+
+def test_an_animal_that_was_recorded_twice_is_marked_in_both_recordings(tmp_path):
+    cohort, family = crossed_cohort(2), Family(quantities=("mPAP", "CO"))
+    with style():
+        text = page(report_of(cohort, primary_comparison(cohort, family), family), {})
+    script = """addEventListener("load", () => {
+      const shown = document.createElement("pre");
+      shown.id = "result";
+      const marked = [...document.querySelectorAll("svg .picked")].map(one => one.dataset.animal);
+      shown.textContent = JSON.stringify([...new Set(marked)].sort());
+      document.body.append(shown);
+    });"""
+    names, console = driven(text, tmp_path, script, "#pick=S%C3%BCd%201")
+    assert {"Süd 1 vor", "Süd 1 nach"} <= set(names) <= {"Süd 1", "Süd 1 vor", "Süd 1 nach"}
     assert console == []

@@ -27,8 +27,9 @@ def plain(name):
 
 
 @pytest.mark.parametrize(
-    ("p", "said"), [(0.5, "p = 0.50"), (0.0302, "p = 0.030"), (0.0002, "p = 0.00020"), (1e-4, "p ≤ 0.0001")]
-)
+    ("p", "said"), [(0.5, "p = 0.50"), (0.0302, "p = 0.030"), (0.0002, "p = 0.00020"), (1e-4, "p ≤ 0.0001"),
+                  (0.049, "p ≈ 0.049"), (0.0451, "p = 0.045"), (0.0539, "p ≈ 0.054"), (0.055, "p = 0.055")]
+)  # fmt: skip
 def test_a_p_that_no_drawn_cohort_reaches_is_said_as_a_bound(p, said):
     """10 000 cohorts, the observed one among them: 0.0001 is the least that there can be."""
     assert probability(p) == said
@@ -247,8 +248,9 @@ def page_of(results, family=None):
 
 
 def test_an_interval_that_excludes_one_is_written_so():
-    assert ratio_with_interval(2.17, 1.023, 4.53) == "2.17 [1.02, 4.53]"
-    assert ratio_with_interval(0.42, 0.18, 0.9996) == "0.420 [0.1800, 0.9996]"
+    assert ratio_with_interval(2.17, 1.023, 4.53) == "2.2 [1.02, 4.5]"
+    assert ratio_with_interval(0.42, 0.18, 0.9996) == "0.42 [0.18, 0.9996]"
+    assert ratio_with_interval(0.874, 0.7612, 1.004) == "0.87 [0.76, 1.004]"
     assert ratio_with_interval(2.10, 1.31, 3.37) == "2.10 [1.31, 3.37]"
     assert ratio_with_interval(4.0, 1.9, 10.0) == "4.0 [1.9, 10.0]"
     assert ratio_with_interval(0.558, 1e-9, 1e9) == "0.558 [no limits]"

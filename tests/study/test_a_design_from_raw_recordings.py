@@ -44,18 +44,20 @@ def study(tmp_path_factory):
     for command in ("check", "run"):
         done = CliRunner().invoke(app, [command, str(folder)])
         assert done.exit_code == 0, done.output
+        assert ("Recordings 12; wall laws linear" if command == "check" else "12 recordings") in done.output
     return folder
 
 
 def test_the_page_says_what_the_design_says(study):
     page = (study / "report" / "report.html").read_text("utf-8")
     assert "Ratios and means of groups are adjusted for sex: they hold at the average of each; animals of" in page
-    assert "one litter (3) may be alike (random effects)" in page
+    assert "one litter (of 3: L0, L1 and L2) may be alike (random effects)" in page
     assert "the 12 recordings are of 6 animals (column mouse), whose own level is a random effect" in page
     assert "time (before and after; compared with before) is a second factor" in page
     assert "12 recordings of 6 animals in 2 groups: WT, HOX" in page
-    assert "WT (6 recordings, n = 3)" in page
-    assert "One recording moves an effect most" in page
+    assert "WT (n = 3)" in page
+    assert "One animal moves an effect most" in page
+    assert "12 of 12 recordings done" in CliRunner().invoke(app, ["status", str(study)]).output
     assert "Mann-Whitney" not in (study / "report" / "supplement.html").read_text("utf-8")
 
 

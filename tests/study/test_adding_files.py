@@ -269,3 +269,20 @@ def test_a_cell_that_no_animal_can_have_is_not_written_into_the_table(tmp_path, 
     with pytest.raises(InputError, match=why):
         add_files(tmp_path / "study", [tmp_path / "a.txt"], cells=cells)
     assert (tmp_path / "study" / "animals.csv").read_bytes() == before
+
+
+def test_a_recording_of_an_animal_has_the_network_that_is_called_like_the_animal(tmp_path):
+    """Two recordings of each of several mice, and one lung a mouse: the name of a recording begins with the mouse's."""
+    lungs = [Path(f"lungs/{name}.csv") for name in ("Süd 1", "Süd 11", "Öst 1", "Öst 1 links")]
+    marks = {"Süd": ("Süd",), "Öst": ("Öst",)}
+
+    def told(name, group, networks=lungs):
+        found = told_network(name, group, marks, networks, tmp_path)
+        return found.stem if found else None
+
+    assert [told(f"Süd 1 {when}", "Süd") for when in ("vor", "nach")] == ["Süd 1"] * 2
+    assert told("Süd 11 vor", "Süd") == "Süd 11"
+    assert told("Öst 1 links nach", "Öst") == "Öst 1 links"  # the longest that fits
+    assert told("Süd 2 vor", "Süd") is None
+    of_groups = [Path("Süd.csv"), Path("Öst.csv")]
+    assert told("Süd 1 vor", "Öst", of_groups) == "Öst"  # a word of another group is no name

@@ -150,3 +150,26 @@ def test_new_changes_nothing_where_a_study_is(tmp_path):
 
 def test_the_documentation_lists_every_key_and_column_as_the_program_knows_it():
     assert study_file.PAGE.read_text(encoding="utf-8") == study_file.page(), "run `uv run python tools/study_file.py`"
+
+
+def test_every_example_of_the_template_is_read_as_it_was_meant():
+    """Its comment sign taken away; a name with a comma would otherwise be two keys."""
+    lines, read = study_text().splitlines(), 0
+    for section in [StudyFile, *(one.section for one in settings_of(StudyFile).values() if one.section)]:
+        for name, one in settings_of(section).items():
+            found = [line.strip()[2:] for line in lines if line.strip().startswith(f"# {name}: {{")]
+            if one.example is not None:
+                (example,) = found
+                assert yaml.safe_load(example) == {name: one.example}
+                read += 1
+    assert read > 2
+
+
+def test_a_name_with_a_comma_and_no_quotes_is_told_so():
+    (first, second) = said("design:\n  contrasts: {rescue: {HPH, drug: 1, HPH, vehicle: -1}}")
+    assert "line 2, column 24" in first
+    assert "'HPH' has no value; a name that holds a comma stands in quotation marks" in first
+    assert "column 38" in second
+    found, problems = parse_settings(b'design:\n  contrasts: {rescue: {"HPH, drug": 1, "HPH, vehicle": -1}}')
+    assert problems == []
+    assert found.design.contrasts == {"rescue": {"HPH, drug": 1, "HPH, vehicle": -1}}

@@ -30,8 +30,9 @@ def show_read(read: "Sequence[AnimalRead]", settings: "StudyFile") -> None:
         typer.echo(line)
     minutes = expected_seconds(read, settings, cores()) / 60
     walls, starts = settings.calibration.walls, settings.calibration.starts
+    rows = "Recordings" if settings.design.subject else "Animals"
     tell(
-        f"Animals {len(read)}; wall laws {', '.join(map(plain, walls))}; {starts} starts of each fit: roughly "
+        f"{rows} {len(read)}; wall laws {', '.join(map(plain, walls))}; {starts} starts of each fit: roughly "
         f"{max(1, round(minutes))} min to compute here ({cores()} cores), less where results are kept."
     )
 

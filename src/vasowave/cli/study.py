@@ -228,7 +228,7 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
         tell(f"{one.animal}: {one}")
     done, lost = (sum(one.state == state for one in animals) for state in ("done", "failed"))
     tell(
-        f"{done} of {_counted(len(animals), 'animal')} done; "
+        f"{done} of {_counted(len(animals), _row_of(plan))} done; "
         + (f"{lost} failed; " if lost else "")
         + (f"being run by {runner}" if runner else "not being run")
     )
@@ -236,6 +236,11 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
         tell(f"The results are of an earlier {said}; vasowave run {_typed(study)} writes them anew, with the report")
     _tell_problems(errors)
     raise typer.Exit(1 if errors else 0)
+
+
+def _row_of(plan: "Study | None") -> str:
+    """Return what a row of the table of animals is."""
+    return "recording" if plan is not None and plan.settings.design.subject else "animal"
 
 
 def _earlier(plan: "Study") -> str:
@@ -271,8 +276,7 @@ def _run(
     plan = read_study(study)
     refuse(doubled_animals(plan))
     say = (lambda text: None) if as_json else typer.echo
-    row = "recording" if plan.settings.design.subject else "animal"  # what a row of the table is
-    say(f"{_counted(len(plan.animals), row)}.")
+    say(f"{_counted(len(plan.animals), _row_of(plan))}.")
     begun = time.monotonic()
     try:
         with watched(plan, as_json) as show:
@@ -281,7 +285,7 @@ def _run(
         typer.echo("What had finished is kept, every search of a fit too; run it again to go on.", err=True)
         raise typer.Exit(130) from None
     say(
-        f"{_counted(len(done.computed), row)} computed"
+        f"{_counted(len(done.computed), _row_of(plan))} computed"
         + (f" ({len(done.resumed)} from searches that were kept)" if done.resumed else "")
         + f", {len(done.kept)} kept from earlier, {len(done.lost)} failed."
     )

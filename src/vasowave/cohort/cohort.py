@@ -1,6 +1,6 @@
 """Animals in their groups, and the one of each group that stands for it."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -13,6 +13,7 @@ from vasowave.animal.failure import Failure
 from vasowave.animal.law_result import LawResult
 from vasowave.animal.networks import network_dataset
 from vasowave.animal.result import AnimalResult, as_chosen
+from vasowave.cohort.cells import Cell, cells_of, common_level
 from vasowave.cohort.declared import Declaration
 from vasowave.cohort.design import Design
 from vasowave.cohort.misfit import misfits
@@ -35,7 +36,8 @@ class Cohort:
     groups : dict of str to list of AnimalResult
         The results of the animals, the reference group first.
     shown : dict of str to AnimalResult
-        Of each group, the animal whose measured indices are nearest to the group's medians.
+        Of each group, the animal whose measured indices are nearest to the group's medians; of occasions or levels of
+        a second factor at the first that all groups have, so that groups are not shown at different ones.
     table : DataFrame
         From `cohort_table`: one row per animal and source.
     lost : tuple of Failure
@@ -88,11 +90,44 @@ class Cohort:
         """Whether several recordings are of one animal, so that they are not independent of each other."""
         return len(set(self.subjects.values())) < len(self.results)
 
+    @property
+    def second(self) -> Variable | None:
+        """The column that is crossed with the groups, if there is one."""
+        return self.variables.get(self.design.second or "")
+
+    @cached_property
+    def cells(self) -> dict[str, Cell]:
+        """The recordings by group and level of the second column; the groups themselves where there is none."""
+        return cells_of(self.groups, self.second)
+
+    @property
+    def crossed(self) -> bool:
+        """Whether groups are divided by the levels of a second column."""
+        return any(cell.level for cell in self.cells.values())
+
+    @cached_property
+    def described(self) -> pd.DataFrame:
+        """The table, in which `group` is the cell of a recording: what is described is not pooled over occasions."""
+        cell = {result.name: label for label, one in self.cells.items() for result in one.results}
+        return self.table.assign(group=self.table["animal"].map(cell))
+
+    @cached_property
+    def shown_at(self) -> str:
+        """The occasion or level at which animals are shown, as text says it: ``time before``; empty without one."""
+        level = common_level(self.groups, self.second)
+        return f"{self.design.second} {level}" if level else ""
+
     def count(self, group: str) -> str:
-        """Return how many a group has: ``n = 6``, or ``12 recordings, n = 6`` where animals were recorded again."""
-        names = [result.name for result in self.groups[group]]
+        """Return how many a group or cell has: ``n = 6``, or ``12 recordings, n = 6`` of animals recorded again."""
+        results = self.cells[group].results if group in self.cells else self.groups[group]
+        names = [result.name for result in results]
         animals = len({self.subjects[name] for name in names})
         return f"n = {animals}" if animals == len(names) else f"{len(names)} recordings, n = {animals}"
+
+    def counts(self, group: str) -> str:
+        """Return how many a group has in each of its cells, once where all have as many: ``n = 4``, ``n = 4, 3``."""
+        first, *others = dict.fromkeys(self.count(label) for label, cell in self.cells.items() if cell.group == group)
+        return ", ".join([first, *(one.removeprefix("n = ") for one in others)])
 
     @cached_property
     def walls(self) -> list[str]:
@@ -126,7 +161,7 @@ class Cohort:
     def name(self, group: str) -> str:
         """Return how captions call the animal that stands for a group."""
         name = self.shown[group].name
-        return name if self.single else f"{name} ({group})"
+        return name if self.single else f"{name} ({', '.join(filter(None, (group, self.shown_at)))})"
 
     @property
     def shown_networks(self) -> list[list[str]]:
@@ -231,16 +266,19 @@ def gathered(
     labels.sort(key=lambda label: label != first)
     groups = {label: [result for result in results if result.group == label] for label in labels}
     table = cohort_table([result for members in groups.values() for result in members])
-    typical = {label: typical_animal(table, label) for label in groups}
+    known = {one.name: one for one in variables}
+    second = known.get(design.second or "") if design else None
+    level = common_level(groups, second)
+    at = {name for name, own in second.levels.items() if own == level} if second and level else None
+    typical = {label: typical_animal(table, label, at) for label in groups}
     shown = {label: whole(name) if whole else _named(groups[label], name) for label, name in typical.items()}
-    columns = {one.name: one for one in variables}
-    return Cohort(groups, shown, table, tuple(lost), columns, design or Design(), tuple(declared))
+    return Cohort(groups, shown, table, tuple(lost), known, design or Design(), tuple(declared))
 
 
-def typical_animal(table: pd.DataFrame, group: str) -> str:
-    """Return the animal of a group whose measured indices lie nearest to the group's medians, in their SDs."""
+def typical_animal(table: pd.DataFrame, group: str, among: Collection[str] | None = None) -> str:
+    """Return the animal of a group (`among` some) whose measured indices lie nearest to their medians, in their SDs."""
     rows = rows_of(table, "measured")
-    rows = rows[rows["group"] == group]
+    rows = rows[(rows["group"] == group) & (True if among is None else rows.index.isin(among))]
     values = rows[columns(rows, INDICES)].to_numpy(float)
     scale = values.std(axis=0)
     away = (values - np.median(values, axis=0)) / np.where(scale > 0, scale, 1.0)

@@ -187,7 +187,7 @@ def laid_out(
     cell = np.array([pairs.index(pair) for pair in zip(group, within, strict=True)], dtype=int)
     cells = tuple(", ".join(filter(None, pair)) for pair in pairs)
     coefficients = _coefficients(design, groups, levels, pairs)
-    covariates = [column for name in design.covariates for column in _columns(known[name], animals)]
+    covariates = [column for name in design.covariates for column in covariate_columns(known[name], animals)]
     whole = np.column_stack([coefficients[cell], *covariates]) if len(animals) else np.zeros((0, 1))
     if len(animals) <= np.linalg.matrix_rank(whole) + 1:
         few = "1 animal is" if len(animals) == 1 else f"{len(animals)} animals are"
@@ -197,7 +197,7 @@ def laid_out(
     means = np.column_stack([coefficients, np.zeros((len(pairs), len(covariates)))])
     subject = tuple(known[design.subject].levels[one] for one in animals) if design.subject else animals
     random = _random(design, known, animals, cell, subject, whole @ basis)
-    owners = [name for name in design.covariates for _ in _columns(known[name], animals)]
+    owners = [name for name in design.covariates for _ in covariate_columns(known[name], animals)]
     table = Cells(pairs, np.bincount(cell, minlength=len(pairs)) > 0, means, whole, owners, design.second or "")
     asked = list(_contrasts(design, groups, levels, pairs, cells, second))
     contrasts, untold = told_and_not(asked, table, smaller=not (design.dose or design.contrasts))
@@ -234,7 +234,7 @@ def _coefficients(
     )
 
 
-def _columns(one: Variable, animals: Sequence[str]) -> list[np.ndarray]:
+def covariate_columns(one: Variable, animals: Sequence[str]) -> list[np.ndarray]:
     """Return the columns of a covariate, so coded that cells are compared at its average."""
     if one.kind != "category":
         values = np.array([one.numbers[animal] for animal in animals])

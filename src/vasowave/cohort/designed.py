@@ -146,7 +146,9 @@ def _row(one: Modeled, contrast: Contrast, p: float, critical: float) -> dict[st
     row = {
         "reference": contrast.reference, "other": contrast.other, "question": question_of(one.values.name),
         "quantity": one.values.name, "source": one.values.source, "n reference": _count(layout, contrast.first),
-        "n other": _count(layout, contrast.second), "mean reference": means[0], "mean other": means[1],
+        "n other": _count(layout, contrast.second),
+        "n both": len(_subjects(layout, contrast.first) & _subjects(layout, contrast.second)),
+        "mean reference": means[0], "mean other": means[1],
         "unit": one.values.unit if contrast.of_values else "1", "ratio": value, "low": low, "high": high,
         "standard error": effect.error, "df": effect.freedom, "p": np.nan if untested else p,
         "untested": "one image" if untested else "", "smallest p": np.nan,
@@ -158,7 +160,11 @@ def _row(one: Modeled, contrast: Contrast, p: float, critical: float) -> dict[st
 
 def _count(layout: Layout, side: np.ndarray) -> int:
     """Return how many subjects stand in the cells that a side is made of."""
-    return len({name for name, cell in zip(layout.subject, layout.cell, strict=True) if side[cell] != 0})
+    return len(_subjects(layout, side))
+
+
+def _subjects(layout: Layout, side: np.ndarray) -> set[str]:
+    return {name for name, cell in zip(layout.subject, layout.cell, strict=True) if side[cell] != 0}
 
 
 def _image_unknown(one: Modeled, contrast: Contrast) -> bool:
@@ -183,16 +189,20 @@ def _image_unknown(one: Modeled, contrast: Contrast) -> bool:
 
 
 def _influence(one: Modeled, contrast: Contrast, effect: Effect) -> dict[str, object]:
-    """Return the animal whose absence moves the ratio most, and the ratio then; the variances stay as they are."""
-    root, weights = one.fit.root, one.weights(contrast)
-    inverse = np.linalg.inv(root @ root.T)
-    left = []
-    for out in range(len(root)):
-        kept = np.arange(len(root)) != out
-        # Without a row the inverse is that of the others: the whole one less what the row told of them.
-        rest = inverse[np.ix_(kept, kept)] - np.outer(inverse[kept, out], inverse[out, kept]) / inverse[out, out]
-        seen = one.layout.fixed[kept].T @ rest
-        coefficients = np.linalg.lstsq(seen @ one.layout.fixed[kept], seen @ one.values.known.logs[kept], rcond=None)[0]
-        left.append(float(weights @ coefficients))
-    farthest = int(np.argmax(np.abs(np.array(left) - effect.value)))
-    return {"without": one.layout.animals[farthest], "ratio without": float(np.exp(left[farthest]))}
+    """Return the animal (all its recordings) whose absence moves the ratio most, and the ratio then.
+
+    The variances stay as they are. An animal without which the effect is not told is not left out.
+    """
+    covariance, weights, fixed = one.fit.root @ one.fit.root.T, one.weights(contrast), one.layout.fixed
+    left = {}
+    for subject in dict.fromkeys(one.layout.subject):
+        kept = np.array([name != subject for name in one.layout.subject])
+        if np.linalg.matrix_rank(fixed[kept]) < fixed.shape[1]:
+            continue
+        seen = np.linalg.solve(covariance[np.ix_(kept, kept)], fixed[kept]).T
+        coefficients = np.linalg.solve(seen @ fixed[kept], seen @ one.values.known.logs[kept])
+        left[subject] = float(weights @ coefficients)
+    if not left:
+        return {"without": "", "ratio without": np.nan}
+    farthest = max(left, key=lambda subject: abs(left[subject] - effect.value))
+    return {"without": farthest, "ratio without": float(np.exp(left[farthest]))}

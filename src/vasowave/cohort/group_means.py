@@ -20,17 +20,19 @@ class GroupMean(NamedTuple):
 
 
 def group_means(cohort: Cohort, source: str, name: str) -> dict[str, GroupMean]:
-    """Return the geometric mean of a quantity of a source in every group that has it, each interval by itself.
+    """Return the geometric mean of a quantity of a source in every cell that has it, each interval by itself.
+
+    Cells are the groups, or groups at an occasion or level (`Cohort.cells`).
 
     Animals are weighted by how well each is known, and what they share (`Estimates.shared`) is not averaged away; of
     several recordings of one animal the mean counts.
-    Groups with a value that is not positive are left out.
+    Cells with a value that is not positive are left out.
     """
     means = {}
-    for group in cohort.groups:
-        found = known_values(cohort, source, name, [group])
+    for label, cell in cohort.cells.items():
+        found = known_values(cohort, source, name, [cell.group], cell.results)
         if found is not None and len(found.results) and np.all(np.isfinite(found.known.logs)):
-            means[group] = pooled(found.known.by_animal([cohort.subjects[one.name] for one in found.results]))
+            means[label] = pooled(found.known.by_animal([cohort.subjects[one.name] for one in found.results]))
     return means
 
 

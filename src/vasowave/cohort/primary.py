@@ -1,7 +1,7 @@
 """The one primary comparison: a family of quantities declared before, its effects, intervals and p for all at once."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ import pandas as pd
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.covariates import covariate_effects
 from vasowave.cohort.designed import Modeled, Values, beside, modeled, rows_of_design
 from vasowave.cohort.estimates import Estimates, estimates_of, image_unknown, shared_error
 from vasowave.cohort.missing import Missing, missing_animals
@@ -143,8 +144,8 @@ class Primary:
         fewer than three), and the ratio is then `ratio without`. `estimates` says what the animals' values and errors
         are of: their ``posterior`` where all have one that can be trusted, their ``fit``, or ``plain`` values without
         errors. With a design one per effect and quantity, ``what`` the effect is and ``within`` what it is compared
-        (`contrast.Contrast`); of effects that are ratios of ratios the means are the ratios. `smallest p` and `apart`
-        then say nothing.
+        (`contrast.Contrast`); of effects that are ratios of ratios the means are the ratios, and ``n both`` animals
+        stand on both sides. `smallest p` and `apart` then say nothing.
     others : DataFrame
         The same effects by the other laws, their intervals to the same level, without a test:
         ``reference, other, quantity, source, ratio, low, high``.
@@ -157,6 +158,9 @@ class Primary:
         and where their measured mPAP lies among the others'.
     untold : tuple of Missed
         Effects of a design that the animals do not tell, with the reason.
+    adjusted : DataFrame
+        What the covariates of a design do, each interval by itself, without a test: ``quantity, source, covariate,
+        ratio, low, high``; see `covariates.covariate_effects`.
     """
 
     law: str
@@ -166,6 +170,7 @@ class Primary:
     assurance: Assurance | None = None
     missing: tuple[Missing, ...] = ()
     untold: tuple[Missed, ...] = ()
+    adjusted: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     def of(self, group: str) -> "Primary":
         """Return what is said of one group; intervals and p still hold for all groups at once."""
@@ -224,7 +229,8 @@ def _by_design(cohort: Cohort, law: str, names: Sequence[str], missing: tuple[Mi
     gaps = {
         animal: f"its cell of '{column}' is empty" for one in found for animal, column in one.layout.left_out.items()
     }
-    return Primary(law, pd.DataFrame(rows), further, left_out | gaps, missing=missing, untold=untold)
+    adjusted = pd.DataFrame(covariate_effects(cohort, found))
+    return Primary(law, pd.DataFrame(rows), further, left_out | gaps, missing=missing, untold=untold, adjusted=adjusted)
 
 
 def _models(
@@ -316,8 +322,10 @@ def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | 
     return Compared(name, source, found.unit, found.results, found.known, of_other)
 
 
-def known_values(cohort: Cohort, source: str, name: str, groups: Sequence[str]) -> Values | None:
-    """Return a quantity of the animals of some groups that have it; None if it is unknown."""
+def known_values(
+    cohort: Cohort, source: str, name: str, groups: Sequence[str], among: Sequence[AnimalResult] | None = None
+) -> Values | None:
+    """Return a quantity of the animals of some groups (`among` some) that have it; None if it is unknown."""
     rows = rows_of(cohort.table, source)
     label = column(rows, name)
     if not label:
@@ -325,7 +333,7 @@ def known_values(cohort: Cohort, source: str, name: str, groups: Sequence[str]) 
     values = rows[label].astype(float)
     results = [
         result
-        for result in cohort.results
+        for result in (cohort.results if among is None else among)
         if result.group in groups
         and (source == "measured" or source in result.laws)
         and np.isfinite(values[result.name])

@@ -8,11 +8,15 @@ import pandas as pd
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.group_means import group_means
 from vasowave.figures.groups import plot_groups, plot_importance, plot_ratios
-from vasowave.figures.style import NARROW, WIDEST, group_looks, new_figure, source_looks
+from vasowave.figures.paired import plot_cells
+from vasowave.figures.style import NARROW, WIDEST, columns_that_fit, group_looks, new_figure, short, source_looks
 from vasowave.io.columns import split_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+_LETTERS = 24
+"""Of the smallest size, side by side below one of four panels."""
 
 
 def means_figure(
@@ -30,22 +34,52 @@ def means_figure(
     said : mapping of str to mapping of str to str
         By column what is written above each group.
     """
-    table = cohort.table[cohort.table["source"].isin(sources)]
-    table = table.assign(subject=table["animal"].map(cohort.subjects))
+    table = _with_cells(cohort, cohort.table[cohort.table["source"].isin(sources)])
     columns = 4 if len(quantities) > 2 else len(quantities)
     rows = -(-len(quantities) // columns)
     figure = new_figure(WIDEST if columns == 4 else NARROW, 5.2 * rows)
     axes = figure.subplots(rows, columns, squeeze=False)
     looks = group_looks(cohort.groups), source_looks(cohort.sources)
+    room = _LETTERS if columns > 1 else 2 * _LETTERS
+    named = not cohort.crossed and sum(len(short(group, 14)) + 1 for group in cohort.groups) <= room
+    if not named:
+        _legend(figure, cohort, WIDEST if columns == 4 else NARROW)
     for ax, (quantity, label) in zip(axes.flat, quantities.items(), strict=False):
         name = split_unit(quantity)[0]
         means = {
             (group, source): mean for source in sources for group, mean in group_means(cohort, source, name).items()
         }
-        plot_groups(ax, table[table[quantity].notna()], quantity, label, *looks, means, said.get(quantity))
+        there = table[table[quantity].notna()]
+        if cohort.crossed:
+            own = table[table["source"].isin(there["source"])]
+            plot_cells(ax, own, quantity, label, *looks, means, room)
+        else:
+            plot_groups(ax, there, quantity, label, *looks, means, said.get(quantity), named)
     for ax in axes.flat[len(quantities) :]:
         ax.remove()
     return figure
+
+
+def _with_cells(cohort: Cohort, table: pd.DataFrame) -> pd.DataFrame:
+    """Return the table with whose each recording is and in which cell it stands, cell after cell."""
+    cells = {result.name: label for label, cell in cohort.cells.items() for result in cell.results}
+    levels = {label: cell.level for label, cell in cohort.cells.items()}
+    cell = table["animal"].map(cells)
+    table = table.assign(subject=table["animal"].map(cohort.subjects), cell=cell, level=cell.map(levels))
+    return table.sort_values("cell", key=lambda one: one.map([*cohort.cells].index), kind="stable")
+
+
+def _legend(figure: "Figure", cohort: Cohort, width: float) -> None:
+    """Say which group has which color, where names do not fit below the panels."""
+    from matplotlib.lines import Line2D
+
+    looks = group_looks(cohort.groups)
+    names = {group: f"{short(group, 40)} ({cohort.counts(group)})" for group in cohort.groups}
+    handles = [
+        Line2D([], [], color=looks[group].color, marker=looks[group].marker, ls="", ms=4, label=name)
+        for group, name in names.items()
+    ]
+    figure.legend(handles=handles, loc="outside upper left", ncols=columns_that_fit([*names.values()], width))
 
 
 def importance_figure(cohort: Cohort, measured: pd.DataFrame, modeled: pd.DataFrame) -> "Figure":

@@ -12,6 +12,7 @@ from vasowave.figures.style import (
     WIDEST,
     GroupLook,
     SourceLook,
+    columns_that_fit,
     label_axes,
     new_figure,
     ratio_ticks,
@@ -25,8 +26,10 @@ if TYPE_CHECKING:
 _LANE = 0.14  # cm: what is drawn of one quantity stands in lanes below each other, and covers nothing
 _LEAST, _GAP = 3.6, 1.8  # lanes of a row for its letters, and between what is drawn of two rows
 _CLEARANCE = 0.5  # lanes that a diamond is larger than what stands below it
+_HEADING, _LINE = 3.2, 2.6  # lanes of a heading, and of each further line of it
 _TITLES = 5.2  # lanes that the titles of the columns stand above the first row
 _DOT = 3.8  # points
+_MANY, _PAGE = 12, 150.0  # rows, and lanes of all rows on a page
 _MOST_LANES = 12
 """Lanes of one group's animals in a row; with more animals than these hold, points overlap."""
 
@@ -71,7 +74,7 @@ class Row(NamedTuple):
     Attributes
     ----------
     heading : str
-        What the row is about; written above the first row of several.
+        What the row is about, in lines that fit; written above the first row of several.
     label : str
         Name of the quantity.
     effect, aside : str
@@ -104,10 +107,11 @@ def forest_figure(
 ) -> "Figure":
     """Draw rows on one logarithmic axis called `axis`; `columns` name the numbers at the right."""
     limits = _limits(rows)
-    lanes = [_lanes(row, limits, form.axis) for row in rows]
+    most = _most_lanes(rows)
+    lanes = [_lanes(row, limits, form.axis, most) for row in rows]
     places = _places(rows, lanes, form.above)
     bottom = places[-1] - max(_LEAST, lanes[-1].height + _CLEARANCE) if rows else 0.0
-    figure = make(form.width, 2.7 + _LANE * (_TITLES - 3.2 + form.above - bottom))
+    figure = make(form.width, 2.7 + _LANE * (_TITLES - _HEADING + form.above - bottom))
     middle = _beside(figure, places, rows, columns) if form is WIDE else _above(figure, places, rows, columns)
     for y, row, own in zip(places, rows, lanes, strict=True):
         _draw(middle, y, row, own, groups, sources, limits)
@@ -131,8 +135,7 @@ def _beside(figure: "Figure", places: Sequence[float], rows: Sequence[Row], colu
         _write(left, 1.0, y, row.label, ha="right")
         _write(right, 0.0, y, row.effect)
         _write(right, 1.0, y, row.aside, ha="right")
-    for y, heading in _headings(rows, places):
-        _write(left, 0.0, y, heading, fontweight="bold")
+    _write_headings(left, rows, places, 0.0)
     _write(right, 0.0, _TITLES, columns[0], color="0.35")
     _write(right, 1.0, _TITLES, columns[1], color="0.35", ha="right")
     return middle
@@ -146,8 +149,7 @@ def _above(figure: "Figure", places: Sequence[float], rows: Sequence[Row], colum
         _write(panel, 0.0, y + NARROW.above, row.label)
         _write(panel, effect, y + NARROW.above, row.effect, ha="right")
         _write(panel, 1.0, y + NARROW.above, row.aside, ha="right")
-    for y, heading in _headings(rows, places):
-        _write(panel, 0.0, y + NARROW.above, heading, fontweight="bold")
+    _write_headings(panel, rows, places, NARROW.above)
     _write(panel, effect, _TITLES + NARROW.above, columns[0], color="0.35", ha="right")
     _write(panel, 1.0, _TITLES + NARROW.above, columns[1], color="0.35", ha="right")
     return panel
@@ -160,7 +162,16 @@ class _Lanes(NamedTuple):
     height: int
 
 
-def _lanes(row: Row, limits: tuple[float, float], axis: float) -> _Lanes:
+def _most_lanes(rows: Sequence[Row]) -> int:
+    """Return how many lanes one group's animals may have, so that a figure of many rows stands on one page."""
+    if len(rows) <= _MANY:
+        return _MOST_LANES
+    sides = max(len({dot.group for dot in row.dots}) for row in rows) or 1
+    beside = max(len(row.beside) for row in rows)
+    return max(1, min(_MOST_LANES, int((_PAGE / len(rows) - beside - _CLEARANCE - _GAP) / sides)))
+
+
+def _lanes(row: Row, limits: tuple[float, float], axis: float, most: int) -> _Lanes:
     """Return lanes in which no point covers another: first the other sources', then those of each group."""
     length = axis / 2.54 * 72 / float(np.log(limits[1] / limits[0]))  # points of a factor of e
     lanes, first = [0] * len(row.dots), 1 + len(row.beside)
@@ -170,9 +181,9 @@ def _lanes(row: Row, limits: tuple[float, float], axis: float) -> _Lanes:
         for value, place in own:
             x = length * float(np.log(value))
             free = next((lane for lane, end in enumerate(ends) if x >= end), len(ends))
-            if free == len(ends) < _MOST_LANES:
+            if free == len(ends) < most:
                 ends.append(x)
-            lane = min(free, _MOST_LANES - 1)
+            lane = min(free, most - 1)
             ends[lane], lanes[place] = x + _DOT, first + lane
         first += len(ends)
     return _Lanes(lanes, first)
@@ -188,18 +199,22 @@ def _places(rows: Sequence[Row], lanes: Sequence[_Lanes], above: float) -> list[
     places: list[float] = []
     y, heading = 0.0, ""
     for row, own in zip(rows, lanes, strict=True):
-        y -= 0.0 if row.heading == heading or not places else 3.2
+        lines = _LINE * row.heading.count("\n")
+        y -= 0.0 if row.heading == heading else lines if not places else _HEADING + lines
         heading = row.heading
         places.append(y)
         y -= max(_LEAST, own.height + _CLEARANCE + _GAP) + above
     return places
 
 
-def _headings(rows: Sequence[Row], places: Sequence[float]) -> list[tuple[float, str]]:
+def _write_headings(ax: "Axes", rows: Sequence[Row], places: Sequence[float], above: float) -> None:
+    """Write what rows are about above the first of them."""
     first: dict[str, float] = {}
     for y, row in zip(places, rows, strict=True):
-        first.setdefault(row.heading, y + 3.2)
-    return [(y, heading) for heading, y in first.items()]
+        first.setdefault(row.heading, y + _HEADING + above)
+    for heading, y in first.items():
+        for place, line in enumerate(reversed(heading.split("\n"))):
+            _write(ax, 0.0, y + _LINE * place, line, fontweight="bold")
 
 
 def _draw(
@@ -280,4 +295,5 @@ def _legend(
         marker = sources[source].marker
         entries.append(Line2D([], [], color="0.45", marker=marker, mfc="none", ms=3.5, lw=0.9, label=_called(source)))
     if entries:
-        figure.legend(handles=entries, loc="outside upper center", ncols=4)
+        columns = columns_that_fit([str(one.get_label()) for one in entries], 2.54 * figure.get_figwidth())
+        figure.legend(handles=entries, loc="outside upper center", ncols=columns)

@@ -42,6 +42,7 @@ def plot_groups(
     sources: Mapping[str, SourceLook] | None = None,
     means: Mapping[tuple[str, str], GroupMean] | None = None,
     said: Mapping[str, str] | None = None,
+    named: bool = True,
 ) -> "Axes":
     """Draw a point per animal and beside them the group's mean with its interval; sources stand side by side.
 
@@ -61,6 +62,8 @@ def plot_groups(
         Of group and source.
     said : mapping of str to str, optional
         Words above a group, its p.
+    named : bool
+        Whether names of groups stand below; else a legend has to say them.
     """
     if not {quantity, "group"} <= set(table.columns):
         raise InputError(f"no column '{quantity}' or 'group'; there are: {', '.join(map(str, table.columns))}")
@@ -79,7 +82,7 @@ def plot_groups(
             sizes.append(str(own["subject"].nunique() if "subject" in own else len(own)))
         middle = column * step + _APART * (len(there) - 1) / 2
         count = f"n = {', '.join(dict.fromkeys(sizes))}"
-        name = f"{short(str(group), 14)}\n{count}"
+        name = f"{short(str(group), 14)}\n{count}" if named else count
         ticks[middle] = f"{ticks.get(middle, '')}\n{name}" if len(there) > 1 else name
         if words := (said or {}).get(str(group)):
             ax.annotate(words, (middle, 1.0), (0, 1), ("data", "axes fraction"), "offset points", ha="center",
@@ -168,6 +171,11 @@ def _animals(
         if name:
             mark(point, str(name), str(name))
     if mean is not None:
-        reach = [[mean.value - mean.low], [mean.high - mean.value]]
-        known = None if np.isnan(mean.low) else reach
-        ax.errorbar([at + 0.24], [mean.value], yerr=known, fmt="_", color=DATA, ms=6, mew=1.6, elinewidth=1, capsize=2)
+        plot_mean(ax, at + 0.24, mean)
+
+
+def plot_mean(ax: "Axes", at: float, mean: GroupMean) -> None:
+    """Draw a mean with its interval, where one is known."""
+    reach = [[mean.value - mean.low], [mean.high - mean.value]]
+    known = None if np.isnan(mean.low) else reach
+    ax.errorbar([at], [mean.value], yerr=known, fmt="_", color=DATA, ms=6, mew=1.6, elinewidth=1, capsize=2)

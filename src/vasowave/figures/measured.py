@@ -30,17 +30,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_MOST_COLUMNS = 4  # of panels, with the words below them side by side
+_TITLE = 88  # letters of the titles side by side
 _DEEP = 4  # generations that need two columns of a journal
 _BEATS = {"width": WIDEST, "left": 1.8, "right": 0.2, "bottom": 1.0, "top": 0.8, "between": 1.6, "beside": 1.9}  # cm
 
 
 def hemodynamics_figure(cohort: Cohort) -> "Figure":
-    """Measured pressure, flow, impedance modulus and phase, one column per group ("hemoData")."""
-    figure, axes = grid(cohort, 4, 19)
-    for column, (group, results) in enumerate(cohort.groups.items()):
-        color, shown = group_looks(cohort.groups)[group].color, cohort.shown[group].name
+    """Measured pressure, flow, impedance modulus and phase, one column per group, or group and level ("hemoData")."""
+    labels = cells_drawn(cohort)
+    figure, axes = grid(cohort, 4, 19, len(labels))
+    for column, label in enumerate(labels):
+        group, _, results = cohort.cells[label]
+        color, shown = group_looks(cohort.groups)[group].color, _shown(cohort, label)
         if not cohort.single:
-            axes[0, column].set_title(f"{short(group)} ({cohort.count(group)}); black: {short(shown)}")
+            axes[0, column].set_title(_title(cohort, label, shown, _TITLE // len(labels)))
         for row, quantity in enumerate(("pressure", "flow")):
             plot_waveforms(axes[row, column], results, quantity, color, shown)
         for result in sorted(results, key=lambda result: result.name == shown):  # the shown one last, above the others
@@ -49,6 +53,33 @@ def hemodynamics_figure(cohort: Cohort) -> "Figure":
             plot_modulus(axes[2, column], result.measured.impedance, **line)
             plot_phase(axes[3, column], result.measured.impedance, **line)
     return outer(figure, axes)
+
+
+def cells_drawn(cohort: Cohort) -> list[str]:
+    """Return the cells that have a column of panels: all where few are crossed, else each group where it is shown."""
+    if len(cohort.cells) <= _MOST_COLUMNS or not cohort.crossed:
+        return list(cohort.cells)
+    return [label for label, cell in cohort.cells.items()
+            if any(result.name == cohort.shown[cell.group].name for result in cell.results)]  # fmt: skip
+
+
+def _shown(cohort: Cohort, label: str) -> str:
+    """Return which recording of a cell is of the animal that is shown of its group; empty if none is."""
+    group, _, results = cohort.cells[label]
+    own = cohort.subjects[cohort.shown[group].name]
+    names = [one.name for one in results if cohort.subjects[one.name] == own]
+    return next((name for name in names if name == cohort.shown[group].name), next(iter(names), ""))
+
+
+def _title(cohort: Cohort, label: str, shown: str, most: int) -> str:
+    """Return what stands above a column: whose, how many, which is black; line by line where columns are narrow."""
+    group, level, _ = cohort.cells[label]
+    black = f"black: {short(shown)}" if shown else ""
+    one = f"{short(group)} ({cohort.count(label)}); {black}"
+    if not level and len(one) <= most:
+        return one
+    lines = [group, f"{level} ({cohort.count(label)})" if level else cohort.count(label), black]
+    return "\n".join(short(line, most) for line in lines if line)
 
 
 def networks_figure(cohort: Cohort) -> "Figure":

@@ -10,7 +10,7 @@ from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_residuals
 from vasowave.figures.loop import plot_pressure_area
-from vasowave.figures.panels import Panel, shared_legend, shown_figure
+from vasowave.figures.panels import Panel, name_above, shared_legend, shown_figure
 from vasowave.figures.spectra import plot_modulus, plot_phase
 from vasowave.figures.style import (
     CTL,
@@ -79,7 +79,7 @@ def residuals_figure(cohort: Cohort) -> "Figure":
     figure = shown_figure(cohort, [plot_residuals, plot_autocorrelation], 12.5)
     for ax, (group, result) in zip(figure.axes, cohort.shown.items(), strict=False):
         errors = [f"{wall} {float(result.laws[wall].calibration['RMSE']):.2f}" for wall in result.laws]
-        whose = "" if cohort.single else f"{short(cohort.name(group), 40)}\n"
+        whose = "" if cohort.single else f"{name_above(cohort, group)}\n"
         ax.set_title(f"{whose}RMSE [mmHg]: {', '.join(errors)}")
     return shared_legend(figure, figure.axes[-1], 3)
 

@@ -10,29 +10,44 @@ from vasowave.figures.fit import plot_flow, plot_pressure
 from vasowave.figures.groups import plot_mean_waveform, plot_waveforms
 from vasowave.figures.marks import mark, readable
 from vasowave.figures.network import plot_network
-from vasowave.figures.style import NARROW, SCALE, darker, group_looks, new_figure, short
+from vasowave.figures.style import NARROW, SCALE, WIDEST, columns_that_fit, darker, group_looks, new_figure, short
 from vasowave.network.network import Network
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_MOST_LABELS = 4  # of axes side by side
+_TITLE = 46  # letters of a title over one column of a journal
+
 
 def waveforms_figure(cohort: Cohort) -> "Figure":
-    """Measured pressure and flow of every animal with mean and SD of each group; of one animal with its fits."""
+    """Measured pressure and flow of every animal with mean and SD of each group; of one animal with its fits.
+
+    Occasions, or levels of a second factor, have a column of panels each.
+    """
     if cohort.single:
         return _one_animal(cohort)
-    figure = new_figure(NARROW, 9.5)
-    pressure, flow = figure.subplots(2, 1, sharex=True)
+    levels = list(dict.fromkeys(cell.level for cell in cohort.cells.values()))
+    width = NARROW if len(levels) < 3 else WIDEST
+    figure = new_figure(width, 9.5)
+    axes = figure.subplots(2, len(levels), sharex=True, sharey="row", squeeze=False)
     looks = group_looks(cohort.groups)
-    for group, results in cohort.groups.items():
-        for ax, quantity in ((pressure, "pressure"), (flow, "flow")):
+    for group, level, results in cohort.cells.values():
+        for ax, quantity in zip(axes[:, levels.index(level)], ("pressure", "flow"), strict=True):
             plot_waveforms(ax, results, quantity, looks[group].color)
             plot_mean_waveform(ax, results, quantity, looks[group])
-    figure.legend(handles=_legend(cohort), loc="outside upper center", ncols=2)
-    for ax in (pressure, flow):  # limits are final now; then inner labels go
+    for ax, level in zip(axes[0], levels, strict=True):
+        ax.set_title(short(level, 60 // len(levels)))
+    handles = _legend(cohort)
+    columns = columns_that_fit([str(one.get_label()) for one in handles], width, most=2)
+    figure.legend(handles=handles, loc="outside upper center", ncols=columns)
+    for ax in axes.flat:  # limits are final now; then inner labels go
         readable(ax)
-    pressure.set_xlabel("")
+    for ax in [*axes[0], *(axes[1, :-1] if len(levels) > _MOST_LABELS else ())]:
+        ax.set_xlabel("")
+    for ax in axes[:, 1:].flat:
+        ax.set_ylabel("")
     return figure
 
 
@@ -42,7 +57,7 @@ def _legend(cohort: Cohort) -> list[Any]:
     looks = group_looks(cohort.groups)
     return [
         Line2D([], [], color=darker(looks[group].color, 0.2), marker=looks[group].marker, ms=4, lw=1.8,
-               label=f"{short(group, 18)} ({cohort.count(group)})")
+               label=f"{short(group, 18)} ({cohort.counts(group)})")
         for group in cohort.groups
     ]  # fmt: skip
 
@@ -86,8 +101,9 @@ def tree_figure(cohort: Cohort, wall: str) -> "Figure":
     for ax, (group, result) in zip(axes, results.items(), strict=True):
         whole = result.network
         plot_network(ax, whole, scale.colors(falls[group]), _tips(result, wall, whole, means[group]), share=False)
-        who = "" if cohort.single else f"{short(cohort.name(group), 30)}, "
-        ax.set_title(f"{who}{inlets[group]:.1f} mmHg at the inlet")
+        who = "" if cohort.single else f"{short(cohort.name(group), _TITLE)},"
+        apart = "\n" if len(who) > _TITLE - len(at_inlet := f"{inlets[group]:.1f} mmHg at the inlet") else " "
+        ax.set_title(f"{who}{apart}{at_inlet}".strip())
     scale.draw(figure, list(axes), f"fall of the mean pressure, {wall} wall [mmHg]")
     return figure
 

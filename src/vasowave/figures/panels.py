@@ -12,12 +12,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_TITLE = 88  # letters of the titles side by side
 Share = Literal["none", "row"]
 Panel = Callable[["Axes", AnimalResult, str], object]
 
 
-def grid(cohort: Cohort, rows: int, height: float, share: Share = "row") -> tuple["Figure", "np.ndarray"]:
-    """Return an empty figure of `height` cm with one column of axes for each group, each shape (rows, groups).
+def grid(cohort: Cohort, rows: int, height: float, columns: int, share: Share = "row") -> tuple["Figure", "np.ndarray"]:
+    """Return an empty figure of `height` cm with its axes, shape (rows, columns).
 
     The axes of a single animal stand two abreast, in a figure that is as much lower.
     """
@@ -25,20 +26,30 @@ def grid(cohort: Cohort, rows: int, height: float, share: Share = "row") -> tupl
         lines = -(-rows // 2)
         figure = new_figure(WIDEST, height * lines / rows)
         return figure, figure.subplots(lines, 2, squeeze=False).reshape(-1, 1)
-    figure = new_figure(NARROW if len(cohort.groups) == 1 else WIDEST, height)
-    return figure, figure.subplots(rows, len(cohort.groups), squeeze=False, sharey=share)
+    figure = new_figure(NARROW if columns == 1 else WIDEST, height)
+    return figure, figure.subplots(rows, columns, squeeze=False, sharey=share)
 
 
 def shown_figure(cohort: Cohort, panels: Sequence[Panel], height: float, share: Share = "row") -> "Figure":
     """Draw the panels, one row each, for the shown animal of each group, one column each."""
-    figure, axes = grid(cohort, len(panels), height, share)
+    figure, axes = grid(cohort, len(panels), height, len(cohort.groups), share)
     looks = group_looks(cohort.groups)
     for column, (group, result) in enumerate(cohort.shown.items()):
         for row, panel in enumerate(panels):
             panel(axes[row, column], result, looks[group].color)
         if not cohort.single:
-            axes[0, column].set_title(short(cohort.name(group), 40))
+            axes[0, column].set_title(name_above(cohort, group))
     return figure if share == "none" else outer(figure, axes)
+
+
+def name_above(cohort: Cohort, group: str) -> str:
+    """Return the name of a group's shown animal as a title above one of several columns, in two lines if it is long."""
+    name, most = cohort.name(group), _TITLE // len(cohort.groups)
+    if len(name) <= most:
+        return name
+    return (
+        f"{short(cohort.shown[group].name, most)}\n{short(name.removeprefix(cohort.shown[group].name).strip(), most)}"
+    )
 
 
 def outer(figure: "Figure", axes: "np.ndarray") -> "Figure":

@@ -4,7 +4,7 @@ Data are black. The animal's group sets hue and marker, the wall law sets dash, 
 have its lines, linear dashed and darker, tangent solid; any further law takes the next look of a list.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import cycle
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -29,6 +29,7 @@ DATA = "#000000"
 CTL = "#00a7c4"
 HPH = "#d6259b"
 FAINT = "#b3b3b3"
+_LETTER, _HANDLE = 4.2, 36.0  # points of a letter of a legend, and of the line before the words with its room
 _DARK = 0.45  # share of the way to black
 _KNOWN = {"CTL": (CTL, "o"), "HPH": (HPH, "s")}
 # Told apart by people who are blind to red or green (Okabe and Ito), and by their markers in grey.
@@ -184,6 +185,16 @@ def quantity_label(attributes: dict[str, Any], name: str) -> str:
 def short(name: str, most: int = 22) -> str:
     """Return a name that fits into a figure: its beginning and an ellipsis where it is longer than `most` letters."""
     return name if len(name) <= most else f"{name[: most - 1]}…"
+
+
+def columns_that_fit(labels: Sequence[str], width: float, most: int = 4) -> int:
+    """Return how many labels of a legend stand side by side in a figure of `width` cm, `most` at most."""
+    room, sizes = width / 2.54 * 72, [_HANDLE + _LETTER * len(label) for label in labels]
+    for count in range(min(most, len(labels)), 1, -1):
+        columns = np.array_split(sizes, count)  # a legend is filled column by column
+        if sum(float(column.max()) for column in columns) <= room:
+            return count
+    return 1
 
 
 def plain_log(axis: "Axis") -> None:

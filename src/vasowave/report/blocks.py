@@ -1,6 +1,6 @@
 """The parts of a report, before it is a page or a PDF: sections of sentences, tables, figures and warnings."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -209,8 +209,8 @@ class Report:
         Tables that become files only.
     glossary : dict of str to str
         Symbol to meaning.
-    animals : sequence of str
-        Names, which a reader may pick.
+    animals : mapping of str to str
+        Of every recording by name the animal that it is of, which a reader may pick.
     """
 
     name: str
@@ -221,7 +221,7 @@ class Report:
     provenance: dict[str, str] = field(default_factory=dict)
     records: dict[str, pd.DataFrame] = field(default_factory=dict)
     glossary: dict[str, str] = field(default_factory=dict)
-    animals: Sequence[str] = ()
+    animals: Mapping[str, str] = field(default_factory=dict)
 
     def tables(self) -> list[Table]:
         """Return all tables that have files."""

@@ -32,7 +32,7 @@ def report_of(cohort: Cohort, primary: Primary, family: Family, title: str = "")
         answer_sections(cohort, primary, family),
         provenance(),
         glossary=glossary(cohort),
-        animals=[result.name for result in cohort.results],
+        animals=cohort.subjects,
     )
 
 
@@ -50,7 +50,7 @@ def supplement_of(cohort: Cohort, primary: Primary, title: str = "") -> Report:
         origin(cohort),
         records(cohort),
         glossary(cohort),
-        [result.name for result in cohort.results],
+        cohort.subjects,
     )
 
 
@@ -59,7 +59,8 @@ def synthetic_banner(cohort: Cohort) -> str:
     made = [result for result in cohort.results if result.synthetic]
     if not made:
         return ""
-    which = f"All {len(made)} animals were" if len(made) == len(cohort.results) else f"The animals {named(made)} were"
+    what = "recordings" if cohort.repeated else "animals"
+    which = f"All {len(made)} {what} were" if len(made) == len(cohort.results) else f"The {what} {named(made)} were"
     return (
         f"{'This animal was' if cohort.single else which} made by a model, not measured. The numbers show how the "
         "program works and say nothing about any living animal."

@@ -13,10 +13,12 @@ from vasowave.cohort.simultaneous import DRAWS
 from vasowave.descriptions import ROUNDING
 from vasowave.io.columns import split_unit
 
+LIMIT = 0.05
+"""Of p, below which a difference is said to be shown."""
 UNLIMITED = "[no limits]"
 """In place of an interval that says nothing."""
 Row = tuple[str, ...]
-_ENDS_AT_ONE = re.compile(r"[\[ ]1(\.0*)?[,\]]")
+_END_AT_ONE = re.compile(r"(\[|, )1(?:\.0*)?([,\]])")
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -77,15 +79,30 @@ def value_text(value: xr.DataArray, with_unit: bool = True) -> str:
 
 
 def p_value(p: float) -> str:
-    """Return ``0.023``, two digits, and ``≤ 0.0001`` where no cohort drawn without an effect looks as different."""
+    """Return ``0.023``, two digits, and ``≤ 0.0001`` where no cohort drawn without an effect looks as different.
+
+    Where two standard errors of so many draws reach 0.05, so that other draws may put p on its other side: ``≈ 0.049``.
+    """
     least = 1 / (DRAWS + 1)
-    return f"≤ {least:.4f}" if p < 1.5 * least else number(float(p), 2)
+    if p < 1.5 * least:
+        return f"≤ {least:.4f}"
+    return f"{'≈ ' if undecided(p) else ''}{number(float(p), 2)}"
+
+
+def undecided(p: float) -> bool:
+    """Whether other draws may put p on the other side of the limit: it is two of its standard errors away, or less."""
+    return abs(p - LIMIT) < 2 * error_of_draws(LIMIT)
+
+
+def error_of_draws(p: float) -> float:
+    """Return the standard error that a p has because it is the share of so many draws."""
+    return math.sqrt(p * (1 - p) / DRAWS)
 
 
 def probability(p: float) -> str:
-    """Return ``p = 0.023``, or ``p ≤ 0.0001``, as `p_value`."""
+    """Return ``p = 0.023``, ``p ≤ 0.0001`` or ``p ≈ 0.049``, as `p_value`."""
     size = p_value(p)
-    return f"p {size}" if size.startswith("≤") else f"p = {size}"
+    return f"p {size}" if size[0] in "≤≈" else f"p = {size}"
 
 
 def ratio_with_interval(value: float, low: float, high: float) -> str:
@@ -95,11 +112,11 @@ def ratio_with_interval(value: float, low: float, high: float) -> str:
     """
     if unlimited(low, high):
         return f"{number(value)} {UNLIMITED}"
-    text = with_interval(value, low, high)
+    text, near = with_interval(value, low, high), min(low, high, key=lambda end: abs(end - 1))
     for digits in range(3, 7):
-        if not _ENDS_AT_ONE.search(text):
+        if not (found := _END_AT_ONE.search(text)):
             break
-        text = f"{number(value)} [{number(low, digits)}, {number(high, digits)}]"
+        text = f"{text[: found.start()]}{found[1]}{number(near, digits)}{found[2]}{text[found.end() :]}"
     return text
 
 

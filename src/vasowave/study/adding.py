@@ -281,10 +281,19 @@ def _asked(proposal: Proposal, ask: Ask) -> dict[str, tuple[str, ...]]:
 def told_network(
     name: str, group: str, marks: Marks, networks: Sequence[Path], beside: Path, serves_all: bool = True
 ) -> Path | None:
-    """Return the network that carries an animal's name or its group, or, if that `serves_all`, the only one."""
-    own = [one for one in networks if within(words_of(name), words_of(one.stem))]
-    of_group = [one for one in networks if group and told_group(one, beside, marks) == group]
-    return next((few[0] for few in (own, of_group, list(networks) if serves_all else []) if len(few) == 1), None)
+    """Return the network that carries an animal's name, its beginning or its group, or the only one if it `serves_all`.
+
+    The name of a recording may begin with that of the animal: ``Süd 1 before`` has the network ``Süd 1``.
+    """
+    called = words_of(name)
+    own = [one for one in networks if within(called, words_of(one.stem))]
+    groups = {one: told_group(one, beside, marks) for one in networks}
+    begun = {one: len(words_of(one.stem)) for one in networks
+             if words_of(one.stem) == called[: len(words_of(one.stem))] and groups[one] in ("", group)}  # fmt: skip
+    longest = [one for one, length in begun.items() if 0 < length == max(begun.values())]
+    of_group = [one for one in networks if group and groups[one] == group]
+    ways = (own, longest, of_group, list(networks) if serves_all else [])
+    return next((few[0] for few in ways if len(few) == 1), None)
 
 
 def _kept_networks(touched: Sequence[_Row], networks: Sequence[Path]) -> list[str]:

@@ -25,6 +25,10 @@ SYNTAX = error_kind("yaml.syntax", "not valid YAML: {what}; {remedy}", _LOOK)
 TAB = error_kind("yaml.tab", "not valid YAML: {what} (indent with blanks, not with tabs); {remedy}", _LOOK)
 ALIAS = error_kind("yaml.alias", "this is an alias; {remedy}", "write the value out")
 NO_KEY = error_kind("yaml.no-key", "this cannot be a key; {remedy}", "write 'key: value'")
+NO_VALUE = error_kind(
+    "yaml.no-value", "'{key}' has no value; {remedy}",
+    'a name that holds a comma stands in quotation marks, "HPH, drug": 1',
+)  # fmt: skip
 KEY_TWICE = error_kind("yaml.key-twice", "'{key}' stands a second time (first in line {first}); {remedy}", "keep one")
 
 
@@ -159,6 +163,9 @@ class _Builder:
             if not isinstance(key, yaml.ScalarNode):
                 self.document._values.setdefault(here, _mark(key))
                 self.document.say(NO_KEY(), self.document.place(here))
+                continue
+            if value.start_mark.index == key.end_mark.index:  # {HPH, drug: 1} are two names, the first without a value
+                self.document.say(NO_VALUE(key=key.value), _place(self.document.name, *_mark(key)))
                 continue
             if key.value in mapping:
                 first = self.document._keys[here][0]

@@ -14,6 +14,9 @@ The twelve animals of the demo, with 20 starts of two laws, take 15 s each; a li
 tangent one.
 """
 
+_POSTERIOR_SECONDS = 18.0
+"""CPU for one posterior of a wall law in such a network, s: 16 linear ones took 142 s on two cores."""
+
 _VESSELS = 21  # of the network for which the seconds were measured
 
 
@@ -95,6 +98,7 @@ def _paragraph(row: Sequence[str], width: int) -> list[str]:
 
 
 def expected_seconds(read: Sequence[AnimalRead], settings: StudyFile, cores: int) -> float:
-    """Return roughly how long the fits of these animals take on so many cores, s, without compiling."""
-    fits = len(settings.calibration.walls) * settings.calibration.starts
-    return sum(_SECONDS * fits * one.vessels / _VESSELS for one in read) / max(1, min(cores, len(read)))
+    """Return roughly how long fits and posteriors of these animals take on so many cores, s, without compiling."""
+    each = _SECONDS * settings.calibration.starts + (_POSTERIOR_SECONDS if settings.inference == "posterior" else 0.0)
+    of_laws = len(settings.calibration.walls) * each
+    return sum(of_laws * one.vessels / _VESSELS for one in read) / max(1, min(cores, len(read)))

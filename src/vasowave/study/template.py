@@ -188,8 +188,13 @@ def written(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(written, value))}]"
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{key}: {written(inner)}' for key, inner in value.items())}}}"
+        return f"{{{', '.join(f'{_written_key(key)}: {written(inner)}' for key, inner in value.items())}}}"
     if isinstance(value, float):
         text = f"{value:g}"
         return text if "." in text else text.replace("e", ".0e")  # 1e-7 is text to many readers of YAML
     return str(value)
+
+
+def _written_key(key: str) -> str:
+    """Return a key as YAML within braces, where a comma would end it."""
+    return json.dumps(key, ensure_ascii=False) if "," in key else key

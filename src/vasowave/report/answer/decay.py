@@ -21,8 +21,9 @@ def decay(cohort: Cohort, law: str) -> str:
     if not both:
         return ""
 
-    def of(group: str) -> str:
-        return "" if cohort.single else f" in {short(group, 40)}"
+    def of(cell: str) -> str:
+        group, level, _ = cohort.cells[cell]
+        return "" if cohort.single else f" in {short(group, 40)}{f' ({short(level, 40)})' if level else ''}"
 
     values = listed([f"{number(measured[group])} s{of(group)}" for group in both])
     said = f"The measured diastolic decay has τ = {values}."
@@ -37,9 +38,9 @@ def decay(cohort: Cohort, law: str) -> str:
 
 
 def _means(cohort: Cohort, source: str) -> Mapping[str, float]:
-    """Return the geometric mean of every group that has a time constant."""
-    rows = rows_of(cohort.table, source)
+    """Return the geometric mean of every group (at every occasion or level) that has a time constant."""
+    rows = rows_of(cohort.described, source)
     if "tau" not in {split_unit(str(label))[0] for label in rows.columns}:
         return {}
     logs = rows[column(rows, "tau")].astype(float).map(np.log).groupby(rows["group"], sort=False).mean().dropna()
-    return {str(group): float(np.exp(logs[group])) for group in cohort.groups if group in logs.index}
+    return {str(group): float(np.exp(logs[group])) for group in cohort.cells if group in logs.index}

@@ -1,5 +1,7 @@
 """The design of a study in words: what ratios are adjusted for, who belongs together, what is compared."""
 
+from collections.abc import Mapping
+
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.style import short
 from vasowave.report.wording import listed, some_of
@@ -17,7 +19,7 @@ def design_text(cohort: Cohort) -> str:
         named = listed([*map(_named, design.covariates)])
         parts.append(f"ratios and means of groups are adjusted for {named}: they hold at the average of each")
     if design.blocks:
-        levels = [f"{_named(name)} ({_count(cohort, name)})" for name in design.blocks]
+        levels = [f"{_named(name)}{_levels(cohort, name)}" for name in design.blocks]
         parts.append(f"animals of one {listed(levels)} may be alike (random effects)")
     if design.subject:
         rows = cohort.variables[design.subject].levels if design.subject in cohort.variables else {}
@@ -29,7 +31,8 @@ def design_text(cohort: Cohort) -> str:
     if design.second and not design.contrasts:
         parts.append(_second(cohort))
     if design.contrasts:
-        parts.append(f"the comparisons are those that the study names: {listed([*map(_named, design.contrasts)])}")
+        defined = [f"{_named(name)} = {_weights(weights)}" for name, weights in design.contrasts.items()]
+        parts.append(f"the comparisons are those that the study names, of means on logarithms: {listed(defined)}")
     said = "; ".join(parts)
     return f"{said[0].upper()}{said[1:]}."
 
@@ -45,9 +48,21 @@ def _second(cohort: Cohort) -> str:
     return f"{_named(name)} ({levels}) is a second factor{f', its effect {own}' if several else ''}"
 
 
+def _weights(weights: Mapping[str, float]) -> str:
+    """Return a contrast as a sum: ``'HPH, drug' - 'HPH, vehicle'``."""
+    terms: list[str] = []
+    for cell, weight in sorted(weights.items(), key=lambda one: one[1] < 0):
+        size = "" if abs(weight) == 1 else f"{abs(weight):.3g} · "
+        sign = ("− " if weight < 0 else "+ ") if terms or weight < 0 else ""
+        terms += [f"{sign}{size}'{_named(cell)}'"] if weight else []
+    return " ".join(terms)
+
+
 def _named(name: str) -> str:
     return short(name, _MAX_LETTERS)
 
 
-def _count(cohort: Cohort, name: str) -> int:
-    return len(cohort.variables[name].order) if name in cohort.variables else 0
+def _levels(cohort: Cohort, name: str) -> str:
+    """Return which levels a column has: `` (of 4: A, B, C and D)``."""
+    order = [*map(_named, cohort.variables[name].order)] if name in cohort.variables else []
+    return f" (of {len(order)}: {some_of(order, _MAX_LEVELS)})" if order else ""

@@ -1,43 +1,42 @@
 """The rows of the forest plot: groups against each other, or one animal against its own data."""
 
+from textwrap import wrap
+
 import numpy as np
 import pandas as pd
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.primary import Family, Primary
-from vasowave.cohort.table import column, rows_of
-from vasowave.figures.forest import Dot, Point, Row
+from vasowave.figures.forest import Point, Row
 from vasowave.figures.style import short
-from vasowave.io.columns import split_unit
 from vasowave.quantities import INDICES, question_of
+from vasowave.report.answer.dots import animals_of
 from vasowave.report.answer.groups import Called, effect_of
-from vasowave.report.wording import number, p_value, probability, ratio_with_interval, unit, value_text
+from vasowave.report.wording import p_value, probability, ratio_with_interval, value_text
 
 _FROM_DATA = {"wave_speed": "up-slope of pressure and flow", "R_T": "mean pressure above the wedge's over mean flow",
               "tau": "diastolic decay"}  # fmt: skip
 """What the recording alone says of a quantity, at the same pressure and of the same part; others are not the same."""
 
+_MAX_LETTERS = 38  # of a line above rows
+
 
 def group_rows(cohort: Cohort, primary: Primary, called: Called) -> list[Row]:
     """Return one row for each quantity and group, every animal as a multiple of the reference group's mean."""
-    # Questions stay together, whichever groups they are about.
+    # Questions stay together, whichever groups they are about; the effects of a design are asked one after the other.
     order = {question: place for place, question in enumerate(primary.rows["question"].unique())}
     rows = primary.rows.assign(effect=[effect_of(row) for _, row in primary.rows.iterrows()])
     order |= {effect: place for place, effect in enumerate(rows["effect"].unique())}
     several = rows["effect"].nunique() > 1
-    rows = rows.sort_values(["question", "effect"], key=lambda one: one.map(order), kind="stable")
+    by = ["effect", "question"] if "what" in rows and several else ["question", "effect"]
+    rows = rows.sort_values(by, key=lambda one: one.map(order), kind="stable")
     return [_group_row(cohort, primary, row, called, several) for _, row in rows.iterrows()]
 
 
 def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called, several: bool) -> Row:
-    name, other = str(row["quantity"]), str(row["other"])
+    name, effect = str(row["quantity"]), effect_of(row)
     size = ratio_with_interval(row["ratio"], row["low"], row["high"])
-    designed = "what" in row
-    effect = effect_of(row)
-    heading = (
-        f"{row['question']}{f': {short(effect if designed else other, 30 if designed else 20)}' if several else ''}"
-    )
     tip = f"{called(name)}: {effect} {size} ({row['source']}), {'no p' if row['untested'] else probability(row['p'])}"
     beside = primary.others
     if len(beside):
@@ -45,29 +44,25 @@ def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called,
         beside = beside[np.array(same) & (beside["quantity"] == name)]
     p = "no p" if row["untested"] else p_value(row["p"])
     point = Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
-    dots = _dots(cohort, str(row["source"]), name, other) if row.get("what", "groups") == "groups" else []
-    return Row(heading, called(name), size, p, point, [_beside(one, called) for _, one in beside.iterrows()], dots)
+    further = [_beside(one, called) for _, one in beside.iterrows()]
+    return Row(_heading(row, several), called(name), size, p, point, further, animals_of(cohort, row))
+
+
+def _heading(row: pd.Series, several: bool) -> str:
+    """Return what rows are about: the question, with the other group if there are several; of a design the effect."""
+    if not several:
+        return str(row["question"])
+    if "what" not in row:
+        return f"{row['question']}: {short(str(row['other']), 20)}"
+    sides = " / ".join(short(side, _MAX_LETTERS) for side in (str(row["other"]), str(row["reference"])) if side)
+    said = f"{row['change']}: {sides}" if row.get("change") else sides
+    return "\n".join(wrap(said, _MAX_LETTERS, break_long_words=False))
 
 
 def _beside(one: pd.Series, called: Called) -> Point:
     size = ratio_with_interval(one["ratio"], one["low"], one["high"])
     tip = f"{called(one['quantity'])}: {size} times ({one['source']} wall)"
     return Point(one["ratio"], one["low"], one["high"], str(one["source"]), tip)
-
-
-def _dots(cohort: Cohort, source: str, name: str, other: str) -> list[Dot]:
-    rows = rows_of(cohort.table, source)
-    label = column(rows, name)
-    units = unit(split_unit(label)[1])
-    values = rows[label].astype(float)
-    values = values[np.isfinite(values) & (values > 0) & rows["group"].isin([cohort.reference, other])]
-    center = float(np.exp(np.log(values[rows["group"] == cohort.reference]).mean()))
-    return [
-        Dot(value / center, group, animal, f"{animal}: {number(value)} {units}".rstrip())
-        for animal, group, value in zip(
-            map(str, values.index), rows["group"][values.index], values.tolist(), strict=True
-        )
-    ]
 
 
 def animal_rows(result: AnimalResult, law: str, family: Family, called: Called) -> list[Row]:

@@ -9,9 +9,9 @@ import pandas as pd
 from vasowave.cohort.freedom import FEW
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
-from vasowave.report.wording import listed, number, probability, ratio_with_interval, unit
+from vasowave.report.wording import LIMIT, listed, number, probability, ratio_with_interval, unit
 
-CLEAR = 0.05
+CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""
 
 _UNEVEN = 1.4  # times as many animals in one group as in the other: 7 + 5, where a skew was seen to matter
@@ -76,7 +76,7 @@ def _places(row: pd.Series, reference: str, other: str) -> tuple[str, str]:
         case "interaction":
             change = short(row["change"], _MAX_LETTERS)
             ratio = f"the ratio {change}"
-            return f"{ratio} {{}} in {other} than in {reference}", f"between {other} and {reference} in {ratio}"
+            return f"{ratio} is {{}} in {other} than in {reference}", f"between {other} and {reference} in {ratio}"
         case "contrast":
             return f"{{}} by the contrast '{other}'", f"by the contrast '{other}'"
     return f"{{}} in {other} than in {reference}{within}", f"between {other} and {reference}{within}"
@@ -177,8 +177,14 @@ def _separated(rows: pd.DataFrame, called: Called) -> str:
     return f"; the groups do not overlap{names}, which chance alone does in {number(100 * chance, 2)} % of quantities"
 
 
-def influence(primary: Primary, called: Called, one: str = "animal") -> list[str]:
-    """Say which animal, or which recording where animals have several, carries most of any effect."""
+def _by(row: pd.Series, rows: pd.DataFrame) -> str:
+    """Return the law of a row, and its effect where rows are of several."""
+    effects = {effect_of(one) for _, one in rows.iterrows()}
+    return f"{row['source']}; {effect_of(row)}" if len(effects) > 1 else str(row["source"])
+
+
+def influence(primary: Primary, called: Called) -> list[str]:
+    """Say which animal carries most of any effect, and which effect that is where there are several."""
     rows = primary.rows[primary.rows["without"] != ""]
     if not len(rows):
         return []
@@ -186,13 +192,15 @@ def influence(primary: Primary, called: Called, one: str = "animal") -> list[str
     row = rows.iloc[int(moved.argmax())]
     outside = rows[(rows["ratio without"] < rows["low"]) | (rows["ratio without"] > rows["high"])]
     end = (
-        f"; leaving out one {one} takes {len(outside)} ratios out of their intervals"
+        f"; leaving out one animal takes {len(outside)} ratios out of their intervals"
         if len(outside)
-        else f"; without any one {one} every ratio stays inside its interval"
+        else "; without any one animal every ratio stays inside its interval"
     )
+    effects = {effect_of(each) for _, each in primary.rows.iterrows()}
+    which = f" ({effect_of(row)})" if len(effects) > 1 else ""
     return [
-        f"One {one} moves an effect most: without {short(row['without'], _MAX_LETTERS)}, {called(row['quantity'])} is "
-        f"{number(float(row['ratio without']))} times instead of {number(float(row['ratio']))}{end}."
+        f"One animal moves an effect most: without {short(row['without'], _MAX_LETTERS)}, {called(row['quantity'])}"
+        f"{which} is {number(float(row['ratio without']))} times instead of {number(float(row['ratio']))}{end}."
     ]
 
 
@@ -207,7 +215,7 @@ def other_laws(primary: Primary, called: Called) -> list[str]:
     if not len(outside):
         return [f"By {laws} every ratio lies inside the intervals of the {primary.law} wall."]
     parts = [
-        f"{called(row['quantity'])} {number(float(row['ratio']))} times ({row['source']})"
+        f"{called(row['quantity'])} {number(float(row['ratio']))} times ({_by(row, both)})"
         for _, row in outside.iterrows()
     ]
     return [f"Outside the intervals of the {primary.law} wall lie {listed(parts)}."]

@@ -19,8 +19,10 @@ from vasowave.report.answer.problems import MARK, marked, overstrained, problem_
 from vasowave.report.answer.walls import wall_answer
 from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
 from vasowave.report.glossary import caller
-from vasowave.report.tables.cells import symbols
-from vasowave.report.wording import UNLIMITED, unlimited
+from vasowave.report.tables.cells import nearest, symbols
+from vasowave.report.wording import UNLIMITED, listed, undecided, unlimited
+
+_NEAR = "≈: other draws may put this p on the other side of 0.05."
 
 
 def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Section]:
@@ -83,7 +85,8 @@ def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) ->
         )
     elif len(primary.rows):
         wide, narrow = (groups_figure(cohort, primary, form) for form in (WIDE, NARROW))
-        caption = _ratios_caption(cohort, primary)
+        near = primary.rows["p"].map(undecided).any()
+        caption = _ratios_caption(cohort, primary) + (f" {_NEAR}" if near else "")
     else:
         return []
     return [Drawing("Forest", caption, wide, narrow)]
@@ -96,15 +99,28 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
     if not cohort.design.plain:
         return (
             f"Ratios by the model of the design (diamonds{model}). 95 % intervals and p hold for all "
-            f"{len(primary.rows)} rows together. Below stand {walls}where groups are compared every animal over the "
-            f"mean of {reference}, as measured."
-        )
+            f"{len(primary.rows)} rows together. {_below(cohort, primary, reference)}"
+        ).strip()
     return (
         f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known; the answers' numbers of "
         f"groups are geometric means. 95 % intervals and p hold for all {len(primary.rows)} rows together. Below stand "
         f"{walls}every animal over the mean of {reference}."
         + (f" {UNLIMITED}: the data say nothing of that ratio." if _is_unlimited(primary) else "")
     )
+
+
+def _below(cohort: Cohort, primary: Primary, reference: str) -> str:
+    """Say what stands below the effects of a design: other laws, which are adjusted as it is, and animals."""
+    what, again = set(primary.rows["what"]), short(cohort.design.occasion or "", 40)
+    several = " (of several recordings their mean)" if cohort.repeated else ""
+    said = [f"where groups are compared every animal over the mean of {reference}{several}"] if "groups" in what else []
+    if again and "factor" in what:
+        said.append(f"for {again} every animal's own ratio")
+    if again and "interaction" in what:
+        said.append(f"where groups differ in it that ratio over its mean in {reference}")
+    animals = [f"{listed(said)} (not adjusted)"] if said else []
+    beside = ["the other walls (grey)"] if len(cohort.walls) > 1 else []
+    return f"Below stand {'; '.join([*beside, *animals])}." if said or beside else ""
 
 
 def _is_unlimited(primary: Primary) -> bool:
@@ -115,24 +131,29 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     scatter = "; grey: SD of the beats" if "pressure_sd" in cohort.results[0].recording else ""
     single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}."
     every = (
-        "Measured pressure and flow of every animal from the foot of the pressure; thick: mean, band: SD of the group."
+        f"Measured pressure and flow of every {'recording' if cohort.repeated else 'animal'} from the foot of the "
+        f"pressure{_apart(cohort)}; thick: mean, band: SD of the group."
     )
     caption = single if cohort.single else every
     waves: list[Block] = [Drawing("Measured", caption, waveforms_figure(cohort))]
     if not law:
         return waves, []
-    who = "" if cohort.single else " of the animal nearest to its group's medians"
+    who = "" if cohort.single else f" of {nearest(cohort)}"
     text = f"The network{who}: width is the radius, color how far the mean pressure falls from the inlet in the model."
     text += " Lengths are not to scale."
     shown = any(law in result.laws for result in cohort.shown.values())
     return waves, [Drawing("Pressures", text, tree_figure(cohort, law))] if shown else []
 
 
+def _apart(cohort: Cohort) -> str:
+    """Say that occasions or levels stand apart."""
+    return f", one panel for each {cohort.second.name}" if cohort.crossed and cohort.second else ""
+
+
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
     known = [*one_geometry(cohort, primary), *model_limits(cohort, primary.law, written)]
     known += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
     if len(primary.rows):
-        one = "recording" if cohort.repeated else "animal"
-        known += [*influence(primary, called, one), *other_laws(primary, called)]
+        known += [*influence(primary, called), *other_laws(primary, called)]
     left: list[Block] = [Bullets(known)] if known else []
     return [Columns(left, problem_blocks(cohort, primary))]

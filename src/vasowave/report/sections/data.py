@@ -9,6 +9,7 @@ from vasowave.figures.style import group_looks
 from vasowave.figures.ventricle import ventricle_figure
 from vasowave.report.blocks import Block, Drawing, Section
 from vasowave.report.tables import data as tables
+from vasowave.report.tables.cells import nearest
 from vasowave.report.wording import number
 
 
@@ -60,5 +61,12 @@ def _hemodynamics(cohort: Cohort) -> str:
     noise = "Grey circles: harmonics whose flow is near the noise."
     if cohort.single:
         return f"{what}. {noise}"
-    shown = "Black: the animal nearest to the medians of its group, which is shown below too."
-    return f"{what} of every animal. {shown} {noise}"
+    if cohort.shown_at:
+        few = len(figures.cells_drawn(cohort)) < len(cohort.cells)
+        others = f" Drawn are the recordings at {cohort.shown_at}." if few else ""
+        shown = (
+            f"Black: {nearest(cohort)}, which is shown below too{'' if few else ', with its other recordings'}.{others}"
+        )
+    else:
+        shown = "Black: the animal nearest to the medians of its group, which is shown below too."
+    return f"{what} of every {'recording' if cohort.repeated else 'animal'}. {shown} {noise}"

@@ -13,7 +13,7 @@ from vasowave.report.answer.problems import missing_text
 from vasowave.report.blocks import Block, Drawing, Fold, Heading, Paragraph, Remarks, Section
 from vasowave.report.tables import groups as tables
 from vasowave.report.tables.cells import source_title
-from vasowave.report.tables.primary import primary_tables
+from vasowave.report.tables.primary import covariates_table, primary_tables
 from vasowave.report.wording import column_label, listed, name_and_unit, number
 
 
@@ -28,6 +28,8 @@ def groups_section(
         blocks += [Heading("Primary comparison"), first, *_remarks(primary)]
         blocks += [Remarks("Missing animals", missing)] if missing else []
         blocks += [Fold("Secondary: the same effects by the other wall laws", others)] if others else []
+        if len(primary.adjusted):
+            blocks.append(Fold("Secondary: effects of the covariates", [covariates_table(primary, written)]))
     if cohort.repeated:
         blocks.append(Paragraph(
             "The paper's tests and importance indices are not made: they take every recording for an animal of its own."

@@ -20,7 +20,7 @@ from vasowave.report.answer.groups import effect_of
 from vasowave.report.blocks import Paragraph, Section
 from vasowave.report.glossary import symbol
 from vasowave.report.tables.cells import named, span, symbols
-from vasowave.report.wording import friction_words, listed, number, some_of
+from vasowave.report.wording import LIMIT, error_of_draws, friction_words, listed, number, some_of
 
 _NAMED = 6  # animals, in a sentence
 _FIDUCIALS = {"ecg": "the R wave of the ECG", "pressure": "the foot of the pressure"}
@@ -172,14 +172,19 @@ def _posteriors(cohort: Cohort) -> list[str]:
     differ = "zero_sd" in cohort.differing_settings
     zero = "" if differ else f" (SD {cohort.settings.get('zero_sd', kinds()['zero'].usual):g} mmHg)"
     counts = [float(one.table["simulations"]) for one in drawn if "simulations" in one.table]
-    cost = f", with {span(np.array(counts), 4)} simulations each" if counts else ""
+    ends = dict.fromkeys(f"{one:.0f}" for one in (min(counts), max(counts))) if counts else ()
+    cost = f", with {' to '.join(ends)} simulations each" if counts else ""
+    evidence = (
+        " An evidence is the probability density of the measured harmonics, all that is unknown integrated out."
+        if len(cohort.walls) > 1
+        else ""
+    )
     return [
         f"Posteriors, {len(drawn)} of an animal and a wall law each, took as unknown the parameters, all radii and "
         "lengths, how stiffness changes with the radius, the zero of the pressure"
         f"{zero} and the model's own error. Modes were searched from several "
         f"starts, drawn from through an emulator and reweighted by the model itself{cost}; {trusted} passed the checks "
-        "of the reweighting and of two independent halves. An evidence is the probability density of the measured "
-        "harmonics, all that is unknown integrated out."
+        f"of the reweighting and of two independent halves.{evidence}"
     ]
 
 
@@ -224,7 +229,7 @@ def _primary(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> li
         "those of the errors alone, with Satterthwaite's degrees of freedom; quantities without standard errors so "
         "have Welch's. p values and 95 % intervals are simultaneous, for all quantities and pairs of groups, from "
         "one reference distribution: a parametric fast double bootstrap of the least p, with each group's own spreads "
-        f"and the quantities' correlation within animals ({DRAWS + 1} draws).{_not_tested(primary, written)}"
+        f"and the quantities' correlation within animals ({_draws(2)}).{_not_tested(primary, written)}"
     ]
 
 
@@ -274,7 +279,16 @@ def _by_design(cohort: Cohort, primary: Primary, of_draws: str) -> str:
         "and cells are compared at their average. "
         f"p values and 95 % intervals are simultaneous for all quantities and effects ({effects}): the least p was "
         "compared with that of draws from the joint distribution of the estimates, with the correlation of the "
-        f"quantities within animals ({DRAWS + 1} draws)."
+        f"quantities within animals ({_draws()})."
+    )
+
+
+def _draws(stages: int = 1) -> str:
+    """Return how many draws a p is of, and how exact it is by that; draws of draws (`stages`) add their error."""
+    error = float(np.sqrt(stages)) * error_of_draws(LIMIT)
+    return (
+        f"{DRAWS} draws and the data; a p near {LIMIT} has a standard error of {error:.3f} by that, and stands with ≈ "
+        f"within {2 * error_of_draws(LIMIT):.3f} of {LIMIT}"
     )
 
 

@@ -1,6 +1,6 @@
 """The calibrated models: waveforms, walls, parameters, starts, waves, impedance, residuals, selection."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,19 +15,18 @@ from vasowave.figures import modeled as figures
 from vasowave.figures.compared import means_figure
 from vasowave.figures.sites import sites_figure, sites_of
 from vasowave.figures.space import axes_in_space
-from vasowave.figures.style import color_stops, group_looks
+from vasowave.figures.style import color_stops, group_looks, short, source_looks
 from vasowave.report.blocks import Block, Drawing, Fold, Section, Space, Table
 from vasowave.report.tables import models as tables
 from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
 from vasowave.report.tables.sites import sites_table
-from vasowave.report.wording import column_label, probability
+from vasowave.report.wording import column_label, listed, probability
 
 _SAME = 1e-9  # logarithms that differ by less are equal but for rounding
 _BEDS = ("R_T", "C_T", "C_p_over_C_T", "tau", "a")
-_MEANS = (
-    "Points: animals, hollow ones of the linear wall; beside them geometric means with 95 % intervals, each by itself "
-    "(random effects, animals weighted by how well each is known). p: primary comparison, all "
-    "its rows together; none where animals of a group share an image whose error is not known."
+_P = (
+    " p: primary comparison, all its rows together; none where animals of a group share an image whose error is not "
+    "known."
 )
 
 
@@ -103,11 +102,26 @@ def _means(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list
     names = (*own, *_BEDS, *(law.stiffness for law in laws), "wave_speed", "I_R", "S")
     caption = (
         "Optimized parameters and what follows from them, and the least-squares error S of \"PQsim\" (eq. 14). "
-        f"{_MEANS}"
     )  # fmt: skip
     columns = labelled(cohort, names, written)
-    drawn = means_figure(cohort, columns, cohort.walls, _above(cohort, primary, columns))
-    return [Drawing("ParOpt", caption, drawn)]
+    above = _above(cohort, primary, columns)
+    drawn = means_figure(cohort, columns, cohort.walls, above)
+    return [Drawing("ParOpt", f"{caption}{_points(cohort, cohort.walls, above)}", drawn)]
+
+
+def _points(cohort: Cohort, sources: Sequence[str], above: Mapping[str, object]) -> str:
+    """Return what points, lines and means of a figure are, and the p where any is written."""
+    open_ones = [f"the {source} wall" for source, look in source_looks(sources).items() if not look.filled]
+    hollow = f", hollow ones of {listed(open_ones)}" if open_ones and len(sources) > 1 else ""
+    one = "recordings" if cohort.repeated else "animals"
+    joined = ", lines join those of one animal" if cohort.crossed and cohort.repeated else ""
+    if cohort.crossed and cohort.second:
+        levels = list(dict.fromkeys(short(cell.level) for cell in cohort.cells.values()))
+        joined += f", {cohort.second.name} from left to right {listed(levels)}"
+    return (
+        f"Points: {one}{hollow}{joined}; beside them geometric means with 95 % intervals, each by itself "
+        f"(random effects, {one} weighted by how well each is known).{_P if above else ''}"
+    )
 
 
 def _above(cohort: Cohort, primary: Primary, columns: Mapping[str, str]) -> dict[str, dict[str, str]]:
@@ -143,8 +157,10 @@ def _waves(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list
     ]  # fmt: skip
     if not cohort.single:
         columns = labelled(cohort, ("I_R",), written)
-        drawn = means_figure(cohort, columns, cohort.sources, _above(cohort, primary, columns))
-        blocks.append(Drawing("WIA-I_R", f"Reflection coefficient I_R (eq. 17). {_MEANS}", drawn))
+        above = _above(cohort, primary, columns)
+        drawn = means_figure(cohort, columns, cohort.sources, above)
+        caption = f"Reflection coefficient I_R (eq. 17). {_points(cohort, cohort.sources, above)}"
+        blocks.append(Drawing("WIA-I_R", caption, drawn))
     return [*blocks, tables.waves(cohort)]
 
 

@@ -33,6 +33,12 @@ def named(results: Sequence[AnimalResult]) -> str:
     return ", ".join(one.name for one in results)
 
 
+def nearest(cohort: Cohort) -> str:
+    """Return which animal of each group is shown; where groups are crossed also at which occasion or level."""
+    at = f" at {cohort.shown_at}" if cohort.shown_at else ""
+    return f"the animal nearest to its group's medians{at}"
+
+
 def source_title(source: str) -> str:
     """Return how a heading calls a source of numbers."""
     return "Measured indices" if source == "measured" else f"{source.capitalize()} wall"

@@ -15,9 +15,9 @@ _NOMINAL = {"Z_c": "Z_c", "beta": "β₀", "R_T": "R_T0", "tau": "τ₀"}
 
 def hemodynamics(cohort: Cohort) -> Table:
     """Mean ± SD of the measured indices ("HemoStats")."""
-    rows = cohort.table[cohort.table["source"] == "measured"]
+    rows = cohort.described[cohort.described["source"] == "measured"]
     data = describe(rows, columns(rows, INDICES))
-    groups = [f"{group} ({cohort.count(group)})" for group in cohort.groups]
+    groups = [f"{cell} ({cohort.count(cell)})" for cell in cohort.cells]
     header = ("index", *(["measured"] if cohort.single else groups))
     known = cohort.meanings
     cells = [

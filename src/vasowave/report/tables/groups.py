@@ -11,10 +11,19 @@ from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import interval, mean_sd, median_iqr, source_title, span, symbols, with_unit
 from vasowave.report.wording import number
 
+_NOTE = (
+    "IQR: from the first to the third quartile. A symbol means what its source can know: measured β, c and τ "
+    "follow from the up-slope (at zero pressure) and from the diastolic decay, measured R_T is mean pressure "
+    "(above the wedge's) over mean flow; those of a wall law are its calibrated stiffness, the wave speed at mean "
+    "pressure, R_T of the vascular beds alone."
+)
+
 
 def groups(cohort: Cohort) -> Table:
-    """Every single number of every source, described by group."""
-    data = pd.concat([described(cohort.table, source) for source in cohort.table["source"].unique()])
+    """Every single number of every source, described by group; by group and level, one below the other, if crossed."""
+    data = pd.concat([described(cohort.described, source) for source in cohort.table["source"].unique()])
+    if cohort.crossed:
+        return _cells(cohort, data)
     header = (
         "source",
         "quantity",
@@ -30,13 +39,24 @@ def groups(cohort: Cohort) -> Table:
         ]
         own = written | {"tau": "τ"} if source == "measured" else written
         cells.append((str(source), with_unit(label, own), *texts))
-    note = (
-        "IQR: from the first to the third quartile. A symbol means what its source can know: measured β, c and τ "
-        "follow from the up-slope (at zero pressure) and from the diastolic decay, measured R_T is mean pressure "
-        "(above the wedge's) over mean flow; those of a wall law are its calibrated stiffness, the wave speed at mean "
-        "pressure, R_T of the vascular beds alone."
-    )
-    return Table("Groups", "All quantities by group", header, cells, note, data)
+    return Table("Groups", "All quantities by group", header, cells, _NOTE, data)
+
+
+def _cells(cohort: Cohort, data: pd.DataFrame) -> Table:
+    """Return the same as one row for each cell of groups and levels, which would be too many columns."""
+    written = symbols(cohort)
+    measured = written | {"tau": "τ"}
+    cells = [
+        (
+            str(row["source"]), with_unit(row["quantity"], written if row["source"] != "measured" else measured),
+            str(row["group"]), str(row["n"]), mean_sd(row), median_iqr(row),
+        )
+        for _, row in data.iterrows()
+    ]  # fmt: skip
+    again = cohort.second.name if cohort.second else ""
+    header = ("source", "quantity", f"group, {again}", "n", "mean ± SD", "median [IQR]")
+    note = f"n: recordings. {_NOTE}"
+    return Table("Groups", f"All quantities by group and {again}", header, cells, note, data)
 
 
 def contrasts(comparison: Comparison, source: str, written: dict[str, str]) -> Table:

@@ -71,11 +71,13 @@ def starts(cohort: Cohort) -> Table:
 
 
 def waves(cohort: Cohort) -> Table:
-    """Peak, area and time of the largest wave of each kind, by group and source."""
+    """Peak, area and time of the largest wave of each kind, by group (and level, if crossed) and source."""
     rows = []
-    for result in cohort.results:
-        for source in result.sources:
-            rows += [who(result) | {"source": source} | wave for wave in _largest_waves(result.sources[source].waves)]
+    for cell, (_, _, results) in cohort.cells.items():
+        for result in results:
+            row = who(result) | {"group": cell}
+            for source, one in result.sources.items():
+                rows += [row | {"source": source} | wave for wave in _largest_waves(one.waves)]
     data = pd.DataFrame(rows)
     data = data.sort_values("wave", key=lambda wave: wave.map(list(WAVES).index), kind="stable", ignore_index=True)
     measures = [label for label in data.columns if "[" in label]

@@ -8,7 +8,7 @@ import pandas as pd
 from vasowave.cohort.primary import Primary, Untested
 from vasowave.report.answer.groups import effect_of
 from vasowave.report.blocks import Table
-from vasowave.report.wording import number, p_value, ratio_with_interval
+from vasowave.report.wording import number, p_value, ratio_with_interval, undecided
 
 _MANY = 10  # degrees of freedom whose decimals say nothing
 
@@ -19,8 +19,7 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     cells = [
         (
             written.get(row["quantity"], row["quantity"]), _source(row), effect_of(row),
-            f"{row['n other']}, {row['n reference']}", _effect(row), number(float(row["standard error"]), 2),
-            _degrees(row), _p(row),
+            _animals(row), _effect(row), number(float(row["standard error"]), 2), _degrees(row), _p(row),
             number(float(row["smallest p"]), 2), "yes" if row["apart"] else "no", _influence(row),
         )
         for _, row in rows.iterrows()
@@ -34,11 +33,13 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
             "(restricted maximum likelihood, Kenward and Roger's standard errors and degrees of freedom); of an "
             f"interaction a ratio of ratios. Interval and p: for all {len(rows)} rows together, from one distribution, "
             "so that an interval excludes 1 exactly if p < 0.05; logarithms are taken as normal. Without: the one "
-            "recording that moves the ratio most when it is left out."
+            "animal, with all its recordings, that moves the ratio most when it is left out."
         )
     else:
         note = _note(len(rows))
     note += " SE: of the ratio's natural logarithm; df: its degrees of freedom."
+    if rows["p"].map(undecided).any():
+        note += " ≈: other draws may put this p on the other side of 0.05."
     if primary.assurance:
         note += (
             f" Of cohorts without any effect, of these sizes, spreads and correlations, "
@@ -60,6 +61,22 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     return [table, _others(primary, written)] if len(primary.others) else [table]
 
 
+def covariates_table(primary: Primary, written: Mapping[str, str]) -> Table:
+    """Return what the covariates of a design do."""
+    rows = primary.adjusted
+    cells = [
+        (written.get(row["quantity"], row["quantity"]), str(row["source"]), str(row["covariate"]), _effect(row))
+        for _, row in rows.iterrows()
+    ]
+    note = (
+        "By the models of the primary comparison, from which groups are adjusted: of categories the means of animals "
+        "of one level over those of the first, of numbers the ratio for one standard deviation. Each interval by "
+        "itself, without a test."
+    )
+    header = ("quantity", "source", "covariate", "ratio [95 %]")
+    return Table("Covariates", "Effects of the covariates", header, cells, note, rows)
+
+
 def _note(count: int) -> str:
     return (
         "Ratio: of the groups' means on logarithms, each animal weighted by its error and by what the animals of its "
@@ -69,6 +86,14 @@ def _note(count: int) -> str:
         "by ranks or relabelings, which asks for no distribution. Apart: no animal of one group lies among the other. "
         "Without: the one animal that moves the ratio most when it is left out."
     )
+
+
+def _animals(row: pd.Series) -> str:
+    """Return how many animals each side has, once where all of them are on both."""
+    other, reference, both = row["n other"], row["n reference"], row.get("n both", 0)
+    if both and other == reference == both:
+        return f"{both}, each at both"
+    return f"{other}, {reference}" + (f" ({both} at both)" if both else "")
 
 
 def _source(row: pd.Series) -> str:

@@ -4,11 +4,13 @@
   const all = (selector, at = document) => [...at.querySelectorAll(selector)];
   const reading = document.getElementById("reading");
 
-  // Picking: one animal, kept in the address so that the other document marks it too.
+  // Picking: one animal with all its recordings, kept in the address so that the other document marks it too.
+  const picks = document.querySelector("[data-animals]"), animals = picks ? JSON.parse(picks.dataset.animals) : {};
+  const owner = recording => animals[recording] || recording;
   const pick = name => {
     all("[data-animal]").forEach(one => {
-      one.classList.toggle("picked", one.dataset.animal === name);
-      one.classList.toggle("faded", name !== "" && one.dataset.animal !== name);
+      one.classList.toggle("picked", owner(one.dataset.animal) === name);
+      one.classList.toggle("faded", name !== "" && owner(one.dataset.animal) !== name);
     });
     all("[data-pick]").forEach(one => one.setAttribute("aria-pressed", String(one.dataset.pick === name)));
     all("a[data-other]").forEach(one => { one.hash = name ? "pick=" + encodeURIComponent(name) : ""; });
@@ -18,7 +20,7 @@
   all(".picks").forEach(one => { one.hidden = false; });
   document.addEventListener("click", event => {
     const from = event.target.closest("[data-pick], svg [data-animal], tr[data-animal]");
-    if (from) pick(toggled(from.dataset.pick || from.dataset.animal));
+    if (from) pick(toggled(from.dataset.pick || owner(from.dataset.animal)));
   });
   const asked = () => location.hash.startsWith("#pick=") ? decodeURIComponent(location.hash.slice(6)) : null;
   addEventListener("hashchange", () => { if (asked() !== null) pick(asked()); });

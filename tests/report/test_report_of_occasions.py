@@ -1,0 +1,217 @@
+"""A report of animals that were recorded before and after: what it describes, whom it shows, whom it counts."""
+
+import html
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from made_cohort import crossed_cohort, made_results
+from vasowave.cohort import Family, gathered, primary_comparison
+from vasowave.cohort.group_means import group_means
+from vasowave.figures.compared import means_figure
+from vasowave.figures.style import style
+from vasowave.report.answer.decay import decay
+from vasowave.report.answer.design import design_text
+from vasowave.report.answer.dots import animals_of
+from vasowave.report.answer.groups import influence
+from vasowave.report.documents import report_of, supplement_of
+from vasowave.report.html import page
+from vasowave.report.sections.methods import methods_section
+from vasowave.report.tables import data, groups, models
+from vasowave.report.tables.primary import primary_tables
+
+CELLS = ["Kontrolle Süd, vor", "Kontrolle Süd, nach", "Hypoxie Öst, vor", "Hypoxie Öst, nach"]
+
+
+@pytest.fixture(scope="module")
+def cohort():
+    return crossed_cohort()
+
+
+def pressures(cohort, group, level):
+    return [float(one.measured.quantities["mPAP"]) for one in cohort.results
+            if one.group == group and one.name.endswith(level)]  # fmt: skip
+
+
+def test_before_and_after_are_described_apart(cohort):
+    table = data.hemodynamics(cohort)
+    assert list(table.header[1:]) == [f"{cell} (n = 3)" for cell in CELLS]
+    rows = table.data[table.data["quantity"] == "mPAP [mmHg]"].set_index("group")
+    for cell in CELLS:
+        own = pressures(cohort, *cell.split(", "))
+        assert rows.loc[cell, ["mean", "SD", "n"]].tolist() == pytest.approx([np.mean(own), np.std(own, ddof=1), 3])
+
+
+def test_every_quantity_and_wave_has_a_row_for_each_group_and_occasion(cohort):
+    described, waves = groups.groups(cohort), models.waves(cohort)
+    assert described.header[2:4] == ("group, time", "n")
+    assert [row[2:4] for row in described.rows[:4]] == [(cell, "3") for cell in CELLS]
+    assert {row[2] for row in waves.rows} == set(CELLS)
+
+
+def test_a_mean_beside_points_is_that_of_its_occasion(cohort):
+    means = group_means(cohort, "measured", "mPAP")
+    assert list(means) == CELLS
+    own = pressures(cohort, "Hypoxie Öst", "nach")
+    assert means["Hypoxie Öst, nach"].value == pytest.approx(np.exp(np.log(own).mean()), rel=1e-6)
+
+
+def test_the_measured_decay_is_said_of_each_occasion(cohort):
+    said = decay(cohort, "linear")
+    assert all(f"s in {group} ({level})" in said for group, level in (cell.split(", ") for cell in CELLS))
+
+
+def test_groups_without_a_second_column_are_described_as_they_were():
+    plain = gathered(made_results({"CTL": 2, "HPH": 2}, walls=()))
+    assert list(data.hemodynamics(plain).header[1:]) == ["CTL (n = 2)", "HPH (n = 2)"]
+    assert not plain.crossed
+    assert plain.described["group"].tolist() == plain.table["group"].tolist()
+
+
+def test_animals_are_shown_at_the_same_occasion_in_every_group(cohort):
+    assert [one.name[-3:] for one in cohort.shown.values()] == ["vor", "vor"]
+    assert cohort.name("Hypoxie Öst").endswith("(Hypoxie Öst, time vor)")
+    turned = crossed_cohort(levels=("nach", "vor"))
+    assert [one.name.split()[-1] for one in turned.shown.values()] == ["nach", "nach"]
+
+
+def test_a_line_joins_the_recordings_of_one_animal(cohort):
+    with style():
+        figure = means_figure(cohort, {"R_T [mmHg s/ml]": "R_T [mmHg s/ml]"}, ["linear"], {})
+    (ax,) = figure.axes
+    joined = [line for line in ax.get_lines() if len(line.get_xdata()) == 2 and line.get_alpha() == 0.6]
+    table = cohort.table[cohort.table["source"] == "linear"].set_index("animal")["R_T [mmHg s/ml]"]
+    ends = {tuple(np.round(line.get_ydata(), 6)) for line in joined}
+    mice = dict.fromkeys(cohort.subjects.values())
+    assert ends == {(round(table[f"{mouse} vor"], 6), round(table[f"{mouse} nach"], 6)) for mouse in mice}
+    assert [tick.get_text() for tick in ax.get_xticklabels()] == ["vor", "nach", "vor", "nach"]
+
+
+@pytest.fixture(scope="module")
+def primary(cohort):
+    return primary_comparison(cohort)
+
+
+def rows_of(primary, quantity):
+    return primary.rows[primary.rows["quantity"] == quantity].set_index("what")
+
+
+def test_the_animal_left_out_is_left_out_whole(cohort, primary):
+    """The model without a mouse and with the same variances: by dense algebra that knows nothing of the program's."""
+    from vasowave.cohort.designed import modeled
+    from vasowave.cohort.primary import known_values
+
+    row = rows_of(primary, "mPAP").loc["groups"]
+    one = modeled(cohort, known_values(cohort, "measured", "mPAP", list(cohort.groups)))
+    contrast = next(each for each in one.contrasts if each.what == "groups")
+    weights = np.linalg.inv(one.fit.root @ one.fit.root.T)
+    moved = {}
+    for mouse in dict.fromkeys(cohort.subjects.values()):
+        out = [place for place, name in enumerate(one.layout.animals) if cohort.subjects[name] == mouse]
+        assert len(out) == 2
+        marked = np.zeros((len(one.layout.animals), 2))  # a mean of its own for each recording takes both out
+        marked[out, [0, 1]] = 1.0
+        fixed = np.hstack([one.layout.fixed, marked])
+        found = np.linalg.solve(fixed.T @ weights @ fixed, fixed.T @ weights @ one.values.known.logs)
+        moved[mouse] = float(one.weights(contrast) @ found[: one.layout.fixed.shape[1]])
+    farthest = max(moved, key=lambda mouse: abs(moved[mouse] - np.log(row["ratio"])))
+    assert row["without"] == farthest
+    assert np.log(row["ratio without"]) == pytest.approx(moved[farthest], rel=1e-9)
+
+
+def test_the_primary_table_counts_animals_and_says_which_stand_on_both_sides(cohort, primary):
+    table = primary_tables(primary, {})[0]
+    counts = dict(zip(primary.rows["what"], (row[3] for row in table.rows), strict=True))
+    assert counts == {"groups": "3, 3", "factor": "6, each at both", "interaction": "3, 3"}
+    assert "one animal, with all its recordings" in table.note
+
+
+def test_the_effect_that_an_animal_moves_most_is_named(primary):
+    (said,) = influence(primary, str)
+    rows = primary.rows
+    row = rows.loc[np.log(rows["ratio without"] / rows["ratio"]).abs().idxmax()]
+    assert said.startswith(
+        f"One animal moves an effect most: without {row['without']}, {row['quantity']} ({row['change']}"
+    )
+    assert row["without"] in {"Süd 1", "Süd 2", "Süd 3", "Öst 1", "Öst 2", "Öst 3"}
+
+
+@pytest.fixture(scope="module")
+def text(cohort, primary):
+    with style():
+        return page(report_of(cohort, primary, Family()), {})
+
+
+def test_the_page_marks_animals_and_counts_recordings(cohort, text):
+    assert "All 12 recordings were made by a model" in text
+    assert re.findall(r'data-pick="([^"]*)"', text) == ["Süd 1", "Süd 2", "Süd 3", "Öst 1", "Öst 2", "Öst 3"]
+    (known,) = re.findall(r"data-animals='([^']*)'", text)
+    assert json.loads(html.unescape(known)) == cohort.subjects
+
+
+def test_a_page_of_animals_recorded_once_names_no_recordings(cohort_answer):
+    assert "data-animals=" not in cohort_answer
+    assert "All 6 animals were made by a model" in cohort_answer
+
+
+def test_levels_of_a_block_are_named_as_levels(cohort):
+    blocked = replace(cohort, design=replace(cohort.design, blocks=("litter",)))
+    assert "animals of one litter (of 3: B, C and D) may be alike" in design_text(blocked)
+
+
+def test_a_contrast_of_ones_own_is_defined_where_it_is_named(cohort):
+    weights = {"Hypoxie Öst, vor": -1, "Hypoxie Öst, nach": 0.5, "Kontrolle Süd, nach": 0.5}
+    own = replace(cohort, design=replace(cohort.design, contrasts={"rescue": weights}))
+    defined = (
+        "of means on logarithms: rescue = 0.5 · 'Hypoxie Öst, nach' + 0.5 · 'Kontrolle Süd, nach' − 'Hypoxie Öst, vor'"
+    )
+    assert defined in design_text(own)
+    methods = methods_section(own, primary_comparison(own, Family(quantities=("mPAP", "CO"))), {})
+    assert any(defined in block.text for block in methods.blocks)
+
+
+def test_points_of_the_forest_are_the_ratios_that_its_rows_are_of(cohort, primary):
+    mPAP = {one.name: float(one.measured.quantities["mPAP"]) for one in cohort.results}
+    rows = {
+        row["what"]: animals_of(cohort, row) for _, row in primary.rows[primary.rows["quantity"] == "mPAP"].iterrows()
+    }
+    changes = {mouse: mPAP[f"{mouse} nach"] / mPAP[f"{mouse} vor"] for mouse in dict.fromkeys(cohort.subjects.values())}
+    assert {dot.animal: dot.value for dot in rows["factor"]} == pytest.approx(changes)
+    center = np.exp(np.mean([np.log(changes[f"Süd {number}"]) for number in (1, 2, 3)]))
+    assert {dot.animal: dot.value for dot in rows["interaction"]} == pytest.approx(
+        {mouse: one / center for mouse, one in changes.items()}
+    )
+    level = {mouse: np.sqrt(mPAP[f"{mouse} vor"] * mPAP[f"{mouse} nach"]) for mouse in changes}
+    middle = np.exp(np.mean([np.log(level[f"Süd {number}"]) for number in (1, 2, 3)]))
+    assert {dot.animal: dot.value for dot in rows["groups"]} == pytest.approx(
+        {mouse: one / middle for mouse, one in level.items()}
+    )
+    # Each row's effect lies among its animals, whose mean it is where nothing is adjusted.
+    for what, row in rows_of(primary, "mPAP").iterrows():
+        own = [dot.value for dot in rows[what] if what == "factor" or dot.group == "Hypoxie Öst"]
+        assert min(own) < row["ratio"] < max(own)
+
+
+def test_captions_explain_what_is_drawn_and_nothing_else(cohort, primary):
+    drawings = {one.name: one.caption for one in supplement_of(cohort, primary).drawings()}
+    for name in ("ParOpt", "WIA-I_R"):
+        assert "lines join those of one animal" in drawings[name]
+        assert " p: " not in drawings[name]
+    (forest,) = [one.caption for one in report_of(cohort, primary, Family()).drawings() if one.name == "Forest"]
+    assert "as measured" not in forest
+    assert "for time every animal's own ratio" in forest
+
+
+def test_levels_of_a_law_stand_side_by_side_and_means_stand_beside_their_points():
+    cohort = crossed_cohort(2, ("linear", "tangent"))
+    with style():
+        (ax,) = means_figure(cohort, {"R_T [mmHg s/ml]": "R_T [mmHg s/ml]"}, cohort.walls, {}).axes
+    assert [tick.get_text() for tick in ax.get_xticklabels()] == [
+        f"{law}\n{level}" for _ in cohort.groups for law in ("lin.", "tan.") for level in ("vor", "nach")
+    ]
+    gaps = np.diff(ax.get_xticks())
+    assert gaps[::2] == pytest.approx(1.0)
+    assert (gaps[1::2] > 1.5).all()
