@@ -69,6 +69,15 @@ def ratios(quantity: str) -> dict[str, float]:
     return dict(_FACTORS["length" if quantity == "diameter" else quantity])
 
 
+def is_of(unit: str, quantity: str) -> bool:
+    """Whether a text is a unit of a quantity; none is none."""
+    try:
+        factor(unit, quantity)
+    except InputError:
+        return False
+    return bool(unit)
+
+
 def is_unit(text: str) -> bool:
     """Whether a text is a unit of any quantity."""
     return any(_plain(text) == written.lower() for known in _FACTORS.values() for written in known)

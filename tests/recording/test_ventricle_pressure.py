@@ -71,5 +71,37 @@ def test_a_pressure_that_cannot_be_says_why(values, period, words):
 def test_two_columns_without_a_name_for_one_are_refused(tmp_path):
     file = tmp_path / "rv.csv"
     file.write_text("time [s],a,b\n" + "\n".join(f"{k / 1000},1,2" for k in range(40)), encoding="utf-8")
-    with pytest.raises(InputError, match="no column 'pressure'"):
+    with pytest.raises(InputError, match="not one alone has a unit"):
         read_ventricle(file)
+
+
+def test_titles_of_another_language_are_known_by_their_units(tmp_path):
+    time = np.arange(2000) / 1000
+    file = tmp_path / "rv.csv"
+    rows = "\n".join(f"{1000 * a:.1f};{b * 0.13332236842:.5f}".replace(".", ",") for a, b in zip(time, pressure(time)))
+    file.write_text(f"Zeit [ms];RV-Druck [kPa]\n{rows}\n", encoding="cp1252")
+    found = read_ventricle(file)
+    assert found.period == pytest.approx(PERIOD, rel=0.01)
+    assert found.beats > 14
+    assert found.pressure.max() == pytest.approx(30.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [("Zeit,Druck [mmHg]", "no column of time; the header has: zeit, druck"),
+     ("time [s],Druck A [mmHg],Druck B [mmHg]", "not one alone has a unit of pressure")],
+)  # fmt: skip
+def test_columns_that_are_not_understood_are_named(tmp_path, header, words):
+    file = tmp_path / "rv.csv"
+    width = header.count(",") + 1
+    rows = "\n".join(",".join([f"{k / 1000}", *["5.0"] * (width - 1)]) for k in range(64))
+    file.write_text(f"{header}\n{rows}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        read_ventricle(file)
+
+
+def test_beats_without_their_time_are_not_taken_for_one_cycle(tmp_path):
+    file = tmp_path / "rv.txt"
+    file.write_text("\n".join(f"{value:.4f}" for value in pressure(np.arange(990) / 1000)), encoding="utf-8")
+    with pytest.raises(InputError, match="9 beats and no column of time"):
+        read_ventricle(file, PERIOD)

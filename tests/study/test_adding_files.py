@@ -18,6 +18,7 @@ from vasowave.study.adding import add_files, told_network
 from vasowave.study.checking import check_study
 from vasowave.study.grouping import within
 from vasowave.study.names import plain_name
+from vasowave.study.sorting import _refuse_vessels
 
 QUIET = Disturbances(pressure_drift=0.0)
 
@@ -286,3 +287,19 @@ def test_a_recording_of_an_animal_has_the_network_that_is_called_like_the_animal
     assert told("Süd 2 vor", "Süd") is None
     of_groups = [Path("Süd.csv"), Path("Öst.csv")]
     assert told("Süd 1 vor", "Öst", of_groups) == "Öst"  # a word of another group is no name
+
+
+def test_a_table_of_vessels_with_other_titles_is_no_recording_and_serves_nobody(tmp_path):
+    """A lung that is called like another group is not given to animals whose own lung was not understood."""
+    folder = tmp_path / "lab"
+    (folder / "Kontrolle").mkdir(parents=True)
+    (folder / "Hypoxie").mkdir()
+    (folder / "lung Kontrolle.csv").write_text("Gefäß;Länge [mm];Radius [µm]\n1;4,1;470\n", encoding="utf-8")
+    with pytest.raises(InputError, match="looks like a table of vessels") as said:
+        _refuse_vessels(folder / "lung Kontrolle.csv")
+    assert "gefäß, länge, radius" in str(said.value)
+    marks = {"Kontrolle": ("Kontrolle",), "Hypoxie": ("Hypoxie",)}
+    only = [folder / "lung Hypoxie.csv"]
+    assert told_network("mouse 1", "Kontrolle", marks, only, folder) is None
+    assert told_network("mouse 2", "Hypoxie", marks, only, folder) == only[0]
+    assert told_network("mouse 1", "Kontrolle", marks, [folder / "lung.csv"], folder) == folder / "lung.csv"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from vasowave.calibration import Search, SearchEnd, calibrate
+from vasowave.calibration import Search, SearchEnd, calibrate, starts
 from vasowave.cli import app
 from vasowave.cli.watching import JsonLines, _stage
 from vasowave.datasets import control_network, virtual_mouse
@@ -52,7 +52,10 @@ def test_a_journal_that_cannot_be_written_does_not_stop_the_fit(tmp_path):
     assert not (tmp_path / "nowhere").exists()
 
 
-def test_a_fit_that_goes_on_from_a_journal_is_the_same_fit_and_makes_only_the_searches_that_are_missing(tmp_path):
+def test_a_fit_that_goes_on_from_a_journal_is_the_same_fit_and_makes_only_the_searches_that_are_missing(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr(starts, "screened", lambda space, compared, all_of: (list(all_of), list(range(len(all_of)))))
     network, mouse, search = control_network(), virtual_mouse(), Search(starts=3)
     whole = Journal(tmp_path / "whole.jsonl")
     first = calibrate(network, mouse, search=search, ends=whole.of("linear", 3))

@@ -23,7 +23,8 @@ from vasowave.recording.ventricle import VentricularPressure
 
 UNLIKE = look_kind(
     "ventricle.unlike",
-    "{source}: no usual elastance makes this pressure from this flow (off by {percent:.1f} % of its pulse)",
+    "{source}: the elastance of no usual heart makes this pressure from this flow: it is off by {percent:.1f} % of the "
+    "pulse, where others leave 1 %. E_es and E_es/E_a may be far off",
     "Look whether pressure of the ventricle and flow belong to the same animal, and at the flow's zero.",
 )
 OTHER_RATE = look_kind(
@@ -35,6 +36,9 @@ BELOW = look_kind(
     "ventricle.below-artery",
     "{source}: the ventricle reaches {own:.1f} mmHg, the artery {other:.1f} mmHg",
     "Correct the zero or the unit of one of the two: what ejects is not below what it ejects into.",
+)
+NOT_COUPLED = look_kind(
+    "ventricle.not-coupled", "elastances of ventricle and artery are not known: {why}", "Correct its file."
 )
 NO_SINGLE_BEAT = note_kind("ventricle.no-single-beat", "{source}: no sine fits its isovolumic parts")
 
@@ -51,6 +55,7 @@ _REST = 0.3  # SD of the logarithm of the pressure before contraction
 _OF_SHAPE = 0.5  # SD of the logarithm of E_es by elastances of other shapes
 _STARTS = (-1.5, 0.0, 1.0)  # logarithm of what stays in the ventricle over what leaves it; its prior has SD 1 about 0
 _UNLIKE = 0.02  # of the pulse: a misfit that no elastance explains
+_MEANINGLESS = 0.1  # of the pulse: the two are not of one heart
 _RATES = 0.15  # relative difference of heart rates
 _SCALES = (0.3, 0.5, 0.3, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0)
 _CASE = 1e-4  # step of derivatives
@@ -156,6 +161,17 @@ class _Beat:
         return np.interp(self.time, self.ejection + self.shift + late, self.left, left=0.0)
 
 
+def coupled(recording: Recording, ventricle: VentricularPressure | None) -> tuple[Coupling | None, tuple[Finding, ...]]:
+    """Return what `coupling` finds, if anything, and what is to be said of it."""
+    if ventricle is None:
+        return None, ()
+    try:
+        found = coupling(recording, ventricle)
+    except InputError as error:
+        return None, (NOT_COUPLED(why=str(error)),)
+    return found, found.findings
+
+
 def coupling(recording: Recording, ventricle: VentricularPressure) -> Coupling:
     """Return elastances of ventricle and artery from the ventricle's pressure and the flow into the artery.
 
@@ -190,6 +206,11 @@ def coupling(recording: Recording, ventricle: VentricularPressure) -> Coupling:
     slope = np.diff(np.reshape(ends, (-1, 2)), axis=1).ravel() / (2 * _CASE)
     load = parts.end_systolic / beat.stroke
     peak = _isovolumic_peak(beat)
+    if misfit > _MEANINGLESS:
+        raise InputError(
+            f"{ventricle.source}: no elastance makes this pressure from this flow (off by {100 * misfit:.0f} % of its "
+            "pulse); is it one beat of a ventricle of this animal, and its time in s?"
+        )
     findings = [] if misfit <= _UNLIKE else [UNLIKE(source=ventricle.source, percent=100 * misfit)]
     findings += [] if np.isfinite(peak) else [NO_SINGLE_BEAT(source=ventricle.source)]
     return Coupling(

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from vasowave.analysis.coupling import Coupling, coupling
+from vasowave.analysis.coupling import coupled
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.averages import compared_laws
 from vasowave.animal.beats import beats_dataset, recording_with_scatter
@@ -29,19 +29,14 @@ from vasowave.animal.signals import (
 )
 from vasowave.animal.vessels import vessels_dataset
 from vasowave.calibration import Fit
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.findings import Finding, finding_of, look_kind, warn
+from vasowave.errors import VasowaveWarning
+from vasowave.findings import Finding, finding_of, warn
 from vasowave.inference import Posterior, compare_laws
 from vasowave.inference.known_errors import Seen
 from vasowave.model.laws import find_bed, identity
 from vasowave.model.nominal import estimate_nominal
 from vasowave.provenance import provenance
-from vasowave.recording import Recording
 from vasowave.selection import profiled, stiffening
-
-NOT_COUPLED = look_kind(
-    "ventricle.not-coupled", "elastances of ventricle and artery are not known: {why}", "Correct the file."
-)
 
 
 def analyze(
@@ -144,37 +139,26 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
     nominal = estimate_nominal(network, recording, blood, find_bed(settings.beds))
     station = measured_station(recording, network, nominal, blood.inertia, settings.waves_at)
     waves = waves_dataset(station, blood.inertia)
-    coupled = _coupled(animal, recording)
-    for one in coupled.findings if coupled else ():
+    found, said = coupled(recording, animal.ventricle)
+    for one in said:
         warn(one)
     spectrum = impedance_dataset(station, settings.harmonics, flow_noise(recording, animal.beats))
 
     def values(seen: Seen) -> dict[str, float]:
-        found = estimate_nominal(seen.network, seen.recording, seen.blood, find_bed(settings.beds))
-        place = measured_station(seen.recording, seen.network, found, seen.blood.inertia, settings.waves_at)
-        of_ventricle = _coupled(animal, seen.recording) if coupled else None
-        return measured_values(seen.recording, found, place, waves_dataset(place, seen.blood.inertia), of_ventricle)
+        start = estimate_nominal(seen.network, seen.recording, seen.blood, find_bed(settings.beds))
+        place = measured_station(seen.recording, seen.network, start, seen.blood.inertia, settings.waves_at)
+        of_ventricle = coupled(seen.recording, animal.ventricle)[0] if found else None
+        return measured_values(seen.recording, start, place, waves_dataset(place, seen.blood.inertia), of_ventricle)
 
     effects = effects_on_measured(Seen(network, recording, blood), settings, values)
-    values_here = measured_values(recording, nominal, station, waves, coupled)
-    quantities = measured_quantities(values_here, station, effects, coupled)
+    values_here = measured_values(recording, nominal, station, waves, found)
+    quantities = measured_quantities(values_here, station, effects, found)
     return {
-        "ventricle": ventricle_dataset(coupled, animal.ventricle) if coupled and animal.ventricle else None,
+        "ventricle": ventricle_dataset(found, animal.ventricle) if found and animal.ventricle else None,
         "recording": recording_with_scatter(recording, animal.beats),
         "nominal": nominal_dataset(nominal, network),
         "measured": Measured(waves=waves, impedance=spectrum, quantities=quantities),
     }
-
-
-def _coupled(animal: Animal, recording: Recording) -> Coupling | None:
-    """Return elastances of ventricle and artery, where the ventricle's pressure is known and has them."""
-    if animal.ventricle is None:
-        return None
-    try:
-        return coupling(recording, animal.ventricle)
-    except InputError as error:
-        warn(NOT_COUPLED(why=str(error)))
-        return None
 
 
 def _compared(

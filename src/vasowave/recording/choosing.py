@@ -115,7 +115,7 @@ def pick_channels(
 
 def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, ...]:
     """Return the names of columns with ``time`` for the only one in a unit of time, where none is called so."""
-    timed = [i for i, unit in enumerate(column_units) if _is_unit(unit, "time")]
+    timed = [i for i, unit in enumerate(column_units) if units.is_of(unit, "time")]
     if "time" in names or len(timed) != 1:
         return tuple(names)
     return tuple("time" if i == timed[0] else name for i, name in enumerate(names))
@@ -171,12 +171,4 @@ def _words(title: str) -> set[str]:
 
 
 def _has_unit(channel: Titled, name: str) -> bool:
-    return _is_unit(channel.unit, DIMENSIONS[name])
-
-
-def _is_unit(unit: str, quantity: str) -> bool:
-    try:
-        units.factor(unit, quantity)
-    except InputError:
-        return False
-    return bool(unit)
+    return units.is_of(channel.unit, DIMENSIONS[name])

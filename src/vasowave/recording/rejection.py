@@ -108,7 +108,9 @@ def choose_run(reasons: list[Rejection], beats: int, source: str) -> tuple[np.nd
     if len(good) < beats:
         raise NumericalError(
             f"{source}: {len(good)} good beats of {len(reasons)}, {beats} wanted (rejected: {_counted(reasons)}); "
-            "look at the beats, choose another stretch, relax the rules or average fewer"
+            "look at the beats (vasowave open), choose another stretch (start [s], end [s]) or average fewer "
+            "(averaging.beats). Of an animal that breathes by itself, without a ventilator, turn off "
+            "averaging.reject_ventilation"
         )
     first = int(np.argmin(good[beats - 1 :] - good[: len(good) - beats + 1]))
     used = good[first : first + beats]

@@ -292,7 +292,8 @@ def told_network(
              if words_of(one.stem) == called[: len(words_of(one.stem))] and groups[one] in ("", group)}  # fmt: skip
     longest = [one for one, length in begun.items() if 0 < length == max(begun.values())]
     of_group = [one for one in networks if group and groups[one] == group]
-    ways = (own, longest, of_group, list(networks) if serves_all else [])
+    unnamed = [one for one in networks if groups[one] in ("", group)]  # not one that is called like another group
+    ways = (own, longest, of_group, unnamed if serves_all and len(networks) == 1 else [])
     return next((few[0] for few in ways if len(few) == 1), None)
 
 

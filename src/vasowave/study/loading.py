@@ -6,6 +6,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from vasowave.analysis.coupling import coupled
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress, analyze
@@ -122,6 +123,8 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     ventricle = read_ventricle(row.ventricle, recording.period) if row.ventricle else None
     if ventricle is not None:
         ventricle = replace(ventricle, source=inside(Path(ventricle.source), folder))
+        of_both = coupled(recording, ventricle)[1]
+        recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *of_both))))
     return replace(animal, recording=recording, synthetic=synthetic, sites=sites, ventricle=ventricle)
 
 

@@ -6,7 +6,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from vasowave import units
 from vasowave.errors import InputError
+from vasowave.io.columns import read_columns
 from vasowave.network_formats import NETWORKS, unit_wanted
 from vasowave.recording import describe_recording
 from vasowave.recording.choosing import DIMENSIONS, Choice, choose
@@ -115,6 +117,7 @@ def sort_files(
                     raise InputError(unit_wanted(file, network))
                 networks.append(file)
                 continue
+            _refuse_vessels(file)
             described = describe_recording(file)
         except InputError as error:
             refused.append(str(error))
@@ -130,6 +133,21 @@ def sort_files(
         refused.append(f"{file}: holds the {half} of a cycle alone; the file of its {missing} is not among these")
     recordings += joined
     return Sorted(tuple(networks), tuple(recordings), tuple(refused))
+
+
+def _refuse_vessels(file: Path) -> None:
+    """Raise `InputError` for a table of vessels whose titles are not known, which is no recording."""
+    try:
+        table = read_columns(file)
+    except InputError:
+        return
+    sizes = [name for name, unit in zip(table.names, table.units, strict=False) if unit and units.is_of(unit, "length")]
+    signals = [unit for unit in table.units if any(unit and units.is_of(unit, one) for one in ("pressure", "flow"))]
+    if len(sizes) > 1 and not signals:
+        raise InputError(
+            f"{file}: looks like a table of vessels ({' and '.join(sizes)} are lengths), whose columns are called "
+            f"'name', 'parent', 'length' and 'radius'; this header has: {', '.join(table.names)}. Change the titles"
+        )
 
 
 def _joined(halves: Sequence[tuple[str, str, Path]]) -> tuple[list[Recorded], list[tuple[str, Path]]]:

@@ -49,7 +49,7 @@ def _coupled(result: AnimalResult, called: Called) -> list[tuple[str, str]]:
         return []
     ratio = data["coupling"]
     low, high = (float(ratio.attrs.get(f"interval_{end}", np.nan)) for end in ("low", "high"))
-    judged = "The ventricle is stiffer than its load" if low > 1 else "Its load is stiffer than the ventricle"
+    judged = "By this beat the ventricle is stiffer than its load" if low > 1 else "By this beat its load is stiffer"
     judged = judged if low > 1 or high < 1 else "Whether it keeps up with its load is open"
     return [(question_of("coupling"), f"{_listed(COUPLING, data, called)}. {judged}.")]
 
@@ -59,5 +59,10 @@ def _measured(result: AnimalResult) -> str:
     text = {name: value_text(data[name]) for name in INDICES}
     return (
         f"Mean pressure {text['mPAP']} (systolic {text['sPAP']}, diastolic {text['dPAP']}) at {text['CO']} and "
-        f"{text['HR']}: vascular resistance PVR {text['PVR']}."
+        f"{text['HR']}: vascular resistance PVR {text['PVR']}{_without_wedge(result)}."
     )
+
+
+def _without_wedge(result: AnimalResult) -> str:
+    """Say that a resistance is the total one, where no pressure behind the beds was given."""
+    return "" if "wedge_pressure" in result.recording else ", counted from 0 mmHg, for no wedge pressure is given"
