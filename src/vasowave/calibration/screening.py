@@ -1,7 +1,8 @@
 """Where the linear model leads the starts of a fit, at half a millisecond an answer: alike ones are followed once.
 
 The linear model in the frequency domain has the valleys of the objective; what it lacks is where exactly their floors
-lie. Where it does not tell parameters apart, starts stay apart.
+lie, and how a wall stiffens within the cycle. So of the wall it moves the first parameter alone, its stiffness: starts
+that differ in another one stay apart.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,6 +14,7 @@ from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
 from vasowave.calibration.trial import trial
 from vasowave.errors import NumericalError
+from vasowave.model.laws import parameter_names
 from vasowave.model.linear import linear_solution
 from vasowave.recording.waveform import amplitudes
 
@@ -41,9 +43,22 @@ def _led(space: Space, compared: Compared, start: np.ndarray) -> np.ndarray:
     """Return where the linear model leads a start; the start itself where it leads nowhere."""
     residuals, (low, high) = linear_residuals(space, compared), space.log_bounds
     inside = 1e-6 * (high - low)
-    begin = np.clip(start, low + inside, high - inside)
-    found = least_squares(residuals, begin, bounds=(low, high), diff_step=_STEP, ftol=_GAIN, xtol=_GAIN, max_nfev=_MOST)
-    return np.asarray(found.x) if found.cost < 0.5 * _FAILED**2 else start
+    place = np.clip(start, low + inside, high - inside)
+    shape = parameter_names(space.law)[1:]
+    moved = np.array([name not in shape for name in space.free_names])
+    if not moved.any():
+        return start
+
+    def of(part: np.ndarray) -> np.ndarray:
+        whole = place.copy()
+        whole[moved] = part
+        return whole
+
+    found = least_squares(
+        lambda part: residuals(of(part)), place[moved], bounds=(low[moved], high[moved]), diff_step=_STEP, ftol=_GAIN,
+        xtol=_GAIN, max_nfev=_MOST,
+    )  # fmt: skip
+    return of(found.x) if found.cost < 0.5 * _FAILED**2 else start
 
 
 def linear_residuals(space: Space, compared: Compared) -> Callable[[np.ndarray], np.ndarray]:
