@@ -31,8 +31,8 @@ def test_starts_of_a_linear_wall_are_led_to_where_the_fit_ends():
     assert np.max(np.abs(starts[5] - ended)) > 0.3
 
 
-@pytest.mark.parametrize("law", ["linear", "tangent", "power"])
-def test_starts_are_stood_for_by_one_that_begins_alike_and_others_are_followed(law, monkeypatch):
+@pytest.mark.parametrize("law", ["linear", "tangent"])
+def test_starts_are_stood_for_by_one_that_begins_alike_and_others_are_followed(law):
     space, compared, starts = posed(law)
     places, leads = screened(space, compared, starts)
     for number, lead in enumerate(leads):
@@ -47,7 +47,7 @@ def test_the_linear_model_is_followed_downhill():
     """Wherever it leads, the objective of the linear model there is no more than where the start was."""
     from vasowave.calibration import screening
 
-    space, compared, starts = posed("tangent")
+    space, compared, starts = posed("linear")
     for start in starts[:4]:
         residuals = screening.linear_residuals(space, compared)
         before, after = (np.sum(residuals(x) ** 2) for x in (start, screened(space, compared, [start])[0][0]))
@@ -74,6 +74,13 @@ def test_every_start_has_its_row_and_says_by_which_one_it_was_stood_for():
     assert (stood_for["simulations"] == 0).all()
     assert stood_for["agrees"].all()
     assert reached[-1][:2] == (8, 8)
+
+
+def test_starts_of_a_wall_that_stiffens_begin_where_they_are(monkeypatch):
+    monkeypatch.setattr(starting, "screened", lambda *_: pytest.fail("the starts were moved"))
+    vw.calibrate(NETWORK, MOUSE, "tangent", starts=2, numerics=COARSE)
+    with pytest.raises(pytest.fail.Exception, match="moved"):
+        vw.calibrate(NETWORK, MOUSE, "tangent", starts=2, fixed={"gamma": 2.0}, numerics=COARSE)
 
 
 def test_the_papers_method_begins_where_the_paper_begins(monkeypatch):

@@ -1,8 +1,7 @@
 """Where the linear model leads the starts of a fit, at half a millisecond an answer: alike ones are followed once.
 
 The linear model in the frequency domain has the valleys of the objective; what it lacks is where exactly their floors
-lie, and how a wall stiffens within the cycle. So of the wall it moves the first parameter alone, its stiffness: starts
-that differ in another one stay apart.
+lie, and how a wall stiffens within the cycle. So it leads no starts of laws with a parameter for that.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,7 +13,6 @@ from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
 from vasowave.calibration.trial import trial
 from vasowave.errors import NumericalError
-from vasowave.model.laws import parameter_names
 from vasowave.model.linear import linear_solution
 from vasowave.recording.waveform import amplitudes
 
@@ -24,6 +22,11 @@ _MOST = 15  # steps of one start
 _STEP = 1e-5  # of differences, in the logarithms
 _FAILED = 1e3  # mmHg, the residual of what cannot be
 _ALIKE = 0.15  # largest difference of a logarithm between starts that are followed once
+
+
+def knows(space: Space) -> bool:
+    """Whether the linear model knows all that the parameters of the wall do: their first is its stiffness."""
+    return not set(space.wall_names[1:]) & set(space.free_names)
 
 
 def screened(space: Space, compared: Compared, starts: Sequence[np.ndarray]) -> tuple[list[np.ndarray], list[int]]:
@@ -44,21 +47,8 @@ def _led(space: Space, compared: Compared, start: np.ndarray) -> np.ndarray:
     residuals, (low, high) = linear_residuals(space, compared), space.log_bounds
     inside = 1e-6 * (high - low)
     place = np.clip(start, low + inside, high - inside)
-    shape = parameter_names(space.law)[1:]
-    moved = np.array([name not in shape for name in space.free_names])
-    if not moved.any():
-        return start
-
-    def of(part: np.ndarray) -> np.ndarray:
-        whole = place.copy()
-        whole[moved] = part
-        return whole
-
-    found = least_squares(
-        lambda part: residuals(of(part)), place[moved], bounds=(low[moved], high[moved]), diff_step=_STEP, ftol=_GAIN,
-        xtol=_GAIN, max_nfev=_MOST,
-    )  # fmt: skip
-    return of(found.x) if found.cost < 0.5 * _FAILED**2 else start
+    found = least_squares(residuals, place, bounds=(low, high), diff_step=_STEP, ftol=_GAIN, xtol=_GAIN, max_nfev=_MOST)
+    return np.asarray(found.x) if found.cost < 0.5 * _FAILED**2 else start
 
 
 def linear_residuals(space: Space, compared: Compared) -> Callable[[np.ndarray], np.ndarray]:

@@ -17,7 +17,7 @@ import numpy as np
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import Space
-from vasowave.calibration.screening import screened
+from vasowave.calibration.screening import knows, screened
 from vasowave.calibration.search import ROUGH, SearchEnd, search
 from vasowave.errors import NumericalError
 from vasowave.runtime.threads import threads
@@ -84,8 +84,9 @@ def search_all(
     NumericalError
         No start could be simulated.
     """
-    several = len(starts) > 1 and method == "least-squares"  # that of the paper begins where the paper begins
-    places, leads = screened(space, compared, starts) if several else (list(starts), list(range(len(starts))))
+    places, leads = list(starts), list(range(len(starts)))
+    if len(starts) > 1 and method == "least-squares" and knows(space):  # the paper's method begins where the paper does
+        places, leads = screened(space, compared, starts)
     stages = _Stages(space, compared, numerics, places, leads, method, progress, ends)
     searched = stages.reached
     try:
