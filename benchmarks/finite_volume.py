@@ -17,7 +17,7 @@ from numba import njit
 import vasowave as vw
 from robustness_page import put
 from vasowave.exchange import read_openbf
-from vasowave.model.outlets import Resistance
+from vasowave.model.outlets import Resistance, Windkessel
 
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
 DATA = Path(__file__).parents[2] / "shared" / "data"
@@ -152,7 +152,8 @@ def solved(model: vw.Model, inflow: vw.Inflow, size: float, guess: np.ndarray) -
     if isinstance(beds, Resistance):
         R1, R2, C = np.array(beds.R, float), np.ones(len(ends)), np.zeros(len(ends))
     else:
-        R1, R2, C = (np.array(value, float) for value in beds)
+        assert isinstance(beds, Windkessel)
+        R1, R2, C = (np.array(value, float) for value in (beds.R1, beds.R2, beds.C))
     behind = np.broadcast_to(np.asarray(model.outlet_pressure, float), len(ends)).copy()
     terminal = np.full(vessels, -1)
     terminal[ends] = np.arange(len(ends))
