@@ -101,7 +101,7 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     serves_all = len(networks) == 1 and (network is not None or not sorted_files.refused)
     for one in [*new, *touched]:
         group_of_it = one.cells["group"] or (one.old or {}).get("group", "")
-        told = told_network(one.recorded.name, group_of_it, marks, networks, path.parent, serves_all)
+        told = network or told_network(one.recorded.name, group_of_it, marks, networks, path.parent, serves_all)
         one.cells["network"] = seen_from(path.parent, told) if told else ""
     more += _kept_networks(touched, networks)
     _name(new, [row["animal"] for row in before.rows])
@@ -116,7 +116,7 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
         write_file(path, other)
         added = f"; --group adds '{group}'" if group and group not in settings.groups else ""
         more.append(f"{path.name}: groups are [{', '.join(marks)}] now, the first is the reference{added}")
-    said = [*said, *_once([*new, *updated]), *more, *_missing(all_new, marks, networks)]
+    said = [*said, *_once([*new, *updated]), *more, *_missing(all_new, marks, networks, bool(sorted_files.refused))]
     if len(updated) < len(touched):
         said.append(f"{len(touched) - len(updated)} of these recordings are in the table already, with all this")
     names = tuple(one.old["animal"] for one in updated if one.old)
@@ -343,7 +343,7 @@ def _filled(one: _Row, explicit: set[str]) -> bool:
     return one.old != kept
 
 
-def _missing(rows: Sequence[dict[str, str]], groups: Marks, networks: Sequence[Path]) -> list[str]:
+def _missing(rows: Sequence[dict[str, str]], groups: Marks, networks: Sequence[Path], refused: bool) -> list[str]:
     said = []
     if lost := [row["animal"] for row in rows if not row.get("group")]:
         said.append(f"neither name nor folder tells the group of {', '.join(lost)}; the study has {', '.join(groups)}: "
@@ -351,6 +351,7 @@ def _missing(rows: Sequence[dict[str, str]], groups: Marks, networks: Sequence[P
     if lost := [row["animal"] for row in rows if not row.get("network")]:
         why = f"none of {len(networks)} networks carries their name or group" if networks else "there is no network"
         if len(networks) == 1:
-            why = f"{networks[0].name} carries neither their name nor group, and some files could not be read"
+            unread = ", and some files could not be read" if refused else ""
+            why = f"{networks[0].name} carries neither their name nor their group{unread}"
         said.append(f"{why}: {', '.join(lost)}; give --network, or write it into the column 'network'")
     return said
