@@ -141,7 +141,9 @@ def _refuse_vessels(file: Path) -> None:
         table = read_columns(file)
     except InputError:
         return
-    sizes = [name for name, unit in zip(table.names, table.units, strict=False) if unit and units.is_of(unit, "length")]
+    if not table.names:
+        return
+    sizes = [name for name, unit in zip(table.names, table.units, strict=True) if unit and units.is_of(unit, "length")]
     signals = [unit for unit in table.units if any(unit and units.is_of(unit, one) for one in ("pressure", "flow"))]
     if len(sizes) > 1 and not signals:
         raise InputError(
