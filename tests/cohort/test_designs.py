@@ -371,6 +371,7 @@ def test_two_factors_give_main_effects_and_the_difference_of_differences():
     assert effects(own, fitted(own, y))["contrast", "rescue"].value == pytest.approx(5.0)
 
 
+@pytest.mark.validation
 def test_known_errors_are_taken_from_what_animals_differ_and_shared_ones_are_not_averaged_away():
     rng = np.random.default_rng(6)
     table = pd.DataFrame({"group": ["A"] * 400 + ["B"] * 400, "sex": ["f", "m"] * 400})
@@ -417,6 +418,7 @@ def test_a_litter_that_an_animal_shares_with_none_and_a_covariate_of_one_group_c
     assert all(name.startswith("animals") for name in found.random)  # each cage is one animal: nothing to tell it from
 
 
+@pytest.mark.validation
 def test_without_an_effect_a_design_with_sex_and_litters_finds_one_as_often_as_it_says():
     rng, false, covered = np.random.default_rng(8), 0, 0
     table, _ = litters()
