@@ -98,7 +98,7 @@ def begun(folder, least, patience=120.0):
 
 @pytest.mark.validation
 def test_a_run_that_is_killed_after_its_third_search_keeps_three_and_ends_with_the_same_numbers(make_study):
-    settings = "groups: [CTL]\ncalibration: {walls: [linear], starts: 8}\n"
+    settings = "groups: [CTL]\ncalibration: {walls: [tangent], starts: 8}\n"
     folder = make_study("killed", 1, settings)
     (folder / "animals.csv").write_text("animal,group,network,recording\na,CTL,n.csv,recordings/0.csv\n")
     process = begun(folder, 3)
@@ -107,11 +107,11 @@ def test_a_run_that_is_killed_after_its_third_search_keeps_three_and_ends_with_t
     process.wait()
     (status,), runner = study_status(read_study(folder))
     assert runner is None
-    kept = status.searches["linear"][0]
+    kept = status.searches["tangent"][0]
     assert status.state == "begun"
     assert 3 <= kept <= 8
     shown = CliRunner().invoke(app, ["status", str(folder)])
-    told = re.search(r"a: linear (\d) of 8 searches", shown.output)
+    told = re.search(r"a: tangent (\d) of 8 searches", shown.output)
     assert kept <= int(told[1]) <= 8  # a worker that outlives the run by a moment may still end its search
     told = CliRunner().invoke(app, ["run", str(folder), "--no-report", "--json", "--workers", "1"])
     events = [json.loads(line) for line in told.stdout.splitlines() if line.startswith("{")]
@@ -123,7 +123,7 @@ def test_a_run_that_is_killed_after_its_third_search_keeps_three_and_ends_with_t
     (other / "animals.csv").write_text("animal,group,network,recording\na,CTL,n.csv,recordings/0.csv\n")
     assert CliRunner().invoke(app, ["run", str(other), "--no-report", "--workers", "1"]).exit_code == 0
     whole = read_results(other)["a"]
-    assert resumed.laws["linear"].calibration.identical(whole.laws["linear"].calibration)
+    assert resumed.laws["tangent"].calibration.identical(whole.laws["tangent"].calibration)
 
 
 @pytest.mark.parametrize(("at_once", "expected"), [(2, 10.0 / 2 + 7 * 10.0 / 2), (1, 0.0 + 8 * 10.0)])
