@@ -13,6 +13,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.recording import Inflow, InletPressure
+from vasowave.recording.cycle import require_one
 
 LEAST_SAMPLES = 64
 _CYCLES, _STEPS = 60, 512  # of the ejection into three elements
@@ -129,11 +130,7 @@ class Ventricle:
 
     def into(self, inlets: Sequence[str]) -> np.ndarray:
         """Return the elastance at the only one of these inlets, mmHg/ml, (sample, 1); `InputError` for several."""
-        if len(inlets) != 1:
-            raise InputError(
-                f"the network has {len(inlets)} inlets ({', '.join(map(repr, inlets[:5]))}): a ventricle drives one "
-                "inlet only; give Inflow(flow, period) a column of flow for each inlet"
-            )
+        require_one(inlets, "a ventricle")
         return self.elastance.reshape(-1, 1)
 
     def resampled(self, count: int) -> np.ndarray:

@@ -114,12 +114,17 @@ class InletPressure:
 
     def into(self, inlets: Sequence[str]) -> np.ndarray:
         """Return the pressure at the only one of these inlets, mmHg, shape (sample, 1); `InputError` for several."""
-        if len(inlets) != 1:
-            raise InputError(
-                f"the network has {len(inlets)} inlets ({', '.join(map(repr, inlets[:5]))}): a pressure drives one "
-                "inlet only; give Inflow(flow, period) a column of flow for each inlet"
-            )
+        require_one(inlets, "a pressure")
         return self.pressure.reshape(-1, 1)
+
+
+def require_one(inlets: Sequence[str], driver: str) -> None:
+    """Raise `InputError` where a network has several inlets and only a flow can drive them."""
+    if len(inlets) != 1:
+        raise InputError(
+            f"the network has {len(inlets)} inlets ({', '.join(map(repr, inlets[:5]))}): {driver} drives one inlet "
+            "only; give Inflow(flow, period) a column of flow for each inlet"
+        )
 
 
 @dataclass(frozen=True, eq=False)
