@@ -52,7 +52,7 @@ def test_the_elastances_of_a_ventricle_of_the_published_shape_are_found(R_T):
 def test_an_elastance_of_another_shape_lies_within_the_interval():
     recording, inside, elastance, load = beat("relaxing")
     found = coupling(recording, inside)
-    assert abs(np.log(found.elastance / found.load / (elastance / load))) < 1.96 * found.error
+    assert abs(np.log(found.elastance / found.load / (elastance / load))) < 0.3 < 1.96 * found.error
 
 
 def test_neither_the_gain_of_the_probe_nor_where_the_cycle_is_cut_moves_the_ratio():
@@ -83,14 +83,14 @@ def test_the_fitted_ventricle_drives_the_network_as_the_true_one_does():
     assert float(at_root.pressure.max()) == pytest.approx(recording.systolic_pressure, rel=0.05)
 
 
-def test_noise_widens_the_interval_and_stays_inside_it():
+def test_noise_moves_the_ratio_little_and_widens_its_interval():
     recording, inside, elastance, load = beat()
-    rng = np.random.default_rng(4)
+    rng, found = np.random.default_rng(4), []
     for _ in range(3):
         noisy = VentricularPressure(inside.pressure + 0.4 * rng.standard_normal(512), PERIOD)
-        found = coupling(recording, noisy)
-        assert abs(np.log(found.ratio * load / elastance)) < 1.96 * found.error
-        assert found.error >= coupling(recording, inside).error - 0.02
+        found.append(coupling(recording, noisy))
+    assert max(abs(np.log(one.ratio * load / elastance)) for one in found) < 0.25
+    assert min(one.error for one in found) > coupling(recording, inside).error
 
 
 def test_the_single_beat_method_finds_the_peak_of_a_sine():

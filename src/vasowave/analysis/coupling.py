@@ -11,6 +11,7 @@ flow probe moves both elastances alike, and their ratio not at all.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import curve_fit, least_squares
@@ -58,7 +59,7 @@ _UNLIKE = 0.02  # of the pulse: a misfit that no elastance explains
 _MEANINGLESS = 0.1  # of the pulse: the two are not of one heart
 _RATES = 0.15  # relative difference of heart rates
 _SCALES = (0.3, 0.5, 0.3, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0)
-_CASE = 1e-4  # step of derivatives
+_STEP = 1e-4  # of derivatives
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,9 +202,9 @@ def coupling(recording: Recording, ventricle: VentricularPressure) -> Coupling:
     parts = _parts(found.x, beat, ventricle.period)
     misfit = float(np.sqrt(np.mean((parts.fitted - beat.pressure) ** 2))) / float(np.ptp(beat.smooth))
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * max(misfit / _ERROR, 1.0) ** 2
-    beside = [found.x + step for one in _CASE * np.eye(len(found.x)) for step in (-one, one)]
+    beside = [found.x + step for one in _STEP * np.eye(len(found.x)) for step in (-one, one)]
     ends = [_log_ratio(x, beat, ventricle.period) for x in beside]
-    slope = np.diff(np.reshape(ends, (-1, 2)), axis=1).ravel() / (2 * _CASE)
+    slope = np.diff(np.reshape(ends, (-1, 2)), axis=1).ravel() / (2 * _STEP)
     load = parts.end_systolic / beat.stroke
     peak = _isovolumic_peak(beat)
     if misfit > _MEANINGLESS:
@@ -264,8 +265,8 @@ def _parts(x: np.ndarray, beat: _Beat, period: float) -> _Parts:
     )
 
 
-def _fit(beat: _Beat, period: float, stays: float):  # type: ignore[no-untyped-def]  # scipy's result
-    """Return the parameters that make the pressure of a beat under the priors, from one start."""
+def _fit(beat: _Beat, period: float, stays: float) -> Any:
+    """Return SciPy's result: the parameters that make the pressure of a beat under the priors, from one start."""
     rises, falls = beat.steepest
     peak_at = max(0.5 * (beat.time[rises] + beat.time[falls]), 0.05 * period)
     resting = np.log(beat.resting)
@@ -286,50 +287,71 @@ def _log_ratio(x: np.ndarray, beat: _Beat, period: float) -> float:
 
 def _beat(recording: Recording, ventricle: VentricularPressure) -> _Beat:
     """Return the systole of the ventricle with the flow out of it."""
-    pressure, dt = ventricle.pressure, ventricle.period / len(ventricle.pressure)
-    smooth, count = _smoothed(pressure), len(pressure)
-    rise = np.gradient(np.concatenate([smooth, smooth, smooth]))[count : 2 * count]
+    systole, ejection = _systole(ventricle), _ejection(recording)
+    rising = systole.smooth[: int(np.argmax(systole.smooth)) + 1]
+    if rising[-1] < ejection.pressure:
+        raise InputError(
+            f"{ventricle.source}: the ventricle reaches {rising[-1]:.1f} mmHg, less than the artery has when its flow "
+            f"begins ({ejection.pressure:.1f} mmHg); correct the zero or the unit of one of the two"
+        )
+    count = len(ventricle.pressure)
+    dt, share = ventricle.period / count, min(float(np.sqrt(_INDEPENDENT / count)), 1.0)
+    return _Beat(
+        time=np.arange(len(systole.smooth)) * dt,
+        pressure=systole.pressure,
+        smooth=systole.smooth,
+        steepest=systole.steepest,
+        shift=int(np.argmax(rising >= ejection.pressure)) * dt,
+        ejection=ejection.time,
+        left=ejection.left,
+        resting=max(float(systole.smooth[0]), 0.5),
+        weight=share / (_ERROR * float(np.ptp(systole.smooth))),
+    )
+
+
+class _Systole(NamedTuple):
+    pressure: np.ndarray  # mmHg, from where contraction begins to where filling may
+    smooth: np.ndarray
+    steepest: tuple[int, int]  # samples of the steepest rise and fall
+
+
+class _Ejection(NamedTuple):
+    time: np.ndarray  # s from the foot of the flow
+    left: np.ndarray  # ml that have left until then
+    pressure: float  # mmHg in the artery at the foot
+
+
+def _systole(ventricle: VentricularPressure) -> _Systole:
+    """Return the pressure of a ventricle from where contraction begins to where filling may."""
+    smooth, count = _smoothed(ventricle.pressure), len(ventricle.pressure)
+    rise = np.gradient(np.tile(smooth, 3))[count : 2 * count]
     steepest = int(np.argmax(rise))
     before = (steepest - np.arange(int(_LONGEST * count))) % count
     slow = rise[before] < max(_BEGINS * rise[steepest], float(rise[before].min()) + 1e-12)  # filling may raise it, too
     begin = steepest - int(np.argmax(slow))
     falls = int(np.argmin(rise[(steepest + np.arange(int(0.7 * count))) % count])) + steepest - begin
     rolled = np.roll(smooth, -begin)
-    level = rolled[0] + _RELAXED * (rolled.max() - rolled[0])
-    last = falls + int(np.argmax(rolled[falls:] <= level))
-    if begin == steepest or not np.any(rolled[falls:] <= level):
+    relaxed = rolled[falls:] <= rolled[0] + _RELAXED * (rolled.max() - rolled[0])
+    if begin == steepest or not np.any(relaxed):
         raise InputError(f"{ventricle.source}: no contraction and relaxation are seen; is it one cycle of a ventricle?")
-    flow, time = recording.flow, np.arange(len(recording.flow)) * (recording.period / len(recording.flow))
-    peak = int(np.argmax(flow))
-    flow = np.roll(flow, len(flow) // 2 - peak)
-    middle = len(flow) // 2
+    last = falls + int(np.argmax(relaxed))
+    whole = np.roll(ventricle.pressure, -begin)
+    return _Systole(whole[: last + 1], rolled[: last + 1], (steepest - begin, falls))
+
+
+def _ejection(recording: Recording) -> _Ejection:
+    """Return what leaves the ventricle from the foot of the flow to its end."""
+    count, dt = len(recording.flow), recording.period / len(recording.flow)
+    peak, middle = int(np.argmax(recording.flow)), len(recording.flow) // 2
+    flow = np.roll(recording.flow, middle - peak)
     foot = middle - int(np.argmax(flow[middle::-1] <= _OPEN * flow[middle]))
     end = middle + int(np.argmax(flow[middle:] <= _SHUT * flow[middle]))
     if foot == middle or end == middle:
         raise InputError(f"{recording.source}: the flow has no beginning and end of ejection; is its zero right?")
-    left = np.concatenate([[0.0], np.cumsum(flow[foot:end])]) * (time[1] - time[0])
-    at_foot = float(np.interp((foot + peak - middle) * (time[1] - time[0]) % recording.period,
-                              recording.time, recording.pressure, period=recording.period))  # fmt: skip
-    rising = rolled[: int(np.argmax(rolled)) + 1]
-    if rising[-1] < at_foot:
-        raise InputError(
-            f"{ventricle.source}: the ventricle reaches {rising[-1]:.1f} mmHg, less than the artery has when its flow "
-            f"begins ({at_foot:.1f} mmHg); correct the zero or the unit of one of the two"
-        )
-    opens = int(np.argmax(rising >= at_foot))
-    whole = np.roll(pressure, -begin)[: last + 1]
-    share = float(np.sqrt(_INDEPENDENT / count)) if count > _INDEPENDENT else 1.0
-    return _Beat(
-        time=np.arange(last + 1) * dt,
-        pressure=whole,
-        smooth=rolled[: last + 1],
-        steepest=(steepest - begin, falls),
-        shift=opens * dt,
-        ejection=(np.arange(len(left)) - 0.5) * (time[1] - time[0]),
-        left=left,
-        resting=max(float(rolled[0]), 0.5),
-        weight=share / (_ERROR * float(np.ptp(smooth))),
-    )
+    left = np.concatenate([[0.0], np.cumsum(flow[foot:end])]) * dt
+    at = (foot + peak - middle) % count * dt
+    pressure = float(np.interp(at, recording.time, recording.pressure, period=recording.period))
+    return _Ejection((np.arange(len(left)) - 0.5) * dt, left, pressure)
 
 
 def _smoothed(pressure: np.ndarray) -> np.ndarray:

@@ -147,7 +147,7 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
     def values(seen: Seen) -> dict[str, float]:
         start = estimate_nominal(seen.network, seen.recording, seen.blood, find_bed(settings.beds))
         place = measured_station(seen.recording, seen.network, start, seen.blood.inertia, settings.waves_at)
-        of_ventricle = coupled(seen.recording, animal.ventricle)[0] if found else None
+        of_ventricle = found if seen.recording is recording else coupled(seen.recording, animal.ventricle)[0]
         return measured_values(seen.recording, start, place, waves_dataset(place, seen.blood.inertia), of_ventricle)
 
     effects = effects_on_measured(Seen(network, recording, blood), settings, values)

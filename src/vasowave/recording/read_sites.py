@@ -10,7 +10,8 @@ from vasowave.errors import InputError, did_you_mean
 from vasowave.io.columns import Columns, number, read_columns
 from vasowave.recording.observation import NUMBERS, QUANTITIES, ZERO_SD, Observation
 from vasowave.recording.plausibility import repeats_first
-from vasowave.recording.signal import ALIASES, even_step, written_to
+from vasowave.recording.signal import ALIASES
+from vasowave.recording.single_wave import single_wave
 
 COLUMNS = {
     "quantity": "What was observed: pressure, flow, velocity (mean over the cross-section), area or diameter.",
@@ -132,22 +133,10 @@ def _waveform(path: Path, quantity: str, unit: str) -> tuple[np.ndarray, float |
     """Return the waveform of a file in the canonical unit, and its period if the file has times."""
     if not path.is_file():
         raise InputError(f"there is no file {path}")
-    table = read_columns(path, ALIASES)
-    time = table.find("time") if table.names else (0 if len(table.cells[0]) == 2 else None)
-    others = [i for i in range(len(table.cells[0])) if i != time]
-    column = table.find(quantity) if table.names else None
-    if column is None:
-        if len(others) != 1:
-            raise InputError(f"{path}: no column '{quantity}' and {len(others)} others; keep one, or name it")
-        (column,) = others
-    stated = table.units[column] if table.units else ""
-    if stated and units.factor(stated, kind_of(quantity)) != units.factor(unit, kind_of(quantity)):
-        raise InputError(f"{path}: its header says {stated}, the table of sites says {unit}; correct one of the two")
-    values = table.numbers(column, kind_of(quantity), unit)
-    drop = repeats_first(values)
-    if time is None:
-        return values[: len(values) - drop], None
-    times = table.numbers(time, "time", "s")
-    quantum = written_to([row[time] for row in table.cells])
-    step = even_step(times, quantum, str(path), lambda i: f"{path}, line {table.lines[i]}")
-    return values[: len(values) - drop], step * (len(values) - drop)
+    wave = single_wave(read_columns(path, ALIASES), quantity, kind_of(quantity), unit)
+    if wave.stated and units.factor(wave.stated, kind_of(quantity)) != units.factor(unit, kind_of(quantity)):
+        raise InputError(
+            f"{path}: its header says {wave.stated}, the table of sites says {unit}; correct one of the two"
+        )
+    cycle = wave.values[:-1] if repeats_first(wave.values) else wave.values
+    return cycle, None if wave.step is None else wave.step * len(cycle)

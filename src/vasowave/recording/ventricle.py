@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import find_peaks
 
-from vasowave import units
 from vasowave.errors import InputError
-from vasowave.io.columns import Columns, read_columns
-from vasowave.recording.plausibility import repeats_first
-from vasowave.recording.signal import ALIASES, even_step, written_to
+from vasowave.io.columns import read_columns
+from vasowave.recording.plausibility import moves_at_ends, repeats_first
+from vasowave.recording.signal import ALIASES
+from vasowave.recording.single_wave import single_wave
 
 _LEAST = 32  # samples of a cycle
 _STEEP = 0.5  # of the steepest rise is the upstroke of a beat
@@ -90,56 +90,17 @@ def read_ventricle(path: str | Path, period: float | None = None) -> Ventricular
     0.11
     """
     table = read_columns(path, {**ALIASES, **_NAMES})
-    time, column = _columns(table, str(path))
-    values = table.numbers(column, "pressure", "mmHg")
-    if time is None:
-        if period is None:
-            raise InputError(f"{path}: no column of time; add one, or give the period of the cycle")
-        if (beats := len(_upstrokes(values))) > 1:
-            raise InputError(f"{path}: {beats} beats and no column of time; add one, or leave one cycle")
-        return VentricularPressure(values[: len(values) - _ends_with_first(values)], period, str(path))
-    times = table.numbers(time, "time", "s")
-    quantum = written_to([row[time] for row in table.cells])
-    step = even_step(times, quantum, str(path), lambda i: f"{path}, line {table.lines[i]}")
-    starts = _upstrokes(values)
-    if len(starts) > 1:
-        return _averaged(values, starts, step, str(path))
-    cycle = values[: len(values) - _ends_with_first(values)]
-    return VentricularPressure(cycle, step * len(cycle), str(path))
-
-
-def _columns(table: Columns, path: str) -> tuple[int | None, int]:
-    """Return where time (None of a single column) and pressure stand: by their titles, or by their units."""
-    if not table.names:
-        width = len(table.cells[0])
-        if width > 2:
-            raise InputError(f"{path}: {width} columns without titles; give time and pressure, or titles with units")
-        return (0, 1) if width == 2 else (None, 0)
-    time = _only(table, "time")
-    if time is None and len(table.names) > 1:
-        raise InputError(
-            f"{path}: no column of time; the header has: {', '.join(table.names)}. Write the unit into its "
-            "title, as in 'time [s]'"
-        )
-    pressure = _only(table, "pressure")
-    if pressure is None and len(table.names) == 2 - (time is None):
-        pressure = 1 - time if time is not None else 0
-    if pressure is None:
-        raise InputError(f"{path}: no column says that it is the pressure, and not one alone has a unit of pressure; "
-                         f"the header has: {', '.join(table.names)}. Call it 'pressure [mmHg]'")  # fmt: skip
-    return time, pressure
-
-
-def _only(table: Columns, kind: str) -> int | None:
-    """Return the column that is called so, or the only one in such a unit."""
-    found = table.find(kind)
-    of_unit = [i for i, unit in enumerate(table.units) if unit and units.is_of(unit, kind)]
-    return found if found is not None else of_unit[0] if len(of_unit) == 1 else None
-
-
-def _ends_with_first(pressure: np.ndarray) -> bool:
-    """Whether the last sample is the first one of the next cycle; not where the end of diastole is flat."""
-    return bool(repeats_first(pressure)) and pressure[-1] != pressure[-2]
+    wave = single_wave(table, "pressure", "pressure", "mmHg")
+    values, starts = wave.values, _upstrokes(wave.values)
+    if wave.step is None and period is None:
+        raise InputError(f"{path}: no column of time; add one, or give the period of the cycle")
+    if len(starts) > 1 and wave.step is None:
+        raise InputError(f"{path}: {len(starts)} beats and no column of time; add one, or leave one cycle")
+    if len(starts) > 1 and wave.step is not None:
+        return _averaged(values, starts, wave.step, str(path))
+    cycle = values[:-1] if repeats_first(values) and moves_at_ends(values) else values
+    lasts = period if wave.step is None else wave.step * len(cycle)
+    return VentricularPressure(cycle, float(lasts or 0.0), str(path))
 
 
 def _upstrokes(pressure: np.ndarray) -> np.ndarray:
