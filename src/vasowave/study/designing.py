@@ -11,7 +11,7 @@ from vasowave.report.wording import listed, some_of
 from vasowave.settings import AT_ODDS
 from vasowave.study.problems import Problem
 from vasowave.study.rows import AnimalRow
-from vasowave.study.subjects import subject_problems
+from vasowave.study.subjects import rows_of_subjects, subject_problems
 
 if TYPE_CHECKING:
     from vasowave.cohort.design import Layout
@@ -91,7 +91,7 @@ def several_groups(study: "Study") -> list[Problem]:
     `variables_of`.
     """
     design = study.settings.design
-    mixed = {name: rows for name, rows in _of_subject(study).items() if len({row.group for row in rows}) > 1}
+    mixed = {name: rows for name, rows in rows_of_subjects(study).items() if len({row.group for row in rows}) > 1}
     if not mixed or design.crossover:
         return []
     places = [
@@ -140,7 +140,7 @@ def _odd_occasions(study: "Study", subject: str, occasion: str) -> Iterator[Prob
     """Yield what is odd of subjects and their occasions."""
     when = {one.name: one for one in study.variables}[occasion].levels
     times: dict[tuple[str, str], list[AnimalRow]] = {}
-    for name, rows in _of_subject(study).items():
+    for name, rows in rows_of_subjects(study).items():
         for row in rows:
             if row.animal in when:
                 times.setdefault((name, when[row.animal]), []).append(row)
@@ -152,16 +152,6 @@ def _odd_occasions(study: "Study", subject: str, occasion: str) -> Iterator[Prob
         found = SAME_OCCASION(subject=subject, occasion=occasion, rows=some_of(places, _NAMED))
         second = next(iter(again.values()))[1]
         yield _at(study, found, second.line, occasion, (row for rows in again.values() for row in rows))
-
-
-def _of_subject(study: "Study") -> dict[str, list[AnimalRow]]:
-    """Return the rows of each subject, none where the design names no subject or the table has no such column."""
-    known = next((one.levels for one in study.variables if one.name == study.settings.design.subject), {})
-    found: dict[str, list[AnimalRow]] = {}
-    for row in study.animals:
-        if row.animal in known:
-            found.setdefault(known[row.animal], []).append(row)
-    return found
 
 
 def _by(rows: Sequence[AnimalRow], what: str) -> dict[str, list[AnimalRow]]:

@@ -20,13 +20,19 @@ NO_OCCASION = look_kind(
 )  # fmt: skip
 
 
-def subject_problems(study: "Study") -> list[Problem]:
-    """Return what is wrong or odd about the rows of each subject of a study's design."""
-    own: dict[str, list[AnimalRow]] = {}
-    known = {one.name: one.levels for one in study.variables}.get(study.settings.design.subject or "", {})
+def rows_of_subjects(study: "Study") -> dict[str, list[AnimalRow]]:
+    """Return the rows of each subject; none where the design names no subject or the table has no such column."""
+    known = next((one.levels for one in study.variables if one.name == study.settings.design.subject), {})
+    found: dict[str, list[AnimalRow]] = {}
     for row in study.animals:
         if row.animal in known:
-            own.setdefault(known[row.animal], []).append(row)
+            found.setdefault(known[row.animal], []).append(row)
+    return found
+
+
+def subject_problems(study: "Study") -> list[Problem]:
+    """Return what is wrong or odd about the rows of each subject of a study's design."""
+    own = rows_of_subjects(study)
     return [*_varying(study, own), *_missing(study, own)]
 
 
