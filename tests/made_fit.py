@@ -47,7 +47,7 @@ def made_fit(
     simulation = made_simulation(model, recording, 0.25 if wall == "linear" else 0.15)
     whole = compared_part(recording, "all")
     inlet = simulation["pressure"].sel(vessel="1", station="inlet").to_numpy()
-    residual = whole.pressure - resample(inlet, whole.samples)
+    residual = whole.measured - resample(inlet, whole.samples)
     names = list(values)
     correlation = pd.DataFrame(0.3 + 0.7 * np.eye(len(names)), index=names, columns=names)
     return Fit(

@@ -234,7 +234,7 @@ def residuals():
     figure, ax = plt.subplots(figsize=(5.6, 2.4), layout="constrained")
     for law, dash in (("linear", "--"), ("tangent", "-")):
         one = fit if law == "linear" else vw.calibrate(network, mouse, law, starts=1)
-        left = one.pressure_residual
+        left = one.residual
         time = np.linspace(0, 1e3 * mouse.period, len(left), endpoint=False)
         ax.plot(time, left, dash, color="black", label=f"{law}: RMSE {one.rmse:.2f} mmHg")
     ax.set(xlabel="time [ms]", ylabel="measured − simulated [mmHg]", ylim=(-0.6, 0.6))

@@ -144,7 +144,7 @@ QUANTITIES: dict[str, Quantity] = {
     ),
     "pressure_drop": Quantity("mmHg", "Δp", "fall of the mean pressure to the terminals, their average"),
     "S": Quantity("mmHg2", "S", "objective at the optimum", "14"),
-    "RMSE": Quantity("mmHg", "RMSE", "root-mean-square pressure residual"),
+    "RMSE": Quantity("mmHg", "RMSE", "root-mean-square residual"),
 }  # fmt: skip
 """All quantities by the name of their variable, in the order of tables."""
 

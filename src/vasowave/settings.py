@@ -257,6 +257,9 @@ def _sentence(owner: type, error: Mapping[str, Any]) -> str:
 def _finding(owner: type, refused: Mapping[str, Any]) -> Finding:
     """Return what is wrong with a value, from what pydantic says of it."""
     at, code, given, told = list(refused["loc"]), refused["type"], refused["input"], refused.get("ctx", {})
+    named = [*settings_of(owner)]
+    if at and isinstance(at[0], int) and at[0] < len(named):
+        at[0] = named[at[0]]  # a value that was given by its place
     key = _name(at)
     if code == "unexpected_keyword_argument":
         return _unknown_key(owner, at)

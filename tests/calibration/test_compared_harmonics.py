@@ -44,9 +44,9 @@ def test_a_recording_is_compared_up_to_its_last_harmonic_with_signal():
     assert (compared.harmonics, compared.samples, compared.choice) == (9, 19, "signal")
     # The compared samples are the true cycle's but for the averaged noise, 0.3 mmHg over the root of 40 beats.
     true = 15 + 4 * sum(0.7**k * np.cos(2 * np.pi * k * np.arange(19) / 19 - 0.7 * k) for k in range(1, 10))
-    assert np.max(np.abs(compared.pressure - true)) < 4 * 0.3 / np.sqrt(40)
-    assert "harmonics 0 to 9" in str(compared.finding())
-    assert "scatter of the beats" in str(compared.finding())
+    assert np.max(np.abs(compared.measured - true)) < 4 * 0.3 / np.sqrt(40)
+    assert "harmonics 0 to 9" in str(compared.findings()[0])
+    assert "scatter of the beats" in str(compared.findings()[0])
 
 
 def test_a_number_or_all_can_be_asked_for_and_what_is_no_evidence_is_said():
@@ -54,8 +54,8 @@ def test_a_number_or_all_can_be_asked_for_and_what_is_no_evidence_is_said():
     assert compared_part(recording, "all").samples == 256
     given = compared_part(recording, 30)
     assert (given.harmonics, given.samples, given.choice) == (30, 61, "given")
-    assert "no evidence" in str(given.finding())
-    assert "no evidence" not in str(compared_part(recording, 8).finding())
+    assert "no evidence" in str(given.findings()[0])
+    assert "no evidence" not in str(compared_part(recording, 8).findings()[0])
     assert Search(pressure_harmonics="20") == Search(pressure_harmonics="20")
 
 
@@ -80,12 +80,12 @@ def test_more_harmonics_than_a_recording_holds_are_refused():
 def test_a_weak_recording_keeps_the_fewest_harmonics_and_says_so():
     compared = compared_part(averaged(2, 0.3, true=cycle(3)))
     assert compared.harmonics == 8
-    assert "up to harmonic 3" in str(compared.finding())
+    assert "up to harmonic 3" in str(compared.findings()[0])
 
 
 def test_the_error_power_is_the_mean_square_by_which_averages_scatter():
     averages = [compared_part(averaged(seed, 0.4), 12) for seed in range(12)]
-    scatter = np.var([one.pressure - one.pressure.mean() for one in averages], axis=0, ddof=1)
+    scatter = np.var([one.measured - one.measured.mean() for one in averages], axis=0, ddof=1)
     expected = np.mean([one.error_power()[1:].sum() for one in averages])
     # 24 coefficients with 11 degrees of freedom each: the mean square is known to √(2/264) = 9 %.
     assert np.mean(scatter) == pytest.approx(expected, rel=0.3)
@@ -126,7 +126,7 @@ def test_a_corrected_catheter_corrects_the_errors_too():
 def test_fits_to_different_harmonics_cannot_be_compared():
     one, other = made_fit("linear"), made_fit("tangent")
     fewer = compared_part(other.recording, 20)
-    other = replace(other, compared=fewer, pressure_residual=other.pressure_residual[: fewer.samples])
+    other = replace(other, compared=fewer, residual=other.residual[: fewer.samples])
     with pytest.raises(InputError, match="other harmonics"):
         compare_models([one, other])
 
@@ -136,7 +136,7 @@ def test_a_simulation_is_compared_in_the_same_harmonics_as_the_recording():
     inlet = fit.simulation["pressure"].sel(vessel="1", station="inlet").values
     spectra = [np.fft.rfft(one)[:9] / len(one) for one in (fit.recording.pressure, inlet)]
     expected = np.fft.irfft(17 * (spectra[0] - spectra[1]), 17)
-    np.testing.assert_allclose(fit.pressure_residual, expected, atol=1e-5)  # both from 512 samples of the same cycles
+    np.testing.assert_allclose(fit.residual, expected, atol=1e-5)  # both from 512 samples of the same cycles
     assert pytest.approx(fit.mean_square * 17) == fit.S
     assert fit.harmonics["residual_modulus"][0] == pytest.approx(abs(expected.mean()), abs=1e-5)
 

@@ -61,7 +61,7 @@ def test_starts_that_are_not_followed_would_have_ended_at_the_same_optimum(name,
         if one.joined:
             followed += 1
             assert one.simulations < end.simulations
-            assert end.S == pytest.approx(best, rel=starting.SAME, abs=1e-6 * len(compared.pressure))
+            assert end.S == pytest.approx(best, rel=starting.SAME, abs=1e-6 * len(compared.measured))
     assert followed > 0
 
 

@@ -120,10 +120,10 @@ def test_residuals_and_their_autocorrelation_are_drawn_for_both_walls(ax):
     plot_residuals(ax, result)
     _, linear, tangent = ax.lines
     assert [line.get_linestyle() for line in (linear, tangent)] == ["--", "-"]
-    np.testing.assert_array_equal(tangent.get_ydata(), fits[1].pressure_residual)
+    np.testing.assert_array_equal(tangent.get_ydata(), fits[1].residual)
     ax.clear()
     plot_autocorrelation(ax, result)
-    np.testing.assert_allclose(ax.lines[0].get_ydata(), autocorrelation(fits[0].pressure_residual))
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), autocorrelation(fits[0].residual))
 
 
 def test_groups_of_any_label_get_colors_and_markers_of_their_own():

@@ -45,7 +45,7 @@ def noise_in_third_harmonic():
 def test_with_white_noise_the_least_squares_optimum_stays(fit):
     optimum = reoptimize(fit, lambda values: values / 0.1)
     expected = least_squares_optimum(fit)
-    np.testing.assert_allclose(expected.residual, fit.pressure_residual, atol=1e-4)
+    np.testing.assert_allclose(expected.residual, fit.residual, atol=1e-4)
     np.testing.assert_allclose(optimum.x, expected.x, atol=1e-3)
 
 
@@ -57,7 +57,7 @@ def test_noise_known_to_lie_in_one_harmonic_is_ignored_there_and_the_truth_comes
     outlets = optimum.space.model(optimum.space.values(optimum.x)).outlets
     assert outlets.total_resistance() == pytest.approx(TRUE["R_T"], rel=2e-3)
     left = noise_in_third_harmonic().whiten(optimum.residual)
-    assert np.sum(left**2) < np.sum(noise_in_third_harmonic().whiten(fit.pressure_residual) ** 2)
+    assert np.sum(left**2) < np.sum(noise_in_third_harmonic().whiten(fit.residual) ** 2)
 
 
 def test_the_profile_is_what_calibrations_with_the_parameter_held_give_and_as_wide_as_its_standard_error(fit):

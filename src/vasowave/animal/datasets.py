@@ -105,7 +105,7 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
 
 def _fitted(fit: Fit) -> xr.Dataset:
     """Return the model that was fitted, the numbers that sum it up, its residual, and what is said of its law."""
-    wall, kind, law = fit.model.wall, type(fit.model.wall), fit.model.wall.law()
+    wall, kind, law, compared = fit.model.wall, type(fit.model.wall), fit.model.wall.law(), fit.compared
     walls = {
         name: labelled("vessel", value, what.unit, what.meaning)
         for name, value, what in zip(parameter_names(kind), wall, law.parameters, strict=True)
@@ -118,15 +118,18 @@ def _fitted(fit: Fit) -> xr.Dataset:
             **walls,
             **_outlets(fit.model.outlets),
             **scalars(fit),
-            "pressure_residual": labelled("time", fit.pressure_residual, "mmHg", "measured minus simulated pressure"),
+            f"{compared.what}_residual": labelled(
+                "time", fit.residual / compared.scale, compared.unit, f"measured minus simulated {compared.what}"
+            ),
         },
         coords={
             "vessel": np.array(fit.model.network.name, dtype=object),
-            "time": labelled("time", fit.compared.time, "s", "time of the compared pressure samples"),
+            "time": labelled("time", fit.compared.time, "s", "time of the compared samples"),
             **_terminals(fit.model.network),
         },
         attrs={
             "wall": fit.wall,
+            "enters": compared.enters,
             "law": identity(kind),
             "title": law.title,
             "formula": law.formula,
@@ -140,9 +143,9 @@ def _fitted(fit: Fit) -> xr.Dataset:
 
 
 def harmonics_dataset(fit: Fit) -> xr.Dataset:
-    """Return measured pressure, its error, residual and discrepancy by harmonic, and which were compared and why."""
+    """Return what was compared, its error, residual and discrepancy by harmonic, mmHg, and which and why."""
     meanings = {
-        "measured_modulus": "modulus of the measured pressure",
+        "measured_modulus": f"modulus of the measured {fit.compared.what}",
         "measurement_error": "expected modulus of the error of the measurement",
         "residual_modulus": "modulus of the residual",
         "discrepancy": "modulus of the residual beyond the error of the measurement",
@@ -150,7 +153,7 @@ def harmonics_dataset(fit: Fit) -> xr.Dataset:
     table = fit.harmonics
     variables = {name: labelled("harmonic", table[name].to_numpy(), "mmHg", text) for name, text in meanings.items()}
     compared = fit.compared
-    variables["harmonics"] = labelled((), compared.harmonics, "1", "highest harmonic of the pressure that was compared")
+    variables["harmonics"] = labelled((), compared.harmonics, "1", "highest harmonic that was compared")
     variables["harmonics"].attrs |= {
         "choice": compared.choice,
         "with_signal": compared.errors.with_signal,
@@ -164,8 +167,8 @@ def scalars(fit: Fit) -> dict[str, xr.Variable]:
     shares = {"a": fit.resistance_ratio, "C_p": fit.peripheral_compliance}
     return {
         "S": _quantity("S", fit.S),
-        "N": labelled((), fit.N, "1", "number of pressure samples compared"),
-        "mean_square": labelled((), fit.mean_square, "mmHg2", "S/N, mean square of the pressure residual"),
+        "N": labelled((), fit.N, "1", "number of samples compared"),
+        "mean_square": labelled((), fit.mean_square, "mmHg2", "S/N, mean square of the residual"),
         "RMSE": _quantity("RMSE", fit.rmse),
         "R_T": _quantity("R_T", fit.total_resistance),
         **{name: _quantity(name, value) for name, value in shares.items() if name not in lacking(fit.model.outlets)},

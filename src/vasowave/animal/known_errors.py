@@ -84,8 +84,9 @@ def effects_on_fit(fit: Fit, settings: Settings, derive: Derive) -> pd.DataFrame
     mean = fit.recording.mean_pressure
 
     def at(point: np.ndarray, mean: float = mean) -> pd.Series:
-        known = {name: float(value) for name, value in unknowns.values(point).items() if name in values}
-        return _logs(derive(known, unknowns.model(point), mean))
+        at_point = unknowns.values(point)
+        known = {name: float(value) for name, value in at_point.items() if name in values}
+        return _logs(derive(known, unknowns.model(point), mean - float(at_point.get("zero", 0.0))))
 
     ends = [(at(middle + step), at(middle - step)) for step in steps]
     direct = pd.DataFrame({name: (up - down) / (2 * _STEP) for name, (up, down) in zip(names, ends, strict=True)})
@@ -93,7 +94,7 @@ def effects_on_fit(fit: Fit, settings: Settings, derive: Derive) -> pd.DataFrame
     by_parameter = direct.iloc[:, parameters].to_numpy()
     effects = {}
     for name, sd in said.items():
-        if name == "zero":
+        if name == "zero" and name not in names:
             moved = np.zeros(problem.samples)
             moved[0] = sd * np.sqrt(problem.samples)  # which the pressure of the animal does not have
             up, down = (at(middle, mean - side * sd * _STEP) for side in (1, -1))

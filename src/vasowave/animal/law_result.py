@@ -145,8 +145,18 @@ class LawResult(Measured):
         return from_json(self.calibration.attrs.get("findings", "[]"))
 
     @property
+    def compared(self) -> str:
+        """What was compared: ``pressure``, or ``flow`` where the pressure entered the model."""
+        return "flow" if self.calibration.attrs.get("enters") == "pressure" else "pressure"
+
+    @property
+    def residual(self) -> xr.DataArray:
+        """Measured minus simulated pressure (mmHg) or flow (ml/s), shape (time,)."""
+        return self.calibration[f"{self.compared}_residual"]
+
+    @property
     def rmse(self) -> float:
-        """Root-mean-square pressure residual, mmHg."""
+        """Root-mean-square residual, mmHg; a pulse of flow counts as one of pressure."""
         return float(self.calibration["RMSE"])
 
     def simulated(self, quantity: str, vessel: str, station: str = "inlet") -> xr.DataArray:

@@ -55,11 +55,11 @@ def largest_waves(waves: xr.Dataset) -> dict[str, int]:
 
 
 def residual_autocorrelation(result: AnimalResult, wall: str) -> xr.DataArray:
-    """Circular autocorrelation of the pressure residuals of a fit, at lags (s) of 0 … N//2 samples.
+    """Circular autocorrelation of the residuals of a fit, at lags (s) of 0 … N//2 samples.
 
     Attribute ``white_noise``: half width of the 95 % band of independent noise.
     """
-    residual = result.laws[wall].calibration["pressure_residual"].values
+    residual = result.laws[wall].residual.values
     rho = autocorrelation(residual)
     lag = np.arange(len(rho)) * (result.period / len(residual))
     return xr.DataArray(rho, {"lag": lag}, "lag", attrs={"units": "1", "white_noise": NORMAL / np.sqrt(len(residual))})

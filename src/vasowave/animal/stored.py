@@ -15,7 +15,7 @@ from vasowave.model.law_files import plain
 from vasowave.model.laws import bed_quantities, find_bed, find_law, parameter_names
 from vasowave.model.model import Model
 from vasowave.model.walls import WALL_VISCOSITY
-from vasowave.recording import Observation, Recording, resample
+from vasowave.recording import Inflow, Observation, Recording, resample
 from vasowave.recording.cycle import FEWEST_SAMPLES
 from vasowave.recording.observation import NUMBERS
 from vasowave.solver import Numerics
@@ -28,6 +28,14 @@ def stored_recording(result: AnimalResult) -> Recording:
     return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"],
                      from_json(data.attrs["findings"]), **errors,
                      wedge_pressure=float(data.get("wedge_pressure", 0.0)))  # fmt: skip
+
+
+def stored_inflow(result: AnimalResult, wall: str | type = "") -> Recording | Inflow:
+    """Return what enters the model that was fitted: the recording's flow, or what a pressure that entered lets in."""
+    law = result.laws[stored_law(result, wall)[0]]
+    if law.compared == "pressure":
+        return stored_recording(result)
+    return Inflow(law.simulated("flow", result.root).values, float(result.recording.attrs["period"]))
 
 
 def stored_sites(result: AnimalResult) -> tuple[Observation, ...]:

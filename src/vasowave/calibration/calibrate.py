@@ -12,7 +12,7 @@ from pydantic import BeforeValidator
 
 from vasowave.calibration import search as searching
 from vasowave.calibration.beside import what_sites_add
-from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, checked_harmonics, compared_part
+from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, Enters, checked_harmonics, compared_part
 from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
@@ -97,6 +97,9 @@ class Search:
     viscous: bool | None = None
     """Whether walls are viscous, so that their viscosity `wall_viscosity` (mmHg s) is fitted beside the parameters of
     their law; by default they are elastic."""
+    enters: Enters | None = None
+    """What enters the model as it was measured: flow, and the pressure is compared, or pressure, and the flow is; with
+    both the flow enters, and the errors of both count in intervals and posteriors. By default the flow."""
 
 
 @settings_class
@@ -135,6 +138,7 @@ def calibrate(
 ) -> Fit:
     """Find the parameters that minimize S (eq. 14) between measured and simulated pressure and flow at the inlet.
 
+    The flow enters, and the pressure is compared, or the other way round (`Search.enters`).
     What was observed at further sites (`Fitting.sites`) counts beside it, each value by its error and the model's.
 
     Parameters
@@ -177,11 +181,12 @@ def calibrate(
     nominal = estimate_nominal(network, recording, plan.blood, find_bed(plan.bed))
     given = plan.bounds, plan.fixed, plan.paper_bounds, plan.viscous
     space = parameter_space(wall, network, nominal, plan.blood, *given)
-    compared = compared_part(recording, plan.pressure_harmonics)
+    compared = compared_part(recording, plan.pressure_harmonics, plan.enters)
     compared = replace(compared, sites=sites_of(plan.sites, network, compared))
-    if plan.sites and plan.numerics.cycles_from_rest is not None:
-        raise InputError("further sites need a periodic state; leave out cycles_from_rest")
-    numerics = _for_fits(plan.numerics, min(len(recording.pressure), MOST_SAMPLES))
+    if (plan.sites or plan.enters == "pressure") and plan.numerics.cycles_from_rest is not None:
+        what = "further sites need" if plan.sites else "a pressure that enters needs"
+        raise InputError(f"{what} a periodic state; leave out cycles_from_rest")
+    numerics = _for_fits(plan.numerics, min(len(compared.signal_of(recording)), MOST_SAMPLES))
     starts = starting_points(space, plan.starts, plan.seed)
     searched, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
     alone = _alone(space, compared, numerics, plan, starts) if plan.sites else None
@@ -189,12 +194,13 @@ def calibrate(
         compared = _weighted(compared, alone)
     objective, best = _polish(space, compared, numerics, plan, searched)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
+    compared = compared.with_flow_error(space.model(space.values(best.x)))
     spread = spread_of(space, best.x, jacobian, residual, compared)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
     table_of_starts = _starts_table(space, searched, len(residual))
     run = objective.run(best.x)
     found = [INTERRUPTED(done=len(searched), starts=plan.starts)] if stopped else []
-    found += [compared.finding(), *unknown_pressure(network), *oddities(nominal, recording.flow)]
+    found += [*compared.findings(), *unknown_pressure(network), *oddities(nominal, recording.flow)]
     found += [*fit_findings(table, correlation, table_of_starts, spread), *run.notes]
     added = (
         (None, [])

@@ -1,19 +1,32 @@
-"""What of a recording a fit compares: the harmonics of its pressure that carry signal, at the few samples they need.
+"""What of a recording enters a model, and what a fit compares: harmonics that carry signal, at the samples they need.
 
 Above them a measured cycle holds rounding, smoothing or the noise of its beats, and a residual there is the
 simulation's alone. It adds nothing to S, but a smooth model of the noise takes its smallness for evidence.
+
+Where the pressure enters, the flow is compared. It is counted in mmHg, so that a pulse of flow is a pulse of pressure:
+then all that is known of residuals holds for both.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import pandas as pd
 
 from vasowave.errors import InputError
 from vasowave.findings import Finding, note_kind
-from vasowave.recording import HarmonicErrors, Recording, harmonic_errors, resample, samples_needed
+from vasowave.model.linear import LinearSolution, linear_solution
+from vasowave.model.model import Model
+from vasowave.recording import (
+    HarmonicErrors,
+    Inflow,
+    InletPressure,
+    Recording,
+    harmonic_errors,
+    resample,
+    samples_needed,
+)
 from vasowave.recording.waveform import amplitudes
 from vasowave.solver.result import Run, at_samples
 
@@ -24,7 +37,7 @@ FEWEST = 8
 """Harmonics that are compared at least: with fewer, the parameters of a fit leave no residual to judge it by."""
 
 _OWN_LEVEL = "the rounding and the own high-frequency level of the averaged cycle"
-_COMPARED = "harmonics 0 to {harmonics} of the pressure are compared ({samples} samples)"
+_COMPARED = "harmonics 0 to {harmonics} of the {what} are compared ({samples} samples)"
 _ENDS = "signal stands out of {level} up to harmonic {signal}"
 SIGNAL_OF_BEATS = note_kind("fit.harmonics-with-signal", f"{_COMPARED}: above them no signal stands out of {{level}}.")
 SIGNAL_OF_CYCLE = note_kind(
@@ -39,13 +52,28 @@ ABOVE_SIGNAL = note_kind(
     f"{_COMPARED}, as asked; {_ENDS}, and what lies above it is no evidence for or against a wall law.",
 )
 
+BY_PRESSURE = note_kind(
+    "fit.driven-by-pressure",
+    "The measured pressure enters the model, and the flow is compared: 1 ml/s of it counts as {scale:.4g} mmHg, the "
+    "pulse of the pressure over that of the flow.",
+)
+NEITHER_EXACT = note_kind(
+    "fit.flow-with-errors",
+    "The measured flow enters the model with its error, which adds {error:.2g} mmHg (root mean square) to that of the "
+    "pressure, {own:.2g} mmHg.",
+)
+
+Enters = Literal["flow", "pressure", "both"]
+"""What is measured at the inlet and enters the model: the other is compared. With ``both`` the flow enters, and the
+error of each counts."""
+
 MOST_SAMPLES = 1024
 """The paper's number of samples; a longer recording is compared at these, which carry all its harmonics."""
 
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """The pressure that a fit compares.
+    """What enters a model, and what a fit compares of it: the pressure, or the flow counted in mmHg.
 
     Attributes
     ----------
@@ -56,9 +84,13 @@ class Compared:
     choice : {"signal", "given", "all"}
         How the number was chosen: by the signal, by hand, or as all that the recording holds.
     errors : HarmonicErrors
-        Modulus and standard error of the harmonics of the measured pressure, mmHg.
+        Modulus and standard error of the harmonics of what is compared, mmHg.
     sites : Sites, optional
         What was observed elsewhere.
+    enters : {"flow", "pressure", "both"}
+        What enters the model; see `Enters`.
+    passed_on : array, shape (harmonic,), optional
+        Standard error of the amplitudes by that of the flow that enters, mmHg.
     """
 
     recording: Recording
@@ -66,16 +98,63 @@ class Compared:
     choice: str
     errors: HarmonicErrors
     sites: "Sites | None" = None
+    enters: Enters = "flow"
+    passed_on: np.ndarray | None = None
 
     @property
     def harmonics(self) -> int:
         """The highest harmonic that is compared."""
         return self.samples // 2
 
+    @property
+    def what(self) -> Literal["pressure", "flow"]:
+        """What is compared."""
+        return "flow" if self.enters == "pressure" else "pressure"
+
+    @property
+    def unit(self) -> str:
+        """Its unit, of which one counts as `scale` mmHg."""
+        return "ml/s" if self.what == "flow" else "mmHg"
+
+    @property
+    def scale(self) -> float:
+        """What one unit of it counts as, mmHg: 1 of the pressure, the pulse of the pressure over that of the flow."""
+        return flow_scale(self.recording) if self.what == "flow" else 1.0
+
     @cached_property
-    def pressure(self) -> np.ndarray:
-        """Measured pressure, mmHg, shape (N,)."""
-        return resample(self.recording.pressure, self.samples)
+    def measured(self) -> np.ndarray:
+        """What is compared as it was measured, mmHg, shape (N,)."""
+        return resample(self.signal_of(self.recording), self.samples)
+
+    def signal_of(self, recording: Recording) -> np.ndarray:
+        """Return what is compared of a recording at its own samples, mmHg."""
+        return self.scale * recording.flow if self.what == "flow" else recording.pressure
+
+    def driven_by(self, recording: Recording) -> Inflow | InletPressure:
+        """Return what of a recording enters the model."""
+        if self.what == "flow":
+            return InletPressure(recording.pressure, recording.period)
+        return recording.inflow
+
+    @property
+    def driven(self) -> Inflow | InletPressure:
+        """What enters the model."""
+        return self.driven_by(self.recording)
+
+    @property
+    def per_pressure(self) -> float:
+        """What the mean of what is compared changes with 1 mmHg of mean pressure, mmHg; to first order."""
+        if self.what == "pressure":
+            return 1.0
+        recording = self.recording
+        return self.scale * recording.cardiac_output / (recording.mean_pressure - recording.wedge_pressure)
+
+    def mean_state(self, residual: np.ndarray) -> tuple[float, float]:
+        """Return mean pressure (mmHg) and flow (ml/s) at the inlet of the simulation that left a residual."""
+        simulated = float(np.mean(self.measured - residual))
+        if self.what == "flow":
+            return self.recording.mean_pressure, simulated / self.scale
+        return simulated, self.recording.cardiac_output
 
     @property
     def time(self) -> np.ndarray:
@@ -83,8 +162,18 @@ class Compared:
         return np.arange(self.samples) * (self.recording.period / self.samples)
 
     def simulated(self, run: Run) -> np.ndarray:
-        """Pressure at the inlet of a simulation, mmHg, shape (N,), in the same harmonics."""
-        return self.sampled(run.inlet_pressure(run.steps))
+        """Return what is compared at the inlet of a simulation, mmHg, shape (N,), in the same harmonics."""
+        return self.sampled(self.at_inlet(run, run.steps))
+
+    def at_inlet(self, run: Run, samples: int) -> np.ndarray:
+        """Return what is compared at the inlet of a simulation, mmHg, at `samples` times of the cycle."""
+        if self.what == "flow":
+            return self.scale * at_samples(run.at_inlet[1], samples)
+        return run.inlet_pressure(samples)
+
+    def of_linear(self, solved: LinearSolution, inlet: int) -> np.ndarray:
+        """Return the harmonics of what is compared by the linear model, mmHg; `inlet` is the row of the root."""
+        return self.scale * solved.flow[:, inlet] if self.what == "flow" else solved.pressure[:, inlet]
 
     def sampled(self, signal: np.ndarray) -> np.ndarray:
         """Return what is known at every step of a cycle, in the same harmonics, shape (N,)."""
@@ -93,9 +182,22 @@ class Compared:
         return resample(signal, self.samples)
 
     def error_power(self) -> np.ndarray:
-        """Mean square of the measurement's error in harmonics 0 … n, mmHg², shape (harmonic,); their sum is its own."""
-        known = self.errors.error[: self.harmonics + 1] ** 2
-        return np.pad(known, (0, self.harmonics + 1 - len(known)), mode="edge")
+        """Mean square of the measurement's error in harmonics 0 … n, mmHg²; their sum is its own."""
+        power = _first(self.errors.error, self.harmonics + 1) ** 2
+        return power if self.passed_on is None else power + _first(self.passed_on, self.harmonics + 1) ** 2
+
+    def with_flow_error(self, model: Model) -> "Compared":
+        """Return the same with the error of the flow as a model passes it on to the pressure, if it counts.
+
+        To first order, by the input impedance of the linear model: |Z_k| times the standard error of each amplitude.
+        """
+        if self.enters != "both":
+            return self
+        count = self.harmonics + 1
+        error = _first(harmonic_errors(self.recording, "flow").error, count)
+        solved = linear_solution(model, self.recording.inflow, self.harmonics)
+        impedance = _first(np.abs(solved.input_impedance[:, model.network.root]), count)
+        return replace(self, passed_on=impedance * error)
 
     def spectrum(self, residual: np.ndarray) -> pd.DataFrame:
         """What the measurement, its error and a residual (mmHg, shape (N,)) are in each harmonic.
@@ -108,7 +210,7 @@ class Compared:
             residual has beyond that error: √(residual² - error²), 0 where the error is larger. What the parameters of a
             fit could imitate is in none of them.
         """
-        measured, left = (np.abs(amplitudes(values)) for values in (self.pressure, residual))
+        measured, left = (np.abs(amplitudes(values)) for values in (self.measured, residual))
         error = self.error_power()
         error[1:] *= 2.0  # of a cosine and a sine
         return pd.DataFrame(
@@ -121,8 +223,18 @@ class Compared:
             index=pd.RangeIndex(len(measured), name="harmonic"),
         )
 
-    def finding(self) -> Finding:
-        """Return which harmonics are compared, and why."""
+    def findings(self) -> list[Finding]:
+        """Return which harmonics are compared, and why, and what enters the model if it is not the flow alone."""
+        found = [self._harmonics_compared()]
+        if self.what == "flow":
+            found.append(BY_PRESSURE(scale=self.scale))
+        if self.passed_on is not None:
+            of_flow = _first(self.passed_on, self.harmonics + 1) ** 2
+            own = self.error_power() - of_flow
+            found.append(NEITHER_EXACT(error=float(np.sqrt(of_flow.sum())), own=float(np.sqrt(own.sum()))))
+        return found
+
+    def _harmonics_compared(self) -> Finding:
         signal, beats = self.errors.with_signal, self.errors.source == "beats"
         if self.choice == "signal" and signal >= self.harmonics:
             which = SIGNAL_OF_BEATS if beats else SIGNAL_OF_CYCLE
@@ -131,10 +243,20 @@ class Compared:
         else:
             which = AS_ASKED if self.harmonics <= signal else ABOVE_SIGNAL
         level = "the scatter of the beats" if beats else _OWN_LEVEL
-        return which(harmonics=self.harmonics, samples=self.samples, signal=signal, level=level)
+        return which(harmonics=self.harmonics, samples=self.samples, signal=signal, level=level, what=self.what)
 
 
-def compared_part(recording: Recording, harmonics: int | str = "signal") -> Compared:
+def flow_scale(recording: Recording) -> float:
+    """Return the pulse of the pressure over that of the flow, mmHg s/ml."""
+    return recording.pulse_pressure / float(np.ptp(recording.flow))
+
+
+def _first(values: np.ndarray, count: int) -> np.ndarray:
+    """Return so many values of harmonics; those beyond what is known are as the last that is."""
+    return np.pad(values[:count], (0, max(0, count - len(values))), mode="edge")
+
+
+def compared_part(recording: Recording, harmonics: int | str = "signal", enters: Enters | None = None) -> Compared:
     """Return what a fit compares of a recording.
 
     Parameters
@@ -142,6 +264,8 @@ def compared_part(recording: Recording, harmonics: int | str = "signal") -> Comp
     recording : Recording
     harmonics : {"signal", "all"} or int
         Those that carry signal, all that the recording holds (at most 1024 samples), or up to a number.
+    enters : {"flow", "pressure", "both"}
+        What enters the model, by default the flow.
 
     Raises
     ------
@@ -149,19 +273,24 @@ def compared_part(recording: Recording, harmonics: int | str = "signal") -> Comp
         Neither, or more harmonics than the recording holds.
     """
     harmonics = checked_harmonics(harmonics)
-    errors = harmonic_errors(recording)
-    held = (len(recording.pressure) - 1) // 2
+    errors, signal = harmonic_errors(recording), recording.pressure
+    if enters == "pressure":
+        scale, (modulus, error, source) = flow_scale(recording), harmonic_errors(recording, "flow")
+        errors, signal = HarmonicErrors(scale * modulus, scale * error, source), recording.flow
+    held = (len(signal) - 1) // 2
     if harmonics == "all":
-        return Compared(recording, min(samples_needed(recording.pressure), MOST_SAMPLES), "all", errors)
-    if isinstance(harmonics, str):
+        samples, choice = min(samples_needed(signal), MOST_SAMPLES), "all"
+    elif isinstance(harmonics, str):
         wanted = max(FEWEST, errors.with_signal)
-        return Compared(recording, 2 * min(wanted, held, (MOST_SAMPLES - 1) // 2) + 1, "signal", errors)
-    if harmonics > held:
+        samples, choice = 2 * min(wanted, held, (MOST_SAMPLES - 1) // 2) + 1, "signal"
+    elif harmonics > held:
         raise InputError(
-            f"{recording.source}: {len(recording.pressure)} samples hold {held} harmonics, {harmonics} cannot be "
-            "compared; give fewer, or 'all'"
+            f"{recording.source}: {len(signal)} samples hold {held} harmonics, {harmonics} cannot be compared; give "
+            "fewer, or 'all'"
         )
-    return Compared(recording, 2 * harmonics + 1, "given", errors)
+    else:
+        samples, choice = 2 * harmonics + 1, "given"
+    return Compared(recording, samples, choice, errors, enters=enters or "flow")
 
 
 def checked_harmonics(value: int | str) -> int | str:

@@ -1,11 +1,12 @@
 """The objective S (eq. 14), its residuals and their Jacobian, by simulation.
 
-The measured flow is what enters the root, so the flow's part of eq. 14 vanishes and the pressure's part remains; what
-was observed at further sites adds its own residuals (`Sites`).
+What was measured at the inlet and enters the root, flow or pressure, has no residual, and that part of eq. 14 vanishes;
+the other's remains (`Compared`). What was observed at further sites adds its own residuals (`Sites`).
 """
 
 import threading
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -13,9 +14,9 @@ from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
 from vasowave.calibration.trial import IMPOSSIBLE, trial
 from vasowave.errors import NumericalError
-from vasowave.recording import Inflow
+from vasowave.recording import Inflow, InletPressure
 from vasowave.solver.direction import Direction, direction_between
-from vasowave.solver.places import Waves, waves_at
+from vasowave.solver.places import Places, Waves, waves_at
 from vasowave.solver.result import Run
 from vasowave.solver.sensitivity import derivatives, pressure_derivatives
 from vasowave.solver.simulate import Numerics, simulate_run
@@ -36,7 +37,7 @@ class Objective:
     ----------
     space : Space
     compared : Compared
-        The measured pressure, and the flow that enters the root.
+        What is compared, and what enters the root.
     numerics : Numerics
     workers : int
         Threads for the columns of the Jacobian.
@@ -61,10 +62,10 @@ class Objective:
     _waves: Waves | None = field(default=None, repr=False)
     _largest: float = field(default=0.0, repr=False)
 
-    @property
-    def inflow(self) -> Inflow:
-        """The measured flow."""
-        return self.compared.recording.inflow
+    @cached_property
+    def driven(self) -> Inflow | InletPressure:
+        """What enters the root."""
+        return self.compared.driven
 
     def run(self, x: np.ndarray) -> Run:
         """Simulate at the logarithms `x` of the free parameters; raises `NumericalError` where that cannot be."""
@@ -74,11 +75,11 @@ class Objective:
         with trial():
             model = self.space.model(self.space.values(x))
             try:
-                return simulate_run(model, self.inflow, self.numerics, self.last)
+                return simulate_run(model, self.driven, self.numerics, self.last)
             except IMPOSSIBLE:
                 if self.last is None:
                     raise
-                return simulate_run(model, self.inflow, self.numerics, None)  # the neighbour may mislead
+                return simulate_run(model, self.driven, self.numerics, None)  # the neighbour may mislead
 
     def at(self, x: np.ndarray) -> Run:
         """Return the simulation at `x`, the last one if it was there; raises `NumericalError`."""
@@ -92,10 +93,18 @@ class Objective:
         self.at(x)
         return self._waves
 
-    def _seen(self, run: Run) -> Waves | None:
+    @cached_property
+    def _places(self) -> Places | None:
+        """Where waves are seen beside the pressure at the inlet: at sites, then at the inlet if flow is compared."""
         sites = self.compared.sites
+        vessel, share = (np.zeros(0, int), np.zeros(0)) if sites is None else (sites.places.vessel, sites.places.share)
+        if self.compared.what == "flow":
+            vessel, share = np.append(vessel, self.space.network.root), np.append(share, 0.0)
+        return Places(vessel, share) if len(vessel) else None
+
+    def _seen(self, run: Run) -> Waves | None:
         with trial():
-            return None if sites is None else waves_at(run, self.inflow, sites.places)
+            return None if self._places is None else waves_at(run, self.driven, self._places)
 
     def can_be(self, x: np.ndarray) -> bool:
         """Whether there is a simulation at `x`."""
@@ -106,13 +115,13 @@ class Objective:
         return True
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
-        """Measured minus simulated pressure at the inlet, mmHg, shape (N,) (eq. 14); of a failed trial, too large.
+        """Measured minus simulated at the inlet, mmHg, shape (N,) (eq. 14); of a failed trial, too large.
 
         Those of further sites follow, scaled and balanced (`Sites`).
         """
         sites = self.compared.sites
         try:
-            residual = self.compared.pressure - self.compared.simulated(self.at(x))
+            residual = self.compared.measured - self.compared.simulated(self.at(x))
             if sites is not None and self._waves is not None:
                 apart = sites.balance @ (sites.measured - sites.coefficients(self._waves))
                 residual = np.concatenate([residual, apart])
@@ -145,13 +154,16 @@ class Objective:
         return jacobian
 
     def _jacobian(self, run: Run, directions: list[Direction]) -> np.ndarray:
-        sites, how = self.compared.sites, (self.numerics, self.exactness, self.workers)
-        if sites is None or self._waves is None:
-            inlet = pressure_derivatives(run, self.inflow, directions, *how)
-            return -np.stack([self.compared.sampled(column) for column in inlet], axis=1)
-        seen = sites.places, self._waves
-        inlet, waves = derivatives(run, self.inflow, directions, how[0], seen, *how[1:])
-        at_inlet = np.stack([self.compared.sampled(column) for column in inlet], axis=1)
+        compared, sites, how = self.compared, self.compared.sites, (self.numerics, self.exactness, self.workers)
+        if self._places is None or self._waves is None:
+            inlet = pressure_derivatives(run, self.driven, directions, *how)
+            return -np.stack([compared.sampled(column) for column in inlet], axis=1)
+        inlet, waves = derivatives(run, self.driven, directions, how[0], (self._places, self._waves), *how[1:])
+        if compared.what == "flow":
+            inlet = compared.scale * waves.flow[:, :, -1]
+        at_inlet = np.stack([compared.sampled(column) for column in inlet], axis=1)
+        if sites is None:
+            return -at_inlet
         return -np.concatenate([at_inlet, sites.balance @ sites.jacobian(self._waves, waves)])
 
     def _direction(self, x: np.ndarray, unit: np.ndarray) -> Direction:

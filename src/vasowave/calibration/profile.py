@@ -96,7 +96,7 @@ def profile_likelihood(
 
 def _independent(fit: Fit) -> Whiten:
     free = int(fit.parameters["free"].sum())
-    scale = np.sqrt(np.sum(fit.pressure_residual**2) / (fit.N - free))
+    scale = np.sqrt(np.sum(fit.residual**2) / (fit.N - free))
     return lambda values: values / scale
 
 

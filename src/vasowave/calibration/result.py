@@ -33,7 +33,7 @@ class Fit:
     model : Model
         The model at the optimum.
     compared : Compared
-        The harmonics of the recording's pressure that were compared.
+        What of the recording entered the model, and the harmonics that were compared.
     nominal : Nominal
         Where the starts came from.
     parameters : DataFrame
@@ -47,8 +47,9 @@ class Fit:
         One row per start: ``start, S [mmHg2], simulations, converged, agrees, message`` and every parameter's value.
     simulation : Dataset
         The calibrated model's cycle, as `simulate` returns it.
-    pressure_residual : array, shape (N,)
-        Measured minus simulated pressure at the inlet, mmHg, at the samples that were compared.
+    residual : array, shape (N,)
+        Measured minus simulated pressure at the inlet, mmHg, at the samples that were compared; where the pressure
+        enters the model that of the flow, each ml/s counted as `compared.scale` mmHg.
     S : float
         Objective (eq. 14) at the optimum, mmHg²: a sum over N samples, so that only `mean_square` compares with fits to
         other numbers of them. Further sites are not in it; they are in that of the starts.
@@ -79,7 +80,7 @@ class Fit:
     correlation: pd.DataFrame
     starts: pd.DataFrame
     simulation: xr.Dataset
-    pressure_residual: np.ndarray
+    residual: np.ndarray
     S: float
     findings: tuple[Finding, ...]
     sites: xr.Dataset | None = None
@@ -114,23 +115,23 @@ class Fit:
 
     @property
     def N(self) -> int:
-        """Number of pressure samples that were compared."""
-        return len(self.pressure_residual)
+        """Number of samples that were compared."""
+        return len(self.residual)
 
     @property
     def mean_square(self) -> float:
-        """Mean square of the pressure residual, mmHg²: S/N."""
+        """Mean square of the residual, mmHg²: S/N."""
         return self.S / self.N
 
     @property
     def harmonics(self) -> pd.DataFrame:
         """Measurement, its error, residual and discrepancy in each harmonic, mmHg; see `Compared.spectrum`."""
-        return self.compared.spectrum(self.pressure_residual)
+        return self.compared.spectrum(self.residual)
 
     @property
     def rmse(self) -> float:
-        """Root-mean-square pressure residual, mmHg."""
-        return float(np.sqrt(np.mean(self.pressure_residual**2)))
+        """Root-mean-square residual, mmHg."""
+        return float(np.sqrt(np.mean(self.residual**2)))
 
     @property
     def total_resistance(self) -> float:
@@ -172,7 +173,7 @@ class Fit:
         Parameters that the fit held at a value stay there.
         """
         held = {str(name): float(row["value"]) for name, row in self.parameters.iterrows() if not row["free"]}
-        search = upstairs("calibration:Search")(fixed=held)
+        search = upstairs("calibration:Search")(fixed=held, enters=self.compared.enters)
         own = {"bed": type(self.model.outlets), "fit": self, "blood": self.model.blood, "search": search}
         sites = self.compared.sites
         own["sites"] = () if sites is None else sites.observations

@@ -52,19 +52,19 @@ def _led(space: Space, compared: Compared, start: np.ndarray) -> np.ndarray:
 
 
 def linear_residuals(space: Space, compared: Compared) -> Callable[[np.ndarray], np.ndarray]:
-    """Return a function of logarithms: what the linear model misses of the harmonics of the pressure, mmHg.
+    """Return a function of logarithms: what the linear model misses of the harmonics of what is compared, mmHg.
 
     The mean and √½ of each amplitude, so that the sum of squares is S/N (eq. 14).
     """
     count = min(compared.harmonics, _HARMONICS) + 1
-    measured, weights = amplitudes(compared.pressure)[:count], np.sqrt(np.where(np.arange(count) > 0, 0.5, 1.0))
+    measured, weights = amplitudes(compared.measured)[:count], np.sqrt(np.where(np.arange(count) > 0, 0.5, 1.0))
 
     def residuals(x: np.ndarray) -> np.ndarray:
         try:
             with trial():
                 model = space.model(space.values(x))
-                solved = linear_solution(model, compared.recording.inflow, count - 1)
-                missed = weights * (measured - solved.pressure[:, model.network.root])
+                solved = linear_solution(model, compared.driven, count - 1)
+                missed = weights * (measured - compared.of_linear(solved, model.network.root))
         except NumericalError:
             return np.full(2 * count, _FAILED)
         parts = np.concatenate([missed.real, missed.imag])

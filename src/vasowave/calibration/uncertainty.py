@@ -80,14 +80,15 @@ def spread_of(space: Space, x: np.ndarray, jacobian: np.ndarray, residual: np.nd
     The error is known from the beats; of the spectrum of the discrepancy the residual tells the rest. Its mean is
     bounded by what the pressure falls along the vessels (`outlets.OF_DROP`).
     """
-    behind = space.outlet_pressure + float(compared.recording.inflow.flow.mean()) * total_resistance(space, x)
     count = compared.samples
-    drop = float(np.mean(compared.pressure - residual[:count])) - behind
+    pressure, flow = compared.mean_state(residual[:count])
+    drop = pressure - space.outlet_pressure - flow * total_resistance(space, x)
+    of_mean = OF_DROP * max(drop, 0.0) * compared.per_pressure
     low, high = space.log_bounds
     known = known_variance(compared.error_power(), count)
     pulse, beside = compared.recording.pulse_pressure, _beside(compared, jacobian, residual)
     at_inlet = jacobian[:count]
-    spectra = likely_spectra(residual[:count], at_inlet, pulse, known, OF_DROP * max(drop, 0.0), beside)
+    spectra = likely_spectra(residual[:count], at_inlet, pulse, known, of_mean, beside)
     independent = np.sqrt(np.diag(covariance(jacobian, residual)))
     return Spread(least_squares_covariance(at_inlet, spectra, high - low, beside), independent, spectra.assumed)
 

@@ -85,11 +85,11 @@ def numerics_from(cell_size: float | None, accuracy: float | None) -> "Numerics"
     return Numerics(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
 
 
-def _fitted(folder: Path, animal: str, wall: str) -> "tuple[Model, Recording]":
-    from vasowave.animal.stored import stored_model, stored_recording
+def _fitted(folder: Path, animal: str, wall: str) -> "tuple[Model, Recording | Inflow]":
+    from vasowave.animal.stored import stored_inflow, stored_model
 
     result = stored_animal(folder, animal)
-    return stored_model(result, wall), stored_recording(result)
+    return stored_model(result, wall), stored_inflow(result, wall)
 
 
 def _openbf(file: Path, wall: str) -> "tuple[Model, Inflow]":

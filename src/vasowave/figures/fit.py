@@ -25,7 +25,7 @@ def plot_pressure(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bo
 def plot_flow(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw measured flow, and each wall law's at the inlet of the root vessel, over one cycle.
 
-    The measured flow is the model's inflow, so the curves coincide.
+    Where the measured flow is the model's inflow the curves coincide.
     """
     recording = result.recording
     ax.plot(
@@ -36,15 +36,16 @@ def plot_flow(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool =
 
 
 def plot_residuals(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
-    """Draw measured minus simulated pressure over one cycle."""
+    """Draw measured minus simulated pressure over one cycle, or flow, where the pressure entered the model."""
     ax.axhline(0.0, color=FAINT, linewidth=0.8)
+    what, unit = "pressure", "mmHg"
     for wall, line in wall_lines(result.laws, color, shaded).items():
-        calibration = result.laws[wall].calibration
-        rmse = f"{wall}, RMSE {float(calibration['RMSE']):.2f} mmHg"
-        residual = calibration["pressure_residual"].values
-        ax.plot(calibration["time"].values, residual, **(line | {"label": rmse}))
+        what, residual = result.laws[wall].compared, result.laws[wall].residual
+        unit, left = str(residual.attrs["units"]), float(np.sqrt(np.mean(residual.values**2)))
+        said = f"{wall}, RMSE {left:.2f} mmHg" if what == "pressure" else f"{wall}, RMSE {left:.3g} {unit}"
+        ax.plot(residual["time"].values, residual.values, **(line | {"label": said}))
     legend_above(ax, columns=2)
-    return label_axes(ax, "time [s]", "residual pressure [mmHg]")
+    return label_axes(ax, "time [s]", f"residual {what} [{unit}]")
 
 
 def plot_autocorrelation(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":

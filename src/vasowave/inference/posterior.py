@@ -52,7 +52,8 @@ class Sampling:
     blood: Blood = field(default_factory=Blood)
     """Density, viscosity and friction."""
     search: Search = field(default_factory=Search)
-    """Its ``fixed`` parameters are held, its ``pressure_harmonics`` are compared; the rest does not matter here."""
+    """Its ``fixed`` parameters are held, its ``pressure_harmonics`` are compared, and what it says ``enters``; the rest
+    does not matter here."""
     numerics: Numerics = field(default_factory=Numerics)
     """How finely is simulated."""
     priors: Priors = field(default_factory=Priors)
@@ -147,9 +148,11 @@ def problem_of(network: Network, recording: Recording, wall: str | type, how: Sa
     """Return an animal as a problem of inference; raises as `posterior`."""
     nominal = estimate_nominal(network, recording, how.blood, find_bed(how.bed))
     space = parameter_space(wall, network, nominal, how.blood, {}, how.search.fixed, False, how.search.viscous)
-    unknowns = Unknowns(space, nominal, how.priors, recording)
-    compared = compared_part(recording, how.search.pressure_harmonics)
+    unknowns = Unknowns(space, nominal, how.priors, recording, how.search.enters == "pressure")
+    compared = compared_part(recording, how.search.pressure_harmonics, how.search.enters)
     compared = replace(compared, sites=sites_of(how.sites, network, compared))
+    with np.errstate(all="ignore"):
+        compared = compared.with_flow_error(unknowns.model(np.zeros(len(unknowns.all))))
     return Problem(unknowns, compared, how.numerics, how.workers or threads())
 
 

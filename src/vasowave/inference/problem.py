@@ -19,7 +19,7 @@ from vasowave.model.model import Model
 from vasowave.model.outlets import OF_DROP
 from vasowave.noise.spectrum import fourier, harmonics
 from vasowave.quantities import OF_PARAMETERS, derived
-from vasowave.recording import Inflow, Recording, resample
+from vasowave.recording import Recording, resample
 from vasowave.runtime.kept import digest_of
 from vasowave.solver.places import Waves, waves_at, with_areas
 from vasowave.solver.result import Run
@@ -58,36 +58,36 @@ class Problem:
 
     @property
     def samples(self) -> int:
-        """Coefficients of the pressure that are compared: the mean and two for each harmonic, an odd number."""
+        """Coefficients of what is compared at the inlet: the mean and two for each harmonic, an odd number."""
         return 2 * ((self.compared.samples - 1) // 2) + 1
 
     @property
     def sites(self) -> Sites | None:
-        """What was observed elsewhere; its coefficients follow those of the pressure."""
+        """What was observed elsewhere; its coefficients follow those of the inlet."""
         return self.compared.sites
 
     @cached_property
     def count(self) -> int:
-        """Coefficients of the pressure and of all further sites."""
+        """Coefficients of the inlet and of all further sites."""
         return self.samples + (0 if self.sites is None else len(self.sites.harmonic))
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """Coefficients of the measured pressure and of what was observed elsewhere, shape (coefficient,)."""
-        pressure = fourier(resample(self.recording.pressure, self.samples))
-        return pressure if self.sites is None else np.append(pressure, self.sites.measured)
+        """Coefficients of what was measured at the inlet and observed elsewhere, shape (coefficient,)."""
+        at_inlet = fourier(resample(self.compared.signal_of(self.recording), self.samples))
+        return at_inlet if self.sites is None else np.append(at_inlet, self.sites.measured)
 
     @cached_property
     def measurement_error(self) -> np.ndarray:
-        """Variance of each coefficient of the pressure by scatter of the beats (or rounding), grid, and zero, mmHg²."""
+        """Variance of each coefficient of the inlet by scatter of the beats (or rounding), grid, and zero, mmHg²."""
         k = harmonics(self.samples)
         beats = self.compared.error_power()[k] * np.where(k == 0, 1.0, 0.5) * self.samples
         return beats + _SOLVER**2 + np.where(k == 0, self.zero_variance, 0.0)
 
     @property
     def zero_variance(self) -> float:
-        """Variance of the mean's coefficient by the zero of the pressure, mmHg²."""
-        return self.samples * self.unknowns.priors.sd("zero") ** 2
+        """Variance of the mean's coefficient by the zero of the pressure, mmHg²; 0 where it is one of the unknowns."""
+        return 0.0 if self.unknowns.zero_enters else self.samples * self.unknowns.priors.sd("zero") ** 2
 
     @property
     def zero(self) -> np.ndarray:
@@ -124,7 +124,9 @@ class Problem:
         Of the indices those that an error moves; I_R from the harmonics that are compared. All of shape (point,).
         """
         unknowns = self.unknowns
-        means = self.recording.mean_pressure - zeros * unknowns.priors.sd("zero")
+        sd = unknowns.priors.sd("zero")
+        zero = unknowns.values(points)["zero"] if unknowns.zero_enters else sd * zeros
+        means = self.recording.mean_pressure - np.broadcast_to(zero, len(points))
         rows, flows, places = [], [], []
         for point, mean in zip(points, means.tolist(), strict=True):
             model, seen = unknowns.posed(point)
@@ -135,7 +137,7 @@ class Problem:
         names = [name for name in (*OF_PARAMETERS, "tau") if name in found]
         every = dict(zip(names, np.array(rows).T, strict=True))
         every["I_R"] = self._reflections(np.array(flows), outputs, np.array(places), model.blood.inertia)
-        moved = {"mPAP": unknowns.priors.sd("zero") > 0, "CO": "flow_gain" in unknowns.all}
+        moved = {"mPAP": sd > 0, "CO": "flow_gain" in unknowns.all}
         moved["PVR"] = any(moved.values()) or "wedge" in unknowns.all
         CO = np.mean(flows, axis=1)
         indices = {"mPAP": means, "CO": CO, "PVR": (means - unknowns.values(points)["wedge"]) / CO}
@@ -147,7 +149,12 @@ class Problem:
         good = np.isfinite(outputs[:, : self.samples]).all(axis=1) & np.isfinite(places).all(axis=1)
         if good.any():
             pressure = resample(self.in_time(outputs[good]).T, _WAVES).T
-            flow = resample(resample(flows[good].T, self.samples), _WAVES).T
+            if self.compared.what == "flow":  # without the errors of the probe, which `outputs` have and `flows` do not
+                wrong = flows[good] - self.recording.flow
+                flow = pressure / self.compared.scale + resample(resample(wrong.T, self.samples), _WAVES).T
+                pressure = np.tile(resample(resample(self.recording.pressure, self.samples), _WAVES), (len(flow), 1))
+            else:
+                flow = resample(resample(flows[good].T, self.samples), _WAVES).T
             areas, speeds = places[good].T[:, :, np.newaxis]
             waves = wave_intensity(pressure, flow, self.recording.period, areas, speeds, inertia)
             found[good] = waves.reflection_coefficient
@@ -156,12 +163,11 @@ class Problem:
     def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
         """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""
         change = np.zeros((self.count, 1)) if vessels is None else vessels
+        of_mean = OF_DROP * self.mean_drop * self.compared.per_pressure
         share, spread = self.unknowns.priors.discrepancy
         amplitude = share * self.recording.pulse_pressure, spread
         beside = None if self.sites is None else self.sites.harmonic
-        return Discrepancy(
-            self.samples, amplitude, self._errors, change, of_mean=OF_DROP * self.mean_drop, beside=beside
-        )
+        return Discrepancy(self.samples, amplitude, self._errors, change, of_mean=of_mean, beside=beside)
 
     @cached_property
     def mean_drop(self) -> float:
@@ -215,7 +221,7 @@ class Problem:
         return float(np.exp(np.average(logarithms, weights=network.length)))
 
     def in_time(self, coefficients: np.ndarray) -> np.ndarray:
-        """Return the pressures, shape (..., sample), mmHg, that coefficients (..., coefficient) stand for."""
+        """Return what coefficients (..., coefficient) of the inlet stand for, shape (..., sample), mmHg."""
         n, K = self.samples, self.samples // 2
         spectrum = np.array(coefficients[..., : K + 1], dtype=complex)
         spectrum[..., 1:] = (spectrum[..., 1:] - 1j * coefficients[..., K + 1 : n]) / np.sqrt(2)
@@ -230,16 +236,22 @@ class Problem:
         outputs = np.full((len(points), self.count), np.nan)
         for i, posed in enumerate(map(self._posed, points)):
             if posed is not None:
-                model, inflow = posed
+                model, recorded = posed
                 with np.errstate(all="ignore"):  # what is infinite is no start
-                    solved = linear_solution(model, inflow, self.samples // 2)
-                    pressure = solved.over_cycle(solved.pressure[:, model.network.root], self.samples)
-                    outputs[i] = self._whole(pressure, self._linear_waves(model, solved))
+                    solved = linear_solution(model, self.compared.driven_by(recorded), self.samples // 2)
+                    at_inlet = solved.over_cycle(self.compared.of_linear(solved, model.network.root), self.samples)
+                    outputs[i] = self._whole(at_inlet, recorded, self._linear_waves(model, solved))
         return outputs
 
-    def _whole(self, pressure: np.ndarray, waves: Waves | None) -> np.ndarray:
-        """Return all coefficients of a pressure at the inlet, mmHg, and the waves at the sites."""
-        own = fourier(pressure)
+    def _whole(self, at_inlet: np.ndarray, recorded: Recording, waves: Waves | None) -> np.ndarray:
+        """Return all coefficients: of what is compared at the inlet, mmHg, and of the waves at the sites.
+
+        `recorded` is what would have been recorded without errors; a flow that is compared has those of its probe.
+        """
+        if self.compared.what == "flow" and recorded is not self.recording:
+            wrong = self.compared.signal_of(self.recording) - self.compared.signal_of(recorded)
+            at_inlet = at_inlet + resample(wrong, self.samples)
+        own = fourier(at_inlet)
         return own if self.sites is None or waves is None else np.append(own, self.sites.coefficients(waves))
 
     def _linear_waves(self, model: Model, solved: LinearSolution) -> Waves | None:
@@ -251,21 +263,24 @@ class Problem:
         pressure, flow = (solved.over_cycle(one, _WAVES) for one in spectra)
         return with_areas(model, places, pressure, flow)
 
-    def _simulated(self, posed: Sequence[tuple[Model, Inflow] | None]) -> np.ndarray:
-        """Return the coefficients of models with their inflows.
+    def _simulated(self, posed: Sequence[tuple[Model, Recording] | None]) -> np.ndarray:
+        """Return the coefficients of models with what would have been recorded of them without errors.
 
         Every simulation starts from its linear solution, which takes fewer cycles than from a neighbor as far away as
         draws are from each other; and what a point gives does not depend on the points before it.
         """
         whole = [one for one in posed if one is not None]
         outputs = np.full((len(posed), self.count), np.nan)
-        models, inflows = zip(*whole, strict=True) if whole else ((), ())
-        runs = simulate_runs(models, inflows, self._numerics, workers=self.workers)
+        models, recorded = zip(*whole, strict=True) if whole else ((), ())
+        driven = [self.compared.driven_by(each) for each in recorded]
+        runs = simulate_runs(models, driven, self._numerics, workers=self.workers)
         for i, one in enumerate(posed):
             run = next(runs) if one is not None else None
             if one is not None and isinstance(run, Run):
-                waves = None if self.sites is None else waves_at(run, one[1], self.sites.places)
-                outputs[i] = self._whole(run.inlet_pressure(self.samples), waves)
+                waves = None
+                if self.sites is not None:
+                    waves = waves_at(run, self.compared.driven_by(one[1]), self.sites.places)
+                outputs[i] = self._whole(self.compared.at_inlet(run, self.samples), one[1], waves)
         return outputs
 
     @property
@@ -288,6 +303,7 @@ class Problem:
             *(unknowns.all, unknowns.fall, nominal.total_resistance, nominal.time_constant),
             *(network.name, network.start, network.end, network.length, network.radius, network.pressure),
             *(self.recording.flow, self.recording.period, self._numerics, self.samples, version("vasowave")),
+            *((self.recording.pressure, self.compared.scale) if self.compared.what == "flow" else ()),
             *self._of_sites,
         )
 
@@ -299,10 +315,9 @@ class Problem:
         kinds = [(one.quantity, *one.numbers) for one in sites.observations]
         return sites.measured, sites.harmonic, sites.places.vessel, sites.places.share, sites.scales, kinds
 
-    def _posed(self, point: np.ndarray, **own: np.ndarray) -> tuple[Model, Inflow] | None:
-        """Return model and inflow at a point, or nothing where a number of it overflows or its law raises an error."""
+    def _posed(self, point: np.ndarray, **own: np.ndarray) -> tuple[Model, Recording] | None:
+        """Return what a point poses, or nothing where a number of it overflows or its law raises an error."""
         try:
-            model, recording = self.unknowns.posed(point, **own)
-            return model, recording.inflow
+            return self.unknowns.posed(point, **own)
         except (VasowaveError, ArithmeticError, ValueError):
             return None

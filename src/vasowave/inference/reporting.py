@@ -136,19 +136,23 @@ def _tree(
     units: dict[str, tuple[str, str]],
 ) -> xr.DataTree:
     time = np.arange(problem.samples) * (problem.recording.period / problem.samples)
-    outputs = problem.measured - explored.residuals[rows]
-    simulated, again = (problem.in_time(one)[np.newaxis] for one in (outputs, outputs + behind.noise))
-    mmhg, seconds = {"units": "mmHg"}, {"units": "s"}
+    outputs, compared = problem.measured - explored.residuals[rows], problem.compared
+    simulated, again, measured = (
+        problem.in_time(one) / compared.scale for one in (outputs, outputs + behind.noise, problem.measured)
+    )
+    unit, seconds = {"units": compared.unit}, {"units": "s"}
     axis = {"time": ("time", time, seconds)}
     dims = ("chain", "draw", "time")
-    predicted = xr.Dataset({"pressure": (dims, again, mmhg), "simulated": (dims, simulated, mmhg)}, coords=axis)
+    predicted = xr.Dataset(
+        {compared.what: (dims, again[np.newaxis], unit), "simulated": (dims, simulated[np.newaxis], unit)}, coords=axis
+    )
     likelihood = noise.log_likelihood(explored.residuals[rows])[np.newaxis]
-    observed = xr.Dataset({"pressure": ("time", problem.in_time(problem.measured), mmhg)}, coords=axis)
+    observed = xr.Dataset({compared.what: ("time", measured, unit)}, coords=axis)
     weights = {"log_weight": (("chain", "draw"), explored.weights.log_weight[np.newaxis])}
     groups = {
         "posterior": _labelled(values, units),
         "prior": _labelled(before, units),
-        "log_likelihood": xr.Dataset({"pressure": (("chain", "draw"), likelihood)}),
+        "log_likelihood": xr.Dataset({compared.what: (("chain", "draw"), likelihood)}),
         "sample_stats": xr.Dataset(weights, attrs={"note": "importance draws before resampling"}),
         "posterior_predictive": predicted,
         "observed_data": observed,

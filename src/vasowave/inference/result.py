@@ -84,8 +84,8 @@ class Posterior:
         As ArviZ reads it: groups ``posterior`` (every unknown and derived quantity, dims chain, draw, equally weighted;
         draws are independent, so there is one chain), ``sample_stats`` (the importance draws before resampling:
         log_weight), ``log_likelihood`` (of all harmonics together, which are not independent), ``posterior_predictive``
-        (by time, mmHg: ``pressure`` with discrepancy and errors, ``simulated`` without) and ``observed_data`` (pressure
-        at the inlet), ``prior`` (draws of the same quantities).
+        (by time: ``pressure``, mmHg, with discrepancy and errors, ``simulated`` without; where the pressure enters the
+        model, ``flow``, ml/s) and ``observed_data`` (the same as measured), ``prior`` (draws of the same quantities).
     summary : DataFrame
         One row per unknown and derived quantity: ``unit, median, interval_low, interval_high`` (95 %), ``prior_low,
         prior_high`` (95 %), ``contraction`` (1 - variance over prior variance, of the logarithm where it is positive)

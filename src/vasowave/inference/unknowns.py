@@ -64,12 +64,16 @@ class Unknowns:
     nominal : Nominal
     priors : Priors
     recording : Recording
+    zero_enters : bool
+        Whether the zero of the pressure is one of them: it is where the pressure enters the model. Else it moves the
+        mean of the measured pressure alone, which a covariance says.
     """
 
     space: Space
     nominal: Nominal
     priors: Priors
     recording: Recording
+    zero_enters: bool = False
 
     def __post_init__(self) -> None:
         """Check that priors speak of parameters that there are."""
@@ -103,7 +107,7 @@ class Unknowns:
         priors, structure = self.priors, dict[str, Unknown]()
         for name, one in kinds().items():
             center = float(one.center(self._seen))
-            if name != "zero" and not (one.positive and center == 0):  # the zero moves the mean alone: a covariance
+            if (name != "zero" or self.zero_enters) and not (one.positive and center == 0):
                 structure[name] = Unknown(one.unit, one.meaning, center, priors.sd(name), one.positive, one.source)
         behind = self.space.outlet_pressure
         structure["wedge"] = Unknown(

@@ -15,6 +15,8 @@ from vasowave.io.columns import split_unit
 
 LIMIT = 0.05
 """Of p, below which a difference is said to be shown."""
+OF_FLOW = " of flow (its pulse counted as the pressure's)"
+"""Behind a residual in mmHg where the flow was compared."""
 UNLIMITED = "[no limits]"
 """In place of an interval that says nothing."""
 Row = tuple[str, ...]

@@ -82,7 +82,7 @@ def compare_models(
     """
     _check_fits(fits)
     N = fits[0].N if samples is None else min(samples, fits[0].N)
-    residuals = {fit.wall: resample(fit.pressure_residual, N) for fit in fits}
+    residuals = {fit.wall: resample(fit.residual, N) for fit in fits}
     counts = {fit.wall: int(fit.parameters["free"].sum()) for fit in fits}
     return compare_residuals(residuals, counts, fits[0].recording.period, how, progress=progress)
 

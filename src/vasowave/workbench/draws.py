@@ -85,7 +85,8 @@ def posterior_draws(posterior: PosteriorResult) -> dict[str, Any]:
     curves: list[dict[str, Any]] = [{} for _ in kept]
     if told is not None and "simulated" in told:
         pressures = told["simulated"].values.reshape(count, -1)[kept]
-        curves = [{"pressure": [number(one) for one in pressure]} for pressure in pressures]
+        of = "flow" if "flow" in told else "pressure"
+        curves = [{of: [number(one) for one in pressure]} for pressure in pressures]
     return {"kind": "draws of the posterior", "count": len(curves), "curves": curves, "values": values}
 
 

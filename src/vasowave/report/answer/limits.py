@@ -8,7 +8,7 @@ import numpy as np
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.primary import Primary
-from vasowave.report.wording import listed, number
+from vasowave.report.wording import OF_FLOW, listed, number
 
 
 def model_limits(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[str]:
@@ -80,6 +80,7 @@ def _residual(cohort: Cohort, law: str) -> list[str]:
     table = table[table["wall"] == law]
     left, error = float(table["RMSE"].median()), float(table["error"].median())
     typical = "" if cohort.single else " (median)"
+    typical += OF_FLOW if cohort.law(law).compared == "flow" else ""
     if not np.isfinite(error):
         return [f"The {law} wall leaves {number(left, 2)} mmHg{typical}; how well the cycle itself is known is not."]
     said = "not noise but the model's error" if left > 2 * error else "what the beats' scatter explains"

@@ -13,7 +13,7 @@ from vasowave.figures.style import short
 from vasowave.findings import Finding
 from vasowave.report.blocks import Block, Notice, Remarks
 from vasowave.report.tables.cells import span
-from vasowave.report.wording import number, some_of
+from vasowave.report.wording import OF_FLOW, number, some_of
 
 MARK = "*"
 """Stands behind an answer that rests on numbers of which the page says that they must not be used."""
@@ -126,10 +126,13 @@ def _missed(cohort: Cohort) -> list[str]:
     if not cohort.walls:
         return []
     table = cohort.misfits
-    return [_miss(str(wall), rows) for wall, rows in table[table["missed"]].groupby("wall", sort=False)]
+    missed = table[table["missed"]].groupby("wall", sort=False)
+    return [
+        _miss(str(wall), rows, OF_FLOW if cohort.law(str(wall)).compared == "flow" else "") for wall, rows in missed
+    ]
 
 
-def _miss(wall: str, rows: pd.DataFrame) -> str:
+def _miss(wall: str, rows: pd.DataFrame, of_flow: str) -> str:
     worst = rows.iloc[int(rows["RMSE"].to_numpy().argmax())]
     against = (
         f"{number(float(worst['over best']), 2)} times what the best law leaves"
@@ -138,7 +141,7 @@ def _miss(wall: str, rows: pd.DataFrame) -> str:
     )
     return (
         f"The {wall} wall misses the data of {_some(rows['animal'].tolist())}: it leaves up to "
-        f"{number(float(worst['RMSE']), 2)} mmHg, {against}. Do not use its numbers there."
+        f"{number(float(worst['RMSE']), 2)} mmHg{of_flow}, {against}. Do not use its numbers there."
     )
 
 

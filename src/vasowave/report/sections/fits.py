@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
@@ -49,9 +50,15 @@ def _beds(fit: xr.Dataset) -> str:
 
 def _quality(result: AnimalResult, fit: xr.Dataset) -> str:
     share = 100 * float(fit["RMSE"]) / float(result.measured.quantities["pPAP"])
+    left = f"{number(float(fit['RMSE']))} mmHg (root mean square), {number(share, 2)} % of the pulse pressure"
+    what = "pressure"
+    if fit.attrs.get("enters") == "pressure":
+        residual, what = fit["flow_residual"], "flow"
+        ml_per_s = float(np.sqrt(np.mean(residual.values**2)))
+        left = f"{number(ml_per_s)} {residual.attrs['units']} (root mean square), {number(share, 2)} % of its pulse"
     return (
-        f"Fit: the pressure differs from the measured one by {number(float(fit['RMSE']))} mmHg (root mean square), "
-        f"{number(share, 2)} % of the pulse pressure; S = {number(float(fit['S']))} mmHg² over {int(fit['N'])} samples."
+        f"Fit: the {what} differs from the measured one by {left}; "
+        f"S = {number(float(fit['S']))} mmHg² over {int(fit['N'])} samples."
     )
 
 

@@ -96,9 +96,21 @@ def _model(cohort: Cohort) -> str:
     return (
         f"One-dimensional flow (eq. 2) was solved in {'a network' if cohort.single else 'networks'} of {sizes} vessels "
         f"({span(lengths)} cm in all), with {listed([_law(cohort, wall) for wall in cohort.walls])}, continuity of "
-        f"pressure and flow at junctions (eq. 6) and {_beds(cohort)}; the measured flow was the "
-        f"inflow.{_blood(cohort)}{_numerics(cohort)}"
+        f"pressure and flow at junctions (eq. 6) and {_beds(cohort)}; {_entered(cohort)}."
+        f"{_blood(cohort)}{_numerics(cohort)}"
     )
+
+
+_ENTERED = {
+    "flow": "the measured flow was the inflow",
+    "pressure": "the measured pressure entered at the inlet, and the flow was compared",
+    "both": "the measured flow was the inflow, and the error of the flow counts beside that of the pressure",
+}
+
+
+def _entered(cohort: Cohort) -> str:
+    enters = {str(fit.attrs.get("enters", "flow")) for wall in cohort.walls for fit in cohort.calibrations(wall)}
+    return listed([_ENTERED[one] for one in sorted(enters)] or [_ENTERED["flow"]])
 
 
 def _law(cohort: Cohort, wall: str) -> str:

@@ -1,0 +1,145 @@
+"""What enters a model: the flow, the pressure, or the flow with its error; the other is compared."""
+
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import vasowave as vw
+from vasowave.animal.stored import stored_inflow
+from vasowave.calibration.compared import compared_part
+from vasowave.calibration.objective import Objective
+from vasowave.calibration.parameters import parameter_space
+from vasowave.calibration.sites import sites_of
+from vasowave.cli.app import app
+from vasowave.errors import InputError
+from vasowave.inference.posterior import Sampling, problem_of
+from vasowave.quantities import derived
+from vasowave.recording import resample
+
+NETWORK = vw.Network(("1", "2", "3"), [-1, 0, 0], [0.4, 0.4, 0.5], [0.05, 0.035, 0.04], pressure=6.0)
+MOUSE = vw.virtual_mouse()
+WALLS = {"linear": vw.LinearWall(70.0), "tangent": vw.TangentWall(7.0, 3.0)}
+
+
+def recorded(wall, **more):
+    """Return a recording that the model itself made, and the model."""
+    model = vw.Model(NETWORK, WALLS[wall], vw.estimate_nominal(NETWORK, MOUSE).outlets.scaled(1.2, 0.9, 1.3))
+    waves = vw.simulate(model, MOUSE.inflow, vw.Numerics(samples=256)).sel(vessel="1", station="inlet")
+    return vw.Recording(waves.pressure.values, waves.flow.values, MOUSE.period, **more), model
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_a_recording_without_errors_has_one_answer_whichever_signal_enters(wall):
+    recording, model = recorded(wall)
+    fits = [vw.calibrate(NETWORK, recording, wall, starts=3, enters=one) for one in ("flow", "pressure", "both")]
+    for fit in fits:
+        found = derived(fit.model, recording.mean_pressure)
+        for name, true in derived(model, recording.mean_pressure).items():
+            assert found[name] == pytest.approx(true, rel=2e-3), (name, fit.compared.enters)
+    by_pressure = fits[1]
+    flow = by_pressure.simulation.flow.sel(vessel="1", station="inlet").values
+    assert np.max(np.abs(flow - recording.flow)) < 1e-3 * np.ptp(recording.flow)
+    assert by_pressure.rmse / by_pressure.compared.scale < 2e-4 * np.ptp(recording.flow)  # ml/s
+
+
+@pytest.mark.parametrize("with_site", [False, True])
+def test_the_jacobian_of_a_flow_that_is_compared_is_that_of_differences(with_site):
+    nominal = vw.estimate_nominal(NETWORK, MOUSE)
+    space = parameter_space("linear", NETWORK, nominal, vw.Blood(), {}, {}, False)
+    compared = compared_part(MOUSE, 12, "pressure")
+    if with_site:
+        site = vw.Observation("pressure", "2", 0.1, place=0.5, mean=12.0, systolic=20.0, diastolic=6.0)
+        compared = replace(compared, sites=sites_of([site], NETWORK, compared))
+    numerics = vw.Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-10)
+    objective = Objective(space, compared, numerics, 1, threading.Event(), 1e-8)
+    x, step = np.log(space.nominal[space.free]), 1e-3
+    jacobian = objective.jacobian(x)
+    assert jacobian.shape == (25 + 3 * with_site, len(x))
+    for i, unit in enumerate(np.eye(len(x))):
+        ends = [objective.residuals(x + k * step * unit) for k in (1, -1, 2, -2)]
+        expected = (8 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12 * step)
+        assert np.max(np.abs(jacobian[:, i] - expected)) < 1e-4 * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize("enters", ["pressure", "both"])
+def test_a_mean_flow_that_is_known_within_five_per_cent_leaves_the_resistance_so_open(enters):
+    """R_T is all but the mean pressure over the mean flow."""
+    flow_error = np.append(0.05 * MOUSE.cardiac_output, np.full(12, 1e-6))
+    exact, _ = recorded("linear", pressure_error=np.full(13, 1e-4), flow_error=np.full(13, 1e-7))
+    doubtful, _ = recorded("linear", pressure_error=np.full(13, 1e-4), flow_error=flow_error)
+    reach = {}
+    for name, recording in (("exact", exact), ("doubtful", doubtful)):
+        fit = vw.calibrate(NETWORK, recording, "linear", starts=1, enters=enters, pressure_harmonics=12)
+        value, low = fit.summary().loc["R_T", ["value", "low"]].astype(float)
+        reach[name] = np.log(value / low)  # pressure over flow ends the interval above
+    total, beds = exact.mean_pressure / exact.cardiac_output, float(fit.total_resistance)
+    assert reach["exact"] < 0.01
+    assert reach["doubtful"] == pytest.approx(1.96 * 0.05 * total / beds, rel=0.15)
+
+
+def test_the_error_of_a_flow_widens_what_is_known_only_where_it_counts():
+    recording, _ = recorded("linear", pressure_error=np.full(13, 0.05), flow_error=np.full(13, 0.01))
+    how = {"starts": 1, "pressure_harmonics": 12}
+    exact, both = (vw.calibrate(NETWORK, recording, "linear", enters=one, **how) for one in ("flow", "both"))
+    np.testing.assert_array_equal(exact.parameters["value"], both.parameters["value"])
+    widths = [np.log(one.parameters["interval_high"] / one.parameters["interval_low"]) for one in (exact, both)]
+    assert np.all(widths[1] > 1.2 * widths[0])
+    assert "fit.flow-with-errors" in {one.code for one in both.findings}
+    assert "fit.flow-with-errors" not in {one.code for one in exact.findings}
+
+
+def test_a_posterior_holds_the_truth_and_foretells_the_flow_where_the_pressure_enters():
+    recording, model = recorded("linear", pressure_error=np.full(13, 0.05), flow_error=np.full(13, 0.002))
+    search = vw.Search(pressure_harmonics=12, enters="pressure")
+    priors = vw.Priors(flow_gain_sd=0.05)
+    found = vw.posterior(NETWORK, recording, "linear", draws=100, search=search, priors=priors, workers=1)
+    true = derived(model, recording.mean_pressure)
+    for name in ("wave_speed", "R_T"):
+        low, high = found.summary.loc[name, ["interval_low", "interval_high"]]
+        assert low < true[name] < high, name
+    told = found.data["posterior_predictive"].to_dataset()
+    assert told["flow"].attrs["units"] == "ml/s"
+    measured = found.data["observed_data"]["flow"].values
+    np.testing.assert_allclose(measured, resample(recording.flow, len(measured)), atol=0.02 * np.ptp(measured))
+    apart = told["simulated"].values[0] - measured
+    assert np.sqrt(np.mean(apart**2)) < 0.06 * np.ptp(measured)
+
+
+def test_errors_of_the_probe_are_in_a_flow_that_is_compared_and_not_in_the_model():
+    """A gain of 1.1 is a flow 10 % below the true one in the recording, whatever the model lets in."""
+    how = Sampling(search=vw.Search(pressure_harmonics=12, enters="pressure"), priors=vw.Priors(flow_gain_sd=0.1))
+    problem = problem_of(NETWORK, MOUSE, "linear", how)
+    point = np.zeros((2, len(problem.unknowns.all)))
+    point[1, list(problem.unknowns.all).index("flow_gain")] = np.log(1.1) / 0.1
+    exact, gained = (problem.in_time(one) / problem.compared.scale for one in problem.simulate(point))
+    np.testing.assert_allclose(gained, exact - 0.1 * resample(MOUSE.flow, len(exact)), atol=1e-9)
+
+
+def test_stored_results_of_a_pressure_that_entered_give_its_waves_again(tmp_path):
+    recording, _ = recorded("linear")
+    noisy = replace(recording, flow=recording.flow * 1.05)  # which nothing but the flow knows
+    settings = vw.Settings(walls=("linear",), starts=1, enters="pressure", model_selection=False)
+    result = vw.analyze(vw.Animal("m", "CTL", NETWORK, noisy), settings)
+    law = result.laws["linear"]
+    again = vw.simulate(vw.stored_model(result), stored_inflow(result), vw.Numerics(samples=256))
+    pressure = again.pressure.sel(vessel="1", station="inlet").values
+    assert np.max(np.abs(pressure - noisy.pressure)) < 0.05
+    assert law.residual.attrs["units"] == "ml/s"
+    assert law.residual.name == "flow_residual"
+    fit = vw.calibrate(NETWORK, noisy, "linear", starts=1, enters="pressure")
+    assert fit.plot.residuals().get_ylabel() == "residual flow [ml/s]"
+    page = fit.report(tmp_path / "page").parent / "supplement.html"
+    assert "the measured pressure entered at the inlet, and the flow was compared" in page.read_text(encoding="utf-8")
+
+
+def test_a_signal_that_cannot_enter_is_refused_with_those_that_can(tmp_path):
+    with pytest.raises(InputError, match=r"enters: .*flow.*pressure.*both"):
+        vw.Search(enters="velocity")
+    with pytest.raises(InputError, match="a pressure that enters needs a periodic state"):
+        vw.calibrate(NETWORK, MOUSE, enters="pressure", numerics=vw.Numerics(cycles_from_rest=4, steps_per_cycle=2048))
+    ended = CliRunner().invoke(app, ["fit", "net.csv", "rec.csv", "--enters", "velocity", "-o", str(tmp_path / "x")])
+    assert ended.exit_code != 0
+    assert "flow" in str(ended.exception or ended.output)
