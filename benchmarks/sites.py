@@ -3,7 +3,8 @@
 Each animal has its own wall, beds and geometry; its image is wrong by a factor of all radii and by one of each vessel.
 All signals carry the noise of a periodic Ornstein-Uhlenbeck process, which no prior of vasowave knows, white noise, a
 zero of their own (pressures) or a gain of their own (others). Run as ``python benchmarks/sites.py 20 posterior``;
-``fit``, or ``units`` for what is said of every pair of units.
+``fit``, ``together`` (posteriors with two quantities in the branch), or ``units`` for what is said of every pair of
+units; a third number is the first seed.
 """
 
 import sys
@@ -25,6 +26,8 @@ from vasowave.solver.simulate import simulate_run
 from vasowave.units import ratios
 
 KINDS = ("none", "pressure", "flow", "diameter")
+TOGETHER = ("pressure + diameter", "pressure + flow", "flow + diameter")
+"""Two quantities in one branch."""
 EVERY = (*KINDS[1:], "velocity", "area")
 TOLD = ("wave_speed", "R_T", "beta")
 BRANCH = 1
@@ -67,6 +70,7 @@ def animal(seed):
         shift = ZERO * rng.standard_normal()
         wave = wave + shift if name == "pressure" else wave * np.exp(GAIN * shift / ZERO)
         sites[name] = [vw.Observation(name, image.name[BRANCH], white[name], waveform=wave)]
+    sites |= {pair: [one for name in pair.split(" + ") for one in sites[name]] for pair in TOGETHER}
     truth = derived(model, float(waves.pressure[:, 0].mean())) | {"beta": beta}
     return truth, image, vw.Recording(pressure, mouse.flow, mouse.period, "made"), sites
 
@@ -74,8 +78,8 @@ def animal(seed):
 def rows_of(seed, how):
     """Yield a row for every kind and quantity of an animal: truth, and the interval."""
     truth, image, recording, sites = animal(seed)
-    for kind in KINDS:
-        if how == "posterior":
+    for kind in (KINDS[0], *TOGETHER) if how == "together" else KINDS:
+        if how != "fit":
             table = vw.posterior(image, recording, sites=sites[kind], draws=150, seed=seed).summary
             found = {name: tuple(table.loc[name, ["interval_low", "interval_high"]]) for name in TOLD}
             misfit = np.nan
@@ -133,19 +137,19 @@ def summed(frame):
 
 def main():
     """Print the summary after every animal."""
-    count, how = int(sys.argv[1]), sys.argv[2]
+    count, how, first = int(sys.argv[1]), sys.argv[2], int(sys.argv[3]) if len(sys.argv) > 3 else 0
     if how == "units":
-        frame = pd.DataFrame([row for seed in range(count) for row in units_of(seed)])
+        frame = pd.DataFrame([row for seed in range(first, first + count) for row in units_of(seed)])
         frame = frame.assign(pair=frame["unit"] + " as " + frame["read as"])
         print(frame.groupby("quantity")["noticed"].sum(), frame.groupby("quantity").size())
         print(frame[~frame.noticed & (frame.factor != 1)].groupby(["quantity", "pair", "factor"]).size())
         print(frame[frame.noticed & (frame.factor == 1)])
         return
     rows = []
-    for seed in range(count):
+    for seed in range(first, first + count):
         rows += rows_of(seed, how)
         print(seed, flush=True)
-        if seed % 4 == 3 or seed == count - 1:
+        if seed % 4 == 3 or seed == first + count - 1:
             print(summed(pd.DataFrame(rows)).to_string(), flush=True)
     if how == "fit":
         frame = pd.DataFrame(rows)
