@@ -284,15 +284,17 @@ def test_compiling_is_timed_and_what_is_compiled_within_counts_once(tmp_path, mo
 
 
 @pytest.mark.validation
-def test_a_fit_asks_for_no_kernel_that_was_not_compiled_beforehand():
+def test_an_analysis_asks_for_no_kernel_that_was_not_compiled_beforehand():
     code = """
 import vasowave as vw
+from vasowave.noise import arma
 from vasowave.runtime.kernels import seconds_compiling
 from vasowave.solver.ready import compile_kernels
 mouse = vw.virtual_mouse()
 compile_kernels("linear")
+arma.compile_kernels()
 before = seconds_compiling()
-vw.calibrate(vw.control_network(), mouse, search=vw.Search(starts=1))
+vw.analyze(vw.Animal("m", "CTL", vw.control_network(), mouse), vw.Settings(walls=("linear",), starts=1))
 print(before > 0.0, seconds_compiling() - before)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300)

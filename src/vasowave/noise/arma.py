@@ -76,6 +76,11 @@ def fit_arma(series: np.ndarray, largest: tuple[int, int] = LARGEST_ORDERS) -> A
     )
 
 
+def compile_kernels() -> None:
+    """Compile the likelihood, or load it where another process has compiled it: by the smallest fit there is."""
+    fit_arma(np.cos(np.arange(16.0))[np.newaxis] ** 3, (1, 1))
+
+
 def autocovariance(ar: np.ndarray, ma: np.ndarray, count: int) -> np.ndarray:
     """Autocovariance of lags 0 … count-1 for unit innovations (Brockwell & Davis, third method)."""
     from scipy.signal import lfilter, lfiltic

@@ -17,7 +17,7 @@ from weakref import WeakSet
 from vasowave.errors import InputError
 from vasowave.model.law_files import LawFile, files_of, learn
 from vasowave.runtime.memory import is_starved
-from vasowave.runtime.threads import limit_threads
+from vasowave.runtime.threads import cores, limit_threads
 
 if TYPE_CHECKING:
     from vasowave.report.files import Each
@@ -43,8 +43,8 @@ def process_pool(
 ) -> Iterator[Executor]:
     """Give a pool of fresh processes, each with `threads` threads; none of them outlives the block or this program.
 
-    Each loads the modules `loaded` when it starts. The kernels of the wall laws are compiled first, each law by
-    another process, where they are not there already.
+    Each loads the modules `loaded` when it starts. The kernels of the wall laws and of the noise are compiled first,
+    each by another process, where they are not there already.
     """
     before, safe = set(active_children()), os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"  # a process that starts looks for no module in the folder it starts in
@@ -54,6 +54,8 @@ def process_pool(
         with pool.watched():
             for law in laws:
                 pool.submit(_compile_kernels, law, files_of(laws))
+            if laws:
+                pool.submit(_compile_noise)
             yield pool
         pool.shutdown()
     except BaseException:
@@ -199,6 +201,23 @@ def _compile_kernels(law: str, files: Sequence[LawFile]) -> None:
 
     learn(files)
     compile_kernels(law)
+
+
+def _compile_noise() -> None:
+    from vasowave.noise.arma import compile_kernels
+
+    compile_kernels()
+
+
+@contextmanager
+def compiled_beside(law: str) -> Iterator[None]:
+    """Compile the kernels of a wall law in another process, beside what is done in the block and after it."""
+    if cores() == 1:
+        yield
+        return
+    with suppress(OSError):  # no process to be had: they are compiled when they are needed
+        get_context("spawn").Process(target=_compile_kernels, args=(law, ()), daemon=True).start()
+    yield
 
 
 def _start_worker(threads: int, loaded: Sequence[str]) -> None:
