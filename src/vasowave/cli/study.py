@@ -293,8 +293,11 @@ def _run(
     )
     computed = time.monotonic()
     say(f"Results: {done.results} ({computed - begun:.0f} s)")
+    answers: list[tuple[str, str]] = []
     with nullcontext() if as_json else alive("writing the report"):
-        page = report_study(plan.path, pdf, workers or cores()) if report else None
+        page = report_study(plan.path, pdf, workers or cores(), tell=answers.extend) if report else None
+    for question, answer in answers:
+        say(f"{question}{'' if question.endswith('?') else ':'} {answer}")
     if page is not None:
         say(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
     if as_json:

@@ -231,6 +231,10 @@ class Report:
         """Return all figures."""
         return [block for block in self._blocks() if isinstance(block, Drawing)]
 
+    def answers(self) -> list[tuple[str, str]]:
+        """Return all questions with their answers."""
+        return [item for block in self._blocks() if isinstance(block, Answers) for item in block.items]
+
     def spaces(self) -> list[Space]:
         """Return what turns in space."""
         return [block for block in self._blocks() if isinstance(block, Space)]

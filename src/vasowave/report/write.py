@@ -1,6 +1,6 @@
 """A report as files: the page of one result and the supplement, their PDF, every figure and table."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,9 @@ from vasowave.report.html import page
 from vasowave.report.pdf import write_pdf
 from vasowave.report.settings import ReportSettings
 from vasowave.settings import given_values
+
+Tell = Callable[[Sequence[tuple[str, str]]], None]
+"""What is given the questions of a page with their answers."""
 
 PAGE, FIGURES, TABLES = f"{REPORT}.html", "figures", "tables"
 PDFS = f"{REPORT}.pdf", f"{SUPPLEMENT}.pdf"
@@ -88,8 +91,9 @@ def write_cohort_report(
     *,
     title: str,
     each: Each = map,
+    tell: Tell | None = None,
 ) -> Path:
-    """Do what `write_report` does, for animals that are gathered already."""
+    """Do what `write_report` does, for animals that are gathered already; `tell` is given the answers of the page."""
     folder = Path(folder).resolve()
     _check_free(folder)
     with style():
@@ -99,6 +103,8 @@ def write_cohort_report(
             supplement_of(cohort, primary, title),
         )
     _place(documents, folder, asked.pdf, each)
+    if tell is not None:
+        tell(documents[0].answers())
     return folder / PAGE
 
 

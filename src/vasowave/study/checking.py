@@ -86,6 +86,9 @@ _ONE_OF_TWO = (
 SAME_RECORDING = error_kind(
     "check.same-recording", "the same recording as '{other}' (line {at}); {remedy}", _ONE_OF_TWO
 )
+SAME_VENTRICLE = error_kind(
+    "check.same-ventricle", "the same pressure in the ventricle as '{other}' (line {at}); {remedy}", _ONE_OF_TWO
+)
 SAME_CYCLE = error_kind(
     "check.same-cycle", "its averaged cycle is that of '{other}' (line {at}); {remedy}", _ONE_OF_TWO
 )
@@ -263,17 +266,20 @@ def _bounds(name_of_animal: str, animal: Animal, nominal: Nominal, settings: Set
 
 
 def doubled_animals(study: Study) -> list[Problem]:
-    """Return an error for every recording that holds the bytes of another animal's, unless the table says it is meant.
+    """Return an error for every file recorded of an animal that is another's too, unless the table says it is meant.
 
     Any stretch of it counts: an animal that is analyzed twice is one, and doubles what a study rests on.
     """
-    problems, first = [], dict[str, AnimalRow]()
-    for row in study.animals:
-        for content in _contents(row.recordings):
-            other = first.setdefault(content, row)
-            if other is not row and not (row.shared_recording and other.shared_recording):
-                problems.append(_doubled(study, row, other, SAME_RECORDING))
-                break
+    problems = []
+    for which, title in ((SAME_RECORDING, "recording"), (SAME_VENTRICLE, "ventricle")):
+        first = dict[str, AnimalRow]()
+        for row in study.animals:
+            files = row.recordings if title == "recording" else filter(None, [row.ventricle])
+            for content in _contents([*files]):
+                other = first.setdefault(content, row)
+                if other is not row and not (row.shared_recording and other.shared_recording):
+                    problems.append(_doubled(study, row, other, which, title))
+                    break
     return problems
 
 
@@ -300,9 +306,9 @@ def _same_cycle(one: Recording, other: Recording) -> bool:
     )
 
 
-def _doubled(study: Study, row: AnimalRow, other: AnimalRow, which: Kind) -> Problem:
+def _doubled(study: Study, row: AnimalRow, other: AnimalRow, which: Kind, title: str = "recording") -> Problem:
     found = which(other=other.animal, at=other.line)
-    at = found.at(str(study.table), line=row.line, part="column 'recording'")
+    at = found.at(str(study.table), line=row.line, part=f"column '{title}'")
     return Problem(at, also=(row.animal, other.animal))
 
 

@@ -10,7 +10,7 @@ from vasowave.cohort.primary import primary_law
 from vasowave.errors import InputError
 from vasowave.findings import look_kind, warn
 from vasowave.report.wording import some_of
-from vasowave.report.write import write_cohort_report, write_report
+from vasowave.report.write import Tell, write_cohort_report, write_report
 from vasowave.runtime.memory import seldom_collected
 from vasowave.study.executors import side_by_side
 from vasowave.study.loading import animal_key
@@ -33,7 +33,9 @@ def _warned(stored: Results, results: list[AnimalResult]) -> list[AnimalResult]:
     return [replace(one, looks=looks_of(one, stored.settings.species)) for one in results]
 
 
-def report_study(study: Path, pdf: bool | None = None, workers: int = 1, animal: str = "") -> Path:
+def report_study(
+    study: Path, pdf: bool | None = None, workers: int = 1, animal: str = "", tell: Tell | None = None
+) -> Path:
     """Write the report of a study that was run and return its page; nothing is simulated, and no recording is needed.
 
     The folder is ``report`` beside the results, or ``report of animals`` with a folder of its own for an animal.
@@ -49,6 +51,8 @@ def report_study(study: Path, pdf: bool | None = None, workers: int = 1, animal:
         ``if __name__ == "__main__":``.
     animal : str
         Write the report of this one alone.
+    tell : callable, optional
+        Called with the questions of the page and their answers.
 
     Raises
     ------
@@ -79,6 +83,7 @@ def report_study(study: Path, pdf: bool | None = None, workers: int = 1, animal:
             asked,
             title=stored.settings.title,
             each=each,
+            tell=tell,
         )
 
 

@@ -30,7 +30,7 @@ def problems(cohort: Cohort, primary: Primary) -> list[str]:
     if len(cohort.failures) > _MAX_FAILURES:
         sentences.append(f"{len(cohort.failures) - _MAX_FAILURES} more failures stand in the table Failures.")
     if not cohort.single:
-        sentences += [missing_text(one, primary.law) for one in primary.missing]
+        sentences += [missing_text(one, primary.law, cohort.repeated) for one in primary.missing]
     interrupted = [result.name for result in cohort.results if result.interrupted]
     if interrupted:
         sentences.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
@@ -61,12 +61,13 @@ def overstrained(cohort: Cohort, walls: Sequence[str]) -> list[str]:
     ]
 
 
-def missing_text(missing: Missing, law: str) -> str:
-    """Say who is missing from the comparison of the groups, and what that may do to it."""
+def missing_text(missing: Missing, law: str, repeated: bool) -> str:
+    """Say who is missing from the comparison of the groups, and what that may do to it; `repeated`: of recordings."""
     many, names = len(missing.animals) > 1, _some(list(missing.animals))
     what = f"by the {law} wall" if law and not missing.lost else "of the groups"
     return (
-        f"The comparison {what} misses {len(missing.animals)} of {missing.count} animals of {missing.group} ({names}). "
+        f"The comparison {what} misses {len(missing.animals)} of {missing.count} "
+        f"{'recordings' if repeated else 'animals'} of {missing.group} ({names}). "
         f"{_standing(missing, 'they' if many else 'it')}"
     )
 

@@ -24,7 +24,7 @@ def groups_section(
     blocks: list[Block] = []
     if len(primary.rows):
         first, *others = primary_tables(primary, written)
-        missing = [missing_text(one, primary.law) for one in primary.missing]
+        missing = [missing_text(one, primary.law, cohort.repeated) for one in primary.missing]
         blocks += [Heading("Primary comparison"), first, *_remarks(primary)]
         blocks += [Remarks("Missing animals", missing)] if missing else []
         blocks += [Fold("Secondary: the same effects by the other wall laws", others)] if others else []
