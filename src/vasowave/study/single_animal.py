@@ -12,6 +12,7 @@ from vasowave.cohort.primary import Family
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Place, Severity, texts
 from vasowave.io.files import check_writable
+from vasowave.network_formats import NETWORKS
 from vasowave.report.answer.animal import animal_answers
 from vasowave.report.glossary import caller
 from vasowave.study.animals import read_row
@@ -77,6 +78,11 @@ def one_row(network: Path, recordings: Sequence[Path], animal: str, group: str, 
     for file in (network, *recordings):
         if not file.is_file():
             raise InputError(f"{file}: {'is a folder' if file.is_dir() else 'there is no such file'}")
+    known = [NETWORKS.known(file) is not None for file in (network, *recordings)]
+    if not known[0] and any(known[1:]):
+        raise InputError(
+            f"{recordings[known[1:].index(True)]} holds vessels, {network} does not: the network comes first"
+        )
     files = dict(zip(("recording", "flow"), map(str, recordings), strict=False))
     cell = {"animal": checked_name(animal), "group": group, "network": str(network), **files, **cells}
     row, problems = read_row(cell, Path(), [group], option_of)
