@@ -48,6 +48,14 @@ def test_fit_names_a_file_that_does_not_exist():
     assert "missing.csv" in str(result.exception)
 
 
+def test_a_recording_in_place_of_the_network_is_named(tmp_path):
+    network, recording = tmp_path / "lung.csv", tmp_path / "mouse.txt"
+    write_network(control_network(), network)
+    recording.write_text("time [s],pressure [mmHg],flow [ml/s]\n0,10,0\n", "utf-8")
+    result = CliRunner().invoke(app, ["fit", str(recording), str(network), "-o", str(tmp_path / "out")])
+    assert str(result.exception) == f"{network} holds vessels, {recording} does not: the network comes first"
+
+
 def _vasowave(*arguments, **options):
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"  # a background job ignores it
     command = [sys.executable, "-c", f"{heard}; from vasowave.cli import run; run()", *map(str, arguments)]
