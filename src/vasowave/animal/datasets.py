@@ -34,6 +34,9 @@ def recording_dataset(recording: Recording) -> xr.Dataset:
     if recording.wedge_pressure:
         wedge = np.asarray(recording.wedge_pressure)
         measured["wedge_pressure"] = labelled((), wedge, "mmHg", "pressure behind the vascular beds")
+    if recording.wedge_pulsation is not None:
+        words = "what the pressure behind the vascular beds does about its mean"
+        measured["wedge_pulsation"] = labelled("wedge_time", recording.wedge_pulsation, "mmHg", words)
     indices = {name: _quantity(name, value) for name, value in recording.indices().items()}
     return xr.Dataset(
         measured | indices,

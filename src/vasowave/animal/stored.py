@@ -24,7 +24,8 @@ from vasowave.solver import Numerics
 def stored_recording(result: AnimalResult) -> Recording:
     """Return the averaged cycle of an animal's stored results, with its notes and the errors of its harmonics."""
     data = result.recording
-    errors = {name: data[name].values for name in ("pressure_error", "flow_error") if name in data}
+    known = ("pressure_error", "flow_error", "wedge_pulsation")
+    errors = {name: data[name].values for name in known if name in data}
     return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"],
                      from_json(data.attrs["findings"]), **errors,
                      wedge_pressure=float(data.get("wedge_pressure", 0.0)))  # fmt: skip
@@ -124,6 +125,7 @@ def stored_model(result: AnimalResult, wall: str | type = "") -> Model:
     )
     bed = find_bed(str(data.attrs["bed"]))
     outlets = bed(*(data[name].values for name in bed_quantities(bed)))
-    wall, behind = law(*(data[name].values for name in parameter_names(law))), stored_recording(result).wedge_pressure
+    wall, cycle = law(*(data[name].values for name in parameter_names(law))), stored_recording(result)
     viscosity = data[WALL_VISCOSITY].values if WALL_VISCOSITY in data else 0.0
-    return Model(result.network, wall, outlets, blood, behind, wall_viscosity=viscosity)
+    return Model(result.network, wall, outlets, blood, cycle.wedge_pressure, wall_viscosity=viscosity,
+                 outlet_pulsation=cycle.wedge_pulsation)  # fmt: skip

@@ -59,6 +59,7 @@ class Space:
     outlets: Bed
     blood: Blood
     outlet_pressure: float
+    outlet_pulsation: np.ndarray | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -103,7 +104,8 @@ class Space:
         named = dict(zip(self.names, values, strict=True))
         wall, factors = ([named[name] for name in names] for names in (self.wall_names, self.factor_names))
         outlets, viscosity = self.outlets.scaled(*factors), named.get(WALL_VISCOSITY, 0.0)
-        return Model(self.network, self.law(*wall), outlets, self.blood, self.outlet_pressure, wall_viscosity=viscosity)
+        return Model(self.network, self.law(*wall), outlets, self.blood, self.outlet_pressure,
+                     wall_viscosity=viscosity, outlet_pulsation=self.outlet_pulsation)  # fmt: skip
 
 
 def parameter_space(
@@ -143,7 +145,7 @@ def parameter_space(
     values = [fixed.get(name, one.nominal * one.scale(nominal.beta)) for name, one in parameters.items()]
     lower, upper = np.array(list(spans.values()), dtype=float).T
     return Space(law, parameters, np.array(values), lower, upper, free, network, nominal.outlets, blood,
-                 nominal.outlet_pressure)  # fmt: skip
+                 nominal.outlet_pressure, nominal.outlet_pulsation)  # fmt: skip
 
 
 def _span(parameter: Parameter, nominal: Nominal, paper: bool) -> tuple[float, float]:

@@ -17,9 +17,8 @@ from vasowave.errors import InputError, did_you_mean
 from vasowave.network.network import Network
 from vasowave.noise.spectrum import SIZE, fourier, harmonics
 from vasowave.recording import Observation, resample
+from vasowave.recording.wedge import SAME_PERIOD
 from vasowave.solver.places import Places, Waves
-
-_SAME_PERIOD = 0.02  # share by which the period of a site may differ from the recording's
 
 POINT = -1
 """Stands for the harmonic of a single value of the cycle, to which all harmonics add."""
@@ -192,7 +191,7 @@ def places_of(observations: Sequence[Observation], network: Network, period: flo
         share = float(one.place if one.cm is None else one.cm / network.length[row])  # type: ignore[arg-type]
         if share > 1:
             raise InputError(f"{one.title}: the vessel is {network.length[row]:.4g} cm long; the place lies beyond it")
-        if one.period is not None and abs(one.period - period) > _SAME_PERIOD * period:
+        if one.period is not None and abs(one.period - period) > SAME_PERIOD * period:
             raise InputError(
                 f"{one.title}: its cycle lasts {one.period:.5g} s and that of the recording {period:.5g} s; give one "
                 "averaged at the same heart rate, in step with the recording"

@@ -113,7 +113,9 @@ def _nominal(network: Path, recording: Sequence[Path], period: float | None, kin
     wall, bed = kinds
     nominal = estimate_nominal(one.network, one.recording, blood, find_bed(bed or "windkessel"))
     law = find_law(wall or "linear")
-    return Model(one.network, nominal.wall(law), nominal.outlets, blood, nominal.outlet_pressure), one.recording
+    model = Model(one.network, nominal.wall(law), nominal.outlets, blood, nominal.outlet_pressure,
+                  outlet_pulsation=nominal.outlet_pulsation)  # fmt: skip
+    return model, one.recording
 
 
 def animal_from(

@@ -26,7 +26,10 @@ _OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "mode
 _REPEATED = {"outlets": "--outlet"}
 """Settings of several values, each given by an option of its own."""
 
-_CELLS = ("period [s]", "wedge [mmHg]", "sites", "ventricle", "block", "start [s]", "end [s]", "sampling rate [1/s]")
+_CELLS = (
+    *("period [s]", "wedge [mmHg]", "wedge wave", "sites", "ventricle"),
+    *("block", "start [s]", "end [s]", "sampling rate [1/s]"),
+)
 """Columns of the table of animals that are options too."""
 
 _CELLS_OF = {

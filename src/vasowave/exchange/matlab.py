@@ -39,6 +39,7 @@ def _variables(solved: Solved) -> dict[str, Any]:
     said = model.outlets.bed().quantities if isinstance(model.outlets, Bed) else {}
     units = {"Z": "mmHg s/ml"} | {name: one.unit for name, one in said.items()}
     parameters = {name: one.unit for name, one in zip(model.wall._fields, model.wall.law().parameters, strict=True)}
+    pulsation = {} if model.outlet_pulsation is None else {"pulsation_behind": model.outlet_pulsation}
     viscosity = {"viscosity": model.wall_viscosity} if np.any(model.wall_viscosity) else {}
     return {
         "time": data["time"].values,
@@ -51,7 +52,7 @@ def _variables(solved: Solved) -> dict[str, Any]:
         },
         "wall": {"law": model.wall.law().name, **model.wall._asdict(), **viscosity},
         "outlets": {"vessel": _cells([network.name[row] for row in network.terminals]), **outlets,
-                    "pressure_behind": model.outlet_pressure},
+                    "pressure_behind": model.outlet_pressure, **pulsation},
         "blood": {"density": model.blood.density, "viscosity": model.blood.viscosity,
                   "friction": repr(model.blood.friction)},
         "inflow": {"flow": solved.inflow.flow, "period": solved.inflow.period},

@@ -136,7 +136,8 @@ def _vessels(solved: Solved, tube: LinearTube, profiles: np.ndarray) -> list[dic
 def _beds(solved: Solved) -> list[dict[str, Any]]:
     """Return what openBF is told of the bed behind each terminal vessel."""
     outlets = solved.model.outlets
-    if isinstance(outlets, ReflectionCoefficient) and not np.any(solved.model.outlet_pressure):
+    steady = solved.model.outlet_pulsation is None
+    if isinstance(outlets, ReflectionCoefficient) and steady and not np.any(solved.model.outlet_pressure):
         return [{"Rt": float(one)} for one in np.asarray(outlets.R_t)]
     parts = circuit(solved.model, "openBF", whole=True)
     return [

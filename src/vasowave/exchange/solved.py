@@ -126,6 +126,8 @@ def circuit(model: Model, program: str, whole: bool = False) -> Circuit:
     """
     if whole and np.any(model.outlet_pressure):
         raise InputError(f"{program} knows no pressure behind its outlets; this model has {model.outlet_pressure} mmHg")
+    if model.outlet_pulsation is not None:
+        raise InputError(f"{program} knows no pressure behind its outlets that changes over the cycle; leave it out")
     parts = model.outlets.circuit() if isinstance(model.outlets, Bed) else None
     if parts is not None and (not whole or all(np.all(np.asarray(one) > 0) for one in parts)):
         return parts

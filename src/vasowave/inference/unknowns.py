@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -180,11 +180,12 @@ class Unknowns:
         # the wall's material is one, however thick it is
         viscosity = value[WALL_VISCOSITY] * stiffer if WALL_VISCOSITY in value else 0.0
         outlets, behind = beds.scaled(*factors), float(value["wedge"])
+        kept: dict[str, Any] = {"wall_viscosity": viscosity, "outlet_pulsation": self.space.outlet_pulsation}
         if not self.fall.any():
-            return Model(network, wall, outlets, blood, behind, wall_viscosity=viscosity), seen.recording
+            return Model(network, wall, outlets, blood, behind, **kept), seen.recording
         fall = value["taper_scale"] * (self.fall + (0.0 if falls is None else falls))
         shape = Shape.falling(fall)
-        model = Model(network, wall, outlets, blood, behind, shape, junctions="total", wall_viscosity=viscosity)
+        model = Model(network, wall, outlets, blood, behind, shape, junctions="total", **kept)
         return model, seen.recording
 
     @cached_property

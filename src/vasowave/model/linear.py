@@ -19,7 +19,14 @@ import numpy as np
 
 from vasowave.model import walls
 from vasowave.model.model import Model
-from vasowave.model.two_ports import TwoPort, input_impedances, joined, pressures_behind, steady_means
+from vasowave.model.two_ports import (
+    TwoPort,
+    driven_from_behind,
+    input_impedances,
+    joined,
+    pressures_behind,
+    steady_means,
+)
 from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.recording import Inflow
 
@@ -184,12 +191,19 @@ def linear_solution(model: Model, inflow: Driven, harmonics: int = 32) -> Linear
     if isinstance(inflow, Ventricle):
         inflow = _ejected(model, inflow, harmonics)
     entering = inflow.into(model.network.inlet_names)
-    count = min(harmonics, (len(entering) - 1) // 2) + 1
-    spectrum = np.fft.rfft(np.ascontiguousarray(entering.T))[:, :count].T / len(entering)
-    spectrum[1:] *= 2
+    spectrum = _spectrum(entering, min(harmonics, (len(entering) - 1) // 2) + 1)
     if inflow.of_pressure:
         return _driven_by_pressure(model, spectrum, inflow.period)
     return _solve(model, spectrum, *_mean_state(model, spectrum[0].real, inflow.period), inflow.period)
+
+
+def _spectrum(signal: np.ndarray, count: int) -> np.ndarray:
+    """Return so many harmonics of signals, shape (sample, …), from the mean on; those that they do not hold are 0."""
+    spectrum = np.zeros((count, signal.shape[1]), dtype=complex)
+    found = np.fft.rfft(np.ascontiguousarray(signal.T))[:, : min(count, (len(signal) - 1) // 2 + 1)].T / len(signal)
+    spectrum[: len(found)] = found
+    spectrum[1:] *= 2
+    return spectrum
 
 
 def _ejected(model: Model, ventricle: Ventricle, harmonics: int) -> Inflow:
@@ -362,6 +376,12 @@ def _solve(
         from_behind = joined(network, TwoPort(*(one[:1] for one in ports)), end[:1], 0 * spectrum[:1],
                              np.asarray(model.outlet_pressure))  # fmt: skip
         P[0], flow[0] = P[0] + from_behind[0][0], flow[0] + from_behind[1][0]
+    if model.outlet_pulsation is not None:
+        pulsation = _spectrum(model.outlet_pulsation, len(spectrum))
+        if motion is not None:
+            pulsation = motion[1].keeps[:, network.terminals] * pulsation
+        back = driven_from_behind(network, ports, end, pulsation)
+        P, flow = P + back[0], flow + back[1]
     if motion is not None:
         keeps, dynamic = motion[0].keeps, motion[0].dynamic
         P = ((P - lost * flow) / left - dynamic * flow) / keeps
@@ -377,7 +397,7 @@ def _along_tree(
     """Return input impedance, pressure and flow at all inlets of a tree; `straight` is its only lines, if it is."""
     network = model.network
     Z_in = input_impedances(network, end, ports)
-    passed = ports.d * (1.0 - ports.across / Z_in)
+    passed = (1.0 - ports.across / Z_in) / (ports.d * (ports.turn - ports.across * ports.along))
     if straight is not None:  # the same, rounded as the sum of what comes and what turns back
         cosh, sinh = _hyperbolic(straight.propagation[1:] * network.length)
         passed[1:] = cosh - straight.impedance[1:] / Z_in[1:] * sinh

@@ -42,7 +42,9 @@ class Model:
     blood : Blood
     outlet_pressure : float or array, shape (terminal,)
         Pressure behind the outlets, mmHg: of the left atrium, or the wedge pressure; 0 in the paper. What the pressure
-        before a bed is above it drives the flow; walls feel the whole pressure. Kept as one value per terminal.
+        before a bed is above it drives the flow; walls feel the whole pressure. Kept as one value per terminal. The
+        mean over the cycle of what `outlet_pulsation` (mmHg, shape (sample,) or (sample, terminal), by default
+        nothing) adds to it.
     shape : Shape, optional
         How radius and stiffness change along the vessels; by default the tapers that the network was measured with,
         `Shape.of`. ``Shape()`` makes all of them straight.
@@ -81,6 +83,7 @@ class Model:
     junctions: Literal["static", "total"] | None = None
     loss: float | np.ndarray = 0.0
     wall_viscosity: float | np.ndarray = 0.0
+    outlet_pulsation: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Expand every parameter to one value per vessel or terminal, and check it."""
@@ -96,6 +99,8 @@ class Model:
         if self.shape is not None and not set(self.shape.rows) <= {1, len(self.network)}:
             raise InputError(f"shape: give one row of points, or one for each of the {len(self.network)} vessels")
         object.__setattr__(self, "outlet_pressure", _pressures(self.outlet_pressure, terminals))
+        if self.outlet_pulsation is not None:
+            object.__setattr__(self, "outlet_pulsation", _pulsation(self.outlet_pulsation, terminals))
         if self.junctions not in (None, "static", "total"):
             raise InputError(f"junctions: {self.junctions!r} is not known; give 'static' or 'total'")
         object.__setattr__(self, "loss", _not_negative("loss", self.loss, self.network.name))
@@ -182,6 +187,8 @@ class Model:
         facts["outlets"] = f"{type(self.outlets).__name__} at {len(self.network.terminals)} terminals"
         if np.any(self.outlet_pressure):
             facts["behind the outlets"] = f"{_spread(np.asarray(self.outlet_pressure))} mmHg"
+        if self.outlet_pulsation is not None:
+            facts["pulsation behind the outlets"] = f"{np.ptp(self.outlet_pulsation, axis=0).max():.3g} mmHg"
         facts["vessels"] = f"{len(self.network)}, {self.network.length.sum():.4g} cm long in all"
         facts |= {} if self.profile is None else {"shape": repr(self.profile)}
         facts["blood"] = repr(self.blood)
@@ -208,6 +215,18 @@ def _pressures(given: Any, terminals: list[str]) -> np.ndarray:
     if len(bad):
         raise InputError(f"vessel '{terminals[bad[0]]}': the pressure behind its outlet is {values[bad[0]]}")
     return values
+
+
+def _pulsation(given: Any, terminals: list[str]) -> np.ndarray:
+    """Return what pressures do about their means, shape (sample, terminal)."""
+    values = np.array(given, dtype=float)
+    values = values[:, np.newaxis] if values.ndim == 1 else values
+    if values.ndim != 2 or values.shape[1] not in (1, len(terminals)) or not np.all(np.isfinite(values)):
+        raise InputError(
+            f"outlet_pulsation: give finite samples of one cycle, mmHg, shape (sample,), or a column for each of the "
+            f"{len(terminals)} terminal vessels"
+        )
+    return np.broadcast_to(values - values.mean(axis=0), (len(values), len(terminals)))
 
 
 def _not_negative(what: str, given: Any, names: tuple[str, ...]) -> float | np.ndarray:

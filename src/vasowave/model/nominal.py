@@ -61,7 +61,9 @@ class Nominal:
     outlets : Windkessel or other Bed
         Those of every terminal (eqs. 11, 13).
     outlet_pressure : float
-        Pressure behind them, mmHg: the recording's wedge pressure.
+        Mean pressure behind them, mmHg: the recording's wedge pressure.
+    outlet_pulsation : array, shape (sample,), optional
+        What it does about its mean over the cycle, mmHg.
     upstroke : tuple of array
         Flow (ml/s) and pressure (mmHg) of the samples behind Z_c.
     decay : tuple of array
@@ -83,6 +85,7 @@ class Nominal:
     time_constant: float
     outlets: Any
     outlet_pressure: float
+    outlet_pulsation: np.ndarray | None
     upstroke: tuple[np.ndarray, np.ndarray]
     decay: tuple[np.ndarray, np.ndarray]
     findings: tuple[Finding, ...] = ()
@@ -135,6 +138,7 @@ def estimate_nominal(
         time_constant=tau,
         outlets=bed.of(network, Site(R_T, tau, beta, blood)),
         outlet_pressure=recording.wedge_pressure,
+        outlet_pulsation=recording.wedge_pulsation,
         upstroke=(flow, pressure),
         decay=(time, falling),
         findings=tuple(found),

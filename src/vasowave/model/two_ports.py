@@ -55,6 +55,39 @@ def pressures_behind(network: Network, resistance: np.ndarray, outlet_pressure: 
     return behind
 
 
+def driven_from_behind(
+    network: Network, ports: TwoPort, end: np.ndarray, behind: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return spectra of pressure and flow at all inlets of a network without inflow: what pressures behind beds make.
+
+    In a tree every vessel with what lies beyond it is a pressure without flow before an impedance (Thévenin).
+    Parameters as of `joined`.
+    """
+    if network.nodes is not None:
+        return joined(network, ports, end, np.zeros((len(end), len(network.inlets))), behind)
+    d, turn, across, along = ports
+    load, driven = np.zeros((2, len(end), len(network)), dtype=complex)  # admittance, and its flow at no pressure
+    load[:, network.terminals], driven[:, network.terminals] = 1.0 / end, behind / end
+    alone = np.empty_like(load)
+    for rows in reversed(network.generations):
+        given, admittance, parents = driven[:, rows], load[:, rows], network.parent[rows]
+        held = admittance + along[:, rows]
+        alone[:, rows] = d[:, rows] * (turn[:, rows] - across[:, rows] * along[:, rows]) * given / held
+        if parents[0] >= 0:
+            inward = held / (turn[:, rows] + admittance * across[:, rows])
+            np.add.at(load.T, parents, inward.T)
+            np.add.at(driven.T, parents, (inward * alone[:, rows]).T)
+    pressure = np.empty_like(load)
+    pressure[:, network.root] = alone[:, network.root]
+    outlet = np.empty_like(load)
+    for rows in network.generations:
+        if network.parent[rows][0] >= 0:
+            pressure[:, rows] = outlet[:, network.parent[rows]]
+        entering = pressure[:, rows] / d[:, rows] + across[:, rows] * driven[:, rows]
+        outlet[:, rows] = entering / (turn[:, rows] + across[:, rows] * load[:, rows])
+    return pressure, d * ((along + load) * outlet - driven)
+
+
 def joined(
     network: Network, ports: TwoPort, end: np.ndarray, inflow: np.ndarray, behind: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:

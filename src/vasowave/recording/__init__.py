@@ -15,6 +15,7 @@ from vasowave.recording.read_raw import Reading, read_raw_recording
 from vasowave.recording.read_sites import read_sites
 from vasowave.recording.settings import Averaging
 from vasowave.recording.ventricle import VentricularPressure, read_ventricle
+from vasowave.recording.wedge import read_wedge
 
 __all__ = [
     "Averaging",
@@ -45,6 +46,7 @@ __all__ = [
     "read_recording",
     "read_sites",
     "read_ventricle",
+    "read_wedge",
     "resample",
     "ringing",
     "samples_needed",

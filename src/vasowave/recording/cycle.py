@@ -146,7 +146,10 @@ class Recording:
     pressure_error, flow_error : float array, shape (harmonic,), optional
         Standard error of the amplitude of each harmonic, the mean first, mmHg and ml/s; of a cycle averaged from beats.
     wedge_pressure : float
-        Pressure behind the vascular beds, mmHg: the wedge pressure, or that of the left atrium; 0 in the paper.
+        Mean pressure behind the vascular beds, mmHg: the wedge pressure, or that of the left atrium; 0 in the paper.
+    wedge_pulsation : float array, shape (sample,), optional
+        What that pressure does about its mean over the cycle, in step with the pressure at the inlet, mmHg; a mean that
+        it has is taken off. By default it is steady.
 
     Raises
     ------
@@ -172,6 +175,7 @@ class Recording:
     pressure_error: np.ndarray | None = None
     flow_error: np.ndarray | None = None
     wedge_pressure: float = 0.0
+    wedge_pulsation: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""
@@ -181,6 +185,9 @@ class Recording:
         for name in ("pressure_error", "flow_error"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _errors(getattr(self, name), name))
+        if self.wedge_pulsation is not None:
+            behind = _samples(self.wedge_pulsation, "wedge_pulsation")
+            object.__setattr__(self, "wedge_pulsation", _frozen(behind - behind.mean()))
         if self.wedge_pressure and not self.wedge_pressure < self.mean_pressure:
             raise InputError(
                 f"{self.source}: a wedge pressure of {self.wedge_pressure:g} mmHg is not below the mean pressure, "

@@ -24,7 +24,7 @@ class BedSteps(NamedTuple):
     resistance : array, shape (terminal,)
         What a flow meets over half a step, mmHg s/ml.
     behind : array, shape (terminal,)
-        Pressure behind the beds, mmHg; that of the modes is counted from it.
+        Pressure behind the beds, mmHg, at the present half step; that of the modes is counted from it.
     """
 
     decay_half: np.ndarray
@@ -40,6 +40,13 @@ def bed_steps(beds: Rational, dt: float, behind: float | np.ndarray) -> BedSteps
     (half, gain_half), (whole, gain) = beds.over(dt / 2), beds.over(dt)
     resistance = beds.direct + gain_half.real.sum(axis=1)
     return BedSteps(half, whole, gain_half, gain, resistance, np.array(behind, dtype=float))
+
+
+@njit(**OPTIONS)
+def beat_behind(bed, pulsation, n):
+    """Let the pressure behind the beds be that of half step n."""
+    for j in range(len(bed.behind)):
+        bed.behind[j] = pulsation[n, j]
 
 
 @njit(**OPTIONS)

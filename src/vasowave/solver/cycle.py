@@ -15,6 +15,7 @@ from vasowave.solver import cells as cell_kernels
 from vasowave.solver import changing as changing_kernels
 from vasowave.solver import grid, laws, powers, trigonometry, valve, viscosity
 from vasowave.solver import nodes as node_kernels
+from vasowave.solver.beds import beat_behind
 from vasowave.solver.cells import (
     OPTIONS,
     WHOLE,
@@ -102,11 +103,12 @@ PARTS = (
 def _compiled() -> Any:
     @njit(**WHOLE)
     def advance_cycle(
-        state, inflow, heart, law, outlet, parts, fluid, scratch, viscous, watched, seen, out, cell_out, report
+        state, inflow, heart, behind, law, outlet, parts, fluid, scratch, viscous, watched, seen, out, cell_out, report
     ):
         """Run a cycle from `state`, which becomes that of its end; `report`, all zeros before, says how it went.
 
-        Where walls are not viscous (`viscous` is None), or no ventricle drives (`heart`), the compiler leaves them out.
+        Where walls are not viscous (`viscous` is None), no ventricle drives (`heart`), or the pressure `behind` beds is
+        steady, the compiler leaves them out.
         """
         area, flow, memory = state
         wall, face_wall, end_wall = law
@@ -131,6 +133,8 @@ def _compiled() -> Any:
             gather(area, flow, fluxes, ends, nodes)
             carry_to_ends(ends, end_wall, fluid, changing, fluxes, nodes)
             characteristics(ends, end_wall, fluid, nodes)
+            if behind is not None:
+                beat_behind(outlet, behind, n)
             if viscous is None:
                 failed = solve_nodes(inflow[n], n, heart, outlet, memory, ends, end_wall, nodes, faces)
             else:

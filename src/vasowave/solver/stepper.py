@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vasowave.model.model import Model
 from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.recording.cycle import resample
 from vasowave.solver import cycle as cycles
@@ -44,6 +45,7 @@ class Stepper:
         self.heart = make_heart(inflow, dt)
         self.beds = grid.model.outlets.rational(inflow.period)
         self.outlets = bed_steps(self.beds, dt, grid.model.outlet_pressure)
+        self.behind = _behind(grid.model, steps)
         blood = grid.model.blood
         friction = blood.friction.coefficients(blood.viscosity, inflow.period)
         self.fluid = Fluid(blood.inertia, *friction)
@@ -84,7 +86,7 @@ class Stepper:
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
         report = np.zeros(cycles.REPORT)
         cycles.cycle_kernel(type(self.grid.wall))(
-            (area, flow, memory), self.inflow, self.heart, self.law, self.outlets, self.parts, self.fluid,
+            (area, flow, memory), self.inflow, self.heart, self.behind, self.law, self.outlets, self.parts, self.fluid,
             self.scratch, self.viscous, self.watched, self.seen, self.stations, self.cells, report,
         )  # fmt: skip
         self._check(report, State(area, flow, memory))
@@ -124,3 +126,10 @@ class Stepper:
         vessel = self.grid.vessel[int(report[key + 1])]
         time = float(report[key + 2] * self.period / self.steps)
         return Extreme(float(report[key]), self.grid.model.network.name[vessel], time)
+
+
+def _behind(model: Model, steps: int) -> np.ndarray | None:
+    """Return the pressure behind the beds at every half step, shape (step, terminal), mmHg; None where it is steady."""
+    if model.outlet_pulsation is None:
+        return None
+    return np.ascontiguousarray(resample(model.outlet_pulsation, steps) + np.asarray(model.outlet_pressure))

@@ -7,6 +7,7 @@ from numba import njit
 
 from vasowave.runtime.kernels import is_known, kept
 from vasowave.solver import changing_variations, node_variations, variations, viscosity_variations
+from vasowave.solver.beds import beat_behind
 from vasowave.solver.cells import WHOLE, Faces, continue_lines, find_fluxes, inner_faces, update_cells
 from vasowave.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure, keep_energy
 from vasowave.solver.changing_variations import (
@@ -50,8 +51,8 @@ from vasowave.solver.viscosity_variations import change_joined, change_pushes, c
 def _compiled() -> Any:
     @njit(**WHOLE)
     def advance_changes(
-        state, changed, inflow, law, shifted, outlet, outlets, parts, weights, fluid, base, scratch, viscous, watched,
-        out, seen
+        state, changed, inflow, behind, law, shifted, outlet, outlets, parts, weights, fluid, base, scratch, viscous,
+        watched, out, seen
     ):  # fmt: skip
         area, flow, memory = state
         dA, dq, remembered = changed
@@ -69,6 +70,8 @@ def _compiled() -> Any:
             for j in range(before.shape[0]):
                 for i in range(before.shape[1]):
                     before[j, i] = memory[j, i]
+            if behind is not None:
+                beat_behind(outlet, behind, n)
             if viscous is None:
                 solve_nodes(inflow[n], n, None, outlet, memory, ends, end_wall, nodes, faces)
             else:

@@ -96,7 +96,7 @@ class VariedStepper:
         changes = [scale.change(row) for row in x]
         changed = tuple(np.array([getattr(one, name) for one in changes]) for name in ("area", "flow", "memory"))
         varied_cycle_kernel(type(stepper.grid.wall))(
-            (state.area, state.flow, state.memory), changed, stepper.inflow, stepper.law, self.shifted,
+            (state.area, state.flow, state.memory), changed, stepper.inflow, stepper.behind, stepper.law, self.shifted,
             stepper.outlets, self.outlets, stepper.parts, (*self.weights, self.drags), stepper.fluid, self.base,
             self.scratch, self.viscous, self.watched, self.inlet, self.seen,
         )  # fmt: skip

@@ -242,6 +242,7 @@ def read_row(
         synthetic=cell["synthetic"].lower() == "yes", shared_recording=cell["shared recording"].lower() == "yes",
         block=None if block is None else int(block), beat_edits=_beside(cell["beat edits"], folder), errors=said,
         sites=_beside(cell["sites"], folder), ventricle=_beside(cell["ventricle"], folder),
+        wedge_wave=_beside(cell["wedge wave"], folder),
         **texts, **numbers,
     )  # fmt: skip
     return row, wrong
@@ -286,7 +287,7 @@ def _files(cell: Mapping[str, str], kind: str, folder: Path, say: Say) -> list[P
     """Return the files of the network and of the recording."""
     titles = ["network", "recording", "flow"] if cell["flow"] and kind == "cycle" else ["network", "recording"]
     files = [folder / cell[title] for title in titles]
-    for title in [*titles, "beat edits", "sites", "ventricle"]:
+    for title in [*titles, "beat edits", "sites", "ventricle", "wedge wave"]:
         file = folder / cell[title]
         try:
             if cell[title] and not file.is_file():

@@ -131,7 +131,7 @@ def check_study(path: Path) -> Checked:
             cycles.append((row, animal.recording))
         except VasowaveError as error:
             problems.append(unreadable(error, place, row.files))
-    wedged = [row for row in study.animals if row.wedge is not None]
+    wedged = [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
     if wedged and len(wedged) < len(study.animals):
         place = Place(str(study.table), part="column 'wedge [mmHg]'")
         some = WEDGE_OF_SOME(count=len(wedged), all=len(study.animals))

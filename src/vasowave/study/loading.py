@@ -6,6 +6,8 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vasowave.analysis.coupling import coupled
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import to_bytes
@@ -32,6 +34,7 @@ from vasowave.recording import (
     read_recording,
     read_sites,
     read_ventricle,
+    read_wedge,
     ringing,
     suspect_catheter,
 )
@@ -45,6 +48,7 @@ from vasowave.study.store import key_of
 WEDGE = note_kind(
     "recording.wedge", "the pressure behind the vascular beds is {wedge:g} mmHg (wedge): PVR and R_T count from it"
 )
+WEDGE_WAVE = note_kind("recording.wedge-wave", "over the cycle that pressure changes by {pulse:.3g} mmHg")
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
 
@@ -56,6 +60,7 @@ def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
     files = dict(zip(("network", "recording", "flow"), (row.network, *row.recordings), strict=False))
     files |= {"beat edits": row.beat_edits} if row.beat_edits else {}
     files |= {"ventricle": row.ventricle} if row.ventricle else {}
+    files |= {"wedge wave": row.wedge_wave} if row.wedge_wave else {}
     files |= {f"site {place}" if place else "sites": file for place, file in enumerate(row.of_sites)}
     return {role: f"{look(file).sha256} ({inside(file, folder)})" for role, file in files.items()}
 
@@ -74,6 +79,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
         "beat_edits",
         "sites",
         "ventricle",
+        "wedge_wave",
         "line",
         "shared_recording",
         "R_T",
@@ -111,8 +117,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     said = list(found_in(caught))
     synthetic = row.synthetic or _says_synthetic(row)
     recording = _through_catheter(_relative(animal.recording, said, folder), study)
-    recording = replace(recording, wedge_pressure=row.wedge or 0.0)
-    behind = [WEDGE(wedge=row.wedge)] if row.wedge else []
+    recording, behind = _wedged(recording, row)
     odd = _oddities(network, recording, study)
     recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *behind, *odd))))
     if study.practice == "paper":
@@ -126,6 +131,18 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
         of_both = coupled(recording, ventricle)[1]
         recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *of_both))))
     return replace(animal, recording=recording, synthetic=synthetic, sites=sites, ventricle=ventricle)
+
+
+def _wedged(recording: Recording, row: AnimalRow) -> tuple[Recording, list[Finding]]:
+    """Return a recording with what lies behind its beds, and what is to be known of it."""
+    wave = read_wedge(row.wedge_wave, recording.period) if row.wedge_wave else None
+    mean = row.wedge if row.wedge is not None or wave is None else wave.mean
+    pulsation = None if wave is None else wave.pulsation
+    wedged = replace(recording, wedge_pressure=mean or 0.0, wedge_pulsation=pulsation)
+    found = [WEDGE(wedge=mean)] if mean else []
+    if wave is not None:
+        found.append(WEDGE_WAVE(pulse=float(np.ptp(wave.pulsation))))
+    return wedged, found
 
 
 def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, EnsembleAverage | None, RawRecording | None]:

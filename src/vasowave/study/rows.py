@@ -12,7 +12,7 @@ from vasowave.recording.read_sites import site_files
 ERRORS = {title: name for name, (title, _) in columns().items()}
 """Columns of errors that the lab knows, and the settings that they stand for."""
 
-FILES = ("network", "recording", "flow", "beat edits", "sites", "ventricle")
+FILES = ("network", "recording", "flow", "beat edits", "sites", "ventricle", "wedge wave")
 """Columns that hold names of files."""
 
 COLUMNS = {
@@ -25,6 +25,8 @@ COLUMNS = {
     "kind": "cycle (one averaged cycle) or raw (continuous, beats are found and averaged); empty: told from the file.",
     "period [s]": "Period of a cycle without times; beside times it tells whether the last sample is the next one's.",
     "wedge [mmHg]": "Wedge pressure, or that of the left atrium: what lies behind the vascular beds; empty: 0.",
+    "wedge wave": "Table of that pressure over one cycle in step with the recording; its mean is the wedge pressure "
+    "where none is given.",
     "pressure unit": "Unit of the pressure, where its file names none or a wrong one.",
     "flow unit": "Unit of the flow, where its file names none or a wrong one.",
     "pressure channel": "raw: title of the pressure channel, where the titles do not tell.",
@@ -93,6 +95,7 @@ class AnimalRow:
     beat_edits: Path | None = None
     sites: Path | None = None
     ventricle: Path | None = None
+    wedge_wave: Path | None = None
     zero: float | None = None
     pressure_gain: float | None = None
     flow_gain: float | None = None
@@ -119,7 +122,7 @@ class AnimalRow:
     @property
     def files(self) -> tuple[Path, ...]:
         """Every file that is read for this animal."""
-        beside = [one for one in (self.beat_edits, self.ventricle) if one]
+        beside = [one for one in (self.beat_edits, self.ventricle, self.wedge_wave) if one]
         return (self.network, *self.recordings, *beside, *self.of_sites)
 
     @property

@@ -1,0 +1,61 @@
+"""The pressure behind the vascular beds over one cycle: that of the left atrium, or of a wedged catheter."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.io.columns import read_columns
+from vasowave.recording.plausibility import moves_at_ends, repeats_first
+from vasowave.recording.signal import ALIASES
+from vasowave.recording.single_wave import single_wave
+
+SAME_PERIOD = 0.02
+"""Share by which the period of what is recorded elsewhere may differ from the recording's."""
+
+_NAMES = {"wedge": "pressure", "pcwp": "pressure", "la": "pressure", "lap": "pressure", "left atrium": "pressure"}
+
+
+class Wedge(NamedTuple):
+    """Mean of a pressure behind the beds, mmHg, and what it does about that over the cycle, shape (sample,), mmHg."""
+
+    mean: float
+    pulsation: np.ndarray
+
+
+def read_wedge(path: str | Path, period: float) -> Wedge:
+    """Read the pressure behind the beds: a table of one cycle, in step with the recording.
+
+    Parameters
+    ----------
+    path : path
+        A column of pressure, with a column of time or without.
+    period : float
+        Of the recording, s.
+
+    Raises
+    ------
+    InputError
+        File and line of what cannot be read; no pressure; times that last longer or shorter than the cycle.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from vasowave.recording.wedge import read_wedge
+    >>> t = np.arange(55) / 500
+    >>> np.savetxt("la.csv", np.c_[t, 8 + 2 * np.sin(2 * np.pi * t / 0.11)], delimiter=",",
+    ...            header="time [s],pressure [mmHg]", comments="")
+    >>> round(read_wedge("la.csv", 0.11).mean, 6)
+    8.0
+    """
+    wave = single_wave(read_columns(path, {**ALIASES, **_NAMES}), "pressure", "pressure", "mmHg")
+    cycle = wave.values[:-1] if repeats_first(wave.values) and moves_at_ends(wave.values) else wave.values
+    lasts = period if wave.step is None else wave.step * len(cycle)
+    if abs(lasts - period) > SAME_PERIOD * period:
+        raise InputError(
+            f"{path}: its cycle lasts {lasts:.5g} s and that of the recording {period:.5g} s; give one cycle, averaged "
+            "at the same heart rate and in step with the recording"
+        )
+    mean = float(cycle.mean())
+    return Wedge(mean, cycle - mean)

@@ -1,0 +1,161 @@
+"""A pressure behind the beds that changes over the cycle: against the linear model, as a cause alone, and in fits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import vasowave as vw
+from vasowave.animal.files import read_result, write_result
+from vasowave.errors import InputError
+from vasowave.exchange import export_model
+from vasowave.model.linear import linear_solution
+from vasowave.model.two_ports import driven_from_behind, joined
+from vasowave.recording import read_wedge
+from vasowave.solver.direction import direction_between
+from vasowave.solver.numerics import Numerics
+from vasowave.solver.run import run_to_periodic
+from vasowave.solver.sensitivity import pressure_derivatives
+from vasowave.study.loading import load_animal
+from vasowave.study.settings import StudyFile
+from vasowave.study.single_animal import one_row
+
+NETWORK, MOUSE = vw.control_network(), vw.virtual_mouse()
+BEDS = vw.estimate_nominal(NETWORK, MOUSE).outlets
+T = np.arange(64) / 64
+WAVE = 2.0 * np.sin(2 * np.pi * T + 0.3) + 0.7 * np.cos(6 * np.pi * T)  # mmHg
+SMALL = 1e-4
+FINE = Numerics(samples=64, tolerance=1e-12, cell_size=0.05)
+
+
+@pytest.mark.parametrize("viscosity", [0.0, 0.02])
+def test_a_small_wave_behind_the_beds_runs_up_the_tree_as_the_linear_model_says(viscosity):
+    still = vw.Inflow(np.full(64, 1e-3), MOUSE.period)
+    steady = vw.Model(NETWORK, vw.LinearWall(60.0), BEDS, outlet_pressure=8.0, wall_viscosity=viscosity)
+    beating = steady.changed(outlet_pulsation=SMALL * WAVE)
+    waves = [vw.simulate(one, still, FINE) for one in (beating, steady)]
+    linear = [linear_solution(one, still, 31) for one in (beating, steady)]
+    for name in ("pressure", "flow"):
+        one, other = (each[name].sel(station="inlet").transpose("time", "vessel").values for each in waves)
+        found = (one - other) / SMALL
+        expected = linear[0].over_cycle(getattr(linear[0], name) - getattr(linear[1], name), 64) / SMALL
+        assert np.max(np.abs(found - expected)) < 2e-3 * np.max(np.abs(expected)), name
+    assert np.max(np.abs(expected)) > 0
+
+
+def test_a_wave_behind_all_beds_that_is_slow_lifts_the_whole_network():
+    """Nothing flows in, and the vessels are filled and emptied slowly: the pressure is that behind the beds."""
+    slow = vw.Inflow(np.full(64, 0.0), 100.0)
+    model = vw.Model(vw.Network(("1",), [-1], [0.4], [0.05]), vw.LinearWall(60.0), BEDS_OF_ONE, outlet_pressure=8.0,
+                     outlet_pulsation=WAVE)  # fmt: skip
+    pressure = vw.simulate(model, slow, Numerics(samples=64)).pressure.sel(vessel="1", station="inlet").values
+    assert np.max(np.abs(pressure - 8.0 - WAVE)) < 0.05
+
+
+BEDS_OF_ONE = vw.Windkessel(np.array([5.0]), np.array([70.0]), np.array([1e-3]))
+
+
+@pytest.mark.parametrize("junctions", ["static", "total"])
+def test_the_tree_from_its_beds_up_is_the_system_of_its_nodes(junctions, monkeypatch):
+    """Both ways to the linear waves, with flow into the root and pressures behind the beds."""
+    from vasowave.model import linear
+
+    known = {}
+    model = vw.Model(NETWORK, vw.LinearWall(60.0), BEDS, outlet_pressure=8.0, junctions=junctions)
+    along = linear._along_tree
+
+    def seen(model, ports, end, spectrum, straight):
+        known["given"], known["found"] = (ports, end, spectrum), along(model, ports, end, spectrum, straight)
+        return known["found"]
+
+    monkeypatch.setattr(linear, "_along_tree", seen)
+    linear_solution(model, MOUSE.inflow, 16)
+    ports, end, spectrum = known["given"]
+    behind = np.zeros((len(end), len(NETWORK.terminals)), dtype=complex)
+    behind[0] = 8.0
+    for one, other in zip(known["found"][1:], joined(NETWORK, ports, end, spectrum[:, None], behind), strict=True):
+        assert np.max(np.abs(one - other)) < 1e-9 * np.max(np.abs(other))
+    behind = np.random.default_rng(0).standard_normal(behind.shape) + 0j
+    alone = joined(NETWORK, ports, end, np.zeros((len(end), 1)), behind)
+    for one, other in zip(driven_from_behind(NETWORK, ports, end, behind), alone, strict=True):
+        assert np.max(np.abs(one - other)) < 1e-9 * np.max(np.abs(other))
+
+
+def test_derivatives_about_a_wave_behind_the_beds_are_those_of_differences():
+    numerics = Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-11)
+
+    def run_of(beta):
+        model = vw.Model(NETWORK, vw.LinearWall(beta), BEDS, outlet_pressure=8.0, outlet_pulsation=WAVE)
+        return run_to_periodic(model, MOUSE.inflow, numerics)
+
+    middle, step = run_of(60.0), 1e-3
+    direction = direction_between(run_of(60.0).model, run_of(60.0 * np.e).model, 1.0)
+    found = pressure_derivatives(middle, MOUSE.inflow, [direction], numerics, 1e-10)[0]
+    ends = [run_of(60.0 * np.exp(k * step)).inlet_pressure(middle.steps) for k in (1, -1)]
+    expected = (ends[0] - ends[1]) / (2 * step)
+    assert np.max(np.abs(found - expected)) < 1e-4 * np.max(np.abs(expected))
+
+
+def told(recording, wave=WAVE):
+    return replace(recording, wedge_pressure=8.0, wedge_pulsation=wave)
+
+
+def test_a_fit_that_is_told_of_the_wave_finds_the_truth_and_one_that_is_not_errs():
+    model = vw.Model(NETWORK, vw.LinearWall(70.0), BEDS, outlet_pressure=8.0, outlet_pulsation=3 * WAVE)
+    waves = vw.simulate(model, MOUSE.inflow, Numerics(samples=256)).sel(vessel="1", station="inlet")
+    recording = vw.Recording(waves.pressure.values, waves.flow.values, MOUSE.period)
+    fits = [vw.calibrate(NETWORK, one, starts=1) for one in (told(recording, 3 * WAVE),
+            replace(recording, wedge_pressure=8.0))]  # fmt: skip
+    errors = [abs(np.log(fit.parameters["value"]["beta"] / 70.0)) for fit in fits]
+    assert errors[0] < 1e-3
+    assert errors[1] > 20 * errors[0]
+    assert fits[0].rmse < 1e-3 < 0.1 < fits[1].rmse
+
+
+def test_what_is_stored_gives_the_model_with_the_wave_again_and_programs_that_know_none_refuse_it(tmp_path):
+    animal = vw.Animal("m", "CTL", NETWORK, told(MOUSE))
+    settings = vw.Settings(walls=("linear",), starts=1, model_selection=False)
+    write_result(vw.analyze(animal, settings), tmp_path / "m.nc")
+    model = vw.stored_model(read_result(tmp_path / "m.nc"))
+    np.testing.assert_allclose(model.outlet_pulsation[:, 0], WAVE - WAVE.mean(), atol=1e-12)
+    with pytest.raises(InputError, match="no pressure behind its outlets that changes over the cycle"):
+        export_model(model, MOUSE.inflow, "svzerod", tmp_path / "out")
+
+
+def written(path, period, wave=WAVE):
+    rows = [f"{t * period:.9f};{(8 + p) / 7.50062:.9f}" for t, p in zip(T, wave, strict=True)]
+    path.write_text("\n".join(["Zeit [s];LAP [kPa]", *rows, ""]), "utf-8")
+    return path
+
+
+def test_a_table_of_the_wave_gives_its_mean_and_its_pulsation_and_must_last_one_cycle(tmp_path):
+    found = read_wedge(written(tmp_path / "la.csv", MOUSE.period), MOUSE.period)
+    assert found.mean == pytest.approx(8.0 + WAVE.mean(), abs=1e-4)
+    np.testing.assert_allclose(found.pulsation, WAVE - WAVE.mean(), atol=1e-4)
+    with pytest.raises(InputError, match=r"la\.csv: its cycle lasts 0\.22514 s and that of the recording"):
+        read_wedge(written(tmp_path / "la.csv", 2 * MOUSE.period), MOUSE.period)
+
+
+@pytest.mark.parametrize(("cells", "mean"), [({}, 8.0 + WAVE.mean()), ({"wedge [mmHg]": "6.5"}, 6.5)])
+def test_an_animal_has_the_wave_of_its_column_and_the_mean_that_is_given(tmp_path, cells, mean):
+    from vasowave.network.vessel_table import write_network
+
+    write_network(NETWORK, tmp_path / "lung.csv")
+    columns = [MOUSE.time, MOUSE.pressure, np.interp(MOUSE.time, np.arange(len(MOUSE.flow)) * MOUSE.period /
+               len(MOUSE.flow), MOUSE.flow)]  # fmt: skip
+    np.savetxt(tmp_path / "cycle.csv", np.stack(columns, axis=1), delimiter=",", comments="",
+               header="time [s],pressure [mmHg],flow [ml/s]")  # fmt: skip
+    written(tmp_path / "la.csv", MOUSE.period)
+    given = {"wedge wave": str(tmp_path / "la.csv"), **cells}
+    row = one_row(tmp_path / "lung.csv", [tmp_path / "cycle.csv"], "m", "CTL", given)
+    recording = load_animal(row, StudyFile(), tmp_path).recording
+    assert recording.wedge_pressure == pytest.approx(mean, abs=1e-4)
+    assert np.ptp(recording.wedge_pulsation) == pytest.approx(np.ptp(WAVE), abs=1e-3)
+    assert {"recording.wedge", "recording.wedge-wave"} <= {one.code for one in recording.notes}
+
+
+def test_a_wave_of_another_shape_is_refused_with_the_shapes_that_may_be():
+    with pytest.raises(InputError, match=r"outlet_pulsation: give finite samples .* each of the 11 terminal vessels"):
+        vw.Model(NETWORK, vw.LinearWall(60.0), BEDS, outlet_pulsation=np.zeros((64, 3)))
+    with pytest.raises(InputError, match="wedge_pulsation"):
+        replace(MOUSE, wedge_pulsation=np.full(64, np.nan))
