@@ -64,7 +64,7 @@ def test_a_wrong_unit_is_told_first_and_r_t_ends_where_it_ends_without_sites():
     found = vw.analyze(animal, vw.Settings(walls=("linear",), starts=1, numerics=coarse))
     first, second, *others = fit_sentences(found)
     assert first.startswith("warning: The flow in '2', 0.5 of its length is 1.08e+03 times what the recording")
-    assert first.endswith("Do not use what follows before.")
+    assert first.endswith("Do not use the numbers below before that is settled.")
     assert second.startswith("Pressure and flow")
     assert not any("flow in '2'" in one for one in others)
     law = found.laws["linear"]

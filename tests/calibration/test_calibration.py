@@ -97,7 +97,11 @@ def _of_viscous_walls(inflow, wall, viscosity):
 
 
 @pytest.mark.parametrize(
-    ("name", "wall"), [("linear", LinearWall(57.0)), ("tangent", TangentWall(9.0, 4.0))], ids=["linear", "tangent"]
+    ("name", "wall"),
+    [
+        pytest.param("linear", LinearWall(57.0), id="linear"),
+        pytest.param("tangent", TangentWall(9.0, 4.0), id="tangent", marks=pytest.mark.validation),
+    ],
 )
 def test_the_viscosity_of_the_walls_is_recovered_from_noise_free_data(inflow, name, wall):
     recording = _of_viscous_walls(inflow, wall, 0.3)

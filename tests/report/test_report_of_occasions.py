@@ -74,8 +74,10 @@ def test_groups_without_a_second_column_are_described_as_they_were():
 def test_animals_are_shown_at_the_same_occasion_in_every_group(cohort):
     assert [one.name[-3:] for one in cohort.shown.values()] == ["vor", "vor"]
     assert cohort.name("Hypoxie Öst").endswith("(Hypoxie Öst, time vor)")
-    turned = crossed_cohort(levels=("nach", "vor"))
-    assert [one.name.split()[-1] for one in turned.shown.values()] == ["nach", "nach"]
+    turned = crossed_cohort(levels=("nach", "vor"))  # 'vor' came first, wherever it stands
+    assert [one.name.split()[-1] for one in turned.shown.values()] == ["vor", "vor"]
+    other = crossed_cohort(levels=("zweite", "erste"))  # of other words the table's first
+    assert [one.name.split()[-1] for one in other.shown.values()] == ["zweite", "zweite"]
 
 
 def test_a_line_joins_the_recordings_of_one_animal(cohort):

@@ -11,11 +11,16 @@ import pytest
 from approval import PAPER, approve, figures
 from approval import page as page_of
 from made_cohort import changed, made_results
+from made_posterior import with_posterior
+from vasowave.cohort.cohort import gathered
 from vasowave.model.walls import LinearWall
+from vasowave.report.answer.animal import animal_answers
+from vasowave.report.glossary import caller
 from vasowave.report.sections.fits import fit_sentences
 from vasowave.report.tables import animal as tables
 from vasowave.report.wording import value_text
 from vasowave.report.write import write_report
+from vasowave.study.single_animal import TOLD
 
 
 @pytest.fixture(scope="module")
@@ -157,3 +162,18 @@ def test_a_figure_of_a_file_says_to_screen_readers_what_it_shows(folder):
     assert (title.tag, description.tag, root.get("role")) == (f"{space}title", f"{space}desc", "img")
     assert title.text == "Impd"
     assert description.text.startswith("Impedance modulus")
+
+
+def test_where_there_is_a_posterior_the_answers_are_its_numbers_and_say_so(result):
+    drawn, called = with_posterior(result), caller(gathered([result]))
+    said, plain = (" ".join(text for _, text in animal_answers(one, "linear", TOLD, called)) for one in (drawn, result))
+    assert "(posterior under the linear wall)" in said
+    assert "posterior" not in plain
+    assert value_text(drawn.laws["linear"].answers["wave_speed"]) in said
+    draws = drawn.laws["linear"].posterior.draws("wave_speed").ravel()
+    shown = drawn.laws["linear"].answers["wave_speed"]
+    assert float(shown) == pytest.approx(float(np.median(draws)), rel=0.01)
+    low, high = np.sort(draws)[[round(0.025 * len(draws)), round(0.975 * len(draws))]]
+    assert shown.attrs["interval_low"] == pytest.approx(low, rel=0.03)
+    assert shown.attrs["interval_high"] == pytest.approx(high, rel=0.03)
+    assert drawn.laws["linear"].answers["R_T"].attrs == result.laws["linear"].quantities["R_T"].attrs

@@ -28,7 +28,7 @@ SMALL = 1e-4
 FINE = Numerics(samples=64, tolerance=1e-12, cell_size=0.05)
 
 
-@pytest.mark.parametrize("viscosity", [0.0, 0.02])
+@pytest.mark.parametrize("viscosity", [0.0, pytest.param(0.02, marks=pytest.mark.validation)])
 def test_a_small_wave_behind_the_beds_runs_up_the_tree_as_the_linear_model_says(viscosity):
     still = vw.Inflow(np.full(64, 1e-3), MOUSE.period)
     steady = vw.Model(NETWORK, vw.LinearWall(60.0), BEDS, outlet_pressure=8.0, wall_viscosity=viscosity)

@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import vasowave as vw
+from vasowave.animal.beats import recording_with_scatter
+from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import InputError
 from vasowave.network_formats import read_network
-from vasowave.recording import Recording, resample
+from vasowave.recording import Recording, average_beats, resample
 from vasowave.solver.practice import PAPER
 from vasowave.study.loading import load_animal
 from vasowave.study.plan import read_study
@@ -35,6 +38,21 @@ def test_a_practice_and_what_it_sets_itself_are_refused_together(make_study, own
     folder = make_study(settings=f"practice: paper\n{own}\n")
     with pytest.raises(InputError, match=f"practice 'paper' sets {named} itself"):
         read_study(folder)
+
+
+def test_the_papers_practice_lets_no_pressure_enter(make_study):
+    folder = make_study(settings="practice: paper\ncalibration: {enters: pressure}\n")
+    with pytest.raises(InputError, match=r"practice 'paper' lets the flow enter; leave calibration\.enters out"):
+        read_study(folder)
+
+
+def test_an_averaged_recording_in_the_papers_practice_has_the_scatter_of_its_beats():
+    """That program has a sample more than the cycle, and the scatter stands beside every one of them."""
+    made = synthetic_raw_recording(vw.virtual_mouse(), np.random.default_rng(1), duration=6.0)
+    average = average_beats(made.raw)
+    data = recording_with_scatter(PAPER.recording(average.recording), average)
+    assert data.sizes["time"] == len(average.recording.pressure) + 1
+    assert float(data["pressure_sd"].mean()) == pytest.approx(float(average.pressure_sd.mean()), rel=0.02)
 
 
 def test_the_papers_practice_by_command_compares_what_its_program_compares(shared, make_study):

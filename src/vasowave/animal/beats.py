@@ -8,7 +8,7 @@ import xarray as xr
 from vasowave.animal.datasets import recording_dataset
 from vasowave.animal.labelled import labelled
 from vasowave.findings import Finding
-from vasowave.recording import Beat, EnsembleAverage, RawRecording, Recording
+from vasowave.recording import Beat, EnsembleAverage, RawRecording, Recording, resample
 from vasowave.recording.rejection import cause
 
 EXCERPT = 6.0
@@ -49,7 +49,8 @@ def recording_with_scatter(recording: Recording, average: EnsembleAverage | None
         return dataset
     for name, dim, unit in (("pressure", "time", "mmHg"), ("flow", "flow_time", "ml/s")):
         words = f"standard deviation of the {name} of the averaged beats"
-        dataset[f"{name}_sd"] = labelled(dim, getattr(average, f"{name}_sd"), unit, words)
+        deviation = resample(getattr(average, f"{name}_sd"), dataset.sizes[dim])  # the paper's practice has others
+        dataset[f"{name}_sd"] = labelled(dim, np.maximum(deviation, 0.0), unit, words)
     return dataset
 
 

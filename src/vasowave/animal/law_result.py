@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.descriptions import TAILS
 from vasowave.findings import Finding, from_json
 
 OVERSTRAINED = "solver.vessel-overstrained"
@@ -103,6 +105,27 @@ class LawResult(Measured):
     stiffening: xr.Dataset | None = None
     posterior: PosteriorResult | None = None
     sites: xr.Dataset | None = None
+
+    @cached_property
+    def answers(self) -> dict[str, xr.DataArray]:
+        """What stands for the animal, by quantity: median and 95 % interval of its posterior, else as fitted."""
+        fitted = {str(name): value for name, value in self.quantities.data_vars.items()}
+        if self.posterior is None:
+            return fitted
+        drawn = {name for name in fitted if name in self.posterior.groups["posterior"]}
+        return {name: self._drawn(one) if name in drawn else one for name, one in fitted.items()}
+
+    def _drawn(self, fitted: xr.DataArray) -> xr.DataArray:
+        assert self.posterior is not None
+        draws = self.posterior.draws(str(fitted.name)).ravel()
+        low, middle, high = np.quantile(draws, TAILS, method="weibull")
+        ends = {"interval_low": float(low), "interval_high": float(high)}
+        return xr.DataArray(float(middle), name=fitted.name, attrs=fitted.attrs | ends)
+
+    @property
+    def origin(self) -> str:
+        """Where `answers` come from, in words: ``linear wall``, or ``posterior under the linear wall``."""
+        return f"{self.name} wall" if self.posterior is None else f"posterior under the {self.name} wall"
 
     @property
     def overstrained(self) -> Finding | None:

@@ -3,10 +3,11 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from annotated_types import MinLen
+from pydantic import BeforeValidator
 
 from vasowave.cohort.contrast import Contrast
 from vasowave.cohort.told import Cells, Untold, told_and_not
@@ -14,7 +15,13 @@ from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError, did_you_mean
 from vasowave.settings import Example, settings_class
 
-Column = Annotated[str, MinLen(1)]
+
+def _as_titled(name: Any) -> Any:
+    """Return the name of a column as tables are read: capitals do not count."""
+    return name.lower() if isinstance(name, str) else name
+
+
+Column = Annotated[str, BeforeValidator(_as_titled), MinLen(1)]
 
 
 @settings_class

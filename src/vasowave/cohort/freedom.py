@@ -12,7 +12,7 @@ FEW = 4
 
 
 def degrees_left(layout: Layout, blocks: Sequence[str], contrast: Contrast) -> int:
-    """Return the degrees of freedom of a comparison where all rows scatter alike; of other studies, at most these.
+    """Return the fewest degrees of freedom that a comparison has if all rows scatter alike.
 
     They are those of the first stratum that tells it: rows of one animal, animals of one block, or blocks.
 

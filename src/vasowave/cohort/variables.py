@@ -15,6 +15,8 @@ from vasowave.findings import Finding, look_kind
 from vasowave.io.columns import split_unit
 
 _FAR = 5.0  # times the median: no weight or age of animals that one compares, but a slip of the decimal point
+FIRST = ("before", "pre", "baseline", "vorher", "vor", "prä", "basis", "avant", "antes", "prima", "voor")
+"""Words for what comes first, of occasions and second factors: other levels are compared with it."""
 _CLOSE = 0.7  # of the letters of two words are the same
 
 CONSTANT = look_kind(
@@ -37,7 +39,7 @@ FAR_OFF = look_kind(
     "Correct the cell if it is one.",
 )  # fmt: skip
 GAPS = look_kind(
-    "variable.gaps", "empty in {count} of {all} animals ({animals}); {remedy}",
+    "variable.gaps", "empty in {count} of {all} rows ({animals}); {remedy}",
     "a design that names this column leaves them out: fill the cells",
 )  # fmt: skip
 
@@ -113,11 +115,14 @@ class Variable:
 
     @property
     def order(self) -> list[str]:
-        """Its different levels: numbers and dates from low to high, categories as they come in the table."""
+        """Its different levels: numbers and dates from low to high, categories as they come in the table.
+
+        A word that says what came first (`FIRST`) is first, wherever it stands.
+        """
         levels = dict.fromkeys(self.levels.values())
         if self.kind == "number":
             return sorted(levels, key=float)
-        return sorted(levels) if self.kind == "date" else [*levels]
+        return sorted(levels) if self.kind == "date" else sorted(levels, key=lambda one: one.casefold() not in FIRST)
 
     def slips(self, animals: Mapping[str, str], subjects: Mapping[str, str] | None = None) -> list[Finding]:
         """Return what looks like a slip of the pen.

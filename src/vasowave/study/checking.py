@@ -119,7 +119,7 @@ def check_study(path: Path) -> Checked:
     study, problems = inspect_study(path)
     if study is None:
         return Checked(one_per_cause(problems), [], None)
-    design = understood(study, whole=not any(problem.error for problem in problems))
+    design = understood(study, whole=not any(problem.error and problem.place.line for problem in problems))
     document, read, cycles = read_document(study.path), [], []
     problems += [*_programs(study, document), *_settings(study, document)]
     for row in study.animals:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from vasowave.cohort.freedom import FEW, degrees_left
 from vasowave.cohort.told import untold_findings
+from vasowave.cohort.variables import FIRST
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Place, error_kind, look_kind
 from vasowave.report.wording import listed, some_of
@@ -24,10 +25,12 @@ FEW_LEFT = look_kind(
     "what differs may not be shown; {remedy}", "name fewer covariates and blocks, or add animals",
 )  # fmt: skip
 FEW_DEGREES = look_kind(
-    "design.few-degrees", "{effects}: the design leaves {freedom} degrees of freedom at most, so that with {rows} "
-    "comparisons an effect is shown only where it is about {times:.2g} times its standard error ({many:.2g} times with "
-    "many animals); {remedy}", "name fewer covariates, blocks, quantities or contrasts, or add animals",
-)  # fmt: skip
+    "design.few-degrees",
+    "{effects}: the design may leave as few as {freedom} degrees of freedom (more, where rows or blocks scatter "
+    "little); with {rows} comparisons an effect is then shown only where it is about {times:.2g} times its standard "
+    "error ({many:.2g} times with many animals); {remedy}",
+    "name fewer covariates, blocks, quantities or contrasts, or add animals",
+)
 SEVERAL_GROUPS = error_kind(
     "design.several-groups", "{subject} {rows}: an animal is of one group; {remedy}",
     "correct the cells, and give animals of two groups two names. If an animal was in one group after the other, write "
@@ -175,7 +178,10 @@ def _first_word(study: "Study") -> str:
     second = next((one for one in study.variables if one.name == study.settings.design.second), None)
     if second is None or second.kind != "category":
         return ""
-    return (f" '{second.order[0]}' is the first {second.name} in the table, so others are compared with it; "
+    first = second.order[0]
+    if first.casefold() in FIRST:
+        return f" Others are compared with '{first}', which says that it came first."
+    return (f" '{first}' is the first {second.name} in the table, so others are compared with it; "
             "put a row of another first to turn that round.")  # fmt: skip
 
 

@@ -125,6 +125,8 @@ class StudyFile(Analysis, Inputs):
             own.append("calibration.pressure_harmonics")
         if self.practice == "paper" and own:
             raise InputError(f"practice 'paper' sets {', '.join(own)} itself; leave that out, or the practice")
+        if self.practice == "paper" and self.calibration.enters == "pressure":
+            raise InputError("practice 'paper' lets the flow enter; leave calibration.enters out, or the practice")
 
 
 def _default(name: str) -> Any:

@@ -25,7 +25,7 @@ from vasowave.study.results import INDEX, read_results
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile
 
-_TOLD = Family(quantities=("stiffness", "wave_speed", "R_T", "C_p", "tau", "a", "I_R"))
+TOLD = Family(quantities=("stiffness", "wave_speed", "R_T", "C_p", "tau", "a", "I_R"))
 
 
 def animal_alone(
@@ -131,9 +131,9 @@ def _check_animal(folder: Path, row: AnimalRow) -> None:
 def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[str]:
     """Return what a person at the terminal wants to know of an animal: answers, fits, and what to consider."""
     called = caller(gathered([result]))
-    answers = [one for wall in result.laws for one in animal_answers(result, wall, _TOLD, called)]
+    answers = [one for wall in result.laws for one in animal_answers(result, wall, TOLD, called)]
     doubts = {(one.code, dict(one.values)["site"]): one for law in result.laws.values() for one in law.site_doubts}
-    said = [f"warning: {one} Do not use what follows before." for one in doubts.values()]
+    said = [f"warning: {one} Do not use the numbers below before that is settled." for one in doubts.values()]
     said += [f"warning: {one}" for one in warned]
     said += [f"{question}: {text}" for question, text in dict.fromkeys(answers)]
     for wall, law in result.laws.items():

@@ -21,12 +21,12 @@ def animal_answers(
     for name in family.quantities if law else ():
         if name not in MEASURED:
             by_question.setdefault(question_of(name), []).append(name)
-    quantities: Mapping[str, xr.DataArray] = result.laws[law].quantities.data_vars if law else {}  # type: ignore[assignment]
+    quantities = result.laws[law].answers if law else {}
     for question, names in by_question.items():
         there = [name for name in names if name in quantities]
         if there:
             soft = _softness(quantities["stiffness"]) if "stiffness" in there else ""
-            answers.append((question, f"{_listed(there, quantities, called)} ({law} wall).{soft}{mark}"))
+            answers.append((question, f"{_listed(there, quantities, called)} ({result.laws[law].origin}).{soft}{mark}"))
     return answers
 
 

@@ -76,7 +76,7 @@ def animal_rows(result: AnimalResult, law: str, family: Family, called: Called) 
 
 
 def _animal_row(result: AnimalResult, law: str, name: str, called: Called) -> Row:
-    value = result.laws[law].quantities[name]
+    value = result.laws[law].answers[name]
     center = float(value)
     beside = [_relative(result, wall, name, center, called) for wall in result.laws if wall != law]
     measured, waves = result.measured.quantities, result.measured.waves
@@ -90,6 +90,6 @@ def _animal_row(result: AnimalResult, law: str, name: str, called: Called) -> Ro
 
 
 def _relative(result: AnimalResult, wall: str, name: str, center: float, called: Called) -> Point:
-    value = result.laws[wall].quantities[name]
+    value = result.laws[wall].answers[name]
     low, high = (float(value.attrs.get(f"interval_{end}", value)) / center for end in ("low", "high"))
     return Point(float(value) / center, low, high, wall, f"{called(name)}: {value_text(value)} ({wall} wall)")

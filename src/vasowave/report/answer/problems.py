@@ -22,6 +22,13 @@ _MAX_NAMES = 4  # animals named in a sentence
 _MAX_FAILURES = 8  # told one by one
 
 
+_NONE = "No problem was found: nothing failed, and no law misses its data."
+_NONE_OF_ONE = (
+    "No problem was found: nothing failed. One wall law was fitted, so that nothing shows whether another would meet "
+    "the data better."
+)
+
+
 def problems(cohort: Cohort, primary: Primary) -> list[str]:
     """Return what is wrong: animals lost and what that may do to the comparison by the primary law, laws that failed or
     miss their data, a primary law that overstrains vessels, searches that found their optimum only once.
@@ -93,7 +100,7 @@ def problem_blocks(cohort: Cohort, primary: Primary) -> list[Block]:
     blocks: list[Block] = [Notice("Problems", sentences)] if sentences else []
     blocks += [Notice("Recordings to look at", looks)] if looks else []
     count = sum(one not in result.looks for result in cohort.results for one in result.findings)
-    none = [] if sentences or looks else ["No problem was found: nothing failed, and no law misses its data."]
+    none = [] if sentences or looks else [_NONE if len(cohort.walls) > 1 else _NONE_OF_ONE]
     notes = [f"{count} routine notes stand with the animals in the supplement."] if count else []
     return [*blocks, *([Remarks("Checks", [*none, *notes])] if none or notes else [])]
 
