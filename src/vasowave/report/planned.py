@@ -96,7 +96,7 @@ def _needed(plan: Plan) -> Table:
         (row[0], *("more" if not np.isfinite(one) else f"{one:.0f}" for one in row[1:]))
         for row in frame.itertuples(index=False)
     ]
-    note = f"More: than {plan.powers.index[-1]}."
+    note = f"more: more than {plan.powers.index[-1]}."
     return Table(
         "Needed",
         "Pairs" if plan.settings.pairs is not None else "Animals of each group",

@@ -142,7 +142,9 @@ class Results(Mapping[str, AnimalResult]):
 
     def _absent(self, animal: str) -> str:
         lost = {one.animal: f": {one}" for one in self.lost}
-        why = lost.get(animal) or did_you_mean(str(animal), self)
+        like = [one for one in self if str(animal).casefold() in one.casefold()]
+        mean = f" (did you mean {some_of([repr(one) for one in like], _NAMED)}?)" if like else ""
+        why = lost.get(animal) or mean or did_you_mean(str(animal), self)
         return f"{self.folder}: there is no result of '{animal}'{why}; there are: {some_of(list(self), _NAMED)}"
 
     @property

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
+from vasowave.analysis.coupling import UNLIKE
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.primary import Family
 from vasowave.quantities import COUPLING, INDICES, MEASURED, question_of
@@ -51,6 +52,8 @@ def _coupled(result: AnimalResult, called: Called) -> list[tuple[str, str]]:
     low, high = (float(ratio.attrs.get(f"interval_{end}", np.nan)) for end in ("low", "high"))
     judged = "By this beat the ventricle is stiffer than its load" if low > 1 else "By this beat its load is stiffer"
     judged = judged if low > 1 or high < 1 else "Whether it keeps up with its load is open"
+    if any(one.code == UNLIKE.code for one in result.findings):
+        judged = "No usual heart makes this pressure from this flow, so these numbers may be far off"
     return [(question_of("coupling"), f"{_listed(COUPLING, data, called)}. {judged}.")]
 
 

@@ -154,11 +154,11 @@ def _few_degrees(rows: pd.DataFrame) -> list[str]:
     if not len(few):
         return []
     effects = listed([*dict.fromkeys(effect_of(row) for _, row in few.iterrows())])
-    least = np.sqrt(few["high"].to_numpy(float) / few["low"].to_numpy(float))  # of ratios that would be shown
+    least = 100 * (np.sqrt(few["high"].to_numpy(float) / few["low"].to_numpy(float)) - 1)  # %, of ratios that are shown
     return [
         f"{effects}: {len(few)} of {len(rows)} ratios rest on {_span(few['df'].to_numpy(float))} degrees of freedom. "
-        f"For all rows together one must be {_span(least)} times, or its inverse, to be shown; fewer covariates, "
-        "blocks, quantities or contrasts would leave more."
+        f"Beside all other rows such a ratio is shown if it differs from 1 by about {_span(least)} % or more; fewer "
+        "covariates, blocks, quantities or contrasts would leave more."
     ]
 
 

@@ -129,7 +129,7 @@ def _is_unlimited(primary: Primary) -> bool:
 
 def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     scatter = "; grey: SD of the beats" if "pressure_sd" in cohort.results[0].recording else ""
-    single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}."
+    single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}.{_entered(cohort, law)}"
     every = (
         f"Measured pressure and flow of every {'recording' if cohort.repeated else 'animal'} from the foot of the "
         f"pressure{_apart(cohort)}; thick: mean, band: SD of the group."
@@ -143,6 +143,11 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     text += " Lengths are not to scale."
     shown = any(law in result.laws for result in cohort.shown.values())
     return waves, [Drawing("Pressures", text, tree_figure(cohort, law))] if shown else []
+
+
+def _entered(cohort: Cohort, law: str) -> str:
+    by_pressure = law and cohort.law(law).compared == "flow"
+    return " The measured pressure enters the model; the fit is to the flow." if by_pressure else ""
 
 
 def _apart(cohort: Cohort) -> str:
