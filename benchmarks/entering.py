@@ -83,7 +83,7 @@ def rows(animals, posteriors):
         known = [animal(kind, number) for number in range(max(animals, posteriors))]
         for drawn, count in ((False, animals), (True, posteriors)):
             for enters in ENTERS if count else ():
-                found = np.array([held(*one, enters, drawn) for one in known[:count]])
+                found = np.array([held(n, r, t, enters, drawn) for n, r, t in known[:count]])
                 cells = [
                     text for name in range(len(TOLD))
                     for text in (f"{int(found[:, name, 0].sum())} of {count}", f"{np.median(found[:, name, 1]):.0f}")
