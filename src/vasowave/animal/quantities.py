@@ -20,7 +20,7 @@ from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
 from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.quantities import COUPLING, QUANTITIES, SHARES, derived
-from vasowave.recording import Recording
+from vasowave.recording import Recording, harmonic_errors
 
 _LOG_STEP = 1e-4  # of the central differences, in the logarithm of a parameter
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
@@ -135,12 +135,17 @@ def _most_resistance(fit: Fit, settings: Settings) -> float:
     """Return the upper end of the 95 % interval of pressure over flow, mmHg s/ml.
 
     Passive vessels take pressure: what is left for the beds is no more than all of it. How much that is hangs on
-    probe and zero: an end that took them for exact would cut off what their errors, once told, have widened.
+    probe and zero, and on the beats where the flow is not taken for exact: an end without them would cut off what their
+    errors have widened.
     """
     seen = Seen(fit.model.network, fit.recording, fit.model.blood)
     moved = effects_on_measured(seen, settings, lambda one: {"PVR": one.recording.vascular_resistance})
-    error = float(np.linalg.norm(moved.fillna(0.0).to_numpy()))
-    return float(fit.recording.vascular_resistance * np.exp(NORMAL * error))
+    error, recording = float(np.linalg.norm(moved.fillna(0.0).to_numpy())), fit.recording
+    if fit.compared.enters != "flow":
+        of_flow, of_pressure = (float(harmonic_errors(recording, one).error[0]) for one in ("flow", "pressure"))
+        shares = of_flow / recording.cardiac_output, of_pressure / (recording.mean_pressure - recording.wedge_pressure)
+        error = float(np.hypot(error, np.hypot(*shares)))
+    return float(recording.vascular_resistance * np.exp(NORMAL * error))
 
 
 def derived_of(fit: Fit, values: Mapping[str, float], diastolic: np.ndarray) -> dict[str, float]:
