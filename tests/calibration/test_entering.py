@@ -93,6 +93,7 @@ def test_the_error_of_a_flow_widens_what_is_known_only_where_it_counts():
     assert "fit.flow-with-errors" not in {one.code for one in exact.findings}
 
 
+@pytest.mark.validation
 def test_a_posterior_holds_the_truth_and_foretells_the_flow_where_the_pressure_enters():
     recording, model = recorded("linear", pressure_error=np.full(13, 0.05), flow_error=np.full(13, 0.002))
     search = vw.Search(pressure_harmonics=12, enters="pressure")

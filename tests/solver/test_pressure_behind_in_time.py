@@ -81,6 +81,7 @@ def test_the_tree_from_its_beds_up_is_the_system_of_its_nodes(junctions, monkeyp
         assert np.max(np.abs(one - other)) < 1e-9 * np.max(np.abs(other))
 
 
+@pytest.mark.validation
 def test_derivatives_about_a_wave_behind_the_beds_are_those_of_differences():
     numerics = Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-11)
 

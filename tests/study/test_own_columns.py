@@ -14,6 +14,7 @@ from vasowave.cohort import primary_comparison, variables
 from vasowave.errors import InputError
 from vasowave.report.answer.groups import group_answers
 from vasowave.report.documents import report_of, supplement_of
+from vasowave.report.sections.methods import methods_section
 from vasowave.study.checking import check_study
 from vasowave.study.declaring import RECORD, declare
 from vasowave.study.designing import understood
@@ -142,8 +143,8 @@ def test_what_is_declared_is_kept_with_its_time_and_a_later_change_is_said_in_me
 
 def methods_of(stored):
     cohort = stored.gathered(stored.in_order(), "CTL")
-    supplement = supplement_of(cohort, primary_comparison(cohort, stored.settings.report))
-    return " ".join(block.text for block in walk(supplement) if block.kind == "paragraph")
+    section = methods_section(cohort, primary_comparison(cohort, stored.settings.report), {})
+    return " ".join(block.text for block in section.blocks if block.kind == "paragraph")
 
 
 def moved(row):
@@ -350,7 +351,7 @@ def test_a_design_that_leaves_few_degrees_of_freedom_says_so_in_check_and_on_the
     least = np.exp(float((reach * few["standard error"]).iloc[0]))  # a ratio that would be shown
     said = dict(group_answers(primary, str))["How sure is this?"]
     assert f"HPH / CTL: {len(few)} of 6 ratios rest on" in said
-    assert f"must be {least:.2g} times" in said
+    assert f"differs from 1 by about {100 * (least - 1):.2g} " in said
 
 
 def test_what_may_differ_between_the_rows_of_a_mouse_is_no_error(tmp_path, results):
