@@ -76,6 +76,7 @@ def test_all_slips_are_named_at_once_with_line_column_and_nearest_key():
         ("title:", "line 1, column 7", "empty"),
         ("calibration:\n  bounds: {c1: [3, 2]}", "line 2, column 16", "3 is not below 2"),
         ("groups: [A, B, A]", "line 1, column 9", "'A' is listed twice"),
+        ("groups: [Sham, HPH, sham]", "line 1, column 9", "groups 'Sham' and 'sham' differ by capitals alone"),
         ("blood:\n  density: 1,06", "line 2, column 12", "decimal point"),
         ("blood:\n  density: nan", "line 2, column 12", "finite"),
         ("averaging: 5", "line 1, column 12", "indented lines"),

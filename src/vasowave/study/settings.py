@@ -40,6 +40,10 @@ def _distinct(labels: list[str]) -> list[str]:
     twice = next((label for label in labels if labels.count(label) > 1), None)
     if twice is not None:
         raise InputError(f"group '{twice}' is listed twice; keep one")
+    known: dict[str, str] = {}
+    for label in labels:
+        if (other := known.setdefault(label.casefold(), label)) != label:
+            raise InputError(f"groups '{other}' and '{label}' differ by capitals alone; keep one, or rename it")
     return labels
 
 
