@@ -304,6 +304,7 @@ class Problem:
             *(network.name, network.start, network.end, network.length, network.radius, network.pressure),
             *(self.recording.flow, self.recording.period, self._numerics, self.samples, version("vasowave")),
             *((self.recording.pressure, self.compared.scale) if self.compared.what == "flow" else ()),
+            *(() if space.outlet_pulsation is None else (space.outlet_pulsation,)),
             *self._of_sites,
         )
 
