@@ -32,8 +32,9 @@ def group_answers(primary: Primary, called: Called, mark: Mark = lambda groups: 
     answers: dict[str, list[str]] = {}
     pairs = primary.rows["other"].nunique() if len(primary.rows) else 0
     by = ["question", "other", *(["what", "change", "within"] if "what" in primary.rows else [])]
+    averaged = "what" in primary.rows and "interaction" in set(primary.rows["what"])
     for (question, *_), rows in primary.rows.groupby(by, sort=False) if pairs else ():
-        answers.setdefault(str(question), []).append(_answer(rows, called) + _marked(rows, mark))
+        answers.setdefault(str(question), []).append(_answer(rows, called, averaged) + _marked(rows, mark))
     said = [(question, " ".join(texts)) for question, texts in answers.items()]
     return [*said, *_limits(primary.rows, pairs, called)] if pairs else said
 
@@ -43,9 +44,9 @@ def _marked(rows: pd.DataFrame, mark: Mark) -> str:
     return mark([first["reference"], first["other"]]) if (rows["source"] != "measured").any() else ""
 
 
-def _answer(rows: pd.DataFrame, called: Called) -> str:
+def _answer(rows: pd.DataFrame, called: Called, averaged: bool) -> str:
     reference, other = (short(rows.iloc[0][which], _MAX_LETTERS) for which in ("reference", "other"))
-    where, between = _places(rows.iloc[0], reference, other)
+    where, between = _places(rows.iloc[0], reference, other, averaged)
 
     def effects(some: pd.DataFrame) -> str:
         return listed([effect(row, called) for _, row in some.iterrows()])
@@ -65,11 +66,15 @@ def _answer(rows: pd.DataFrame, called: Called) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-def _places(row: pd.Series, reference: str, other: str) -> tuple[str, str]:
-    """Return where an effect is, as a sentence says it of one that is shown (`{}` higher or lower), and of another."""
+def _places(row: pd.Series, reference: str, other: str, averaged: bool) -> tuple[str, str]:
+    """Return where an effect is, as a sentence says it of one that is shown (`{}` higher or lower), and of another.
+
+    A second factor is `averaged` over the groups where these may differ in it.
+    """
     within = f" {short(row['within'], _MAX_LETTERS)}" if row.get("within") else ""
     match row.get("what", "groups"):
         case "factor":
+            within = within or (" on average over the groups" if averaged else "")
             return f"{{}} at {other} than at {reference}{within}", f"between {other} and {reference}{within}"
         case "trend":
             return f"{{}} at {other} than at {reference} by the trend", f"from {reference} to {other} by the trend"
