@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.contrasts import leave_one_out, pairwise_contrasts
 from vasowave.cohort.effects import importance_index, importance_interval
 from vasowave.cohort.rank_tests import holm
 from vasowave.cohort.table import column, columns, rows_of
+from vasowave.cohort.two_groups import leave_one_out, pairwise_contrasts
 from vasowave.errors import InputError
 from vasowave.quantities import INDICES
 
