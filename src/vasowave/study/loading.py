@@ -46,7 +46,7 @@ from vasowave.study.settings import StudyFile, animal_settings, averaging_settin
 from vasowave.study.store import key_of
 
 WEDGE = note_kind(
-    "recording.wedge", "the pressure behind the vascular beds is {wedge:g} mmHg (wedge): PVR and R_T count from it"
+    "recording.wedge", "the pressure behind the vascular beds is {wedge:.4g} mmHg (wedge): PVR and R_T count from it"
 )
 WEDGE_WAVE = note_kind("recording.wedge-wave", "over the cycle that pressure changes by {pulse:.3g} mmHg")
 SYNTHETIC_MARK = b"SYNTHETIC"
