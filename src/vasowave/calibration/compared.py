@@ -90,7 +90,9 @@ class Compared:
     enters : {"flow", "pressure", "both"}
         What enters the model; see `Enters`.
     passed_on : array, shape (harmonic,), optional
-        Standard error of the amplitudes by that of the flow that enters, mmHg.
+        Standard error of the amplitudes by that of the same harmonic of the flow that enters, mmHg.
+    by_mean_flow : complex array, shape (harmonic,), optional
+        What one standard error of the mean flow changes in the amplitudes, mmHg: it moves the state of the vessels.
     """
 
     recording: Recording
@@ -100,6 +102,7 @@ class Compared:
     sites: "Sites | None" = None
     enters: Enters = "flow"
     passed_on: np.ndarray | None = None
+    by_mean_flow: np.ndarray | None = None
 
     @property
     def harmonics(self) -> int:
@@ -181,23 +184,43 @@ class Compared:
             return at_samples(signal, self.samples)
         return resample(signal, self.samples)
 
-    def error_power(self) -> np.ndarray:
-        """Mean square of the measurement's error in harmonics 0 … n, mmHg²; their sum is its own."""
+    def error_power(self, of_mean_flow: bool = True) -> np.ndarray:
+        """Mean square of the measurement's error in harmonics 0 … n, mmHg²; their sum is its own.
+
+        That of the mean flow is in all of them, and may be left out where it counts as what it is, one error.
+        """
         power = _first(self.errors.error, self.harmonics + 1) ** 2
-        return power if self.passed_on is None else power + _first(self.passed_on, self.harmonics + 1) ** 2
+        if self.passed_on is not None and self.by_mean_flow is not None:
+            power = power + self.passed_on**2
+            half = np.where(np.arange(len(power)) > 0, 0.5, 1.0)  # of cosines the square is half in the mean
+            power += of_mean_flow * half * np.abs(self.by_mean_flow) ** 2
+        return power
+
+    def mean_flow_error(self, samples: int) -> np.ndarray:
+        """Return what one standard error of the mean flow changes over the cycle, mmHg, shape (sample,)."""
+        if self.by_mean_flow is None:
+            return np.zeros(samples)
+        phase = 2j * np.pi * np.outer(np.arange(samples), np.arange(len(self.by_mean_flow))) / samples
+        return np.asarray((np.exp(phase) @ self.by_mean_flow).real)
 
     def with_flow_error(self, model: Model) -> "Compared":
         """Return the same with the error of the flow as a model passes it on to the pressure, if it counts.
 
-        To first order, by the input impedance of the linear model: |Z_k| times the standard error of each amplitude.
+        To first order, by the linear model: |Z_k| times the standard error of each amplitude but the mean's, which
+        moves the state about which is linearized.
         """
         if self.enters != "both":
             return self
-        count = self.harmonics + 1
+        count, root, inflow = self.harmonics + 1, model.network.root, self.recording.inflow
         error = _first(harmonic_errors(self.recording, "flow").error, count)
-        solved = linear_solution(model, self.recording.inflow, self.harmonics)
-        impedance = _first(np.abs(solved.input_impedance[:, model.network.root]), count)
-        return replace(self, passed_on=impedance * error)
+        solved, more = (
+            linear_solution(model, Inflow(inflow.flow + change, inflow.period), self.harmonics)
+            for change in (0.0, error[0])
+        )
+        impedance = _first(np.abs(solved.input_impedance[:, root]), count)
+        impedance[0] = 0.0
+        moved = _first((more.pressure - solved.pressure)[:, root], count)
+        return replace(self, passed_on=impedance * error, by_mean_flow=moved)
 
     def spectrum(self, residual: np.ndarray) -> pd.DataFrame:
         """What the measurement, its error and a residual (mmHg, shape (N,)) are in each harmonic.
@@ -229,8 +252,8 @@ class Compared:
         if self.what == "flow":
             found.append(BY_PRESSURE(scale=self.scale))
         if self.passed_on is not None:
-            of_flow = _first(self.passed_on, self.harmonics + 1) ** 2
-            own = self.error_power() - of_flow
+            own = _first(self.errors.error, self.harmonics + 1) ** 2
+            of_flow = self.error_power() - own
             found.append(NEITHER_EXACT(error=float(np.sqrt(of_flow.sum())), own=float(np.sqrt(own.sum()))))
         return found
 

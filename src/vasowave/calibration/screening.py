@@ -34,7 +34,7 @@ def screened(space: Space, compared: Compared, starts: Sequence[np.ndarray]) -> 
 
     All are logarithms of the free parameters. Followed is, of starts that end alike, the first.
     """
-    places = [_led(space, compared, start) for start in starts]
+    places = [led(space, compared, start) for start in starts]
     leads: list[int] = []
     for number, place in enumerate(places):
         alike = (one for one in dict.fromkeys(leads) if np.max(np.abs(places[one] - place)) < _ALIKE)
@@ -42,7 +42,7 @@ def screened(space: Space, compared: Compared, starts: Sequence[np.ndarray]) -> 
     return places, leads
 
 
-def _led(space: Space, compared: Compared, start: np.ndarray) -> np.ndarray:
+def led(space: Space, compared: Compared, start: np.ndarray) -> np.ndarray:
     """Return where the linear model leads a start; the start itself where it leads nowhere."""
     residuals, (low, high) = linear_residuals(space, compared), space.log_bounds
     inside = 1e-6 * (high - low)

@@ -11,6 +11,7 @@ from annotated_types import Ge
 from vasowave.calibration import Fit, Search
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
+from vasowave.calibration.screening import led
 from vasowave.calibration.sites import sites_of
 from vasowave.errors import InputError
 from vasowave.inference.findings import Optimum
@@ -151,8 +152,9 @@ def problem_of(network: Network, recording: Recording, wall: str | type, how: Sa
     unknowns = Unknowns(space, nominal, how.priors, recording, how.search.enters == "pressure")
     compared = compared_part(recording, how.search.pressure_harmonics, how.search.enters)
     compared = replace(compared, sites=sites_of(how.sites, network, compared))
-    with np.errstate(all="ignore"):
-        compared = compared.with_flow_error(unknowns.model(np.zeros(len(unknowns.all))))
+    if compared.enters == "both":
+        near = led(space, compared, np.log(space.nominal[space.free]))
+        compared = compared.with_flow_error(space.model(space.values(near)))
     return Problem(unknowns, compared, how.numerics, how.workers or threads())
 
 
