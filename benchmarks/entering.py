@@ -4,8 +4,8 @@
 
 Trees of seven vessels with a linear wall. Every harmonic of the averaged flow and of the averaged pressure has an error
 of its own, whose size the recording knows, as from the scatter of its beats: small in one signal, large in the other.
-Animals 0 to 23 showed that the upper end of R_T took the flow for exact, 100 to 119 that an error of the mean flow
-moves all harmonics; those from 200 on were looked at afterwards.
+Animals 0 to 23 showed that the upper end of R_T took the flow for exact, 100 to 219 that an error of the mean flow
+moves all harmonics; those from 400 on were looked at afterwards.
 """
 
 import argparse
@@ -98,7 +98,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--animals", type=int, default=40)
     parser.add_argument("--posteriors", type=int, default=20)
-    parser.add_argument("--first", type=int, default=200, help="Number of the first animal.")
+    parser.add_argument("--first", type=int, default=400, help="Number of the first animal.")
     parser.add_argument("--docs", action="store_true")
     options = parser.parse_args()
     lines = []

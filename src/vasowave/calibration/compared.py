@@ -90,9 +90,7 @@ class Compared:
     enters : {"flow", "pressure", "both"}
         What enters the model; see `Enters`.
     passed_on : array, shape (harmonic,), optional
-        Standard error of the amplitudes by that of the same harmonic of the flow that enters, mmHg.
-    by_mean_flow : complex array, shape (harmonic,), optional
-        What one standard error of the mean flow changes in the amplitudes, mmHg: it moves the state of the vessels.
+        Standard error of the amplitudes by that of the flow that enters, mmHg.
     """
 
     recording: Recording
@@ -102,7 +100,6 @@ class Compared:
     sites: "Sites | None" = None
     enters: Enters = "flow"
     passed_on: np.ndarray | None = None
-    by_mean_flow: np.ndarray | None = None
 
     @property
     def harmonics(self) -> int:
@@ -184,30 +181,17 @@ class Compared:
             return at_samples(signal, self.samples)
         return resample(signal, self.samples)
 
-    def error_power(self, of_mean_flow: bool = True) -> np.ndarray:
-        """Mean square of the measurement's error in harmonics 0 … n, mmHg²; their sum is its own.
-
-        That of the mean flow is in all of them, and may be left out where it counts as what it is, one error.
-        """
+    def error_power(self) -> np.ndarray:
+        """Mean square of the measurement's error in harmonics 0 … n, mmHg²; their sum is its own."""
         power = _first(self.errors.error, self.harmonics + 1) ** 2
-        if self.passed_on is not None and self.by_mean_flow is not None:
-            power = power + self.passed_on**2
-            half = np.where(np.arange(len(power)) > 0, 0.5, 1.0)  # of cosines the square is half in the mean
-            power += of_mean_flow * half * np.abs(self.by_mean_flow) ** 2
-        return power
-
-    def mean_flow_error(self, samples: int) -> np.ndarray:
-        """Return what one standard error of the mean flow changes over the cycle, mmHg, shape (sample,)."""
-        if self.by_mean_flow is None:
-            return np.zeros(samples)
-        phase = 2j * np.pi * np.outer(np.arange(samples), np.arange(len(self.by_mean_flow))) / samples
-        return np.asarray((np.exp(phase) @ self.by_mean_flow).real)
+        return power if self.passed_on is None else power + self.passed_on**2
 
     def with_flow_error(self, model: Model) -> "Compared":
         """Return the same with the error of the flow as a model passes it on to the pressure, if it counts.
 
-        To first order, by the linear model: |Z_k| times the standard error of each amplitude but the mean's, which
-        moves the state about which is linearized.
+        By the linear model: |Z_k| times the standard error of each amplitude but the mean's, which moves the state
+        about which is linearized, and so all amplitudes. That these move together is left out: it is known to first
+        order only, and would be taken for knowledge.
         """
         if self.enters != "both":
             return self
@@ -219,8 +203,9 @@ class Compared:
         )
         impedance = _first(np.abs(solved.input_impedance[:, root]), count)
         impedance[0] = 0.0
-        moved = _first((more.pressure - solved.pressure)[:, root], count)
-        return replace(self, passed_on=impedance * error, by_mean_flow=moved)
+        moved = _first(np.abs(more.pressure - solved.pressure)[:, root], count)
+        moved[1:] /= np.sqrt(2.0)  # of an amplitude that is known, where others have two parts
+        return replace(self, passed_on=np.hypot(impedance * error, moved))
 
     def spectrum(self, residual: np.ndarray) -> pd.DataFrame:
         """What the measurement, its error and a residual (mmHg, shape (N,)) are in each harmonic.

@@ -81,7 +81,7 @@ class Problem:
     def measurement_error(self) -> np.ndarray:
         """Variance of each coefficient of the inlet by scatter of the beats (or rounding), grid, and zero, mmHg²."""
         k = harmonics(self.samples)
-        beats = self.compared.error_power(of_mean_flow=False)[k] * np.where(k == 0, 1.0, 0.5) * self.samples
+        beats = self.compared.error_power()[k] * np.where(k == 0, 1.0, 0.5) * self.samples
         return beats + _SOLVER**2 + np.where(k == 0, self.zero_variance, 0.0)
 
     @property
@@ -98,8 +98,6 @@ class Problem:
     def _errors(self) -> np.ndarray:
         """Covariance of the errors of all coefficients, mmHg²."""
         errors = np.diag(np.append(self.measurement_error, np.full(self.count - self.samples, _SOLVER**2)))
-        by_mean_flow = fourier(self.compared.mean_flow_error(self.samples))
-        errors[: self.samples, : self.samples] += np.outer(by_mean_flow, by_mean_flow)
         if self.sites is not None:
             errors[self.samples :, self.samples :] += self.sites.covariance
         return errors
