@@ -88,3 +88,14 @@ def test_an_empty_unit_is_asked_for(tmp_path):
     (tmp_path / "sites.csv").write_text("quantity,vessel,mean,unit,error\nflow,b,80,,1\n")
     with pytest.raises(InputError, match="the cell 'unit' is empty"):
         vw.read_sites(tmp_path / "sites.csv")
+
+
+def test_a_waveform_that_rests_at_both_ends_keeps_its_last_sample_and_so_its_period(tmp_path):
+    t = np.arange(40) / 400
+    values = np.where((t > 0.02) & (t < 0.06), np.sin(np.pi * (t - 0.02) / 0.04), 0.0)  # a flow with a long diastole
+    rows = "\n".join(f"{a:.4f},{q:.6f}" for a, q in zip(t, values, strict=True))
+    path = written(tmp_path, "quantity,vessel,file,unit,error\nflow,RPA,wave.csv,ml/s,0.01\n",
+                   wave=f"time [s],flow [ml/s]\n{rows}\n")  # fmt: skip
+    (one,) = vw.read_sites(path)
+    assert len(one.waveform) == 40
+    assert one.period == pytest.approx(0.1)

@@ -24,7 +24,6 @@ from vasowave.model.two_ports import (
     driven_from_behind,
     input_impedances,
     joined,
-    pressures_behind,
     steady_means,
 )
 from vasowave.model.ventricle import Driven, Ventricle
@@ -373,15 +372,13 @@ def _solve(
         P, flow = joined(network, ports, end, spectrum)
         with np.errstate(divide="ignore", invalid="ignore"):
             Z_in = P / flow
-        from_behind = joined(network, TwoPort(*(one[:1] for one in ports)), end[:1], 0 * spectrum[:1],
-                             np.asarray(model.outlet_pressure))  # fmt: skip
-        P[0], flow[0] = P[0] + from_behind[0][0], flow[0] + from_behind[1][0]
-    if model.outlet_pulsation is not None:
-        pulsation = _spectrum(model.outlet_pulsation, len(spectrum))
+    behind = _behind(model, len(spectrum))
+    if behind.any():
+        n = len(behind)
         if motion is not None:
-            pulsation = motion[1].keeps[:, network.terminals] * pulsation
-        back = driven_from_behind(network, ports, end, pulsation)
-        P, flow = P + back[0], flow + back[1]
+            behind = motion[1].keeps[:n, network.terminals] * behind
+        back = driven_from_behind(network, TwoPort(*(one[:n] for one in ports)), end[:n], behind)
+        P[:n], flow[:n] = P[:n] + back[0], flow[:n] + back[1]
     if motion is not None:
         keeps, dynamic = motion[0].keeps, motion[0].dynamic
         P = ((P - lost * flow) / left - dynamic * flow) / keeps
@@ -394,23 +391,29 @@ def _solve(
 def _along_tree(
     model: Model, ports: TwoPort, end: np.ndarray, spectrum: np.ndarray, straight: Lines | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return input impedance, pressure and flow at all inlets of a tree; `straight` is its only lines, if it is."""
+    """Return input impedance, pressure and flow at all inlets of a tree with nothing behind its beds.
+
+    `straight` is its only lines, if it is.
+    """
     network = model.network
     Z_in = input_impedances(network, end, ports)
     passed = (1.0 - ports.across / Z_in) / (ports.d * (ports.turn - ports.across * ports.along))
     if straight is not None:  # the same, rounded as the sum of what comes and what turns back
         cosh, sinh = _hyperbolic(straight.propagation[1:] * network.length)
         passed[1:] = cosh - straight.impedance[1:] / Z_in[1:] * sinh
-    behind = pressures_behind(network, Z_in[0].real, np.asarray(model.outlet_pressure))
-    P = np.empty_like(Z_in)  # above the pressure behind each vessel
+    P = np.empty_like(Z_in)
     P[:, network.root] = Z_in[:, network.root] * spectrum
     for rows in network.generations[1:]:
         parents = network.parent[rows]
         P[:, rows] = P[:, parents] * passed[:, parents]
-        P[0, rows] += behind[parents] - behind[rows]
-    flow = P / Z_in
-    P[0] += behind
-    return Z_in, P, flow
+    return Z_in, P, P / Z_in
+
+
+def _behind(model: Model, count: int) -> np.ndarray:
+    """Return harmonics of the pressures behind the beds, shape (harmonic, terminal): of steady ones the mean alone."""
+    if model.outlet_pulsation is None:
+        return np.asarray(model.outlet_pressure, dtype=complex)[np.newaxis]
+    return _spectrum(model.outlet_pulsation + model.outlet_pressure, count)
 
 
 def _hyperbolic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -43,18 +43,6 @@ def input_impedances(network: Network, end: np.ndarray, ports: TwoPort) -> np.nd
     return Z_in
 
 
-def pressures_behind(network: Network, resistance: np.ndarray, outlet_pressure: np.ndarray) -> np.ndarray:
-    """Pressure that each inlet of a tree would have without flow into it, mmHg, shape (vessel,): its outlets' mean."""
-    behind, weight = np.zeros(len(network)), np.zeros(len(network))
-    behind[network.terminals], weight[network.terminals] = outlet_pressure, 1.0
-    for rows in reversed(network.generations):
-        behind[rows] /= weight[rows]
-        if (parents := network.parent[rows])[0] >= 0:
-            np.add.at(behind, parents, behind[rows] / resistance[rows])
-            np.add.at(weight, parents, 1.0 / resistance[rows])
-    return behind
-
-
 def driven_from_behind(
     network: Network, ports: TwoPort, end: np.ndarray, behind: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

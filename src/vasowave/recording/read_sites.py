@@ -9,7 +9,6 @@ from vasowave import units
 from vasowave.errors import InputError, did_you_mean
 from vasowave.io.columns import Columns, number, read_columns
 from vasowave.recording.observation import NUMBERS, QUANTITIES, ZERO_SD, Observation
-from vasowave.recording.plausibility import repeats_first
 from vasowave.recording.signal import ALIASES
 from vasowave.recording.single_wave import single_wave
 
@@ -138,5 +137,4 @@ def _waveform(path: Path, quantity: str, unit: str) -> tuple[np.ndarray, float |
         raise InputError(
             f"{path}: its header says {wave.stated}, the table of sites says {unit}; correct one of the two"
         )
-    cycle = wave.values[:-1] if repeats_first(wave.values) else wave.values
-    return cycle, None if wave.step is None else wave.step * len(cycle)
+    return wave.cycle()

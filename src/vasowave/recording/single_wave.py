@@ -7,6 +7,7 @@ import numpy as np
 from vasowave import units
 from vasowave.errors import InputError
 from vasowave.io.columns import Columns
+from vasowave.recording.plausibility import moves_at_ends, repeats_first
 from vasowave.recording.signal import even_step, written_to
 
 
@@ -16,6 +17,15 @@ class SingleWave(NamedTuple):
     values: np.ndarray
     step: float | None
     stated: str
+
+    def cycle(self) -> tuple[np.ndarray, float | None]:
+        """Return one cycle and how long it lasts, s: without a last sample that is the next cycle's first.
+
+        A wave that rests at both ends repeats nothing.
+        """
+        repeats = repeats_first(self.values) and moves_at_ends(self.values)
+        values = self.values[:-1] if repeats else self.values
+        return values, None if self.step is None else self.step * len(values)
 
 
 def single_wave(table: Columns, quantity: str, kind: str, unit: str) -> SingleWave:

@@ -8,7 +8,6 @@ from scipy.signal import find_peaks
 
 from vasowave.errors import InputError
 from vasowave.io.columns import read_columns
-from vasowave.recording.plausibility import moves_at_ends, repeats_first
 from vasowave.recording.signal import ALIASES
 from vasowave.recording.single_wave import single_wave
 
@@ -98,9 +97,8 @@ def read_ventricle(path: str | Path, period: float | None = None) -> Ventricular
         raise InputError(f"{path}: {len(starts)} beats and no column of time; add one, or leave one cycle")
     if len(starts) > 1 and wave.step is not None:
         return _averaged(values, starts, wave.step, str(path))
-    cycle = values[:-1] if repeats_first(values) and moves_at_ends(values) else values
-    lasts = period if wave.step is None else wave.step * len(cycle)
-    return VentricularPressure(cycle, float(lasts or 0.0), str(path))
+    cycle, lasts = wave.cycle()
+    return VentricularPressure(cycle, float(lasts or period or 0.0), str(path))
 
 
 def _upstrokes(pressure: np.ndarray) -> np.ndarray:

@@ -7,7 +7,6 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.io.columns import read_columns
-from vasowave.recording.plausibility import moves_at_ends, repeats_first
 from vasowave.recording.signal import ALIASES
 from vasowave.recording.single_wave import single_wave
 
@@ -50,8 +49,8 @@ def read_wedge(path: str | Path, period: float) -> Wedge:
     8.0
     """
     wave = single_wave(read_columns(path, {**ALIASES, **_NAMES}), "pressure", "pressure", "mmHg")
-    cycle = wave.values[:-1] if repeats_first(wave.values) and moves_at_ends(wave.values) else wave.values
-    lasts = period if wave.step is None else wave.step * len(cycle)
+    cycle, known = wave.cycle()
+    lasts = known or period
     if abs(lasts - period) > SAME_PERIOD * period:
         raise InputError(
             f"{path}: its cycle lasts {lasts:.5g} s and that of the recording {period:.5g} s; give one cycle, averaged "

@@ -209,15 +209,17 @@ def _compile_noise() -> None:
     compile_kernels()
 
 
-@contextmanager
-def compiled_beside(law: str) -> Iterator[None]:
-    """Compile the kernels of a wall law in another process, beside what is done in the block and after it."""
+def compile_beside(law: str) -> None:
+    """Begin to compile the kernels of a wall law in another process, which ends with this one."""
     if cores() == 1:
-        yield
         return
-    with suppress(OSError):  # no process to be had: they are compiled when they are needed
-        get_context("spawn").Process(target=_compile_kernels, args=(law, ()), daemon=True).start()
-    yield
+    with suppress(OSError), interrupts_held():  # no process to be had: they are compiled when they are needed
+        get_context("spawn").Process(target=_compile_alone, args=(law,), daemon=True).start()
+
+
+def _compile_alone(law: str) -> None:
+    _start_worker(1, ())
+    _compile_kernels(law, ())
 
 
 def _start_worker(threads: int, loaded: Sequence[str]) -> None:
