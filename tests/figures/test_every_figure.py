@@ -8,8 +8,9 @@ import pytest
 from made_cohort import crossed_cohort
 from vasowave.cohort.cohort import gathered
 from vasowave.cohort.primary import primary_comparison
+from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_residuals
 from vasowave.figures.marks import lettered
-from vasowave.figures.style import NARROW, WIDEST, style
+from vasowave.figures.style import NARROW, WIDEST, new_figure, style
 from vasowave.report.documents import report_of, supplement_of
 from vasowave.report.settings import ReportSettings
 
@@ -118,3 +119,16 @@ def test_no_text_lies_over_another(figures):
             if wide > 1.0 and high > 2.0:  # points; boxes hold room below their letters
                 over.add((name, one.get_text(), other.get_text()))
     assert over == set()
+
+
+def test_legends_above_panels_that_stand_side_by_side_end_within_their_own(cohort_results):
+    result = cohort_results[0]
+    with style():
+        figure = new_figure(17.4, 6.0)
+        panels = figure.subplots(1, 3)
+        for ax, draw in zip(panels, (plot_flow, plot_residuals, plot_autocorrelation), strict=True):
+            draw(ax, result)
+        figure.canvas.draw()
+        for place, ax in enumerate(panels[1:], 1):
+            ends = [*(one.get_window_extent().x0 for one in panels[place + 1 :]), figure.bbox.x1]
+            assert ax.get_legend().get_window_extent().x1 < ends[0]

@@ -172,8 +172,12 @@ def label_axes(ax: "Axes", x: str, y: str) -> "Axes":
 
 
 def legend_above(ax: "Axes", columns: int = 1) -> None:
-    """Put the legend above the panel, where it covers no curve."""
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.0)
+    """Put the legend above the panel, where it covers no curve, in as many columns as stand beside each other there."""
+    spec, labels = ax.get_subplotspec(), ax.get_legend_handles_labels()[1]
+    panels = spec.get_gridspec().ncols if spec is not None else 1
+    width = 2.54 * ax.figure.get_figwidth() / panels  # type: ignore[union-attr]
+    count = columns_that_fit(labels, width, columns) if labels else 1
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=count, borderaxespad=0.0)
 
 
 def quantity_label(attributes: dict[str, Any], name: str) -> str:

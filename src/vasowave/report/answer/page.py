@@ -78,8 +78,10 @@ def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) ->
         looks, sources = group_looks(cohort.groups), source_looks([*cohort.sources, "data"])
         axis, columns = f"relative to the {primary.law} wall [1]", ("value [95 %]", "")
         wide, narrow = (forest_figure(rows, looks, sources, axis, columns, form) for form in (WIDE, NARROW))
+        drawn = cohort.results[0].laws[primary.law].posterior is not None
+        whose = f"Posterior medians under the {primary.law} wall" if drawn else f"The {primary.law} wall's values"
         caption = (
-            f"The {primary.law} wall's values with their 95 % intervals (diamonds), and on the same scale those of "
+            f"{whose} with their 95 % intervals (diamonds), and on the same scale those of "
             "other walls and (data) what the recording alone says by a closed formula, where fits begin. Where it "
             "differs, believe the fit, which follows the whole waveform; the decay's τ and R_T C_T are two numbers."
         )
