@@ -12,11 +12,16 @@ from approval import PAPER, approve, figures
 from approval import page as page_of
 from made_cohort import changed, made_results
 from made_posterior import with_posterior
+from vasowave.cohort import primary_comparison
 from vasowave.cohort.cohort import gathered
+from vasowave.findings import as_json
+from vasowave.inference.findings import HALF_EMPTY
 from vasowave.model.walls import LinearWall
 from vasowave.report.answer.animal import animal_answers
+from vasowave.report.answer.problems import problem_blocks
 from vasowave.report.glossary import caller
 from vasowave.report.sections.fits import fit_sentences
+from vasowave.report.settings import ReportSettings
 from vasowave.report.tables import animal as tables
 from vasowave.report.wording import value_text
 from vasowave.report.write import write_report
@@ -177,3 +182,17 @@ def test_where_there_is_a_posterior_the_answers_are_its_numbers_and_say_so(resul
     assert shown.attrs["interval_low"] == pytest.approx(low, rel=0.03)
     assert shown.attrs["interval_high"] == pytest.approx(high, rel=0.03)
     assert drawn.laws["linear"].answers["R_T"].attrs == result.laws["linear"].quantities["R_T"].attrs
+
+
+def test_what_asks_for_a_look_in_the_posterior_of_the_answers_stands_on_the_page(result):
+    drawn = with_posterior(result, trusted=0)
+    table = drawn.laws["linear"].posterior.table
+    doubt = HALF_EMPTY()
+    posterior = replace(drawn.laws["linear"].posterior, table=table.assign_attrs(findings=as_json([doubt])))
+    doubted = replace(drawn, laws={**drawn.laws, "linear": replace(drawn.laws["linear"], posterior=posterior)})
+    for one, told in ((doubted, True), (drawn, False)):
+        cohort = gathered([one])
+        blocks = problem_blocks(cohort, primary_comparison(cohort, ReportSettings()))
+        said = " ".join(item for block in blocks for item in block.items)
+        assert (str(doubt) in said) is told
+        assert ("No problem was found" in said) is not told

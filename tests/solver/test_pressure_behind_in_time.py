@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import vasowave as vw
 from vasowave.animal.files import read_result, write_result
@@ -52,6 +53,43 @@ def test_a_wave_behind_all_beds_that_is_slow_lifts_the_whole_network():
     assert np.max(np.abs(pressure - 8.0 - WAVE)) < 0.05
 
 
+def test_a_windkessel_before_a_beating_atrium_is_its_ordinary_differential_equation():
+    """The capacitor stands against the pressure around the lung, so that it smooths what comes from behind."""
+    R1, R2, C = (float(np.asarray(one)[0]) for one in (BEDS_OF_ONE.R1, BEDS_OF_ONE.R2, BEDS_OF_ONE.C))
+    period, flow = MOUSE.period, np.maximum(np.sin(2 * np.pi * np.arange(256) / 256), 0) * 0.5
+    time = np.arange(256) / 256 * period
+
+    def over(values, t):
+        return np.interp(t % period, np.append(time, period), np.append(values, values[0]))
+
+    behind = 8.0 + np.interp(np.arange(256) / 256, np.append(T, 1), np.append(WAVE, WAVE[0]))
+    solved = solve_ivp(lambda t, p: (over(flow, t) - (p - over(behind, t)) / R2) / C, (0, 12 * period), [15.0],
+                       t_eval=11 * period + time, rtol=1e-8, max_step=period / 200)  # fmt: skip
+    expected = solved.y[0] + R1 * flow
+    stub = vw.Network(("1",), [-1], [0.02], [0.05])  # no water in it, and a wall that does not give
+    model = vw.Model(stub, vw.LinearWall(5e4), BEDS_OF_ONE, outlet_pressure=8.0, outlet_pulsation=behind)
+    waves = vw.simulate(model, vw.Inflow(flow, period), Numerics(samples=256)).sel(vessel="1", station="outlet")
+    assert np.max(np.abs(waves.pressure.values - expected)) < 0.1
+    steady = vw.simulate(model.changed(outlet_pulsation=None), vw.Inflow(flow, period), Numerics(samples=256))
+    moved = waves.pressure.values - steady.sel(vessel="1", station="outlet").pressure.values
+    assert np.ptp(moved) < 0.4 * np.ptp(behind)
+
+
+def test_beds_that_are_no_circuits_refuse_what_they_may_let_through():
+    beds = vw.estimate_nominal(NETWORK, MOUSE, bed=vw.StructuredTree).outlets
+    with pytest.raises(InputError, match="what StructuredTree lets through of it is not known"):
+        vw.Model(NETWORK, vw.LinearWall(60.0), beds, outlet_pulsation=WAVE)
+
+
+@pytest.mark.parametrize(
+    ("wave", "message"),
+    [(15 * WAVE, "falls to -.* mmHg; correct its zero"), (3 * T, "the cycle of the pressure behind the beds does not")],
+)
+def test_a_wave_that_no_atrium_makes_is_refused(tmp_path, wave, message):
+    with pytest.raises(InputError, match=message):
+        read_wedge(written(tmp_path / "la.csv", MOUSE.period, wave), MOUSE.period)
+
+
 BEDS_OF_ONE = vw.Windkessel(np.array([5.0]), np.array([70.0]), np.array([1e-3]))
 
 
@@ -85,16 +123,18 @@ def test_the_tree_from_its_beds_up_is_the_system_of_its_nodes(junctions, monkeyp
 def test_derivatives_about_a_wave_behind_the_beds_are_those_of_differences():
     numerics = Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-11)
 
-    def run_of(beta):
-        model = vw.Model(NETWORK, vw.LinearWall(beta), BEDS, outlet_pressure=8.0, outlet_pulsation=WAVE)
+    def run_of(x):
+        wall, beds = vw.LinearWall(60.0 * np.exp(x[0])), BEDS.scaled(*np.exp(x[1:]))
+        model = vw.Model(NETWORK, wall, beds, outlet_pressure=8.0, outlet_pulsation=3 * WAVE)
         return run_to_periodic(model, MOUSE.inflow, numerics)
 
-    middle, step = run_of(60.0), 1e-3
-    direction = direction_between(run_of(60.0).model, run_of(60.0 * np.e).model, 1.0)
-    found = pressure_derivatives(middle, MOUSE.inflow, [direction], numerics, 1e-10)[0]
-    ends = [run_of(60.0 * np.exp(k * step)).inlet_pressure(middle.steps) for k in (1, -1)]
-    expected = (ends[0] - ends[1]) / (2 * step)
-    assert np.max(np.abs(found - expected)) < 1e-4 * np.max(np.abs(expected))
+    middle, step, ways = run_of(np.zeros(4)), 1e-3, np.eye(4)
+    directions = [direction_between(*(run_of(k * 1e-4 * way).model for k in (-0.5, 0.5)), 1e-4) for way in ways]
+    found = pressure_derivatives(middle, MOUSE.inflow, directions, numerics, 1e-10)
+    for way, one in zip(ways, found, strict=True):
+        ends = [run_of(k * step * way).inlet_pressure(middle.steps) for k in (1, -1)]
+        expected = (ends[0] - ends[1]) / (2 * step)
+        assert np.max(np.abs(one - expected)) < 1e-4 * np.max(np.abs(expected))
 
 
 def told(recording, wave=WAVE):
@@ -110,7 +150,8 @@ def test_a_fit_that_is_told_of_the_wave_finds_the_truth_and_one_that_is_not_errs
     errors = [abs(np.log(fit.parameters["value"]["beta"] / 70.0)) for fit in fits]
     assert errors[0] < 1e-3
     assert errors[1] > 20 * errors[0]
-    assert fits[0].rmse < 1e-3 < 0.1 < fits[1].rmse
+    assert fits[0].rmse < 1e-3
+    assert fits[1].rmse > 50 * fits[0].rmse
 
 
 def test_what_is_stored_gives_the_model_with_the_wave_again_and_programs_that_know_none_refuse_it(tmp_path):
@@ -152,7 +193,9 @@ def test_an_animal_has_the_wave_of_its_column_and_the_mean_that_is_given(tmp_pat
     recording = load_animal(row, StudyFile(), tmp_path).recording
     assert recording.wedge_pressure == pytest.approx(mean, abs=1e-4)
     assert np.ptp(recording.wedge_pulsation) == pytest.approx(np.ptp(WAVE), abs=1e-3)
-    assert {"recording.wedge", "recording.wedge-wave"} <= {one.code for one in recording.notes}
+    codes = {one.code for one in recording.notes}
+    assert {"recording.wedge", "recording.wedge-wave"} <= codes
+    assert ("recording.wedge-differs" in codes) is bool(cells)
 
 
 def test_a_wave_of_another_shape_is_refused_with_the_shapes_that_may_be():

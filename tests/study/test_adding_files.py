@@ -19,6 +19,7 @@ from vasowave.study.checking import check_study
 from vasowave.study.grouping import within
 from vasowave.study.names import plain_name
 from vasowave.study.sorting import _refuse_vessels
+from vasowave.study.template import new_study
 
 QUIET = Disturbances(pressure_drift=0.0)
 
@@ -142,6 +143,18 @@ def test_what_nothing_tells_is_said_and_left_empty_and_what_is_no_recording_is_n
     nothing = CliRunner().invoke(app, ["add", str(study), str(tmp_path / "notes.txt")])
     assert nothing.exit_code != 0
     assert "no recording among these files" in str(nothing.exception)
+
+
+def test_files_beside_a_recording_are_found_from_where_they_were_typed(lab, tmp_path, monkeypatch):
+    """As recordings and networks are, whose names the table holds as seen from the study."""
+    monkeypatch.chdir(tmp_path)
+    study = new_study(tmp_path / "a study")[0].parent
+    (tmp_path / "Vorhof links.csv").write_text("time [s],pressure [mmHg]\n" + "".join(
+        f"{i / 1000:.3f},{7 + np.sin(2 * np.pi * i / 110):.4f}\n" for i in range(110)), "utf-8")  # fmt: skip
+    one = min(lab[0].rglob("*.txt"))
+    added = add_files(study, [one], group="CTL", cells={"wedge wave": "Vorhof links.csv"})
+    (name,) = {row["wedge wave"] for row in added.rows}
+    assert (study / name).samefile(tmp_path / "Vorhof links.csv")
 
 
 def test_one_cause_is_one_error_with_all_its_lines(tmp_path):

@@ -372,7 +372,7 @@ def _solve(
         P, flow = joined(network, ports, end, spectrum)
         with np.errstate(divide="ignore", invalid="ignore"):
             Z_in = P / flow
-    behind = _behind(model, len(spectrum))
+    behind = _behind(model, len(spectrum), period)
     if behind.any():
         n = len(behind)
         if motion is not None:
@@ -409,11 +409,15 @@ def _along_tree(
     return Z_in, P, P / Z_in
 
 
-def _behind(model: Model, count: int) -> np.ndarray:
-    """Return harmonics of the pressures behind the beds, shape (harmonic, terminal): of steady ones the mean alone."""
-    if model.outlet_pulsation is None:
+def _behind(model: Model, count: int, period: float) -> np.ndarray:
+    """Return harmonics of what stands before the beds of the pressures behind them, shape (harmonic, terminal), mmHg.
+
+    Of steady ones the mean alone.
+    """
+    pulsation = model.pulsation_before_beds(period)
+    if pulsation is None:
         return np.asarray(model.outlet_pressure, dtype=complex)[np.newaxis]
-    return _spectrum(model.outlet_pulsation + model.outlet_pressure, count)
+    return _spectrum(pulsation + model.outlet_pressure, count)
 
 
 def _hyperbolic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.model.blood import Blood
 from vasowave.model.outlets import BUILT_IN as CIRCUITS
-from vasowave.model.outlets import Outlets
+from vasowave.model.outlets import Bed, Outlets
 from vasowave.model.per_vessel import one_per_vessel
 from vasowave.model.shape import Shape
 from vasowave.model.walls import BUILT_IN as WALLS
@@ -101,6 +101,7 @@ class Model:
         object.__setattr__(self, "outlet_pressure", _pressures(self.outlet_pressure, terminals))
         if self.outlet_pulsation is not None:
             object.__setattr__(self, "outlet_pulsation", _pulsation(self.outlet_pulsation, terminals))
+            self.pulsation_before_beds(1.0)
         if self.junctions not in (None, "static", "total"):
             raise InputError(f"junctions: {self.junctions!r} is not known; give 'static' or 'total'")
         object.__setattr__(self, "loss", _not_negative("loss", self.loss, self.network.name))
@@ -165,6 +166,26 @@ class Model:
         stiffness, parameters = self.profile.at(vessel, share)[1], self.wall.law().parameters
         wall = type(wall)(*(value * one.scale(stiffness) for value, one in zip(wall, parameters, strict=True)))
         return wall, self._area0(wall, self.image_area(vessel, share))
+
+    def pulsation_before_beds(self, period: float) -> np.ndarray | None:
+        """Return what stands of `outlet_pulsation` before the beds where nothing flows, shape (sample, terminal), mmHg.
+
+        Raises
+        ------
+        InputError
+            Beds that are no circuits: what they let through is not known.
+        """
+        if self.outlet_pulsation is None:
+            return None
+        circuit = self.outlets.circuit() if isinstance(self.outlets, Bed) else None
+        if circuit is None:
+            raise InputError(
+                f"outlet_pulsation: what {type(self.outlets).__name__} lets through of it is not known; give beds that "
+                "are resistances or Windkessels, or the mean pressure alone"
+            )
+        count = len(self.outlet_pulsation)
+        omega = 2 * np.pi / period * np.arange(count // 2 + 1)[:, np.newaxis]
+        return np.fft.irfft(np.fft.rfft(self.outlet_pulsation, axis=0) * circuit.passes(omega), count, axis=0)
 
     def image_area(self, vessel: np.ndarray, share: np.ndarray) -> np.ndarray:
         """Cross-sectional area, cm², at the pressure of the image, at places as in `at`."""

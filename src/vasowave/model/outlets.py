@@ -95,6 +95,13 @@ class Circuit(NamedTuple):
         """Impedance, mmHg s/ml (eq. 7), at angular frequencies (rad/s) of shape (..., 1)."""
         return self.proximal + self.distal / (1 + 1j * omega * self.distal * self.compliance)
 
+    def passes(self, omega: np.ndarray) -> np.ndarray:
+        """Share of a pressure behind the circuit that stands before it where nothing flows, of shape (..., terminal).
+
+        The capacitor is filled against the pressure around the lung, not against that behind the bed.
+        """
+        return 1 / (1 + 1j * omega * self.distal * self.compliance)
+
     def rational(self) -> Rational:
         """Return the circuit as a resistance and a pole: the pressure of the capacitor."""
         held = self.compliance > 0

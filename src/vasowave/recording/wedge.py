@@ -6,21 +6,28 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.findings import Finding
 from vasowave.io.columns import read_columns
+from vasowave.recording.plausibility import check_closure
+from vasowave.recording.read import ASSUMED_UNIT
 from vasowave.recording.signal import ALIASES
 from vasowave.recording.single_wave import single_wave
 
 SAME_PERIOD = 0.02
 """Share by which the period of what is recorded elsewhere may differ from the recording's."""
 
+_LOWEST = -5.0  # mmHg: the atrium of a deep breath
 _NAMES = {"wedge": "pressure", "pcwp": "pressure", "la": "pressure", "lap": "pressure", "left atrium": "pressure"}
 
 
 class Wedge(NamedTuple):
-    """Mean of a pressure behind the beds, mmHg, and what it does about that over the cycle, shape (sample,), mmHg."""
+    """Mean of a pressure behind the beds, mmHg, what it does about that over the cycle, shape (sample,), mmHg, and what
+    is odd of it.
+    """
 
     mean: float
     pulsation: np.ndarray
+    findings: tuple[Finding, ...]
 
 
 def read_wedge(path: str | Path, period: float) -> Wedge:
@@ -36,7 +43,8 @@ def read_wedge(path: str | Path, period: float) -> Wedge:
     Raises
     ------
     InputError
-        File and line of what cannot be read; no pressure; times that last longer or shorter than the cycle.
+        File and line of what cannot be read; no pressure; times that last longer or shorter than the cycle; a cycle
+        that does not close, or whose pressure falls far below zero.
 
     Examples
     --------
@@ -56,5 +64,12 @@ def read_wedge(path: str | Path, period: float) -> Wedge:
             f"{path}: its cycle lasts {lasts:.5g} s and that of the recording {period:.5g} s; give one cycle, averaged "
             "at the same heart rate and in step with the recording"
         )
+    found = check_closure(cycle, "the pressure behind the beds", str(path))
+    if cycle.min() < _LOWEST:
+        raise InputError(
+            f"{path}: the pressure behind the beds falls to {cycle.min():.3g} mmHg; correct its zero, unit or column"
+        )
+    if not wave.stated:
+        found.append(ASSUMED_UNIT(quantity="the pressure behind the beds", unit="mmHg", name=Path(path).name))
     mean = float(cycle.mean())
-    return Wedge(mean, cycle - mean)
+    return Wedge(mean, cycle - mean, tuple(found))

@@ -186,6 +186,14 @@ def change_beds(d, before, memory, outlet, outlets, ends, faces, changes):
 
 
 @njit(**OPTIONS)
+def change_behind(d, n, moved, outlet, ends, changes):
+    """Add what flows in at half step n as direction d changes what stands before the beds of the pressure behind."""
+    for k in range(ends.first_terminal, len(changes.inflow)):
+        j = k - ends.first_terminal
+        changes.inflow[k] += moved[d, n, j] / outlet.resistance[j]
+
+
+@njit(**OPTIONS)
 def change_nodes(ends, slopes, changes):
     """Changes of the pressures of all nodes."""
     for e in range(len(ends.face)):

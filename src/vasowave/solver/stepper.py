@@ -45,7 +45,7 @@ class Stepper:
         self.heart = make_heart(inflow, dt)
         self.beds = grid.model.outlets.rational(inflow.period)
         self.outlets = bed_steps(self.beds, dt, grid.model.outlet_pressure)
-        self.behind = _behind(grid.model, steps)
+        self.behind = None if grid.model.outlet_pulsation is None else behind_in_time(grid.model, steps, inflow.period)
         blood = grid.model.blood
         friction = blood.friction.coefficients(blood.viscosity, inflow.period)
         self.fluid = Fluid(blood.inertia, *friction)
@@ -128,8 +128,8 @@ class Stepper:
         return Extreme(float(report[key]), self.grid.model.network.name[vessel], time)
 
 
-def _behind(model: Model, steps: int) -> np.ndarray | None:
-    """Return the pressure behind the beds at every half step, shape (step, terminal), mmHg; None where it is steady."""
-    if model.outlet_pulsation is None:
-        return None
-    return np.ascontiguousarray(resample(model.outlet_pulsation, steps) + np.asarray(model.outlet_pressure))
+def behind_in_time(model: Model, steps: int, period: float) -> np.ndarray:
+    """Return what stands before the beds of the pressure behind them, mmHg, by half step, shape (step, terminal)."""
+    pulsation = model.pulsation_before_beds(period)
+    assert pulsation is not None
+    return np.ascontiguousarray(resample(pulsation, steps) + np.asarray(model.outlet_pressure))

@@ -23,6 +23,7 @@ from vasowave.solver.changing_variations import (
 from vasowave.solver.cycle import PARTS
 from vasowave.solver.node_variations import (
     change_beds,
+    change_behind,
     change_characteristics,
     change_ends,
     change_memory,
@@ -71,7 +72,7 @@ def _compiled() -> Any:
                 for i in range(before.shape[1]):
                     before[j, i] = memory[j, i]
             if behind is not None:
-                beat_behind(outlet, behind, n)
+                beat_behind(outlet, behind[0], n)
             if viscous is None:
                 solve_nodes(inflow[n], n, None, outlet, memory, ends, end_wall, nodes, faces)
             else:
@@ -133,6 +134,8 @@ def _compiled() -> Any:
                     lengthen_faces(longer, flow, cells, to_faces, face_dA, face_dq)
                     lengthen_characteristics(in_ends.length[d], lines, at_nodes)
                 change_beds(d, before, remembered[d], outlet, outlets, ends, faces, at_nodes)
+                if behind is not None:
+                    change_behind(d, n, behind[1], outlet, ends, at_nodes)
                 if viscous is None:
                     change_nodes(ends, lines, at_nodes)
                     change_ends(ends, nodes, lines, at_nodes, face_dA, face_dq)

@@ -17,7 +17,7 @@ from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
 from vasowave.solver.start import at_rest
 from vasowave.solver.state import State
-from vasowave.solver.stepper import Stepper
+from vasowave.solver.stepper import Stepper, behind_in_time
 from vasowave.solver.variations import SHIFT, Slopes, Stencil, Weights
 from vasowave.solver.varied_cycle import varied_cycle_kernel
 from vasowave.solver.viscosity import Viscous
@@ -39,6 +39,7 @@ class VariedStepper:
         self.weights = _weights(directions, run.grid.places)
         self.drags = _drags(run.grid, directions, self.stepper.fluid)
         self.outlets = _outlet_changes(run, directions)
+        self.behind = None if self.stepper.behind is None else (self.stepper.behind, _moved_behind(run, directions))
         self.shifted = tuple(map(_beside, self.stepper.law))
         slots, count, nodes = len(vessel), len(ends.face), int(ends.start[1])
         rows, changed = len(run.grid.wall) + 1, int(self.weights[0].rows.max())
@@ -96,7 +97,7 @@ class VariedStepper:
         changes = [scale.change(row) for row in x]
         changed = tuple(np.array([getattr(one, name) for one in changes]) for name in ("area", "flow", "memory"))
         varied_cycle_kernel(type(stepper.grid.wall))(
-            (state.area, state.flow, state.memory), changed, stepper.inflow, stepper.behind, stepper.law, self.shifted,
+            (state.area, state.flow, state.memory), changed, stepper.inflow, self.behind, stepper.law, self.shifted,
             stepper.outlets, self.outlets, stepper.parts, (*self.weights, self.drags), stepper.fluid, self.base,
             self.scratch, self.viscous, self.watched, self.inlet, self.seen,
         )  # fmt: skip
@@ -149,6 +150,19 @@ def _beside(wall: Any) -> tuple[tuple[Any, Any], ...]:
         return type(wall)(*(value * factor if i == k else value for i, value in enumerate(wall)))
 
     return tuple((shifted(k, 1 + SHIFT), shifted(k, 1 - SHIFT)) for k in range(len(wall)))
+
+
+def _moved_behind(run: Run, directions: Sequence[Direction]) -> np.ndarray:
+    """Return how what stands before the beds of the pressure behind them changes, shape (direction, step, terminal)."""
+    model, changes = run.model, []
+    beds: Any = model.outlets
+    for one in directions:
+        up, down = (
+            behind_in_time(model.changed(outlets=beds.moved(side * _APART * one.outlets)), run.steps, run.period)
+            for side in (1, -1)
+        )
+        changes.append((up - down) / (2 * _APART))
+    return np.array(changes)
 
 
 def _outlet_changes(run: Run, directions: Sequence[Direction]) -> OutletChanges:

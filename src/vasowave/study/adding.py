@@ -17,6 +17,7 @@ from vasowave.study.names import plain_name
 from vasowave.study.plan import RESULTS
 from vasowave.study.reading import read_settings, study_path
 from vasowave.study.reporting import ONE_BY_ONE, REPORT_FOLDER
+from vasowave.study.rows import FILES
 from vasowave.study.settings import StudyFile
 from vasowave.study.sorting import Recorded, Sorted, files_in, sort_files
 from vasowave.study.table import Known, read_rows, seen_from, written_rows
@@ -89,6 +90,8 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     path = study_path(Path(study))
     settings = _settings(path)
     _check_cells(cells or {})
+    cells = {title: seen_from(path.parent, Path(text)) if title in FILES and text else text
+             for title, text in (cells or {}).items()}  # fmt: skip
     table = path.parent / settings.animals
     before = read_rows(table)
     sorted_files = _sorted(path.parent, table, paths, network, cells or {})

@@ -15,7 +15,7 @@ from vasowave.animal.pipeline import Progress, analyze
 from vasowave.animal.result import AnimalResult
 from vasowave.calibration.sites import places_of
 from vasowave.errors import InputError, VasowaveError, VasowaveWarning, of_file
-from vasowave.findings import Finding, found_in, note_kind, warn
+from vasowave.findings import Finding, found_in, look_kind, note_kind, warn
 from vasowave.io.textfile import look
 from vasowave.model.law_files import LawFile, in_words, learn
 from vasowave.model.nominal import estimate_nominal, oddities
@@ -49,6 +49,12 @@ WEDGE = note_kind(
     "recording.wedge", "the pressure behind the vascular beds is {wedge:.4g} mmHg (wedge): PVR and R_T count from it"
 )
 WEDGE_WAVE = note_kind("recording.wedge-wave", "over the cycle that pressure changes by {pulse:.3g} mmHg")
+WEDGE_DIFFERS = look_kind(
+    "recording.wedge-differs",
+    "the wedge pressure is given as {given:.3g} mmHg, the mean of its waveform is {wave:.3g} mmHg; the number counts",
+    "Correct one of the two, or leave the number out.",
+)
+_APART = 1.0  # mmHg between the two
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
 
@@ -141,7 +147,9 @@ def _wedged(recording: Recording, row: AnimalRow) -> tuple[Recording, list[Findi
     wedged = replace(recording, wedge_pressure=mean or 0.0, wedge_pulsation=pulsation)
     found = [WEDGE(wedge=mean)] if mean else []
     if wave is not None:
-        found.append(WEDGE_WAVE(pulse=float(np.ptp(wave.pulsation))))
+        found += [WEDGE_WAVE(pulse=float(np.ptp(wave.pulsation))), *wave.findings]
+        if mean is not None and abs(mean - wave.mean) > _APART:
+            found.append(WEDGE_DIFFERS(given=mean, wave=wave.mean))
     return wedged, found
 
 

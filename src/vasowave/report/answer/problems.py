@@ -10,7 +10,7 @@ from vasowave.cohort.misfit import WORSE_THAN_BEST
 from vasowave.cohort.missing import Missing, Standing
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
-from vasowave.findings import Finding
+from vasowave.findings import Finding, Severity
 from vasowave.report.blocks import Block, Notice, Remarks
 from vasowave.report.tables.cells import span
 from vasowave.report.wording import OF_FLOW, number, some_of
@@ -99,10 +99,22 @@ def problem_blocks(cohort: Cohort, primary: Primary) -> list[Block]:
     looks = _looks(warned)
     blocks: list[Block] = [Notice("Problems", sentences)] if sentences else []
     blocks += [Notice("Recordings to look at", looks)] if looks else []
+    doubted = _doubted_posteriors(cohort, primary.law)
+    doubts = _looks(doubted)
+    blocks += [Notice(f"Posteriors to look at ({primary.law} wall)", doubts)] if doubts else []
     count = sum(one not in result.looks for result in cohort.results for one in result.findings)
-    none = [] if sentences or looks else [_NONE if len(cohort.walls) > 1 else _NONE_OF_ONE]
+    count -= sum(map(len, doubted.values()))
+    none = [] if sentences or looks or doubts else [_NONE if len(cohort.walls) > 1 else _NONE_OF_ONE]
     notes = [f"{count} routine notes stand with the animals in the supplement."] if count else []
     return [*blocks, *([Remarks("Checks", [*none, *notes])] if none or notes else [])]
+
+
+def _doubted_posteriors(cohort: Cohort, law: str) -> dict[str, list[Finding]]:
+    """Return what asks for a look in the posteriors whose numbers are the answers, by animal."""
+    drawn = {result.name: result.laws[law].posterior for result in cohort.results if law in result.laws}
+    found = {name: [one for one in posterior.findings if one.severity == Severity.LOOK]
+             for name, posterior in drawn.items() if posterior is not None}  # fmt: skip
+    return {name: doubts for name, doubts in found.items() if doubts}
 
 
 def _looks(warned: Mapping[str, Sequence[Finding]]) -> list[str]:
