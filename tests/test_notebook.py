@@ -91,6 +91,7 @@ def test_a_fit_sums_itself_up_stores_itself_and_simulates(fit, mouse, tmp_path):
     assert abs(float(first.mean()) - mouse.mean_pressure) < 1.0
 
 
+@pytest.mark.validation
 def test_a_fit_is_sampled_with_what_it_held_held(mouse):
     trunk = vw.Network(("trunk",), [-1], [0.4], [0.045])
     few = mouse.resampled(64)  # few harmonics, which a posterior costs

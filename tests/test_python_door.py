@@ -174,6 +174,7 @@ def test_a_comparison_says_itself_draws_itself_and_can_be_turned_round(results):
     assert any("mPAP" in text for text in words)
 
 
+@pytest.mark.validation
 def test_of_three_groups_one_is_shown_with_the_p_that_holds_for_all(study, tmp_path):
     store, pieces = Store(tmp_path / "results"), {}
     for number, one in enumerate(planted_results()):

@@ -112,6 +112,7 @@ def test_many_failures_are_counted_on_the_page(results):
     assert "15 more failures stand in the table Failures." in said
 
 
+@pytest.mark.validation
 def test_both_documents_and_the_tables_name_what_failed(results, tmp_path):
     page = write_report(results, tmp_path / "report", lost=[LOST], pdf=False).read_text("utf-8")
     assert "7 of 8 animals in 2 groups" in page

@@ -146,6 +146,7 @@ def test_errors_of_the_probe_are_in_a_flow_that_is_compared_and_not_in_the_model
     np.testing.assert_allclose(gained, exact - 0.1 * resample(MOUSE.flow, len(exact)), atol=1e-9)
 
 
+@pytest.mark.validation
 def test_stored_results_of_a_pressure_that_entered_give_its_waves_again(tmp_path):
     recording, _ = recorded("linear")
     noisy = replace(recording, flow=recording.flow * 1.05)  # which nothing but the flow knows

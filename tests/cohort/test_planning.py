@@ -177,6 +177,7 @@ def test_what_lessens_errors_saves_animals_only_where_errors_are_what_costs(plan
         Planning(littermates=True)
 
 
+@pytest.mark.validation
 def test_a_plan_is_one_page_that_says_how_many(tmp_path):
     found = vw.plan(effect=1.5)
     assert f"{found.needed.loc['mPAP', 'as it is']:.0f} for mean pressure mPAP" in plan_texts(found)[0]

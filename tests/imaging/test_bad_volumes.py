@@ -107,6 +107,7 @@ def test_a_voxel_size_wrong_by_a_factor_of_ten_shows_at_the_cannula(scan, image,
     refused("give a positive number of cm", tmp_path, image, "--voxel", "-1", "--root", far[0])
 
 
+@pytest.mark.validation
 def test_a_root_at_the_wrong_end(scan, image, tmp_path):
     embedding, _ = scan
     wrong = written(embedding.lines[2][-2])
@@ -121,6 +122,7 @@ def test_a_root_at_the_wrong_end(scan, image, tmp_path):
     assert "is wider than the root" in (tmp_path / "out" / "review.html").read_text()
 
 
+@pytest.mark.validation
 def test_a_tree_that_touches_the_border_and_a_second_tree_beside_it(scan, tmp_path):
     embedding, volume = scan
     low = int((embedding.cannula[0, 0] + 0.05 - volume.origin[0]) / volume.spacing[0])

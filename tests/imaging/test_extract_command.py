@@ -113,6 +113,7 @@ def test_surface_mask_and_centerlines_lie_over_the_image(extracted, scan):
     assert np.abs(volume.grey[tuple(at.T)].mean() - 45) < 10
 
 
+@pytest.mark.validation
 def test_the_edited_mask_gives_the_network_that_was_left_in_it(extracted, scan, tmp_path):
     folder, embedding, volume = extracted[0], scan[1], scan[2]
     image = SimpleITK.ReadImage(str(folder / "mask.nrrd"))

@@ -86,6 +86,7 @@ def test_a_bent_scale_is_named_and_the_correction_that_noise_and_cannula_agree_o
     assert not [one for one in again.doubts if one.finding.code.startswith("image.")]
 
 
+@pytest.mark.validation
 def test_a_cannula_that_contradicts_the_noise_is_offered_no_correction(fork):
     embedding, volume = fork
     image = exported(volume, lambda share: share**0.5)
@@ -150,6 +151,7 @@ def test_the_proposed_threshold_lies_between_background_and_lumen_in_any_unit(fo
     assert larger.threshold == pytest.approx(300 * levels.threshold - 5000, rel=0.02)
 
 
+@pytest.mark.validation
 def test_a_threshold_that_cannot_be_is_answered_with_one_that_can(fork):
     _, volume = fork
     proposed = f"{levels_of(volume).threshold:g}"
@@ -168,6 +170,7 @@ def test_no_doubt_stands_where_grey_levels_say_nothing():
     assert grey_doubts(GreyLook(0.0, 100.0, None), ("1",)) == []
 
 
+@pytest.mark.validation
 def test_a_look_at_the_grey_scale_of_a_large_image_needs_less_memory_than_the_image(fork):
     embedding, volume = fork
     found = found_in(volume, embedding)

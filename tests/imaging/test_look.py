@@ -204,6 +204,7 @@ def bare_fork():
     return Volume(grey, np.full(3, 0.004), np.zeros(3))
 
 
+@pytest.mark.validation
 def test_of_an_image_without_a_cannula_the_proposed_command_runs_and_the_error_of_another_says_how(
     tmp_path, monkeypatch
 ):

@@ -84,7 +84,14 @@ def test_corners_of_a_flat_end_are_no_vessels():
     assert len(tree.lines) == 3
 
 
-@pytest.mark.parametrize("kind", ["bent 1.15", "irregular", "oval 0.7"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param("bent 1.15", marks=pytest.mark.validation),
+        "irregular",
+        pytest.param("oval 0.7", marks=pytest.mark.validation),
+    ],
+)
 def test_vessels_that_bend_within_two_radii_or_are_not_round_have_no_branches_that_are_not_there(kind):
     made = make(KINDS[kind], 2000)
     root = made.root + np.array([0.02, 0, 0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vasowave.datasets import control_network, virtual_mouse
-from vasowave.inference.discrepancy import Discrepancy, Drawn
+from vasowave.inference.discrepancy import Discrepancy, Drawn, Passed
 from vasowave.inference.posterior import Sampling, problem_of
 from vasowave.noise.spectrum import fourier, harmonics
 
@@ -68,7 +68,7 @@ def test_a_likelihood_that_takes_over_what_another_has_diagonalized_is_the_one_t
 
 
 @pytest.mark.parametrize("power", [lambda k: np.exp(-k), lambda k: (k < 2) + 0.01, lambda k: 1.0 + 0 * k])
-@pytest.mark.parametrize("of_mean", [np.inf, 0.5])
+@pytest.mark.parametrize("of_mean", [pytest.param(np.inf, marks=pytest.mark.validation), 0.5])
 def test_neither_nodes_nor_their_ends_decide_the_likelihood(power, of_mean):
     """Steep, cut off and white: what the prior does not expect, seen with small errors of measurement."""
     samples = 31
@@ -154,3 +154,51 @@ def test_the_likelihood_of_some_coefficients_is_that_of_their_part_of_every_cova
     seen = ~left_out
     expected = weight @ density(covariances[:, seen][:, :, seen], residual[seen]) / weight.sum()
     assert noise.without(left_out).log_likelihood(residual) == pytest.approx(np.log(expected), abs=1e-9)
+
+
+HARMONICS = 15
+REGRESSED = 2 * HARMONICS + 1
+
+
+def regression(signal, rng, impedance=2.0):
+    """Return coefficients of a flow and a pressure with errors, and the likelihood of their residuals; no mean."""
+    flow = rng.standard_normal(REGRESSED) * np.exp(-0.2 * harmonics(REGRESSED)) * signal
+    flow[0], own, error = 0.0, 0.05, 0.3
+    pressure = impedance * flow + own * rng.standard_normal(REGRESSED)
+    seen = flow + error * rng.standard_normal(REGRESSED) * (harmonics(REGRESSED) > 0)
+    variance = np.where(harmonics(REGRESSED) > 0, (impedance * error) ** 2, 0.0)
+    passed = Passed(REGRESSED, pressure, variance)
+    known = np.diag(variance + own**2)
+    return seen, pressure, Discrepancy(REGRESSED, (0.05, 0.3), known, np.zeros((REGRESSED, 1)), passed=passed)
+
+
+@pytest.mark.parametrize("signal", [1.5, 6.0])
+def test_noise_of_a_flow_that_enters_draws_no_impedance_down(signal):
+    """At the truth the score has the mean zero (maximum likelihood of a regression with errors in both signals)."""
+    rng, near = np.random.default_rng(12), np.log(2.0) + 1e-4 * np.array([1.0, -1.0])
+    slopes, plain = [], []
+    for _ in range(400):
+        seen, pressure, noise = regression(signal, rng)
+        residuals = pressure - np.exp(near)[:, np.newaxis] * seen
+        for one, into in ((noise, slopes), (replace(noise, passed=None), plain)):
+            up, down = one.log_likelihood(residuals)
+            into.append((up - down) / 2e-4)
+    error = np.std(slopes) / np.sqrt(len(slopes))
+    assert abs(np.mean(slopes)) < 3 * error
+    assert np.mean(plain) == pytest.approx(1 - REGRESSED, abs=4 * error)  # one for each coefficient but the mean
+
+
+def test_what_pulls_upwards_is_the_slope_of_the_likelihoods_own_term():
+    rng = np.random.default_rng(13)
+    _, pressure, noise = regression(3.0, rng)
+    residual, step = pressure - rng.standard_normal(REGRESSED), 1e-6 * np.eye(REGRESSED)
+    near, own = replace(noise, amplitude=(1e-6, 0.3)), np.diag(noise.measured)
+    pulls = [
+        np.diff(
+            near.log_likelihood(residual + np.array([side, -side])) - replace(near, passed=None).log_likelihood(
+                residual + np.array([side, -side])
+            )
+        )[0] / 2e-6
+        for side in step
+    ]  # fmt: skip
+    np.testing.assert_allclose(pulls, noise.passed.uphill(residual, own), rtol=1e-4, atol=1e-4)

@@ -149,6 +149,7 @@ def test_a_fit_elsewhere_is_a_finding_with_distance_and_nats():
     assert "likelier than every draw, by 10.0 nats" in str(likelier[0])
 
 
+@pytest.mark.validation
 def test_a_tangent_animal_far_from_nominal_is_found_from_nominal():
     """Nominal β is 13 mmHg. Of four steps from there alone came 625 [386, 1079] cm/s, with a Pareto k of 0.09."""
     network, recording, model = animal("low", 3)

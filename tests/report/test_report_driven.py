@@ -136,6 +136,7 @@ def test_the_supplement_marks_the_animal_that_was_picked_before(cohort_page, tmp
     assert console == []
 
 
+@pytest.mark.validation
 def test_an_animal_that_was_recorded_twice_is_marked_in_both_recordings(tmp_path):
     cohort, family = crossed_cohort(2), Family(quantities=("mPAP", "CO"))
     with style():

@@ -197,6 +197,7 @@ def test_points_of_the_forest_are_the_ratios_that_its_rows_are_of(cohort, primar
         assert min(own) < row["ratio"] < max(own)
 
 
+@pytest.mark.validation
 def test_captions_explain_what_is_drawn_and_nothing_else(cohort, primary):
     drawings = {one.name: one.caption for one in supplement_of(cohort, primary).drawings()}
     for name in ("ParOpt", "WIA-I_R"):

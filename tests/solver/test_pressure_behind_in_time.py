@@ -141,6 +141,7 @@ def told(recording, wave=WAVE):
     return replace(recording, wedge_pressure=8.0, wedge_pulsation=wave)
 
 
+@pytest.mark.validation
 def test_a_fit_that_is_told_of_the_wave_finds_the_truth_and_one_that_is_not_errs():
     model = vw.Model(NETWORK, vw.LinearWall(70.0), BEDS, outlet_pressure=8.0, outlet_pulsation=3 * WAVE)
     waves = vw.simulate(model, MOUSE.inflow, Numerics(samples=256)).sel(vessel="1", station="inlet")

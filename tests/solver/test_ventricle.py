@@ -60,8 +60,8 @@ def test_a_stub_before_a_windkessel_is_the_ordinary_differential_equation():
         return -flow, (flow - charge / R) / C
 
     charge = 10.0
-    for _ in range(30):
-        solved = solve_ivp(change, (0, PERIOD), (heart.filled, charge), max_step=PERIOD / 2000, rtol=1e-9, atol=1e-11)
+    for _ in range(20):
+        solved = solve_ivp(change, (0, PERIOD), (heart.filled, charge), max_step=PERIOD / 200, rtol=1e-9, atol=1e-11)
         charge = solved.y[1, -1]
     run = simulate_run(model, heart, Numerics(samples=64))
     pressure, flow = ventricular_waves(heart, run.at_inlet[1])[0], run.at_inlet[1]

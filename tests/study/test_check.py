@@ -220,6 +220,7 @@ def test_a_mouse_that_is_none_is_odd(make_study, mice, change, word):
     assert not any("implausible" in line for line in said(folder))
 
 
+@pytest.mark.validation
 def test_a_viscosity_a_hundred_times_that_of_blood_is_told_before_anything_is_computed(make_study):
     folder = make_study(settings=SETTINGS + "blood: {viscosity: 4.62}\n")
     for number in range(3):

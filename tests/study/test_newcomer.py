@@ -311,6 +311,7 @@ def test_long_work_without_a_terminal_writes_a_line_at_every_interval(capsys):
     assert "3 of 3" in lines[-1]
 
 
+@pytest.mark.validation
 def test_fit_reads_what_add_reads_says_how_to_cut_a_gap_and_status_knows_it(lab, tmp_path, monkeypatch):
     write_network(SMALL, tmp_path / "n.csv")
     monkeypatch.chdir(tmp_path)

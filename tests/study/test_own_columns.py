@@ -154,9 +154,10 @@ def moved(row):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (
+        pytest.param(
             lambda study: with_cell(study, "group", moved),
             "animals (changed: CTL 5, group CTL → HPH and CTL 6, group CTL → HPH).",
+            marks=pytest.mark.validation,
         ),
         pytest.param(
             lambda study: with_cell(study, "sex", lambda row: "m" if row["mouse"] == "M2" else row["sex"]),
@@ -190,6 +191,7 @@ def test_a_row_that_changes_once_results_are_there_is_said_in_methods(tmp_path, 
     assert "not changed since" not in said
 
 
+@pytest.mark.validation
 def test_an_order_of_rows_that_turns_the_reference_round_is_said_in_methods(tmp_path, results, monkeypatch):
     monkeypatch.setattr(variables, "FIRST", ())  # else 'before' is first wherever it stands
     study = make(tmp_path, results)
@@ -207,6 +209,7 @@ def test_a_column_that_the_design_does_not_name_is_no_part_of_what_is_declared(t
     assert len(declare(read_study(tmp_path))) == 1
 
 
+@pytest.mark.validation
 def test_a_declaration_of_an_earlier_version_is_read_and_methods_say_what_it_did_not_hold(tmp_path, results):
     study = make(tmp_path, results)
     declare(study)

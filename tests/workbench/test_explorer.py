@@ -172,6 +172,7 @@ def test_groups_and_sources_go_on_and_off_and_the_table_says_what_the_results_sa
         assert page.errors == []
 
 
+@pytest.mark.validation
 def test_a_result_that_its_row_left_behind_says_so_on_every_desk(program, ran):
     with served(ran) as door:
         page = opened(program, door, "explorer/CTL%200/linear")

@@ -54,6 +54,7 @@ def test_a_beat_is_rejected_by_keys_and_the_numbers_change_at_once(program, stud
     assert row(study, "mouse_c1").get("beat edits", "") == ""
 
 
+@pytest.mark.validation
 def test_a_stretch_that_is_dragged_is_the_one_that_is_averaged(program, study, asker):
     page = opened(program, asker, "recording/mouse_c1")
     before = page.js(NUMBERS)
@@ -69,6 +70,7 @@ def test_a_stretch_that_is_dragged_is_the_one_that_is_averaged(program, study, a
     assert page.errors == []
 
 
+@pytest.mark.validation
 def test_whoever_changes_desks_faster_than_they_come_sees_the_last_and_its_numbers(program, study, asker):
     page = opened(program, asker)
     desks = ["study", "recording/mouse_c1", "lung", "explorer", "recording/mouse_h2"]
@@ -101,6 +103,7 @@ def test_a_problem_stands_beside_its_cell_and_a_click_mends_it(program, study, a
     assert page.errors == []
 
 
+@pytest.mark.validation
 def test_what_another_hand_or_another_tab_writes_is_seen_and_a_reload_loses_nothing(program, study, asker):
     one, other = opened(program, asker), opened(program, asker)
     for page in (other, one):

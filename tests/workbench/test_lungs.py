@@ -100,6 +100,7 @@ def test_an_edit_that_cannot_be_made_is_refused_and_the_file_stays(at, lab):
         act(at, {"do": "edit-tree", "image": "../mouse 6", "action": "root", "point": ROOT})
 
 
+@pytest.mark.validation
 def test_edits_are_undone_and_forgotten_and_what_another_hand_wrote_stays(at, lab):
     shown, point = begun(at)
     path = lab / "edits" / "mouse 6.txt"

@@ -91,6 +91,8 @@ class Compared:
         What enters the model; see `Enters`.
     passed_on : array, shape (harmonic,), optional
         Standard error of the amplitudes by that of the flow that enters, mmHg.
+    diluting : array, shape (harmonic,), optional
+        The part of it that the error in the same harmonic makes, mmHg; 0 for the mean.
     """
 
     recording: Recording
@@ -100,6 +102,7 @@ class Compared:
     sites: "Sites | None" = None
     enters: Enters = "flow"
     passed_on: np.ndarray | None = None
+    diluting: np.ndarray | None = None
 
     @property
     def harmonics(self) -> int:
@@ -205,7 +208,7 @@ class Compared:
         impedance[0] = 0.0
         moved = _first(np.abs(more.pressure - solved.pressure)[:, root], count)
         moved[1:] /= np.sqrt(2.0)  # of an amplitude that is known, where others have two parts
-        return replace(self, passed_on=np.hypot(impedance * error, moved))
+        return replace(self, passed_on=np.hypot(impedance * error, moved), diluting=impedance * error)
 
     def spectrum(self, residual: np.ndarray) -> pd.DataFrame:
         """What the measurement, its error and a residual (mmHg, shape (N,)) are in each harmonic.

@@ -35,6 +35,47 @@ class Drawn(NamedTuple):
     noise: np.ndarray
 
 
+class Passed(NamedTuple):
+    """How the error of a flow that enters a model reaches the pressure that is compared.
+
+    A model whose impedance is too small makes less of that error and leaves the smaller residual, so that harmonics of
+    a flow known badly draw every impedance down (regression dilution). The pull of each coefficient on the logarithm of
+    its impedance is the share of its variance that was passed on. The likelihood times |P_k| to the power of that share
+    has the opposite pull beside it (a corrected score).
+
+    Attributes
+    ----------
+    samples : int
+        Coefficients of the pressure, an odd number.
+    measured : array, shape (coefficient,)
+        Of the pressure that was measured, and of further sites, mmHg.
+    variance : array, shape (coefficient,)
+        What the error of the flow in the same harmonic adds to the variance of each, mmHg².
+    """
+
+    samples: int
+    measured: np.ndarray
+    variance: np.ndarray
+
+    def log_power(self, residuals: np.ndarray) -> np.ndarray:
+        """Return the logarithm of |P_k|² of the model for each coefficient, shape (..., coefficient)."""
+        square = (self.measured - residuals) ** 2
+        return np.log(np.maximum(square + square[..., self._beside], np.finfo(float).tiny))
+
+    def uphill(self, residual: np.ndarray, total: np.ndarray) -> np.ndarray:
+        """Return the slope of the opposite pull by coefficients of the model, 1/mmHg, at their total variance, mmHg²."""
+        share = self.variance / total
+        share = share + share[self._beside]
+        return share * (self.measured - residual) * np.exp(-self.log_power(residual))
+
+    @property
+    def _beside(self) -> np.ndarray:
+        """The other coefficient of the same harmonic, of a cosine the sine's."""
+        index, harmonics = np.arange(len(self.measured)), self.samples // 2
+        index[1 : self.samples] = np.roll(index[1 : self.samples], harmonics)
+        return index
+
+
 @dataclass(frozen=True, eq=False)
 class Discrepancy:
     """Likelihood of residuals given as orthonormal Fourier coefficients, shape (..., coefficient), mmHg.
@@ -57,6 +98,8 @@ class Discrepancy:
         Largest standard deviation that the mean of the discrepancy can have, mmHg.
     beside : int array, shape (coefficient of others,), optional
         Harmonics of the coefficients of further sites, which follow those of the pressure; see `calibration.sites`.
+    passed : Passed, optional
+        How the error of the flow that enters reaches the pressure; part of `measured`.
     """
 
     samples: int
@@ -67,6 +110,7 @@ class Discrepancy:
     left_out: np.ndarray | None = None
     of_mean: float = np.inf
     beside: np.ndarray | None = None
+    passed: Passed | None = None
 
     def without(self, left_out: np.ndarray) -> "Discrepancy":
         """Return the likelihood of residuals of which some coefficients, bool (coefficient,), are not known."""
@@ -141,7 +185,16 @@ class Discrepancy:
         log = constant[:, np.newaxis] - 0.5 * (turned**2 @ precision)
         if self._beyond.any():
             log -= 0.5 * self._gain[:, np.newaxis] * ((turned * turn[:, :1]) @ precision) ** 2
+        if self.passed is not None:
+            log += 0.5 * self.passed.log_power(rows)[:, self._counted] @ self._shares
         return log
+
+    @cached_property
+    def _shares(self) -> np.ndarray:
+        """Share of the error of the flow in the variance of each coefficient, shape (shape, coefficient, amplitude)."""
+        assert self.passed is not None
+        turn, precision, _ = self._nodes
+        return self.passed.variance[self._counted, np.newaxis] * (turn**2 @ precision)
 
     @cached_property
     def _gain(self) -> np.ndarray:

@@ -103,7 +103,8 @@ def _normal(
     total = np.diag(noise.variance((measured - y)[np.newaxis])) + noise.measured + noise.vessels @ noise.vessels.T
     gain = np.linalg.solve(total, J).T
     covariance = np.linalg.inv(gain @ J + np.eye(len(here)))
-    mean = covariance @ (gain @ (measured - y + J @ here))
+    pulled = 0.0 if noise.passed is None else J.T @ noise.passed.uphill(measured - y, np.diag(total))
+    mean = covariance @ (gain @ (measured - y + J @ here) + pulled)
     return mean, np.linalg.cholesky(0.5 * (covariance + covariance.T))
 
 

@@ -12,7 +12,7 @@ from vasowave.analysis import operating_point, wave_intensity
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.sites import Sites
 from vasowave.errors import NumericalError, VasowaveError
-from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.discrepancy import Discrepancy, Passed
 from vasowave.inference.unknowns import Unknowns
 from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
@@ -167,7 +167,19 @@ class Problem:
         share, spread = self.unknowns.priors.discrepancy
         amplitude = share * self.recording.pulse_pressure, spread
         beside = None if self.sites is None else self.sites.harmonic
-        return Discrepancy(self.samples, amplitude, self._errors, change, of_mean=of_mean, beside=beside)
+        return Discrepancy(
+            self.samples, amplitude, self._errors, change, of_mean=of_mean, beside=beside, passed=self._passed
+        )
+
+    @property
+    def _passed(self) -> Passed | None:
+        """How the error of the flow reaches the pressure, where the errors of both count."""
+        if self.compared.diluting is None:
+            return None
+        k = harmonics(self.samples)
+        variance = np.zeros(self.count)
+        variance[: self.samples] = 0.5 * self.samples * self.compared.diluting[k] ** 2
+        return Passed(self.samples, self.measured, variance)
 
     @cached_property
     def mean_drop(self) -> float:

@@ -12,6 +12,8 @@ from vasowave.quantities import COUPLING, INDICES, MEASURED, question_of
 from vasowave.report.answer.groups import Called
 from vasowave.report.wording import listed, number, value_text, with_interval
 
+_BESIDE = ("R_T",)  # is no question of its own to groups, whose PVR is measured; a mouse's small vessels have both
+
 
 def animal_answers(
     result: AnimalResult, law: str, family: Family, called: Called, mark: str = ""
@@ -24,7 +26,8 @@ def animal_answers(
             by_question.setdefault(question_of(name), []).append(name)
     quantities = result.laws[law].answers if law else {}
     for question, names in by_question.items():
-        there = [name for name in names if name in quantities]
+        beside = _BESIDE if question == question_of(*_BESIDE) else ()
+        there = [name for name in dict.fromkeys((*beside, *names)) if name in quantities]
         if there:
             soft = _softness(quantities["stiffness"]) if "stiffness" in there else ""
             answers.append((question, f"{_listed(there, quantities, called)} ({result.laws[law].origin}).{soft}{mark}"))
@@ -62,10 +65,12 @@ def _measured(result: AnimalResult) -> str:
     text = {name: value_text(data[name]) for name in INDICES}
     return (
         f"Mean pressure {text['mPAP']} (systolic {text['sPAP']}, diastolic {text['dPAP']}) at {text['CO']} and "
-        f"{text['HR']}: vascular resistance PVR {text['PVR']}{_without_wedge(result)}."
+        f"{text['HR']}: vascular resistance PVR {text['PVR']}{_from_wedge(result)}."
     )
 
 
-def _without_wedge(result: AnimalResult) -> str:
-    """Say that a resistance is the total one, where no pressure behind the beds was given."""
-    return "" if "wedge_pressure" in result.recording else ", counted from 0 mmHg, for no wedge pressure is given"
+def _from_wedge(result: AnimalResult) -> str:
+    """Say from which pressure behind the beds a resistance counts."""
+    if "wedge_pressure" not in result.recording:
+        return ", counted from 0 mmHg, for no wedge pressure is given"
+    return f", counted from a wedge pressure of {number(float(result.recording['wedge_pressure']), 2)} mmHg"
