@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vasowave.datasets import control_network, virtual_mouse
-from vasowave.inference.discrepancy import Discrepancy, Drawn, Passed
+from vasowave.inference.discrepancy import Discrepancy, Drawn
 from vasowave.inference.posterior import Sampling, problem_of
 from vasowave.noise.spectrum import fourier, harmonics
 
@@ -161,15 +161,16 @@ REGRESSED = 2 * HARMONICS + 1
 
 
 def regression(signal, rng, impedance=2.0):
-    """Return coefficients of a flow and a pressure with errors, and the likelihood of their residuals; no mean."""
-    flow = rng.standard_normal(REGRESSED) * np.exp(-0.2 * harmonics(REGRESSED)) * signal
-    flow[0], own, error = 0.0, 0.05, 0.3
+    """Return coefficients of a flow and a pressure with errors, and the likelihood of their residuals."""
+    k, own, error = harmonics(REGRESSED), 0.05, 0.3
+    flow = signal * np.exp(-0.2 * k) * rng.standard_normal(REGRESSED)
     pressure = impedance * flow + own * rng.standard_normal(REGRESSED)
-    seen = flow + error * rng.standard_normal(REGRESSED) * (harmonics(REGRESSED) > 0)
-    variance = np.where(harmonics(REGRESSED) > 0, (impedance * error) ** 2, 0.0)
-    passed = Passed(REGRESSED, pressure, variance)
+    seen = flow + error * rng.standard_normal(REGRESSED)
+    power = np.bincount(k, seen**2)[k] * impedance**2 * np.where(k > 0, 1.0, 2.0)
+    variance = np.full(REGRESSED, (impedance * error) ** 2)
     known = np.diag(variance + own**2)
-    return seen, pressure, Discrepancy(REGRESSED, (0.05, 0.3), known, np.zeros((REGRESSED, 1)), passed=passed)
+    noise = Discrepancy(REGRESSED, (1e-4, 0.3), known, np.zeros((REGRESSED, 1)))
+    return seen, pressure, noise.beside_flow(variance, power, pressure)
 
 
 @pytest.mark.parametrize("signal", [1.5, 6.0])
@@ -185,20 +186,20 @@ def test_noise_of_a_flow_that_enters_draws_no_impedance_down(signal):
             into.append((up - down) / 2e-4)
     error = np.std(slopes) / np.sqrt(len(slopes))
     assert abs(np.mean(slopes)) < 3 * error
-    assert np.mean(plain) == pytest.approx(1 - REGRESSED, abs=4 * error)  # one for each coefficient but the mean
+    assert np.mean(plain) == pytest.approx(-REGRESSED, abs=4 * error)  # one for each coefficient
 
 
-def test_what_pulls_upwards_is_the_slope_of_the_likelihoods_own_term():
-    rng = np.random.default_rng(13)
-    _, pressure, noise = regression(3.0, rng)
-    residual, step = pressure - rng.standard_normal(REGRESSED), 1e-6 * np.eye(REGRESSED)
-    near, own = replace(noise, amplitude=(1e-6, 0.3)), np.diag(noise.measured)
-    pulls = [
-        np.diff(
-            near.log_likelihood(residual + np.array([side, -side])) - replace(near, passed=None).log_likelihood(
-                residual + np.array([side, -side])
-            )
-        )[0] / 2e-6
-        for side in step
-    ]  # fmt: skip
-    np.testing.assert_allclose(pulls, noise.passed.uphill(residual, own), rtol=1e-4, atol=1e-4)
+def test_a_residual_counts_beside_the_error_that_its_own_model_passes_on():
+    """As in Deming's regression: the square over the sum of the variances of pressure and of impedance times flow."""
+    seen, pressure, noise = regression(3.0, np.random.default_rng(13))
+    own, error, residuals = 0.05, 0.3, pressure - np.array([[1.0], [2.0], [4.0]]) * seen
+    counted = noise.passed.counted(residuals) ** 2 / np.diag(noise.measured)
+    expected = residuals**2 / (own**2 + (np.array([[1.0], [2.0], [4.0]]) * error) ** 2)
+    np.testing.assert_allclose(counted, expected, rtol=1e-5)
+
+
+def test_the_slope_of_what_counts_is_that_of_differences():
+    _, pressure, noise = regression(3.0, np.random.default_rng(14))
+    residual, step = pressure - np.random.default_rng(15).standard_normal(REGRESSED), 1e-6 * np.eye(REGRESSED)
+    found = [(noise.passed.counted(residual + one) - noise.passed.counted(residual - one)) / 2e-6 for one in step]
+    np.testing.assert_allclose(np.transpose(found), noise.passed.slope(residual), atol=1e-7)

@@ -83,6 +83,16 @@ def test_the_first_page_of_an_animal_gives_its_numbers_with_intervals_against_it
     assert "Open between" not in answer  # of one animal nothing is pooled
 
 
+def test_the_small_vessels_have_their_resistance_and_pvr_says_from_which_pressure_it_counts(result):
+    called = caller(gathered([result]))
+    answers = dict(animal_answers(result, "linear", TOLD, called))
+    assert f"R_T {value_text(result.laws['linear'].answers['R_T'])}" in answers["Small vessels"]
+    assert "counted from 0 mmHg, for no wedge pressure is given" in answers["Pressure and flow"]
+    wedged = replace(result, recording=result.recording.assign(wedge_pressure=8.5))
+    said = dict(animal_answers(wedged, "linear", TOLD, called))["Pressure and flow"]
+    assert "counted from a wedge pressure of 8.5 mmHg" in said
+
+
 def test_approved_the_pages_and_the_drawings_of_one_animal(folder):
     approve(
         "one animal, pages", (line for name in ("report.html", "supplement.html") for line in page_of(folder / name))

@@ -9,7 +9,7 @@ then all that is known of residuals holds for both.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -71,6 +71,24 @@ MOST_SAMPLES = 1024
 """The paper's number of samples; a longer recording is compared at these, which carry all its harmonics."""
 
 
+class PassedOn(NamedTuple):
+    """What the error of a flow adds to that of the pressure of a model, all by harmonic, mmHg.
+
+    Attributes
+    ----------
+    error : array, shape (harmonic,)
+        Standard error of the amplitudes.
+    of_harmonic : array, shape (harmonic,)
+        The part of it that the error in the same harmonic makes.
+    modulus : array, shape (harmonic,)
+        Of the pressure of the model.
+    """
+
+    error: np.ndarray
+    of_harmonic: np.ndarray
+    modulus: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class Compared:
     """What enters a model, and what a fit compares of it: the pressure, or the flow counted in mmHg.
@@ -89,10 +107,8 @@ class Compared:
         What was observed elsewhere.
     enters : {"flow", "pressure", "both"}
         What enters the model; see `Enters`.
-    passed_on : array, shape (harmonic,), optional
-        Standard error of the amplitudes by that of the flow that enters, mmHg.
-    diluting : array, shape (harmonic,), optional
-        The part of it that the error in the same harmonic makes, mmHg; 0 for the mean.
+    passed_on : PassedOn, optional
+        What the error of the flow that enters adds to that of the pressure.
     """
 
     recording: Recording
@@ -101,8 +117,7 @@ class Compared:
     errors: HarmonicErrors
     sites: "Sites | None" = None
     enters: Enters = "flow"
-    passed_on: np.ndarray | None = None
-    diluting: np.ndarray | None = None
+    passed_on: PassedOn | None = None
 
     @property
     def harmonics(self) -> int:
@@ -187,7 +202,7 @@ class Compared:
     def error_power(self) -> np.ndarray:
         """Mean square of the measurement's error in harmonics 0 … n, mmHg²; their sum is its own."""
         power = _first(self.errors.error, self.harmonics + 1) ** 2
-        return power if self.passed_on is None else power + self.passed_on**2
+        return power if self.passed_on is None else power + self.passed_on.error**2
 
     def with_flow_error(self, model: Model) -> "Compared":
         """Return the same with the error of the flow as a model passes it on to the pressure, if it counts.
@@ -208,7 +223,10 @@ class Compared:
         impedance[0] = 0.0
         moved = _first(np.abs(more.pressure - solved.pressure)[:, root], count)
         moved[1:] /= np.sqrt(2.0)  # of an amplitude that is known, where others have two parts
-        return replace(self, passed_on=np.hypot(impedance * error, moved), diluting=impedance * error)
+        of_harmonic, modulus = impedance * error, np.abs(_first(solved.pressure[:, root], count))
+        whole = np.hypot(of_harmonic, moved)
+        of_harmonic[0] = moved[0]
+        return replace(self, passed_on=PassedOn(whole, of_harmonic, modulus))
 
     def spectrum(self, residual: np.ndarray) -> pd.DataFrame:
         """What the measurement, its error and a residual (mmHg, shape (N,)) are in each harmonic.

@@ -38,10 +38,10 @@ class Drawn(NamedTuple):
 class Passed(NamedTuple):
     """How the error of a flow that enters a model reaches the pressure that is compared.
 
-    A model whose impedance is too small makes less of that error and leaves the smaller residual, so that harmonics of
-    a flow known badly draw every impedance down (regression dilution). The pull of each coefficient on the logarithm of
-    its impedance is the share of its variance that was passed on. The likelihood times |P_k| to the power of that share
-    has the opposite pull beside it (a corrected score).
+    A model passes on the error of the flow times its own impedance. Under one covariance for all models, those of small
+    impedance leave the smaller residuals, so that harmonics of a flow that is known badly draw every impedance down
+    (regression dilution). So a residual counts beside the error that its own model passes on: that is the likelihood of
+    pressure and flow at the likeliest true flow (a regression with errors in both).
 
     Attributes
     ----------
@@ -50,27 +50,41 @@ class Passed(NamedTuple):
     measured : array, shape (coefficient,)
         Of the pressure that was measured, and of further sites, mmHg.
     variance : array, shape (coefficient,)
-        What the error of the flow in the same harmonic adds to the variance of each, mmHg².
+        What the error of the flow in the same harmonic adds to the variance of each in one model, mmHg².
+    power : array, shape (coefficient,)
+        Sum of the squares of each and of the other one of its harmonic (the mean itself) in that model, mmHg²; any
+        where the variance is 0.
+    total : array, shape (coefficient,)
+        Variance of each coefficient in that model by everything, mmHg².
     """
 
     samples: int
     measured: np.ndarray
     variance: np.ndarray
+    power: np.ndarray
+    total: np.ndarray
 
-    def log_power(self, residuals: np.ndarray) -> np.ndarray:
-        """Return the logarithm of |P_k|² of the model for each coefficient, shape (..., coefficient)."""
-        square = (self.measured - residuals) ** 2
-        return np.log(np.maximum(square + square[..., self._beside], np.finfo(float).tiny))
+    def counted(self, residuals: np.ndarray) -> np.ndarray:
+        """Return what residuals (..., coefficient) count as under the variance of the one model, mmHg."""
+        return residuals * self._factor(self.measured - residuals)
 
-    def uphill(self, residual: np.ndarray, total: np.ndarray) -> np.ndarray:
-        """Return the slope of the opposite pull by coefficients of the model, 1/mmHg, at their total variance, mmHg²."""
-        share = self.variance / total
-        share = share + share[self._beside]
-        return share * (self.measured - residual) * np.exp(-self.log_power(residual))
+    def slope(self, residual: np.ndarray) -> np.ndarray:
+        """Return how what a residual counts as falls with each coefficient of its model, (coefficient, coefficient)."""
+        index, simulated = np.arange(len(residual)), self.measured - residual
+        factor = self._factor(simulated)
+        bend = residual * factor**3 * self.variance / (self.power * self.total)
+        slope = np.diag(factor + bend * simulated)
+        slope[index, self._beside] += bend * simulated[self._beside]
+        return slope
+
+    def _factor(self, simulated: np.ndarray) -> np.ndarray:
+        square = simulated**2
+        more = self.variance * ((square + square[..., self._beside]) / self.power - 1)
+        return 1 / np.sqrt(1 + more / self.total)
 
     @property
     def _beside(self) -> np.ndarray:
-        """The other coefficient of the same harmonic, of a cosine the sine's."""
+        """The other coefficient of the same harmonic, of a cosine the sine's; of the mean itself."""
         index, harmonics = np.arange(len(self.measured)), self.samples // 2
         index[1 : self.samples] = np.roll(index[1 : self.samples], harmonics)
         return index
@@ -111,6 +125,24 @@ class Discrepancy:
     of_mean: float = np.inf
     beside: np.ndarray | None = None
     passed: Passed | None = None
+
+    def beside_flow(self, variance: np.ndarray, power: np.ndarray, observed: np.ndarray) -> "Discrepancy":
+        """Return the likelihood where the error of the flow reaches the pressure that was `observed`; see `Passed`."""
+        shapes, weight = self._shapes
+        usual = self.amplitude[0] ** 2 * np.average(shapes, axis=0, weights=np.exp(weight))
+        return replace(self, passed=Passed(self.samples, observed, variance, power, usual + self._known))
+
+    def near(self, residual: np.ndarray) -> "Discrepancy":
+        """Return the same for models whose residuals are like this one, shape (coefficient,)."""
+        if self.passed is None:
+            return self
+        total = self.variance(residual[np.newaxis]) + self._known
+        return replace(self, passed=self.passed._replace(total=total))._diagonal_as(*self._diagonal)
+
+    @property
+    def _known(self) -> np.ndarray:
+        """Variance of each coefficient by errors of measurement and of single vessels, mmHg²."""
+        return np.diag(self.measured) + (self.vessels**2).sum(axis=1)
 
     def without(self, left_out: np.ndarray) -> "Discrepancy":
         """Return the likelihood of residuals of which some coefficients, bool (coefficient,), are not known."""
@@ -164,6 +196,7 @@ class Discrepancy:
         log = self._by_node(residuals).transpose(1, 0, 2).reshape(len(residuals), -1)
         share = np.cumsum(np.exp(log - log.max(axis=1, keepdims=True)), axis=1)
         node = (share < share[:, -1:] * rng.random((len(residuals), 1))).sum(axis=1)
+        residuals = residuals if self.passed is None else self.passed.counted(residuals)
         turn, precision, _ = self._nodes
         scores, again = np.empty(len(residuals)), np.empty_like(residuals)
         for row, (shape, size) in enumerate(zip(*np.divmod(node, precision.shape[2]), strict=True)):
@@ -181,20 +214,12 @@ class Discrepancy:
     def _by_node(self, rows: np.ndarray) -> np.ndarray:
         """Return log prior plus log density, shape (shape, draw, amplitude)."""
         turn, precision, constant = self._nodes
+        rows = rows if self.passed is None else self.passed.counted(rows)
         turned = rows[:, self._counted] @ turn
         log = constant[:, np.newaxis] - 0.5 * (turned**2 @ precision)
         if self._beyond.any():
             log -= 0.5 * self._gain[:, np.newaxis] * ((turned * turn[:, :1]) @ precision) ** 2
-        if self.passed is not None:
-            log += 0.5 * self.passed.log_power(rows)[:, self._counted] @ self._shares
         return log
-
-    @cached_property
-    def _shares(self) -> np.ndarray:
-        """Share of the error of the flow in the variance of each coefficient, shape (shape, coefficient, amplitude)."""
-        assert self.passed is not None
-        turn, precision, _ = self._nodes
-        return self.passed.variance[self._counted, np.newaxis] * (turn**2 @ precision)
 
     @cached_property
     def _gain(self) -> np.ndarray:

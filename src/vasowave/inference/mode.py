@@ -100,11 +100,13 @@ def _normal(
     noise: Discrepancy, measured: np.ndarray, here: np.ndarray, y: np.ndarray, J: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return mean and Cholesky factor of the covariance of the posterior if outputs were linear around `here`."""
-    total = np.diag(noise.variance((measured - y)[np.newaxis])) + noise.measured + noise.vessels @ noise.vessels.T
+    residual = measured - y
+    total = np.diag(noise.variance(residual[np.newaxis])) + noise.measured + noise.vessels @ noise.vessels.T
+    if noise.passed is not None:
+        residual, J = noise.passed.counted(residual), noise.passed.slope(residual) @ J
     gain = np.linalg.solve(total, J).T
     covariance = np.linalg.inv(gain @ J + np.eye(len(here)))
-    pulled = 0.0 if noise.passed is None else J.T @ noise.passed.uphill(measured - y, np.diag(total))
-    mean = covariance @ (gain @ (measured - y + J @ here) + pulled)
+    mean = covariance @ (gain @ (residual + J @ here))
     return mean, np.linalg.cholesky(0.5 * (covariance + covariance.T))
 
 

@@ -137,7 +137,7 @@ def posterior_of(
     size, rng = len(problem.unknowns.all), np.random.default_rng(how.seed)
     halves = screened(problem.linear, size, how.seed)
     modes = find_modes(simulations, problem.linear, problem.measured, problem.discrepancy(), given, halves)
-    noise = problem.discrepancy(problem.vessels(modes[0].middle))
+    noise = problem.discrepancy(problem.vessels(modes[0].middle)).near(problem.measured - modes[0].output)
     target = Target(simulations, problem.measured, noise, problem.seen)
     explored = explore(target, modes, rng, how.draws)
     optimum = None if fit is None else _optimum(target, problem, fit)

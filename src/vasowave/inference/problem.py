@@ -12,7 +12,7 @@ from vasowave.analysis import operating_point, wave_intensity
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.sites import Sites
 from vasowave.errors import NumericalError, VasowaveError
-from vasowave.inference.discrepancy import Discrepancy, Passed
+from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.unknowns import Unknowns
 from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
@@ -167,19 +167,14 @@ class Problem:
         share, spread = self.unknowns.priors.discrepancy
         amplitude = share * self.recording.pulse_pressure, spread
         beside = None if self.sites is None else self.sites.harmonic
-        return Discrepancy(
-            self.samples, amplitude, self._errors, change, of_mean=of_mean, beside=beside, passed=self._passed
-        )
-
-    @property
-    def _passed(self) -> Passed | None:
-        """How the error of the flow reaches the pressure, where the errors of both count."""
-        if self.compared.diluting is None:
-            return None
-        k = harmonics(self.samples)
-        variance = np.zeros(self.count)
-        variance[: self.samples] = 0.5 * self.samples * self.compared.diluting[k] ** 2
-        return Passed(self.samples, self.measured, variance)
+        noise = Discrepancy(self.samples, amplitude, self._errors, change, of_mean=of_mean, beside=beside)
+        passed = self.compared.passed_on
+        if passed is None:
+            return noise
+        k, variance, power = harmonics(self.samples), np.zeros(self.count), np.ones(self.count)
+        variance[: self.samples] = np.where(k == 0, 1.0, 0.5) * self.samples * passed.of_harmonic[k] ** 2
+        power[: self.samples] = np.where(k == 0, 2.0, 0.5) * self.samples * passed.modulus[k] ** 2
+        return noise.beside_flow(variance, np.maximum(power, np.finfo(float).tiny), self.measured)
 
     @cached_property
     def mean_drop(self) -> float:
