@@ -75,6 +75,7 @@ from vasowave.report.settings import ReportSettings as ReportSettings
 from vasowave.report.write import write_report as write_report
 from vasowave.selection import Comparing as Comparing
 from vasowave.selection import compare_models as compare_models
+from vasowave.solver import Circulation as Circulation
 from vasowave.solver import Numerics as Numerics
 from vasowave.solver import simulate as simulate
 from vasowave.solver import sweep as sweep
