@@ -58,6 +58,8 @@ class Columns:
         Line of the file on which each row stands, counted from 1.
     suspicions : tuple of Finding
         Why the file may not be whole.
+    titles : tuple of str
+        Of the columns, as they are written.
     """
 
     source: str
@@ -66,6 +68,7 @@ class Columns:
     cells: tuple[tuple[str, ...], ...]
     lines: tuple[int, ...]
     suspicions: tuple[Finding, ...] = ()
+    titles: tuple[str, ...] = ()
 
     def warn(self) -> None:
         """Warn that the file may be truncated."""
@@ -77,7 +80,11 @@ class Columns:
         wanted = {name, *also}
         hits = [i for i, own in enumerate(self.names) if own in wanted]
         if len(hits) > 1:
-            raise InputError(f"{self.source}: two columns are called '{name}'; keep one of them")
+            both = {self.titles[i].strip() if self.titles else self.names[i] for i in hits}
+            if len(both) == 1:
+                raise InputError(f"{self.source}: two columns are called '{min(both)}'; keep one of them")
+            named = " and ".join(f"'{one}'" for one in sorted(both))
+            raise InputError(f"{self.source}: {named} are both read as {name}; leave out or rename what is none")
         return hits[0] if hits else None
 
     def unit_of(self, name: str) -> str:
@@ -152,7 +159,7 @@ def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> 
     """
     header, rows, lines, cut = _rows_of(Path(path))
     names, column_units = read_headings(path, header, aliases or {})
-    return Columns(str(path), names, column_units, rows, lines, (NO_END(),) if cut else ())
+    return Columns(str(path), names, column_units, rows, lines, (NO_END(),) if cut else (), header)
 
 
 @remembered
