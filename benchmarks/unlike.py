@@ -10,7 +10,7 @@ import numpy as np
 from scipy import ndimage
 
 from unlike_kinds import BACKGROUND, KINDS, SPACING, UNSEEN
-from unlike_scans import artefacts, framed, lumen_of
+from unlike_scans import artefacts, displaced, framed, lumen_of
 from unlike_trees import grown, placed
 from vasowave.imaging import Volume
 
@@ -54,7 +54,7 @@ def make(kind, seed):
         raise RuntimeError(f"no tree of kind {kind} for seed {seed}")
     tree, shape = placed(tree, kind, rng)
     grey, background = lumen_of(tree, kind, shape, rng), np.zeros(shape, dtype=np.float32)
-    grey = ndimage.gaussian_filter(grey, kind.psf)
+    grey = ndimage.gaussian_filter(displaced(grey, kind, rng), kind.psf)
     if kind.motion:
         grey = ndimage.gaussian_filter1d(grey, kind.motion, axis=1)
     background += BACKGROUND + artefacts(grey, kind, rng)

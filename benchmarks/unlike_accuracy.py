@@ -96,7 +96,7 @@ def outcome(name, seed, mode):
         try:
             found = extract(made.volume, Options((made.root + np.array([0.02, 0, 0])).tolist(), outlets))
         except VasowaveError as error:
-            return Outcome(name, seed, "refused", str(error))
+            return Outcome(name, seed, "refused", str(error), cost=time.process_time() - begin)
     return judged(name, seed, made, found, time.process_time() - begin)
 
 

@@ -43,7 +43,8 @@ class Kind:
     frame : float
         Share of the width that is zero on every side.
     extra : str
-        "touching", "crossing", "anastomosis", "vein", "bone", "parallel" (a vessel runs beside one), or nothing.
+        "touching", "crossing", "anastomosis", "vein", "bone", "parallel" (a vessel runs beside one), "tree" (another,
+        which hangs together with nothing), or nothing.
     view : float
         Share of the tree's height that the field of view leaves out at the far end.
     slices : float
@@ -56,6 +57,16 @@ class Kind:
         Contrast of one of the root's two subtrees over that of the rest.
     daughters : int
         Vessels that leave the root.
+    bubbles : int
+        Of air, half to nine tenths as wide as the wide vessels that they lie in.
+    settled : float
+        Share of the contrast that the agent has lost at the top of the volume, by settling along y.
+    table : float
+        Voxels by which the table moved aside, once, while the scan went on.
+    ghost : float
+        Contrast of the same animal seen a second time aside, as after a breath, over its own.
+    metal : float
+        Grey levels of the bands that a cannula of metal, four times as bright as the agent, throws.
     """
 
     vessels: int = 11
@@ -89,6 +100,11 @@ class Kind:
     twist: float = 0.0
     filling: float = 1.0
     daughters: int = 2
+    bubbles: int = 0
+    settled: float = 0.0
+    table: float = 0.0
+    ghost: float = 0.0
+    metal: float = 0.0
 
 
 KINDS = {
@@ -166,5 +182,12 @@ UNSEEN = {
     "arcs 1.15": Kind(tortuosity=1.15, bend=1.2, arcs=True),
     "arcs 1.3": Kind(tortuosity=1.3, bend=1.2, arcs=True),
     "141 vessels": Kind(vessels=141, size=280, tortuosity=1.015),
+    "bubbles": Kind(bubbles=3),
+    "settled": Kind(settled=0.45),
+    "table moved": Kind(table=3.0),
+    "ghost": Kind(ghost=0.35),
+    "strong ghost": Kind(ghost=0.7),
+    "metal cannula": Kind(metal=30.0),
+    "two trees": Kind(extra="tree"),
 }
 """No constant is chosen on these kinds; of the others, seeds from 3000 on are unseen."""

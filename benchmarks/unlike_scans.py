@@ -16,7 +16,34 @@ def lumen_of(tree, kind, shape, rng):
         levels = vessel.contrast * (1 - kind.fading * vessel.way / farthest)
         ends = not any(other.parent == number - 1 for other in tree[1:])
         _add(distance, contrast, vessel, levels, replace(kind, aspect=1.0, waves=0.0) if plain else kind, ends)
-    return np.clip(0.5 - distance, 0, 1) * contrast
+    lumen = np.clip(0.5 - distance, 0, 1) * contrast
+    if kind.metal:
+        _brighten(lumen, tree[0])
+    for _ in range(kind.bubbles):
+        _add_bubble(lumen, tree, rng)
+    if kind.settled:
+        lumen *= (1 - kind.settled * np.linspace(1, 0, shape[1], dtype=np.float32))[:, None]
+    return lumen
+
+
+def _brighten(lumen, cannula):
+    """Make the cannula four times as bright as the agent."""
+    places = np.argwhere(lumen > 0)
+    near = cKDTree(cannula.axis).query(places)[0] < cannula.radius[0] + 1
+    near &= places[:, 0] <= cannula.axis[-1, 0]  # whose axis begins at the border of the volume
+    lumen[tuple(places[near].T)] *= 4
+
+
+def _add_bubble(lumen, tree, rng):
+    """Put a bubble of air into one of the vessels that are wider than most."""
+    own = [vessel for vessel in tree[1:] if vessel.parent != -9]
+    wide = [vessel for vessel in own if vessel.radius[60] >= np.median([one.radius[60] for one in own])]
+    vessel = wide[int(rng.integers(len(wide)))]
+    at = int(rng.integers(30, 90))
+    radius = rng.uniform(0.5, 0.9) * vessel.radius[at]
+    places = np.argwhere(lumen > 0)
+    away = np.linalg.norm(places - vessel.axis[at], axis=1) - radius
+    lumen[tuple(places.T)] *= np.clip(away + 0.5, 0, 1)
 
 
 def _add(distance, contrast, vessel, levels, kind, is_end):
@@ -90,10 +117,39 @@ def artefacts(lumen, kind, rng):
         angle = np.arctan2(y, x)
         beams = sum(np.cos(order * angle + rng.uniform(0, 6)) for order in (9, 14, 23))
         added += (kind.streaks * beams * np.exp(-rho / rho.max())).astype(np.float32)
+    if kind.metal:
+        added += kind.metal * _bands(lumen, rho.max())
     if kind.hardening:
         shadow = lumen.sum(axis=2, keepdims=True)
         added -= (kind.hardening * shadow / max(float(shadow.max()), 1e-9)).astype(np.float32)
     return added
+
+
+def _bands(lumen, farthest):
+    """Return bright and dark bands around what is brighter than the agent, in its own slices."""
+    found = np.zeros(lumen.shape, dtype=np.float32)
+    for z in np.flatnonzero((lumen > 2).any(axis=(1, 2))):
+        middle = np.argwhere(lumen[z] > 2).mean(axis=0)
+        y, x = np.indices(lumen.shape[1:]) - middle[:, None, None]
+        found[z] = np.cos(7 * np.arctan2(y, x)) * np.exp(-2 * np.hypot(y, x) / farthest)
+    return found
+
+
+def displaced(grey, kind, rng):
+    """Return the volume as it is seen of an animal, or on a table, that moved once."""
+    if kind.ghost:
+        aside = np.round(rng.uniform(5, 9) * np.array([0.3, *_direction(rng)])).astype(int)
+        grey = np.maximum(grey, kind.ghost * np.roll(grey, aside, axis=(0, 1, 2)))
+    if kind.table:
+        first = int(grey.shape[0] * rng.uniform(0.35, 0.65))
+        aside = np.round(kind.table * _direction(rng)).astype(int)
+        grey = np.concatenate([grey[:first], np.roll(grey[first:], aside, axis=(1, 2))])
+    return grey
+
+
+def _direction(rng):
+    angle = rng.uniform(0, 2 * np.pi)
+    return np.array([np.cos(angle), np.sin(angle)])
 
 
 def framed(grey, tree, kind):

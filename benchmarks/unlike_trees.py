@@ -202,6 +202,13 @@ def _with_extra(tree, kind, rng):
         bow = 6 * np.sin(np.pi * t) * np.array([1.0, 0, 0])
         axis = one.axis[90] * (1 - t) + other.axis[90] * t + bow
         return [*tree, Vessel(axis, np.full(121, 2.0), np.full(121, one.way[90]), -9)]
+    if kind.extra == "tree":
+        other = None
+        while other is None:
+            other = grown(replace(kind, extra="", vessels=5), rng)
+        width = max(v.axis[:, 1].max() for v in tree) - min(v.axis[:, 1].min() for v in other)
+        aside = np.array([4.0, width + 14.0, 0.0])
+        return [*tree, *(replace(v, axis=v.axis + aside, parent=-9) for v in other)]
     if kind.extra == "parallel":
         one = max(ends, key=lambda vessel: vessel.length)
         along = (one.axis[-1] - one.axis[50]) / np.linalg.norm(one.axis[-1] - one.axis[50])

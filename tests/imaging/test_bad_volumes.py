@@ -1,12 +1,15 @@
 """What people feed the command by mistake: each time one clear error or warning, and nothing half-written."""
 
+import warnings
+
 import numpy as np
 import pytest
 from made_phantom import outlets_of, phantom, root_of, run
+from scipy.spatial import cKDTree
 
 from phantom import write_dicom_series
-from vasowave.errors import InputError
-from vasowave.imaging import Volume, read_volume, write_volume
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging import Options, Volume, extract, read_volume, write_volume
 from vasowave.imaging.places import written
 
 
@@ -223,3 +226,26 @@ def nrrd(folder, lengths):
     head = f"NRRD0005\ntype: uint8\ndimension: 3\nsizes: 5 6 7\nencoding: raw\nendian: little\n{lengths}\n\n"
     path.write_bytes(head.encode() + bytes(range(210)))
     return path
+
+
+def test_what_a_bubble_cuts_off_is_a_doubt_of_the_vessel_before_it_and_what_runs_beside_is_none(scan):
+    """Two thirds of vessel 4 of five lie behind a bubble wider than itself; a wire runs beside another vessel."""
+    embedding, volume = scan
+    line = embedding.lines[3]
+    at, radius = line[len(line) // 3], 0.045
+    places = volume.origin + np.indices(volume.grey.shape).reshape(3, -1).T * volume.spacing
+    grey = np.array(volume.grey)
+    grey.reshape(-1)[np.linalg.norm(places - at, axis=1) < radius] = grey.min()
+    beside = embedding.lines[4][len(embedding.lines[4]) // 3 :] + np.array([0.0, -0.085, 0.0])
+    wire = cKDTree(beside).query(places)[0] < 0.02
+    grey.reshape(-1)[wire] = 100
+    root = embedding.cannula[0] + np.array([0.02, 0, 0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)
+        found = extract(Volume(grey, volume.spacing, volume.origin), Options(root.tolist()))
+    (doubt,) = (one for one in found.doubts if one.finding.code == "witness.separate-piece")
+    assert len(found.lumen.apart) == 2
+    assert (doubt.about, doubt.grade) == ("topology", "look")
+    assert np.linalg.norm(doubt.places[0] - at) < 2 * radius
+    (row,) = (found.network.name.index(name) for name in doubt.vessels)
+    assert cKDTree(found.tree.lines[row].points).query(at)[0] < 2.5 * radius

@@ -39,6 +39,7 @@ from vasowave.imaging.revise.edits import Edit, edited, edited_alike, with_radii
 from vasowave.imaging.revise.junctions import with_junctions_at
 from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.witness.apart import apart_doubts
 from vasowave.imaging.witness.doubts import Doubt, is_doubt, ranked, warn_of
 from vasowave.imaging.witness.grey import grey_doubts, grey_look
 from vasowave.imaging.witness.loops import loop_doubts, told_loops
@@ -216,6 +217,7 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
     branches = skeleton_branches(skeleton, ends)
     doubts = doubts_about(measured, lumen, branches, misfit, found.place_sd, all_ends)
     doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
+    doubts += tuple(apart_doubts(measured.tree, measured.network.name, lumen))
     levels = stages.kept("grey", keys.grey, lambda: grey_look(unedited, volume, lumen, cannula, options.cannula / 2))
     doubts += tuple(grey_doubts(levels, measured.network.name))
     factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world

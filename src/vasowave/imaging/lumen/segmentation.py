@@ -21,6 +21,8 @@ Segmenter = Callable[[Volume, float, np.ndarray | None], "Segmentation"]
 
 MARGIN = 3
 """Voxels kept around the lumen."""
+LEAST, LEAST_SHARE = 100, 0.003
+"""A separate piece of so many voxels, and of such a share of the lumen, is as large as a vessel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,8 @@ class Segmentation:
         Position of the crop's voxel (0, 0, 0), cm.
     threshold, background, noise : float
         Grey levels; noise is the standard deviation measured in the volume.
+    apart : tuple of float array, shape (voxel, 3)
+        Places, cm, of the voxels of each other piece that is as bright and as large as a vessel.
     """
 
     mask: np.ndarray
@@ -51,6 +55,7 @@ class Segmentation:
     threshold: float
     background: float
     noise: float
+    apart: tuple[np.ndarray, ...] = ()
 
     @property
     def roughness(self) -> float:
@@ -155,7 +160,7 @@ def connected_lumen(
     Where `grey` contradicts the piece, it is set to just above or below the threshold.
     """
     contrast = _contrast(volume, threshold)
-    voxels = _piece(volume, bright, seed)
+    voxels, others = _pieces(volume, bright, seed)
     low, high = voxels.min(axis=0), voxels.max(axis=0) + 1
     if (low == 0).any() or (high == grey.shape).any():
         warn(AT_BORDER(), stacklevel=3)
@@ -169,11 +174,13 @@ def connected_lumen(
     local[mask] = inside
     spacing = float(volume.spacing[0])
     origin = volume.origin + low * spacing
-    return Segmentation(mask, local, low, spacing, origin, threshold, threshold - contrast, noise)
+    return Segmentation(mask, local, low, spacing, origin, threshold, threshold - contrast, noise,
+                        tuple(volume.origin + one * volume.spacing for one in others))  # fmt: skip
 
 
-def _piece(volume: Volume, bright: np.ndarray, seed: np.ndarray | None) -> np.ndarray:
-    """Return the voxels of the connected piece of `bright` that holds `seed`, or of the largest, shape (voxel, 3).
+def _pieces(volume: Volume, bright: np.ndarray, seed: np.ndarray | None) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return the voxels of the connected piece of `bright` that holds `seed`, or of the largest, shape (voxel, 3), and
+    those of each other piece that is as large as a vessel.
 
     Only the bright voxels are looked at, a few in a thousand: labels for all would take half a gigabyte.
     """
@@ -189,7 +196,9 @@ def _piece(volume: Volume, bright: np.ndarray, seed: np.ndarray | None) -> np.nd
     here, there = (np.concatenate(side) for side in zip(*links, strict=True))
     touching = coo_array((np.ones(len(here), dtype=bool), (here, there)), shape=(len(places), len(places)))
     labels = connected_components(touching, directed=False)[1]
-    return voxels[labels == _chosen(volume, voxels, labels, seed)]
+    chosen, sizes = _chosen(volume, voxels, labels, seed), np.bincount(labels)
+    large = np.flatnonzero(sizes >= max(LEAST, LEAST_SHARE * sizes[chosen]))
+    return voxels[labels == chosen], [voxels[labels == one] for one in large if one != chosen]
 
 
 def _chosen(volume: Volume, voxels: np.ndarray, labels: np.ndarray, seed: np.ndarray | None) -> int:
