@@ -245,6 +245,8 @@ def test_what_a_bubble_cuts_off_is_a_doubt_of_the_vessel_before_it_and_what_runs
         found = extract(Volume(grey, volume.spacing, volume.origin), Options(root.tolist()))
     (doubt,) = (one for one in found.doubts if one.finding.code == "witness.separate-piece")
     assert len(found.lumen.apart) == 2
+    (note,) = (one for one in found.notes if one.code == "image.separate-pieces")
+    assert dict(note.values)["count"] == 1
     assert (doubt.about, doubt.grade) == ("topology", "look")
     assert np.linalg.norm(doubt.places[0] - at) < 2 * radius
     (row,) = (found.network.name.index(name) for name in doubt.vessels)

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
+from vasowave.findings import note_kind, warn
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.tree import Tree
 from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
@@ -21,14 +22,26 @@ APART = doubt_kind(
     "look there, and lower the threshold or mend the mask if it belongs to the tree",
 )
 
+ELSEWHERE = note_kind(
+    "image.separate-pieces",
+    "{count} separate piece(s) of the image are as bright as the vessels ({share:.0%} of their voxels), as bones and "
+    "other trees are, and not in the network",
+)
+
 
 def apart_doubts(tree: Tree, names: tuple[str, ...], lumen: Segmentation) -> list[Doubt]:
-    """Return a doubt for each piece beside the lumen that ends near a vessel of the tree."""
+    """Return a doubt for each piece beside the lumen that ends near a vessel of the tree.
+
+    Warns
+    -----
+    VasowaveWarning
+        Of all other pieces, as a note.
+    """
     if not lumen.apart:
         return []
     rows = np.repeat(np.arange(len(tree)), [len(line) for line in tree.lines])
     points, radius = (np.concatenate([getattr(line, name) for line in tree.lines]) for name in ("points", "radius"))
-    axes, doubts = cKDTree(points), []
+    axes, doubts, voxels, elsewhere = cKDTree(points), [], max(int(lumen.mask.sum()), 1), []
     for piece in lumen.apart:
         away, near = axes.query(piece)
         gap = away - radius[near]
@@ -36,9 +49,12 @@ def apart_doubts(tree: Tree, names: tuple[str, ...], lumen: Segmentation) -> lis
         own = tree.lines[rows[near[first]]].typical_radius
         if gap[first] < GAP * own + 2 * lumen.spacing and _ends_at(piece, piece[first], own):
             name = names[rows[near[first]]]
-            share = len(piece) / max(int(lumen.mask.sum()), 1)
-            found = APART(vessels=name, share=share, gap=max(float(gap[first]), 0.0))
+            found = APART(vessels=name, share=len(piece) / voxels, gap=max(float(gap[first]), 0.0))
             doubts.append(Doubt("topology", found, (name,), piece[first : first + 1]))
+        else:
+            elsewhere.append(len(piece))
+    if elsewhere:
+        warn(ELSEWHERE(count=len(elsewhere), share=sum(elsewhere) / voxels))
     return doubts
 
 
