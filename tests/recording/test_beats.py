@@ -1,5 +1,6 @@
 """Beats of synthetic recordings: every one found, the untidy ones rejected, and the cycle recovered from the rest."""
 
+import warnings
 from dataclasses import fields, replace
 
 import numpy as np
@@ -208,12 +209,18 @@ def test_an_early_beat_is_rejected_for_its_length_and_an_artefact_for_its_shape(
 def test_the_delay_between_pressure_and_flow_is_estimated_and_removed_only_when_asked(late):
     straight = average_beats(make(6, NONE, heart_rate=545, sampling_rate=2000.0).raw)
     raw = make(6, NONE, heart_rate=545, sampling_rate=2000.0, flow_delay=late).raw
-    average = average_beats(raw)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", VasowaveWarning)
+        average = average_beats(raw)
+    side = "after" if late > 0 else "before"
+    said = [f"ms {side} that of the pressure" in str(one.message) for one in told]
+    assert said == [True] * (abs(average.delay) > 0.025 * average.recording.period)
     assert average.delay - straight.delay == pytest.approx(late, abs=2e-4)
     assert not average.delay_corrected
     corrected = average_beats(raw, correct_delay=True)
     assert corrected.delay_corrected
-    assert average_beats(raw).recording.flow == pytest.approx(average.recording.flow)
+    assert not [one for one in corrected.recording.notes if one.code == "recording.feet-apart"]
+    assert not [one for one in straight.recording.notes if one.code == "recording.feet-apart"]
     aligned = average_beats(make(6, NONE, heart_rate=545, sampling_rate=2000.0).raw, correct_delay=True)
     np.testing.assert_allclose(corrected.recording.flow, aligned.recording.flow, atol=0.02)
 

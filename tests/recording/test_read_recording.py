@@ -91,6 +91,7 @@ def test_a_stated_unit_is_used_and_no_longer_assumed(tmp_path):
     assert not any("assumed" in str(note) for note in recording.notes)
 
 
+@pytest.mark.filterwarnings("ignore:.*the upstroke of the flow begins")
 def test_a_flow_that_ends_in_zeros_by_chance_keeps_its_last_sample(tmp_path):
     resting = np.maximum(FLOW - FLOW[0], 0)
     assert resting[-1] == resting[0] == 0
@@ -374,6 +375,7 @@ def test_of_a_cycle_at_rest_without_times_a_warning_says_how_far_apart_samples_w
     assert len(found.pressure) == len(found.flow) == 128
 
 
+@pytest.mark.filterwarnings("ignore:.*the upstroke of the flow begins")
 def test_a_flow_at_rest_ends_as_the_pressure_that_the_same_program_wrote(tmp_path):
     _, flow = at_rest(128)
     for pressure, kept in ((closed(PRESSURE), 127), (PRESSURE, 128)):

@@ -141,6 +141,11 @@ def test_a_law_of_arteries_that_no_animal_survives_is_a_problem_and_no_yardstick
     better = changed(cohort_results[1], "tangent/calibration", RMSE=rmse / 8)
     others = (cohort_results[0], *cohort_results[2:])
     assert gathered([better, *others]).misfits["missed"].any()  # the tangent wall is the best law
+    calibration = better.laws["tangent"].calibration
+    stopped = changed(
+        better, "tangent/calibration", at_bound=calibration["at_bound"] | (calibration["parameter"] == "c1")
+    )
+    assert not gathered([stopped, *others]).misfits["missed"].any()  # nor is a search that stopped at a bound
     torn = gathered([overstrained(better, "tangent"), *others])
     assert not torn.misfits["missed"].any()
     said = page_of(torn.results, Family("tangent", NAMES))
@@ -181,13 +186,15 @@ def test_the_models_time_constant_is_not_called_that_of_the_measured_decay(cohor
             for result, own in scattered
         ]
 
-    alike, far = modeled(1.3), modeled(0.56)
+    alike, far = modeled(1.1), modeled(0.56)
     family = Family("linear", ("mPAP", "tau"))
     said = dict(answers_of(far, family))["Small vessels"]
     assert "model time constant R_T C_T" in said
     measured = [float(one.measured.quantities["tau"]) for one in cohort_results[:3]]
     assert f"The measured diastolic decay has τ = {np.exp(np.log(measured).mean()):.3g} s in CTL and " in said
     assert "R_T C_T is 0.56 times it in CTL and 0.56 times it in HPH" in said
+    summed = [float(one.laws["linear"].quantities["tau_plain"]) for one in far[:3]]
+    assert f"With the compliances of all vessels summed it is {np.exp(np.log(summed).mean()):.3g} s in CTL" in said
     (alone,) = (text for question, text in answers_of(far[1:2], family) if question == "Small vessels")
     assert f"The measured diastolic decay has τ = {measured[1]:.3g} s. R_T C_T is 0.56 times it: " in alone
     alike = dict(answers_of(alike, family))["Small vessels"]

@@ -91,7 +91,8 @@ def test_the_page_says_what_the_design_says(tmp_path, results):
     ]
     said = dict(answers.items)
     assert said["How were animals compared?"] == (
-        "Ratios and means of groups are adjusted for sex: they hold at the average of each; animals of one "
+        "Ratios and means of groups are adjusted for sex: they are those of groups with the same mean of it (of a "
+        "category: with as many animals of each kind); animals of one "
         "litter (of 3: L0, L1 and L2) may be alike (random effects); "
         "the 20 recordings are of 10 animals (column mouse), whose own level is a "
         "random effect; time (before and after; compared with before) is a second factor, its effect in each group of "

@@ -4,6 +4,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import Finding, look_kind, note_kind
+from vasowave.recording.waveform import foot_delay
 
 PERIODS = (0.04, 3.0)
 """Shortest and longest period taken for a heartbeat, s (1500 and 20 beats/min)."""
@@ -33,6 +34,10 @@ OPEN_CYCLE = 0.05
 
 _AT_ZERO = 0.1
 """A signal that rests within this share of its range around zero rests at zero, as the flow of a closed valve does."""
+
+_FEET_APART = 0.025
+"""Of the cycle: feet of pressure and flow that lie farther apart are not of one instant; in twelve simulated mice and
+one measured they lie -0.6 to 2 % apart."""
 
 _NEVER_LOW = 0.2
 """A flow that never falls below this share of its largest value is like a pressure."""
@@ -73,6 +78,13 @@ FLOW_OFF_ZERO = look_kind(
     "the flow rests at {level:+.2g} ml/s in diastole, {percent:.0f} % of its mean, though a closed valve lets nothing "
     "through; is the zero of the flow right? From its resting level the mean flow is {mean:.3g} ml/s",
     "Correct the zero of the flow channel and export it again.",
+)
+APART = look_kind(
+    "recording.feet-apart",
+    "the upstroke of the flow begins {delay:.3g} ms {side} that of the pressure, {percent:.2g} % of the cycle; at one "
+    "place both begin at once, and stiffness, wave speed and impedance depend strongly on it",
+    "Record both at one place, or take the delay of probe and filters out (averaging: {{correct_delay: true}}); what "
+    "you do not know of it is a known error, `flow_delay_sd`.",
 )
 OPEN_END = note_kind("recording.cycle-open", "{what} ends {percent:.1f} % of its range away from its start")
 
@@ -148,6 +160,10 @@ def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Fi
     level, mean = resting_flow(flow), float(flow.mean())
     if _OFF_ZERO * mean < abs(level) < _NEVER_RESTS * mean:
         found.append(FLOW_OFF_ZERO(level=level, percent=100 * level / mean, mean=mean - level))
+    delay = foot_delay(pressure, flow, period)
+    if abs(delay) > _FEET_APART * period:
+        side = "after" if delay > 0 else "before"
+        found.append(APART(delay=1e3 * abs(delay), percent=100 * abs(delay) / period, side=side))
     return found
 
 

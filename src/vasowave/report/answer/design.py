@@ -17,7 +17,10 @@ def design_text(cohort: Cohort) -> str:
     parts = []
     if design.covariates:
         named = listed([*map(_named, design.covariates)])
-        parts.append(f"ratios and means of groups are adjusted for {named}: they hold at the average of each")
+        parts.append(
+            f"ratios and means of groups are adjusted for {named}: they are those of groups with the same mean of it "
+            "(of a category: with as many animals of each kind)"
+        )
     if design.blocks:
         levels = [f"{_named(name)}{_levels(cohort, name)}" for name in design.blocks]
         parts.append(f"animals of one {listed(levels)} may be alike (random effects)")

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.misfit import WORSE_THAN_BEST
+from vasowave.cohort.misfit import WORSE_THAN_BEST, is_lone
 from vasowave.cohort.missing import Missing, Standing
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
@@ -161,7 +161,8 @@ def _miss(wall: str, rows: pd.DataFrame, of_flow: str) -> str:
     )
     return (
         f"The {wall} wall misses the data of {_some(rows['animal'].tolist())}: it leaves up to "
-        f"{number(float(worst['RMSE']), 2)} mmHg{of_flow}, {against}. Do not use its numbers there."
+        f"{number(float(worst['RMSE']), 2)} mmHg{of_flow}, {against}. Do not use its "
+        "numbers there: answer by another law, or leave such animals out and say so."
     )
 
 
@@ -169,12 +170,7 @@ def _alone(cohort: Cohort) -> list[str]:
     """Name searches of several starts of which only one came to the best optimum."""
     sentences = []
     for wall in cohort.walls:
-        names = [
-            result.name
-            for result in cohort.calibrated(wall)
-            for fit in [result.laws[wall].calibration]
-            if fit.sizes["start"] > 2 and int(fit["start_agrees"].sum()) == 1
-        ]
+        names = [result.name for result in cohort.calibrated(wall) if is_lone(result.laws[wall].calibration)]
         if names:
             sentences.append(
                 f"Only one start reached the best optimum ({wall} wall): {_some(names)}. Others may be better: raise "
