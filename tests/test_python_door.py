@@ -168,7 +168,9 @@ def test_a_comparison_says_itself_draws_itself_and_can_be_turned_round(results):
     both = [one.table.set_index("quantity")["ratio"] for one in (comparison, turned)]
     assert (both[0] * both[1]).to_numpy() == pytest.approx(1.0, rel=1e-9)
     assert comparison.reference == "CTL"
-    assert "HPH" in repr(comparison)
+    said = repr(comparison)
+    assert "HPH" in said
+    assert f"\nAnimals: HPH {sum(one.group == 'HPH' for one in results.animals)}, CTL " in said
     assert "HPH against CTL" in comparison._repr_html_()
     words = [text.get_text() for ax in comparison.forest().figure.axes for text in ax.texts]
     assert any("mPAP" in text for text in words)

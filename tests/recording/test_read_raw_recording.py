@@ -302,3 +302,22 @@ def test_times_written_to_the_sampling_interval_itself_are_exact_and_read(tmp_pa
     rows = (f"{k / 1000:.3f},{10 + k % 110 / 20:.3f},{k % 110 / 500:.4f}" for k in range(2500))
     (tmp_path / "m.csv").write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
     assert read_raw_recording(tmp_path / "m.csv").sampling_rate == pytest.approx(1000.0)
+
+
+@pytest.mark.parametrize("title", ["Aortendruck", "arterieller Blutdruck", "pression systemique", "Ventrikeldruck"])
+def test_a_title_of_another_place_in_another_language_is_not_taken_for_the_pulmonary_artery(tmp_path, title):
+    path = tmp_path / "a.csv"
+    rows = "\n".join(f"{i / 500:.3f};{i % 50};{i % 7}" for i in range(500))
+    path.write_text(f"Zeit [s];{title} [mmHg];Fluss [ml/s]\n{rows}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=f"'{title}' may be of another place than the pulmonary artery"):
+        read_raw_recording(path)
+
+
+def test_the_pressure_of_the_lung_is_taken_by_its_title_in_another_language(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = "\n".join(f"{i / 500:.3f};{i % 50};{'#NV' if i == 100 else i % 7}" for i in range(2000))
+    path.write_text(f"Zeit [s];Pulmonalarteriendruck [mmHg];Fluss [ml/s]\n{rows}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"'Fluss': no samples from 0.2 to 0.202 s"):  # as a spreadsheet marks no value
+        read_raw_recording(path)
+    path.write_text(path.read_text("utf-8").replace("#NV", "3"), encoding="utf-8")
+    assert read_raw_recording(path).pressure.max() == 49

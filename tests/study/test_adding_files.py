@@ -157,6 +157,13 @@ def test_files_beside_a_recording_are_found_from_where_they_were_typed(lab, tmp_
     assert (study / name).samefile(tmp_path / "Vorhof links.csv")
 
 
+def test_groups_may_be_given_to_new_as_they_are_to_add(tmp_path):
+    done = CliRunner().invoke(app, ["new", str(tmp_path / "s"), "--groups", "control=WT,hypoxia=HOX"])
+    assert done.exit_code == 0, done.output
+    assert "groups: [control, hypoxia]" in (tmp_path / "s" / "study.yaml").read_text("utf-8")
+    assert "say the whole to `vasowave add --groups`" in done.output
+
+
 def test_one_cause_is_one_error_with_all_its_lines(tmp_path):
     study = tmp_path / "s"
     CliRunner().invoke(app, ["new", str(study)])

@@ -386,6 +386,24 @@ def test_raw_recordings_are_averaged_as_the_study_says(make_study, mice):
     assert animal.recording.source == "raw.csv"
 
 
+def test_a_continuous_recording_that_was_exported_again_is_still_the_same_animal(make_study, mice):
+    from vasowave.datasets.raw import synthetic_raw_recording
+
+    folder = make_study()
+    raw = synthetic_raw_recording(mice[0], np.random.default_rng(3)).raw
+    columns = np.column_stack([raw.time, raw.pressure, raw.flow, np.round(raw.ecg, 2)])
+    header = "time [s],pressure [mmHg],flow [ml/s],ecg [mV]"
+    for name, rows in (("a", columns), ("b", columns[700:])):
+        np.savetxt(folder / f"{name}.csv", rows, fmt="%.5g", delimiter=",", header=header, comments="")
+    lines = ("a,CTL,n.csv,a.csv,raw", "b,CTL,n.csv,b.csv,raw")
+    table(folder, *lines, header="animal,group,network,recording,kind")
+    (error,) = (line for line in said(folder) if line.startswith("E"))
+    assert "line 3, column 'recording': its pressure is in that of 'a' (line 2), written anew" in error
+    on_purpose = [f"{line},yes" for line in lines]
+    table(folder, *on_purpose, header="animal,group,network,recording,kind,shared recording")
+    assert not [line for line in said(folder) if line.startswith("E")]
+
+
 def test_a_missing_study_names_the_command_that_makes_one(tmp_path):
     with pytest.raises(ValueError, match=r"study.yaml: no such file or directory; `vasowave new FOLDER`"):
         check_study(tmp_path)

@@ -22,6 +22,9 @@ _ELSEWHERE = ("lv", "lvp", "rv", "rvp", "ra", "la", "ao", "aop", "aorta", "aorti
               "systemic", "airway", "paw", "ventilator", "trachea", "tracheal")  # fmt: skip
 """Words of titles that speak of another place than the pulmonary artery; such a channel is read only if it is named."""
 
+_STEMS = ("aort", "arteri", "carot", "karot", "femor", "systemi", "ventri")
+"""Beginnings of such words in other languages (Aortendruck), unless a word of the title speaks of the lung (pulm…)."""
+
 _LETTERS = re.compile(r"[^\W\d_]+")
 _HOW_TO_NAME = (
     "name channels by their titles (vasowave add and fit: --channel pressure=TITLE; a study's table: the columns "
@@ -124,7 +127,7 @@ def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, .
 def quantity_of(title: str) -> str:
     """Return the quantity that a channel's title says it holds: pressure, flow, ecg, or empty."""
     plain, said = _plain(title), _words(title)
-    if said & set(_ELSEWHERE):
+    if _is_of_elsewhere(title):
         return ""
     return next((name for name, known in _WORDS.items() if plain in known or said & set(known)), "")
 
@@ -150,13 +153,20 @@ def _found(
     if hits:
         return hits, ""
     by_unit = [c for c in free if not quantity_of(c.title) and _has_unit(c, name) and c.title.strip()]
-    by_unit = [c for c in by_unit if not _words(c.title) & set(_ELSEWHERE)]
+    by_unit = [c for c in by_unit if not _is_of_elsewhere(c.title)]
     return (by_unit, "no other has such a unit") if len(by_unit) == 1 else ([], "")
+
+
+def _is_of_elsewhere(title: str) -> bool:
+    """Whether a title speaks of another place than the pulmonary artery."""
+    words = _words(title)
+    stems = any(word.startswith(_STEMS) for word in words) and not any(word.startswith("pulm") for word in words)
+    return stems or bool(words & set(_ELSEWHERE))
 
 
 def _of_elsewhere(channels: Sequence[T], name: str) -> str:
     """Say which channels have the unit of a quantity and are passed over because their titles speak of other places."""
-    said = [f"'{c.title}'" for c in channels if _has_unit(c, name) and _words(c.title) & set(_ELSEWHERE)]
+    said = [f"'{c.title}'" for c in channels if _has_unit(c, name) and _is_of_elsewhere(c.title)]
     return f" ({' and '.join(said)} may be of another place than the pulmonary artery, by its title)" if said else ""
 
 

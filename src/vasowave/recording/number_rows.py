@@ -16,6 +16,8 @@ _TOGETHER = 4096
 """Rows that are read cell by cell are stored this many at once."""
 
 
+_GAPS = frozenset({"", "#NV", "#N/A", "#NULL!", "#WERT!", "#VALUE!", "#DIV/0!"})
+"""Cells without a number, as spreadsheets write them too."""
 _CLOCK = re.compile(r"\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?")
 _NO_CLOCK = (
     "; a time of day is not read: write seconds since the start, or leave the column out and say how many samples a "
@@ -86,7 +88,7 @@ class NumberRows:
         return True
 
     def add_row(self, line: int, cells: list[str], comma: bool) -> None:
-        """Add one row; an empty cell or ``NaN`` is a gap.
+        """Add one row; an empty cell, ``NaN`` or a spreadsheet's mark of no value is a gap.
 
         Raises
         ------
@@ -113,7 +115,7 @@ class NumberRows:
     def _number(self, line: int, cell: str, title: str, comma: bool) -> float:
         text = cell.strip()
         try:
-            value = number(text.replace(",", ".") if comma else text) if text else math.nan
+            value = math.nan if text.upper() in _GAPS else number(text.replace(",", ".") if comma else text)
         except ValueError:
             why = _NO_CLOCK if _CLOCK.fullmatch(text) else ""
             raise InputError(f"{self.place}, line {line}, column '{title}': '{text}' is not a number{why}") from None

@@ -14,6 +14,9 @@ from vasowave.recording.gaps import leaps_closed
 _EXACT = 1e-6  # steps that differ by less than this share of their mean are equal
 ALIASES = {
     "t": "time",
+    "zeit": "time",
+    "temps": "time",
+    "tiempo": "time",
     "p": "pressure",
     "pap": "pressure",
     "mpap": "pressure",

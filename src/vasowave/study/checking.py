@@ -17,6 +17,7 @@ from vasowave.model.laws import find_bed, find_law
 from vasowave.model.nominal import Nominal, estimate_nominal
 from vasowave.quantities import INDICES, QUANTITIES, question_of
 from vasowave.recording import Recording
+from vasowave.recording.same_signal import Trace, are_of_one, trace_of
 from vasowave.study.animals import read_row
 from vasowave.study.designing import understood
 from vasowave.study.document import Document, read_document
@@ -92,6 +93,11 @@ SAME_VENTRICLE = error_kind(
 SAME_CYCLE = error_kind(
     "check.same-cycle", "its averaged cycle is that of '{other}' (line {at}); {remedy}", _ONE_OF_TWO
 )
+SAME_SIGNAL = error_kind(
+    "check.same-signal",
+    "its pressure is in that of '{other}' (line {at}), written anew; {remedy}",
+    _ONE_OF_TWO,
+)
 
 
 class Checked(NamedTuple):
@@ -120,7 +126,7 @@ def check_study(path: Path) -> Checked:
     if study is None:
         return Checked(one_per_cause(problems), [], None)
     design = understood(study, whole=not any(problem.error and problem.place.line for problem in problems))
-    document, read, cycles = read_document(study.path), [], []
+    document, read, cycles, traces = read_document(study.path), [], [], []
     problems += [*_programs(study, document), *_settings(study, document)]
     for row in study.animals:
         place = Place(str(study.table), row.line, animal=row.animal)
@@ -129,6 +135,8 @@ def check_study(path: Path) -> Checked:
             problems += _animal(study, row, animal, document, place)
             read.append(read_of(animal))
             cycles.append((row, animal.recording))
+            if animal.raw is not None:
+                traces.append((row, trace_of(animal.raw, animal.recording.heart_rate)))
         except VasowaveError as error:
             problems.append(unreadable(error, place, row.files))
     wedged = [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
@@ -138,7 +146,8 @@ def check_study(path: Path) -> Checked:
         problems.append(Problem(some.at(**place._asdict())))
     problems += _half_known(study)
     doubled = doubled_animals(study)
-    problems += [*doubled, *_alike(study, cycles, doubled)]
+    doubled += _alike(study, cycles, doubled)
+    problems += [*doubled, *_of_one_recording(study, traces, doubled)]
     return Checked(one_per_cause(problems), read, study.settings, design)
 
 
@@ -296,6 +305,20 @@ def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]], known: S
                 problem = _doubled(study, late, early, SAME_CYCLE)
                 problems += [problem] if problem.place not in said else []
                 said.add(problem.place)
+    return problems
+
+
+def _of_one_recording(
+    study: Study, traces: Sequence[tuple[AnimalRow, Trace]], known: Sequence[Problem]
+) -> list[Problem]:
+    """Return an error for every animal whose signal stands in that of another, exported anew."""
+    said, problems = {problem.place for problem in known}, []
+    for late, (row, trace) in enumerate(traces):
+        for other, earlier in traces[:late]:
+            if not (row.shared_recording and other.shared_recording) and are_of_one(trace, earlier):
+                problem = _doubled(study, row, other, SAME_SIGNAL)
+                problems += [problem] if problem.place not in said else []
+                break
     return problems
 
 

@@ -25,6 +25,7 @@ from vasowave.study.results import INDEX, read_results
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile
 
+_FOLDER = "is a folder; name one file of it, or make a study of all with `vasowave new` and `vasowave add`"
 TOLD = Family(quantities=("stiffness", "wave_speed", "R_T", "C_p", "tau", "a", "I_R"))
 
 
@@ -77,7 +78,7 @@ def one_row(network: Path, recordings: Sequence[Path], animal: str, group: str, 
         raise InputError(f"{len(recordings)} files given; a recording is one file, or one of pressure and one of flow")
     for file in (network, *recordings):
         if not file.is_file():
-            raise InputError(f"{file}: {'is a folder' if file.is_dir() else 'there is no such file'}")
+            raise InputError(f"{file}: {_FOLDER if file.is_dir() else 'there is no such file'}")
     known = [NETWORKS.known(file) is not None for file in (network, *recordings)]
     if not known[0] and any(known[1:]):
         raise InputError(

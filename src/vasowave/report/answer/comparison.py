@@ -15,8 +15,10 @@ from vasowave.figures.rendering import as_file
 from vasowave.figures.style import group_looks, new_figure, short, shown_figure, source_looks, style
 from vasowave.io.files import check_file, write_file
 from vasowave.notebook import card
+from vasowave.report.answer.design import design_text
 from vasowave.report.answer.forest import group_rows
 from vasowave.report.answer.groups import group_answers, not_told
+from vasowave.report.answer.problems import marked, marker
 from vasowave.report.glossary import caller
 from vasowave.report.wording import some_of
 
@@ -98,11 +100,22 @@ class Comparison:
         return groups_figure(self.cohort, self.primary, WIDE, make)
 
     def __repr__(self) -> str:
-        said = group_answers(self.primary, caller(self.cohort))
-        return "\n".join(f"{question}: {answer}" for question, answer in said) or "nothing could be compared"
+        return "\n".join(f"{question}: {answer}" for question, answer in self._said) or "nothing could be compared"
+
+    @property
+    def _said(self) -> list[tuple[str, str]]:
+        """Questions and answers, how the animals were compared, and what must not be used; empty without a row."""
+        law = self.primary.law
+        said = group_answers(self.primary, caller(self.cohort), marker(self.cohort, law))
+        if not said:
+            return []
+        design = [("How were animals compared?", text)] if (text := design_text(self.cohort)) else []
+        each = [f"{group} {len(self.cohort.groups[group])}" for group in (self.group, self.reference)]
+        return [*said, ("Recordings" if self.cohort.repeated else "Animals", ", ".join(each)), *design,
+                *marked(self.cohort, law)]  # fmt: skip
 
     def _repr_html_(self) -> str:
-        facts = dict(group_answers(self.primary, caller(self.cohort)))
+        facts = dict(self._said)
         left = [f"{what}: {why}" for what, why in self.primary.left_out.items()]
         left += not_told(self.primary, caller(self.cohort))
         return card(f"{self.group} against {self.reference}", facts, left)

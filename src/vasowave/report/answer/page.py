@@ -1,6 +1,6 @@
 """The first page: answers beside the forest plot, the waveforms and the network, what is not known, what is wrong."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.primary import Family, Primary
@@ -15,7 +15,7 @@ from vasowave.report.answer.design import design_text
 from vasowave.report.answer.forest import animal_rows
 from vasowave.report.answer.groups import Called, group_answers, influence, not_told, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
-from vasowave.report.answer.problems import MARK, marked, overstrained, problem_blocks
+from vasowave.report.answer.problems import marked, marker, overstrained, problem_blocks
 from vasowave.report.answer.walls import wall_answer
 from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
 from vasowave.report.glossary import caller
@@ -38,12 +38,7 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Se
 
 def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[tuple[str, str]]:
     wall = [wall_answer(cohort, primary.law)] if primary.law else []
-    doubted = {result.group for result in cohort.forbidden(primary.law)}
-    legend = marked(cohort, primary.law)
-
-    def mark(groups: Iterable[str]) -> str:
-        return "" if doubted.isdisjoint(groups) else f" {MARK}"
-
+    legend, mark = marked(cohort, primary.law), marker(cohort, primary.law)
     if cohort.single:
         one = cohort.results[0]
         said = animal_answers(one, primary.law, family, called, mark([one.group]))

@@ -1,6 +1,6 @@
 """Problems that must be looked at; routine notes are none of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -130,6 +130,12 @@ def _looks(warned: Mapping[str, Sequence[Finding]]) -> list[str]:
         else:
             said.append(f"{_some(list(dict.fromkeys(name for name, _ in pairs)))}; of {pairs[0][0]}: {pairs[0][1]}")
     return said
+
+
+def marker(cohort: Cohort, law: str) -> Callable[[Iterable[str]], str]:
+    """Return what gives the mark behind a sentence on groups, of which one rests on numbers that must not be used."""
+    doubted = {result.group for result in cohort.forbidden(law)}
+    return lambda groups: "" if doubted.isdisjoint(groups) else f" {MARK}"
 
 
 def marked(cohort: Cohort, law: str) -> list[tuple[str, str]]:

@@ -1,0 +1,42 @@
+"""One recording that was exported twice, and two of one animal."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vasowave.datasets import virtual_mouse
+from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
+from vasowave.recording.same_signal import are_of_one, trace_of
+
+
+def made(seed, **more):
+    rng = np.random.default_rng(seed)
+    return synthetic_raw_recording(virtual_mouse(), rng, disturbances=replace(Disturbances(), **more)).raw
+
+
+@pytest.mark.parametrize(
+    "export",
+    [
+        lambda raw: replace(raw, **{name: getattr(raw, name)[517:] for name in ("pressure", "flow", "ecg")}),
+        lambda raw: replace(raw, **{name: getattr(raw, name)[:-731] for name in ("pressure", "flow", "ecg")}),
+        lambda raw: replace(raw, pressure=np.round(raw.pressure, 1)),
+        lambda raw: replace(raw, pressure=raw.pressure - 3.0),
+    ],
+    ids=["begins later", "ends earlier", "one decimal", "another zero"],
+)
+def test_what_was_cut_rounded_or_moved_is_still_one_recording(export):
+    raw = made(3)
+    assert are_of_one(trace_of(export(raw), 545.0), trace_of(raw, 545.0))
+    assert are_of_one(trace_of(raw, 545.0), trace_of(export(raw), 545.0))
+
+
+def test_other_beats_are_another_recording():
+    one, other, later = (trace_of(made(seed), 545.0) for seed in (3, 4, 5))
+    assert not are_of_one(one, other)
+    assert not are_of_one(later, other)
+    raw = made(3)
+    half = len(raw.pressure) // 2
+    parts = [replace(raw, **{name: getattr(raw, name)[part] for name in ("pressure", "flow", "ecg")})
+             for part in (slice(None, half), slice(half, None))]  # fmt: skip
+    assert not are_of_one(*(trace_of(part, 545.0) for part in parts))  # of one animal, one after the other
