@@ -88,7 +88,7 @@ def test_titles_of_another_language_are_known_by_their_units(tmp_path):
 
 @pytest.mark.parametrize(
     ("header", "words"),
-    [("Zeit,Druck [mmHg]", "no column of time; the header has: zeit, druck"),
+    [("Dauer,Druck [mmHg]", "no column of time; the header has: dauer, druck"),
      ("time [s],Druck A [mmHg],Druck B [mmHg]", "not one alone has a unit of pressure")],
 )  # fmt: skip
 def test_columns_that_are_not_understood_are_named(tmp_path, header, words):

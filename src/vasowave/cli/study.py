@@ -65,8 +65,8 @@ def new(
     """Make a study: a commented study.yaml, an empty animals.csv, and folders for the files."""
     from vasowave.study.template import new_study
 
-    labels = [label.partition("=")[0].strip() for label in groups.split(",")]
-    if "=" in groups:
+    labels = [(label.partition("=")[0] or label).strip() for label in groups.split(",")]
+    if labels != [label.strip() for label in groups.split(",")]:
         tell("note: groups are called by what stands before '='; say the whole to `vasowave add --groups`, too")
     for path in new_study(folder, labels, species):
         typer.echo(f"  {path}")
