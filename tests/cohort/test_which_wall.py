@@ -67,8 +67,9 @@ def test_the_difference_of_aicc_is_the_price_of_parameters_and_what_the_residual
     assert row["residuals SD"] == pytest.approx(np.std(gaps, ddof=1))
     said = wall_answer(cohort, "linear")[1]
     assert said.startswith("The residuals do not decide between the linear and the tangent wall. AICc against that of")
+    whole = with_interval(2.5, test.low, test.high)
     size = with_interval(2.5 - PRICE, own.low, own.high)
-    assert f"per animal (n = 3): tangent 2.5 higher, +{size} by what the residuals say and +2.0 by" in said
+    assert f"per animal (n = 3): tangent +{whole}, of it +{size} by what the residuals say and +2.0 by" in said
     assert "can look like curvature" in said
 
 

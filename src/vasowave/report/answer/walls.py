@@ -94,7 +94,7 @@ def _residuals(table: pd.DataFrame, law: str, single: bool) -> list[str]:
         walls = listed([f"the {wall}" for wall in (law, *undecided["wall"])])
         said.append(f"The residuals do not decide between {walls} wall.")
     each = "" if single else f", per animal (n = {', '.join(map(str, table['n'].unique()))})"
-    return [*said, f"AICc against that of the {law} wall{each}: {'; '.join(_parts(table))}."]
+    return [*said, f"AICc against that of the {law} wall (less is better){each}: {'; '.join(_parts(table))}."]
 
 
 def _parts(table: pd.DataFrame) -> list[str]:
@@ -102,9 +102,9 @@ def _parts(table: pd.DataFrame) -> list[str]:
     parts = []
     for place, (_, row) in enumerate(table.iterrows()):
         own = _signed(*(float(row[name]) for name in ("residuals", "residuals low", "residuals high")))
-        whole = f"{row['wall']} {number(abs(row['mean']), 2)} {'higher' if row['mean'] > 0 else 'lower'}"
+        whole = f"{row['wall']} {_signed(*(float(row[name]) for name in ('mean', 'low', 'high')))}"
         words = (" by what the residuals say", " by the fixed price of its parameters") if place == 0 else ("", "")
-        parts.append(f"{whole}, {own}{words[0]} and {_signed(float(row['price']))}{words[1]}")
+        parts.append(f"{whole}, of it {own}{words[0]} and {_signed(float(row['price']))}{words[1]}")
     return parts
 
 
