@@ -59,7 +59,7 @@ class Circulation:
     >>> arteries = vw.Model(artery, vw.LinearWall(60.0), vw.Windkessel([8.0], [70.0], [1.5e-3]))
     >>> veins = vw.Model(vein, vw.LinearWall(60.0), vw.Resistance([10.0]), outlet_pressure=4.0)
     >>> waves = vw.Circulation(arteries, veins, {"a": "v"}).simulate(vw.virtual_mouse())
-    >>> sorted(waves.children), waves["veins"].pressure.dims
+    >>> list(waves), waves["veins"].pressure.dims
     (['arteries', 'veins'], ('time', 'vessel', 'station'))
     """
 
@@ -88,7 +88,7 @@ class Circulation:
             if lacking:
                 raise InputError(f"drains: '{min(lacking)}' {why}")
 
-    def simulate(self, inflow: Driven | Recording, numerics: Numerics | None = None) -> xr.DataTree:
+    def simulate(self, inflow: Driven | Recording, numerics: Numerics | None = None) -> dict[str, xr.Dataset]:
         """Simulate one cycle of the periodic state of both.
 
         Parameters
@@ -99,7 +99,7 @@ class Circulation:
 
         Returns
         -------
-        DataTree
+        dict of str to Dataset
             ``arteries`` and ``veins``, each as `simulate` returns it.
 
         Warns
@@ -124,7 +124,7 @@ class Circulation:
             if change < _CLOSE:
                 for note in (*arteries.notes, *veins.notes):
                     warn(note)
-                return xr.DataTree.from_dict({"arteries": as_dataset(arteries), "veins": as_dataset(veins)})
+                return {"arteries": as_dataset(arteries), "veins": as_dataset(veins)}
             if change > before:
                 break
             behind = behind + self._answered(there - behind, veins, driven.of_pressure)
