@@ -151,6 +151,7 @@ def test_the_table_holds_every_stored_number_with_its_interval_and_unit_once(res
     assert counted == len(table)
 
 
+@pytest.mark.validation
 def test_a_comparison_is_the_one_that_the_report_shows(results, study, undrawn):
     comparison = results.compare("HPH", "CTL")
     report_study(study)

@@ -162,6 +162,7 @@ def test_animals_beyond_a_bound_are_kept_and_the_truth_is_held_where_leaving_the
     assert held_without < 0.7 * count
 
 
+@pytest.mark.validation
 def test_an_exponent_at_its_bound_moves_the_pooled_one_and_is_named():
     values = [0.9, 1.1, 1.0, 1.2]
     bound = float(made_results({"CTL": 1}, walls=("power",))[0].laws["power"].calibration["lower"].sel(parameter="m"))

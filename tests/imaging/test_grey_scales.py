@@ -51,6 +51,7 @@ def radius_errors(found):
     return found.network.radius[order] / NETWORK.radius - 1
 
 
+@pytest.mark.validation
 def test_a_linear_scale_is_found_linear_whatever_its_unit(fork):
     embedding, volume = fork
     for factor, bits in ((1.0, None), (40.0, 16)):

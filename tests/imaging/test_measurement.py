@@ -67,6 +67,7 @@ def stubby():
     return embedding, render(embedding, 140, 0.0085, rng)
 
 
+@pytest.mark.validation
 def test_a_stub_is_marked_unreliable_and_the_spread_is_that_of_the_radius_in_the_table(stubby, tmp_path):
     embedding, volume = stubby
     with warnings.catch_warnings():

@@ -23,6 +23,7 @@ def results():
     return made_results({"CTL": 2, "HPH": 2}, walls=("linear", "tangent", "power"))
 
 
+@pytest.mark.validation
 def test_a_third_law_has_its_words_values_and_lines(results, tmp_path):
     page = write_report(results[:1], tmp_path / "three", pdf=False).with_name("supplement.html")
     assert "the power wall law (p = β/(2m) ((A/A₀)^m − 1))" in page.read_text(encoding="utf-8")

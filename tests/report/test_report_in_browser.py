@@ -17,6 +17,7 @@ from vasowave.report.write import write_report
 WIDTHS = (400, 1200, 1920)
 
 
+@pytest.mark.validation
 def test_the_supplement_of_a_cohort_fits_into_every_width(cohort_page, tmp_path):
     assert_fits(cohort_page, tmp_path, at_least=20)
 

@@ -35,6 +35,7 @@ def until_changed(page, before):
     page.until(f"{NUMBERS} !== {json.dumps(before)}")
 
 
+@pytest.mark.validation
 def test_a_beat_is_rejected_by_keys_and_the_numbers_change_at_once(program, study, asker):
     page = opened(program, asker, "recording/mouse_c1")
     before = page.js(NUMBERS)
@@ -88,6 +89,7 @@ def test_whoever_changes_desks_faster_than_they_come_sees_the_last_and_its_numbe
     page.errors.clear()  # the Explorer has no results to show
 
 
+@pytest.mark.validation
 def test_a_problem_stands_beside_its_cell_and_a_click_mends_it(program, study, asker):
     page = opened(program, asker)
     page.until(READ)
