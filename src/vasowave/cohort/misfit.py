@@ -10,8 +10,7 @@ from vasowave.animal.result import AnimalResult
 
 WORSE_THAN_BEST = 2.0
 """A law that leaves more than this times the residual of the animal's best law misses its data; a law whose vessels are
-strained beyond what an artery survives, or whose search stopped at a bound or came only once to its end, is no best
-law."""
+strained beyond what an artery survives is no best law."""
 
 WORST_SHARE = 0.1
 """So does one that leaves more than this share of the pulse pressure."""
@@ -32,19 +31,13 @@ def misfits(results: Iterable[AnimalResult]) -> pd.DataFrame:
         left = {wall: float(result.laws[wall].calibration["RMSE"]) for wall in result.laws}
         pulse, error = float(result.measured.quantities["pPAP"]), _cycle_error(result)
         strained = {wall: one for wall, law in result.laws.items() if (one := law.overstrained)}
-        doubtful = {*strained, *(wall for wall, law in result.laws.items() if _is_open(law.calibration))}
-        best = min((left[wall] for wall in left if wall not in doubtful), default=np.nan)
+        best = min((left[wall] for wall in left if wall not in strained), default=np.nan)
         for wall, rmse in left.items():
             share, over = rmse / pulse, rmse / best
             missed = (over > WORSE_THAN_BEST or share > WORST_SHARE) and not rmse < error
             growth = float(dict(strained[wall].values)["percent"]) if wall in strained else np.nan
             rows.append((result.name, result.group, wall, rmse, error, share, over, missed, growth))
     return pd.DataFrame(rows, columns=_COLUMNS)
-
-
-def _is_open(calibration: xr.Dataset) -> bool:
-    """Whether a search stopped at a bound, or one alone of several starts came to its end."""
-    return bool(calibration["at_bound"].any()) or is_lone(calibration)
 
 
 def is_lone(calibration: xr.Dataset) -> bool:

@@ -83,8 +83,8 @@ APART = look_kind(
     "recording.feet-apart",
     "the upstroke of the flow begins {delay:.3g} ms {side} that of the pressure, {percent:.2g} % of the cycle; at one "
     "place both begin at once, and stiffness, wave speed and impedance depend strongly on it",
-    "Record both at one place, or take the delay of probe and filters out (averaging: {{correct_delay: true}}); what "
-    "you do not know of it is a known error, `flow_delay_sd`.",
+    "Record both at one place, or take the delay of probe and filters out (of continuous recordings: averaging: "
+    "{{correct_delay: true}}); what you do not know of it is a known error, `flow_delay_sd`.",
 )
 OPEN_END = note_kind("recording.cycle-open", "{what} ends {percent:.1f} % of its range away from its start")
 

@@ -1,4 +1,4 @@
-"""Whether two continuous recordings are stretches of one, whatever they were cut to, rounded to or exported as."""
+"""Whether two continuous recordings of one sampling rate are stretches of one, however they were cut or rounded."""
 
 from typing import NamedTuple
 

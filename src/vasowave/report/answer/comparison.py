@@ -15,7 +15,7 @@ from vasowave.figures.rendering import as_file
 from vasowave.figures.style import group_looks, new_figure, short, shown_figure, source_looks, style
 from vasowave.io.files import check_file, write_file
 from vasowave.notebook import card
-from vasowave.report.answer.design import design_text
+from vasowave.report.answer.design import design_answer
 from vasowave.report.answer.forest import group_rows
 from vasowave.report.answer.groups import group_answers, not_told
 from vasowave.report.answer.problems import marked, marker
@@ -109,10 +109,9 @@ class Comparison:
         said = group_answers(self.primary, caller(self.cohort), marker(self.cohort, law))
         if not said:
             return []
-        design = [("How were animals compared?", text)] if (text := design_text(self.cohort)) else []
         each = [f"{group} {len(self.cohort.groups[group])}" for group in (self.group, self.reference)]
-        return [*said, ("Recordings" if self.cohort.repeated else "Animals", ", ".join(each)), *design,
-                *marked(self.cohort, law)]  # fmt: skip
+        return [*said, ("Recordings" if self.cohort.repeated else "Animals", ", ".join(each)),
+                *design_answer(self.cohort), *marked(self.cohort, law)]  # fmt: skip
 
     def _repr_html_(self) -> str:
         facts = dict(self._said)

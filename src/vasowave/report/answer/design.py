@@ -9,6 +9,12 @@ from vasowave.report.wording import listed, some_of
 _MAX_LETTERS, _MAX_LEVELS = 40, 6
 
 
+def design_answer(cohort: Cohort) -> list[tuple[str, str]]:
+    """Return the question and the answer of a design; none for groups of independent animals."""
+    text = design_text(cohort)
+    return [("How were animals compared?", text)] if text else []
+
+
 def design_text(cohort: Cohort) -> str:
     """Return the design of a cohort in a sentence or two; empty for groups of independent animals."""
     design = cohort.design

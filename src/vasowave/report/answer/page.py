@@ -11,7 +11,7 @@ from vasowave.quantities import question_of
 from vasowave.report.answer.animal import animal_answers
 from vasowave.report.answer.comparison import groups_figure
 from vasowave.report.answer.decay import decay
-from vasowave.report.answer.design import design_text
+from vasowave.report.answer.design import design_answer
 from vasowave.report.answer.forest import animal_rows
 from vasowave.report.answer.groups import Called, group_answers, influence, not_told, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
@@ -43,7 +43,7 @@ def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -
         one = cohort.results[0]
         said = animal_answers(one, primary.law, family, called, mark([one.group]))
         return [*_with_decay(said, cohort, primary.law, family), *legend, *wall]
-    design = [("How were animals compared?", text)] if (text := design_text(cohort)) else []
+    design = design_answer(cohort)
     if len(cohort.groups) < 2 and not design:
         return [("Groups", "There is one group; nothing is compared between groups."), *wall]
     said = _with_decay(group_answers(primary, called, mark), cohort, primary.law, family)
