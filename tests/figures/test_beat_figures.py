@@ -19,9 +19,6 @@ PHASE = np.arange(256) / 256
 CYCLE = Recording(13 + 5 * np.sin(2 * np.pi * PHASE - 1.5), 0.2 + 0.2 * np.sin(2 * np.pi * PHASE - 1.2), 0.11)
 
 
-pytestmark = pytest.mark.filterwarnings("ignore:.*the upstroke of the flow begins")  # of waves that no heart makes
-
-
 @pytest.fixture(scope="module")
 def made():
     asked = Disturbances(ventilation_pressure=3)

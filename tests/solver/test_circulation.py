@@ -132,6 +132,8 @@ def test_what_does_not_settle_is_told(lung, monkeypatch):
         ({"b": "x", "c": "x"}, "'y' is an inlet of the veins into which no bed drains"),
         ({"b": "x", "c": "z"}, "'z' is no inlet of the veins"),
         ({"a": "x", "b": "x", "c": "y"}, "'a' is no terminal artery"),
+        ({"b": ["x", "y"], "c": "y"}, "one inlet of the veins for each terminal artery by their names"),
+        ([("b", "x"), ("c", "y")], "one inlet of the veins for each terminal artery by their names"),
     ],
 )
 def test_a_bed_that_leads_nowhere_and_a_vein_without_blood_are_named(lung, drains, message):

@@ -6,12 +6,13 @@ import numpy as np
 
 from vasowave.recording.raw import RawRecording
 
-LONGEST, SHARE = 5.0, 0.4
-"""The stretch that is looked for: so many s, or such a share of the shorter recording where that is less."""
+LONGEST, SHARE = 2.0, 0.15
+"""The stretches that are looked for, beginning, middle and end of the shorter recording: so many s, or such a share of
+it where that is less. Two stretches of one recording that overlap share the end of one of them."""
 LEFT = 0.01
 """Share of the signal's standard deviation by which two exports of one stretch differ, at most: a pulse of 15 mmHg
 written to 0.1 mmHg differs by 0.6 %. Beats of one animal differ from each other by several times as much."""
-_LEAST = 3  # beats in the stretch
+_LEAST = 4  # beats in a stretch
 _RATES_APART = 0.05  # relative difference of heart rates above which nothing is compared
 
 
@@ -31,21 +32,25 @@ def trace_of(raw: RawRecording, heart_rate: float) -> Trace:
 
 
 def are_of_one(one: Trace, other: Trace) -> bool:
-    """Whether the middle of the shorter of two traces of one rate stands anywhere in the longer one."""
-    from scipy.signal import correlate
-
+    """Whether beginning, middle or end of the shorter of two traces of one rate stands anywhere in the longer one."""
     if one.rate != other.rate or abs(one.heart_rate - other.heart_rate) > _RATES_APART * one.heart_rate:
         return False
     short, whole = (values.astype(float) for values in sorted((one.pressure, other.pressure), key=len))
-    count = int(min(LONGEST * one.rate, SHARE * len(short)))
-    if count < _LEAST * 60.0 * one.rate / one.heart_rate:
+    fewest = _LEAST * 60.0 * one.rate / one.heart_rate
+    count = int(min(LONGEST * one.rate, max(SHARE * len(short), fewest)))
+    if not fewest - 1 < count <= len(short):
         return False
-    first = (len(short) - count) // 2
-    piece = short[first : first + count]
-    piece, whole = piece - piece.mean(), whole - whole.mean()
+    last = len(short) - count
+    return any(_stands_in(short[first : first + count], whole - whole.mean()) for first in (0, last // 2, last))
+
+
+def _stands_in(piece: np.ndarray, whole: np.ndarray) -> bool:
+    """Whether a stretch stands in a signal without mean, but for its own mean."""
+    from scipy.signal import correlate
+
+    count, piece = len(piece), piece - piece.mean()
     sums, squares = (np.append(0.0, np.cumsum(values)) for values in (whole, whole**2))
     of_window = squares[count:] - squares[:-count] - (sums[count:] - sums[:-count]) ** 2 / count
-    together = correlate(whole, piece, mode="valid", method="fft")
     square = float(piece @ piece)
-    left = square + of_window - 2 * together
+    left = square + of_window - 2 * correlate(whole, piece, mode="valid", method="fft")
     return bool(left.min() < LEFT**2 * square)

@@ -38,7 +38,8 @@ class Averaging:
     """Whether a beat whose mean pressure or flow stands off the end-expiratory level (more than 2.5 SD of the narrowest
     quarter of all beats) is rejected."""
     correct_delay: bool = False
-    """Whether the flow is advanced by the estimated p-q delay. It is estimated in any case."""
+    """Whether the flow is advanced by the p-q delay that the feet of both show. They tell it within a few percent of
+    the cycle, which moves the stiffness by much; a delay that was measured is better."""
     drift: Literal["remove", "warn"] = "remove"
     """Whether the drift of the transducer and its steps are subtracted, or only told. A trend that comes with a change
     of pulse or flow may be the animal's own and is never subtracted. A drift that stays in counts as an error of the

@@ -74,6 +74,9 @@ class Circulation:
                 f"{type(self.arteries.outlets).__name__}: what flows out of such beds is not known; give the arteries "
                 "resistances or Windkessels"
             )
+        given = [*self.drains, *self.drains.values()] if isinstance(self.drains, Mapping) else [None]
+        if not all(isinstance(name, str) for name in given):
+            raise InputError("drains: give one inlet of the veins for each terminal artery by their names: {'a': 'v'}")
         terminals = [self.arteries.network.name[row] for row in self.arteries.network.terminals]
         inlets = list(self.veins.network.inlet_names)
         for kind, names, known in (("terminal artery", self.drains, terminals), ("inlet of the veins",
