@@ -1,11 +1,14 @@
 """How many animals a study needs: against theory, and against studies that are drawn and judged as real ones."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
 
 import planning
 import vasowave as vw
+from approval import PAPER, approve, figure, page
 from made_cohort import made_results
 from vasowave.cohort import Design, Variable, gathered
 from vasowave.cohort.balanced import changes_of, effects_of_repeated
@@ -15,6 +18,7 @@ from vasowave.cohort.planning import Planning, plan_of
 from vasowave.cohort.simultaneous import Row, simultaneous
 from vasowave.cohort.spreads import Spread, with_occasions
 from vasowave.errors import InputError
+from vasowave.figures.rendering import svg
 from vasowave.report.planned import plan_texts, write_plan
 
 ALIKE = 0.6 + 0.4 * np.eye(3)
@@ -175,6 +179,14 @@ def test_what_lessens_errors_saves_animals_only_where_errors_are_what_costs(plan
         Planning(effect=1.0)
     with pytest.raises(InputError, match="how far their true values are correlated"):
         Planning(littermates=True)
+
+
+@pytest.mark.parametrize(("kind", "asked"), [("groups", {}), ("pairs", {"pairs": 0.6}),
+                                           ("littermates", {"pairs": 0.6, "littermates": True})])  # fmt: skip
+def test_approved_the_page_of_a_plan(kind, asked, planned, tmp_path):
+    plan = replace(planned, settings=replace(planned.settings, **asked))
+    words = page(write_plan(plan, tmp_path / "plan.html"))
+    approve(f"plan, {kind}", [*plan_texts(plan), *words, *figure("power", svg(plan.figure()))], PAPER, 0.01)
 
 
 @pytest.mark.validation

@@ -11,8 +11,11 @@ from made_phantom import phantom
 from typer.testing import CliRunner
 
 import vasowave as vw
+from approval import approve, figure, page
 from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.figures.look import grey_scale_figure, histogram_figure, projections_figure
+from vasowave.figures.rendering import svg
 from vasowave.imaging import Options, Volume, write_volume
 from vasowave.imaging.given import _METHODS
 from vasowave.imaging.lumen.proposal import levels_of
@@ -129,6 +132,19 @@ def test_a_first_look_asks_for_the_voxel_size_that_a_file_lacks_as_the_extractio
             read(path)
         told.append(str(refused.value))
     assert told[0] == told[1]
+
+
+def test_approved_the_page_of_a_first_look_and_its_drawings(seen, tmp_path):
+    path = tmp_path / "look.html"
+    path.write_text(look_page(seen), encoding="utf-8")
+    drawings = {
+        "histogram": histogram_figure(seen), "grey scale": grey_scale_figure(seen),
+        "wide": projections_figure(seen), "narrow": projections_figure(seen, wide=False),
+    }  # fmt: skip
+    drawn = [line for name, one in drawings.items() for line in figure(name, svg(one))]
+    stored = [line for line in look_json(seen).partition('"provenance"')[0].splitlines() if "mouse 6" not in line]
+    words = [line.replace(str(seen.source.parent), "") for line in page(path)]
+    approve("look", [*words, *drawn, *stored], 0.2, 0.02)  # 2 %: another processor's rounding of a search
 
 
 @pytest.mark.validation

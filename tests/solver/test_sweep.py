@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
+from approval import PAPER, approve, figure, values
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import read_result, write_result
 from vasowave.animal.pipeline import analyze
@@ -12,12 +13,16 @@ from vasowave.animal.stored import stored_model, stored_recording
 from vasowave.cli import app
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.errors import InputError
+from vasowave.figures.rendering import svg
+from vasowave.figures.style import style
+from vasowave.figures.sweep import sweep_figure
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.walls import LinearWall
 from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
 from vasowave.solver import Numerics, changed_model, simulate, sweep
+from vasowave.solver.sweep import sweep_table
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +46,18 @@ def test_every_member_is_the_simulation_of_the_model_with_its_values(model):
     middle = alone.pressure.sel(station="middle")
     np.testing.assert_allclose(member.mean_pressure, middle.mean("time"), rtol=1e-6)
     np.testing.assert_allclose(member.pulse_pressure, middle.max("time") - middle.min("time"), rtol=1e-6)
+
+
+def test_approved_the_figure_and_the_table_of_a_sweep(model):
+    found = sweep(model, virtual_mouse(), {"beta": [50.0, 60.0, 70.0], "R_T": [70.0, 90.0]}, samples=64)
+    with style():
+        drawn = {"two": svg(sweep_figure(found)), "one": svg(sweep_figure(found.isel(R_T=0, drop=True)))}
+        for many in (found.isel(R_T=[0] * 6), found.expand_dims("tau")):
+            with pytest.raises(InputError, match="one parameter, and a second of at most 5 values"):
+                sweep_figure(many)
+    table = sweep_table(found)
+    columns = [f"{name}: {values(column.to_numpy())}" for name, column in table.items()]
+    approve("sweep", [*(line for name, one in drawn.items() for line in figure(name, one)), *columns], PAPER)
 
 
 def test_flow_times_resistance_is_the_mean_pressure_of_every_terminal_vessel(model):

@@ -21,6 +21,7 @@ from vasowave.recording.prepared import Prepared, prepare
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.rejection import Rejection, choose_run, lost_in_run, summarize
 from vasowave.recording.settings import Averaging
+from vasowave.recording.steadiness import unsteady
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
 from vasowave.settings import given_values
 
@@ -199,6 +200,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         *lost, *notes, *heartbeats.notes,
         *plateau_findings(prepared.plateaus, *_beating(baseline, cut.starts, reasons)),
         *baseline_findings(baseline, first, last),
+        *([] if baseline.own and baseline.alarming else unsteady(*_good_beats(cut, reasons), first, last)),
         *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, how.beats),
     ]  # fmt: skip
     errors = [harmonic_error(values[:, :-1]) for values in (chosen.pressure, chosen.flow)]
@@ -213,6 +215,11 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         how.correct_delay,
         baseline,
     )
+
+
+def _good_beats(cut: Cuts, reasons: list[Rejection]) -> tuple[np.ndarray, np.ndarray]:
+    good = [not reason for reason in reasons]
+    return cut.pressure[good], cut.flow[good]
 
 
 def _without_drift(chosen: Cuts, baseline: Baseline) -> Cuts:
