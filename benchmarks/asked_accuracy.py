@@ -64,8 +64,8 @@ def main() -> None:
     warnings.simplefilter("ignore", VasowaveWarning)
     names = [name for name in KINDS if name.split()[0] in chosen.kinds]
     print(
-        "| kind | kept | missed | no truth | error | largest error, in what was asked | within the estimate | CPU s |\n"
-        + "|---" * 8 + "|"
+        "| kind | kept | missed | no truth | error | largest error, in what was asked | in the estimate | within the estimate | CPU s |\n"
+        + "|---" * 9 + "|"
     )  # fmt: skip
     every = []
     for name in names:
@@ -79,7 +79,8 @@ def _line(name: str, rows: list[Kept]) -> str:
     counts = Counter(one.outcome for one in rows)
     judged = [one for one in rows if np.isfinite(one.error)]
     worst, within = max((one.error for one in judged), default=0.0), sum(one.error <= one.estimate for one in judged)
-    cells = [name, *(counts[one] for one in ("kept", "missed", "no truth", "error")), f"{worst:.2f}"]
+    over = max((one.error / one.estimate for one in judged), default=0.0)
+    cells = [name, *(counts[one] for one in ("kept", "missed", "no truth", "error")), f"{worst:.2f}", f"{over:.2f}"]
     return f"| {' | '.join(map(str, cells))} | {within} of {len(judged)} | {sum(one.seconds for one in rows):.0f} |"
 
 

@@ -285,7 +285,7 @@ FAULTS = [
     Fault(
         "drag of tapers as it was in their derivatives",
         "solver/varied_stepper.py",
-        (("row[grid.changing.cell] = one", "row[grid.changing.cell] = 0.0 * one"),),
+        (("row[cells] = one", "row[cells] = 0.0 * one"),),
     ),
     Fault(
         "junctions of the total pressure take it for the static one",

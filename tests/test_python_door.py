@@ -135,6 +135,9 @@ def test_the_table_holds_every_stored_number_with_its_interval_and_unit_once(res
     table = results.table()
     assert list(table.columns) == ["animal", "group", "law", "quantity", "value", "low", "high", "unit"]
     assert not table.duplicated(["animal", "law", "quantity"]).any()
+    assert list(table.index) == list(range(len(table)))
+    one = next(iter(results.values())).table()
+    assert list(one.index) == list(range(len(one)))
     rows = table.set_index(["animal", "law", "quantity"])
     counted = 0
     for name, result in results.items():

@@ -130,8 +130,9 @@ def test_what_is_no_site_of_the_network_is_refused(truth):
         fit(vw.Observation("flow", "LPA", 0.01, mean=0.1))
     with pytest.raises(InputError, match="the place lies beyond it"):
         fit(vw.Observation("flow", BRANCH, 0.01, cm=3.0, mean=0.1))
-    with pytest.raises(InputError, match="its cycle lasts"):
-        fit(replace(site(truth, "flow"), period=0.2))
+    for wrong in (0.2, 1.03 * MOUSE.period):
+        with pytest.raises(InputError, match="its cycle lasts"):
+            fit(replace(site(truth, "flow"), period=wrong))
     with pytest.raises(InputError, match="is no site"):
         fit("flow")
     with pytest.raises(InputError, match="need a periodic state"):

@@ -103,16 +103,17 @@ PARTS = (
 def _compiled() -> Any:
     @njit(**WHOLE)
     def advance_cycle(
-        state, inflow, heart, behind, law, outlet, parts, fluid, scratch, viscous, watched, seen, out, cell_out, report
-    ):
+        state, inflow, heart, behind, law, outlet, parts, changing, fluid, scratch, viscous, watched, seen, out,
+        cell_out, report
+    ):  # fmt: skip
         """Run a cycle from `state`, which becomes that of its end; `report`, all zeros before, says how it went.
 
-        Where walls are not viscous (`viscous` is None), no ventricle drives (`heart`), or the pressure `behind` beds is
-        steady, the compiler leaves them out.
+        Where walls are not viscous (`viscous` is None), no vessel changes along its way (`changing`), no ventricle
+        drives (`heart`), or the pressure `behind` beds is steady, the compiler leaves them out.
         """
         area, flow, memory = state
         wall, face_wall, end_wall = law
-        vessels, cells, at_faces, ends, changing = parts
+        vessels, cells, at_faces, ends = parts
         faces, fluxes, nodes = scratch
         every = len(inflow) // out.shape[1]
         watch = max(every, len(inflow) // WATCHES)
@@ -129,9 +130,11 @@ def _compiled() -> Any:
                 note(report, COURANT, courant, fastest, n)
                 note(report, MACH, mach, swiftest, n)
             inner_faces(area, flow, cells, fluid, fluxes, faces)
-            faces_by_pressure(flow, cells, at_faces, face_wall, changing, fluxes, faces)
+            if changing is not None:
+                faces_by_pressure(flow, cells, at_faces, face_wall, changing, fluxes, faces)
             gather(area, flow, fluxes, ends, nodes)
-            carry_to_ends(ends, end_wall, fluid, changing, fluxes, nodes)
+            if changing is not None:
+                carry_to_ends(ends, end_wall, fluid, changing, fluxes, nodes)
             characteristics(ends, end_wall, fluid, nodes)
             if behind is not None:
                 beat_behind(outlet, behind, n)
@@ -157,11 +160,13 @@ def _compiled() -> Any:
             if cells_kept:
                 record_cells(n // of_cells, area, flow, cell_out)
             update_cells(area, flow, cells, fluid, fluxes, faces)
-            keep_energy(flow, cells, changing, faces)
+            if changing is not None:
+                keep_energy(flow, cells, changing, faces)
             if viscous is not None:
                 push_cells(flow, vessels, cells, fluid, viscous, faces)
             continue_lines(area, flow, vessels.single, faces)
-            continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
+            if changing is not None:
+                continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
             if cells_kept:
                 center_cells(n // of_cells, area, flow, cell_out)
                 if viscous is not None:

@@ -180,10 +180,10 @@ class Grid:
         return density, loss
 
     @cached_property
-    def changing(self) -> Changing:
-        """Places of the vessels that change along their way."""
+    def changing(self) -> Changing | None:
+        """Places of the vessels that change along their way, None where none does: the compiler leaves it out."""
         if not self.model.changing.any():
-            return Changing(*np.zeros((5, 0), dtype=np.int64))
+            return None
         slot = np.flatnonzero(self.model.changing[self.vessel])
         cell = slot[self.is_cell[slot]]
         single = cell[self.counts[self.vessel[cell]] == 1]
@@ -227,8 +227,8 @@ class Grid:
     def cells(self, dt: float, friction: tuple[float, float]) -> Cells:
         """Return the slots' constants for the time step `dt` (s) and the coefficients of the friction."""
         cells = self._constants(self.wall, self.area0, dt)
-        if len(self.changing.cell):
-            cells.dt[self.changing.cell] *= self.drag_along(self.model, *friction)
+        if self.changing is not None:
+            cells.dt[self.changing.cell] *= self.drag_along(self.model, *friction, self.changing.cell)
         return cells
 
     def faces(self, dt: float) -> Cells:
@@ -240,12 +240,11 @@ class Grid:
         step = np.where(self.is_cell, dt, 0.0)
         return Cells(1 / area0, low * area0, high * area0, step / (2 * self.spacing), step)
 
-    def drag_along(self, model: Model, k0: float, k1: float) -> np.ndarray:
-        """Return the fall of pressure by drag along changing cells over that by the mean of their faces.
+    def drag_along(self, model: Model, k0: float, k1: float, cells: np.ndarray) -> np.ndarray:
+        """Return the fall of pressure by drag along cells that change over that by the mean of their faces.
 
         It is that of the radii in the image of `model`, which has the vessels of this grid.
         """
-        cells = self.changing.cell
         left, right = self.share[1][cells], self.share[1][cells + 1]
         share = np.linspace(left, right, len(_SIMPSON))
         A = model.image_area(np.broadcast_to(self.vessel[cells], share.shape), share)

@@ -51,7 +51,7 @@ class Stepper:
         self.fluid = Fluid(blood.inertia, *friction)
         cells = grid.cells(dt, friction)
         faces = grid.faces(dt) if grid.model.changing.any() else cells
-        self.parts = grid.vessels, cells, faces, grid.ends(dt), grid.changing
+        self.parts = grid.vessels, cells, faces, grid.ends(dt)
         slots, vessels = len(grid.vessel), len(grid.model.network)
         self.law = grid.wall, grid.face_wall, grid.wall_at_ends()
         self.scratch = (
@@ -86,8 +86,9 @@ class Stepper:
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
         report = np.zeros(cycles.REPORT)
         cycles.cycle_kernel(type(self.grid.wall))(
-            (area, flow, memory), self.inflow, self.heart, self.behind, self.law, self.outlets, self.parts, self.fluid,
-            self.scratch, self.viscous, self.watched, self.seen, self.stations, self.cells, report,
+            (area, flow, memory), self.inflow, self.heart, self.behind, self.law, self.outlets, self.parts,
+            self.grid.changing, self.fluid, self.scratch, self.viscous, self.watched, self.seen, self.stations,
+            self.cells, report,
         )  # fmt: skip
         self._check(report, State(area, flow, memory))
         self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)

@@ -52,21 +52,23 @@ from vasowave.solver.viscosity_variations import change_joined, change_pushes, c
 def _compiled() -> Any:
     @njit(**WHOLE)
     def advance_changes(
-        state, changed, inflow, behind, law, shifted, outlet, outlets, parts, weights, fluid, base, scratch, viscous,
-        watched, out, seen
+        state, changed, inflow, behind, law, shifted, outlet, outlets, parts, changing, weights, fluid, base, scratch,
+        viscous, watched, out, seen
     ):  # fmt: skip
         area, flow, memory = state
         dA, dq, remembered = changed
         (wall, face_wall, end_wall), (wall_beside, face_wall_beside, end_wall_beside) = law, shifted
-        (vessels, cells, at_faces, ends, changing), (in_slots, in_faces, in_ends, drags) = parts, weights
+        (vessels, cells, at_faces, ends), (in_slots, in_faces, in_ends, drags) = parts, weights
         faces, cell_fluxes, nodes, fluxes = base
         cell_slopes, slopes, to_faces, to_cells, lines, at_nodes, carrying, face_dA, face_dq, before = scratch
         for n in range(len(inflow)):
             find_fluxes(area, flow, cells, wall, fluid, cell_fluxes)
             inner_faces(area, flow, cells, fluid, cell_fluxes, faces)
-            faces_by_pressure(flow, cells, at_faces, face_wall, changing, cell_fluxes, faces)
+            if changing is not None:
+                faces_by_pressure(flow, cells, at_faces, face_wall, changing, cell_fluxes, faces)
             gather(area, flow, cell_fluxes, ends, nodes)
-            carry_to_ends(ends, end_wall, fluid, changing, cell_fluxes, nodes)
+            if changing is not None:
+                carry_to_ends(ends, end_wall, fluid, changing, cell_fluxes, nodes)
             characteristics(ends, end_wall, fluid, nodes)
             for j in range(before.shape[0]):
                 for i in range(before.shape[1]):
@@ -85,27 +87,30 @@ def _compiled() -> Any:
             differentiate_faces(area, flow, cells, fluid, cell_fluxes, cell_slopes, to_faces)
             differentiate_cells(faces.area, faces.flow, cells, fluid, fluxes, slopes, to_cells)
             gather_slopes(ends, nodes, faces, cell_slopes, slopes, lines)
-            differentiate_changing(
-                area,
-                ends,
-                (cells, at_faces, changing),
-                law,
-                shifted,
-                fluid,
-                cell_fluxes,
-                fluxes,
-                nodes,
-                carrying,
-                lines,
-            )
+            if changing is not None:
+                differentiate_changing(
+                    area,
+                    ends,
+                    (cells, at_faces, changing),
+                    law,
+                    shifted,
+                    fluid,
+                    cell_fluxes,
+                    fluxes,
+                    nodes,
+                    carrying,
+                    lines,
+                )
             differentiate_speeds(ends, fluid, end_wall, end_wall_beside, nodes, lines)
             differentiate_characteristics(ends, nodes, lines)
-            differentiate_gains(changing, nodes, carrying, lines)
+            if changing is not None:
+                differentiate_gains(changing, nodes, carrying, lines)
             differentiate_nodes(outlet, ends, nodes, lines)
             if viscous is not None:
                 join_changes(outlet, vessels, ends, nodes, lines, viscous.base)
-            differentiate_energy(cells, changing, faces, carrying.kept)
-            differentiate_drag_along(cells, changing, cell_fluxes, fluxes, faces, to_faces, carrying.drag)
+            if changing is not None:
+                differentiate_energy(cells, changing, faces, carrying.kept)
+                differentiate_drag_along(cells, changing, cell_fluxes, fluxes, faces, to_faces, carrying.drag)
             for d in range(len(dA)):
                 rows, longer = in_slots.rows[d], in_slots.length[d]
                 weight, face_weight, end_weight = (
@@ -114,22 +119,24 @@ def _compiled() -> Any:
                     in_ends.wall[d, :rows],
                 )
                 change_faces(dA[d], dq[d], cells, to_faces, weight, face_dA, face_dq)
-                change_changing_faces(
-                    dA[d],
-                    dq[d],
-                    cells,
-                    changing,
-                    cell_slopes,
-                    to_faces,
-                    weight,
-                    face_weight,
-                    drags[d],
-                    carrying,
-                    face_dA,
-                    face_dq,
-                )
+                if changing is not None:
+                    change_changing_faces(
+                        dA[d],
+                        dq[d],
+                        cells,
+                        changing,
+                        cell_slopes,
+                        to_faces,
+                        weight,
+                        face_weight,
+                        drags[d],
+                        carrying,
+                        face_dA,
+                        face_dq,
+                    )
                 change_characteristics(dA[d], dq[d], ends, lines, end_weight, at_nodes)
-                change_changing_ends(dA[d], ends, changing, end_weight, carrying, lines, at_nodes)
+                if changing is not None:
+                    change_changing_ends(dA[d], ends, changing, end_weight, carrying, lines, at_nodes)
                 if in_slots.lengthens[d]:
                     lengthen_faces(longer, flow, cells, to_faces, face_dA, face_dq)
                     lengthen_characteristics(in_ends.length[d], lines, at_nodes)
@@ -148,21 +155,25 @@ def _compiled() -> Any:
                 out[d, n] = at_nodes.pressure[ends.inlet]
                 see_faces(d, n, watched, slopes, face_weight, face_dA, face_dq, seen)
                 change_cells(face_dA, face_dq, cells, to_cells, face_weight, dA[d], dq[d])
-                change_changing_cells(
-                    face_dA, face_dq, changing, slopes, to_cells, longer, face_weight, drags[d], carrying, dq[d]
-                )
+                if changing is not None:
+                    change_changing_cells(
+                        face_dA, face_dq, changing, slopes, to_cells, longer, face_weight, drags[d], carrying, dq[d]
+                    )
                 if in_slots.lengthens[d]:
                     lengthen_cells(longer, faces.flow, cells, to_cells, dA[d], dq[d])
                 if viscous is not None:
                     change_pushes(dq[d], vessels, cells, fluid, longer, faces, face_dA, viscous)
                 continue_lines(dA[d], dq[d], vessels.single, Faces(face_dA, face_dq))
-                continue_changing(dA[d], dq[d], changing, weight, carrying, face_dq)
+                if changing is not None:
+                    continue_changing(dA[d], dq[d], changing, weight, carrying, face_dq)
             update_cells(area, flow, cells, fluid, fluxes, faces)
-            keep_energy(flow, cells, changing, faces)
+            if changing is not None:
+                keep_energy(flow, cells, changing, faces)
             if viscous is not None:
                 push_cells(flow, vessels, cells, fluid, viscous.base, faces)
             continue_lines(area, flow, vessels.single, faces)
-            continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
+            if changing is not None:
+                continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
 
     return advance_changes
 

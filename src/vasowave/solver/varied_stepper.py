@@ -35,7 +35,7 @@ class VariedStepper:
         if isinstance(inflow, Ventricle):
             raise InputError("derivatives of a network behind a ventricle are not known; give the flow into it")
         self.run, self.stepper = run, Stepper(run.grid, inflow, Numerics(samples=1), run.steps)
-        ends, changing, vessel = self.stepper.parts[3], self.stepper.parts[4], run.grid.vessel
+        ends, vessel = self.stepper.parts[3], run.grid.vessel
         self.weights = _weights(directions, run.grid.places)
         self.drags = _drags(run.grid, directions, self.stepper.fluid)
         self.outlets = _outlet_changes(run, directions)
@@ -51,7 +51,7 @@ class VariedStepper:
             _ones(Stencil, [*10 * [(slots,)], (changed, slots)]),
             _ones(EndSlopes, [*15 * [(count,)], *2 * [(rows, count)], (nodes,)]),
             _ones(EndChanges, [*3 * [(count,)], *2 * [(nodes,)]]),
-            _carrying(changing, rows, slots),
+            _carrying(run.grid.changing, rows, slots),
             np.zeros(slots),
             np.zeros(slots),
             np.zeros_like(run.end.memory),
@@ -98,8 +98,9 @@ class VariedStepper:
         changed = tuple(np.array([getattr(one, name) for one in changes]) for name in ("area", "flow", "memory"))
         varied_cycle_kernel(type(stepper.grid.wall))(
             (state.area, state.flow, state.memory), changed, stepper.inflow, self.behind, stepper.law, self.shifted,
-            stepper.outlets, self.outlets, stepper.parts, (*self.weights, self.drags), stepper.fluid, self.base,
-            self.scratch, self.viscous, self.watched, self.inlet, self.seen,
+            stepper.outlets, self.outlets, stepper.parts, stepper.grid.changing,
+            (*self.weights, self.drags), stepper.fluid, self.base, self.scratch, self.viscous,
+            self.watched, self.inlet, self.seen,
         )  # fmt: skip
         return state, np.array([scale.vector(State(*change)) for change in zip(*changed, strict=True)])
 
@@ -108,7 +109,9 @@ def _ones(kind: Any, shapes: Sequence[tuple[int, ...]]) -> Any:
     return kind(*map(np.ones, shapes))
 
 
-def _carrying(changing: Changing, rows: int, slots: int) -> Carrying:
+def _carrying(changing: Changing | None, rows: int, slots: int) -> Carrying | None:
+    if changing is None:
+        return None
     places = changing.face, changing.end, changing.end, changing.single, changing.single
     carried = (_ones(Carried, [(len(place),), (len(place),), (rows, len(place))]) for place in places)
     gains = (np.ones(len(changing.end)) for _ in range(3))
@@ -131,8 +134,10 @@ def _weights(directions: Sequence[Direction], places: Sequence[tuple[np.ndarray,
 def _drags(grid: Grid, directions: Sequence[Direction], fluid: Fluid) -> np.ndarray:
     """Return the relative changes of the drag along cells, shape (direction, slot); 0 where no vessel changes."""
     drags = np.zeros((len(directions), len(grid.vessel)))
-    for row, one in zip(drags, directions, strict=True):
-        row[grid.changing.cell] = one.relative(lambda model: grid.drag_along(model, fluid.k0, fluid.k1))
+    if grid.changing is not None:
+        cells = grid.changing.cell
+        for row, one in zip(drags, directions, strict=True):
+            row[cells] = one.relative(lambda model: grid.drag_along(model, fluid.k0, fluid.k1, cells))
     return drags
 
 

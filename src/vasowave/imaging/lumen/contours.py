@@ -5,7 +5,7 @@ from scipy import ndimage
 
 from vasowave.errors import EXTRAS, InputError
 from vasowave.imaging.lumen.background import background_level
-from vasowave.imaging.lumen.segmentation import Segmentation, connected_lumen, segment, smoothed
+from vasowave.imaging.lumen.segmentation import Segmentation, Smoothed, connected_lumen, parts_of, segment
 from vasowave.imaging.read.volume import Volume
 
 CURVATURE = 0.1
@@ -26,7 +26,8 @@ def level_set(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None =
         As `segment`; a front that shrinks to nothing.
     """
     start = segment(volume, threshold, seed)
-    grey, noise = smoothed(volume, threshold)
+    levels = Smoothed(volume, threshold)
+    grey = levels.whole
     low = np.maximum(start.corner - _MARGIN, 0)
     high = np.minimum(start.corner + np.array(start.mask.shape) + _MARGIN, grey.shape)
     box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
@@ -40,7 +41,7 @@ def level_set(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None =
     grey[box] = threshold - 0.5 * contrast * np.clip(phi, -3, 3)
     inside = np.zeros(grey.shape, dtype=bool)
     inside[box] = phi < 0
-    return connected_lumen(volume, grey, inside, threshold, noise, seed)
+    return connected_lumen(volume, parts_of(grey), inside, threshold, levels.noise, seed)
 
 
 def _signed_distance(mask: np.ndarray) -> np.ndarray:

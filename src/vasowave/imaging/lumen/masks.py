@@ -7,7 +7,7 @@ from scipy import ndimage
 
 from vasowave.errors import InputError
 from vasowave.imaging.lumen.background import background_level
-from vasowave.imaging.lumen.segmentation import Segmentation, Segmenter, connected_lumen, segment, smoothed
+from vasowave.imaging.lumen.segmentation import Segmentation, Segmenter, Smoothed, connected_lumen, parts_of, segment
 from vasowave.imaging.read.labels import in_mm
 from vasowave.imaging.read.volume import Volume
 
@@ -68,14 +68,15 @@ class EditedMask:
     def __call__(self, volume: Volume, threshold: float, seed: np.ndarray | None) -> Segmentation:
         """Return the piece of the mask that holds `seed`; `volume` is `grid` or a part of it."""
         mask = _part(self.mask, self.grid, volume)
-        grey, noise = smoothed(volume, self.threshold)
+        levels = Smoothed(volume, self.threshold)
+        grey = levels.whole
         bright = grey > self.threshold
         added, removed = mask & ~bright, bright & ~mask
         near = ndimage.binary_dilation(mask, iterations=2)
         # Half the contrast on either side: there the surface runs midway between voxels.
         half = 0.5 * abs(threshold - background_level(volume))
         grey = np.where(added, threshold + half, np.where(removed, threshold - half, grey))
-        return connected_lumen(volume, grey, near & (grey > threshold), threshold, noise, seed)
+        return connected_lumen(volume, parts_of(grey), near & (grey > threshold), threshold, levels.noise, seed)
 
 
 def _part(mask: np.ndarray, grid: Volume, volume: Volume) -> np.ndarray:

@@ -19,8 +19,14 @@ from vasowave.imaging.read.volume import Volume
 Segmenter = Callable[[Volume, float, np.ndarray | None], "Segmentation"]
 """Finds the lumen in a volume at a threshold, from a point in it (or the largest)."""
 
+Levels = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Gives the grey levels of a part of a volume, from a voxel (z, y, x) to before another."""
+
 MARGIN = 3
 """Voxels kept around the lumen."""
+LARGE = 1 << 30
+"""Bytes of grey levels beyond which a volume is smoothed in parts."""
+_TRUNCATE = 3.0  # standard deviations of the smoothing
 LEAST, LEAST_SHARE = 100, 0.003
 """A separate piece of so many voxels, and of such a share of the lumen, is as large as a vessel."""
 
@@ -112,18 +118,18 @@ def segment(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None = N
     VasowaveWarning
         A second tree of comparable size; a lumen that touches the border of the volume.
     """
-    grey, noise = smoothed(volume, threshold)
-    bright = grey > threshold
+    levels = Smoothed(volume, threshold)
+    bright = levels.brighter(threshold)
     if not bright.any():
         raise InputError(
-            f"no voxel is brighter than {threshold:g}; the brightest has {grey.max():.4g}: lower the threshold"
+            f"no voxel is brighter than {threshold:g}; the brightest has {volume.grey.max():.4g}: lower the threshold"
             f"{_about(volume)}"
         )
-    if bright.sum() > 0.5 * grey.size:
+    if bright.sum() > 0.5 * bright.size:
         raise InputError(
             f"more than half of the volume is brighter than {threshold:g}; raise the threshold{_about(volume)}"
         )
-    return connected_lumen(volume, grey, bright, threshold, noise, seed)
+    return connected_lumen(volume, levels.part, bright, threshold, levels.noise, seed)
 
 
 def _about(volume: Volume) -> str:
@@ -135,17 +141,61 @@ def _about(volume: Volume) -> str:
     )
 
 
-def smoothed(volume: Volume, threshold: float) -> tuple[np.ndarray, float]:
-    """Return the grey levels smoothed as much as noise and contrast need, and the noise.
+class Smoothed:
+    """The grey levels of `volume` (cubic voxels), smoothed as much as noise and contrast need.
 
     The wall at `threshold` is half the contrast away from the background, so noise over contrast says how much
-    smoothing the surface needs.
+    smoothing the surface needs. A large volume is smoothed in parts, when they are asked for.
+
+    Attributes
+    ----------
+    noise : float
+        Standard deviation of the noise, grey levels.
+
+    Raises
+    ------
+    InputError
+        Voxels not cubic.
     """
-    if not np.allclose(volume.spacing, volume.spacing[0], rtol=2e-3):
-        raise InputError(f"segment: spacing {volume.spacing} cm is not cubic; resample it first (`isotropic`)")
-    noise = noise_level(volume)
-    width = float(np.clip(0.5 + 1.1 * noise / _contrast(volume, threshold), 0.5, 1.3))
-    return ndimage.gaussian_filter(np.asarray(volume.grey), width, truncate=3.0), noise
+
+    def __init__(self, volume: Volume, threshold: float) -> None:
+        if not np.allclose(volume.spacing, volume.spacing[0], rtol=2e-3):
+            raise InputError(f"segment: spacing {volume.spacing} cm is not cubic; resample it first (`isotropic`)")
+        self.noise = noise_level(volume)
+        self._grey = np.asarray(volume.grey)
+        self._width = float(np.clip(0.5 + 1.1 * self.noise / _contrast(volume, threshold), 0.5, 1.3))
+        self._reach = int(_TRUNCATE * self._width + 0.5)
+        self._slab = max(1, LARGE // self._grey[0].nbytes)  # planes
+
+    @cached_property
+    def whole(self) -> np.ndarray:
+        """Return all levels."""
+        return ndimage.gaussian_filter(self._grey, self._width, truncate=_TRUNCATE)
+
+    def part(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return the levels from voxel `low` to before `high`, as they are in the whole."""
+        if self._slab >= len(self._grey):
+            return self.whole[_box(low, high)]
+        around = np.maximum(low - self._reach, 0), np.minimum(high + self._reach, self._grey.shape)
+        found = ndimage.gaussian_filter(self._grey[_box(*around)], self._width, truncate=_TRUNCATE)
+        return found[_box(low - around[0], high - around[0])]
+
+    def brighter(self, threshold: float) -> np.ndarray:
+        """Return which voxels are brighter than `threshold`, bool, shape of the volume."""
+        bright = np.empty(self._grey.shape, dtype=bool)
+        for first in range(0, len(bright), self._slab):
+            low, high = np.array([first, 0, 0]), np.array([min(first + self._slab, len(bright)), *bright.shape[1:]])
+            np.greater(self.part(low, high), threshold, out=bright[_box(low, high)])
+        return bright
+
+
+def parts_of(grey: np.ndarray) -> Levels:
+    """Return what gives parts of grey levels that are there as a whole."""
+    return lambda low, high: grey[_box(low, high)]
+
+
+def _box(low: np.ndarray, high: np.ndarray) -> tuple[slice, ...]:
+    return tuple(slice(a, b) for a, b in zip(low, high, strict=True))
 
 
 def _contrast(volume: Volume, threshold: float) -> float:
@@ -153,22 +203,22 @@ def _contrast(volume: Volume, threshold: float) -> float:
 
 
 def connected_lumen(
-    volume: Volume, grey: np.ndarray, bright: np.ndarray, threshold: float, noise: float, seed: np.ndarray | None
+    volume: Volume, levels: Levels, bright: np.ndarray, threshold: float, noise: float, seed: np.ndarray | None
 ) -> Segmentation:
     """Return the piece of `bright` (bool, shape of the volume) that holds `seed`, or the largest, holes filled.
 
-    Where `grey` contradicts the piece, it is set to just above or below the threshold.
+    Where `levels` contradict the piece, they are set to just above or below the threshold.
     """
     contrast = _contrast(volume, threshold)
     voxels, others = _pieces(volume, bright, seed)
     low, high = voxels.min(axis=0), voxels.max(axis=0) + 1
-    if (low == 0).any() or (high == grey.shape).any():
+    if (low == 0).any() or (high == bright.shape).any():
         warn(AT_BORDER(), stacklevel=3)
-    low, high = np.maximum(low - MARGIN, 0), np.minimum(high + MARGIN, grey.shape)
+    low, high = np.maximum(low - MARGIN, 0), np.minimum(high + MARGIN, bright.shape)
     mask = np.zeros(high - low, dtype=bool)
     mask[tuple((voxels - low).T)] = True
     mask |= _holes(mask)
-    local = grey[tuple(slice(a, b) for a, b in zip(low, high, strict=True))]
+    local = levels(low, high)
     inside = np.maximum(local[mask], threshold + 1e-3 * contrast)
     local = np.minimum(local, threshold - 1e-6)
     local[mask] = inside
@@ -187,13 +237,14 @@ def _pieces(volume: Volume, bright: np.ndarray, seed: np.ndarray | None) -> tupl
     places = np.flatnonzero(bright)
     if len(places) == 0:
         raise InputError("the lumen is empty; check the mask, the region and the threshold")
-    voxels = np.stack(np.unravel_index(places, bright.shape), axis=1)
+    voxels = np.stack([one.astype(np.int32) for one in np.unravel_index(places, bright.shape)], axis=1)
     links = []
     for axis, stride in enumerate((bright.shape[1] * bright.shape[2], bright.shape[2], 1)):
         inner = np.flatnonzero(voxels[:, axis] < bright.shape[axis] - 1)
         inner = inner[bright.ravel()[places[inner] + stride]]
-        links.append((inner, np.searchsorted(places, places[inner] + stride)))
+        links.append((inner.astype(np.int32), np.searchsorted(places, places[inner] + stride).astype(np.int32)))
     here, there = (np.concatenate(side) for side in zip(*links, strict=True))
+    del links
     touching = coo_array((np.ones(len(here), dtype=bool), (here, there)), shape=(len(places), len(places)))
     labels = connected_components(touching, directed=False)[1]
     chosen, sizes = _chosen(volume, voxels, labels, seed), np.bincount(labels)
