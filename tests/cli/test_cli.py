@@ -210,7 +210,7 @@ def test_one_command_leads_from_a_raw_recording_to_the_page_and_back_from_the_re
     result = CliRunner().invoke(app, ["fit", str(network), str(recording), "-o", str(output), *options.split()])
     assert result.exit_code == 0, result.output
     assert re.search(
-        r"linear wall: beta [\d.]+ mmHg, r1 [\d.]+ \(factor of the nominal R_1 of all beds\)", result.output
+        r"best fit, linear wall: beta [\d.]+ mmHg, r1 [\d.]+ \(factor of the nominal R_1 of all beds\)", result.output
     )
     assert re.search(r"[Rr]esistance of the beds R_T [\d.]+ \[[\d.]+, [\d.]+\] mmHg s/ml", result.output)
     assert "Pressure and flow: Mean pressure 1" in result.output

@@ -320,7 +320,7 @@ def test_fit_reads_what_add_reads_says_how_to_cut_a_gap_and_status_knows_it(lab,
     assert "no samples from 2 to 2.35 s; the longest stretch without a gap is 2.35 to 9 s" in str(refused.exception)
     proposed = re.search(r"--start \S+ --end \S+", str(refused.exception))[0].rstrip(";").split()
     said = typed(*words, *proposed, "--channel", "pressure=pressure 1", "--cell-size", "0.3")
-    assert "linear wall: beta" in said
+    assert "best fit, linear wall: beta" in said
     (result,) = read_results(tmp_path / "fit").in_order()
     assert float(result.recording["mPAP"]) == pytest.approx(MICE["HOX_1"], abs=0.25)
     assert typed("status", "fit") == "HOX_1: done\n1 of 1 animal done; not being run\n"

@@ -73,6 +73,8 @@ def physiology_findings(values: Mapping[str, float], tau: float, species: str) -
         if not low <= value <= high:
             kind = IMPLAUSIBLE_RADIUS if name == "root radius" else IMPLAUSIBLE
             found.append(kind(name=name, value=value, unit=unit, species=species, low=low, high=high, fits=fits))
+    if fits:
+        found = found[:1]  # one remedy for all of them
     low, high = SPECIES[species].tau
     if not low <= tau <= high:
         found.append(ODD_DECAY(tau=float(tau), low=low, high=high))

@@ -142,7 +142,8 @@ def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[
         values = ", ".join(map(_parameter, (data.sel(parameter=name) for name in data["parameter"].values)))
         S, count, agree = float(data["S"]), int(data["N"]), int(np.sum(data["start_agrees"].values))
         said.append(
-            f"{wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {law.rmse:.3g} mmHg, {agree} starts agree"
+            f"best fit, {wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {law.rmse:.3g} mmHg, "
+            f"{agree} starts agree"
         )
     told = {code for code, _ in doubts}
     other = sorted(
