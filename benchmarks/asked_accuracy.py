@@ -64,7 +64,8 @@ def main() -> None:
     warnings.simplefilter("ignore", VasowaveWarning)
     names = [name for name in KINDS if name.split()[0] in chosen.kinds]
     print(
-        "| kind | kept | missed | no truth | error | largest error, in what was asked | in the estimate | within the estimate | CPU s |\n"
+        "| kind | kept | missed | no truth | error | largest error, in what was asked | in the estimate "
+        "| within the estimate | CPU s |\n"
         + "|---" * 9 + "|"
     )  # fmt: skip
     every = []

@@ -54,11 +54,11 @@ def _slower_on_finer_cells(model: Model, inflow: Inflow, found: "re.Match[str]")
 
 
 def _as_lost_on_finer_cells(model: Model, inflow: Inflow, found: "re.Match[str]") -> str:
-    """A wave too steep for the only cell of a vessel: on twice the cells it would not fit either."""
+    """A wave too steep for the only cell of a vessel: on shorter cells than were tried it would fit."""
     try:
-        run_to_periodic(model, inflow, Numerics(), refinement=2)
+        run_to_periodic(model, inflow, Numerics(), refinement=4)
     except NumericalError as error:
-        return f"on twice the cells {error}"
+        return f"on four times the cells {error}"
     return ""
 
 

@@ -10,7 +10,7 @@ from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
 from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.solver.discharge import common_discharge
-from vasowave.solver.failures import Lost, faster_than_allowed, not_periodic, runaway
+from vasowave.solver.failures import Lost, TooSteep, faster_than_allowed, not_periodic, runaway
 from vasowave.solver.grid import Grid, cell_counts, make_grid
 from vasowave.solver.middles import cells_for_middles
 from vasowave.solver.numerics import Numerics
@@ -24,6 +24,8 @@ from vasowave.solver.valve import require_emptied
 
 _GROWTH = 8  # a model whose steps grow by more than this, and beyond those allowed, has no finite wave speed
 
+_HALVED = 2  # parts of a cell that was too long for its wave
+
 
 def run_to_periodic(
     model: Model, inflow: Driven, numerics: Numerics, near: Run | None = None, refinement: int = 1
@@ -35,6 +37,16 @@ def run_to_periodic(
         grid = make_grid(model, near.grid.counts)
         return _from(FromNeighbor(grid, inflow, near), inflow, numerics)
     linear = linear_solution(model, inflow)
+    try:
+        return _run_by_waves(model, inflow, numerics, linear, refinement)
+    except TooSteep:
+        if numerics.cell_size is not None or refinement > 1:
+            raise
+        return _run_by_waves(model, inflow, numerics, linear, _HALVED)  # or the reason why shorter cells do not help
+
+
+def _run_by_waves(model: Model, inflow: Driven, numerics: Numerics, linear: LinearSolution, refinement: int) -> Run:
+    """Return the run on cells as short as its waves ask for, each cut into `refinement` parts."""
     longer = 1.0
     while True:
         counts = refinement * cell_counts(model, numerics.cell_size, linear, longer)
