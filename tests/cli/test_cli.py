@@ -265,6 +265,11 @@ def test_simulate_writes_waveforms_that_xarray_opens(tmp_path):
     assert pressure.mean() == pytest.approx(mouse.mean_pressure, rel=0.1)
     assert flow.mean() == pytest.approx(mouse.cardiac_output, rel=0.005)
     assert not list(tmp_path.glob("*.part"))
+    assert re.search(r"numerical error about [\d.e-]+ mmHg, by its waves", result.output)
+    finer = CliRunner().invoke(app, ["simulate", str(network), str(cycle), "-o", str(output), "--accuracy", "0.2"])
+    with xr.open_dataset(output) as waves:
+        told = f"numerical error at most {waves.attrs['error_estimate']:.2g} mmHg"
+    assert told in finer.output
 
 
 def test_approved_what_every_command_takes_and_says_of_it():

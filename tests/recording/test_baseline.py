@@ -97,7 +97,7 @@ def test_a_pressure_that_the_animal_raises_itself_is_left_as_it_is():
     changed = replace(raw, pressure=raw.pressure * rise, flow=raw.flow * rise)
     made, said = average(changed)
     assert not made.baseline.removed
-    assert "the pulse by +" in said[0]
+    assert "the pulse changes by +" in said[0]
     assert "the animal itself changes" in said[0]
     used = np.array([beat.start for beat in made.beats if beat.averaged])
     there = float(np.mean(np.interp(used, raw.time, rise)))
@@ -110,7 +110,9 @@ def test_pulse_and_flow_change_by_their_own_shares_whatever_their_units(directio
     along = np.linspace(0.0, 1.0, 41)[:, None]
     pressure = 15.0 + 4.0 * direction * along + (SHAPE - SHAPE.mean()) * (1.0 + 0.1 * along)
     told = _own_change(pressure, 0.02 * FLOW * (1.0 - 0.2 * along), 4.0 * direction * along[:, 0])
-    assert told == "the pulse by +10 % and the flow by -22 %"  # of the middle of the pulse, and of the flow
+    assert (
+        told == "the pulse changes by +10 % and the flow changes by -22 %"
+    )  # of the middle of the pulse, and of the flow
 
 
 def test_without_an_ecg_the_drift_is_found_as_well_and_the_fiducial_said():

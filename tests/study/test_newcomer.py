@@ -147,6 +147,9 @@ def test_the_column_group_and_all_others_stay_and_an_option_fills_the_row_again(
     assert header.startswith("animal,group,network,recording,weight,flow,kind,period [s]")
     assert table(study)["WT_101"]["group"] == ""
     again = add_files(study, [lab / "WT_101.txt"], group="WT", cells={"start [s]": "1", "end [s]": "8"})
+    before = (study / "study.yaml").read_bytes()
+    add_files(study, [lab / "WT_101.txt"], group="Slip")  # the row has a group
+    assert (study / "study.yaml").read_bytes() == before
     assert (again.rows, again.updated) == ((), ("WT_101",))
     row = table(study)["WT_101"]
     assert (row["group"], row["start [s]"], row["end [s]"]) == ("WT", "1", "8")

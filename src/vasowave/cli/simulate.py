@@ -1,5 +1,6 @@
 """Commands on one model: simulate, sweep."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -53,8 +54,16 @@ def simulate(
     typer.echo(
         f"Periodic after {result.attrs['cycles']} cycles (change {result.attrs['change']:.1g} mmHg, "
         f"Courant number {result.attrs['courant']:.2f}); pressure at the root {pressure.min():.1f} to "
-        f"{pressure.max():.1f} mmHg, mean {pressure.mean():.1f}. Waveforms: {output}"
+        f"{pressure.max():.1f} mmHg, mean {pressure.mean():.1f}{_accuracy(result)}. Waveforms: {output}"
     )
+
+
+def _accuracy(result: "xr.Dataset") -> str:
+    """Say how large the numerical error is, by finer cells where an accuracy was asked for, else by the waves."""
+    estimate = float(result.attrs["error_estimate"])
+    if estimate > 0:  # NaN where none was asked for
+        return f"; numerical error at most {estimate:.2g} mmHg, by comparing cells"
+    return f"; numerical error about {float(result.attrs['grid_error']):.1g} mmHg, by its waves"
 
 
 @app.command(
@@ -82,13 +91,16 @@ def sweep(
     """Simulate every combination of parameter values; keeps the root's pressure and what each vessel has of it."""
     from vasowave import solver
     from vasowave.cli.progress import alive
+    from vasowave.errors import InputError
     from vasowave.io.files import check_file
 
     check_file(output, ".csv", models.DATA)
     if plot is not None:
         check_file(plot, *_PICTURES)
     model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
-    grid = {name: _numbers(name, text) for name, text in _split(vary or [])}
+    if not vary:
+        raise InputError("nothing to vary; give --vary NAME=VALUES, for example --vary beta=40,60,80")
+    grid = {name: _numbers(name, text) for name, text in _split(vary)}
     numerics, made = models.numerics_from(cell_size, accuracy), [0, 0]
     with alive(lambda: f"{made[0]} of {made[1]} simulations"), _bar() as show:
 
@@ -154,7 +166,11 @@ def _split(texts: Sequence[str]) -> list[tuple[str, str]]:
     wrong = next((text for text in texts if "=" not in text), None)
     if wrong is not None:
         raise InputError(f"'{wrong}': write NAME=VALUE, for example beta=60")
-    return [(name.strip(), value.strip()) for name, _, value in (text.partition("=") for text in texts)]
+    pairs = [(name.strip(), value.strip()) for name, _, value in (text.partition("=") for text in texts)]
+    twice = next((name for name, count in Counter(name for name, _ in pairs).items() if count > 1), None)
+    if twice is not None:
+        raise InputError(f"'{twice}' is given twice; give all its values at once, for example {twice}=5,6,10")
+    return pairs
 
 
 def _pairs(texts: Sequence[str]) -> dict[str, float]:

@@ -186,7 +186,7 @@ def baseline_findings(baseline: Baseline, first: float, last: float) -> list[Fin
         return [*apart, STEADY(within=float(max(abs(baseline.size), baseline.error)))]
     done = "removed" if baseline.removed else "left in"
     if baseline.own:
-        done += f" because {baseline.own} changes with it, as when the animal itself changes; average a shorter stretch"
+        done += f" because with it {baseline.own}, as when the animal itself changes; average a shorter stretch"
     if not baseline.removed:
         done += "; it counts as an error of the mean pressure"
     drifts, steps = (DRIFTS, STEPS) if baseline.alarming else (DRIFTS_LITTLE, STEPS_LITTLE)
@@ -298,5 +298,5 @@ def _own_change(pressure: np.ndarray, flow: np.ndarray, trend: np.ndarray) -> st
         fitted = inverse @ values
         error = np.std(values - design @ fitted) * np.linalg.norm(inverse[1])
         if abs(fitted[1]) > max(_OWN, _SURE * error):
-            changes.append(f"{name} by {100 * np.sign(trend[np.argmax(np.abs(trend))]) * fitted[1]:+.0f} %")
+            changes.append(f"{name} changes by {100 * np.sign(trend[np.argmax(np.abs(trend))]) * fitted[1]:+.0f} %")
     return " and ".join(changes)

@@ -181,6 +181,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
     prepared = prepared.with_moves(edits)
     raw, how, cut, heartbeats = prepared.raw, prepared.how, prepared.cut, prepared.heartbeats
     reasons, _ = judged(list(prepared.reasons), cut.starts, cut.ends, [one for one in edits if one.action == "reject"])
+    shaped = np.array([not reason for reason in reasons])
     baseline = levelled(prepared, reasons)
     reasons, lost = judged(reasons, cut.starts, cut.ends, edits)
     used, run = choose_run(reasons, how.beats, raw.source)
@@ -200,7 +201,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         *lost, *notes, *heartbeats.notes,
         *plateau_findings(prepared.plateaus, *_beating(baseline, cut.starts, reasons)),
         *baseline_findings(baseline, first, last),
-        *([] if baseline.own and baseline.alarming else unsteady(*_good_beats(cut, reasons), first, last)),
+        *unsteady(cut.pressure[shaped], cut.flow[shaped], np.isin(np.flatnonzero(shaped), used), first, last),
         *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, how.beats),
     ]  # fmt: skip
     errors = [harmonic_error(values[:, :-1]) for values in (chosen.pressure, chosen.flow)]
@@ -215,11 +216,6 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         how.correct_delay,
         baseline,
     )
-
-
-def _good_beats(cut: Cuts, reasons: list[Rejection]) -> tuple[np.ndarray, np.ndarray]:
-    good = [not reason for reason in reasons]
-    return cut.pressure[good], cut.flow[good]
 
 
 def _without_drift(chosen: Cuts, baseline: Baseline) -> Cuts:

@@ -113,6 +113,8 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     updated = [one for one in touched if _filled(one, explicit)]
     rows = [one.cells for one in new]
     all_new = [*rows, *(one.old for one in touched if one.old is not None)]
+    in_use = {*settings.groups, *(row["group"] for row in all_new)}
+    marks = {label: own for label, own in marks.items() if label != group or label in in_use}  # no row takes it
     other = with_groups(path, list(marks)) if list(marks) != settings.groups else ""
     write_file(table, written_rows(before, rows))
     if other:

@@ -14,7 +14,7 @@ from vasowave.report.answer.decay import decay
 from vasowave.report.answer.design import design_answer
 from vasowave.report.answer.forest import animal_rows
 from vasowave.report.answer.groups import Called, group_answers, influence, not_told, other_laws
-from vasowave.report.answer.limits import model_limits, one_geometry
+from vasowave.report.answer.limits import model_limits, no_wedge, one_geometry
 from vasowave.report.answer.problems import marked, marker, overstrained, problem_blocks
 from vasowave.report.answer.walls import wall_answer
 from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
@@ -153,7 +153,7 @@ def _apart(cohort: Cohort) -> str:
 
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
-    known = [*one_geometry(cohort, primary), *model_limits(cohort, primary.law, written)]
+    known = [*one_geometry(cohort, primary), *no_wedge(cohort), *model_limits(cohort, primary.law, written)]
     known += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
     if len(primary.rows):
         known += [*influence(primary, called), *other_laws(primary, called)]
