@@ -42,6 +42,7 @@ def results(study):
     return vw.read_results(study)
 
 
+@pytest.mark.validation
 def test_every_line_of_the_page_for_python_users_runs(study, tmp_path, monkeypatch):
     import matplotlib.pyplot as plt
 

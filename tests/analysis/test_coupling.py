@@ -38,7 +38,7 @@ def beat(shape="published", R_T=90.0, scale=1.0):
     return recording, VentricularPressure(inside, PERIOD * scale), heart.elastance.max() * scale, load * scale
 
 
-@pytest.mark.parametrize("R_T", [60.0, 90.0, 180.0])
+@pytest.mark.parametrize("R_T", [60.0, *(pytest.param(one, marks=pytest.mark.validation) for one in (90.0, 180.0))])
 def test_the_elastances_of_a_ventricle_of_the_published_shape_are_found(R_T):
     recording, inside, elastance, load = beat(R_T=R_T)
     found = coupling(recording, inside)

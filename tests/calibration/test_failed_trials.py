@@ -129,7 +129,7 @@ def test_a_law_that_raises_errors_beside_the_way_is_fitted_as_one_that_does_not(
     np.testing.assert_allclose(rough.parameters["value"], linear.parameters["value"], rtol=2e-3)
 
 
-@pytest.mark.parametrize("wall", ["edgy", "tangent"])
+@pytest.mark.parametrize("wall", [pytest.param("edgy", marks=pytest.mark.validation), "tangent"])
 def test_a_trial_that_cannot_be_leaves_a_larger_residual_than_all_that_were_simulated(wall, mouse, edgy):
     space = space_of(edgy if wall == "edgy" else wall, mouse)
     compared = compared_part(mouse)
@@ -148,6 +148,7 @@ def test_a_trial_that_cannot_be_leaves_a_larger_residual_than_all_that_were_simu
     np.testing.assert_array_equal(objective.best[1], good)
 
 
+@pytest.mark.validation
 def test_a_start_that_cannot_be_is_a_failed_start_with_its_reason(mouse, edgy, monkeypatch):
     monkeypatch.setattr(starts, "screened", lambda space, compared, all_of: (list(all_of), list(range(len(all_of)))))
     fit = calibrate(control_network(), mouse, edgy, search=Search(starts=6, seed=4), numerics=FAST)
@@ -239,6 +240,7 @@ def test_a_failure_says_what_failed_and_an_unforeseen_one_where():
     assert str(Failure("a", "CTL", "", Stage.READING, "a gap")) == "reading: a gap"
 
 
+@pytest.mark.validation
 def test_no_sick_animal_and_no_law_of_one_is_lost_without_a_reason(shared):
     """A few of those of `benchmarks/stiff_animals.py`; of measured mouse C6 with these factors tangent searches left
     their law.

@@ -41,6 +41,7 @@ def test_a_folder_a_pipe_and_a_device_are_refused_at_once(tmp_path, read):
     assert time.monotonic() - begun < 5
 
 
+@pytest.mark.validation
 def test_a_recording_takes_at_most_four_times_the_memory_of_its_samples(tmp_path):
     path = export(tmp_path / "long.txt", repeats=80)
     fractions = []

@@ -58,3 +58,4 @@ def test_the_share_by_which_averaged_beats_are_off_is_that_of_the_means():
     used = np.arange(40) >= 30
     told = [dict(one.values) for one in unsteady(pressure, flow, used, 1.0, 2.0) if one.code.endswith("apart")]
     assert told == [{"what": "the mean flow", "percent": pytest.approx(100 * (1.25 / 1.125 - 1))}]
+    assert not [one for one in unsteady(pressure, flow, np.zeros(40, bool), 1.0, 2.0) if one.code.endswith("apart")]

@@ -155,6 +155,7 @@ def test_a_fit_that_is_told_of_the_wave_finds_the_truth_and_one_that_is_not_errs
     assert fits[1].rmse > 50 * fits[0].rmse
 
 
+@pytest.mark.validation
 def test_what_is_stored_gives_the_model_with_the_wave_again_and_programs_that_know_none_refuse_it(tmp_path):
     animal = vw.Animal("m", "CTL", NETWORK, told(MOUSE))
     settings = vw.Settings(walls=("linear",), starts=1, model_selection=False)

@@ -190,7 +190,9 @@ def test_small_waves_in_a_ring_are_those_of_the_frequency_domain(inflow):
 
 
 @WALLS
-@pytest.mark.parametrize("case", ["straight", "tapers, total pressure and losses"])
+@pytest.mark.parametrize(
+    "case", ["straight", pytest.param("tapers, total pressure and losses", marks=pytest.mark.validation)]
+)
 def test_derivatives_are_those_of_central_differences(inflow, wall, case):
     parts = (
         {"loss": 0.5, "shape": Shape(np.array([[1.05, 0.95], [1.0, 0.9], [1.0, 1.1]]))} if case != "straight" else {}

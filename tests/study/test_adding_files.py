@@ -73,6 +73,7 @@ def lab(tmp_path_factory):
     return folder, {name.split("/")[1][:3]: truth for name, (truth, _) in texts.items()}
 
 
+@pytest.mark.validation
 def test_six_exports_and_a_spreadsheet_become_a_study_that_can_run_in_two_commands(lab, tmp_path):
     folder, truth = lab
     study = tmp_path / "my-study"

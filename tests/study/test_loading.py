@@ -52,7 +52,7 @@ def test_a_law_in_the_folder_of_a_study_is_found_and_a_changed_one_asks_for_new_
 
 
 @pytest.mark.parametrize("ecg", [True, False])
-@pytest.mark.parametrize("rate", [210.0, 245.0, 400.0])
+@pytest.mark.parametrize("rate", [210.0, *(pytest.param(one, marks=pytest.mark.validation) for one in (245.0, 400.0))])
 def test_the_heart_rates_looked_for_are_those_of_the_species_unless_they_are_given(tmp_path, rate, ecg):
     mouse = virtual_mouse()
     cycle = Recording(mouse.pressure, 5 * mouse.flow, 60.0 / rate)

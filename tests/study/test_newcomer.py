@@ -56,6 +56,7 @@ def quick(study):
     (study / "study.yaml").write_text(text, "utf-8")
 
 
+@pytest.mark.validation
 def test_six_labchart_files_become_results_with_four_commands_and_nothing_to_mend(lab, monkeypatch):
     monkeypatch.chdir(lab.parent)
     typed("new", "my-study")

@@ -54,6 +54,7 @@ def do(at, what, **given):
     return act(at, {"do": what, **given})
 
 
+@pytest.mark.validation
 def test_dropped_files_become_the_same_study_as_on_the_command_line(asker, lab, tmp_path, study):
     """Names, bytes and the table: `vasowave new`, `vasowave add` on one side, dropping a folder on the other."""
     from vasowave.study.adding import add_files

@@ -127,6 +127,7 @@ def test_what_another_hand_or_another_tab_writes_is_seen_and_a_reload_loses_noth
     assert (one.errors, other.errors) == ([], [])
 
 
+@pytest.mark.validation
 def test_a_server_that_is_gone_is_told_in_a_sentence(program, study):
     with served(study) as door:
         page = opened(program, door)

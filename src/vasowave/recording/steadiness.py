@@ -45,7 +45,7 @@ def unsteady(pressure: np.ndarray, flow: np.ndarray, used: np.ndarray, start: fl
         change, earlier, later = _largest_change(values)
         if abs(change) > _CHANGES:
             found.append(UNSTEADY(what=what, percent=100 * change, earlier=earlier, later=later, start=start, end=end))
-        off = float(np.mean(values[used]) / np.mean(values) - 1.0)
+        off = float(np.mean(values[used]) / np.mean(values) - 1.0) if used.any() else 0.0  # all kept by hand
         if abs(off) > _APART:
             found.append(APART(what=what, percent=100 * off))
     return found
