@@ -111,7 +111,7 @@ def test_the_stored_fit_of_an_animal_is_its_model_again_to_the_last_bit():
 @pytest.mark.parametrize(
     ("more", "words"),
     [([], "nothing to vary; give --vary NAME=VALUES"),
-     (["--vary", "R_T=10,20", "--vary", "R_T=5"], "'R_T' is given twice; give all its values at once")],
+     (["--vary", "R_T=10,20", "--vary", "R_T=5"], "'R_T' is given twice; name it once")],
 )  # fmt: skip
 def test_a_sweep_of_nothing_or_of_one_name_twice_is_refused_by_its_option(more, words, tmp_path):
     network, mouse = tmp_path / "n.csv", virtual_mouse()

@@ -97,9 +97,9 @@ def sweep(
     check_file(output, ".csv", models.DATA)
     if plot is not None:
         check_file(plot, *_PICTURES)
-    model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
     if not vary:
         raise InputError("nothing to vary; give --vary NAME=VALUES, for example --vary beta=40,60,80")
+    model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
     grid = {name: _numbers(name, text) for name, text in _split(vary)}
     numerics, made = models.numerics_from(cell_size, accuracy), [0, 0]
     with alive(lambda: f"{made[0]} of {made[1]} simulations"), _bar() as show:
@@ -169,7 +169,7 @@ def _split(texts: Sequence[str]) -> list[tuple[str, str]]:
     pairs = [(name.strip(), value.strip()) for name, _, value in (text.partition("=") for text in texts)]
     twice = next((name for name, count in Counter(name for name, _ in pairs).items() if count > 1), None)
     if twice is not None:
-        raise InputError(f"'{twice}' is given twice; give all its values at once, for example {twice}=5,6,10")
+        raise InputError(f"'{twice}' is given twice; name it once (--vary takes several values: {twice}=5,6,10)")
     return pairs
 
 

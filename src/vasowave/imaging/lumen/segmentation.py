@@ -19,7 +19,7 @@ from vasowave.imaging.read.volume import Volume
 Segmenter = Callable[[Volume, float, np.ndarray | None], "Segmentation"]
 """Finds the lumen in a volume at a threshold, from a point in it (or the largest)."""
 
-Levels = Callable[[np.ndarray, np.ndarray], np.ndarray]
+Parts = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Gives the grey levels of a part of a volume, from a voxel (z, y, x) to before another."""
 
 MARGIN = 3
@@ -189,7 +189,7 @@ class Smoothed:
         return bright
 
 
-def parts_of(grey: np.ndarray) -> Levels:
+def parts_of(grey: np.ndarray) -> Parts:
     """Return what gives parts of grey levels that are there as a whole."""
     return lambda low, high: grey[_box(low, high)]
 
@@ -203,11 +203,11 @@ def _contrast(volume: Volume, threshold: float) -> float:
 
 
 def connected_lumen(
-    volume: Volume, levels: Levels, bright: np.ndarray, threshold: float, noise: float, seed: np.ndarray | None
+    volume: Volume, parts: Parts, bright: np.ndarray, threshold: float, noise: float, seed: np.ndarray | None
 ) -> Segmentation:
     """Return the piece of `bright` (bool, shape of the volume) that holds `seed`, or the largest, holes filled.
 
-    Where `levels` contradict the piece, they are set to just above or below the threshold.
+    Where the levels that `parts` gives contradict the piece, they are set to just above or below the threshold.
     """
     contrast = _contrast(volume, threshold)
     voxels, others = _pieces(volume, bright, seed)
@@ -218,7 +218,7 @@ def connected_lumen(
     mask = np.zeros(high - low, dtype=bool)
     mask[tuple((voxels - low).T)] = True
     mask |= _holes(mask)
-    local = levels(low, high)
+    local = parts(low, high)
     inside = np.maximum(local[mask], threshold + 1e-3 * contrast)
     local = np.minimum(local, threshold - 1e-6)
     local[mask] = inside
