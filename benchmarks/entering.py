@@ -16,7 +16,7 @@ import numpy as np
 
 from known_animals import heart
 from posterior_modes import tree
-from robustness_page import put
+from robustness_page import put, shown
 from vasowave.calibration import Search, calibrate
 from vasowave.inference import posterior
 from vasowave.model.model import Model
@@ -101,12 +101,9 @@ def main():
     parser.add_argument("--first", type=int, default=400, help="Number of the first animal.")
     parser.add_argument("--docs", action="store_true")
     options = parser.parse_args()
-    lines = []
-    for line in rows(options.animals, options.posteriors, options.first):
-        print(line, flush=True)
-        lines.append(line)
+    table = shown(rows(options.animals, options.posteriors, options.first))
     if options.docs:
-        put("entering", "\n".join(lines), PAGE)
+        put("entering", table, PAGE)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Tables that programs put into docs/robustness.md, each between marks with its name."""
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 PAGE = Path(__file__).parents[1] / "docs" / "robustness.md"
@@ -20,3 +21,12 @@ def rows_of(name: str, page: Path = PAGE) -> dict[str, str]:
     """Return the rows of the table between the marks of `name`, by what stands in their first column."""
     found = re.search(f"<!-- {name} -->\n(.*)<!-- end of {name} -->", page.read_text(encoding="utf-8"), re.DOTALL)
     return {line.split("|")[1].strip(): line for line in (found[1] if found else "").splitlines()}
+
+
+def shown(lines: Iterable[str]) -> str:
+    """Print the lines of a table as they are made and return them together."""
+    made = []
+    for line in lines:
+        print(line, flush=True)
+        made.append(line)
+    return "\n".join(made)

@@ -14,7 +14,7 @@ import numpy as np
 
 from known_animals import heart
 from posterior_modes import tree
-from robustness_page import put
+from robustness_page import put, shown
 from vasowave.inference import Priors, posterior
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
@@ -78,12 +78,9 @@ def main():
     parser.add_argument("--animals", type=int, default=20)
     parser.add_argument("--docs", action="store_true")
     options = parser.parse_args()
-    lines = []
-    for line in rows(options.animals):
-        print(line, flush=True)
-        lines.append(line)
+    table = shown(rows(options.animals))
     if options.docs:
-        put("wedge", "\n".join(lines), PAGE)
+        put("wedge", table, PAGE)
 
 
 if __name__ == "__main__":
