@@ -112,8 +112,9 @@ def sweep(
     _write_sweep(result, output)
     if plot is not None:
         _draw(result, plot)
-    failed = int((result["failure"] != "").sum())
-    typer.echo(f"{result['failure'].size} simulations, {failed} failed ('failure' says why). Sweep: {output}"
+    failed, noted = (int((result[name] != "").sum()) for name in ("failure", "notes"))
+    typer.echo(f"{result['failure'].size} simulations, {failed} failed ('failure' says why), {noted} with a warning "
+               f"('notes' says which). Sweep: {output}"
                + (f", {plot}" if plot else ""))  # fmt: skip
 
 
@@ -169,7 +170,9 @@ def _split(texts: Sequence[str]) -> list[tuple[str, str]]:
     pairs = [(name.strip(), value.strip()) for name, _, value in (text.partition("=") for text in texts)]
     twice = next((name for name, count in Counter(name for name, _ in pairs).items() if count > 1), None)
     if twice is not None:
-        raise InputError(f"'{twice}' is given twice; name it once (--vary takes several values: {twice}=5,6,10)")
+        raise InputError(
+            f"'{twice}' is given twice; name it once (`vasowave sweep --vary {twice}=5,6,10` takes several values)"
+        )
     return pairs
 
 
