@@ -16,6 +16,7 @@ from vasowave.solver.grid import Grid
 from vasowave.solver.state import Scale, State
 
 _GONE = 12.0  # a mode that decays by more than this many time constants in a cycle is a part of the resistance
+_NONE = 1e-300  # share of a mode that is left after a cycle, as good as none
 _LEAST = 1e-3  # share of a bed's resistance that stands before its slow modes, at least
 
 
@@ -66,10 +67,22 @@ def common_discharge(
     system = _system(beds, slow, float(volume.sum()))
     kept = np.concatenate([[not held], parts])
     after = expm(system[np.ix_(kept, kept)] * period)
+    if not held:
+        after = _from_softer(after, float(volume @ pressure / volume.sum()))
     to_come = np.linalg.solve(np.eye(len(after)) - after, after)
     if held:
         to_come = np.pad(to_come, ((1, 0), (1, 0)))
     return Discharge(volume / (volume @ pressure), pressure, modes, to_come)
+
+
+def _from_softer(after: np.ndarray, softer: float) -> np.ndarray:
+    """Return what is left after a cycle where vessels are `softer` as it begins than at mean pressure, by this factor.
+
+    A pressure is then more volume, which the stiffer vessels of most of the cycle discharge; where the next begins,
+    what is left spreads over the softer ones. The vessels' share of it is that of their mode.
+    """
+    share = np.clip(after[0, 0] / max(float(np.trace(after)), _NONE), 0.0, 1.0)
+    return np.asarray(np.column_stack([softer * after[:, 0], after[:, 1:]]) / (1.0 + (softer - 1.0) * share))
 
 
 def _system(beds: Rational, slow: np.ndarray, C_v: float) -> np.ndarray:
