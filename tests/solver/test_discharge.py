@@ -50,7 +50,9 @@ def test_after_one_cycle_the_discharge_is_all_that_is_left(control, inflow, peri
     np.testing.assert_allclose(foretold[pressures], left[pressures], rtol=0.05)
 
 
-@pytest.mark.parametrize("wall", [walls.TangentWall(7.0, 4.0), walls.TangentWall(12.0, 2.0), walls.PowerWall(20.0, 3.0)])
+@pytest.mark.parametrize(
+    "wall", [walls.TangentWall(7.0, 4.0), walls.TangentWall(12.0, 2.0), walls.PowerWall(20.0, 3.0)]
+)
 def test_what_the_first_cycle_brought_tells_where_a_wall_that_stiffens_ends(control, inflow, wall):
     """Vessels are softer where a cycle begins than in most of it: that their pressure is more volume there, counts."""
     run = run_to_periodic(control.changed(wall=wall), inflow, Numerics(tolerance=1e-6))

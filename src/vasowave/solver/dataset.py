@@ -43,12 +43,11 @@ def as_dataset(run: Run) -> xr.Dataset:
         }
     else:
         wall, area0 = run.grid.at_stations
-        area, flow = np.moveaxis(run.stations, -1, -2)[0], np.moveaxis(run.stations, -1, -2)[1]
-        dims = ("time", "station", "vessel")
+        area, flow = np.moveaxis(run.stations[:2], -1, -2)
+        dims = ("time", "vessel", "station")
         coords = {"vessel": ("vessel", np.array(network.name)), "station": ("station", np.array(STATIONS))}
     elastic = walls.pressure(wall, area, area0)
-    seen = run.cells[:, :, run.grid.is_cell] if per_cell else np.moveaxis(run.stations, -1, -2)
-    pressure = with_viscous(elastic, seen)
+    pressure = with_viscous(elastic, run.cells[:, :, run.grid.is_cell]) if per_cell else run.pressure
     values = {
         "pressure": pressure,
         "flow": flow,
@@ -57,15 +56,14 @@ def as_dataset(run: Run) -> xr.Dataset:
         "wave_speed": walls.wave_speed(wall, elastic, run.model.blood.inertia),
     }
     time = np.arange(len(area)) * (run.period / len(area))
-    dataset = xr.Dataset(
+    return xr.Dataset(
         {
-            name: (dims, np.asarray(value), {"units": _LABELS[name][0], "long_name": _LABELS[name][1]})
-            for name, value in values.items()
+            name: (dims, value if per_cell else np.moveaxis(value, -1, 1), {"units": unit, "long_name": words})
+            for (name, value), (unit, words) in zip(values.items(), _LABELS.values(), strict=True)
         },
         coords={"time": ("time", time, {"units": "s"}), **coords},
         attrs=_attributes(run),
     )
-    return dataset if per_cell else dataset.transpose("time", "vessel", "station")
 
 
 def stack(outcomes: Sequence[xr.Dataset | VasowaveError]) -> xr.Dataset:

@@ -6,7 +6,7 @@ import numpy as np
 
 from vasowave.model import walls
 from vasowave.solver.grid import Grid
-from vasowave.solver.grid_error import judge
+from vasowave.solver.grid_error import Judged
 
 
 class Extreme(NamedTuple):
@@ -39,12 +39,9 @@ class Extremes(NamedTuple):
     grid_error: Extreme
 
 
-def find_extremes(grid: Grid, period: float, steps: int, p: np.ndarray, kept: np.ndarray) -> Extremes:
-    """Return the extremes of the waves of pressure (mmHg, shape (sample, station, vessel)) on a grid.
-
-    How steep and how wrong they are is that of areas and flows as they were `kept`, shape (2, time, vessel, station).
-    """
-    network, judged = grid.model.network, judge(grid, period, steps, kept)
+def find_extremes(grid: Grid, period: float, p: np.ndarray, judged: Judged) -> Extremes:
+    """Return the extremes of the waves of pressure (mmHg, shape (sample, station, vessel)) on a grid, as `judged`."""
+    network = grid.model.network
     wall, area0 = grid.at_stations
     strain = np.asarray(walls.area(wall, p, area0) / walls.area(wall, network.pressure, area0)) - 1.0
 

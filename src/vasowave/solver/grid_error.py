@@ -10,7 +10,7 @@ from vasowave.model import walls
 from vasowave.model.model import Model
 from vasowave.network.network import from_root
 from vasowave.solver.grid import Grid
-from vasowave.solver.middles import middle_errors, steep_vessels
+from vasowave.solver.middles import Middles
 
 _FRONT = 2.0  # cells that a wave passes between two times at which it is judged: cells carry no front within fewer
 _FEWEST = 64  # such times a cycle
@@ -27,26 +27,24 @@ class Judged(NamedTuple):
     dispersion: np.ndarray  # of the error, what the vessel's own cells leave by its end
 
 
-def judge(grid: Grid, period: float, steps: int, kept: np.ndarray) -> Judged:
-    """Return how steep and how wrong waves of area (cm²) and flow are on a grid, shape (2, time, vessel, station)."""
-    area = kept[0]
+def judge(grid: Grid, period: float, steps: int, area: np.ndarray, middles: Middles) -> Judged:
+    """Return how steep and how wrong waves of area (cm², shape (time, vessel, station)) are on a grid."""
     found, network = np.zeros((len(Judged._fields), len(grid.counts))), grid.model.network
-    for rows, waves in _waves_by_cells(grid, period, area):
+    mean = _as_in_middle(grid, area.mean(axis=0)).mean(axis=-1)
+    for rows, waves in _waves_by_cells(grid, period, area, mean):
         found[:, rows] = waves.judged(period, steps)
     judged = Judged(*found)
-    gathered = echoes(grid.model, period, _as_in_middle(grid, area).mean(axis=(0, 2))) * from_root(
-        network, judged.dispersion
-    )
+    gathered = echoes(grid.model, period, mean) * from_root(network, judged.dispersion)
     judged = judged._replace(error=judged.error - judged.dispersion + gathered)
-    return _with_middles(judged, grid, period, kept)
+    return _with_middles(judged, grid, period, middles)
 
 
-def _with_middles(judged: Judged, grid: Grid, period: float, kept: np.ndarray) -> Judged:
+def _with_middles(judged: Judged, grid: Grid, period: float, middles: Middles) -> Judged:
     """Return what was judged, with what cells miss in the middle of vessels where much pressure is lost."""
-    rows, ends, _ = steep_vessels(grid.model, kept)
+    rows = middles.rows
     if not len(rows):
         return judged
-    missed = middle_errors(grid.model, period, ends, rows) / grid.counts[rows] ** 2
+    missed = middles.error / grid.counts[rows] ** 2
     when, most = missed.argmax(axis=0), missed.max(axis=0)
     error, worst = judged.error.copy(), judged.worst.copy()
     worst[rows] = np.where(most > error[rows], when * period / len(missed), worst[rows])
@@ -73,14 +71,16 @@ def echoes(model: Model, period: float, area: np.ndarray) -> float:
     return max(1.0, 2.0 / (math.e * max(-math.log(g), _ENDLESS))) if g > 0 else 1.0
 
 
-def _waves_by_cells(grid: Grid, period: float, area: np.ndarray) -> Iterator[tuple[np.ndarray, "_Waves"]]:
+def _waves_by_cells(
+    grid: Grid, period: float, area: np.ndarray, mean_area: np.ndarray
+) -> Iterator[tuple[np.ndarray, "_Waves"]]:
     """Yield vessels whose cells a wave passes in like times, and their waves at times so far apart.
 
     Further apart, a front would pass between two unseen; nearer together, what comes from finer cells would look
     steeper than these cells can carry.
     """
     model = grid.model
-    mean = walls.pressure(model.wall, _as_in_middle(grid, area).mean(axis=(0, 2)), model.area0)
+    mean = walls.pressure(model.wall, mean_area, model.area0)
     through_cell = grid.spacing[grid.vessels.first] / walls.wave_speed(model.wall, mean, model.blood.inertia)
     apart = np.round(_FRONT * through_cell * len(area) / period)
     apart = np.clip(apart, 1, max(1, len(area) // _FEWEST)).astype(int)
@@ -90,7 +90,7 @@ def _waves_by_cells(grid: Grid, period: float, area: np.ndarray) -> Iterator[tup
 
 
 def _as_in_middle(grid: Grid, area: np.ndarray) -> np.ndarray:
-    """Return areas as if vessels had everywhere the radius of their middle."""
+    """Return areas, shape (..., vessel, station), as if vessels had everywhere the radius of their middle."""
     return np.asarray(area * (grid.model.area0 / np.atleast_2d(grid.at_stations[1])).T)
 
 

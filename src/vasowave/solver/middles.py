@@ -4,7 +4,7 @@ Where much pressure is lost in a short vessel, as in a stenosis, it falls along 
 and the flow is accelerated as the vessel narrows. What a line misses is seen at the vessel's ends.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,15 @@ _NOTHING = 0.03  # share of the largest pressure: a smaller fall is not looked a
 _LOOKS = 128  # times of the cycle, at least, at which that is looked at
 _SLOWEST = 0.05  # 1 - u²/c², at least
 _HALF = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0  # Simpson's weights of five places
+
+
+class Middles(NamedTuple):
+    """Vessels along which much pressure is lost, and what one cell as long as each would miss of its middle."""
+
+    rows: np.ndarray  # (steep vessel,)
+    fall: np.ndarray  # (steep vessel,) largest loss of pressure, as a share of the largest pressure
+    error: np.ndarray  # (time, steep vessel) mmHg
+    largest: float  # mmHg, pressure of any vessel
 
 
 def middle_errors(model: Model, period: float, ends: tuple[np.ndarray, np.ndarray], rows: np.ndarray) -> np.ndarray:
@@ -58,20 +67,18 @@ def middle_errors(model: Model, period: float, ends: tuple[np.ndarray, np.ndarra
 
 def cells_for_middles(run: "Run") -> np.ndarray:
     """Return with how many cells each vessel would know its middle, shape (vessel,); 1 where any number does."""
-    counts = np.ones(len(run.grid.counts), dtype=np.int64)
-    rows, ends, largest = steep_vessels(run.model, run.recorded)
-    if len(rows):
-        fall = np.max(np.abs(ends[0][0] - ends[1][0]), axis=0) / largest
-        error = np.max(middle_errors(run.model, run.period, ends, rows), axis=0) / largest
+    counts, known = np.ones(len(run.grid.counts), dtype=np.int64), run.middles
+    if len(known.rows):
+        error = np.max(known.error, axis=0) / known.largest
         needed = 2 * np.ceil(0.5 * np.sqrt(error / _ALLOWED))
-        alone = (run.grid.counts[rows] == 1) & (fall > _STEEP)
-        needed = np.where(alone, np.maximum(needed, 2 * np.ceil(fall / (2 * _STEEP))), needed)
-        counts[rows] = np.where((error > _ALLOWED) | alone, needed, 1)
+        alone = (run.grid.counts[known.rows] == 1) & (known.fall > _STEEP)
+        needed = np.where(alone, np.maximum(needed, 2 * np.ceil(known.fall / (2 * _STEEP))), needed)
+        counts[known.rows] = np.where((error > _ALLOWED) | alone, needed, 1)
     return counts
 
 
-def steep_vessels(model: Model, recorded: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], float]:
-    """Return the rows of vessels along which much pressure is lost, `ends` of `middle_errors`, the largest pressure.
+def find_middles(model: Model, period: float, recorded: np.ndarray) -> Middles:
+    """Return how wrong the middles would be of vessels along which much pressure is lost.
 
     `recorded` are areas (cm²) and flows at the stations, shape (2, time, vessel, station); some of their times are
     taken.
@@ -81,9 +88,11 @@ def steep_vessels(model: Model, recorded: np.ndarray) -> tuple[np.ndarray, tuple
     for station, share in ((0, 0.0), (2, 1.0)):
         wall, area0 = model.at(every, np.full(len(every), share))
         pressures.append(np.asarray(walls.pressure(wall, kept[0, :, :, station], area0)))
-    largest = float(np.max(np.abs(pressures)))
-    rows = np.flatnonzero(np.max(np.abs(pressures[0] - pressures[1]), axis=0) > _NOTHING * largest)
+    largest, fall = float(np.max(np.abs(pressures))), np.max(np.abs(pressures[0] - pressures[1]), axis=0)
+    rows = np.flatnonzero(fall > _NOTHING * largest)
+    if not len(rows):
+        return Middles(rows, np.zeros(0), np.zeros((kept.shape[1], 0)), largest)
     inlet, outlet = (
         np.array([p[:, rows], kept[1][:, rows, station]]) for p, station in zip(pressures, (0, 2), strict=True)
     )
-    return rows, (inlet, outlet), largest
+    return Middles(rows, fall[rows] / largest, middle_errors(model, period, (inlet, outlet), rows), largest)

@@ -12,6 +12,8 @@ from vasowave.model.model import Model
 from vasowave.recording.cycle import resample
 from vasowave.solver.extremes import Extreme, Extremes, find_extremes
 from vasowave.solver.grid import Grid
+from vasowave.solver.grid_error import judge
+from vasowave.solver.middles import Middles, find_middles
 from vasowave.solver.periodic import Convergence
 from vasowave.solver.state import Scale, State
 from vasowave.solver.validity import SETTLED_SHARE, notes_of
@@ -82,9 +84,15 @@ class Run:
         return at_samples(self.recorded, self.samples, axis=1)
 
     @cached_property
+    def middles(self) -> Middles:
+        """What one cell misses of the middles of vessels along which much pressure is lost."""
+        return find_middles(self.model, self.period, self.recorded)
+
+    @cached_property
     def extremes(self) -> Extremes:
         """What the waves reach at most, at the output times; how steep and wrong they are, at all recorded."""
-        return find_extremes(self.grid, self.period, self.steps, self.pressure, self.recorded)
+        judged = judge(self.grid, self.period, self.steps, self.recorded[0], self.middles)
+        return find_extremes(self.grid, self.period, self.pressure, judged)
 
     @cached_property
     def largest_pressure(self) -> float:
