@@ -201,7 +201,7 @@ def test_of_three_groups_one_is_shown_with_the_p_that_holds_for_all(study, tmp_p
     ("asked", "words"),
     [
         ({"group": "HHP"}, r"no group 'HHP' to compare with CTL \(did you mean 'HPH'\?\); there are: HPH"),
-        ({"group": "CTL"}, "no group 'CTL' to compare with CTL"),
+        ({"group": "CTL"}, "'CTL' is the reference itself; compare one of the others with it: HPH"),
         ({"group": "HPH", "reference": "x"}, "no animal is of the reference group 'x'"),
         ({"group": "HPH", "law": "linaer"}, r"primary law 'linaer' \(did you mean 'linear'\?\)"),
         ({"group": "HPH", "laws": "linear"}, r"no setting 'laws' \(did you mean 'law'\?\)"),

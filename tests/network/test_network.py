@@ -62,9 +62,10 @@ def test_in_memory_errors_name_the_row():
     [
         ("name,parent,length [mmHg],radius [cm]\n", "column 'length'.*mmHg"),
         ("name,parent,length [cm],radius\n", "column 'radius' has no unit"),
+        ("gefäß,eltern,länge,radius\n", r"no column 'name'; .*gefäß.*the titles name, parent, length \[cm\], radius"),
     ],
 )
-def test_a_missing_or_wrong_unit_is_an_error_naming_the_column(tmp_path, header, message):
+def test_a_missing_column_or_unit_or_a_wrong_one_is_an_error_naming_it(tmp_path, header, message):
     with pytest.raises(InputError, match=message):
         read_network(table(tmp_path, "a,,0.4,0.04\n", header))
 

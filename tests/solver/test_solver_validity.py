@@ -200,7 +200,7 @@ def test_a_tube_alone_is_not_told_to_merge_with_a_neighbor_that_it_does_not_have
     with pytest.raises(NumericalError, match=r"asks for about \d+ steps.*: check it, take longer cells") as refused:
         simulate(_tube(2.0, 0.05, LinearWall(57.0)), inflow, Numerics(samples=64, cell_size=0.01, most_steps=1000))
     assert "erge" not in str(refused.value)
-    with pytest.raises(NumericalError, match=r"asks for about \d+ steps.*: check it, or go on with"):
+    with pytest.raises(NumericalError, match=r"asks for about \d+ steps.*: check it, or go on in Python with"):
         simulate(_tube(0.05, 0.05, LinearWall(57.0)), inflow, Numerics(samples=64, cell_size=3.0, most_steps=5))
 
 

@@ -348,6 +348,7 @@ def plan(
     from vasowave.report.planned import plan_texts, write_plan
     from vasowave.study.planning import plan as planned
 
+    tell("Studies of every size are drawn and tested; this takes about a minute.", err=True)
     found = planned(study, effect=effect, power=power, occasions=occasions, pairs=pairs, littermates=littermates)
     for text in plan_texts(found):
         typer.echo(text)

@@ -91,14 +91,15 @@ class Columns:
         """Return the unit that the title of a column says; empty without one, and without the column."""
         return dict(zip(self.names, self.units, strict=True)).get(name, "")
 
-    def require(self, name: str, also: Sequence[str] = ()) -> int:
-        """Like `find`, but a missing column is an `InputError`."""
+    def require(self, name: str, also: Sequence[str] = (), titles: str = "") -> int:
+        """Like `find`, but a missing column is an `InputError`, which says the `titles` of such tables."""
         column = self.find(name, also)
         if column is None:
             near = next((own for own in self.names if own.startswith(f"{name}_")), "")
             hint = f"; write '{near}' as '{name} [{near[len(name) + 1 :]}]'" if near else did_you_mean(name, self.names)
+            such = f"; such a table has the titles {titles}" if titles and not hint else ""
             raise InputError(
-                f"{self.source}: no column '{name}'{hint}; the header has: {', '.join(self.names) or 'nothing'}"
+                f"{self.source}: no column '{name}'{hint}; the header has: {', '.join(self.names) or 'nothing'}{such}"
             )
         return column
 

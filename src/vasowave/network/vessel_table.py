@@ -28,6 +28,7 @@ _ALIASES = {
 _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
 
 _END = "radius end"
+_TITLES = "name, parent, length [cm], radius [cm]"
 _QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope"}
 
 COUNTED = ("vessels", "outlets")
@@ -79,9 +80,9 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
     """
     table = read_columns(path, _ALIASES)
     if not table.names:
-        raise InputError(f"{path}: no header; the first line must read: name,parent,length [cm],radius [cm]")
-    names = [row[table.require("name")] for row in table.cells]
-    length = table.numbers(table.require("length"), "length")
+        raise InputError(f"{path}: no header; the first line must read: {_TITLES}")
+    names = [row[table.require("name", titles=_TITLES)] for row in table.cells]
+    length = table.numbers(table.require("length", titles=_TITLES), "length")
     radius = _radius(table)
 
     def where(row: int) -> str:
@@ -143,7 +144,7 @@ def measured_columns(network: Network) -> dict[str, list[str]]:
 def _radius(table: Columns) -> np.ndarray:
     diameter = table.find("diameter")
     if diameter is None:
-        return table.numbers(table.require("radius"), "length")
+        return table.numbers(table.require("radius", titles=_TITLES), "length")
     if table.find("radius") is not None:
         raise InputError(f"{table.source}: both 'radius' and 'diameter' say how wide vessels are; keep one of them")
     return 0.5 * table.numbers(diameter, "length")

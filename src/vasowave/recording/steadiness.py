@@ -43,7 +43,7 @@ def unsteady(pressure: np.ndarray, flow: np.ndarray, used: np.ndarray, start: fl
         if len(values) < _FEWEST or np.median(values) <= 0:
             continue
         change, earlier, later = _largest_change(values)
-        if abs(change) > _CHANGES:
+        if change:
             found.append(UNSTEADY(what=what, percent=100 * change, earlier=earlier, later=later, start=start, end=end))
         off = float(np.mean(values[used]) / np.mean(values) - 1.0) if used.any() else 0.0  # all kept by hand
         if abs(off) > _APART:
@@ -52,7 +52,10 @@ def unsteady(pressure: np.ndarray, flow: np.ndarray, used: np.ndarray, start: fl
 
 
 def _largest_change(values: np.ndarray) -> tuple[float, int, int]:
-    """Return the largest sure change of the median from a quarter to a later one, and their numbers; 0 if none is."""
+    """Return the largest change of the median from a quarter to a later one that is told, and their numbers; 0 if none.
+
+    Of a fall and the rise that takes it back, which are as large of the higher level, that is the fall.
+    """
     quarters = np.array_split(values, 4)
     medians = np.array([np.median(one) for one in quarters])
     errors = np.array([one.std() / np.sqrt(len(one)) for one in quarters])
@@ -61,4 +64,5 @@ def _largest_change(values: np.ndarray) -> tuple[float, int, int]:
         for i in range(4) for j in range(i + 1, 4)
         if medians[i] > 0 and abs(medians[j] - medians[i]) > _SURE * np.hypot(errors[i], errors[j])
     ]  # fmt: skip
-    return max(changes, key=lambda one: abs(one[0]), default=(0.0, 1, 4))
+    told = [one for one in changes if abs(one[0]) > _CHANGES]
+    return max(told, key=lambda one: round(abs(one[0]) / max(1.0, 1.0 + one[0]), 1), default=(0.0, 1, 4))

@@ -15,7 +15,7 @@ _GRID = (
     "The answer depends on the grid: a wave too steep for its cells costs {} by the end of vessel '{{vessel}}' at "
     "t = {{time:.4g}} s. {{remedy}}"
 )
-_FINER = "Simulate it with Numerics(accuracy=0.02), or with a smaller cell_size."
+_FINER = "Ask for an accuracy of the simulation (accuracy=0.02 of Numerics, --accuracy 0.02), or for shorter cells."
 ON_GRID = look_kind(
     "solver.depends-on-grid", _GRID.format("about {value:.2g} mmHg ({percent:.1f} % of the largest pressure)"), _FINER
 )

@@ -226,6 +226,9 @@ class Results(Mapping[str, AnimalResult]):
         results = self.in_order(whole=False)
         first = reference or (results[0].group if results else None)
         cohort = self.gathered(results, first)
+        if group == cohort.reference:
+            others = ", ".join([*cohort.groups][1:]) or "none, for all animals are of one group"
+            raise InputError(f"'{group}' is the reference itself; compare one of the others with it: {others}")
         if group not in [*cohort.groups][1:]:
             known = ", ".join([*cohort.groups][1:]) or "none, for all animals are of one group"
             raise InputError(f"no group '{group}' to compare with {cohort.reference}"
