@@ -33,6 +33,8 @@ from vasowave.model.blood import Blood as Blood
 from vasowave.model.blood import BoundaryLayer as BoundaryLayer
 from vasowave.model.blood import Poiseuille as Poiseuille
 from vasowave.model.blood import PowerLaw as PowerLaw
+from vasowave.model.losses import angle_losses as angle_losses
+from vasowave.model.losses import narrowed as narrowed
 from vasowave.model.model import Model as Model
 from vasowave.model.nominal import Nominal as Nominal
 from vasowave.model.nominal import estimate_nominal as estimate_nominal

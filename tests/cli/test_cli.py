@@ -272,6 +272,19 @@ def test_simulate_writes_waveforms_that_xarray_opens(tmp_path):
     assert told in finer.output
 
 
+def test_a_narrowing_is_typed_with_its_vessel_and_is_that_of_python(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    output, given = tmp_path / "narrow.nc", ["simulate", str(network), str(cycle), "--narrow"]
+    result = CliRunner().invoke(app, [*given, "2=0.8,0.05", "-o", str(output)])
+    assert result.exit_code == 0, result.output
+    with xr.open_dataset(output) as waves:
+        assert "2 narrow" in waves.vessel
+        lost = waves.pressure.sel(station="middle").mean("time")
+        assert float(lost.sel(vessel="2") - lost.sel(vessel="2 beyond")) > 0.2
+    for wrong, words in (("2", "write NAME=VALUE"), ("2=0.8", "write VESSEL=SHARE,CM"), ("2=8,0.1", "area_lost is 8")):
+        assert words in str(CliRunner().invoke(app, [*given, wrong, "-o", str(output)]).exception)
+
+
 def test_approved_what_every_command_takes_and_says_of_it():
     approve("commands", described(typer.main.get_command(app), "vasowave"))
 

@@ -14,6 +14,8 @@ from vasowave.cli.app import app
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vasowave.model.model import Model
+
 
 _PICTURES = (".png", ".pdf", ".svg")
 _NAMES = (
@@ -36,6 +38,10 @@ def simulate(
     wall: Annotated[str, models.WALL] = "",
     bed: Annotated[str, models.BED] = "",
     values: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Another value.")] = None,
+    narrow: Annotated[
+        list[str] | None,
+        typer.Option(metavar="VESSEL=SHARE,CM", help="A stenosis or band: share of the area closed, and length."),
+    ] = None,
     friction: Annotated[str, models.FRICTION] = "",
     cell_size: Annotated[float | None, models.CELL] = None,
     accuracy: Annotated[float | None, models.ACCURACY] = None,
@@ -46,7 +52,7 @@ def simulate(
 
     check_file(output, models.DATA)
     model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
-    model = solver.changed_model(model, _pairs(values or []))
+    model = _narrowed(solver.changed_model(model, _pairs(values or [])), narrow or [])
     result = solver.simulate(model, cycle, models.numerics_from(cell_size, accuracy))
     _write(result, output)
     pressure = result["pressure"].values[:, model.network.root, 0]
@@ -56,6 +62,19 @@ def simulate(
         f"Courant number {result.attrs['courant']:.2f}); pressure at the root {pressure.min():.1f} to "
         f"{pressure.max():.1f} mmHg, mean {pressure.mean():.1f}{_accuracy(result)}. Waveforms: {output}"
     )
+
+
+def _narrowed(model: "Model", narrow: Sequence[str]) -> "Model":
+    from vasowave.errors import InputError
+    from vasowave.model.losses import narrowed
+
+    for vessel, text in _split(narrow):
+        try:
+            area_lost, length = (float(part) for part in text.split(","))
+        except ValueError:
+            raise InputError(f"--narrow {vessel}={text}: write VESSEL=SHARE,CM, for example 2=0.8,0.05") from None
+        model = narrowed(model, vessel, area_lost, length)
+    return model
 
 
 def _accuracy(result: "xr.Dataset") -> str:

@@ -1,0 +1,148 @@
+"""Where vessels lose energy beside their drag: a stenosis, a web or a band, and branches that leave at an angle."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.model.model import Model
+from vasowave.network.network import MEASURED, Network
+
+TURBULENT = 1.52
+"""What a jet loses behind a stenosis, in ½ρ(u_s - u_0)² (Young and Tsai, J Biomech 6, 1973)."""
+
+_TURN = 0.75  # share of a branch's angle by which its stream has turned where it leaves (Mynard, Valen-Sendstad 2015)
+
+
+def narrowed(model: Model, vessel: str, area_lost: float, length: float, place: float = 0.5) -> Model:
+    """Return a model with a stenosis, a web or a band in one vessel.
+
+    The vessel becomes three: up to the narrowing, the narrowing, and what lies beyond it, where the jet loses
+    1.52 (A/A_s - 1)² ½ρu² with the velocity u there (Young and Tsai 1973). Drag, inertia and stiffness of the narrow
+    part are those of a vessel of its radius. The pressure within it is lower only where junctions share the total
+    pressure; before and behind it is the same.
+
+    Parameters
+    ----------
+    model : Model
+    vessel : str
+        Name of a straight vessel.
+    area_lost : float
+        Share of its area that is closed, between 0 and 1.
+    length : float
+        Of the narrow part, cm.
+    place : float
+        Its middle, as a share of the vessel's length.
+
+    Returns
+    -------
+    Model
+        With two vessels more, "… narrow" and "… beyond", in the rows behind the vessel's.
+
+    Raises
+    ------
+    InputError
+        No such vessel, or one that changes along its way; a narrowing that closes it, or that does not fit into it.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network, mouse = vw.control_network(), vw.virtual_mouse()
+    >>> nominal = vw.estimate_nominal(network, mouse)
+    >>> model = vw.Model(network, nominal.wall(vw.LinearWall), nominal.outlets)
+    >>> vw.narrowed(model, "2", area_lost=0.8, length=0.05).network.name[:5]
+    ('1', '2', '2 narrow', '2 beyond', '3')
+    """
+    network, row = model.network, model.network.row(vessel)
+    if model.changing[row]:
+        raise InputError(f"vessel '{vessel}' changes along its way; a narrowing needs a straight one")
+    if not 0 < area_lost < 1:
+        raise InputError(f"area_lost is {area_lost:g}; give the share of the area that is closed, between 0 and 1")
+    whole = float(network.length[row])
+    before, beyond = place * whole - 0.5 * length, (1.0 - place) * whole - 0.5 * length
+    if not (length > 0 and before > 0 and beyond > 0):
+        raise InputError(f"a narrowing of {length:g} cm at {place:g} of its length does not fit into vessel "
+                         f"'{vessel}', which is {whole:g} cm long")  # fmt: skip
+    rows = np.insert(np.arange(len(network)), row + 1, [row, row])  # of every new vessel, that which it is a part of
+    parts = slice(row, row + 3)
+    loss: Any = np.broadcast_to(model.loss, len(network))[rows].copy()
+    loss[parts] = loss[row], 0.0, TURBULENT * (1.0 / (1.0 - area_lost) - 1.0) ** 2
+    shape = model.shape
+    if shape is not None and shape.rows != (1, 1):
+        tables = map(np.asarray, (shape.radius, shape.stiffness))
+        shape = type(shape)(*(table[rows] if len(table) > 1 else table for table in tables))
+    return replace(
+        model,
+        network=_in_three(network, row, rows, (before, length, beyond), np.sqrt(1.0 - area_lost)),
+        wall=type(model.wall)(*(value[rows] for value in model.wall)),
+        shape=shape,
+        loss=loss,
+        wall_viscosity=np.broadcast_to(model.wall_viscosity, len(network))[rows],
+    )
+
+
+def _in_three(network: Network, row: int, rows: np.ndarray, lengths: tuple[float, ...], factor: float) -> Network:
+    """Return the network with one vessel in three pieces, of which the middle one has its radius times a factor."""
+    name = network.name[row]
+    names = [network.name[one] for one in rows]
+    names[row + 1], names[row + 2] = f"{name} narrow", f"{name} beyond"
+    length, radius = network.length[rows], network.radius[rows]
+    length[row : row + 3] = lengths
+    radius[row + 1] *= factor
+    measured = {one: None if getattr(network, one) is None else getattr(network, one)[rows] for one in MEASURED}
+    last = np.searchsorted(rows, np.arange(len(network)), side="right") - 1  # where what a vessel was ends now
+    parent, nodes = None, None
+    if network.nodes is None:
+        parent = np.where(network.parent < 0, -1, last[network.parent])[rows]
+        parent[row + 1], parent[row + 2] = row, row + 1
+    else:
+        first = network.nodes.max() + 1
+        nodes = network.nodes[rows].copy()
+        nodes[row, 1] = nodes[row + 1, 0] = first
+        nodes[row + 1, 1] = nodes[row + 2, 0] = first + 1
+    return Network(tuple(names), parent, length, radius, pressure=network.pressure, nodes=nodes, **measured)
+
+
+def angle_losses(network: Network, angles: Any) -> np.ndarray:
+    """Return the loss coefficient of every vessel's inlet from the angle at which it leaves its parent.
+
+    The stream has turned by three quarters of the angle (Mynard and Valen-Sendstad 2015); what it loses is the square
+    of the change of its velocity, K = 1 + r² - 2 r cos(¾α), r being the parent's mean velocity over the vessel's own,
+    which follow from the areas and the division of the mean flow (`Network.flow_fraction`).
+
+    Parameters
+    ----------
+    network : Network
+        A tree.
+    angles : float or array, shape (vessel,)
+        Angle between the direction of the parent and that of the vessel, degrees: 0 goes straight on.
+
+    Returns
+    -------
+    array, shape (vessel,)
+        For ``Model(loss=...)``; 0 at the root.
+
+    Raises
+    ------
+    InputError
+        Angles of another shape, or outside 0 to 180 degrees; a network with loops or several inlets.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network = vw.control_network()
+    >>> vw.angle_losses(network, 45.0).shape
+    (21,)
+    """
+    if network.nodes is not None:
+        raise InputError("angle_losses: in a network with loops or several inlets no vessel has one parent")
+    try:
+        turned = np.radians(np.broadcast_to(np.asarray(angles, dtype=float), len(network)))
+    except (TypeError, ValueError):
+        raise InputError(f"angles: give one number, or one for each of the {len(network)} vessels, degrees") from None
+    if not np.all((turned >= 0) & (turned <= np.pi)):
+        raise InputError("angles: each is between 0 (straight on) and 180 degrees")
+    velocity = network.flow_fraction / network.area
+    r = velocity[network.parent] / velocity
+    return np.where(network.parent < 0, 0.0, 1.0 + r**2 - 2.0 * r * np.cos(_TURN * turned))
