@@ -51,6 +51,14 @@ def tell(text: str, err: bool = False) -> None:
 
 
 @contextmanager
+def waiting(doing: str) -> Iterator[None]:
+    """Show on a terminal that what is inside goes on; elsewhere, in a line a minute (`alive`)."""
+    console = Console(stderr=True)
+    with console.status(f"{doing} …") if console.is_terminal else alive(doing):
+        yield
+
+
+@contextmanager
 def alive(doing: str | Callable[[], str], every: float | None = None) -> Iterator[None]:
     """Write a line a minute to the standard error while what is inside goes on, if there is no terminal.
 

@@ -48,12 +48,14 @@ def simulate(
 ) -> None:
     """Simulate a network with nominal, given or fitted parameters and write the waveforms of every vessel."""
     from vasowave import solver
+    from vasowave.cli.progress import waiting
     from vasowave.io.files import check_file
 
     check_file(output, models.DATA)
     model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
     model = _narrowed(solver.changed_model(model, _pairs(values or [])), narrow or [])
-    result = solver.simulate(model, cycle, models.numerics_from(cell_size, accuracy))
+    with waiting("simulating"):
+        result = solver.simulate(model, cycle, models.numerics_from(cell_size, accuracy))
     _write(result, output)
     pressure = result["pressure"].values[:, model.network.root, 0]
     typer.echo(repr(model))

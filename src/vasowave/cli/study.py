@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
-from vasowave.cli.progress import alive, show_read, tell
+from vasowave.cli.progress import alive, show_read, tell, waiting
 from vasowave.runtime.threads import cores
 
 if TYPE_CHECKING:
@@ -349,7 +349,8 @@ def plan(
     from vasowave.study.planning import plan as planned
 
     tell("Studies of every size are drawn and tested; this takes about a minute.", err=True)
-    found = planned(study, effect=effect, power=power, occasions=occasions, pairs=pairs, littermates=littermates)
+    with waiting("planning"):
+        found = planned(study, effect=effect, power=power, occasions=occasions, pairs=pairs, littermates=littermates)
     for text in plan_texts(found):
         typer.echo(text)
     typer.echo(f"Page: {write_plan(found, output)}")
