@@ -11,7 +11,7 @@ import pytest
 
 from programs_by_others import environment_with
 from vasowave.errors import InputError
-from vasowave.exchange.axes import drawn_axes, read_axes
+from vasowave.exchange.axes import _bow, drawn_axes, read_axes
 from vasowave.exchange.paraview import SIDES, ring_directions, write_paraview
 from vasowave.model.walls import pressure
 
@@ -150,3 +150,20 @@ def test_vtk_itself_opens_every_frame(series, tangent, tmp_path):
     np.testing.assert_allclose([one["time"] for one in told], np.arange(64) * tangent.inflow.period / 64)
     assert told[0]["names"] == ["area_cm2", "flow_ml_per_s", "pressure_mmHg", "velocity_cm_per_s", "vessel"]
     assert told[0]["faces"] == len(arrays_of(frames[0])["connectivity"]) // 4
+
+
+@pytest.mark.parametrize(("length", "height"), [(5.0, 0.75), (5.5, None)])
+def test_a_vessel_that_closes_a_loop_is_a_bow_between_its_ends_as_long_as_it_is(length, height):
+    """From (1, 2) to (4, 6), 5 cm apart; of a vessel no longer than that the arc still rises by 0.15 of its chord."""
+    start, end = np.array([1.0, 2.0, 0.0]), np.array([4.0, 6.0, 0.0])
+    arc = _bow(start, end, length)
+    assert arc[0] == pytest.approx(start)
+    assert arc[-1] == pytest.approx(end)
+    along, beside = (arc - start) @ np.array([0.6, 0.8, 0.0]), (arc - start) @ np.array([-0.8, 0.6, 0.0])
+    assert np.diff(along) == pytest.approx(np.full(12, 5 / 12))
+    apex = -beside.min()
+    assert beside == pytest.approx(-4 * apex * along * (5 - along) / 25)
+    if height is not None:
+        assert apex == pytest.approx(height)
+    else:
+        assert np.linalg.norm(np.diff(arc, axis=0), axis=1).sum() == pytest.approx(length, rel=0.015)
