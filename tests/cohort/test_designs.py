@@ -359,6 +359,18 @@ def test_a_trend_with_doses_of_equal_groups_is_the_slope_of_their_means():
     assert found.contrasts[0].other == "dose 10"
 
 
+def test_groups_of_doses_of_their_own_have_a_trend_each_and_the_difference_of_these():
+    """WT is 1 + 2 d at doses 0, 1, 4, KO is 3 + 5 d at 0, 2, 4: on 4 of dose 14 in the mean, 12 between the groups."""
+    table = pd.DataFrame({"group": ["WT"] * 6 + ["KO"] * 6, "dose": np.repeat([0.0, 1, 4, 0, 2, 4], 2)})
+    y = np.repeat([1.0, 3.0, 9.0, 3.0, 13.0, 23.0], 2) + np.tile([0.1, -0.1], 6)
+    found = layout(Design(dose="dose"), table)
+    values = {key: one.value for key, one in effects(found, fitted(found, y)).items()}
+    assert values == pytest.approx(
+        {("trend", "dose 4"): 14.0, ("interaction", "KO"): 12.0, ("groups", "KO"): 13 - 13 / 3}
+    )
+    assert found.contrasts[1].change == "dose 4/dose 0"
+
+
 def test_two_factors_give_main_effects_and_the_difference_of_differences():
     table = pd.DataFrame({"group": ["WT"] * 8 + ["KO"] * 8, "oxygen": (["air"] * 4 + ["low"] * 4) * 2})
     y = np.repeat([1.0, 2.0, 3.0, 7.0], 4) + np.tile([0.1, -0.1, 0.2, -0.2], 4)
