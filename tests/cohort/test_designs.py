@@ -12,7 +12,7 @@ from scipy import stats
 from made_cohort import made_results
 from vasowave.cohort import Design, Family, Variable, gathered, primary_comparison
 from vasowave.cohort.design import laid_out
-from vasowave.cohort.designed import modeled
+from vasowave.cohort.designed import modeled, occasions_apart
 from vasowave.cohort.freedom import degrees_left
 from vasowave.cohort.joint import Fitted, joint
 from vasowave.cohort.mixed import Structure, fit_mixed
@@ -557,3 +557,20 @@ def test_a_covariate_that_says_what_groups_say_has_no_effect_of_its_own():
     same = Variable.of("chip", {result.name: result.group for result in results})
     cohort = gathered(results, variables=[same], design=Design(covariates=("chip",)))
     assert not len(primary_comparison(cohort, Family(quantities=("CO",))).adjusted)
+
+
+def test_what_a_subject_differs_between_its_recordings_is_unknown_where_each_has_one():
+    results = made_results({"CTL": 4, "HPH": 4}, walls=())
+    own = [Variable.of("mouse", {one.name: one.name for one in results})]
+    cohort = gathered(results, variables=own, design=Design(subject="mouse"))
+    values = known_values(cohort, "measured", "mPAP", list(cohort.groups))
+    assert occasions_apart(cohort, values) == 0.0
+    assert occasions_apart(cohort, None) == 0.0
+    assert occasions_apart(gathered(results), values) == 0.0
+
+
+@pytest.mark.parametrize(("count", "words"), [(1, "1 animal is too few"), (3, "3 animals are too few")])
+def test_animals_that_are_too_few_for_a_design_are_counted(count, words):
+    table = pd.DataFrame({"group": ["A", "B", "A"][:count], "weight": [1.0, 2.0, 4.0][:count]})
+    with pytest.raises(InputError, match=words):
+        layout(Design(covariates=("weight",)), table)
