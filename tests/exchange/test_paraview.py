@@ -12,7 +12,7 @@ import pytest
 from programs_by_others import environment_with
 from vasowave.errors import InputError
 from vasowave.exchange.axes import _bow, drawn_axes, read_axes
-from vasowave.exchange.paraview import SIDES, ring_directions, write_paraview
+from vasowave.exchange.paraview import SIDES, _frame, _Tube, ring_directions, write_paraview
 from vasowave.model.walls import pressure
 
 TYPES = {"Float32": "<f4", "Int32": "<i4"}
@@ -167,3 +167,18 @@ def test_a_vessel_that_closes_a_loop_is_a_bow_between_its_ends_as_long_as_it_is(
         assert apex == pytest.approx(height)
     else:
         assert np.linalg.norm(np.diff(arc, axis=0), axis=1).sum() == pytest.approx(length, rel=0.015)
+
+
+def test_a_network_of_one_vessel_is_a_frame_too(tmp_path):
+    """Rings of 0.2 and 0.1 cm around an axis along z, with the pressures of the second sample."""
+    points = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    waves = {"area_cm2": np.pi * np.array([[1.0, 1.0], [0.04, 0.01]]), "pressure_mmHg": np.array([[1.0, 2], [10, 12]])}
+    tube = _Tube(points, ring_directions(points), waves)
+    faces = np.array([[0, 1, SIDES + 1, SIDES]])
+    (tmp_path / "one.vtp").write_text(_frame([tube], faces, np.zeros(2 * SIDES, dtype=np.int32), 1, 0.05))
+    found = arrays_of(tmp_path / "one.vtp")
+    assert found["TimeValue"] == 0.05
+    np.testing.assert_allclose(np.hypot(*found["Points"].T[:2]), np.repeat([0.2, 0.1], SIDES), rtol=1e-6)
+    np.testing.assert_allclose(found["Points"][:, 2], np.repeat([0.0, 1.0], SIDES))
+    assert found["pressure_mmHg"].tolist() == [10.0] * SIDES + [12.0] * SIDES
+    assert (found["connectivity"].tolist(), found["offsets"].tolist()) == (faces.ravel().tolist(), [4])
