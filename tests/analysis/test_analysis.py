@@ -22,6 +22,7 @@ from vasowave.model.blood import Blood
 from vasowave.model.model import Model
 from vasowave.model.nominal import estimate_nominal, windkessels
 from vasowave.model.outlets import Windkessel
+from vasowave.model.shape import Shape
 from vasowave.model.walls import LinearWall, area, wave_speed
 from vasowave.network.network import Network
 from vasowave.recording import Recording
@@ -143,3 +144,16 @@ def test_waves_of_the_measurement_are_those_of_the_model_that_made_it():
     assert at_rest > 1.2 * expected  # seen filled, hence nearer; with the radii at rest it is 1.6 times as much
     assert right.attrs["area_and_wave_speed_at"] == "mean pressure"
     assert paper.attrs["area_and_wave_speed_at"] == "zero pressure"
+
+
+def test_the_compliance_of_a_vessel_that_changes_is_the_mean_of_what_its_places_yield():
+    """By differences of the area at a hundred places; of a vessel that stays the same it is the one of its middle."""
+    network = Network(("1", "2", "3"), [-1, 0, 0], [1.0, 2.0, 3.0], [0.05, 0.04, 0.03])
+    beds = Windkessel(*(np.full(2, value) for value in (20.0, 80.0, 1e-3)))
+    shape = Shape([[1.1, 0.9], [1.3, 0.8], [1.0, 1.0]], [[1.0, 1.6], [1.0, 1.0], [1.0, 1.0]])
+    model = Model(network, LinearWall(60.0), beds, shape=shape)
+    share, step = (np.arange(100) + 0.5) / 100, 1e-4
+    for row, length in enumerate(network.length):
+        wall, area0 = model.at(np.full(100, row), share)
+        slope = (area(wall, 12 + step, area0) - area(wall, 12 - step, area0)) / (2 * step)
+        assert compliance(model, 12.0).vessel[row] == pytest.approx(length * slope.mean(), rel=2e-3)

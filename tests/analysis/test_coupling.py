@@ -93,6 +93,14 @@ def test_noise_moves_the_ratio_little_and_widens_its_interval():
     assert min(one.error for one in found) > coupling(recording, inside).error
 
 
+def test_twice_the_noise_makes_four_times_the_variance_that_noise_adds():
+    """What elastances of other shapes add, 0.5, stays; noise of 0.5 and 1 mmHg is above what is assumed at least."""
+    recording, inside, *_ = beat()
+    noise = np.random.default_rng(8).standard_normal(512)
+    once, twice = (coupling(recording, VentricularPressure(inside.pressure + sd * noise, PERIOD)) for sd in (0.5, 1.0))
+    assert twice.error**2 - 0.25 == pytest.approx(4 * (once.error**2 - 0.25), rel=0.2)
+
+
 def test_the_single_beat_method_finds_the_peak_of_a_sine():
     """The pressure is a sine before and after ejection, and sags in between."""
     t = np.arange(512) / 512

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from vasowave import analysis
+from vasowave.analysis.events import _runs
 from vasowave.datasets import control_network
 from vasowave.errors import InputError
 from vasowave.model.blood import Blood
@@ -153,3 +154,22 @@ def test_the_drop_to_each_terminal_is_measured_over_its_own_path():
     np.testing.assert_allclose(found["mean gradient [mmHg/cm]"], [0.5, 0.4])
     with pytest.raises(InputError, match="outlets"):
         analysis.pressure_drop(network, p, ends[:, :1])
+
+
+def test_a_vessel_that_is_collapsed_is_named_with_its_pressure():
+    beds = Windkessel(*(np.ones(1) for _ in range(3)))
+    model = Model(Network(("1", "2"), [-1, 0], [1.0, 1.0], [0.05, 0.04]), LinearWall(60.0), beds)
+    with pytest.raises(InputError, match="vessel '2' is collapsed at -500 mmHg"):
+        analysis.wave_speeds(model, np.array([10.0, -500.0]))
+
+
+def test_a_pressure_that_only_rises_is_one_compression_as_long_as_the_cycle():
+    """8 mmHg more at the end than at the start, in equal steps; the intensity is largest at the third of ten."""
+    intensity = np.ones(10)
+    intensity[2] = 5.0
+    ((name, direction, kind, start, peak, length, height, energy, change),) = _runs(
+        "forward", 0.8 * np.arange(10), 8.0, intensity, 0.1
+    )
+    assert (name, direction, kind) == ("FCW", "forward", "compression")
+    assert (start, peak, length, height) == pytest.approx((0.0, 0.02, 0.1, 5.0))
+    assert (energy, change) == pytest.approx((0.14, 8.0))

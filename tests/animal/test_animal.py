@@ -2,17 +2,20 @@
 
 import hashlib
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from made_fit import PARAMETERS, made_fit, made_recording
 from vasowave.analysis import compliance
+from vasowave.animal import fitting
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import read_result, write_result
 from vasowave.animal.pipeline import analyze
 from vasowave.animal.quantities import derived_of, errors_of, quantities_of
 from vasowave.animal.signals import flow_noise
+from vasowave.animal.stored import stored_inflow
 from vasowave.datasets import control_network
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import InputError, VasowaveWarning
@@ -223,3 +226,38 @@ def test_a_bound_reaches_only_the_law_that_has_the_parameter():
 def test_an_animal_without_a_name_is_refused():
     with pytest.raises(InputError, match="without a group"):
         Animal("m", " ", control_network(), made_recording())
+
+
+@pytest.mark.parametrize(
+    ("starts", "found", "interrupted"),
+    [([3, 3, 3], 3, False), ([3, 2, 3], 2, True), ([3, None, 3], 1, True), ([1, 3, 3], 1, True)],
+)
+def test_an_interrupted_fit_ends_the_fits_and_keeps_those_before_it(starts, found, interrupted, monkeypatch):
+    """A fit of fewer starts than were asked for was interrupted after some, one of none (None) before any had ended."""
+    ends = iter(starts)
+
+    def fit(animal, settings, wall, progress, kept):
+        count = next(ends)
+        if count is None:
+            raise KeyboardInterrupt
+        return SimpleNamespace(wall=wall, starts=range(count))
+
+    monkeypatch.setattr(fitting, "_calibrated", fit)
+    settings = Settings(walls=("linear", "tangent", "power"), starts=3)
+    animal = Animal("m", "CTL", control_network(), made_recording())
+    fits, ended = fitting.fits_of(animal, settings, None, None, [])
+    assert ([one.wall for one in fits], ended) == (list(settings.walls[:found]), interrupted)
+    ends = iter([None])
+    with pytest.raises(KeyboardInterrupt):  # nothing is there that could be kept
+        fitting.fits_of(animal, settings, None, None, [])
+
+
+def test_what_enters_a_stored_fit_is_the_flow_that_was_measured_or_what_a_pressure_let_in(result):
+    flow, law = result.recording["flow"].values, result.laws["linear"]
+    assert np.array_equal(stored_inflow(result, "linear").flow, flow)
+    entered = SimpleNamespace(
+        compared="flow", calibration=law.calibration, simulated=lambda name, vessel: 1.5 * law.simulated(name, vessel)
+    )
+    let_in = stored_inflow(SimpleNamespace(laws={"linear": entered}, recording=result.recording, root=result.root))
+    np.testing.assert_allclose(let_in.flow, 1.5 * law.simulated("flow", result.root).values)
+    assert let_in.period == result.recording.attrs["period"]

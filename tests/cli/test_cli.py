@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from typer.testing import CliRunner
 
 from approval import approve, tree
 from vasowave.cli import app
+from vasowave.cli.fit import _known
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.errors import InputError
@@ -301,3 +303,22 @@ def described(command, name):
         yield f"{' '.join([*one.opts, *one.secondary_opts])} ({kind}) = {default}: {said}"
     for inner in getattr(command, "commands", {}):
         yield from described(command.resolve_command(typer.Context(command), [inner])[1], f"{name} {inner}")
+
+
+def test_a_posterior_takes_law_and_beds_from_its_options_or_from_the_settings(tmp_path):
+    write_network(control_network(), tmp_path / "lung.csv")
+    mouse = virtual_mouse()
+    np.savetxt(tmp_path / "p.dat", mouse.pressure)
+    np.savetxt(tmp_path / "q.dat", mouse.flow)
+    files, options = [tmp_path / "p.dat", tmp_path / "q.dat"], {"period": "0.11"}
+    for kinds, law, bed in ((("", ""), "linear", "windkessel"), (("tangent", "rc"), "tangent", "rc")):
+        (name, found), network, cycle, sites, settings = _known(tmp_path / "lung.csv", files, "", kinds, dict(options))
+        assert (name, found.law().name, settings.beds) == (law, law, bed)
+        assert (len(network), len(cycle.flow), sites) == (21, len(mouse.flow), ())
+
+
+def test_a_fits_folder_brings_all_and_what_is_given_beside_it_is_to_be_left_out(tmp_path):
+    given = ([Path("m.csv")], ("", ""), {}), ([], ("", "rc"), {}), ([], ("", ""), {"starts": 3})
+    for (recording, kinds, options), words in zip(given, ("m.csv", "--bed", "--starts"), strict=True):
+        with pytest.raises(InputError, match=f"along; leave out {words}$"):
+            _known(tmp_path, recording, "", kinds, options)

@@ -3,12 +3,14 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from scipy import stats
 
 from vasowave.cohort import contrasts, describe, leave_one_out, pairwise_contrasts, permutation
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import compare
 from vasowave.cohort.effects import hedges_g
+from vasowave.cohort.estimates import _log_error
 from vasowave.cohort.rank_tests import MOST_EXACT, exact_mann_whitney, holm, mann_whitney, smallest_p
 from vasowave.datasets import published_table
 from vasowave.errors import InputError
@@ -155,3 +157,11 @@ def test_the_exact_rank_test_counts_ties_as_all_relabelings_do():
 
 def test_no_adjusted_p_exceeds_one():
     assert holm(np.array([0.6, 0.7, 0.5])).tolist() == [1.0, 1.0, 1.0]
+
+
+def test_an_error_of_a_logarithm_is_what_a_value_says_of_itself_or_its_interval_of_it():
+    value = xr.DataArray(2.0, attrs={"standard_error": 0.1, "interval_low": 1.0, "interval_high": 4.0})
+    assert _log_error(value) == pytest.approx(0.05)
+    del value.attrs["standard_error"]
+    assert _log_error(value) == pytest.approx(np.log(4.0) / (2 * 1.959964))  # 95 % of a normal distribution
+    assert np.isnan(_log_error(xr.DataArray(2.0)))

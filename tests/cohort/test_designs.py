@@ -12,7 +12,7 @@ from scipy import stats
 from made_cohort import made_results
 from vasowave.cohort import Design, Family, Variable, gathered, primary_comparison
 from vasowave.cohort.design import laid_out
-from vasowave.cohort.designed import modeled
+from vasowave.cohort.designed import modeled, occasions_apart
 from vasowave.cohort.freedom import degrees_left
 from vasowave.cohort.joint import Fitted, joint
 from vasowave.cohort.mixed import Structure, fit_mixed
@@ -359,6 +359,18 @@ def test_a_trend_with_doses_of_equal_groups_is_the_slope_of_their_means():
     assert found.contrasts[0].other == "dose 10"
 
 
+def test_groups_of_doses_of_their_own_have_a_trend_each_and_the_difference_of_these():
+    """WT is 1 + 2 d at doses 0, 1, 4, KO is 3 + 5 d at 0, 2, 4: on 4 of dose 14 in the mean, 12 between the groups."""
+    table = pd.DataFrame({"group": ["WT"] * 6 + ["KO"] * 6, "dose": np.repeat([0.0, 1, 4, 0, 2, 4], 2)})
+    y = np.repeat([1.0, 3.0, 9.0, 3.0, 13.0, 23.0], 2) + np.tile([0.1, -0.1], 6)
+    found = layout(Design(dose="dose"), table)
+    values = {key: one.value for key, one in effects(found, fitted(found, y)).items()}
+    assert values == pytest.approx(
+        {("trend", "dose 4"): 14.0, ("interaction", "KO"): 12.0, ("groups", "KO"): 13 - 13 / 3}
+    )
+    assert found.contrasts[1].change == "dose 4/dose 0"
+
+
 def test_two_factors_give_main_effects_and_the_difference_of_differences():
     table = pd.DataFrame({"group": ["WT"] * 8 + ["KO"] * 8, "oxygen": (["air"] * 4 + ["low"] * 4) * 2})
     y = np.repeat([1.0, 2.0, 3.0, 7.0], 4) + np.tile([0.1, -0.1, 0.2, -0.2], 4)
@@ -545,3 +557,20 @@ def test_a_covariate_that_says_what_groups_say_has_no_effect_of_its_own():
     same = Variable.of("chip", {result.name: result.group for result in results})
     cohort = gathered(results, variables=[same], design=Design(covariates=("chip",)))
     assert not len(primary_comparison(cohort, Family(quantities=("CO",))).adjusted)
+
+
+def test_what_a_subject_differs_between_its_recordings_is_unknown_where_each_has_one():
+    results = made_results({"CTL": 4, "HPH": 4}, walls=())
+    own = [Variable.of("mouse", {one.name: one.name for one in results})]
+    cohort = gathered(results, variables=own, design=Design(subject="mouse"))
+    values = known_values(cohort, "measured", "mPAP", list(cohort.groups))
+    assert occasions_apart(cohort, values) == 0.0
+    assert occasions_apart(cohort, None) == 0.0
+    assert occasions_apart(gathered(results), values) == 0.0
+
+
+@pytest.mark.parametrize(("count", "words"), [(1, "1 animal is too few"), (3, "3 animals are too few")])
+def test_animals_that_are_too_few_for_a_design_are_counted(count, words):
+    table = pd.DataFrame({"group": ["A", "B", "A"][:count], "weight": [1.0, 2.0, 4.0][:count]})
+    with pytest.raises(InputError, match=words):
+        layout(Design(covariates=("weight",)), table)

@@ -15,8 +15,9 @@ from vasowave.cohort.balanced import changes_of, effects_of_repeated
 from vasowave.cohort.design import laid_out
 from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.cohort.planning import Planning, plan_of
+from vasowave.cohort.primary import Family
 from vasowave.cohort.simultaneous import Row, simultaneous
-from vasowave.cohort.spreads import Spread, with_occasions
+from vasowave.cohort.spreads import Spread, spreads_of, with_occasions
 from vasowave.errors import InputError
 from vasowave.figures.rendering import svg
 from vasowave.report.planned import plan_texts, write_plan
@@ -205,3 +206,35 @@ def test_a_plan_of_pairs_says_so(tmp_path):
     text = write_plan(found, tmp_path / "plan.html").read_text(encoding="utf-8")
     assert "correlated by 0.5" in text
     assert "own images" not in text
+
+
+def test_animals_are_as_alike_on_two_occasions_as_they_differ_from_each_other():
+    """The correlation of two values of one animal is the share of the variance that lies between animals."""
+    one = Spread("mPAP", (0.3, 0.4), within=0.25)
+    assert one.alike == pytest.approx((0.09 + 0.16) / 2 / ((0.09 + 0.16) / 2 + 0.0625))
+    assert (one.on_one_occasion(0), one.on_one_occasion(1)) == pytest.approx((0.3905125, 0.4716991))
+    assert Spread("mPAP", (0.3, 0.4)).alike == 1.0
+    assert Spread("mPAP", (0.0, 0.0), within=0.2).alike == 0.0
+
+
+def test_spreads_of_a_study_are_those_of_its_animals_and_a_study_of_one_group_has_none():
+    """Without errors the spread of a group is the SD of its logarithms; residuals correlate as these do, shrunk."""
+    results = made_results({"CTL": 9, "HPH": 8}, walls=())
+    cohort = gathered(results, reference="CTL")
+    family = Family(quantities=("mPAP", "CO"))
+    found, correlation = spreads_of(cohort, family)
+    assert [one.quantity for one in found] == ["mPAP", "CO"]
+    centered = []
+    for one in found:
+        values = [[float(each.measured.quantities[one.quantity]) for each in results if each.group == own]
+                  for own in ("CTL", "HPH")]  # fmt: skip
+        logs = [np.log(own) for own in values]
+        assert one.between == pytest.approx([own.std(ddof=1) for own in logs], rel=1e-3)
+        assert (one.error, one.shared, one.within) == (0, 0, 0)
+        centered.append(np.concatenate([(own - own.mean()) / own.std(ddof=1) for own in logs]))
+    whole = np.corrcoef(centered)[0, 1]
+    shrunk = whole * (1 - (1 - whole**2) ** 2 / (17 - 2 - 1) / whole**2)  # by the share of its variance that is error
+    assert correlation[0, 1] == pytest.approx(shrunk, rel=1e-3)
+    assert np.diag(correlation) == pytest.approx([1, 1])
+    with pytest.raises(InputError, match="no two groups that can be compared"):
+        spreads_of(gathered(results[:9]), family)

@@ -10,6 +10,7 @@ import yaml
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.exchange import read_openbf
 from vasowave.exchange.openbf import write_openbf
+from vasowave.exchange.openbf_reading import _in_order, _profile, _reflections, _Vessel
 from vasowave.exchange.solved import circuit, solve
 from vasowave.exchange.tube_law import linear_tube
 from vasowave.model import walls
@@ -387,3 +388,35 @@ def test_an_inlet_outside_the_folder_is_not_opened_and_no_foreign_line_is_quoted
     with pytest.raises(InputError, match="line 1: not a time and a flow") as linked:
         read_openbf(folder / "x.yaml")
     assert not any("x:0" in str(one.value) for one in (outside, linked))
+
+
+def test_of_velocity_profiles_that_differ_the_one_is_taken_that_loses_as_much_of_the_pressure(tmp_path):
+    """A flow q loses 2 π (ζ + 2) μ q/A² per length; here ζ is 2, and 9 and 4 in daughters of 2 and 3 cm."""
+    network = Network(("1", "2", "3"), [-1, 0, 0], [1.0, 2.0, 3.0], [0.05, 0.04, 0.04])
+    values = [_Vessel(tmp_path, row + 1, {"gamma_profile": one}) for row, one in enumerate((2.0, 9.0, 4.0))]
+    with pytest.warns(VasowaveWarning, match="profile"):
+        found = _profile(network, values, 9.0)
+    power = np.array([1.0, 0.6, 0.4]) ** 2 * np.array([1.0, 2.0, 3.0]) / np.array([0.05, 0.04, 0.04]) ** 4
+    assert power @ np.full(3, found + 2) == pytest.approx(power @ np.array([4.0, 11.0, 6.0]))
+    alike = [_Vessel(tmp_path, row + 1, {}) for row in range(3)]
+    assert _profile(network, alike, 9.0) == 9.0
+
+
+def test_rows_that_go_back_by_at_most_a_hundredth_of_the_period_are_sorted_and_told(tmp_path):
+    table = np.array([[0.0, 1.0], [0.502, 2.0], [0.5, 3.0], [0.7, 4.0], [0.692, 5.0], [1.0, 1.0]])
+    with pytest.warns(VasowaveWarning, match="2") as told:
+        found = _in_order(tmp_path / "inlet.dat", table)
+    assert found[:, 1].tolist() == [1.0, 3.0, 2.0, 5.0, 4.0, 1.0]
+    values = dict(told[0].message.finding.values)
+    assert (values["count"], values["most"]) == (2, pytest.approx(8.0))  # ms
+    in_order, far_back = table[[0, 2, 4, 5]], np.array([[0.0, 1.0], [0.52, 2.0], [0.5, 3.0], [1.0, 1.0]])
+    for left in (in_order, far_back):  # what goes back farther is refused later
+        assert _in_order(tmp_path / "inlet.dat", left) is left
+
+
+def test_an_outlet_without_a_reflection_coefficient_beside_others_that_have_one_is_named(tmp_path):
+    ends = [(_Vessel(tmp_path, row, {"label": f"v{row}", **keys}), 1060.0, 1e4, 0.01)
+            for row, keys in ((3, {"Rt": 0.5}), (5, {"R1": 1e8}), (8, {}))]  # fmt: skip
+    with pytest.raises(InputError, match=r"vessel 5 \('v5'\): ends without Rt"):
+        _reflections(ends)
+    assert _reflections(ends[1:]) is None

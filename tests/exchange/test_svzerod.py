@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from programs_by_others import environment_with
-from vasowave.exchange.svzerod import write_svzerod
+from vasowave.exchange.svzerod import _bed, write_svzerod
 from vasowave.model.linear import _solve
 from vasowave.units import MMHG
 
@@ -113,3 +113,13 @@ def test_svzerodsolver_itself_finds_the_pressure_of_the_circuit_and_the_mean_of_
         np.testing.assert_allclose(theirs, by_hand, atol=0.02 * np.ptp(by_hand))  # two ways through time
         ours = solved.run.pressure[:, 0, solved.network.root]
         assert theirs.mean() == pytest.approx(ours.mean(), rel=0.01)
+
+
+def test_beds_are_written_in_dynes_and_one_without_a_capacitor_is_a_resistance():
+    """1 mmHg is 1333.22 dyn/cm²."""
+    bare = _bed(2.0, 0.0, 0.0, 5.0)
+    assert bare["bc_type"] == "RESISTANCE"
+    assert bare["bc_values"] == pytest.approx({"R": 2666.44, "Pd": 6666.1}, rel=1e-5)
+    whole = _bed(2.0, 3.0, 4e-3, 0.0)
+    assert whole["bc_type"] == "RCR"
+    assert whole["bc_values"] == pytest.approx({"Rp": 2666.44, "Rd": 3999.66, "C": 3.00025e-6, "Pd": 0.0}, rel=1e-5)

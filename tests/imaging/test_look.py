@@ -21,7 +21,7 @@ from vasowave.imaging.given import _METHODS
 from vasowave.imaging.lumen.proposal import levels_of
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.witness.loops import loops_after_closing, opening_threshold
-from vasowave.report.look import command, look_json, look_page, look_text
+from vasowave.report.look import command, look_json, look_page, look_text, write_look
 
 CANNULA = 0.043
 
@@ -196,7 +196,7 @@ def test_a_bridge_that_a_higher_threshold_cuts_is_answered_with_that_threshold()
     assert opening_threshold(segment(volume, 50)) is None
 
 
-def test_of_a_ring_that_nothing_closes_the_proposed_command_cuts_it_and_doubts_what_it_cut():
+def test_of_a_ring_that_nothing_closes_the_proposed_command_cuts_it_and_doubts_what_it_cut(tmp_path):
     volume = ring(20)
     seen = vw.look(volume, cannula=0)
     assert (len(seen.loops), seen.closed, seen.opening) == (1, False, None)
@@ -208,6 +208,12 @@ def test_of_a_ring_that_nothing_closes_the_proposed_command_cuts_it_and_doubts_w
         warnings.simplefilter("ignore", VasowaveWarning)
         found = vw.extract(volume, root=seen.options.root, threshold=seen.options.threshold, cannula=0, loops="open")
     assert any(one.vessels for one in found.doubts)
+    write_look(seen, tmp_path / "ring.JSON")  # of an image that no file holds
+    stored = json.loads((tmp_path / "ring.JSON").read_text(encoding="utf-8"))
+    assert (stored["size"], stored["spacing [cm]"]) == ([90, 70, 30], [0.01] * 3)  # x, y, z
+    (loop,) = stored["loops"]  # the ring's hole lies about x 0.45 and y 0.35
+    assert np.hypot(loop["place [cm]"][0] - 0.45, loop["place [cm]"][1] - 0.35) < 0.2
+    assert not [name for name in stored["provenance"] if name.startswith("sha256")]
 
 
 def bare_fork():

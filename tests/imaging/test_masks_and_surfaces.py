@@ -1,5 +1,6 @@
 import base64
 import gzip
+import struct
 import zlib
 from xml.etree import ElementTree
 
@@ -16,6 +17,7 @@ from vasowave.imaging.lumen.masks import EditedMask, Within, box_region
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.lumen.surface import full_mask, smooth_surface, write_mask
 from vasowave.imaging.read.labels import marks, on_grid_of, read_labels
+from vasowave.imaging.read.nifti import _announced, _is_sized
 from vasowave.imaging.read.volume import isotropic
 
 
@@ -239,3 +241,32 @@ def test_the_deepest_place_near_a_point_at_the_wall_is_on_the_axis():
     assert np.hypot(*(found[:2] - [1.193, 2.226])) < 0.015
     outside = np.array([1.0, 2.0, 3.0])
     np.testing.assert_array_equal(deepest_near(lumen, outside), outside)
+
+
+@pytest.mark.parametrize("order", "<>")
+def test_both_headers_of_nifti_say_how_long_a_file_is_and_how_large_a_voxel(order):
+    """The places of the standards: a volume of 5, 4, 3 voxels of 16 bits, of 0.02, 0.03 and 0.04 mm (unit 2)."""
+    dim, pixdim = (3, 5, 4, 3, 1, 1, 1, 1), (1.0, 0.02, 0.03, 0.04, 0.0, 0.0, 0.0, 0.0)
+    first, second = bytearray(348), bytearray(540)
+    for header, fields in (
+        (
+            first,
+            (("i", 0, 348), ("8h", 40, *dim), ("h", 72, 16), ("8f", 76, *pixdim), ("f", 108, 352.0), ("B", 123, 2)),
+        ),
+        (
+            second,
+            (("i", 0, 540), ("h", 14, 16), ("8q", 16, *dim), ("8d", 104, *pixdim), ("q", 168, 544), ("i", 500, 2)),
+        ),
+    ):
+        for kind, place, *values in fields:
+            struct.pack_into(order + kind, header, place, *values)
+        whole = {348: 352, 540: 544}[len(header)] + 120
+        assert _announced(bytes(header)) == whole
+        assert _is_sized(bytes(header))
+        kind, place, *sizes = next(one for one in fields if one[0] in ("8f", "8d"))
+        code, unit, _ = fields[-1]
+        struct.pack_into(order + kind, header, place, *sizes[:3], 0.0, *sizes[4:])
+        assert not _is_sized(bytes(header))
+        struct.pack_into(order + kind, header, place, *sizes)
+        struct.pack_into(order + code, header, unit, 0)
+        assert not _is_sized(bytes(header))

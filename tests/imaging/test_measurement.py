@@ -1,4 +1,5 @@
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
 from vasowave.imaging.measure.radii import densitometric_radii, windows
 from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.measure.spread import Elsewhere, _in_lumen
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.loops import loop_count, loops_of
 from vasowave.network.network import Network
@@ -197,3 +199,19 @@ def test_the_end_of_a_vessel_does_not_move_with_the_threshold(radius):
     at = np.array([blurred_end(radius, threshold) for threshold in (30, 45, 60)])
     assert np.ptp(at[:, 0]) > 0.5  # at the surface it does
     np.testing.assert_allclose(at[:, 1], 40.3, atol=0.15)
+
+
+@pytest.mark.parametrize(("seen", "inside"), [((10, 70), False), ((10, 110), True), ((31, 200), True)])
+def test_a_vessel_is_in_a_lumen_that_holds_most_of_it_and_never_in_what_lies_before_or_behind_the_lumen(seen, inside):
+    """A vessel of 100 voxels along x from voxel 30 on, in a mask that begins at voxel `seen[0]` and ends before [1]."""
+    points = np.column_stack([np.full(101, 0.02), np.full(101, 0.03), 0.01 * np.arange(30, 131)])
+    tree = Tree((Line(points, np.full(101, 0.02)),), np.array([-1]))
+    mask = np.ones((5, 7, seen[1] - seen[0]), dtype=bool)
+    other = Elsewhere(tree, 50.0, mask, np.array([0.0, 0.0, 0.01 * seen[0]]), np.full(3, 0.01))
+    assert _in_lumen(tree, other).tolist() == [inside]
+    bare = replace(other, origin=other.origin + np.array([0.02, 0.03, 0.0]), mask=mask[:1, :1])  # no slice but its own
+    assert _in_lumen(tree, bare).tolist() == [inside]
+    beside = replace(other, origin=other.origin + np.array([0.03, 0.0, 0.0]))  # its first slice is the vessel's next
+    assert _in_lumen(tree, beside).tolist() == [False]
+    thin = replace(other, mask=mask[:2])  # its last slice is that before the vessel's own
+    assert _in_lumen(tree, thin).tolist() == [False]

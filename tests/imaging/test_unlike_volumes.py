@@ -198,3 +198,18 @@ def test_an_unknown_choice_is_refused_with_those_there_are_and_loops_are_refused
     with warnings.catch_warnings():
         warnings.simplefilter("error", VasowaveWarning)
         assert Options().loops == "refuse"
+
+
+def test_a_vessel_whose_radius_would_end_within_it_keeps_its_sections():
+    """The radius falls by its own measure along the vessel: carried on to the middle nothing would be left of it."""
+    run = np.linspace(0.0, 0.2, 30)
+    one = replace(made_profile(88, 0.04), signal=(1 - 4 * run) ** 2, run=run)
+    for middle, taper in ((0.3, False), (0.1, True)):
+        found = evened_sections(one, middle)
+        assert (found.sections is one) == (not taper)
+        assert found.taper == pytest.approx(4 / 0.6) if taper else np.isnan(found.taper)
+    within = evened_sections(one, 0.1)
+    np.testing.assert_allclose(np.sqrt(within.sections.signal), 0.6, rtol=1e-6)
+    assert within.error == pytest.approx(0, abs=1e-9)
+    short = replace(one, signal=one.signal[:4], run=run[:4])
+    assert evened_sections(short, 0.1).sections is short

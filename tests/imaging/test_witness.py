@@ -18,7 +18,7 @@ from vasowave.imaging.measure.measurement import measured_alone
 from vasowave.imaging.revise.edits import Edit, edited
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.crossings import crossing_doubts
-from vasowave.imaging.witness.doubts import Doubt, Grade, gravest, ranked, warn_of
+from vasowave.imaging.witness.doubts import Doubt, Grade, _flow, gravest, ranked, warn_of
 from vasowave.imaging.witness.skeleton import Branches, skeleton_branches, thinned
 from vasowave.imaging.witness.topology import topology_doubts
 from vasowave.imaging.witness.witness import (
@@ -30,6 +30,7 @@ from vasowave.imaging.witness.witness import (
     _shattered,
     _unsettled,
 )
+from vasowave.network.network import Network
 
 
 @pytest.fixture(scope="module")
@@ -321,3 +322,13 @@ def test_a_vessel_is_called_cut_only_where_the_lumen_reaches_the_border(seen):
     (doubt,) = _cut(whole, part)
     assert set(doubt.vessels) == {str(row + 1) for row in lost}
     assert doubt.about == "length"
+
+
+def test_a_doubt_is_as_grave_as_the_flow_behind_its_vessels_counted_once():
+    """Of the vessels 4 and 5 behind 2, and 3 beside it."""
+    network = Network(tuple("12345"), [-1, 0, 0, 1, 1], [1.0, 1.0, 2.0, 1.0, 1.0], [0.05] * 5)
+    share = network.flow_fraction
+    assert _flow((), network) == _flow(("1",), network) == _flow(("1", "4"), network) == 1.0
+    assert _flow(("2", "5"), network) == pytest.approx(share[1])
+    assert _flow(("3", "4"), network) == pytest.approx(share[2] + share[3])
+    assert _flow(("2", "3", "5"), network) == pytest.approx(1.0)

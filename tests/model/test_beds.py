@@ -16,7 +16,7 @@ from vasowave.errors import InputError
 from vasowave.inference import posterior
 from vasowave.model.laws import BEDS, _checked_bed, bed_quantities, find_bed, identity
 from vasowave.model.model import Model
-from vasowave.model.outlets import Site
+from vasowave.model.outlets import ImpedanceSpectrum, ReflectionCoefficient, Site
 from vasowave.recording import Recording
 from vasowave.report.write import write_report
 from vasowave.solver import Numerics, changed_model, simulate
@@ -227,3 +227,64 @@ def test_unknown_beds_are_refused_with_the_nearest_known_ones():
         vw.Settings(beds="windkesel")
     with pytest.raises(InputError, match="no parameter 'r1'"):
         vw.Settings(beds="rc", fixed={"r1": 1.0})
+
+
+def test_the_papers_bounds_hold_for_the_factors_of_a_windkessel_and_of_no_other_bed():
+    def bounds(kind):
+        return {name: one.paper_bounds for name, one in find_bed(kind).bed().factors.items()}
+
+    assert bounds("windkessel") == dict.fromkeys(("r1", "r2", "c1"), (0.05, 2.5))
+    assert set(bounds("resistance").values()) | set(bounds("reflection").values()) == {None}
+
+
+def test_beds_of_other_totals_have_these_and_keep_what_was_not_named():
+    """1/R_T = Σ 1/R, the times are R C; twice the resistance at the same times is half the compliance."""
+    beds, shares = vw.CompliantBed([150.0, 200.0, 100.0], [1e-3, 8e-4, 3e-3]), np.full(3, 1 / 3)
+    total, times = 1 / (1 / 150 + 1 / 200 + 1 / 100), np.array([0.15, 0.16, 0.3])
+    assert beds.total_resistance() == pytest.approx(total)
+    higher = beds.with_totals(shares, {"R_T": 2 * total})
+    np.testing.assert_allclose(higher.R, [300.0, 400.0, 200.0])
+    np.testing.assert_allclose(higher.C, [5e-4, 4e-4, 1.5e-3])
+    slower = beds.with_totals(shares, {"tau": 3 * 0.16})  # the middle one
+    np.testing.assert_allclose(slower.R, [150.0, 200.0, 100.0])
+    np.testing.assert_allclose(slower.time_constants(), 3 * times)
+    both = beds.with_totals(shares, {"R_T": total / 4, "tau": 0.08})
+    assert both.total_resistance() == pytest.approx(total / 4)
+    np.testing.assert_allclose(both.time_constants(), times / 2)
+    assert beds.knobs() == {"R_T": "mmHg s/ml", "tau": "s"}
+    assert vw.CompliantBed([20.0], [0.0]).knobs() == {"R_T": "mmHg s/ml"}
+
+
+def test_windkessels_of_other_totals_are_shared_by_the_flow_as_the_paper_does():
+    """R_i = R_T/q_i, R1 = a R, R2 = (1 - a) R, C = τ/R (eqs. 11, 13); the time R2 C is (1 - a) τ."""
+    beds, shares = vw.Windkessel([20.0, 30.0, 10.0], [80.0, 170.0, 90.0], [1e-3, 8e-4, 3e-3]), np.array([0.5, 0.3, 0.2])
+    found = beds.with_totals(shares, {"R_T": 60.0, "a": 0.25, "tau": 0.12})
+    np.testing.assert_allclose(found.R1, [30.0, 50.0, 75.0])
+    np.testing.assert_allclose(found.R2, [90.0, 150.0, 225.0])
+    np.testing.assert_allclose(found.C, [1e-3, 6e-4, 4e-4])
+    kept, ratio = beds.with_totals(shares, {}), (0.2 + 0.15 + 0.1) / 3
+    assert kept.total_resistance() == pytest.approx(1 / (1 / 100 + 1 / 200 + 1 / 100))
+    np.testing.assert_allclose(kept.R1 / (kept.R1 + kept.R2), ratio)
+    np.testing.assert_allclose(kept.time_constants(), 0.136)  # the median of 0.08, 0.136 and 0.27
+
+
+def test_a_reflection_coefficient_is_that_of_a_wave_at_a_resistance():
+    """At the end of a vessel of impedance Z a resistance R reflects (R - Z)/(R + Z) of a wave."""
+    resistance = np.array([100.0, 400.0])
+    beds = ReflectionCoefficient.nominal(resistance, 0.1)
+    np.testing.assert_allclose(beds.R_t, (resistance - beds.Z_c) / (resistance + beds.Z_c))
+    np.testing.assert_allclose(beds.circuit().proximal, resistance)
+    assert beds.total_resistance() == pytest.approx(80.0)
+    lower = beds.with_totals(np.full(2, 0.5), {"R_T": 40.0})
+    np.testing.assert_allclose(lower.circuit().proximal, [50.0, 200.0])
+    np.testing.assert_allclose(lower.Z_c, beds.Z_c)
+    with pytest.raises(InputError, match=r"vessel 'b': R_t = -1; it lies between -1 and 1"):
+        ReflectionCoefficient(beds.Z_c, np.array([0.99, -1.0])).checked(("a", "b"))
+
+
+def test_a_spectrum_of_windkessels_has_their_ratio_of_resistances_and_names_no_times():
+    beds = vw.Windkessel([20.0, 60.0], [180.0, 140.0], [1e-3, 8e-4])
+    spectrum = ImpedanceSpectrum(beds.impedance(2 * np.pi / 0.11 * np.arange(20)))
+    assert spectrum.resistance_ratio() == pytest.approx((0.1 + 0.3) / 2, rel=1e-4)
+    assert beds.resistance_ratio() == pytest.approx(0.2)
+    assert np.isnan(spectrum.time_constants()).tolist() == [True, True]

@@ -9,7 +9,9 @@ from own_laws import EXPONENTIAL
 from vasowave.calibration import Search, calibrate
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.datasets import control_network
+from vasowave.descriptions import Parameter
 from vasowave.errors import InputError
+from vasowave.model.law_description import check_parameter
 from vasowave.model.laws import LAWS, find_bed, find_law
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
@@ -85,3 +87,22 @@ def test_our_laws_pass_the_checks_that_foreign_ones_must(name):
     for parameter in law.law().parameters:
         low, high = parameter.bounds
         assert low < parameter.nominal < high
+
+
+def test_what_is_wrong_with_the_description_of_a_parameter_is_said():
+    fine = Parameter("mmHg", "k", "stiffness", "", 5.0, (1.0, 10.0), (2.0, 8.0), 1.0)
+    check_parameter("here", fine)
+    check_parameter("here", fine._replace(nominal=1.0))  # a bound belongs to its range
+    check_parameter("here", fine._replace(nominal=10.0, paper_bounds=None))
+    for change, words in (
+        ({"unit": "kPa"}, "its unit is 'kPa'"),
+        ({"equation": 3}, "must be texts"),
+        ({"bounds": (1.0, 5.0, 10.0)}, "must be two numbers"),
+        ({"paper_bounds": [2.0, 8.0]}, "must be two numbers"),
+        ({"bounds": (0.0, 10.0)}, "positive and ordered"),
+        ({"paper_bounds": (8.0, 8.0)}, "positive and ordered"),
+        ({"nominal": 10.5}, "here: its nominal value 10.5 lies outside its bounds 1 to 10"),
+        ({"nominal": 0.9}, "its nominal value 0.9 lies outside its bounds 1 to 10"),
+    ):
+        with pytest.raises(InputError, match=words):
+            check_parameter("here", fine._replace(**change))

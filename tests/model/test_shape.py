@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from horn import BETA, FALL, FLOW, LENGTH, RADIUS, TUBE, horn_impedance
+from vasowave.errors import InputError
 from vasowave.model.blood import Blood
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
@@ -65,6 +66,18 @@ def test_points_of_a_shape_are_joined_by_straight_lines():
     np.testing.assert_allclose(radius, [1.0, 0.8, 1.0])
     np.testing.assert_allclose(stiffness, [1.0, 1.5, 1.0])
     assert shape.stiffens.tolist() == [False, True]
+
+
+def test_one_row_of_radii_stands_beside_stiffnesses_of_every_vessel_and_any_other_count_is_refused():
+    network = Network(("a", "b", "c"), [-1, 0, 0], [1.0] * 3, [0.05] * 3)
+    beds, rows = Windkessel(*(np.ones(2) for _ in range(3))), np.array([[1.0, 1.0], [1.0, 2.0], [3.0, 1.0]])
+    model = Model(network, LinearWall(60.0), beds, shape=Shape([1.2, 0.8], rows))
+    wall, area0 = model.at([0, 1, 2], [0.5, 0.5, 0.0])
+    np.testing.assert_allclose(wall.beta, [60.0, 90.0, 180.0])
+    np.testing.assert_allclose(area0, np.pi * 0.05**2 * np.array([1.0, 1.0, 1.44]))
+    for wrong in (Shape(rows[:2], rows), Shape([1.0, 1.0], rows[:2])):
+        with pytest.raises(InputError, match="one row of points, or one for each of the 3 vessels"):
+            Model(network, LinearWall(60.0), beds, shape=wrong)
 
 
 def test_a_measured_taper_is_drawn_towards_none_by_its_error():

@@ -241,6 +241,19 @@ def test_a_pressure_of_another_place_is_read_only_when_it_is_named():
     assert choose(channels, {"pressure": "LV pressure"}).picked["pressure"].title == "LV pressure"
 
 
+def test_only_channels_of_the_unit_and_of_another_place_are_named_as_passed_over():
+    """An ECG of another place has another unit; two pressures without a place are no hint of another place."""
+    told = (("Aortic pressure", "mmHg"), ("Aortic flow", "ml/s"), ("Ch 1", "mmHg"), ("Ch 2", "cmH2O"))
+    channels = [SimpleNamespace(title=title, unit=unit) for title, unit in told]
+    choice = choose(channels, {"pressure": None, "flow": None})
+    assert choice.picked == {}
+    assert choice.problems == tuple(
+        f"no channel says that it holds {name} ('Aortic {name}' may be of another place than the pulmonary artery, by "
+        "its title), name it"
+        for name in ("pressure", "flow")
+    )
+
+
 def test_both_decimal_marks_in_one_file_are_refused(tmp_path):
     lines = labchart_block().split("\r\n")
     lines[200] = lines[200].replace(".", ",")

@@ -12,6 +12,7 @@ from vasowave.errors import InputError, VasowaveWarning
 from vasowave.io import apart
 from vasowave.io.textfile import LONGEST_LINE
 from vasowave.recording import describe_recording, read_raw_recording, read_recording
+from vasowave.recording.plausibility import check_closure
 
 HEAD = "Interval=\t0.001 s\nChannelTitle=\tPAP\tFlow\tECG\nUnitName=\tmmHg\tml/s\tmV\n"
 WAVE = np.sin(2 * np.pi * 9 * np.arange(1500) / 1000)
@@ -155,3 +156,15 @@ def test_untitled_columns_and_matlab_variables_are_described(tmp_path):
     found = describe_recording(tmp_path / "c.mat")
     assert (found.format, found.kind) == ("mat", "cycle")
     assert {c.quantity for c in found.blocks[0].channels} == {"pressure", "flow"}
+
+
+@pytest.mark.parametrize(("last", "percent"), [(1.0, None), (1.09, None), (1.2, 12), (1.4, 14), (1.6, "refused")])
+def test_a_cycle_may_end_as_far_from_its_start_as_its_largest_step_and_is_told_or_refused_beyond(last, percent):
+    """From 0 to 10 in steps of 1 and back to `last`: beyond that step 1 % of the range is told, 5 % is too much."""
+    cycle = np.array([*range(11), *range(9, 1, -1), last])
+    if percent == "refused":
+        with pytest.raises(InputError, match=r"ends at 1\.6 and starts at 0 \(16 % of its range\)"):
+            check_closure(cycle, "pressure", "file")
+        return
+    found = check_closure(cycle, "pressure", "file")
+    assert [dict(one.values)["percent"] for one in found] == ([] if percent is None else [pytest.approx(percent)])

@@ -18,7 +18,7 @@ from vasowave.report.answer.problems import problem_blocks, problems
 from vasowave.report.documents import report_of
 from vasowave.report.glossary import explained
 from vasowave.report.tables.selection import selection_table
-from vasowave.report.wording import probability, ratio_with_interval, with_error, with_interval
+from vasowave.report.wording import friction_words, probability, ratio_with_interval, with_error, with_interval
 from vasowave.solver.validity import STRAINED
 
 
@@ -303,3 +303,18 @@ def texts(blocks):
         for inner in (getattr(block, "text", ""), getattr(block, "caption", ""), *getattr(block, "items", ())):
             yield inner[1] if isinstance(inner, tuple) else inner
         yield from texts(getattr(block, "blocks", ()))
+
+
+@pytest.mark.parametrize(
+    ("law", "settings", "words"),
+    [
+        ("BoundaryLayer", {"reference_radius": None}, "a boundary layer (local radius)"),
+        ("BoundaryLayer", {"reference_radius": 0.047}, "a boundary layer (fixed radius 0.0470 cm)"),
+        ("Poiseuille", {}, "Poiseuille flow"),
+        ("PowerLaw", {"exponent": 9.0}, "a power-law profile (exponent 9.00)"),
+        ("PowerLaw", {}, "a power-law profile"),
+        ("Ours", {"first_part": 2.5, "second": 3.0}, "Ours (first part 2.50, second 3.00)"),
+    ],
+)
+def test_a_friction_is_called_by_its_law_and_its_settings(law, settings, words):
+    assert friction_words(law, settings) == words

@@ -111,6 +111,25 @@ def test_a_recording_that_stands_in_the_table_is_not_added_twice_and_the_table_k
     assert rows[3]["network"] == rows[0]["network"]  # the only one the study has
 
 
+def test_of_recordings_that_are_added_again_those_that_got_nothing_new_are_counted(tmp_path):
+    mouse, study = virtual_mouse(), tmp_path / "s"
+    new_study(study)
+    place = study / "recordings" / "CTL"
+    place.mkdir()
+    for more, name in enumerate(("C6", "C7", "C8")):
+        np.savetxt(place / f"p_{name}.dat", mouse.pressure + more)
+        np.savetxt(place / f"q_{name}.dat", mouse.flow + 0.01 * more)
+    write_network(control_network(), study / "networks" / "ctl.csv")
+    assert len(add_files(study, [place], cells={"period [s]": "0.11"}).rows) == 3
+    table = study / "animals.csv"
+    whole = table.read_text("utf-8")
+    (line,) = (line for line in whole.splitlines() if line.startswith("C7,"))
+    table.write_text(whole.replace(line, line.replace("networks/ctl.csv", "")), "utf-8")  # C7 has lost its network
+    again = add_files(study, [place])
+    assert (again.rows, again.updated) == ((), ("C7",))
+    assert any(one.startswith("2 of these recordings are in the table already") for one in again.said)
+
+
 def test_pressure_and_flow_in_files_of_their_own_are_one_animal(tmp_path):
     mouse, study = virtual_mouse(), tmp_path / "s"
     CliRunner().invoke(app, ["new", str(study)])

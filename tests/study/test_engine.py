@@ -20,7 +20,7 @@ import pytest
 from vasowave.errors import InputError
 from vasowave.runtime.memory import is_starved
 from vasowave.runtime.threads import cores
-from vasowave.study import engine, executors
+from vasowave.study import engine, executors, running
 from vasowave.study.engine import Job, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
 from vasowave.study.lock import locked
@@ -344,3 +344,27 @@ def test_a_system_without_room_for_shared_locks_is_one_sentence(monkeypatch):
     with pytest.raises(InputError, match=r"processes cannot be started.*no space left.*/dev/shm"), process_pool(1):
         pass
     assert "PYTHONSAFEPATH" not in os.environ
+
+
+@pytest.mark.parametrize(
+    ("given", "at_once", "threads"),
+    [
+        ((None, None, None, 3), 3, 2),
+        ((None, None, 16, 2), 2, 4),
+        ((None, None, 5, 100), 5, 1),
+        ((None, None, 16, 0), 1, 8),
+        ((None, None, None, 100), 8, 1),
+        ((None, "tcp://one:8786", 5, 3), 256, 1),
+    ],
+)
+def test_processes_share_eight_cores_and_a_job_of_a_cluster_has_one_thread(given, at_once, threads, monkeypatch):
+    monkeypatch.setattr(running, "cores", lambda: 8)
+    assert running._pools(*given, ())[1:] == (at_once, threads)
+
+
+def test_an_executor_that_is_given_is_the_one_that_runs_and_decides_about_its_threads():
+    mine = object()
+    pools, at_once, threads = running._pools(mine, None, 2, 3, ())
+    with pools(1) as executor:
+        assert executor is mine
+    assert (at_once, threads) == (256, None)

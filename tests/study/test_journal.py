@@ -19,9 +19,11 @@ from vasowave.datasets import control_network, virtual_mouse
 from vasowave.inference.simulations import Simulations
 from vasowave.study.engine import _Run
 from vasowave.study.journal import FOLDER, Journal, read_journal
+from vasowave.study.lock import locked
 from vasowave.study.plan import read_study
 from vasowave.study.results import read_results
-from vasowave.study.status import AnimalStatus, searches_of, study_status
+from vasowave.study.running import LOCK
+from vasowave.study.status import AnimalStatus, StudyStatus, fit_status, searches_of, study_status
 
 END = SearchEnd(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the tolerance", np.array([1e-17, 2.0]))
 
@@ -82,6 +84,27 @@ def test_the_simulations_of_a_posterior_are_told_as_they_are_made(tmp_path, caps
     assert _stage(under_way["a"]) == "linear posterior, 40 simulations"
     journal.simulations("linear").write_bytes(b"PK torn")
     assert searches_of(tmp_path, {"a": "key"}) == {"a": {"linear": (1, 1)}}
+
+
+def test_how_far_a_fit_of_one_animal_is_stands_in_its_folder_even_while_it_is_new(tmp_path):
+    """Two journals lie there, the last of which is of two laws; a folder that holds none is of no fit."""
+    assert fit_status(tmp_path) is None
+    results = tmp_path / "results"
+    (results / FOLDER).mkdir(parents=True)
+    assert fit_status(tmp_path) == StudyStatus((), None)
+    Journal(results / FOLDER / "a.jsonl").of("linear", 4).keep("scout", 0, END)
+    last = Journal(results / FOLDER / "b.jsonl")
+    for start in range(2):
+        last.of("linear", 4).keep("scout", start, END)
+    last.of("tangent", 3).keep("scout", 0, END)
+    (results / FOLDER / "c.jsonl").touch()
+    (one,), runner = fit_status(tmp_path)
+    assert runner is None
+    assert (one.animal, str(one)) == ("the animal", "linear 2 of 4 searches, tangent 1 of 3 searches")
+    with locked(results / LOCK):
+        (one,), runner = fit_status(tmp_path)
+    assert one.state == "begun"
+    assert str(os.getpid()) in runner
 
 
 def begun(folder, least, patience=120.0):

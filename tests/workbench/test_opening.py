@@ -5,7 +5,7 @@ import pytest
 from lab_files import recorded
 from vasowave.errors import InputError
 from vasowave.study.table import read_rows
-from vasowave.workbench.opening import opened
+from vasowave.workbench.opening import _folder, opened
 
 
 def raw_files(folder, names):
@@ -56,3 +56,10 @@ def test_a_place_that_is_not_there_is_refused_and_says_what_makes_a_study(tmp_pa
     with pytest.raises(InputError, match=r"there is no such folder; `vasowave new .*nowhere` makes a study there"):
         opened(tmp_path / "nowhere")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_of_results_alone_opens_at_its_explorer_and_a_study_at_its_animals(tmp_path):
+    (tmp_path / "results").mkdir()
+    assert _folder(tmp_path)[:2] == (tmp_path, "#explorer")
+    (tmp_path / "study.yaml").touch()
+    assert _folder(tmp_path)[:2] == (tmp_path, "")

@@ -36,7 +36,8 @@ def wave_speeds(model: Model, pressure: float | np.ndarray) -> pd.DataFrame:
     if np.shape(pressure) not in ((), (len(network),)) or not np.all(np.isfinite(pressure)):
         raise InputError(f"pressure must be one finite number or {len(network)} of them")
     A = np.broadcast_to(area(model.wall, pressure, model.area0), len(network))
-    c = np.broadcast_to(wave_speed(model.wall, pressure, model.blood.inertia), len(network))
+    with np.errstate(invalid="ignore"):  # of a collapsed vessel, which is refused
+        c = np.broadcast_to(wave_speed(model.wall, pressure, model.blood.inertia), len(network))
     bad = np.flatnonzero(~((A > 0) & np.isfinite(c) & (c > 0)))
     if len(bad):
         raise InputError(f"vessel '{network.name[bad[0]]}' is collapsed at {np.min(pressure):g} mmHg; no wave travels")
