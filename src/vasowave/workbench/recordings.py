@@ -291,11 +291,6 @@ def _rounded(values: np.ndarray) -> list[float | None]:
     return [number(value) for value in values]
 
 
-def stretch_cells(start: float, end: float) -> Mapping[str, str]:
-    """Return the cells of a stretch."""
-    return dict(zip(_STRETCH, (f"{start:.10g}", f"{end:.10g}"), strict=True))
-
-
 def mean_between(traces: Mapping[str, Trace], signal: str, start: float, end: float) -> float:
     """Return the mean of a signal in a stretch as it was read: mmHg, ml/s."""
     trace = traces[signal]
