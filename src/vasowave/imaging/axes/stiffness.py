@@ -9,7 +9,6 @@ straightens axes that bend within two radii, which misplaces their junctions.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
 
 from vasowave.imaging.axes.feet import Feet, Tubes
 
@@ -33,7 +32,10 @@ class Differences:
 
     Attributes
     ----------
-    matrix : sparse array, shape (difference, unknown)
+    columns : int array, shape (difference, LONGEST + 1)
+        The unknowns that each difference spans; the last one again where it spans fewer.
+    stencil : float array, shape (difference, LONGEST + 1)
+        Their factors; 0 where an unknown stands again.
     vessel : int array, shape (difference,)
     weight : float array, shape (difference,)
         NaN for the differences of positions, whose weight depends on the wall.
@@ -41,29 +43,28 @@ class Differences:
         First and last place (see `Tubes`) that the difference spans.
     """
 
-    matrix: csr_array
+    columns: np.ndarray
+    stencil: np.ndarray
     vessel: np.ndarray
     weight: np.ndarray
     window: np.ndarray
 
+    def of(self, state: np.ndarray) -> np.ndarray:
+        """Return the differences of the unknowns' values, shape (difference,)."""
+        return np.asarray((self.stencil * state[self.columns]).sum(axis=1))
+
 
 def differences(tubes: Tubes) -> Differences:
     """Return the differences of the unknowns of `tubes`."""
-    blocks, about = [], []
+    parts = []
     for row, (own, place) in enumerate(zip(tubes.rows, tubes.places, strict=True)):
         axis, radius = [3 * own + k for k in range(3)], [tubes.nodes.size + place]
         for unknowns, order, weight in ((axis, 3, np.nan), (radius, 2, SWELLING), (radius, 1, TAPER)):
-            stencil = np.diff(np.eye(order + 1), order, axis=0)[0]
-            for columns in unknowns:
-                starts = range(len(columns) - order)
-                blocks += [(columns[first : first + order + 1], stencil) for first in starts]
-                about += [(row, weight, place[first], place[first + order]) for first in starts]
-    rows = np.repeat(np.arange(len(blocks)), [len(window) for window, _ in blocks])
-    columns, values = (np.concatenate(part) for part in zip(*blocks, strict=True))
-    shape = len(blocks), tubes.nodes.size + tubes.radius.size
-    vessel, weight, first, last = np.array(about).T
-    window = np.column_stack([first, last]).astype(int)
-    return Differences(coo_array((values, (rows, columns)), shape=shape).tocsr(), vessel.astype(int), weight, window)
+            spans = np.arange(len(place) - order)[:, None] + np.minimum(np.arange(LONGEST + 1), order)
+            stencil = np.append(np.diff(np.eye(order + 1), order, axis=0)[0], np.zeros(LONGEST - order))
+            about = np.tile(stencil, (len(spans), 1)), np.full(len(spans), row), np.full(len(spans), weight)
+            parts += [(columns[spans], *about, place[spans[:, [0, -1]]]) for columns in unknowns]
+    return Differences(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
 def strengths(tubes: Tubes, feet: Feet, kept: Differences, roughness: float) -> np.ndarray:

@@ -5,11 +5,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, diags_array, eye_array
+from scipy.sparse import csc_array
 from scipy.sparse.linalg import spsolve
 
 from vasowave.imaging.axes.feet import BEYOND, Feet, Tubes, feet_on, near_points
-from vasowave.imaging.axes.stiffness import Differences, differences, strengths
+from vasowave.imaging.axes.stiffness import differences, strengths
+from vasowave.imaging.kernels import summed_on_pieces
 from vasowave.imaging.tree import Line, Tree, distance_along, with_inscribed_radii
 
 STEP, SHORTEST, PIECES = 0.4, 2.0, 4
@@ -92,7 +93,7 @@ def _fitted(
     tubes: Tubes, surfaces: Sequence[np.ndarray], roughness: float, begin: float, rounds: int = ROUNDS
 ) -> Tubes:
     """Return the tubes where they fit best, each tree to its own of the `surfaces` (voxels)."""
-    kept = differences(tubes)
+    equations = _Equations(tubes)
     stiff = begin / 2.0 ** np.arange(np.ceil(np.log2(begin)))
     for schedule, power in ((stiff, 1), (np.ones(rounds), 2)):
         points, near, _ = _thinned(tubes, surfaces)
@@ -100,7 +101,7 @@ def _fitted(
             feet = feet_on(tubes, points, near)
             # Cauchy's weight finds the wall from far; Geman and McClure's keeps it, whatever bulges from it.
             weight = 1 / (1 + (2 ** (1 / power) - 1) * _outlying(tubes, feet) ** 2) ** power
-            closer = _closer(tubes, feet, weight, kept, stiffness * strengths(tubes, feet, kept, roughness))
+            closer = equations.solved(tubes, feet, weight, stiffness, roughness)
             moved = np.abs(closer.nodes - tubes.nodes).max()
             tubes = closer
             if moved < ENOUGH:
@@ -120,12 +121,12 @@ def _thinned(tubes: Tubes, surfaces: Sequence[np.ndarray]) -> tuple[np.ndarray, 
 def _misfits(tubes: Tubes, surfaces: Sequence[np.ndarray], roughness: float) -> np.ndarray:
     """Return what the fit makes small of each tree; a point near no tube counts as one as far as `feet_on` looks."""
     points, near, owner = _thinned(tubes, surfaces)
-    feet, kept = feet_on(tubes, points, near), differences(tubes)
+    feet, small = feet_on(tubes, points, near), differences(tubes)
     size = OUTLIER + SHAPE * tubes.radius[feet.places[:, 0]]
     gaps = np.bincount(tubes.tree[feet.vessel], _loss(feet.gap, size), len(surfaces))
     lost = np.bincount(owner[feet.lost], minlength=len(surfaces)) * _loss(BEYOND, OUTLIER)
-    bending = strengths(tubes, feet, kept, roughness) * (kept.matrix @ tubes.state) ** 2
-    return gaps + lost + np.bincount(tubes.tree[kept.vessel], bending, len(surfaces))
+    bending = strengths(tubes, feet, small, roughness) * small.of(tubes.state) ** 2
+    return gaps + lost + np.bincount(tubes.tree[small.vessel], bending, len(surfaces))
 
 
 def _loss(gap: Any, size: Any) -> Any:
@@ -178,36 +179,49 @@ def _even(nodes: np.ndarray, spacing: float) -> np.ndarray:
     return np.asarray(CubicSpline(run, nodes[first])(np.linspace(0, run[-1], max(round(run[-1] / spacing), 3) + 1)))
 
 
-def _closer(tubes: Tubes, feet: Feet, weight: np.ndarray, kept: Differences, strength: np.ndarray) -> Tubes:
-    """Return the tubes after one weighted step of Gauss and Newton toward the feet's points."""
-    state = tubes.state
-    jacobian = _jacobian(tubes, feet)
-    smooth = kept.matrix.T @ diags_array(strength) @ kept.matrix
-    held = _free_ends(tubes)
-    matrix = jacobian.T @ diags_array(weight) @ jacobian + smooth + DAMPING * eye_array(len(state)) + held.T @ held
-    right = -jacobian.T @ (weight * feet.gap) - smooth @ state
-    step = spsolve(matrix.tocsc(), right, permc_spec="MMD_AT_PLUS_A")
-    nodes, radius = np.split(np.clip(step, -FARTHEST, FARTHEST), [tubes.nodes.size])
-    return replace(tubes, nodes=tubes.nodes + nodes.reshape(-1, 3), radius=np.maximum(tubes.radius + radius, NARROWEST))
+class _Equations:
+    """The normal equations of a step of Gauss and Newton: which unknowns meet in them is the same at every step."""
+
+    def __init__(self, tubes: Tubes) -> None:
+        self._small, self._size = differences(tubes), len(tubes.state)
+        self._stencils = self._small.stencil[:, :, None] * self._small.stencil[:, None]
+        # What a foot depends on: two nodes' coordinates and two radii.
+        self._first = np.concatenate([own[:-1] for own in tubes.places])
+        before, after = (np.concatenate([own[side] for own in tubes.rows]) for side in (np.s_[:-1], np.s_[1:]))
+        radii = tubes.nodes.size + self._first[:, None] + np.arange(2)
+        self._piece = np.hstack([_coordinates(before), _coordinates(after), radii])
+        ends, roots = np.setdiff1d(np.arange(len(tubes.rows)), tubes.parent), np.flatnonzero(tubes.parent < 0)
+        self._ends = np.array([*(tubes.rows[row][:2] for row in roots), *(tubes.rows[row][:-3:-1] for row in ends)])
+        groups = self._piece, self._small.columns, _coordinates(self._ends[:, 0]), np.arange(self._size)[:, None]
+        entries = np.concatenate([(self._size * one[:, :, None] + one[:, None]).ravel() for one in groups])
+        entries, self._slot = np.unique(entries, return_inverse=True)
+        self._rows, begins = entries % self._size, self._size * np.arange(self._size + 1)
+        self._begins = np.searchsorted(entries, begins)
+
+    def solved(self, tubes: Tubes, feet: Feet, weight: np.ndarray, stiffness: float, roughness: float) -> Tubes:
+        """Return the tubes after one step toward the feet's points, each of its `weight`."""
+        small, size = self._small, self._size
+        sums = summed_on_pieces(feet.places[:, 0], feet.normal, feet.share, feet.gap, weight, tubes.radius.size)
+        walls, pull = (one[self._first] for one in sums)
+        strength = stiffness * strengths(tubes, feet, small, roughness)
+        held, damping = self._held(tubes.nodes), np.full(size, DAMPING)
+        groups = walls, strength[:, None, None] * self._stencils, held[:, :, None] * held[:, None], damping
+        entries = np.bincount(self._slot, np.concatenate([one.ravel() for one in groups]))
+        bent = (strength * small.of(tubes.state))[:, None] * small.stencil
+        right = np.bincount(self._piece.ravel(), pull.ravel(), size)
+        right -= np.bincount(small.columns.ravel(), bent.ravel(), size)
+        matrix = csc_array((entries, self._rows, self._begins), shape=(size, size))
+        step = np.clip(spsolve(matrix, right, permc_spec="MMD_AT_PLUS_A"), -FARTHEST, FARTHEST)
+        nodes, radius = np.split(step, [tubes.nodes.size])
+        wide = np.maximum(tubes.radius + radius, NARROWEST)
+        return replace(tubes, nodes=tubes.nodes + nodes.reshape(-1, 3), radius=wide)
+
+    def _held(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the direction in which no wall decides where a free end lies: it is held; weighted as `DENSITY`."""
+        along = nodes[self._ends[:, 0]] - nodes[self._ends[:, 1]]
+        return along * np.sqrt(DENSITY) / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
 
 
-def _jacobian(tubes: Tubes, feet: Feet) -> csr_array:
-    """Return how the gaps change with the nodes and the radii."""
-    columns = [3 * feet.nodes[:, end] + k for end in (0, 1) for k in range(3)]
-    columns += [tubes.nodes.size + feet.places[:, end] for end in (0, 1)]
-    shares = 1 - feet.share, feet.share
-    values = [-share * feet.normal[:, k] for share in shares for k in range(3)] + [-share for share in shares]
-    count, size = len(feet.gap), tubes.nodes.size + tubes.radius.size
-    rows = np.tile(np.arange(count), len(columns))
-    return coo_array((np.concatenate(values), (rows, np.concatenate(columns))), shape=(count, size)).tocsr()
-
-
-def _free_ends(tubes: Tubes) -> csr_array:
-    """Return how far each free end moves along its axis, which no wall decides: it is held; weighted as `DENSITY`."""
-    ends = np.setdiff1d(np.arange(len(tubes.rows)), tubes.parent)
-    roots = np.flatnonzero(tubes.parent < 0)
-    pairs = np.array([*(tubes.rows[row][:2] for row in roots), *(tubes.rows[row][:-3:-1] for row in ends)])
-    along = tubes.nodes[pairs[:, 0]] - tubes.nodes[pairs[:, 1]]
-    along *= np.sqrt(DENSITY) / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-    rows, columns = np.repeat(np.arange(len(pairs)), 3), (3 * pairs[:, :1] + np.arange(3)).ravel()
-    return coo_array((along.ravel(), (rows, columns)), shape=(len(pairs), tubes.nodes.size + tubes.radius.size)).tocsr()
+def _coordinates(nodes: np.ndarray) -> np.ndarray:
+    """Return where the coordinates of `nodes` stand among the unknowns, shape (node, 3)."""
+    return 3 * nodes[:, None] + np.arange(3)
