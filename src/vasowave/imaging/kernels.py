@@ -65,6 +65,35 @@ def smoothed_plane(planes, order, down, across, weights, plane):
 
 @kept
 @njit(**_OPTIONS)
+def encloses(mask):
+    """Whether a connected `mask` (bool, shape (z, y, x), without voxels at the faces) encloses what is not its own.
+
+    What touches a connected piece by faces, edges or corners is as many pieces, by faces, as what lies around it is.
+    """
+    rows, columns = mask.shape[2], mask.shape[1] * mask.shape[2]
+    flat, shell, count, first = mask.ravel(), np.zeros(mask.size, dtype=np.bool_), 0, -1
+    for at in range(len(flat)):
+        if flat[at]:
+            for z in (-columns, 0, columns):
+                for y in (-rows, 0, rows):
+                    for other in range(at + z + y - 1, at + z + y + 2):
+                        if not flat[other] and not shell[other]:
+                            shell[other], count = True, count + 1
+                            first = other if first < 0 else min(first, other)
+    waiting = [first]  # one that lies outside, for nothing of the mask comes before it
+    shell[first] = False
+    while len(waiting):
+        at, count = waiting.pop(), count - 1
+        for step in (-columns, -rows, -1, 1, rows, columns):
+            other = at + step
+            if 0 <= other < len(shell) and shell[other]:
+                shell[other] = False
+                waiting.append(other)
+    return count > 0
+
+
+@kept
+@njit(**_OPTIONS)
 def in_tube(places, middles, points, reach):
     """Return which places lie in a tube: nearer to the nearest point of its axis than the reach of that point.
 

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from vasowave.errors import EXTRAS, InputError
 from vasowave.findings import look_kind, warn
+from vasowave.imaging.kernels import encloses
 from vasowave.imaging.lumen.background import background_and_noise
 from vasowave.imaging.lumen.proposal import levels_of
 from vasowave.imaging.lumen.smoothing import reach_of, smoothed
@@ -269,8 +270,10 @@ def _chosen(volume: Volume, voxels: np.ndarray, labels: np.ndarray, seed: np.nda
 
 
 def _holes(mask: np.ndarray) -> np.ndarray:
-    """Return what `mask` encloses."""
+    """Return what `mask`, one piece, encloses."""
+    if not encloses(np.pad(mask, 1)):
+        return np.zeros_like(mask)
     outside, count = ndimage.label(~mask)
     faces = [np.take(outside, end, axis=axis).ravel() for axis in range(3) for end in (0, -1)]
     enclosed = np.setdiff1d(np.arange(1, count + 1), np.concatenate(faces))
-    return np.isin(outside, enclosed) if len(enclosed) else np.zeros_like(mask)
+    return np.isin(outside, enclosed)
