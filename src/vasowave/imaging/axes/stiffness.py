@@ -7,6 +7,7 @@ straightens axes that bend within two radii, which misplaces their junctions.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -57,7 +58,8 @@ class Differences:
 def differences(tubes: Tubes) -> Differences:
     """Return the differences of the unknowns of `tubes`."""
     parts = []
-    for row, (own, place) in enumerate(zip(tubes.rows, tubes.places, strict=True)):
+    for row, (begin, end) in enumerate(pairwise(tubes.begins.tolist())):
+        own, place = tubes.at[begin:end], np.arange(begin, end)
         axis, radius = [3 * own + k for k in range(3)], [tubes.nodes.size + place]
         for unknowns, order, weight in ((axis, 3, np.nan), (radius, 2, SWELLING), (radius, 1, TAPER)):
             spans = np.arange(len(place) - order)[:, None] + np.minimum(np.arange(LONGEST + 1), order)
@@ -82,18 +84,15 @@ def strengths(tubes: Tubes, feet: Feet, kept: Differences, roughness: float) -> 
     least = np.min([seen[np.minimum(first + step, last)] for step in range(LONGEST + 1)], axis=0)
     bending = HIDDEN + (free - HIDDEN) * least
     # A difference weighs as much as a node has points, so that neither resolution nor width changes the balance.
-    points = np.bincount(feet.vessel, minlength=len(tubes.rows)) / [len(rows) for rows in tubes.rows]
+    points = np.bincount(feet.vessel, minlength=len(tubes.parent)) / np.diff(tubes.begins)
     return np.where(np.isnan(kept.weight), bending, kept.weight) * np.maximum(points, FEWEST)[kept.vessel]
 
 
 def _own_wall(tubes: Tubes, feet: Feet) -> np.ndarray:
     """Return the share of its wall that each node has for itself, shape (place,)."""
     size = tubes.radius.size
-    count = np.bincount(feet.places[:, 0], 1 - feet.share, size) + np.bincount(feet.places[:, 1], feet.share, size)
-    length = np.zeros(size)
-    for own, place in zip(tubes.rows, tubes.places, strict=True):
-        step = np.linalg.norm(np.diff(tubes.nodes[own], axis=0), axis=1)
-        length[place[:-1]] += step / 2
-        length[place[1:]] += step / 2
+    count = np.bincount(feet.place, 1 - feet.share, size) + np.bincount(feet.place + 1, feet.share, size)
+    half = tubes.lengths / 2
+    length = np.bincount(tubes.pieces, half, size) + np.bincount(tubes.pieces + 1, half, size)
     density = count / np.maximum(tubes.radius * length, 1e-9)
     return np.asarray(np.clip(density / max(float(np.quantile(density, FULL)), 1e-9), 0, 1))

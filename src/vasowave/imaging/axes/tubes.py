@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,7 @@ def fitted(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 0
         How much stiffer the fit begins; 1 where the axes are nearly right already.
     """
     tubes = _fitted(_tubes([tree], spacing), [surface / spacing], roughness, begin)
-    axes = [_even(tubes.nodes[rows] * spacing, spacing) for rows in tubes.rows]
+    axes = [_even(tubes.nodes[own] * spacing, spacing) for own in np.split(tubes.at, tubes.begins[1:-1])]
     return with_inscribed_radii(axes, tree.parent, surface)
 
 
@@ -80,13 +81,12 @@ def fitted_apart(
     """
     points = [surface / spacing for surface in surfaces]
     tubes = _fitted(_tubes(trees, spacing), points, roughness, begin, rounds)
-    misfits, found, first = _misfits(tubes, points, roughness), [], 0
-    for tree, misfit in zip(trees, misfits.tolist(), strict=True):
-        own = zip(tubes.rows[first : first + len(tree)], tubes.places[first:], strict=False)
-        lines = [_tube_line(tubes.nodes[rows], tubes.radius[places], spacing) for rows, places in own]
-        found.append((tree.with_lines(lines), misfit))
-        first += len(tree)
-    return found
+    parts = zip(np.split(tubes.at, tubes.begins[1:-1]), np.split(tubes.radius, tubes.begins[1:-1]), strict=True)
+    lines = (_tube_line(tubes.nodes[own], radius, spacing) for own, radius in parts)
+    misfits = _misfits(tubes, points, roughness).tolist()
+    return [
+        (tree.with_lines(list(islice(lines, len(tree)))), misfit) for tree, misfit in zip(trees, misfits, strict=True)
+    ]
 
 
 def _fitted(
@@ -109,20 +109,22 @@ def _fitted(
     return tubes
 
 
-def _thinned(tubes: Tubes, surfaces: Sequence[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
+def _thinned(
+    tubes: Tubes, surfaces: Sequence[np.ndarray]
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
     """Return `DENSITY` points of the surfaces a node, which of them lie near each vessel, and the tree of each."""
-    nodes = np.bincount(tubes.tree, [len(rows) for rows in tubes.rows])
+    nodes = np.bincount(tubes.tree, np.diff(tubes.begins))
     few = [points[:: max(1, int(len(points) / (DENSITY * n)))] for points, n in zip(surfaces, nodes, strict=True)]
     begins = np.cumsum([0, *map(len, few)])
-    near = [begins[tree] + near_points(tubes, row, few[tree]) for row, tree in enumerate(tubes.tree)]
-    return np.concatenate(few), near, np.repeat(np.arange(len(few)), np.diff(begins))
+    points = np.concatenate(few)
+    return points, near_points(tubes, points, begins), np.repeat(np.arange(len(few)), np.diff(begins))
 
 
 def _misfits(tubes: Tubes, surfaces: Sequence[np.ndarray], roughness: float) -> np.ndarray:
     """Return what the fit makes small of each tree; a point near no tube counts as one as far as `feet_on` looks."""
     points, near, owner = _thinned(tubes, surfaces)
     feet, small = feet_on(tubes, points, near), differences(tubes)
-    size = OUTLIER + SHAPE * tubes.radius[feet.places[:, 0]]
+    size = OUTLIER + SHAPE * tubes.radius[feet.place]
     gaps = np.bincount(tubes.tree[feet.vessel], _loss(feet.gap, size), len(surfaces))
     lost = np.bincount(owner[feet.lost], minlength=len(surfaces)) * _loss(BEYOND, OUTLIER)
     bending = strengths(tubes, feet, small, roughness) * small.of(tubes.state) ** 2
@@ -135,16 +137,15 @@ def _loss(gap: Any, size: Any) -> Any:
 
 
 def _outlying(tubes: Tubes, feet: Feet) -> np.ndarray:
-    return np.asarray(feet.gap / (OUTLIER + SHAPE * tubes.radius[feet.places[:, 0]]))
+    return np.asarray(feet.gap / (OUTLIER + SHAPE * tubes.radius[feet.place]))
 
 
 def _tubes(trees: Sequence[Tree], spacing: float) -> Tubes:
     """Return the tubes that the fit begins with."""
     nodes, radius = [], []
     rows: list[np.ndarray] = []
-    places: list[np.ndarray] = []
     parents: list[int] = []
-    node, place = 0, 0
+    node = 0
     for tree in trees:
         above = len(rows)
         for line, parent in zip(tree.lines, tree.parent.tolist(), strict=True):
@@ -155,11 +156,10 @@ def _tubes(trees: Sequence[Tree], spacing: float) -> Tubes:
             own = node + np.arange(len(at))
             rows.append(own if parent < 0 else np.append(rows[above + parent][-1], own))
             radius.append(np.full(pieces + 1, wide))
-            places.append(place + np.arange(pieces + 1))
             parents.append(parent if parent < 0 else above + parent)
-            node, place = node + len(at), place + pieces + 1
+            node += len(at)
     positions, radii = np.concatenate(nodes) / spacing, np.concatenate(radius) / spacing
-    return Tubes(positions, radii, tuple(rows), tuple(places), np.array(parents))
+    return Tubes(positions, radii, np.concatenate(rows), np.cumsum([0, *map(len, rows)]), np.array(parents))
 
 
 def _tube_line(nodes: np.ndarray, radius: np.ndarray, spacing: float) -> Line:
@@ -186,13 +186,12 @@ class _Equations:
         self._small, self._size = differences(tubes), len(tubes.state)
         self._stencils = self._small.stencil[:, :, None] * self._small.stencil[:, None]
         # What a foot depends on: two nodes' coordinates and two radii.
-        self._first = np.concatenate([own[:-1] for own in tubes.places])
-        before, after = (np.concatenate([own[side] for own in tubes.rows]) for side in (np.s_[:-1], np.s_[1:]))
-        radii = tubes.nodes.size + self._first[:, None] + np.arange(2)
-        self._piece = np.hstack([_coordinates(before), _coordinates(after), radii])
-        ends, roots = np.setdiff1d(np.arange(len(tubes.rows)), tubes.parent), np.flatnonzero(tubes.parent < 0)
-        self._ends = np.array([*(tubes.rows[row][:2] for row in roots), *(tubes.rows[row][:-3:-1] for row in ends)])
-        groups = self._piece, self._small.columns, _coordinates(self._ends[:, 0]), np.arange(self._size)[:, None]
+        before, after = (_coordinates(tubes.at[tubes.pieces + end]) for end in (0, 1))
+        self._piece = np.hstack([before, after, tubes.nodes.size + tubes.pieces[:, None] + np.arange(2)])
+        ends, roots = np.setdiff1d(np.arange(len(tubes.parent)), tubes.parent), np.flatnonzero(tubes.parent < 0)
+        first, last = tubes.begins[roots], tubes.begins[ends + 1] - 1
+        self._ends = tubes.at[np.append(first, last)], tubes.at[np.append(first + 1, last - 1)]
+        groups = self._piece, self._small.columns, _coordinates(self._ends[0]), np.arange(self._size)[:, None]
         entries = np.concatenate([(self._size * one[:, :, None] + one[:, None]).ravel() for one in groups])
         entries, self._slot = np.unique(entries, return_inverse=True)
         self._rows, begins = entries % self._size, self._size * np.arange(self._size + 1)
@@ -201,8 +200,8 @@ class _Equations:
     def solved(self, tubes: Tubes, feet: Feet, weight: np.ndarray, stiffness: float, roughness: float) -> Tubes:
         """Return the tubes after one step toward the feet's points, each of its `weight`."""
         small, size = self._small, self._size
-        sums = summed_on_pieces(feet.places[:, 0], feet.normal, feet.share, feet.gap, weight, tubes.radius.size)
-        walls, pull = (one[self._first] for one in sums)
+        sums = summed_on_pieces(feet.place, feet.normal, feet.share, feet.gap, weight, tubes.radius.size)
+        walls, pull = (one[tubes.pieces] for one in sums)
         strength = stiffness * strengths(tubes, feet, small, roughness)
         held, damping = self._held(tubes.nodes), np.full(size, DAMPING)
         groups = walls, strength[:, None, None] * self._stencils, held[:, :, None] * held[:, None], damping
@@ -218,7 +217,7 @@ class _Equations:
 
     def _held(self, nodes: np.ndarray) -> np.ndarray:
         """Return the direction in which no wall decides where a free end lies: it is held; weighted as `DENSITY`."""
-        along = nodes[self._ends[:, 0]] - nodes[self._ends[:, 1]]
+        along = nodes[self._ends[0]] - nodes[self._ends[1]]
         return along * np.sqrt(DENSITY) / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
 
 
