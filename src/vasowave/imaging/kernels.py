@@ -31,36 +31,34 @@ def smoothed_plane(planes, order, down, across, weights, plane):
     reach, (height, width) = len(weights) - 1, plane.shape
     along_z, total, row = np.empty((height, width), dtype=np.float32), np.empty(width), np.empty(width + 2 * reach)
     for y in range(height):
-        middle = planes[order[reach], y]
-        for x in range(width):
-            total[x] = np.float64(middle[x]) * weights[0]
+        _begin(total, planes[order[reach], y], weights[0])
         for step in range(reach, 0, -1):
-            before, beyond, weight = planes[order[reach - step], y], planes[order[reach + step], y], weights[step]
-            for x in range(width):
-                total[x] += (np.float64(before[x]) + np.float64(beyond[x])) * weight
-        for x in range(width):
-            along_z[y, x] = total[x]
+            _add(total, planes[order[reach - step], y], planes[order[reach + step], y], weights[step])
+        along_z[y] = total
     for y in range(height):
-        middle = along_z[y]
-        for x in range(width):
-            total[x] = np.float64(middle[x]) * weights[0]
+        _begin(total, along_z[y], weights[0])
         for step in range(reach, 0, -1):
-            before, beyond = along_z[down[y + reach - step]], along_z[down[y + reach + step]]
-            weight = weights[step]
-            for x in range(width):
-                total[x] += (np.float64(before[x]) + np.float64(beyond[x])) * weight
+            _add(total, along_z[down[y + reach - step]], along_z[down[y + reach + step]], weights[step])
         for x in range(width):
             row[reach + x] = np.float32(total[x])
         for x in range(reach):
             row[x], row[width + reach + x] = row[reach + across[x]], row[reach + across[width + reach + x]]
-        for x in range(width):
-            total[x] = row[reach + x] * weights[0]
+        _begin(total, row[reach:], weights[0])
         for step in range(reach, 0, -1):
-            before, beyond, weight = row[reach - step :], row[reach + step :], weights[step]
-            for x in range(width):
-                total[x] += (before[x] + beyond[x]) * weight
-        for x in range(width):
-            plane[y, x] = total[x]
+            _add(total, row[reach - step :], row[reach + step :], weights[step])
+        plane[y] = total
+
+
+@njit(**_OPTIONS)
+def _begin(total, middle, weight):
+    for x in range(len(total)):
+        total[x] = np.float64(middle[x]) * weight
+
+
+@njit(**_OPTIONS)
+def _add(total, before, beyond, weight):
+    for x in range(len(total)):
+        total[x] += (np.float64(before[x]) + np.float64(beyond[x])) * weight
 
 
 @kept

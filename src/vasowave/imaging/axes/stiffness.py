@@ -7,7 +7,6 @@ straightens axes that bend within two radii, which misplaces their junctions.
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -57,15 +56,16 @@ class Differences:
 
 def differences(tubes: Tubes) -> Differences:
     """Return the differences of the unknowns of `tubes`."""
-    parts = []
-    for row, (begin, end) in enumerate(pairwise(tubes.begins.tolist())):
-        own, place = tubes.at[begin:end], np.arange(begin, end)
-        axis, radius = [3 * own + k for k in range(3)], [tubes.nodes.size + place]
-        for unknowns, order, weight in ((axis, 3, np.nan), (radius, 2, SWELLING), (radius, 1, TAPER)):
-            spans = np.arange(len(place) - order)[:, None] + np.minimum(np.arange(LONGEST + 1), order)
+    vessel, parts = np.repeat(np.arange(len(tubes.parent)), np.diff(tubes.begins)), []
+    beyond = tubes.begins[vessel + 1] - 1 - np.arange(len(vessel))  # places of its vessel beyond each
+    radius = tubes.nodes.size + np.arange(len(vessel)), ((2, SWELLING), (1, TAPER))
+    for unknowns, orders in (*((3 * tubes.at + k, ((3, np.nan),)) for k in range(3)), radius):
+        for order, weight in orders:
+            first = np.flatnonzero(beyond >= order)
+            spans = first[:, None] + np.minimum(np.arange(LONGEST + 1), order)
             stencil = np.append(np.diff(np.eye(order + 1), order, axis=0)[0], np.zeros(LONGEST - order))
-            about = np.tile(stencil, (len(spans), 1)), np.full(len(spans), row), np.full(len(spans), weight)
-            parts += [(columns[spans], *about, place[spans[:, [0, -1]]]) for columns in unknowns]
+            about = np.tile(stencil, (len(first), 1)), vessel[first], np.full(len(first), weight)
+            parts.append((unknowns[spans], *about, spans[:, [0, -1]]))
     return Differences(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 

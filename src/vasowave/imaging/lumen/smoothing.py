@@ -4,7 +4,7 @@ import numpy as np
 
 from vasowave.imaging.kernels import smoothed_plane
 
-_TRUNCATE = 3.0  # standard deviations
+_TRUNCATE = 3.0  # standard deviations of the smoothing
 
 
 def reach_of(width: float) -> int:
