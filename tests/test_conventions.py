@@ -30,7 +30,6 @@ UNEVEN = [  # where panels may outnumber what is drawn, or laws their parameters
     "figures/modeled.py",
     "figures/sheet.py",
     "figures/sweep.py",
-    "imaging/axes/tubes.py",
     "imaging/matching.py",
     "inference/problem.py",
     "study/loading.py",

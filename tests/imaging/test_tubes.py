@@ -151,21 +151,21 @@ def test_points_of_a_surface_stand_on_the_tube_that_is_nearest_to_them_as_fine_s
     axes, _ = fork()
     tubes = _tubes([Tree(tuple(axes), np.array([-1, 0, 0]))], VOXEL)
     points = np.random.default_rng(3).uniform([-8, -30, -5], [8, 30, 80], (1500, 3))
-    near = [near_points(tubes, row, points) for row in range(3)]
-    feet = feet_on(tubes, points, near)
+    feet = feet_on(tubes, points, near_points(tubes, points, np.array([0, len(points)])))
     steps, gaps = np.linspace(0, 1, 200), []
-    for own, places in zip(tubes.rows, tubes.places, strict=True):
+    for own, radius in zip(*(np.split(one, tubes.begins[1:-1]) for one in (tubes.at, tubes.radius)), strict=True):
         between = np.arange(len(own) - 1) + steps[:, None]
         axis = np.stack([np.interp(between, np.arange(len(own)), tubes.nodes[own, k]) for k in range(3)], axis=-1)
-        wide = np.interp(between, np.arange(len(own)), tubes.radius[places]).ravel()
+        wide = np.interp(between, np.arange(len(own)), radius).ravel()
         away = np.linalg.norm(points[:, None] - axis.reshape(1, -1, 3), axis=2)
         nearest = away.argmin(axis=1)
         gaps.append(away[np.arange(len(points)), nearest] - wide[nearest])
     least, at = np.min(gaps, axis=0), np.argmin(gaps, axis=0)
     explained = np.setdiff1d(np.flatnonzero(least < BEYOND), feet.lost)
     assert len(explained) == (least < BEYOND).sum() > 200  # none near a wall is lost
-    on = (1 - feet.share)[:, None] * tubes.nodes[feet.nodes[:, 0]] + feet.share[:, None] * tubes.nodes[feet.nodes[:, 1]]
-    wide = (1 - feet.share) * tubes.radius[feet.places[:, 0]] + feet.share * tubes.radius[feet.places[:, 1]]
+    before, after = tubes.nodes[tubes.at[feet.place]], tubes.nodes[tubes.at[feet.place + 1]]
+    on = (1 - feet.share)[:, None] * before + feet.share[:, None] * after
+    wide = (1 - feet.share) * tubes.radius[feet.place] + feet.share * tubes.radius[feet.place + 1]
     back = on + (feet.gap + wide)[:, None] * feet.normal
     distance, point = cKDTree(points).query(back)
     np.testing.assert_allclose(distance, 0, atol=1e-9)

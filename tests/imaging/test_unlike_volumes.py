@@ -14,7 +14,7 @@ from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume
 from vasowave.imaging.axes.tubes import fitted
-from vasowave.imaging.lumen.background import background_level, noise_level
+from vasowave.imaging.lumen.background import background_and_noise, background_level
 from vasowave.imaging.measure import cannula
 from vasowave.imaging.measure.cannula import cannula_tip, tip_sd
 from vasowave.imaging.measure.contrast import contrasts
@@ -47,7 +47,7 @@ def test_a_frame_of_zeros_and_a_cupped_background_change_neither_background_nor_
     y, x = np.indices((60, 60)) - 29.5
     cupped = grey + 30 * (np.hypot(y, x) / 42).astype(np.float32) ** 2
     for values in (grey, framed, cupped):
-        assert noise_level(Volume(values, np.full(3, 0.01), np.zeros(3))) == pytest.approx(6, rel=0.06)
+        assert background_and_noise(Volume(values, np.full(3, 0.01), np.zeros(3)))[1] == pytest.approx(6, rel=0.06)
     assert background_level(Volume(framed, np.full(3, 0.01), np.zeros(3))) == pytest.approx(12, abs=0.5)
 
 

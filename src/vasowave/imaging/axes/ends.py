@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vasowave.imaging.kernels import ahead_of
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.sections import STEP, across, disc, sampled
 from vasowave.imaging.tree import Line, Tree
@@ -40,9 +41,7 @@ def to_the_surface(line: Line, surface: np.ndarray) -> Line:
         return line
     axis = np.linalg.svd(straight - straight.mean(axis=0), full_matrices=False)[2][0]
     axis *= np.sign(axis @ (straight[-1] - straight[0]))
-    ahead = (surface - kept.points[-1]) @ axis
-    aside = np.linalg.norm(surface - kept.points[-1] - ahead[:, None] * axis, axis=1)
-    cap = ahead[(ahead > 0) & (ahead < 3 * radius) & (aside < 0.5 * radius)]
+    cap = ahead_of(surface, kept.points[-1], axis, 3 * radius, 0.5 * radius)
     if len(cap) < 3:
         return line
     far = float(np.median(cap))

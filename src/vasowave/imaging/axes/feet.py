@@ -1,9 +1,7 @@
 """Where the points of a surface stand on tubes around polylines."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -28,16 +26,18 @@ class Tubes:
     nodes : float array, shape (node, 3)
     radius : float array, shape (place,)
         At the nodes, one vessel after the other: at a junction each has its own.
-    rows, places : tuple of int array
-        Each vessel's nodes, the first being the last of its parent, and where its radii stand.
+    at : int array, shape (place,)
+        The node of each place; the first of a vessel is the last of its parent.
+    begins : int array, shape (vessel + 1,)
+        The first place of each vessel, and how many there are.
     parent : int array, shape (vessel,)
         -1 for a root; the vessels of a tree follow its root.
     """
 
     nodes: np.ndarray
     radius: np.ndarray
-    rows: tuple[np.ndarray, ...]
-    places: tuple[np.ndarray, ...]
+    at: np.ndarray
+    begins: np.ndarray
     parent: np.ndarray
 
     @cached_property
@@ -50,6 +50,22 @@ class Tubes:
         """All unknowns: the nodes' coordinates, then the radii."""
         return np.concatenate([self.nodes.ravel(), self.radius])
 
+    @cached_property
+    def pieces(self) -> np.ndarray:
+        """The first place of each piece of an axis, int array, shape (piece,)."""
+        return np.delete(np.arange(len(self.at)), self.begins[1:] - 1)
+
+    @cached_property
+    def lengths(self) -> np.ndarray:
+        """Length of each piece, float array, shape (piece,)."""
+        pieces = self.nodes[self.at[self.pieces + 1]] - self.nodes[self.at[self.pieces]]
+        return np.asarray(np.linalg.norm(pieces, axis=1))
+
+    @property
+    def explained(self) -> np.ndarray:
+        """How much farther than its wall a point may be from a vessel's nearest node, shape (vessel,)."""
+        return BEYOND + np.maximum.reduceat(self.lengths, self.begins[:-1] - np.arange(len(self.parent)))
+
 
 @dataclass(frozen=True, eq=False)
 class Feet:
@@ -61,10 +77,10 @@ class Feet:
         Distance from the tube, voxels; negative inside.
     normal : float array, shape (point, 3)
         Unit vector from the axis to the point.
-    nodes, places : int array, shape (point, 2)
-        The nodes before and after the foot, and where their radii stand.
+    place : int array
+        The place before the foot.
     share : float array
-        The foot's position between these, 0 to 1.
+        The foot's position between this and the next place, 0 to 1.
     vessel : int array
     lost : int array
         Points that lie near no tube; what lies at a free end lies near one, but on no wall.
@@ -72,66 +88,75 @@ class Feet:
 
     gap: np.ndarray
     normal: np.ndarray
-    nodes: np.ndarray
-    places: np.ndarray
+    place: np.ndarray
     share: np.ndarray
     vessel: np.ndarray
     lost: np.ndarray
 
 
-def near_points(tubes: Tubes, row: int, points: np.ndarray) -> np.ndarray:
-    """Return the rows of `points` that may lie near the wall of vessel `row`, now and after it has moved by MARGIN."""
-    axis, radius = tubes.nodes[tubes.rows[row]], tubes.radius[tubes.places[row]]
-    return np.flatnonzero(_near(axis, float(radius.max()) + _explained(axis) + MARGIN, points))
+def near_points(tubes: Tubes, points: np.ndarray, begins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of `points` may lie near the wall of each vessel, now and after it has moved by MARGIN.
+
+    Parameters
+    ----------
+    tubes : Tubes
+    points : float array, shape (point, 3)
+        One tree after the other.
+    begins : int array, shape (tree + 1,)
+        The first point of each tree, and how many there are.
+
+    Returns
+    -------
+    int array
+        Rows of `points`, one vessel after the other.
+    int array, shape (vessel + 1,)
+        Where those of each vessel begin, and how many there are.
+    """
+    most = np.maximum.reduceat(tubes.radius, tubes.begins[:-1]) + tubes.explained + MARGIN
+    return _near(tubes.nodes[tubes.at], tubes.begins, most, points, begins[tubes.tree], begins[tubes.tree + 1])
 
 
-def feet_on(tubes: Tubes, points: np.ndarray, near: Sequence[np.ndarray]) -> Feet:
+def feet_on(tubes: Tubes, points: np.ndarray, near: tuple[np.ndarray, np.ndarray]) -> Feet:
     """Return where those of `points` that lie near a tube's wall stand on the tube nearest to them.
 
     Parameters
     ----------
     tubes : Tubes
     points : float array, shape (point, 3)
-    near : sequence of int array
-        Which of them to look at, by vessel, see `near_points`.
+    near : int array, int array
+        Which of them to look at, see `near_points`.
     """
-    nodes, places = np.concatenate(tubes.rows), np.concatenate(tubes.places)
-    explained = np.array([_explained(tubes.nodes[own]) for own in tubes.rows])
-    closed = np.isin(np.arange(len(tubes.rows)), tubes.parent, invert=True)
-    gap, piece, along, vessel, normal, wall = _stood(
-        tubes.nodes[nodes], tubes.radius[places], _begins(tubes.rows), explained, tubes.parent, closed,
-        points, np.concatenate(near), _begins(near),
-    )  # fmt: skip
-    piece, lost = piece[wall], np.flatnonzero(np.isinf(gap))
-    on, at = (np.stack([own[piece], own[piece + 1]], axis=1) for own in (nodes, places))
-    return Feet(gap[wall], normal[wall], on, at, along[wall], vessel[wall], lost)
-
-
-def _begins(parts: Sequence[np.ndarray]) -> np.ndarray:
-    return np.array([*accumulate(map(len, parts), initial=0)])
-
-
-def _explained(axis: np.ndarray) -> float:
-    """Return how much farther than its wall a point may be from the nearest node of a tube that explains it, voxels."""
-    return BEYOND + float(np.linalg.norm(np.diff(axis, axis=0), axis=1).max())
+    closed = np.isin(np.arange(len(tubes.parent)), tubes.parent, invert=True)
+    gap, place, along, vessel, normal, wall = _stood(
+        tubes.nodes[tubes.at], tubes.radius, tubes.begins, tubes.explained, tubes.parent, closed, points, *near
+    )
+    return Feet(gap[wall], normal[wall], place[wall], along[wall], vessel[wall], np.flatnonzero(np.isinf(gap)))
 
 
 @kept
 @njit(**_OPTIONS)
-def _near(axis, most, points):
-    """Return which of `points` lie within `most` of a node of `axis`."""
-    near = np.zeros(len(points), dtype=np.bool_)
-    low = [axis[:, k].min() - most for k in range(3)]
-    high = [axis[:, k].max() + most for k in range(3)]
-    for at in range(len(points)):
-        x, y, z = points[at, 0], points[at, 1], points[at, 2]
-        if low[0] <= x <= high[0] and low[1] <= y <= high[1] and low[2] <= z <= high[2]:
-            for node in range(len(axis)):
-                square = (x - axis[node, 0]) ** 2 + (y - axis[node, 1]) ** 2 + (z - axis[node, 2]) ** 2
-                if square <= most * most:
-                    near[at] = True
-                    break
-    return near
+def _near(nodes, begins, most, points, first, last):
+    """Return which points of its own, from `first` to before `last`, lie within `most` of a node of each vessel."""
+    near, near_begins, low, high = (
+        [0 for _ in range(0)],
+        np.zeros(len(begins), dtype=np.int64),
+        np.empty(3),
+        np.empty(3),
+    )
+    for own in range(len(most)):
+        axis, farthest = nodes[begins[own] : begins[own + 1]], most[own]
+        for k in range(3):
+            low[k], high[k] = axis[:, k].min() - farthest, axis[:, k].max() + farthest
+        for at in range(first[own], last[own]):
+            x, y, z = points[at, 0], points[at, 1], points[at, 2]
+            if low[0] <= x <= high[0] and low[1] <= y <= high[1] and low[2] <= z <= high[2]:
+                for node in range(len(axis)):
+                    square = (x - axis[node, 0]) ** 2 + (y - axis[node, 1]) ** 2 + (z - axis[node, 2]) ** 2
+                    if square <= farthest * farthest:
+                        near.append(at)
+                        break
+        near_begins[own + 1] = len(near)
+    return np.array(near), near_begins
 
 
 @kept

@@ -2,7 +2,8 @@
 
 import numpy as np
 from scipy import ndimage
-from scipy.sparse import diags_array, eye_array
+from scipy.sparse import coo_array, diags_array, eye_array
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
@@ -36,16 +37,15 @@ def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
     """
     height, radius = height_outside(tree, ways.points, ways.spacing, ROUND * ways.roughness)
     out = np.flatnonzero((height > SHELL) & ~end_around(ways, ways.start))
-    shape = ways.voxels.max(axis=0) + 2
-    image = np.zeros(shape, dtype=bool)
-    image[tuple(ways.voxels[out].T)] = True
-    pieces = ndimage.label(image, np.ones((3, 3, 3)))[0][tuple(ways.voxels[out].T)]
+    touching = cKDTree(ways.voxels[out]).query_pairs(1.8, output_type="ndarray").T
+    graph = coo_array((np.ones(touching.shape[1], dtype=bool), touching), shape=(len(out),) * 2)
+    count, pieces = connected_components(graph, directed=False)
     ends = [tree.lines[row] for row in tree.terminals]
     places = np.array([line.points[-1] for line in ends])
     corner = np.array([CORNER * _stub_radius(line) for line in ends])
     least, misfit = (base + added * ways.roughness for base, added in (HEIGHT, MISFIT))
     tips = []
-    for piece in range(1, int(pieces.max(initial=0)) + 1):
+    for piece in range(count):
         inside = out[pieces == piece]
         tip = int(inside[np.argmax(height[inside])])
         is_corner = bool((np.linalg.norm(places - ways.points[tip], axis=1) < corner).any())

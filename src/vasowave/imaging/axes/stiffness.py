@@ -9,7 +9,6 @@ straightens axes that bend within two radii, which misplaces their junctions.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
 
 from vasowave.imaging.axes.feet import Feet, Tubes
 
@@ -33,7 +32,10 @@ class Differences:
 
     Attributes
     ----------
-    matrix : sparse array, shape (difference, unknown)
+    columns : int array, shape (difference, LONGEST + 1)
+        The unknowns that each difference spans; the last one again where it spans fewer.
+    stencil : float array, shape (difference, LONGEST + 1)
+        Their factors; 0 where an unknown stands again.
     vessel : int array, shape (difference,)
     weight : float array, shape (difference,)
         NaN for the differences of positions, whose weight depends on the wall.
@@ -41,29 +43,30 @@ class Differences:
         First and last place (see `Tubes`) that the difference spans.
     """
 
-    matrix: csr_array
+    columns: np.ndarray
+    stencil: np.ndarray
     vessel: np.ndarray
     weight: np.ndarray
     window: np.ndarray
 
+    def of(self, state: np.ndarray) -> np.ndarray:
+        """Return the differences of the unknowns' values, shape (difference,)."""
+        return np.asarray((self.stencil * state[self.columns]).sum(axis=1))
+
 
 def differences(tubes: Tubes) -> Differences:
     """Return the differences of the unknowns of `tubes`."""
-    blocks, about = [], []
-    for row, (own, place) in enumerate(zip(tubes.rows, tubes.places, strict=True)):
-        axis, radius = [3 * own + k for k in range(3)], [tubes.nodes.size + place]
-        for unknowns, order, weight in ((axis, 3, np.nan), (radius, 2, SWELLING), (radius, 1, TAPER)):
-            stencil = np.diff(np.eye(order + 1), order, axis=0)[0]
-            for columns in unknowns:
-                starts = range(len(columns) - order)
-                blocks += [(columns[first : first + order + 1], stencil) for first in starts]
-                about += [(row, weight, place[first], place[first + order]) for first in starts]
-    rows = np.repeat(np.arange(len(blocks)), [len(window) for window, _ in blocks])
-    columns, values = (np.concatenate(part) for part in zip(*blocks, strict=True))
-    shape = len(blocks), tubes.nodes.size + tubes.radius.size
-    vessel, weight, first, last = np.array(about).T
-    window = np.column_stack([first, last]).astype(int)
-    return Differences(coo_array((values, (rows, columns)), shape=shape).tocsr(), vessel.astype(int), weight, window)
+    vessel, parts = np.repeat(np.arange(len(tubes.parent)), np.diff(tubes.begins)), []
+    beyond = tubes.begins[vessel + 1] - 1 - np.arange(len(vessel))  # places of its vessel beyond each
+    radius = tubes.nodes.size + np.arange(len(vessel)), ((2, SWELLING), (1, TAPER))
+    for unknowns, orders in (*((3 * tubes.at + k, ((3, np.nan),)) for k in range(3)), radius):
+        for order, weight in orders:
+            first = np.flatnonzero(beyond >= order)
+            spans = first[:, None] + np.minimum(np.arange(LONGEST + 1), order)
+            stencil = np.append(np.diff(np.eye(order + 1), order, axis=0)[0], np.zeros(LONGEST - order))
+            about = np.tile(stencil, (len(first), 1)), vessel[first], np.full(len(first), weight)
+            parts.append((unknowns[spans], *about, spans[:, [0, -1]]))
+    return Differences(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
 def strengths(tubes: Tubes, feet: Feet, kept: Differences, roughness: float) -> np.ndarray:
@@ -81,18 +84,15 @@ def strengths(tubes: Tubes, feet: Feet, kept: Differences, roughness: float) -> 
     least = np.min([seen[np.minimum(first + step, last)] for step in range(LONGEST + 1)], axis=0)
     bending = HIDDEN + (free - HIDDEN) * least
     # A difference weighs as much as a node has points, so that neither resolution nor width changes the balance.
-    points = np.bincount(feet.vessel, minlength=len(tubes.rows)) / [len(rows) for rows in tubes.rows]
+    points = np.bincount(feet.vessel, minlength=len(tubes.parent)) / np.diff(tubes.begins)
     return np.where(np.isnan(kept.weight), bending, kept.weight) * np.maximum(points, FEWEST)[kept.vessel]
 
 
 def _own_wall(tubes: Tubes, feet: Feet) -> np.ndarray:
     """Return the share of its wall that each node has for itself, shape (place,)."""
     size = tubes.radius.size
-    count = np.bincount(feet.places[:, 0], 1 - feet.share, size) + np.bincount(feet.places[:, 1], feet.share, size)
-    length = np.zeros(size)
-    for own, place in zip(tubes.rows, tubes.places, strict=True):
-        step = np.linalg.norm(np.diff(tubes.nodes[own], axis=0), axis=1)
-        length[place[:-1]] += step / 2
-        length[place[1:]] += step / 2
+    count = np.bincount(feet.place, 1 - feet.share, size) + np.bincount(feet.place + 1, feet.share, size)
+    half = tubes.lengths / 2
+    length = np.bincount(tubes.pieces, half, size) + np.bincount(tubes.pieces + 1, half, size)
     density = count / np.maximum(tubes.radius * length, 1e-9)
     return np.asarray(np.clip(density / max(float(np.quantile(density, FULL)), 1e-9), 0, 1))

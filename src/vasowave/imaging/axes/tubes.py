@@ -2,14 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, diags_array, eye_array
+from scipy.sparse import csc_array
 from scipy.sparse.linalg import spsolve
 
 from vasowave.imaging.axes.feet import BEYOND, Feet, Tubes, feet_on, near_points
-from vasowave.imaging.axes.stiffness import Differences, differences, strengths
+from vasowave.imaging.axes.stiffness import differences, strengths
+from vasowave.imaging.kernels import summed_on_pieces
 from vasowave.imaging.tree import Line, Tree, distance_along, with_inscribed_radii
 
 STEP, SHORTEST, PIECES = 0.4, 2.0, 4
@@ -49,7 +51,7 @@ def fitted(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 0
         How much stiffer the fit begins; 1 where the axes are nearly right already.
     """
     tubes = _fitted(_tubes([tree], spacing), [surface / spacing], roughness, begin)
-    axes = [_even(tubes.nodes[rows] * spacing, spacing) for rows in tubes.rows]
+    axes = [_even(tubes.nodes[own] * spacing, spacing) for own in np.split(tubes.at, tubes.begins[1:-1])]
     return with_inscribed_radii(axes, tree.parent, surface)
 
 
@@ -79,20 +81,19 @@ def fitted_apart(
     """
     points = [surface / spacing for surface in surfaces]
     tubes = _fitted(_tubes(trees, spacing), points, roughness, begin, rounds)
-    misfits, found, first = _misfits(tubes, points, roughness), [], 0
-    for tree, misfit in zip(trees, misfits.tolist(), strict=True):
-        own = zip(tubes.rows[first : first + len(tree)], tubes.places[first:], strict=False)
-        lines = [_tube_line(tubes.nodes[rows], tubes.radius[places], spacing) for rows, places in own]
-        found.append((tree.with_lines(lines), misfit))
-        first += len(tree)
-    return found
+    parts = zip(np.split(tubes.at, tubes.begins[1:-1]), np.split(tubes.radius, tubes.begins[1:-1]), strict=True)
+    lines = (_tube_line(tubes.nodes[own], radius, spacing) for own, radius in parts)
+    misfits = _misfits(tubes, points, roughness).tolist()
+    return [
+        (tree.with_lines(list(islice(lines, len(tree)))), misfit) for tree, misfit in zip(trees, misfits, strict=True)
+    ]
 
 
 def _fitted(
     tubes: Tubes, surfaces: Sequence[np.ndarray], roughness: float, begin: float, rounds: int = ROUNDS
 ) -> Tubes:
     """Return the tubes where they fit best, each tree to its own of the `surfaces` (voxels)."""
-    kept = differences(tubes)
+    equations = _Equations(tubes)
     stiff = begin / 2.0 ** np.arange(np.ceil(np.log2(begin)))
     for schedule, power in ((stiff, 1), (np.ones(rounds), 2)):
         points, near, _ = _thinned(tubes, surfaces)
@@ -100,7 +101,7 @@ def _fitted(
             feet = feet_on(tubes, points, near)
             # Cauchy's weight finds the wall from far; Geman and McClure's keeps it, whatever bulges from it.
             weight = 1 / (1 + (2 ** (1 / power) - 1) * _outlying(tubes, feet) ** 2) ** power
-            closer = _closer(tubes, feet, weight, kept, stiffness * strengths(tubes, feet, kept, roughness))
+            closer = equations.solved(tubes, feet, weight, stiffness, roughness)
             moved = np.abs(closer.nodes - tubes.nodes).max()
             tubes = closer
             if moved < ENOUGH:
@@ -108,24 +109,26 @@ def _fitted(
     return tubes
 
 
-def _thinned(tubes: Tubes, surfaces: Sequence[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
+def _thinned(
+    tubes: Tubes, surfaces: Sequence[np.ndarray]
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
     """Return `DENSITY` points of the surfaces a node, which of them lie near each vessel, and the tree of each."""
-    nodes = np.bincount(tubes.tree, [len(rows) for rows in tubes.rows])
+    nodes = np.bincount(tubes.tree, np.diff(tubes.begins))
     few = [points[:: max(1, int(len(points) / (DENSITY * n)))] for points, n in zip(surfaces, nodes, strict=True)]
     begins = np.cumsum([0, *map(len, few)])
-    near = [begins[tree] + near_points(tubes, row, few[tree]) for row, tree in enumerate(tubes.tree)]
-    return np.concatenate(few), near, np.repeat(np.arange(len(few)), np.diff(begins))
+    points = np.concatenate(few)
+    return points, near_points(tubes, points, begins), np.repeat(np.arange(len(few)), np.diff(begins))
 
 
 def _misfits(tubes: Tubes, surfaces: Sequence[np.ndarray], roughness: float) -> np.ndarray:
     """Return what the fit makes small of each tree; a point near no tube counts as one as far as `feet_on` looks."""
     points, near, owner = _thinned(tubes, surfaces)
-    feet, kept = feet_on(tubes, points, near), differences(tubes)
-    size = OUTLIER + SHAPE * tubes.radius[feet.places[:, 0]]
+    feet, small = feet_on(tubes, points, near), differences(tubes)
+    size = OUTLIER + SHAPE * tubes.radius[feet.place]
     gaps = np.bincount(tubes.tree[feet.vessel], _loss(feet.gap, size), len(surfaces))
     lost = np.bincount(owner[feet.lost], minlength=len(surfaces)) * _loss(BEYOND, OUTLIER)
-    bending = strengths(tubes, feet, kept, roughness) * (kept.matrix @ tubes.state) ** 2
-    return gaps + lost + np.bincount(tubes.tree[kept.vessel], bending, len(surfaces))
+    bending = strengths(tubes, feet, small, roughness) * small.of(tubes.state) ** 2
+    return gaps + lost + np.bincount(tubes.tree[small.vessel], bending, len(surfaces))
 
 
 def _loss(gap: Any, size: Any) -> Any:
@@ -134,16 +137,15 @@ def _loss(gap: Any, size: Any) -> Any:
 
 
 def _outlying(tubes: Tubes, feet: Feet) -> np.ndarray:
-    return np.asarray(feet.gap / (OUTLIER + SHAPE * tubes.radius[feet.places[:, 0]]))
+    return np.asarray(feet.gap / (OUTLIER + SHAPE * tubes.radius[feet.place]))
 
 
 def _tubes(trees: Sequence[Tree], spacing: float) -> Tubes:
     """Return the tubes that the fit begins with."""
     nodes, radius = [], []
     rows: list[np.ndarray] = []
-    places: list[np.ndarray] = []
     parents: list[int] = []
-    node, place = 0, 0
+    node = 0
     for tree in trees:
         above = len(rows)
         for line, parent in zip(tree.lines, tree.parent.tolist(), strict=True):
@@ -154,11 +156,10 @@ def _tubes(trees: Sequence[Tree], spacing: float) -> Tubes:
             own = node + np.arange(len(at))
             rows.append(own if parent < 0 else np.append(rows[above + parent][-1], own))
             radius.append(np.full(pieces + 1, wide))
-            places.append(place + np.arange(pieces + 1))
             parents.append(parent if parent < 0 else above + parent)
-            node, place = node + len(at), place + pieces + 1
+            node += len(at)
     positions, radii = np.concatenate(nodes) / spacing, np.concatenate(radius) / spacing
-    return Tubes(positions, radii, tuple(rows), tuple(places), np.array(parents))
+    return Tubes(positions, radii, np.concatenate(rows), np.cumsum([0, *map(len, rows)]), np.array(parents))
 
 
 def _tube_line(nodes: np.ndarray, radius: np.ndarray, spacing: float) -> Line:
@@ -178,36 +179,48 @@ def _even(nodes: np.ndarray, spacing: float) -> np.ndarray:
     return np.asarray(CubicSpline(run, nodes[first])(np.linspace(0, run[-1], max(round(run[-1] / spacing), 3) + 1)))
 
 
-def _closer(tubes: Tubes, feet: Feet, weight: np.ndarray, kept: Differences, strength: np.ndarray) -> Tubes:
-    """Return the tubes after one weighted step of Gauss and Newton toward the feet's points."""
-    state = tubes.state
-    jacobian = _jacobian(tubes, feet)
-    smooth = kept.matrix.T @ diags_array(strength) @ kept.matrix
-    held = _free_ends(tubes)
-    matrix = jacobian.T @ diags_array(weight) @ jacobian + smooth + DAMPING * eye_array(len(state)) + held.T @ held
-    right = -jacobian.T @ (weight * feet.gap) - smooth @ state
-    step = spsolve(matrix.tocsc(), right, permc_spec="MMD_AT_PLUS_A")
-    nodes, radius = np.split(np.clip(step, -FARTHEST, FARTHEST), [tubes.nodes.size])
-    return replace(tubes, nodes=tubes.nodes + nodes.reshape(-1, 3), radius=np.maximum(tubes.radius + radius, NARROWEST))
+class _Equations:
+    """The normal equations of a step of Gauss and Newton: which unknowns meet in them is the same at every step."""
+
+    def __init__(self, tubes: Tubes) -> None:
+        self._small, self._size = differences(tubes), len(tubes.state)
+        self._stencils = self._small.stencil[:, :, None] * self._small.stencil[:, None]
+        # What a foot depends on: two nodes' coordinates and two radii.
+        before, after = (_coordinates(tubes.at[tubes.pieces + end]) for end in (0, 1))
+        self._piece = np.hstack([before, after, tubes.nodes.size + tubes.pieces[:, None] + np.arange(2)])
+        ends, roots = np.setdiff1d(np.arange(len(tubes.parent)), tubes.parent), np.flatnonzero(tubes.parent < 0)
+        first, last = tubes.begins[roots], tubes.begins[ends + 1] - 1
+        self._ends = tubes.at[np.append(first, last)], tubes.at[np.append(first + 1, last - 1)]
+        groups = self._piece, self._small.columns, _coordinates(self._ends[0]), np.arange(self._size)[:, None]
+        entries = np.concatenate([(self._size * one[:, :, None] + one[:, None]).ravel() for one in groups])
+        entries, self._slot = np.unique(entries, return_inverse=True)
+        self._rows, begins = entries % self._size, self._size * np.arange(self._size + 1)
+        self._begins = np.searchsorted(entries, begins)
+
+    def solved(self, tubes: Tubes, feet: Feet, weight: np.ndarray, stiffness: float, roughness: float) -> Tubes:
+        """Return the tubes after one step toward the feet's points, each of its `weight`."""
+        small, size = self._small, self._size
+        sums = summed_on_pieces(feet.place, feet.normal, feet.share, feet.gap, weight, tubes.radius.size)
+        walls, pull = (one[tubes.pieces] for one in sums)
+        strength = stiffness * strengths(tubes, feet, small, roughness)
+        held, damping = self._held(tubes.nodes), np.full(size, DAMPING)
+        groups = walls, strength[:, None, None] * self._stencils, held[:, :, None] * held[:, None], damping
+        entries = np.bincount(self._slot, np.concatenate([one.ravel() for one in groups]))
+        bent = (strength * small.of(tubes.state))[:, None] * small.stencil
+        right = np.bincount(self._piece.ravel(), pull.ravel(), size)
+        right -= np.bincount(small.columns.ravel(), bent.ravel(), size)
+        matrix = csc_array((entries, self._rows, self._begins), shape=(size, size))
+        step = np.clip(spsolve(matrix, right, permc_spec="MMD_AT_PLUS_A"), -FARTHEST, FARTHEST)
+        nodes, radius = np.split(step, [tubes.nodes.size])
+        wide = np.maximum(tubes.radius + radius, NARROWEST)
+        return replace(tubes, nodes=tubes.nodes + nodes.reshape(-1, 3), radius=wide)
+
+    def _held(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the direction in which no wall decides where a free end lies: it is held; weighted as `DENSITY`."""
+        along = nodes[self._ends[0]] - nodes[self._ends[1]]
+        return along * np.sqrt(DENSITY) / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
 
 
-def _jacobian(tubes: Tubes, feet: Feet) -> csr_array:
-    """Return how the gaps change with the nodes and the radii."""
-    columns = [3 * feet.nodes[:, end] + k for end in (0, 1) for k in range(3)]
-    columns += [tubes.nodes.size + feet.places[:, end] for end in (0, 1)]
-    shares = 1 - feet.share, feet.share
-    values = [-share * feet.normal[:, k] for share in shares for k in range(3)] + [-share for share in shares]
-    count, size = len(feet.gap), tubes.nodes.size + tubes.radius.size
-    rows = np.tile(np.arange(count), len(columns))
-    return coo_array((np.concatenate(values), (rows, np.concatenate(columns))), shape=(count, size)).tocsr()
-
-
-def _free_ends(tubes: Tubes) -> csr_array:
-    """Return how far each free end moves along its axis, which no wall decides: it is held; weighted as `DENSITY`."""
-    ends = np.setdiff1d(np.arange(len(tubes.rows)), tubes.parent)
-    roots = np.flatnonzero(tubes.parent < 0)
-    pairs = np.array([*(tubes.rows[row][:2] for row in roots), *(tubes.rows[row][:-3:-1] for row in ends)])
-    along = tubes.nodes[pairs[:, 0]] - tubes.nodes[pairs[:, 1]]
-    along *= np.sqrt(DENSITY) / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-    rows, columns = np.repeat(np.arange(len(pairs)), 3), (3 * pairs[:, :1] + np.arange(3)).ravel()
-    return coo_array((along.ravel(), (rows, columns)), shape=(len(pairs), tubes.nodes.size + tubes.radius.size)).tocsr()
+def _coordinates(nodes: np.ndarray) -> np.ndarray:
+    """Return where the coordinates of `nodes` stand among the unknowns, shape (node, 3)."""
+    return 3 * nodes[:, None] + np.arange(3)

@@ -18,30 +18,33 @@ def background_level(volume: Volume) -> float:
     Voxels equal to all their neighbors were filled in, as the frame of a masked image, and do not count, unless the
     image is a drawing: there they are nearly all, and what is left lies at the walls of vessels.
     """
-    grey, real = _sample(volume, 0)
-    scanned = real.any() and len(np.unique(grey)) > LABELS
-    return float(np.median(grey[real] if scanned else grey))
+    return _middle(*_sample(volume, 0))
 
 
-def noise_level(volume: Volume) -> float:
-    """Return the standard deviation of the noise, grey levels, from the median of differences."""
+def background_and_noise(volume: Volume) -> tuple[float, float]:
+    """Return `background_level` and the noise's standard deviation, from the median of differences; grey levels."""
     (near, one), (far, other) = _sample(volume, 0), _sample(volume, LAG)
     real = one & other
     difference = (far - near)[real] if real.any() else far - near
-    return float(1.4826 * np.median(np.abs(difference)) / np.sqrt(2))
+    return _middle(near, one), float(1.4826 * np.median(np.abs(difference)) / np.sqrt(2))
+
+
+def _middle(grey: np.ndarray, real: np.ndarray) -> float:
+    """Return the median of the `real` ones of a sample of grey levels, or of all."""
+    scanned = real.any() and len(np.unique(grey)) > LABELS
+    return float(np.median(grey[real] if scanned else grey))
 
 
 def _sample(volume: Volume, shift: int) -> tuple[np.ndarray, np.ndarray]:
     """Return every so many-th voxel, `shift` farther along the last axis, and whether it differs from its neighbors."""
     grey = volume.grey
-    rows = [np.arange(0, count, EVERY) for count in grey.shape]
-    columns = np.minimum(rows[2] + shift, grey.shape[2] - 1)
-    here = grey[np.ix_(rows[0], rows[1], columns)]
+    places = [np.arange(0, count, EVERY) for count in grey.shape]
+    places[2] = np.minimum(places[2] + shift, grey.shape[2] - 1)
+    here = grey[np.ix_(*places)]
     real = np.zeros(here.shape, dtype=bool)
-    for axis, along in enumerate((rows[0], rows[1], columns)):
-        places = [rows[0], rows[1], columns]
+    for axis in range(3):
         for step in (-1, 1):
-            places[axis] = np.clip(along + step, 0, grey.shape[axis] - 1)
-            inside = (along + step == places[axis]).reshape([-1 if k == axis else 1 for k in range(3)])
-            real |= (grey[np.ix_(*places)] != here) & inside
+            beside = list(places)
+            beside[axis] = np.clip(places[axis] + step, 0, grey.shape[axis] - 1)  # at a face the voxel itself
+            real |= grey[np.ix_(*beside)] != here
     return here, real

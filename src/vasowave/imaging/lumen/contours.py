@@ -4,7 +4,6 @@ import numpy as np
 from scipy import ndimage
 
 from vasowave.errors import EXTRAS, InputError
-from vasowave.imaging.lumen.background import background_level
 from vasowave.imaging.lumen.segmentation import Segmentation, Smoothed, connected_lumen, parts_of, segment
 from vasowave.imaging.read.volume import Volume
 
@@ -33,7 +32,7 @@ def level_set(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None =
     box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
     before = np.zeros(high - low, dtype=bool)
     before[tuple(slice(a, a + n) for a, n in zip(start.corner - low, start.mask.shape, strict=True))] = start.mask
-    contrast = threshold - background_level(volume)
+    contrast = threshold - levels.background
     phi = _evolved(_signed_distance(before), np.clip((grey[box] - threshold) / contrast, -1, 1))
     if not (phi < 0).any():
         raise InputError("the active contour shrank to nothing; lower the threshold or use the method 'threshold'")
@@ -41,7 +40,7 @@ def level_set(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None =
     grey[box] = threshold - 0.5 * contrast * np.clip(phi, -3, 3)
     inside = np.zeros(grey.shape, dtype=bool)
     inside[box] = phi < 0
-    return connected_lumen(volume, parts_of(grey), inside, threshold, levels.noise, seed)
+    return connected_lumen(volume, parts_of(grey), inside, threshold, levels, seed)
 
 
 def _signed_distance(mask: np.ndarray) -> np.ndarray:

@@ -74,9 +74,9 @@ class EditedMask:
         added, removed = mask & ~bright, bright & ~mask
         near = ndimage.binary_dilation(mask, iterations=2)
         # Half the contrast on either side: there the surface runs midway between voxels.
-        half = 0.5 * abs(threshold - background_level(volume))
+        half = 0.5 * abs(threshold - levels.background)
         grey = np.where(added, threshold + half, np.where(removed, threshold - half, grey))
-        return connected_lumen(volume, parts_of(grey), near & (grey > threshold), threshold, levels.noise, seed)
+        return connected_lumen(volume, parts_of(grey), near & (grey > threshold), threshold, levels, seed)
 
 
 def _part(mask: np.ndarray, grid: Volume, volume: Volume) -> np.ndarray:

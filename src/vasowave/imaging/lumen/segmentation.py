@@ -11,8 +11,10 @@ from scipy.sparse.csgraph import connected_components
 
 from vasowave.errors import EXTRAS, InputError
 from vasowave.findings import look_kind, warn
-from vasowave.imaging.lumen.background import background_level, noise_level
+from vasowave.imaging.kernels import encloses
+from vasowave.imaging.lumen.background import background_and_noise
 from vasowave.imaging.lumen.proposal import levels_of
+from vasowave.imaging.lumen.smoothing import reach_of, smoothed
 from vasowave.imaging.places import written
 from vasowave.imaging.read.volume import Volume
 
@@ -26,7 +28,6 @@ MARGIN = 3
 """Voxels kept around the lumen."""
 LARGE = 1 << 30
 """Bytes of grey levels beyond which a volume is smoothed in parts."""
-_TRUNCATE = 3.0  # standard deviations of the smoothing
 LEAST, LEAST_SHARE = 100, 0.003
 """A separate piece of so many voxels, and of such a share of the lumen, is as large as a vessel."""
 
@@ -129,7 +130,7 @@ def segment(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None = N
         raise InputError(
             f"more than half of the volume is brighter than {threshold:g}; raise the threshold{_about(volume)}"
         )
-    return connected_lumen(volume, levels.part, bright, threshold, levels.noise, seed)
+    return connected_lumen(volume, levels.part, bright, threshold, levels, seed)
 
 
 def _about(volume: Volume) -> str:
@@ -149,8 +150,8 @@ class Smoothed:
 
     Attributes
     ----------
-    noise : float
-        Standard deviation of the noise, grey levels.
+    background, noise : float
+        Grey levels; noise is its standard deviation.
 
     Raises
     ------
@@ -161,23 +162,27 @@ class Smoothed:
     def __init__(self, volume: Volume, threshold: float) -> None:
         if not np.allclose(volume.spacing, volume.spacing[0], rtol=2e-3):
             raise InputError(f"segment: spacing {volume.spacing} cm is not cubic; resample it first (`isotropic`)")
-        self.noise = noise_level(volume)
+        self.background, self.noise = background_and_noise(volume)
         self._grey = np.asarray(volume.grey)
-        self._width = float(np.clip(0.5 + 1.1 * self.noise / _contrast(volume, threshold), 0.5, 1.3))
-        self._reach = int(_TRUNCATE * self._width + 0.5)
+        self._width = float(np.clip(0.5 + 1.1 * self.noise / self.contrast(threshold), 0.5, 1.3))
+        self._reach = reach_of(self._width)
         self._slab = max(1, LARGE // self._grey[0].nbytes)  # planes
+
+    def contrast(self, threshold: float) -> float:
+        """Return how far a wall at `threshold` is above the background."""
+        return max(threshold - self.background, 1e-9)
 
     @cached_property
     def whole(self) -> np.ndarray:
         """Return all levels."""
-        return ndimage.gaussian_filter(self._grey, self._width, truncate=_TRUNCATE)
+        return smoothed(self._grey, self._width)
 
     def part(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Return the levels from voxel `low` to before `high`, as they are in the whole."""
         if self._slab >= len(self._grey):
             return self.whole[_box(low, high)]
         around = np.maximum(low - self._reach, 0), np.minimum(high + self._reach, self._grey.shape)
-        found = ndimage.gaussian_filter(self._grey[_box(*around)], self._width, truncate=_TRUNCATE)
+        found = smoothed(self._grey[_box(*around)], self._width)
         return found[_box(low - around[0], high - around[0])]
 
     def brighter(self, threshold: float) -> np.ndarray:
@@ -198,18 +203,14 @@ def _box(low: np.ndarray, high: np.ndarray) -> tuple[slice, ...]:
     return tuple(slice(a, b) for a, b in zip(low, high, strict=True))
 
 
-def _contrast(volume: Volume, threshold: float) -> float:
-    return max(threshold - background_level(volume), 1e-9)
-
-
 def connected_lumen(
-    volume: Volume, parts: Parts, bright: np.ndarray, threshold: float, noise: float, seed: np.ndarray | None
+    volume: Volume, parts: Parts, bright: np.ndarray, threshold: float, levels: Smoothed, seed: np.ndarray | None
 ) -> Segmentation:
     """Return the piece of `bright` (bool, shape of the volume) that holds `seed`, or the largest, holes filled.
 
     Where the levels that `parts` gives contradict the piece, they are set to just above or below the threshold.
     """
-    contrast = _contrast(volume, threshold)
+    contrast = levels.contrast(threshold)
     voxels, others = _pieces(volume, bright, seed)
     low, high = voxels.min(axis=0), voxels.max(axis=0) + 1
     if (low == 0).any() or (high == bright.shape).any():
@@ -224,7 +225,7 @@ def connected_lumen(
     local[mask] = inside
     spacing = float(volume.spacing[0])
     origin = volume.origin + low * spacing
-    return Segmentation(mask, local, low, spacing, origin, threshold, threshold - contrast, noise,
+    return Segmentation(mask, local, low, spacing, origin, threshold, threshold - contrast, levels.noise,
                         tuple(volume.origin + one * volume.spacing for one in others))  # fmt: skip
 
 
@@ -269,8 +270,10 @@ def _chosen(volume: Volume, voxels: np.ndarray, labels: np.ndarray, seed: np.nda
 
 
 def _holes(mask: np.ndarray) -> np.ndarray:
-    """Return what `mask` encloses."""
+    """Return what `mask`, one piece, encloses."""
+    if not encloses(np.pad(mask, 1)):
+        return np.zeros_like(mask)
     outside, count = ndimage.label(~mask)
     faces = [np.take(outside, end, axis=axis).ravel() for axis in range(3) for end in (0, -1)]
     enclosed = np.setdiff1d(np.arange(1, count + 1), np.concatenate(faces))
-    return np.isin(outside, enclosed) if len(enclosed) else np.zeros_like(mask)
+    return np.isin(outside, enclosed)

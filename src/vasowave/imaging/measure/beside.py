@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from vasowave.imaging.kernels import in_tube
 from vasowave.imaging.measure.profiles import DISC, RING
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.sections import across, disc, medians, sampled, tangents
@@ -37,20 +37,18 @@ def signal_beside(line: Line, sections: np.ndarray, radius: float, volume: Volum
     vessels : Line
         The points of all vessels.
     """
-    spacing, index = float(volume.spacing[0]), cKDTree(vessels.points)
+    spacing = float(volume.spacing[0])
     inner, outer = radius + DISC * spacing, radius + RING * spacing
     rows = sections[:: round(max(EVERY, radius / (FINE * spacing)))]
     u, v = (axis[rows] for axis in across(tangents(line.points, 4)))
     grid = disc(outer, max(spacing, radius / FINE))
     within = np.hypot(*grid.T) <= inner
-    area, reach = np.pi * inner**2, float(vessels.radius.max()) + spacing
-    means = []
+    area, means = np.pi * inner**2, []
     for angle in 2 * np.pi * np.arange(COPIES) / COPIES:
         centers = line.points[rows] + (2 * inner + spacing) * (np.cos(angle) * u + np.sin(angle) * v)
         places = centers[:, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
-        distance, nearest = index.query(places, distance_upper_bound=reach)
         voxels = (places - volume.origin) / spacing
-        clear = (distance > np.append(vessels.radius, 0.0)[nearest] + spacing) & _inside(voxels, volume.grey.shape)
+        clear = ~in_tube(places, centers, vessels.points, vessels.radius + spacing) & _inside(voxels, volume.grey.shape)
         good = (clear & within).sum(axis=1) >= CLEAR * within.sum()
         if good.sum() < max(0.5 * len(rows), 1) or not (clear[good] & ~within).any(axis=1).all():
             continue

@@ -8,9 +8,9 @@ sections of one vessel at the same place of the section, so neither the wall nor
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from vasowave.imaging.axes.stretches import clear_stretches
+from vasowave.imaging.kernels import in_tube
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.sections import carried, disc, sampled, tangents
 from vasowave.imaging.tree import Tree
@@ -104,9 +104,10 @@ def _rings(tree: Tree, row: int, stretch: tuple[float, float], volume: Volume) -
     u, v = carried(tangents(line.points, 4)[sections])
     grid = disc(line.typical_radius + REACH * spacing, STEP * spacing)
     places = line.points[sections, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
-    grey = np.where(
-        _near_others(tree, row, places, spacing), np.nan, sampled(volume.grey, places, volume.origin, spacing)
-    )
+    grey = sampled(volume.grey, places, volume.origin, spacing)
+    others = tree.line[tree.owner != row]
+    if len(others):
+        grey[in_tube(places, line.points[sections], others.points, others.radius + APART * spacing)] = np.nan
     differs = grey[LAG:-LAG] - (grey[: -2 * LAG] + grey[2 * LAG :]) / 2
     ring = (np.hypot(*grid.T) / (BIN * spacing)).astype(int)
     found = []
@@ -116,18 +117,6 @@ def _rings(tree: Tree, row: int, stretch: tuple[float, float], volume: Volume) -
         if seen.sum() >= SAMPLES:
             found.append((here[seen].mean(), np.quantile(np.abs(own[seen]), WITHIN) / np.sqrt(1.5), seen.sum()))
     return np.array(found).reshape(-1, 3).T
-
-
-def _near_others(tree: Tree, row: int, places: np.ndarray, spacing: float) -> np.ndarray:
-    """Return which of `places` lie within `APART` of another vessel's wall."""
-    others = [line for other, line in enumerate(tree.lines) if other != row]
-    if not others:
-        return np.zeros(places.shape[:-1], dtype=bool)
-    radius = np.concatenate([line.radius for line in others])
-    reach = float(radius.max()) + APART * spacing
-    index = cKDTree(np.concatenate([line.points for line in others]))
-    distance, nearest = index.query(places, distance_upper_bound=reach)
-    return np.asarray(distance < np.append(radius, 0.0)[nearest] + APART * spacing)
 
 
 def _smooth(level: np.ndarray, value: np.ndarray, weight: np.ndarray, at: np.ndarray) -> np.ndarray:

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from vasowave.imaging.kernels import in_tube
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.sections import STEP, across, disc, medians, sampled, tangents
 from vasowave.imaging.tree import Line
@@ -74,7 +74,10 @@ def profile(
     grey = sampled(volume.grey, places, volume.origin, spacing)
     rho = np.hypot(*grid.T)
     within, core = rho <= inner, rho <= max(CORE[0] * spacing, radius - CORE[1] * spacing)
-    kept, ring = _seen(grid, within, _within(places, line.points[sections], others, CLEARANCE * spacing))
+    foreign = np.zeros(places.shape[:2], dtype=bool)
+    for other in others:
+        foreign |= in_tube(places, line.points[sections], other.points, other.radius + CLEARANCE * spacing)
+    kept, ring = _seen(grid, within, foreign)
     good = (kept.sum(axis=1) >= SEEN * within.sum()) & ring.any(axis=1)
     if not good.any():
         return None
@@ -116,21 +119,3 @@ def _slope(above: np.ndarray, kept: np.ndarray, rho: np.ndarray, width: float) -
     count = np.bincount(np.broadcast_to(bins, above.shape)[kept])
     mean = total / np.maximum(count, 1)
     return float(np.max(mean[:-2] - mean[2:], initial=0.0) / (2 * width))
-
-
-def _within(places: np.ndarray, middle: np.ndarray, others: Sequence[Line], margin: float) -> np.ndarray:
-    """Return which of `places` lie inside the tubes of `others` or nearer to them than `margin`.
-
-    The places of a section lie alike around its `middle`.
-    """
-    inside = np.zeros(places.shape[:-1], dtype=bool)
-    away = np.linalg.norm(places[0] - middle[0], axis=1) + 1e-9 * margin  # the same in all sections but for rounding
-    for line in others:
-        reach, index = line.radius.max() + margin, cKDTree(line.points)
-        gap = index.query(middle)[0] - reach
-        near = np.flatnonzero(gap <= away.max())  # few sections come near to any other vessel, and few of their places
-        section, sample = np.nonzero(away >= gap[near, None])
-        at = near[section], sample
-        distance, nearest = index.query(places[at], distance_upper_bound=reach)
-        inside[at] |= distance < np.append(line.radius, 0.0)[nearest] + margin
-    return inside

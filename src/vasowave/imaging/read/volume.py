@@ -69,9 +69,10 @@ class Volume:
             raise InputError(f"volume: origin {self.origin} cm; give three finite numbers (z, y, x)")
         if self.axes.shape != (3, 3) or not np.allclose(self.axes @ self.axes.T, np.eye(3), atol=SKEWED):
             raise InputError(f"volume: axes {self.axes.tolist()}; give three perpendicular directions of length 1")
-        if not np.isfinite(self.grey).all():
+        least, most = self.grey.min(), self.grey.max()
+        if not np.isfinite([least, most]).all():
             raise InputError("volume: grey levels that are not finite (NaN or infinity); repair the reconstruction")
-        if self.grey.min() == self.grey.max():
+        if least == most:
             raise InputError(f"volume: every voxel has grey level {self.grey.flat[0]:g}; is this the right file?")
 
     @property

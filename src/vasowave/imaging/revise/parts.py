@@ -23,6 +23,8 @@ FEWER_VESSELS = look_kind(
     "Ask for fewer.",
 )
 
+_SIZES = "inscribed", "densitometric", "radius_sd", "length_sd"  # of a measurement, by vessel, cm
+
 
 def first_generations(network: Network, count: int) -> np.ndarray:
     """Return the rows of the vessels at most `count` - 1 junctions away from the root, ascending.
@@ -128,12 +130,8 @@ def part_of(measured: Measurement, rows: Sequence[int] | np.ndarray) -> Measurem
         measured,
         network=Network(names, parent, whole.length[rows], whole.radius[rows], pressure=whole.pressure),
         tree=Tree(tuple(measured.tree.lines[row] for row in rows), parent),
-        inscribed=measured.inscribed[rows],
-        densitometric=measured.densitometric[rows],
-        radius_sd=measured.radius_sd[rows],
-        reliable=measured.reliable[rows],
-        length_sd=measured.length_sd[rows],
         grey=None if measured.grey is None else measured.grey.of(rows),
+        **{name: getattr(measured, name)[rows] for name in (*_SIZES, "reliable")},
     )
 
 
@@ -144,11 +142,8 @@ def scaled(measured: Measurement, factor: float) -> Measurement:
         measured,
         network=replace(whole, length=whole.length * factor, radius=whole.radius * factor),
         tree=measured.tree.times(factor),
-        inscribed=measured.inscribed * factor,
-        densitometric=measured.densitometric * factor,
-        radius_sd=measured.radius_sd * factor,
-        length_sd=measured.length_sd * factor,
         grey=None if measured.grey is None else measured.grey.times(factor),
+        **{name: getattr(measured, name) * factor for name in _SIZES},
     )
 
 

@@ -39,18 +39,16 @@ def apart_doubts(tree: Tree, names: tuple[str, ...], lumen: Segmentation) -> lis
     """
     if not lumen.apart:
         return []
-    rows = np.repeat(np.arange(len(tree)), [len(line) for line in tree.lines])
-    points, radius = (np.concatenate([getattr(line, name) for line in tree.lines]) for name in ("points", "radius"))
-    axes, doubts, voxels, elsewhere = cKDTree(points), [], max(int(lumen.mask.sum()), 1), []
+    axes, doubts, voxels, elsewhere = cKDTree(tree.line.points), [], max(int(lumen.mask.sum()), 1), []
     for piece in lumen.apart:
         away, near = axes.query(piece)
-        gap = away - radius[near]
+        gap = away - tree.line.radius[near]
         first = int(np.argmin(gap))
-        own = tree.lines[rows[near[first]]].typical_radius
+        row = tree.owner[near[first]]
+        own = tree.lines[row].typical_radius
         if gap[first] < GAP * own + 2 * lumen.spacing and _ends_at(piece, piece[first], own):
-            name = names[rows[near[first]]]
-            found = APART(vessels=name, share=len(piece) / voxels, gap=max(float(gap[first]), 0.0))
-            doubts.append(Doubt("topology", found, (name,), piece[first : first + 1]))
+            found = APART(vessels=names[row], share=len(piece) / voxels, gap=max(float(gap[first]), 0.0))
+            doubts.append(Doubt("topology", found, (names[row],), piece[first : first + 1]))
         else:
             elsewhere.append(len(piece))
     if elsewhere:

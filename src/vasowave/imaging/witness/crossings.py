@@ -1,8 +1,7 @@
 """Vessels that run on straight through a junction: two that touch or cross look like branches of one tree."""
 
-from itertools import combinations
-
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.tree import Line, Tree
@@ -26,17 +25,18 @@ PASSING = doubt_kind(
 
 def crossing_doubts(tree: Tree) -> list[Doubt]:
     """Return a doubt for each pair of vessels, neither beyond the other, that could be one vessel passing by."""
-    ways = [_direction(line, begin) for line, (begin, _) in zip(tree.lines, clear_stretches(tree), strict=True)]
+    ways = np.array(
+        [_direction(line, begin) for line, (begin, _) in zip(tree.lines, clear_stretches(tree), strict=True)]
+    )
+    begins = np.array([line.points[0] for line in tree.lines])
+    near = NEAR * np.add.outer(*[[line.typical_radius for line in tree.lines]] * 2)
+    passing = (ways @ ways.T < np.cos(np.radians(STRAIGHT))) & (cdist(begins, begins) < near)
     doubts = []
-    for one, other in combinations(range(len(tree)), 2):
-        lines = tree.lines[one], tree.lines[other]
-        gap = np.linalg.norm(lines[0].points[0] - lines[1].points[0])
-        passing = ways[one] @ ways[other] < np.cos(np.radians(STRAIGHT))
-        kin = _is_beyond(tree, one, other) or _is_beyond(tree, other, one)
-        if passing and not kin and gap < NEAR * (lines[0].typical_radius + lines[1].typical_radius):
+    for one, other in np.argwhere(np.triu(passing, 1)).tolist():
+        if not (_is_beyond(tree, one, other) or _is_beyond(tree, other, one)):
             names = str(one + 1), str(other + 1)
-            found = PASSING(vessels=", ".join(names))
-            doubts.append(Doubt("topology", found, names, np.array([line.points[-1] for line in lines])))
+            places = np.array([tree.lines[row].points[-1] for row in (one, other)])
+            doubts.append(Doubt("topology", PASSING(vessels=", ".join(names)), names, places))
     return doubts
 
 

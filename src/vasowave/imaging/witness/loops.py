@@ -8,12 +8,13 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
-from vasowave.errors import EXTRAS, InputError
+from vasowave.errors import InputError
 from vasowave.findings import look_kind, warn
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.places import written
 from vasowave.imaging.tree import Tree
 from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
+from vasowave.imaging.witness.skeleton import skeleton_voxels
 
 SMALLEST = 5.0
 """The least ring of voxels around a hole is longer, voxels; shorter ones are voxels that all touch each other."""
@@ -170,14 +171,9 @@ def loops_of(lumen: Segmentation) -> list[Loop]:
     InputError
         Without the extra 'imaging'.
     """
-    try:
-        from skimage.morphology import skeletonize
-    except ImportError:
-        raise InputError(f"the places of loops need the extra 'imaging': {EXTRAS}") from None
-    points = np.argwhere(skeletonize(np.pad(lumen.mask, 1))) - 1
+    points, pairs = skeleton_voxels(lumen, "the places of loops need")
     wall = np.argwhere(lumen.mask & ~ndimage.binary_erosion(lumen.mask))
     depth = cKDTree(wall).query(points)[0] + 0.5
-    pairs = cKDTree(points).query_pairs(1.8, output_type="ndarray")
     thin = depth[pairs].min(axis=1)
     graph = csr_array((1 / thin, pairs.T), shape=(len(points),) * 2)
     tree = minimum_spanning_tree(graph)

@@ -78,20 +78,28 @@ def thinned(lumen: Segmentation, root: np.ndarray, surface: np.ndarray) -> Thinn
     InputError
         Without the extra 'imaging'.
     """
-    try:
-        from skimage.morphology import skeletonize
-    except ImportError:
-        raise InputError(f"the second witness needs the extra 'imaging': {EXTRAS}") from None
-    points = np.argwhere(skeletonize(np.pad(lumen.mask, 1))) - 1
+    points, pairs = skeleton_voxels(lumen, "the second witness needs")
     places = points * lumen.spacing + lumen.origin
     depth = cKDTree(surface).query(places)[0]
-    pairs = cKDTree(points).query_pairs(1.8, output_type="ndarray")
     far = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) * lumen.spacing
     graph = coo_array((far, pairs.T), shape=(len(points),) * 2).tocsr()
     start = int(np.argmin(np.linalg.norm(places - root, axis=1)))
     way, above = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
     above[~np.isfinite(way)] = start
     return Thinned(places, depth, way, above, start, lumen.spacing)
+
+
+def skeleton_voxels(lumen: Segmentation, who: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the voxels of the lumen's skeleton (Lee's thinning), shape (voxel, 3), and the pairs that touch.
+
+    Without the extra 'imaging' an `InputError` says `who` needs it.
+    """
+    try:
+        from skimage.morphology import skeletonize
+    except ImportError:
+        raise InputError(f"{who} the extra 'imaging': {EXTRAS}") from None
+    points = np.argwhere(skeletonize(np.pad(lumen.mask, 1))) - 1
+    return points, cKDTree(points).query_pairs(1.8, output_type="ndarray")
 
 
 def skeleton_branches(skeleton: Thinned, ends: np.ndarray | None = None) -> Branches:
