@@ -197,6 +197,11 @@ def test_of_three_groups_one_is_shown_with_the_p_that_holds_for_all(study, tmp_p
     assert late["p"].max() >= vw.read_results(study).compare("HPH").table["p"].max()
 
 
+def test_a_parameter_of_one_law_is_compared_where_other_laws_have_none(results):
+    compared = results.compare("HPH", quantities=("beta",), law="linear")
+    assert list(compared.table["quantity"].unique()) == ["beta"]
+
+
 @pytest.mark.parametrize(
     ("asked", "words"),
     [

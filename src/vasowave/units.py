@@ -18,6 +18,8 @@ _FACTORS = {
         "Pa": 10.0 / MMHG,
         "dyn/cm2": 1.0 / MMHG,
         "cmH2O": 980.665 / MMHG,
+        "mbar": 1e3 / MMHG,
+        "hPa": 1e3 / MMHG,
     },
     "flow": {
         "ml/s": 1.0,

@@ -283,7 +283,19 @@ def test_a_narrowing_is_typed_with_its_vessel_and_is_that_of_python(tmp_path):
         assert "2 narrow" in waves.vessel
         lost = waves.pressure.sel(station="middle").mean("time")
         assert float(lost.sel(vessel="2") - lost.sel(vessel="2 beyond")) > 0.2
-    for wrong, words in (("2", "write NAME=VALUE"), ("2=0.8", "write VESSEL=SHARE,CM"), ("2=8,0.1", "area_lost is 8")):
+    swept = ["sweep", str(network), str(cycle), "--vary", "beta=40,60", "-o", str(tmp_path / "s.csv")]
+    means = []
+    for narrowing in ([], ["--narrow", "2=0.8,0.05"]):
+        assert CliRunner().invoke(app, [*swept, *narrowing]).exit_code == 0
+        means.append(np.loadtxt(tmp_path / "s.csv", delimiter=",", skiprows=1, usecols=3))
+    assert np.all(means[1] > means[0] + 0.1)
+    for wrong, words in (
+        *(
+            (text, f"--narrow {text}: write VESSEL=SHARE,CM")
+            for text in ("2", "2=0.8", "0.8,0.05", "2=a,b", "2=.8,1,1,1")
+        ),
+        ("2=8,0.1", "--narrow 2=8,0.1: a narrowing that closes 8 of the area"),
+    ):
         assert words in str(CliRunner().invoke(app, [*given, wrong, "-o", str(output)]).exception)
 
 

@@ -87,7 +87,9 @@ def test_a_branch_loses_the_square_of_the_change_of_its_velocity():
     ("parts", "words"),
     [
         (("nobody", 0.5, 0.1), "nobody"),
-        (("only", 1.0, 0.1), "area_lost is 1; give the share"),
+        (("only", 1.0, 0.1), "closes 1 of the area; give the share that is closed, above 0 and below 1"),
+        (("only", 0.5, 0.0), "of 0 cm; give its length"),
+        (("only", 0.5, 0.1, 0.5, -1.0), "-1 times as stiff"),
         (("only", 0.5, 1.2), "a narrowing of 1.2 cm at 0.5 of its length does not fit into vessel 'only'"),
         (("only", 0.5, 0.1, 0.98), "does not fit into vessel 'only', which is 1 cm long"),
     ],
@@ -97,7 +99,28 @@ def test_a_narrowing_that_cannot_be_is_refused(parts, words):
         vw.narrowed(tube(), *parts)
 
 
+def test_a_suture_stays_as_narrow_as_it_is_and_an_elastic_narrowing_gives_way():
+    """Widened by 20 mmHg: the area of the linear law, A0 (1 + p/β)², with the stiffness that was asked for."""
+    network = vw.Network(("only",), [-1], [1.0], [0.05])
+    model = vw.Model(network, vw.LinearWall(57.0), vw.Resistance([200.0]))
+    for stiffer in (1.0, 20.0):
+        parted = vw.narrowed(model, "only", 0.7, 0.2, stiffer=stiffer)
+        waves = vw.simulate(parted, Inflow(np.full(64, Q), 0.1), vw.Numerics(samples=64)).mean("time")
+        seen = waves.sel(vessel="only narrow", station="middle")
+        expected = 0.3 * np.pi * 0.05**2 * (1 + float(seen.pressure) / (57.0 * stiffer)) ** 2
+        assert float(seen.pressure) == pytest.approx(20.0, rel=0.05)
+        assert float(seen.area) == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_second_narrowing_of_one_vessel_has_names_of_its_own():
+    twice = vw.narrowed(vw.narrowed(tube(), "only", 0.5, 0.1), "only", 0.5, 0.1)
+    assert twice.network.name == ("only", "only narrow 2", "only beyond 2", "only narrow", "only beyond")
+    assert [twice.network.parent.tolist()] == [[-1, 0, 1, 2, 3]]
+
+
 def test_a_vessel_that_tapers_has_no_narrowing_and_angles_are_degrees():
+    with pytest.raises(InputError, match="Network was given where a Model is needed"):
+        vw.narrowed(vw.control_network(), "2", 0.5, 0.1)
     with pytest.raises(InputError, match="changes along its way"):
         vw.narrowed(tube(shape=vw.Shape([1.1, 0.9])), "only", 0.5, 0.1)
     with pytest.raises(InputError, match=r"between 0 .* and 180 degrees"):

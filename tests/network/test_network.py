@@ -1,3 +1,5 @@
+import warnings
+
 import numpy as np
 import pytest
 
@@ -68,6 +70,15 @@ def test_in_memory_errors_name_the_row():
 def test_a_missing_column_or_unit_or_a_wrong_one_is_an_error_naming_it(tmp_path, header, message):
     with pytest.raises(InputError, match=message):
         read_network(table(tmp_path, "a,,0.4,0.04\n", header))
+
+
+def test_a_vessel_four_times_as_wide_as_its_parent_is_named_and_one_as_wide_is_not(tmp_path):
+    header = "name,parent,length [cm],radius [cm]\n"
+    with pytest.warns(VasowaveWarning, match=r"vessel 'b' is 4 times as wide as its parent \(0.16 cm after 0.04 cm\)"):
+        read_network(table(tmp_path, "a,,0.4,0.04\nb,a,0.5,0.16\nc,a,0.4,0.04\n", header))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read_network(table(tmp_path, "a,,0.4,0.04\nb,a,0.5,0.07\nc,a,0.4,0.04\n", header))
 
 
 def test_a_radius_in_mm_that_is_declared_in_cm_warns(tmp_path):

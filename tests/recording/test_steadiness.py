@@ -7,6 +7,9 @@ import pytest
 
 import vasowave as vw
 from vasowave.datasets.raw import synthetic_raw_recording
+from vasowave.recording.cuts import Cuts
+from vasowave.recording.raw import RawRecording
+from vasowave.recording.saturation import saturated
 from vasowave.recording.steadiness import unsteady
 
 pytestmark = pytest.mark.filterwarnings("ignore::vasowave.errors.VasowaveWarning")
@@ -20,17 +23,28 @@ def said(course, code="recording.unsteady") -> list[dict]:
     return [dict(one.values) for one in average.findings if one.code == code]
 
 
+def beats(pressure: np.ndarray, flow: np.ndarray) -> Cuts:
+    """Return beats of 0.1 s, one after the other."""
+    starts = 0.1 * np.arange(len(flow))
+    return Cuts(starts, starts + 0.1, pressure, flow)
+
+
 def test_a_flow_that_falls_by_two_fifths_is_told_with_its_size():
     (found,) = said(lambda time: -0.4 * time)
-    assert (found["what"], found["earlier"], found["later"]) == ("the mean flow", 1, 4)
-    # between the middles of first and last quarter: 0.65 of 0.95 is left
-    assert found["percent"] == pytest.approx(100 * (0.65 / 0.95 - 1), abs=4)
+    assert found["what"] == "the mean flow"
+    # between the middles of the first and the last quarter of the beats: 0.65 of 0.95 is left
+    assert found["percent"] == pytest.approx(100 * (1 - 0.65 / 0.95), abs=4)
+    assert found["high_start"] < 1.0
+    assert found["low_end"] > 11.0
 
 
-def test_a_flow_that_sags_and_recovers_is_told_too():
-    (found,) = said(lambda time: np.where(np.abs(time - 0.375) < 0.125, -0.5, 0.0))
-    assert found["percent"] == pytest.approx(-50.0, abs=4)
-    assert (found["earlier"], found["later"]) == (1, 2)
+@pytest.mark.parametrize("middle", [0.15, 0.3, 0.375, 0.5, 0.62, 0.85])
+@pytest.mark.parametrize("sag", [-0.5, -0.3])
+def test_a_flow_that_sags_and_recovers_is_told_wherever_it_does(middle, sag):
+    (found,) = said(lambda time: np.where(np.abs(time - middle) < 0.125, sag, 0.0))
+    assert found["percent"] == pytest.approx(-100 * sag, abs=4)
+    assert found["low"] == pytest.approx((1 + sag) * found["high"], rel=0.05)
+    assert found["low_start"] < 12 * middle < found["low_end"]
 
 
 @pytest.mark.parametrize("change", [0.0, -0.1, 0.1])
@@ -39,23 +53,52 @@ def test_of_an_animal_that_stays_the_same_nothing_is_said(change):
 
 
 def test_a_pulse_that_doubles_is_told_unless_beats_scatter_as_much_as_it_changes():
-    rng, wave = np.random.default_rng(1), np.sin(np.linspace(0, np.pi, 50))
+    rng, wave = np.random.default_rng(1), np.sin(np.linspace(0, np.pi, 51))
     size = np.repeat([1.0, 1.5, 2.0], [10, 20, 10])
-    flow, all_used = np.ones((40, 50)), np.ones(40, bool)
-    (found,) = unsteady(size[:, None] * wave, flow, all_used, 1.0, 2.0)
-    assert dict(found.values) == {
-        "what": "the pulse pressure", "percent": pytest.approx(100.0), "earlier": 1, "later": 4, "start": 1.0,
-        "end": 2.0,
+    flow, all_used = np.ones((40, 51)), np.ones(40, bool)
+    (found,) = unsteady(beats(size[:, None] * wave, flow), all_used, 1.0, 2.0)
+    expected = {
+        "what": "the pulse pressure", "unit": "mmHg", "percent": 50.0, "low": 1.0, "high": 2.0, "low_start": 0.0,
+        "low_end": 1.0, "high_start": 2.6, "high_end": 3.6, "start": 1.0, "end": 2.0,
     }  # fmt: skip
+    assert dict(found.values) == {key: pytest.approx(value) for key, value in expected.items()}
     scattering = size * rng.lognormal(0, 1.0, 40)
-    assert unsteady(scattering[:, None] * wave, flow, all_used, 1.0, 2.0) == []
-    assert unsteady(size[:12, None] * wave, flow[:12], all_used[:12], 1.0, 2.0) == []  # too few beats to tell
+    assert unsteady(beats(scattering[:, None] * wave, flow), all_used, 1.0, 2.0) == []
+    assert unsteady(beats(size[:12, None] * wave, flow[:12]), all_used[:12], 1.0, 2.0) == []  # too few beats to tell
 
 
 def test_the_share_by_which_averaged_beats_are_off_is_that_of_the_means():
     flow = np.repeat([[1.0], [1.25]], 20, axis=0) * np.ones(50)
     pressure = np.ones((40, 1)) * np.sin(np.linspace(0, np.pi, 50))
-    used = np.arange(40) >= 30
-    told = [dict(one.values) for one in unsteady(pressure, flow, used, 1.0, 2.0) if one.code.endswith("apart")]
-    assert told == [{"what": "the mean flow", "percent": pytest.approx(100 * (1.25 / 1.125 - 1))}]
-    assert not [one for one in unsteady(pressure, flow, np.zeros(40, bool), 1.0, 2.0) if one.code.endswith("apart")]
+    used, cut = np.arange(40) >= 30, beats(pressure, flow)
+    told = [dict(one.values) for one in unsteady(cut, used, 1.0, 2.0) if one.code.endswith("apart")]
+    percent = pytest.approx(100 * (1.25 / 1.125 - 1))
+    assert told == [{"what": "the mean flow", "percent": percent, "start": 1.0, "end": 2.0}]
+    assert not [one for one in unsteady(cut, np.zeros(40, bool), 1.0, 2.0) if one.code.endswith("apart")]
+
+
+WAVE = np.sin(2 * np.pi * np.arange(8000) / 109.37) ** 2
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        10 + 15 * WAVE,
+        10 + 15 * np.tile(WAVE[:80], 100),
+        np.round(2 * (10 + 15 * WAVE)) / 2,  # a converter with steps of 0.5 mmHg
+        np.round(10 + 15 * WAVE + 0.4 * np.sin(np.arange(8000) / 300), 2),
+        10 + 15 * WAVE + np.random.default_rng(2).normal(0, 0.3, 8000),
+        np.round(10 + 15 * WAVE + np.random.default_rng(2).normal(0, 0.3, 8000), 1),
+    ],
+    ids=["sine", "one beat again and again", "coarse steps", "breathing", "noise", "noise in steps"],
+)
+def test_a_peak_that_is_cut_off_is_told_and_one_that_is_round_is_not(values):
+    """Cut at nine tenths of its range, before or after noise of a converter that rounds."""
+    raw = RawRecording(values, 0.1 * WAVE, 1000.0)
+    assert saturated(raw) == []
+    top = values.min() + 0.9 * np.ptp(values)
+    (found,) = (dict(one.values) for one in saturated(replace(raw, pressure=np.minimum(values, top))))
+    assert (found["what"], found["value"]) == ("pressure", pytest.approx(top))
+    assert found["percent"] == pytest.approx(100 * np.mean(values >= top), rel=0.2)  # runs of one or two do not count
+    (of_flow,) = (dict(one.values) for one in saturated(replace(raw, flow=np.minimum(0.1 * WAVE, 0.09))))
+    assert of_flow["what"] == "flow"

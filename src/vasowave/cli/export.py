@@ -28,6 +28,7 @@ def export(
     animal: Annotated[str, models.ANIMAL] = "",
     wall: Annotated[str, models.WALL] = "",
     bed: Annotated[str, models.BED] = "",
+    narrow: Annotated[list[str] | None, models.NARROW] = None,
     friction: Annotated[str, models.FRICTION] = "",
     cell_size: Annotated[float | None, models.CELL] = None,
     accuracy: Annotated[float | None, models.ACCURACY] = None,
@@ -36,7 +37,7 @@ def export(
     from vasowave.exchange import export_model
 
     model, flow = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
-    numerics = models.numerics_from(cell_size, accuracy)
+    model, numerics = models.narrowed_model(model, narrow or []), models.numerics_from(cell_size, accuracy)
     said = export_model(model, flow, program, output, centerlines=centerlines, numerics=numerics)
     typer.echo(repr(model))
     for sentence in said:

@@ -46,6 +46,11 @@ FRICTION = typer.Option(
 )
 CELL = typer.Option(help="Longest cell, cm.")
 ACCURACY = typer.Option(help="Largest numerical error of the pressure, mmHg: cells and steps are chosen from it.")
+NARROW = typer.Option(
+    metavar="VESSEL=SHARE,CM[,STIFFER]",
+    help="A stenosis, web or band: share of the vessel's area that is closed, its length, and how many times stiffer "
+    "it is (1, or of a suture 20). May be repeated.",
+)
 DATA = ".nc"
 """How the name of a netCDF file ends."""
 _OPENBF = (".yaml", ".yml")
@@ -75,6 +80,26 @@ def model_from(
         raise InputError(f"{network} brings its vascular beds along; leave --bed out")
     model, flow = _fitted(network, animal, wall) if network.is_dir() else _openbf(network, wall)
     return (model.changed(blood=blood) if blood else model), flow
+
+
+def narrowed_model(model: "Model", narrow: Sequence[str]) -> "Model":
+    """Return the model with the narrowings that were typed, see `NARROW`."""
+    from vasowave.errors import InputError
+    from vasowave.model.losses import narrowed
+
+    for text in narrow:
+        vessel, _, parts = text.rpartition("=")
+        try:
+            area_lost, length, *stiffer = (float(part) for part in parts.split(","))
+        except ValueError:
+            vessel = ""
+        if not vessel.strip() or len(stiffer) > 1:
+            raise InputError(f"--narrow {text}: write VESSEL=SHARE,CM, for example 2=0.8,0.05")
+        try:
+            model = narrowed(model, vessel.strip(), area_lost, length, stiffer=stiffer[0] if stiffer else 1.0)
+        except InputError as error:
+            raise InputError(f"--narrow {text}: {error}") from None
+    return model
 
 
 def numerics_from(cell_size: float | None, accuracy: float | None) -> "Numerics":

@@ -14,8 +14,6 @@ from vasowave.cli.app import app
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vasowave.model.model import Model
-
 
 _PICTURES = (".png", ".pdf", ".svg")
 _NAMES = (
@@ -38,10 +36,7 @@ def simulate(
     wall: Annotated[str, models.WALL] = "",
     bed: Annotated[str, models.BED] = "",
     values: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Another value.")] = None,
-    narrow: Annotated[
-        list[str] | None,
-        typer.Option(metavar="VESSEL=SHARE,CM", help="A stenosis or band: share of the area closed, and length."),
-    ] = None,
+    narrow: Annotated[list[str] | None, models.NARROW] = None,
     friction: Annotated[str, models.FRICTION] = "",
     cell_size: Annotated[float | None, models.CELL] = None,
     accuracy: Annotated[float | None, models.ACCURACY] = None,
@@ -53,7 +48,7 @@ def simulate(
 
     check_file(output, models.DATA)
     model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
-    model = _narrowed(solver.changed_model(model, _pairs(values or [])), narrow or [])
+    model = models.narrowed_model(solver.changed_model(model, _pairs(values or [])), narrow or [])
     with waiting("simulating"):
         result = solver.simulate(model, cycle, models.numerics_from(cell_size, accuracy))
     _write(result, output)
@@ -64,19 +59,6 @@ def simulate(
         f"Courant number {result.attrs['courant']:.2f}); pressure at the root {pressure.min():.1f} to "
         f"{pressure.max():.1f} mmHg, mean {pressure.mean():.1f}{_accuracy(result)}. Waveforms: {output}"
     )
-
-
-def _narrowed(model: "Model", narrow: Sequence[str]) -> "Model":
-    from vasowave.errors import InputError
-    from vasowave.model.losses import narrowed
-
-    for vessel, text in _split(narrow):
-        try:
-            area_lost, length = (float(part) for part in text.split(","))
-        except ValueError:
-            raise InputError(f"--narrow {vessel}={text}: write VESSEL=SHARE,CM, for example 2=0.8,0.05") from None
-        model = narrowed(model, vessel, area_lost, length)
-    return model
 
 
 def _accuracy(result: "xr.Dataset") -> str:
@@ -105,6 +87,7 @@ def sweep(
     animal: Annotated[str, models.ANIMAL] = "",
     wall: Annotated[str, models.WALL] = "",
     bed: Annotated[str, models.BED] = "",
+    narrow: Annotated[list[str] | None, models.NARROW] = None,
     friction: Annotated[str, models.FRICTION] = "",
     cell_size: Annotated[float | None, models.CELL] = None,
     accuracy: Annotated[float | None, models.ACCURACY] = None,
@@ -122,6 +105,10 @@ def sweep(
         raise InputError("nothing to vary; give --vary NAME=VALUES, for example --vary beta=40,60,80")
     model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
     grid = {name: _numbers(name, text) for name, text in _split(vary)}
+    if set(grid) & set(model.wall._fields) and any(text.count(",") > 1 for text in narrow or []):
+        raise InputError("a narrowing that is stiffer than its vessel, and a stiffness that is varied for all vessels, "
+                         "exclude each other; leave one out")  # fmt: skip
+    model = models.narrowed_model(model, narrow or [])
     numerics, made = models.numerics_from(cell_size, accuracy), [0, 0]
     with alive(lambda: f"{made[0]} of {made[1]} simulations"), _bar() as show:
 

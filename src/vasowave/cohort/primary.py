@@ -318,7 +318,7 @@ def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | 
     found = known_values(cohort, source, name, (cohort.reference, other))
     if found is None:
         return None
-    of_other = np.array([result.group == other for result in found.results])
+    of_other = np.array([result.group == other for result in found.results], dtype=bool)
     return Compared(name, source, found.unit, found.results, found.known, of_other)
 
 

@@ -1,6 +1,7 @@
 """Where vessels lose energy beside their drag: a stenosis, a web or a band, and branches that leave at an angle."""
 
 from dataclasses import replace
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,15 @@ TURBULENT = 1.52
 _TURN = 0.75  # share of a branch's angle by which its stream has turned where it leaves (Mynard, Valen-Sendstad 2015)
 
 
-def narrowed(model: Model, vessel: str, area_lost: float, length: float, place: float = 0.5) -> Model:
+def narrowed(
+    model: Model, vessel: str, area_lost: float, length: float, place: float = 0.5, stiffer: float = 1.0
+) -> Model:
     """Return a model with a stenosis, a web or a band in one vessel.
 
     The vessel becomes three: up to the narrowing, the narrowing, and what lies beyond it, where the jet loses
-    1.52 (A/A_s - 1)² ½ρu² with the velocity u there (Young and Tsai 1973). Drag, inertia and stiffness of the narrow
-    part are those of a vessel of its radius. The pressure within it is lower only where junctions share the total
-    pressure; before and behind it is the same.
+    1.52 (A/A_s - 1)² ½ρu² with the velocity u there (Young and Tsai 1973). Drag and inertia of the narrow part are
+    those of a vessel of its radius, and it stretches as the vessel does, unless it is `stiffer`, as a suture is. The
+    pressure within it is lower only where junctions share the total pressure; before and behind it is the same.
 
     Parameters
     ----------
@@ -29,11 +32,13 @@ def narrowed(model: Model, vessel: str, area_lost: float, length: float, place: 
     vessel : str
         Name of a straight vessel.
     area_lost : float
-        Share of its area that is closed, between 0 and 1.
+        Share of its area that is closed, above 0 and below 1, at the pressure of the image.
     length : float
         Of the narrow part, cm.
     place : float
         Its middle, as a share of the vessel's length.
+    stiffer : float
+        How many times as stiff as the vessel the narrow part is.
 
     Returns
     -------
@@ -43,7 +48,7 @@ def narrowed(model: Model, vessel: str, area_lost: float, length: float, place: 
     Raises
     ------
     InputError
-        No such vessel, or one that changes along its way; a narrowing that closes it, or that does not fit into it.
+        No such vessel, or one that changes along its way; a narrowing that closes it or does not fit into it; no model.
 
     Examples
     --------
@@ -54,20 +59,30 @@ def narrowed(model: Model, vessel: str, area_lost: float, length: float, place: 
     >>> vw.narrowed(model, "2", area_lost=0.8, length=0.05).network.name[:5]
     ('1', '2', '2 narrow', '2 beyond', '3')
     """
+    if not isinstance(model, Model):
+        raise InputError(f"{type(model).__name__} was given where a Model is needed")
     network, row = model.network, model.network.row(vessel)
     if model.changing[row]:
         raise InputError(f"vessel '{vessel}' changes along its way; a narrowing needs a straight one")
     if not 0 < area_lost < 1:
-        raise InputError(f"area_lost is {area_lost:g}; give the share of the area that is closed, between 0 and 1")
+        raise InputError(
+            f"a narrowing that closes {area_lost:g} of the area; give the share that is closed, above 0 and below 1"
+        )
+    if not (np.isfinite(stiffer) and stiffer > 0):
+        raise InputError(f"a narrowing that is {stiffer:g} times as stiff; give a positive number")
     whole = float(network.length[row])
     before, beyond = place * whole - 0.5 * length, (1.0 - place) * whole - 0.5 * length
-    if not (length > 0 and before > 0 and beyond > 0):
+    if not length > 0:
+        raise InputError(f"a narrowing of {length:g} cm; give its length, above 0 cm")
+    if not (before > 0 and beyond > 0):
         raise InputError(f"a narrowing of {length:g} cm at {place:g} of its length does not fit into vessel "
-                         f"'{vessel}', which is {whole:g} cm long")  # fmt: skip
+                         f"'{vessel}', which is {whole:g} cm long: some of it must be left on both sides")  # fmt: skip
     rows = np.insert(np.arange(len(network)), row + 1, [row, row])  # of every new vessel, that which it is a part of
     parts = slice(row, row + 3)
     loss: Any = np.broadcast_to(model.loss, len(network))[rows].copy()
     loss[parts] = loss[row], 0.0, TURBULENT * (1.0 / (1.0 - area_lost) - 1.0) ** 2
+    factor = np.where(np.arange(len(rows)) == row + 1, stiffer, 1.0)
+    parameters = zip(model.wall, model.wall.law().parameters, strict=True)
     shape = model.shape
     if shape is not None and shape.rows != (1, 1):
         tables = map(np.asarray, (shape.radius, shape.stiffness))
@@ -75,7 +90,7 @@ def narrowed(model: Model, vessel: str, area_lost: float, length: float, place: 
     return replace(
         model,
         network=_in_three(network, row, rows, (before, length, beyond), np.sqrt(1.0 - area_lost)),
-        wall=type(model.wall)(*(value[rows] for value in model.wall)),
+        wall=type(model.wall)(*(value[rows] * one.scale(factor) for value, one in parameters)),
         shape=shape,
         loss=loss,
         wall_viscosity=np.broadcast_to(model.wall_viscosity, len(network))[rows],
@@ -84,9 +99,11 @@ def narrowed(model: Model, vessel: str, area_lost: float, length: float, place: 
 
 def _in_three(network: Network, row: int, rows: np.ndarray, lengths: tuple[float, ...], factor: float) -> Network:
     """Return the network with one vessel in three pieces, of which the middle one has its radius times a factor."""
-    name = network.name[row]
     names = [network.name[one] for one in rows]
-    names[row + 1], names[row + 2] = f"{name} narrow", f"{name} beyond"
+    for piece, added in ((row + 1, "narrow"), (row + 2, "beyond")):
+        wanted = f"{network.name[row]} {added}"
+        others = (f"{wanted} {number}" for number in count(2))
+        names[piece] = wanted if wanted not in network.name else next(one for one in others if one not in network.name)
     length, radius = network.length[rows], network.radius[rows]
     length[row : row + 3] = lengths
     radius[row + 1] *= factor

@@ -7,6 +7,7 @@ from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.network.network import Network
 from vasowave.species import SPECIES
 
+_WIDER = 2.0  # times the parent's radius: a wider vessel is looked at
 _UNIT = "Correct the unit in the header of the network."
 SLENDER = look_kind(
     "network.odd-slenderness",
@@ -19,6 +20,12 @@ ROOT_SIZE = look_kind(
     "the root's radius is {radius:.3g} cm; a mouse's main pulmonary artery has 0.05 cm, a human aorta 1.5 cm: is the "
     "unit in the header right?",
     _UNIT,
+)
+WIDENS = look_kind(
+    "network.widens",
+    "vessel '{vessel}' is {ratio:.2g} times as wide as its parent ({radius:.3g} cm after {parent:.3g} cm): is a "
+    "decimal point in the wrong place?",
+    "Correct the radius in the network's file, or keep it if the vessel really is a bulge.",
 )
 NO_PRESSURE = look_kind(
     "network.pressure-unknown",
@@ -33,10 +40,15 @@ UNKNOWN_VARIABLE = note_kind("network.unknown-variable", "the variable '{name}' 
 
 
 def implausible_sizes(network: Network) -> list[Finding]:
-    """Return every sign that lengths or radii are in another unit than cm."""
+    """Return every sign that lengths or radii are in another unit than cm, or one radius is a slip."""
     ratio, widest = float(np.median(network.length / network.radius)), float(network.radius[network.root])
     slender = [] if 1.5 <= ratio <= 150 else [SLENDER(ratio=ratio)]
-    return slender if 0.004 <= widest <= 2.0 else [*slender, ROOT_SIZE(radius=widest)]
+    root = [] if 0.004 <= widest <= 2.0 else [ROOT_SIZE(radius=widest)]
+    ratios = np.where(network.parent < 0, 1.0, network.radius / network.radius[network.parent])
+    row = int(np.argmax(ratios))
+    sizes = {"radius": float(network.radius[row]), "parent": float(network.radius[network.parent[row]])}
+    wide = [WIDENS(ratio=float(ratios[row]), **sizes).at(vessel=network.name[row])] if ratios[row] > _WIDER else []
+    return [*slender, *root, *wide]
 
 
 def unlike_the_species(network: Network, species: str, unit: float | None = None) -> str:

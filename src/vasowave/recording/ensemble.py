@@ -20,6 +20,7 @@ from vasowave.recording.plausibility import check_flow, check_pressure, odd_valu
 from vasowave.recording.prepared import Prepared, prepare
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.rejection import Rejection, choose_run, lost_in_run, summarize
+from vasowave.recording.saturation import saturated
 from vasowave.recording.settings import Averaging
 from vasowave.recording.steadiness import unsteady
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
@@ -201,7 +202,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         *lost, *notes, *heartbeats.notes,
         *plateau_findings(prepared.plateaus, *_beating(baseline, cut.starts, reasons)),
         *baseline_findings(baseline, first, last),
-        *unsteady(cut.pressure[shaped], cut.flow[shaped], np.isin(np.flatnonzero(shaped), used), first, last),
+        *unsteady(cut.chosen(shaped), np.isin(np.flatnonzero(shaped), used), first, last), *saturated(raw),
         *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, how.beats),
     ]  # fmt: skip
     errors = [harmonic_error(values[:, :-1]) for values in (chosen.pressure, chosen.flow)]

@@ -2,67 +2,75 @@
 
 import numpy as np
 
-from vasowave.findings import Finding, look_kind, note_kind
+from vasowave.findings import Finding, look_kind
+from vasowave.recording.cuts import Cuts
 
-_CHANGES = 0.25
-"""A pulse or a mean flow that changes by more than this share from one quarter of the beats to another is told."""
+_CHANGES = 0.2
+"""A pulse or a mean flow that is lower by more than this share in one stretch of the beats than in another is told."""
 
 _APART = 0.05
-"""Averaged beats whose pulse or mean flow is off that of all beats by more than this share are noted."""
+"""Averaged beats whose pulse or mean flow is off that of all beats by more than this share are told."""
 
-_FEWEST = 20  # beats: five in a quarter
+_FEWEST = 20  # beats: five in a stretch
+_STRETCH, _STRIDE = 0.25, 0.0625  # of the beats that a stretch has, and by which the next one begins later
 _SURE = 4.0  # standard errors
 
 UNSTEADY = look_kind(
     "recording.unsteady",
-    "{what} changes by {percent:+.0f} % from quarter {earlier} of the beats to quarter {later}; the average is that of "
-    "{start:.3g} to {end:.3g} s",
+    "{what} differs by {percent:.0f} % within the recording: {low:.3g} {unit} from {low_start:.3g} to {low_end:.3g} s, "
+    "{high:.3g} {unit} from {high_start:.3g} to {high_end:.3g} s; the average is that of {start:.3g} to {end:.3g} s",
     "Choose with `start` and `end` the stretch that stands for the animal; where the probe lost its contact, leave the "
     "rest out.",
 )
-APART = note_kind(
-    "recording.average-apart", "{what} of the averaged beats is {percent:+.0f} % off that of all beats of the stretch"
+APART = look_kind(
+    "recording.average-apart",
+    "{what} of the averaged beats ({start:.3g} to {end:.3g} s) is {percent:+.0f} % off that of all beats",
+    "Choose with `start` and `end` the stretch that stands for the animal.",
 )
 
 
-def unsteady(pressure: np.ndarray, flow: np.ndarray, used: np.ndarray, start: float, end: float) -> list[Finding]:
+def unsteady(cut: Cuts, used: np.ndarray, start: float, end: float) -> list[Finding]:
     """Return findings where pulse pressure or mean flow change in the course of a recording.
 
     Parameters
     ----------
-    pressure, flow : float array, shape (beat, sample)
-        Beats of usual length and shape in the order of time, those of inspiration among them, mmHg and ml/s.
+    cut : Cuts
+        Beats of usual length and shape in the order of time, those of inspiration among them.
     used : bool array, shape (beat,)
         Which are averaged.
     start, end
         Between which instants they are, s.
     """
-    courses = {"the pulse pressure": np.ptp(pressure, axis=1), "the mean flow": flow.mean(axis=1)}
+    courses = (
+        ("the pulse pressure", "mmHg", np.ptp(cut.pressure, axis=1)),
+        ("the mean flow", "ml/s", cut.flow.mean(axis=1)),
+    )
     found = []
-    for what, values in courses.items():
+    for what, unit, values in courses:
         if len(values) < _FEWEST or np.median(values) <= 0:
             continue
-        change, earlier, later = _largest_change(values)
-        if change:
-            found.append(UNSTEADY(what=what, percent=100 * change, earlier=earlier, later=later, start=start, end=end))
+        found += _differs(cut, values, what=what, unit=unit, start=start, end=end)
         off = float(np.mean(values[used]) / np.mean(values) - 1.0) if used.any() else 0.0  # all kept by hand
         if abs(off) > _APART:
-            found.append(APART(what=what, percent=100 * off))
+            found.append(APART(what=what, percent=100 * off, start=start, end=end))
     return found
 
 
-def _largest_change(values: np.ndarray) -> tuple[float, int, int]:
-    """Return the largest change of the median from a quarter to a later one that is told, and their numbers; 0 if none.
-
-    Of a fall and the rise that takes it back, which are as large of the higher level, that is the fall.
-    """
-    quarters = np.array_split(values, 4)
-    medians = np.array([np.median(one) for one in quarters])
-    errors = np.array([one.std() / np.sqrt(len(one)) for one in quarters])
-    changes = [
-        (medians[j] / medians[i] - 1.0, i + 1, j + 1)
-        for i in range(4) for j in range(i + 1, 4)
-        if medians[i] > 0 and abs(medians[j] - medians[i]) > _SURE * np.hypot(errors[i], errors[j])
-    ]  # fmt: skip
-    told = [one for one in changes if abs(one[0]) > _CHANGES]
-    return max(told, key=lambda one: round(abs(one[0]) / max(1.0, 1.0 + one[0]), 1), default=(0.0, 1, 4))
+def _differs(cut: Cuts, values: np.ndarray, **said: str | float) -> list[Finding]:
+    """Return a finding if the lowest and the highest median of a stretch differ by more than chance and `_CHANGES`."""
+    count = len(values)
+    size, stride = max(5, round(_STRETCH * count)), max(1, round(_STRIDE * count))
+    begins = np.unique(np.append(np.arange(0, count - size, stride), count - size))
+    stretches = np.array([values[begin : begin + size] for begin in begins])
+    medians, errors = np.median(stretches, axis=1), stretches.std(axis=1) / np.sqrt(size)
+    low, high = int(np.argmin(medians)), int(np.argmax(medians))
+    fall = medians[high] - medians[low]
+    if fall <= max(_CHANGES * medians[high], _SURE * np.hypot(errors[low], errors[high])):
+        return []
+    where = {
+        f"{name}_{side}": float(of[begins[one] + last])
+        for name, one in (("low", low), ("high", high))
+        for side, of, last in (("start", cut.starts, 0), ("end", cut.ends, size - 1))
+    }
+    levels = {"low": float(medians[low]), "high": float(medians[high])}
+    return [UNSTEADY(percent=100 * fall / medians[high], **levels, **where, **said)]

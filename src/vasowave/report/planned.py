@@ -72,7 +72,10 @@ def plan_texts(plan: Plan) -> list[str]:
             "occasion may save more than the table says. A pilot with a subject in its design tells it."
         )
     if not any(one.error for one in plan.spreads):
-        said.append("Errors of single animals are not known apart from their spread here, so that nothing is saved.")
+        said.append(
+            "How much of the spread is error of measurement is not known here, so that the table cannot say what "
+            "smaller errors would save."
+        )
     return said
 
 

@@ -19,11 +19,11 @@ from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.model.outlets import Bed, Circuit
 from vasowave.model.ventricle import Driven
-from vasowave.recording import Inflow, Recording
+from vasowave.recording import EnsembleAverage, Inflow, Recording
 from vasowave.solver.dataset import as_dataset
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
-from vasowave.solver.simulate import simulate_run
+from vasowave.solver.simulate import driving, simulate_run
 
 _CLOSE = 1e-3  # mmHg, change of the pressure behind the beds after which no turn follows
 _TURNS = 40  # at most
@@ -91,12 +91,14 @@ class Circulation:
             if lacking:
                 raise InputError(f"drains: '{min(lacking)}' {why}")
 
-    def simulate(self, inflow: Driven | Recording, numerics: Numerics | None = None) -> dict[str, xr.Dataset]:
+    def simulate(
+        self, inflow: Driven | Recording | EnsembleAverage, numerics: Numerics | None = None
+    ) -> dict[str, xr.Dataset]:
         """Simulate one cycle of the periodic state of both.
 
         Parameters
         ----------
-        inflow : Inflow, Recording, InletPressure or Ventricle
+        inflow : Inflow, Recording, EnsembleAverage, InletPressure or Ventricle
             What enters the arteries, as in `simulate`.
         numerics : Numerics, optional
 
@@ -115,7 +117,7 @@ class Circulation:
         NumericalError
             As `simulate`, or if the pressure between the two does not settle.
         """
-        driven = inflow.inflow if isinstance(inflow, Recording) else inflow
+        driven = driving(inflow)
         numerics = numerics or Numerics()
         behind = np.full((numerics.samples, len(self.drains)), float(np.mean(self.veins.outlet_pressure)))
         change = np.inf

@@ -10,7 +10,8 @@ from vasowave.errors import InputError, NumericalError, VasowaveError
 from vasowave.findings import warn
 from vasowave.model.model import Model
 from vasowave.model.ventricle import Driven, Ventricle
-from vasowave.recording import Recording
+from vasowave.network.network import Network
+from vasowave.recording import EnsembleAverage, Recording, one_cycle
 from vasowave.runtime.threads import threads
 from vasowave.solver.accuracy import run_to_accuracy
 from vasowave.solver.dataset import as_dataset, stack
@@ -22,7 +23,7 @@ from vasowave.solver.valve import ventricular_waves
 
 def simulate(
     model: Model | Sequence[Model],
-    inflow: Driven | Recording,
+    inflow: Driven | Recording | EnsembleAverage,
     numerics: Numerics | None = None,
     *,
     progress: Callable[[int], None] | None = None,
@@ -33,7 +34,7 @@ def simulate(
     ----------
     model : Model or sequence of Model
         Several models of networks with the same vessels run in parallel over all cores.
-    inflow : Inflow, Recording, InletPressure or Ventricle
+    inflow : Inflow, Recording, EnsembleAverage, InletPressure or Ventricle
         Flow into the root; or the pressure at its inlet, from which the flow follows; or the ventricle that ejects into
         it, from which both follow.
     numerics : Numerics, optional
@@ -74,18 +75,25 @@ def simulate(
     >>> waves.pressure.dims, waves.pressure.attrs["units"]
     (('time', 'vessel', 'station'), 'mmHg')
     """
-    flow = inflow.inflow if isinstance(inflow, Recording) else inflow
+    flow = driving(inflow)
     numerics = numerics or Numerics()
     if isinstance(model, Model):
         run = simulate_run(model, flow, numerics)
         for note in run.notes:
             warn(note)
         return _labelled(run, flow)
+    if isinstance(model, Network):
+        raise InputError("a Network was given where a Model is needed: a network with a wall law and vascular beds")
     models = list(model)
     if not models:
         raise InputError("no models to simulate")
     outcomes = simulate_runs(models, flow, numerics, progress=progress)
     return stack([_labelled(one, flow) if isinstance(one, Run) else one for one in outcomes])
+
+
+def driving(given: Driven | Recording | EnsembleAverage) -> Driven:
+    """Return what drives a network: what is given, or the flow of a recording or an average."""
+    return given if isinstance(given, Driven) else one_cycle(given).inflow
 
 
 def _labelled(run: Run, driven: Driven) -> xr.Dataset:

@@ -15,7 +15,7 @@ from vasowave.model.laws import parameter_names
 from vasowave.model.model import Model
 from vasowave.model.outlets import Bed
 from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
-from vasowave.recording import Inflow, Recording
+from vasowave.recording import EnsembleAverage, Inflow, Recording, one_cycle
 from vasowave.recording.cycle import resample
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
@@ -36,7 +36,7 @@ _KEPT = {
 
 def sweep(
     model: Model,
-    inflow: Inflow | Recording,
+    inflow: Inflow | Recording | EnsembleAverage,
     values: Mapping[str, Sequence[float]],
     numerics: Numerics | None = None,
     *,
@@ -49,7 +49,7 @@ def sweep(
     ----------
     model : Model
         What is not varied stays as it is here.
-    inflow : Inflow or Recording
+    inflow : Inflow, Recording or EnsembleAverage
     values : mapping of str to sequence of float
         Parameters of the wall law, for all vessels alike (``beta``, ``p1``, ``gamma``, ``m`` …); of the vascular beds
         ``R_T`` (total resistance, mmHg s/ml), where they have a compliance ``tau`` (s), and of Windkessels ``a``
@@ -89,7 +89,7 @@ def sweep(
         raise InputError(
             "nothing to sweep; name a parameter and its values, as in {'beta': [40, 60, 80]} or `--vary beta=40,60,80`"
         )
-    flow = inflow.inflow if isinstance(inflow, Recording) else inflow
+    flow = inflow if isinstance(inflow, Inflow) else one_cycle(inflow).inflow
     numerics = numerics or Numerics()
     count = int(np.prod([len(one) for one in axes.values()]))
     kept: list[dict[str, Any]] = []
@@ -126,11 +126,14 @@ def sweep_table(found: xr.Dataset) -> pd.DataFrame:
 def _checked(model: Model, name: str, given: Sequence[float]) -> np.ndarray:
     known = tuple(_units(model))
     if name not in known:
-        raise InputError(f"'{name}' cannot be swept{did_you_mean(name, known)}; there are: {', '.join(known)}")
+        raise InputError(
+            f"'{name}' is no parameter of this model{did_you_mean(name, known)}; there are: {', '.join(known)}"
+        )
     values = np.atleast_1d(np.asarray(given, dtype=float))
     allowed = np.isfinite(values) & ((values > 0) | ((values == 0) & (name == WALL_VISCOSITY)))  # 0: an elastic wall
     if values.ndim != 1 or not len(values) or not np.all(allowed):
-        raise InputError(f"{name}: give positive numbers, not {', '.join(f'{one:g}' for one in values.ravel())}")
+        given_ones = ", ".join(f"{one:g}" for one in values.ravel()) or "none"
+        raise InputError(f"{name}: give positive numbers, not {given_ones}")
     if name == "a" and values.max() >= 1:
         raise InputError(f"a: {values.max():g}; R1 is a part of the total resistance, so a lies below 1")
     return values

@@ -70,8 +70,8 @@ def labelled(cohort: Cohort, names: tuple[str, ...], written: Mapping[str, str])
 def _waveforms(cohort: Cohort) -> list[Block]:
     looks = group_looks(cohort.groups)
     return [
-        *(Drawing(f"PQsim-{place}", f"Pressure and flow at the middle of chosen vessels of {cohort.name(group)}; in "
-                  "brackets the vessel's share of the mean flow.", figures.vessels_figure(result, looks[group].color))
+        *(Drawing(f"PQsim-{place}", f"Pressure and flow at the middle of chosen vessels of {cohort.name(group)}, "
+                  "each with its share of the mean flow.", figures.vessels_figure(result, looks[group].color))
           for place, (group, result) in enumerate(cohort.shown.items(), start=1)),
         Drawing("PAsim", "Pressure against area at the middle of the root vessel over one cycle (thick), and the wall "
                 "law from zero pressure on (thin, if the results hold it).", figures.pressure_area_figure(cohort)),
