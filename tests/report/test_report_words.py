@@ -148,6 +148,9 @@ def test_a_law_of_arteries_that_no_animal_survives_is_a_problem_and_no_yardstick
     assert problem in " ".join(problems(torn, primary_comparison(torn, Family("tangent", NAMES))))
     assert not problems(torn, primary_comparison(torn, Family("linear", NAMES)))
     assert said.count(problem) == page_of(torn.results).count(problem) == 1
+    quiet = str(problem_blocks(torn, primary_comparison(torn, Family("linear", NAMES))))
+    assert "by the linear wall no problem was found; what another law has stands beside" in quiet
+    assert "no law misses" not in quiet
 
 
 def test_answers_that_rest_on_numbers_not_to_be_used_are_marked(cohort_results):

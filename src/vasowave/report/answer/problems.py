@@ -23,6 +23,7 @@ _MAX_FAILURES = 8  # told one by one
 
 
 _NONE = "No problem was found: nothing failed, and no law misses its data."
+_NONE_BY_LAW = "Nothing failed, and by the {law} wall no problem was found; what another law has stands beside."
 _NONE_OF_ONE = (
     "No problem was found: nothing failed. One wall law was fitted, so that nothing shows whether another would meet "
     "the data better."
@@ -104,9 +105,16 @@ def problem_blocks(cohort: Cohort, primary: Primary) -> list[Block]:
     blocks += [Notice(f"Posteriors to look at ({primary.law} wall)", doubts)] if doubts else []
     count = sum(one not in result.looks for result in cohort.results for one in result.findings)
     count -= sum(map(len, doubted.values()))
-    none = [] if sentences or looks or doubts else [_NONE if len(cohort.walls) > 1 else _NONE_OF_ONE]
+    none = [] if sentences or looks or doubts else [_none(cohort, primary.law)]
     notes = [f"{count} routine notes stand with the animals in the supplement."] if count else []
     return [*blocks, *([Remarks("Checks", [*none, *notes])] if none or notes else [])]
+
+
+def _none(cohort: Cohort, law: str) -> str:
+    """Say that there is no problem, with any law or with the one that answers."""
+    if overstrained(cohort, [wall for wall in cohort.walls if wall != law]):
+        return _NONE_BY_LAW.format(law=law)
+    return _NONE if len(cohort.walls) > 1 else _NONE_OF_ONE
 
 
 def _doubted_posteriors(cohort: Cohort, law: str) -> dict[str, list[Finding]]:
