@@ -41,7 +41,7 @@ def disc(reach: float, step: float) -> np.ndarray:
 def sampled(grey: np.ndarray, places: np.ndarray, origin: np.ndarray, spacing: float) -> np.ndarray:
     """Return `grey` interpolated linearly at `places` (z, y, x, cm; any shape + (3,))."""
     at = np.moveaxis((places - origin) / spacing, -1, 0)
-    return np.asarray(map_coordinates(grey, at, order=1, mode="nearest"))
+    return np.asarray(map_coordinates(grey, at, order=1, mode="nearest", output=np.float32))
 
 
 def medians(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:

@@ -243,7 +243,7 @@ def smaller(grey: np.ndarray) -> tuple[np.ndarray, int]:
     """
     step = -(-max(grey.shape) // _FINEST)
     if step == 1:
-        return grey, 1
+        return np.asarray(grey, dtype=np.float32), 1
     whole = np.pad(grey, [(0, -length % step) for length in grey.shape], mode="edge")
     shape = [number for length in whole.shape for number in (length // step, step)]
     return whole.reshape(shape).mean(axis=(1, 3, 5), dtype=np.float32), step

@@ -40,7 +40,7 @@ def _sample(volume: Volume, shift: int) -> tuple[np.ndarray, np.ndarray]:
     grey = volume.grey
     places = [np.arange(0, count, EVERY) for count in grey.shape]
     places[2] = np.minimum(places[2] + shift, grey.shape[2] - 1)
-    here = grey[np.ix_(*places)]
+    here = grey[np.ix_(*places)].astype(np.float32)
     real = np.zeros(here.shape, dtype=bool)
     for axis in range(3):
         for step in (-1, 1):

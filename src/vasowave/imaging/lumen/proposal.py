@@ -42,7 +42,7 @@ class Levels:
 def levels_of(volume: Volume) -> Levels:
     """Return background and lumen of `volume`: the largest bright piece is looked at, again and again."""
     every = -(-max(volume.grey.shape) // FINEST)
-    grey = ndimage.gaussian_filter(np.asarray(volume.grey[::every, ::every, ::every]), SMOOTH)
+    grey = ndimage.gaussian_filter(np.asarray(volume.grey[::every, ::every, ::every], dtype=np.float32), SMOOTH)
     dark, bright = background_level(volume), float(np.percentile(grey, FIRST))
     for _ in range(ROUNDS):
         pieces, count = ndimage.label(grey > dark + SHARE * (bright - dark))

@@ -28,6 +28,7 @@ MARGIN = 3
 """Voxels kept around the lumen."""
 LARGE = 1 << 30
 """Bytes of grey levels beyond which a volume is smoothed in parts."""
+_SIZE = 4  # bytes of a smoothed grey level
 LEAST, LEAST_SHARE = 100, 0.003
 """A separate piece of so many voxels, and of such a share of the lumen, is as large as a vessel."""
 
@@ -166,7 +167,7 @@ class Smoothed:
         self._grey = np.asarray(volume.grey)
         self._width = float(np.clip(0.5 + 1.1 * self.noise / self.contrast(threshold), 0.5, 1.3))
         self._reach = reach_of(self._width)
-        self._slab = max(1, LARGE // self._grey[0].nbytes)  # planes
+        self._slab = max(1, LARGE // (_SIZE * self._grey[0].size))  # planes
 
     def contrast(self, threshold: float) -> float:
         """Return how far a wall at `threshold` is above the background."""

@@ -13,7 +13,7 @@ def reach_of(width: float) -> int:
 
 
 def smoothed(grey: np.ndarray, width: float) -> np.ndarray:
-    """Return `grey` (float32, shape (z, y, x)) smoothed by a Gaussian of standard deviation `width`, voxels.
+    """Return `grey` (shape (z, y, x)) smoothed, float32, by a Gaussian of standard deviation `width`, voxels.
 
     The image goes on beyond its faces as its mirror image. Planes are read once, so that no second copy is held.
     """
