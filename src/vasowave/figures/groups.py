@@ -142,7 +142,7 @@ def plot_waveforms(ax: "Axes", results: "Sequence[AnimalResult]", quantity: str,
         (line,) = ax.plot(*from_foot(result, quantity), **look)
         mark(line, result.name, result.name)
     ax.set_xlim(0, 1)
-    return label_axes(ax, "time from the foot/T [1]", {"pressure": "pressure [mmHg]", "flow": "flow [ml/s]"}[quantity])
+    return label_axes(ax, "time from the foot [T]", {"pressure": "pressure [mmHg]", "flow": "flow [ml/s]"}[quantity])
 
 
 def plot_mean_waveform(ax: "Axes", results: "Sequence[AnimalResult]", quantity: str, look: GroupLook) -> None:

@@ -8,8 +8,9 @@ from vasowave.recording.cuts import Cuts
 _CHANGES = 0.2
 """A pulse or a mean flow that is lower by more than this share in one stretch of the beats than in another is told."""
 
-_APART = 0.05
-"""Averaged beats whose pulse or mean flow is off that of all beats by more than this share are told."""
+_PULSE_APART, _FLOW_APART = 0.1, 0.05
+"""Averaged beats whose pulse or mean flow is off that of all beats by more than this share are told: breaths alone, of
+which the average takes one part, make 6 % of the pulse."""
 
 _FEWEST = 20  # beats: five in a stretch
 _STRETCH, _STRIDE = 0.25, 0.0625  # of the beats that a stretch has, and by which the next one begins later
@@ -42,16 +43,16 @@ def unsteady(cut: Cuts, used: np.ndarray, start: float, end: float) -> list[Find
         Between which instants they are, s.
     """
     courses = (
-        ("the pulse pressure", "mmHg", np.ptp(cut.pressure, axis=1)),
-        ("the mean flow", "ml/s", cut.flow.mean(axis=1)),
+        ("the pulse pressure", "mmHg", np.ptp(cut.pressure, axis=1), _PULSE_APART),
+        ("the mean flow", "ml/s", cut.flow.mean(axis=1), _FLOW_APART),
     )
     found = []
-    for what, unit, values in courses:
+    for what, unit, values, apart in courses:
         if len(values) < _FEWEST or np.median(values) <= 0:
             continue
         found += _differs(cut, values, what=what, unit=unit, start=start, end=end)
         off = float(np.mean(values[used]) / np.mean(values) - 1.0) if used.any() else 0.0  # all kept by hand
-        if abs(off) > _APART:
+        if abs(off) > apart:
             found.append(APART(what=what, percent=100 * off, start=start, end=end))
     return found
 

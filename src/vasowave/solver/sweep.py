@@ -14,12 +14,13 @@ from vasowave.findings import texts
 from vasowave.model.laws import parameter_names
 from vasowave.model.model import Model
 from vasowave.model.outlets import Bed
+from vasowave.model.ventricle import Driven
 from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
-from vasowave.recording import EnsembleAverage, Inflow, Recording, one_cycle
+from vasowave.recording import EnsembleAverage, Recording
 from vasowave.recording.cycle import resample
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
-from vasowave.solver.simulate import simulate_runs
+from vasowave.solver.simulate import driving, simulate_runs
 
 _SIZES = {"radius": "1", "length": "1"}
 _AT_ONCE = 64  # models whose waves are in memory together
@@ -36,7 +37,7 @@ _KEPT = {
 
 def sweep(
     model: Model,
-    inflow: Inflow | Recording | EnsembleAverage,
+    inflow: Driven | Recording | EnsembleAverage,
     values: Mapping[str, Sequence[float]],
     numerics: Numerics | None = None,
     *,
@@ -49,7 +50,7 @@ def sweep(
     ----------
     model : Model
         What is not varied stays as it is here.
-    inflow : Inflow, Recording or EnsembleAverage
+    inflow : Inflow, Recording, EnsembleAverage, InletPressure or Ventricle
     values : mapping of str to sequence of float
         Parameters of the wall law, for all vessels alike (``beta``, ``p1``, ``gamma``, ``m`` …); of the vascular beds
         ``R_T`` (total resistance, mmHg s/ml), where they have a compliance ``tau`` (s), and of Windkessels ``a``
@@ -89,7 +90,7 @@ def sweep(
         raise InputError(
             "nothing to sweep; name a parameter and its values, as in {'beta': [40, 60, 80]} or `--vary beta=40,60,80`"
         )
-    flow = inflow if isinstance(inflow, Inflow) else one_cycle(inflow).inflow
+    flow = driving(inflow)
     numerics = numerics or Numerics()
     count = int(np.prod([len(one) for one in axes.values()]))
     kept: list[dict[str, Any]] = []
@@ -140,7 +141,7 @@ def _checked(model: Model, name: str, given: Sequence[float]) -> np.ndarray:
 
 
 def _outcomes(
-    model: Model, inflow: Inflow, numerics: Numerics, axes: Mapping[str, np.ndarray]
+    model: Model, inflow: Driven, numerics: Numerics, axes: Mapping[str, np.ndarray]
 ) -> Iterator[list[Run | VasowaveError]]:
     combinations = product(*axes.values())
     while some := list(islice(combinations, _AT_ONCE)):
@@ -198,7 +199,7 @@ def _reduced(outcome: Run | VasowaveError, model: Model, samples: int) -> dict[s
 
 
 def _labelled(
-    kept: Sequence[Mapping[str, Any]], model: Model, inflow: Inflow, axes: Mapping[str, np.ndarray], samples: int
+    kept: Sequence[Mapping[str, Any]], model: Model, inflow: Driven, axes: Mapping[str, np.ndarray], samples: int
 ) -> xr.Dataset:
     shape, units = tuple(len(one) for one in axes.values()), _units(model)
     more = {"root_pressure": ("time",), "mean_pressure": ("vessel",), "pulse_pressure": ("vessel",),
