@@ -158,6 +158,7 @@ def test_simulate_and_sweep_take_any_wall_and_value(tmp_path):
     assert "write NAME=VALUE" in str(wrong.exception)
 
 
+@pytest.mark.validation  # derivatives by viscous walls are kernels of their own
 def test_a_viscosity_is_swept_and_set_and_that_of_a_stored_fit_is_its_own(model, tmp_path, inflow):
     swept = sweep(model, inflow, {"wall_viscosity": [0.1, 0.5]}, samples=64)
     alone = simulate(model.changed(wall_viscosity=0.5), inflow)

@@ -189,10 +189,9 @@ def test_small_waves_in_a_ring_are_those_of_the_frequency_domain(inflow):
     assert np.max(np.abs(pulse(run.pressure[:, 0]) - expected)) < 0.01 * np.ptp(expected)
 
 
+@pytest.mark.validation  # kernels of their own
 @WALLS
-@pytest.mark.parametrize(
-    "case", ["straight", pytest.param("tapers, total pressure and losses", marks=pytest.mark.validation)]
-)
+@pytest.mark.parametrize("case", ["straight", "tapers, total pressure and losses"])
 def test_derivatives_are_those_of_central_differences(inflow, wall, case):
     parts = (
         {"loss": 0.5, "shape": Shape(np.array([[1.05, 0.95], [1.0, 0.9], [1.0, 1.1]]))} if case != "straight" else {}
