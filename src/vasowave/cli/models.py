@@ -153,6 +153,8 @@ def animal_from(
     from vasowave.study.physiology import tell_blood
     from vasowave.study.single_animal import one_row
 
+    if not network.exists():
+        raise InputError(f"{network}: no such file or folder")
     if not recording:
         raise InputError(f"{network}: a network needs a recording too, whose flow enters it")
     row = one_row(network, recording, plain_name(recording[0].stem), settings.groups[0], cells)
