@@ -42,13 +42,12 @@ def sweep_figure(found: "xr.Dataset") -> "Figure":
 def _draw_waves(ax: "Axes", found: "xr.Dataset", axes: list[str]) -> None:
     from matplotlib import colormaps
 
-    values, unit = found[axes[0]].values, found[axes[0]].attrs.get("units", "1")
-    unit = "" if unit == "1" else f" {unit}"
+    values, unit = found[axes[0]].values, _unit(found, axes[0])
     shades = colormaps[SCALE](np.linspace(0.0, 0.9, len(values)))
     for i, value in enumerate(values):
         for dash, pressure in zip(_DASHES, _parts(found.isel({axes[0]: i})["root_pressure"], axes), strict=False):
             ends = i in (0, len(values) - 1) and dash == _DASHES[0]
-            label = f"{axes[0]} {value:.4g}{unit}" if ends else None
+            label = f"{axes[0]} {value:.4g} {unit}".strip() if ends else None
             ax.plot(1e3 * found["time"].values, pressure, color=shades[i], linestyle=dash, label=label)
     ax.set(xlabel="time [ms]", ylabel="pressure at the root [mmHg]")
     ax.legend(handlelength=3.5, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
@@ -63,9 +62,15 @@ def _draw_levels(ax: "Axes", found: "xr.Dataset", axes: list[str]) -> None:
             values = level.isel({axes[1]: j}) if second else level
             label = f"{name}{second}" if name == "mean" else name if j == 0 else None
             ax.plot(found[axes[0]].values, values, color=DATA, linestyle=dash, marker=marker, markersize=3, label=label)
-    unit = found[axes[0]].attrs.get("units", "1")
-    ax.set(xlabel=axes[0] if unit == "1" else f"{axes[0]} [{unit}]", ylabel="pressure at the root [mmHg]")
+    unit = _unit(found, axes[0])
+    ax.set(xlabel=f"{axes[0]} [{unit}]" if unit else axes[0], ylabel="pressure at the root [mmHg]")
     ax.legend(handlelength=3.5, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+
+
+def _unit(found: "xr.Dataset", name: str) -> str:
+    """Return the unit of a parameter, empty where it has none."""
+    unit = str(found[name].attrs.get("units", "1"))
+    return "" if unit == "1" else unit
 
 
 def _parts(pressure: "xr.DataArray", axes: list[str]) -> list[np.ndarray]:

@@ -137,12 +137,8 @@ def feet_on(tubes: Tubes, points: np.ndarray, near: tuple[np.ndarray, np.ndarray
 @njit(**_OPTIONS)
 def _near(nodes, begins, most, points, first, last):
     """Return which points of its own, from `first` to before `last`, lie within `most` of a node of each vessel."""
-    near, near_begins, low, high = (
-        [0 for _ in range(0)],
-        np.zeros(len(begins), dtype=np.int64),
-        np.empty(3),
-        np.empty(3),
-    )
+    near = [0 for _ in range(0)]  # empty, of whole numbers: the compiler asks of what
+    near_begins, low, high = np.zeros(len(begins), dtype=np.int64), np.empty(3), np.empty(3)
     for own in range(len(most)):
         axis, farthest = nodes[begins[own] : begins[own + 1]], most[own]
         for k in range(3):
