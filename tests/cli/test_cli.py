@@ -289,6 +289,14 @@ def test_a_narrowing_is_typed_with_its_vessel_and_is_that_of_python(tmp_path):
         assert CliRunner().invoke(app, [*swept, *narrowing]).exit_code == 0
         means.append(np.loadtxt(tmp_path / "s.csv", delimiter=",", skiprows=1, usecols=3))
     assert np.all(means[1] > means[0] + 0.1)
+    suture = ["--narrow", "2=0.8,0.05,20"]
+    both = [*swept[:3], "--vary", "R_T=60", "--vary", "beta=80", *swept[-2:], *suture]
+    assert CliRunner().invoke(app, both).exit_code == 0
+    mean = np.loadtxt(tmp_path / "s.csv", delimiter=",", skiprows=1, usecols=4)
+    alone = ["simulate", str(network), str(cycle), "--set", "R_T=60", "--set", "beta=80", *suture, "-o", str(output)]
+    assert CliRunner().invoke(app, alone).exit_code == 0
+    with xr.open_dataset(output) as waves:  # beds are shared as without the narrowing, which keeps its stiffness
+        assert mean == pytest.approx(float(waves.pressure[:, 0, 0].mean()), abs=2e-3)
     for wrong, words in (
         *(
             (text, f"--narrow {text}: write VESSEL=SHARE,CM")

@@ -14,6 +14,8 @@ from vasowave.cli.app import app
 if TYPE_CHECKING:
     import xarray as xr
 
+    from vasowave.model.model import Model
+
 
 _PICTURES = (".png", ".pdf", ".svg")
 _NAMES = (
@@ -105,10 +107,6 @@ def sweep(
         raise InputError("nothing to vary; give --vary NAME=VALUES, for example --vary beta=40,60,80")
     model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
     grid = {name: _numbers(name, text) for name, text in _split(vary)}
-    if set(grid) & set(model.wall._fields) and any(text.count(",") > 1 for text in narrow or []):
-        raise InputError("a narrowing that is stiffer than its vessel, and a stiffness that is varied for all vessels, "
-                         "exclude each other; leave one out")  # fmt: skip
-    model = models.narrowed_model(model, narrow or [])
     numerics, made = models.numerics_from(cell_size, accuracy), [0, 0]
     with alive(lambda: f"{made[0]} of {made[1]} simulations"), _bar() as show:
 
@@ -116,7 +114,10 @@ def sweep(
             made[:] = done, count
             show(done, count)
 
-        result = solver.sweep(model, cycle, grid, numerics, progress=progress)
+        def narrowed(one: "Model") -> "Model":
+            return models.narrowed_model(one, narrow or [])
+
+        result = solver.sweep(model, cycle, grid, numerics, progress=progress, after=narrowed)
     _write_sweep(result, output)
     if plot is not None:
         _draw(result, plot)

@@ -43,6 +43,7 @@ def sweep(
     *,
     samples: int = 128,
     progress: Callable[[int, int], None] | None = None,
+    after: Callable[[Model], Model] | None = None,
 ) -> xr.Dataset:
     """Simulate a model with every combination of parameter values.
 
@@ -57,6 +58,9 @@ def sweep(
         (R1/R_T; distributed as the paper does); ``radius``, ``length``: factors of all radii and lengths; and
         ``wall_viscosity`` (mmHg s).
     numerics : Numerics, optional
+    after : callable, optional
+        What is done to every model once its parameters are set: ``lambda one: vw.narrowed(one, "2", 0.8, 0.05)``. A
+        narrowing that is there before would count as a vessel by which total resistance and stiffness are shared.
     samples : int
         Samples of the pressure that is kept.
     progress : callable, optional
@@ -94,11 +98,12 @@ def sweep(
     numerics = numerics or Numerics()
     count = int(np.prod([len(one) for one in axes.values()]))
     kept: list[dict[str, Any]] = []
-    for outcomes in _outcomes(model, flow, numerics, axes):
-        kept += [_reduced(outcome, model, samples) for outcome in outcomes]
+    seen = after(model) if after is not None else model
+    for outcomes in _outcomes(model, flow, numerics, axes, after):
+        kept += [_reduced(outcome, seen, samples) for outcome in outcomes]
         if progress is not None:
             progress(len(kept), count)
-    return _labelled(kept, model, flow, axes, samples)
+    return _labelled(kept, seen, flow, axes, samples)
 
 
 def sweep_table(found: xr.Dataset) -> pd.DataFrame:
@@ -141,11 +146,15 @@ def _checked(model: Model, name: str, given: Sequence[float]) -> np.ndarray:
 
 
 def _outcomes(
-    model: Model, inflow: Driven, numerics: Numerics, axes: Mapping[str, np.ndarray]
+    model: Model,
+    inflow: Driven,
+    numerics: Numerics,
+    axes: Mapping[str, np.ndarray],
+    after: Callable[[Model], Model] | None,
 ) -> Iterator[list[Run | VasowaveError]]:
     combinations = product(*axes.values())
     while some := list(islice(combinations, _AT_ONCE)):
-        models: list[Model | VasowaveError] = [_made(model, dict(zip(axes, one, strict=True))) for one in some]
+        models: list[Model | VasowaveError] = [_made(model, dict(zip(axes, one, strict=True)), after) for one in some]
         good = [one for one in models if isinstance(one, Model)]
         runs = simulate_runs(good, inflow, numerics)
         yield [next(runs) if isinstance(one, Model) else one for one in models]
@@ -172,9 +181,10 @@ def changed_model(model: Model, values: Mapping[str, float]) -> Model:
     return model.changed(network=network, wall=wall, outlets=beds, wall_viscosity=viscosity)
 
 
-def _made(model: Model, values: Mapping[str, float]) -> Model | VasowaveError:
+def _made(model: Model, values: Mapping[str, float], after: Callable[[Model], Model] | None) -> Model | VasowaveError:
     try:
-        return changed_model(model, values)
+        changed = changed_model(model, values)
+        return after(changed) if after is not None else changed
     except VasowaveError as error:
         return error
 
