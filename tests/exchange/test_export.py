@@ -17,8 +17,11 @@ from vasowave.exchange.axes import drawn_axes
 from vasowave.exchange.export import FORMATS
 from vasowave.exchange.matlab import write_matlab
 from vasowave.exchange.openbf import write_openbf
+from vasowave.exchange.solved import solve
 from vasowave.exchange.svzerod import write_svzerod
 from vasowave.exchange.tables import write_tables
+from vasowave.model.losses import narrowed
+from vasowave.units import MMHG
 
 
 def test_matlab_reads_waves_parameters_and_units(tangent, tmp_path):
@@ -83,6 +86,40 @@ def test_viscous_walls_are_refused_by_programs_that_are_given_elastic_ones(tange
     for write in (write_openbf, write_svzerod):
         with pytest.raises(InputError, match="elastic walls only"):
             write(viscous, tmp_path)
+
+
+@pytest.fixture(scope="module")
+def jet(tangent, mouse):
+    """Return the waves of the same mouse with four fifths of the area of one vessel closed."""
+    return solve(narrowed(tangent.model, "2", area_lost=0.8, length=0.05), mouse)
+
+
+def test_the_loss_of_a_jet_goes_into_tables_and_matlab_and_is_refused_by_openbf(jet, tmp_path):
+    """1.52 (1/0.2 - 1)² = 24.32 behind the narrowing, and nowhere else."""
+    row = jet.network.row("2 beyond")
+    write_tables(jet, tmp_path)
+    with (tmp_path / "parameters.csv").open(encoding="utf-8") as file:
+        lost = [float(one["loss [1]"]) for one in csv.DictReader(file)]
+    write_matlab(jet, tmp_path)
+    found = loadmat(tmp_path / "waves.mat", squeeze_me=True)["network"]["loss"][()]
+    assert lost == found.tolist()
+    assert [place for place, one in enumerate(lost) if one] == [row]
+    assert lost[row] == pytest.approx(24.32)
+    with pytest.raises(InputError, match="'2 beyond' has one"):
+        write_openbf(jet, tmp_path)
+
+
+def test_the_circuit_of_a_jet_loses_the_pressure_that_the_model_loses(jet, tmp_path):
+    """In the model, between what leaves the narrowing and what enters the vessel beyond it."""
+    write_svzerod(jet, tmp_path)
+    values = [one["zero_d_element_values"] for one in json.loads((tmp_path / "svzerod.json").read_text())["vessels"]]
+    row = jet.network.row("2 beyond")
+    assert [place for place, one in enumerate(values) if one["stenosis_coefficient"]] == [row]
+    flow, pressure = jet.run.stations[1, :, row, 0], jet.run.pressure
+    theirs = values[row]["stenosis_coefficient"] * np.mean(flow * np.abs(flow)) / MMHG
+    ours = (pressure[:, 2, jet.network.row("2 narrow")] - pressure[:, 0, row]).mean()
+    assert ours > 1.0
+    assert theirs == pytest.approx(ours, rel=1e-3)
 
 
 def test_approved_what_other_programs_are_given(tangent, tmp_path):

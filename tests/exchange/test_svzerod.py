@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from programs_by_others import environment_with
+from vasowave.exchange.solved import solve
 from vasowave.exchange.svzerod import _bed, write_svzerod
 from vasowave.model.linear import _solve
+from vasowave.model.losses import narrowed
 from vasowave.units import MMHG
 
 SCRIPT = """
@@ -96,6 +98,25 @@ def test_the_file_has_the_keys_of_the_manual(tangent, tmp_path):
     inflow = next(one["bc_values"] for one in circuit["boundary_conditions"] if one["bc_type"] == "FLOW")
     assert inflow["Q"][0] == inflow["Q"][-1]
     assert inflow["t"][-1] == tangent.inflow.period
+
+
+@pytest.fixture(scope="module")
+def jet(tangent, mouse):
+    """Return the waves of the same mouse with four fifths of the area of one vessel closed."""
+    return solve(narrowed(tangent.model, "2", area_lost=0.8, length=0.05), mouse)
+
+
+@pytest.mark.validation
+def test_svzerodsolver_itself_finds_the_mean_pressure_of_a_model_with_a_jet(jet, tangent, tmp_path):
+    """The jet raises the mean pressure at the root by several percent, which its coefficient must bring."""
+    python = environment_with(tmp_path, "svzerod==3.2")
+    write_svzerod(jet, tmp_path)
+    command = [python, "-c", SCRIPT, tmp_path / "svzerod.json", jet.network.name[jet.network.root]]
+    found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    theirs = np.mean(found["pressure"][:-1]) / MMHG
+    ours, sound = (one.run.pressure[:, 0, one.network.root].mean() for one in (jet, tangent))
+    assert ours > 1.02 * sound
+    assert theirs == pytest.approx(ours, rel=0.01)
 
 
 @pytest.mark.validation

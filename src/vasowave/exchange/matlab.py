@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from vasowave.exchange.solved import Solved
+from vasowave.exchange.solved import Solved, losses
 from vasowave.model.outlets import Bed
 from vasowave.solver.dataset import STATIONS, as_dataset
 
@@ -49,6 +49,7 @@ def _variables(solved: Solved) -> dict[str, Any]:
             "name": _cells(network.name), "parent": network.parent + 1.0, "length": network.length,
             "radius": network.radius, "image_pressure": network.pressure, "area0": model.area0,
             **({} if network.nodes is None else {"start_node": network.start, "end_node": network.end}),
+            **({"loss": losses(model)} if np.any(losses(model)) else {}),
         },
         "wall": {"law": model.wall.law().name, **model.wall._asdict(), **viscosity},
         "outlets": {"vessel": _cells([network.name[row] for row in network.terminals]), **outlets,

@@ -12,7 +12,7 @@ import numpy as np
 import yaml
 
 from vasowave.errors import InputError
-from vasowave.exchange.solved import Solved, circuit, require_elastic
+from vasowave.exchange.solved import Solved, circuit, losses, require_elastic
 from vasowave.exchange.tube_law import LinearTube, linear_tube
 from vasowave.findings import look_kind, warn
 from vasowave.model.outlets import ReflectionCoefficient
@@ -42,7 +42,8 @@ def write_openbf(solved: Solved, folder: Path) -> list[str]:
     Raises
     ------
     InputError
-        Outlets that are no Windkessels, a wall that is viscous or that no linear law replaces, or several inlets.
+        Outlets that are no Windkessels, a wall that is viscous or that no linear law replaces, a vessel with a loss at
+        its inlet, or several inlets.
 
     Warns
     -----
@@ -50,6 +51,10 @@ def write_openbf(solved: Solved, folder: Path) -> list[str]:
         A junction of more than three vessels, which earlier versions of openBF refuse.
     """
     require_elastic(solved.model, "openBF")
+    lost = losses(solved.model)
+    if lost.any():
+        lossy = solved.network.name[int(np.argmax(lost))]
+        raise InputError(f"openBF knows no loss behind a narrowing or an angle, vessel '{lossy}' has one; set it to 0")
     network, tube = solved.network, linear_tube(solved)
     if len(network.inlets) > 1:
         raise InputError(f"openBF has one inlet, this network {len(network.inlets)} ({', '.join(network.inlet_names)})")

@@ -119,6 +119,13 @@ def require_elastic(model: Model, program: str) -> None:
         raise InputError(f"{program} is given elastic walls only; leave wall_viscosity out of what is exported to it")
 
 
+def losses(model: Model) -> np.ndarray:
+    """Return the loss coefficient of each vessel's inlet, shape (vessel,); where the inflow enters it has no effect."""
+    values = np.array(np.broadcast_to(model.loss, len(model.network)), dtype=float)
+    values[model.network.inlets] = 0.0
+    return values
+
+
 def circuit(model: Model, program: str, whole: bool = False) -> Circuit:
     """Return what the beds are to the flow; `InputError` if they are none of what `program` knows.
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.exchange.solved import Solved, circuit, require_elastic
+from vasowave.exchange.solved import Solved, circuit, losses, require_elastic
 from vasowave.model import walls
 from vasowave.units import MMHG
 
@@ -86,17 +86,25 @@ def _bed(proximal: float, distal: float, compliance: float, behind: float) -> di
     return {"bc_type": "RCR", "bc_values": values}
 
 
+def _jets(solved: Solved) -> np.ndarray:
+    """Return what multiplies q|q| of each vessel so that in the mean it is the loss K ½ρu² at its inlet, g/cm⁷."""
+    area, flow = solved.run.stations[:2, :, :, 0]
+    squared = flow * np.abs(flow)
+    return 0.5 * solved.model.blood.density * losses(solved.model) * (squared / area**2).mean(0) / squared.mean(0)
+
+
 def _vessels(solved: Solved) -> list[dict[str, Any]]:
     network, model, area = solved.network, solved.model, solved.mean_area
     inertance = network.length * model.blood.density / area
     compliance = network.length * np.asarray(walls.area_compliance(model.wall, solved.mean_pressure, model.area0))
+    jets = _jets(solved)
     terminals, inflows = set(network.terminals.tolist()), _inflow_names(solved)
     vessels = []
     for row, name in enumerate(network.name):
         ends = {"inlet": inflows[row]} if row in inflows else {}
         ends |= {"outlet": f"OUT{row}"} if row in terminals else {}
         values = {"R_poiseuille": solved.resistance[row] * MMHG, "L": inertance[row],
-                  "C": compliance[row] / MMHG, "stenosis_coefficient": 0.0}  # fmt: skip
+                  "C": compliance[row] / MMHG, "stenosis_coefficient": jets[row]}  # fmt: skip
         vessel: dict[str, Any] = {"vessel_id": row, "vessel_name": name, "vessel_length": float(network.length[row])}
         vessel |= {"zero_d_element_type": "BloodVessel", "zero_d_element_values": values}
         vessels.append(vessel | ({"boundary_conditions": ends} if ends else {}))

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.exchange.solved import Solved
+from vasowave.exchange.solved import Solved, losses
 from vasowave.model.laws import bed_quantities, parameter_names
+from vasowave.model.model import Model
 from vasowave.model.outlets import Bed
 from vasowave.network.vessel_table import write_network
 
@@ -29,19 +30,27 @@ def write_tables(solved: Solved, folder: Path) -> list[str]:
     write_network(network, folder / NETWORK)
     names = parameter_names(type(wall))
     units = {name: one.unit for name, one in zip(names, wall.law().parameters, strict=True)}
+    further = _further(solved.model)
     outlets: Any = solved.model.outlets
     if not isinstance(outlets, Bed):
         raise InputError(f"tables hold beds with parameters, this model has {type(outlets).__name__}; give it a Bed")
     beds = {name: one.unit for name, one in bed_quantities(type(outlets)).items()}
     at_ends = dict(zip(network.terminals.tolist(), zip(*map(np.asarray, outlets), strict=True), strict=True))
-    rows = ([name, *(value[row] for value in wall), *at_ends.get(row, [""] * len(beds))]
+    rows = ([name, *(value[row] for value in (*wall, *further.values())), *at_ends.get(row, [""] * len(beds))]
             for row, name in enumerate(network.name))  # fmt: skip
-    header = ["vessel", *(f"{name} [{unit}]" for name, unit in (units | beds).items())]
+    titles = [[f"{name} [{unit}]" for name, unit in some.items()] for some in (units, beds)]
+    header = ["vessel", *titles[0], *further, *titles[1]]
     _write(folder / PARAMETERS, header, rows)
     time = np.arange(len(inflow.flow)) * (inflow.period / len(inflow.flow))
-    titles = [f"flow into {name} [ml/s]" for name in network.inlet_names if inflow.flow.ndim > 1] or ["flow [ml/s]"]
-    _write(folder / INFLOW, ["time [s]", *titles], np.column_stack([time, inflow.flow]).tolist())
+    flows = [f"flow into {name} [ml/s]" for name in network.inlet_names if inflow.flow.ndim > 1] or ["flow [ml/s]"]
+    _write(folder / INFLOW, ["time [s]", *flows], np.column_stack([time, inflow.flow]).tolist())
     return [f"{NETWORK} is the network that every command takes; {PARAMETERS} holds wall and outlets of each vessel."]
+
+
+def _further(model: Model) -> dict[str, np.ndarray]:
+    """Return what vessels have beside the wall law's parameters, by title, where any has it."""
+    values = {"loss [1]": losses(model), "wall_viscosity [mmHg s]": model.wall_viscosity}
+    return {title: np.broadcast_to(value, len(model.network)) for title, value in values.items() if np.any(value)}
 
 
 def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
