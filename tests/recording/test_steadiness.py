@@ -77,6 +77,24 @@ def test_the_share_by_which_averaged_beats_are_off_is_that_of_the_means():
     assert not [one for one in unsteady(cut, np.zeros(40, bool), 1.0, 2.0) if one.code.endswith("apart")]
 
 
+@pytest.mark.parametrize(("size", "told"), [(0.1, True), (0.03, False)])
+def test_beats_that_alternate_are_told_with_the_size_of_it(size, told):
+    rng, wave = np.random.default_rng(3), np.sin(np.linspace(0, np.pi, 51))
+    pulse = (1 + 0.5 * size * (-1.0) ** np.arange(60)) * rng.normal(1.0, 0.01, 60)
+    found = unsteady(beats(pulse[:, None] * wave, np.ones((60, 51))), np.ones(60, bool), 1.0, 2.0)
+    alternating = [dict(one.values) for one in found if one.code == "recording.alternating"]
+    assert alternating == ([{"what": "the pulse pressure", "percent": pytest.approx(100 * size, rel=0.1)}] * told)
+
+
+@pytest.mark.parametrize("beats_in_a_breath", [2.5, 3.3, 4.0, 7.0, 20.0])
+def test_neither_breaths_nor_chance_are_taken_for_beats_that_alternate(beats_in_a_breath):
+    rng, wave = np.random.default_rng(4), np.sin(np.linspace(0, np.pi, 51))
+    breath = 1 + 0.2 * np.sin(2 * np.pi * np.arange(200) / beats_in_a_breath)
+    for pulse in (breath, rng.normal(1.0, 0.2, 200)):
+        found = unsteady(beats(pulse[:, None] * wave, np.ones((200, 51))), np.ones(200, bool), 1.0, 2.0)
+        assert "recording.alternating" not in [one.code for one in found]
+
+
 WAVE = np.sin(2 * np.pi * np.arange(8000) / 109.37) ** 2
 
 

@@ -16,6 +16,11 @@ _FEWEST = 20  # beats: five in a stretch
 _STRETCH, _STRIDE = 0.25, 0.0625  # of the beats that a stretch has, and by which the next one begins later
 _SURE = 4.0  # standard errors
 
+_ALTERNATES = 0.9
+"""Share of neighboring changes from beat to beat that go opposite ways where beats alternate; by chance it is 2/3."""
+
+_UNLIKE = 0.05  # of the pulse or the mean flow, by which alternating beats differ
+
 UNSTEADY = look_kind(
     "recording.unsteady",
     "{what} differs by {percent:.0f} % within the recording: {low:.3g} {unit} from {low_start:.3g} to {low_end:.3g} s, "
@@ -28,10 +33,16 @@ APART = look_kind(
     "{what} of the averaged beats ({start:.3g} to {end:.3g} s) is {percent:+.0f} % off that of all beats",
     "Choose with `start` and `end` the stretch that stands for the animal.",
 )
+ALTERNATING = look_kind(
+    "recording.alternating",
+    "{what} alternates from beat to beat, by {percent:.0f} %; the averaged beats may be of one kind, and the others be "
+    "called beats of inspiration",
+    "Turn off averaging.reject_ventilation, so that both kinds are averaged.",
+)
 
 
 def unsteady(cut: Cuts, used: np.ndarray, start: float, end: float) -> list[Finding]:
-    """Return findings where pulse pressure or mean flow change in the course of a recording.
+    """Return findings where pulse pressure or mean flow change in the course of a recording, or alternate.
 
     Parameters
     ----------
@@ -51,10 +62,20 @@ def unsteady(cut: Cuts, used: np.ndarray, start: float, end: float) -> list[Find
         if len(values) < _FEWEST or np.median(values) <= 0:
             continue
         found += _differs(cut, values, what=what, unit=unit, start=start, end=end)
+        found += _alternates(values, what)
         off = float(np.mean(values[used]) / np.mean(values) - 1.0) if used.any() else 0.0  # all kept by hand
         if abs(off) > apart:
             found.append(APART(what=what, percent=100 * off, start=start, end=end))
     return found
+
+
+def _alternates(values: np.ndarray, what: str) -> list[Finding]:
+    """Return a finding if every second beat is larger than the ones around it."""
+    change = np.diff(values)
+    size = float(np.median(np.abs(change)) / np.median(values))
+    if size <= _UNLIKE or np.mean(change[1:] * change[:-1] < 0) <= _ALTERNATES:
+        return []
+    return [ALTERNATING(what=what, percent=100 * size)]
 
 
 def _differs(cut: Cuts, values: np.ndarray, **said: str | float) -> list[Finding]:
