@@ -109,8 +109,8 @@ def choose_run(reasons: list[Rejection], beats: int, source: str) -> tuple[np.nd
         raise NumericalError(
             f"{source}: {len(good)} good beats of {len(reasons)}, {beats} wanted (rejected: {_counted(reasons)}); "
             "look at the beats (vasowave open), choose another stretch (start [s], end [s]) or average fewer "
-            "(averaging.beats). Of an animal that breathes by itself, without a ventilator, or whose beats alternate, turn "
-            "averaging.reject_ventilation off"
+            "(averaging.beats). Of an animal that breathes by itself, without a ventilator, or whose beats alternate, "
+            "turn averaging.reject_ventilation off"
         )
     first = int(np.argmin(good[beats - 1 :] - good[: len(good) - beats + 1]))
     used = good[first : first + beats]
