@@ -14,6 +14,7 @@ from made_fit import made_fit
 from vasowave.datasets.raw import synthetic_raw_recording
 
 EXPLAINED = [name for name in vasowave.__all__ if not inspect.ismodule(getattr(vasowave, name))]
+LONG = ("plan", "write_report", "Posterior")  # examples of ten seconds, of what other tests run too
 SCRIPT = """
 import vasowave as vw
 
@@ -31,7 +32,9 @@ def test_every_public_name_exists_and_is_documented(name):
     assert getattr(vasowave, name).__doc__
 
 
-@pytest.mark.parametrize("name", EXPLAINED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=pytest.mark.validation) if one in LONG else one for one in EXPLAINED]
+)
 def test_every_public_name_has_an_example_that_works(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     found = doctest.DocTestFinder(recurse=False).find(getattr(vasowave, name), name)

@@ -42,6 +42,11 @@ def results(study):
     return vw.read_results(study)
 
 
+@pytest.fixture(scope="module")
+def comparison(results):
+    return results.compare("HPH")
+
+
 @pytest.mark.validation
 def test_every_line_of_the_page_for_python_users_runs(study, tmp_path, monkeypatch):
     import matplotlib.pyplot as plt
@@ -64,7 +69,7 @@ def test_every_line_of_the_page_for_python_users_runs(study, tmp_path, monkeypat
         plt.close("all")
 
 
-def test_what_a_value_draws_is_a_figure_that_a_notebook_shows(results):
+def test_what_a_value_draws_is_a_figure_that_a_notebook_shows(results, comparison):
     import matplotlib.pyplot as plt
 
     plt.close("all")
@@ -72,7 +77,7 @@ def test_what_a_value_draws_is_a_figure_that_a_notebook_shows(results):
     for count, draw in enumerate((vw.control_network().plot, mouse.plot, result.plot.pressure), start=1):
         draw()
         assert len(plt.get_fignums()) == count
-    assert results.compare("HPH").forest().figure.number in plt.get_fignums()
+    assert comparison.forest().figure.number in plt.get_fignums()
     plt.close("all")
 
 
@@ -168,8 +173,8 @@ def test_a_comparison_is_the_one_that_the_report_shows(results, study, undrawn):
     assert comparison.table.drop(columns="estimates").equals(alone.drop(columns="estimates"))
 
 
-def test_a_comparison_says_itself_draws_itself_and_can_be_turned_round(results):
-    comparison, turned = results.compare("HPH"), results.compare("CTL", "HPH")
+def test_a_comparison_says_itself_draws_itself_and_can_be_turned_round(results, comparison):
+    turned = results.compare("CTL", "HPH")
     both = [one.table.set_index("quantity")["ratio"] for one in (comparison, turned)]
     assert (both[0] * both[1]).to_numpy() == pytest.approx(1.0, rel=1e-9)
     assert comparison.reference == "CTL"

@@ -492,7 +492,10 @@ def test_a_cohort_whose_sex_is_its_group_says_what_cannot_be_compared_once_and_w
     assert outside.tolist() == (found.rows["p"] < 0.05).tolist()
 
 
-@pytest.mark.parametrize(("images", "untested"), [("of each mouse", False), ("of each group", True), ("one", False)])
+@pytest.mark.parametrize(
+    ("images", "untested"),
+    [("of each mouse", False), ("of each group", True), pytest.param("one", False, marks=pytest.mark.validation)],
+)
 def test_the_recordings_of_one_mouse_have_its_own_image_and_no_shared_one(images, untested):
     """Four mice a group, each recorded twice. One image in both groups cancels out of their ratio."""
     results = made_results({"CTL": 8, "HPH": 8}, walls=("linear",))

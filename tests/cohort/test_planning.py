@@ -14,7 +14,7 @@ from vasowave.cohort import Design, Variable, gathered
 from vasowave.cohort.balanced import changes_of, effects_of_repeated
 from vasowave.cohort.design import laid_out
 from vasowave.cohort.mixed import Structure, fit_mixed
-from vasowave.cohort.planning import Planning, plan_of
+from vasowave.cohort.planning import _SIZES, Planning, plan_of
 from vasowave.cohort.primary import Family
 from vasowave.cohort.simultaneous import Row, simultaneous
 from vasowave.cohort.spreads import Spread, spreads_of, with_occasions
@@ -29,6 +29,14 @@ SPREADS = [Spread("mPAP", (0.2, 0.3), 0.1), Spread("a", (0.5, 0.5), 0.3), Spread
 @pytest.fixture(scope="module")
 def planned():
     return plan_of(SPREADS, ALIKE, "theory", Planning(effect=1.6))
+
+
+@pytest.fixture(scope="module")
+def planned_by_bonferroni():
+    """Return the plan of a family whose critical p are not drawn from studies, which takes seconds."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("vasowave.cohort.planning._criticals", lambda *arguments: np.full((len(_SIZES), 1), 0.05 / 3))
+        return plan_of(SPREADS, ALIKE, "theory", Planning(effect=1.6))
 
 
 def test_one_quantity_alone_has_the_power_of_the_t_test():
@@ -184,8 +192,8 @@ def test_what_lessens_errors_saves_animals_only_where_errors_are_what_costs(plan
 
 @pytest.mark.parametrize(("kind", "asked"), [("groups", {}), ("pairs", {"pairs": 0.6}),
                                            ("littermates", {"pairs": 0.6, "littermates": True})])  # fmt: skip
-def test_approved_the_page_of_a_plan(kind, asked, planned, tmp_path):
-    plan = replace(planned, settings=replace(planned.settings, **asked))
+def test_approved_the_page_of_a_plan(kind, asked, planned_by_bonferroni, tmp_path):
+    plan = replace(planned_by_bonferroni, settings=replace(planned_by_bonferroni.settings, **asked))
     words = page(write_plan(plan, tmp_path / "plan.html"))
     approve(f"plan, {kind}", [*plan_texts(plan), *words, *figure("power", svg(plan.figure()))], PAPER, 0.01)
 

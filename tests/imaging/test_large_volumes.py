@@ -40,7 +40,9 @@ def test_the_lumen_of_a_large_volume_is_that_of_the_same_volume_taken_at_once(sc
     np.testing.assert_array_equal(parts.corner, once.corner)
 
 
-@pytest.mark.parametrize("kind", [np.uint8, np.int16, np.uint16, ">u2"])
+@pytest.mark.parametrize(
+    "kind", [np.uint8, *(pytest.param(one, marks=pytest.mark.validation) for one in (np.int16, np.uint16)), ">u2"]
+)
 def test_whole_grey_levels_keep_their_type_and_give_the_network_of_decimal_ones(scan, kind):
     """To the last bit, though eight bits overflow where two levels are added and wrap around where one is taken off."""
     embedding, volume = scan

@@ -248,7 +248,14 @@ def fine():
     return embedding, segment(volume, 45, embedding.cannula[0])
 
 
-@pytest.mark.parametrize("aside", [(-0.04, 0, -0.01), (-0.02, 0.01, 0.02), (0, 0, 0), (0.01, 0.03, 0)])
+@pytest.mark.parametrize(
+    "aside",
+    [
+        (-0.04, 0, -0.01),
+        *(pytest.param(one, marks=pytest.mark.validation) for one in ((-0.02, 0.01, 0.02), (0, 0, 0))),
+        (0.01, 0.03, 0),
+    ],
+)
 def test_a_root_given_by_eye_at_the_end_of_a_wide_cannula_makes_no_false_branches(fine, aside):
     embedding, lumen = fine
     tree = tree_of(lumen, embedding.cannula[0] + aside).tree

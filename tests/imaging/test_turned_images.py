@@ -84,7 +84,10 @@ def random_turn(seed):
     return Rotation.random(random_state=np.random.default_rng(seed)).as_matrix()
 
 
-@pytest.fixture(scope="module", params=FORMATS)
+@pytest.fixture(
+    scope="module",
+    params=["nrrd", "nii.gz", *(pytest.param(one, marks=pytest.mark.validation) for one in ("mha", "dicom"))],
+)
 def turned(request, tmp_path_factory):
     """Folder of an extraction from an image turned by random angles, that image as SimpleITK reads it, and more."""
     folder = tmp_path_factory.mktemp(request.param.replace(".", ""))

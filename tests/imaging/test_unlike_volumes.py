@@ -162,7 +162,7 @@ def test_the_cannula_ends_at_the_step_also_where_the_root_narrows_beyond_its_rad
         cannula_tip(line, np.linspace(0.054, 0.04, len(run)))
 
 
-@pytest.mark.parametrize("noise", [0.001, 0.0025])
+@pytest.mark.parametrize("noise", [0.001, pytest.param(0.0025, marks=pytest.mark.validation)])
 def test_the_sd_of_the_cannulas_end_is_the_scatter_of_where_noise_puts_it(noise, monkeypatch):
     rng, voxel = np.random.default_rng(9), 0.005
     run = np.arange(0, 0.7, voxel)

@@ -13,11 +13,14 @@ from vasowave.noise.spectrum import fourier, harmonics
 SAMPLES = 11
 
 
-@pytest.fixture(params=[np.inf, 0.1, 0.0], ids=["mean free", "mean bounded", "mean right"])
+OF_MEAN = {"mean free": np.inf, "mean bounded": 0.1, "mean right": 0.0}
+
+
+@pytest.fixture(params=OF_MEAN)
 def noise(request):
     rng = np.random.default_rng(1)
     known, vessels = np.diag(rng.uniform(0.01, 0.1, SAMPLES)), rng.normal(0, 0.2, (SAMPLES, 4))
-    return Discrepancy(SAMPLES, (0.3, 0.7), known, vessels, of_mean=request.param)
+    return Discrepancy(SAMPLES, (0.3, 0.7), known, vessels, of_mean=OF_MEAN[request.param])
 
 
 def dense(noise, finer=1, farther=1.0):
@@ -111,6 +114,11 @@ def test_the_deviation_is_drawn_from_its_posterior(noise):
     assert drawn.mean() == pytest.approx(likely @ sigma / likely.sum(), abs=4 * drawn.std() / np.sqrt(4000))
 
 
+@pytest.mark.parametrize(
+    "noise",
+    [*(pytest.param(one, marks=pytest.mark.validation) for one in ("mean free", "mean right")), "mean bounded"],
+    indirect=True,
+)
 def test_the_zero_and_another_residual_are_drawn_from_their_own_distributions(noise):
     zero = np.eye(SAMPLES)[0] * np.sqrt(0.4 * noise.measured[0, 0])
     residual = np.random.default_rng(3).normal(0, 0.5, SAMPLES)
@@ -173,7 +181,7 @@ def regression(signal, rng, impedance=2.0):
     return seen, pressure, noise.beside_flow(variance, power, pressure)
 
 
-@pytest.mark.parametrize("signal", [1.5, 6.0])
+@pytest.mark.parametrize("signal", [1.5, pytest.param(6.0, marks=pytest.mark.validation)])
 def test_noise_of_a_flow_that_enters_draws_no_impedance_down(signal):
     """At the truth the score has the mean zero (maximum likelihood of a regression with errors in both signals)."""
     rng, near = np.random.default_rng(12), np.log(2.0) + 1e-4 * np.array([1.0, -1.0])

@@ -98,7 +98,15 @@ def test_six_labchart_files_become_results_with_four_commands_and_nothing_to_men
     assert "6 of 6 animals done; not being run" in typed("status", "my-study")
 
 
-@pytest.mark.parametrize("way", ["relative", "absolute", "dots", "link", "files", "link inside"])
+@pytest.mark.parametrize(
+    "way",
+    [
+        "relative",
+        *(pytest.param(one, marks=pytest.mark.validation) for one in ("absolute", "dots", "link")),
+        "files",
+        "link inside",
+    ],
+)
 def test_a_folder_is_found_on_every_way_to_it_whatever_is_hidden_above(lab, tmp_path, monkeypatch, way):
     home = tmp_path / ".cache" / "me"
     home.mkdir(parents=True)
