@@ -9,7 +9,7 @@ from made_cohort import crossed_cohort
 from vasowave.cohort.cohort import gathered
 from vasowave.cohort.primary import primary_comparison
 from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_residuals
-from vasowave.figures.marks import lettered
+from vasowave.figures.rendering import lettered
 from vasowave.figures.style import NARROW, WIDEST, new_figure, style
 from vasowave.report.documents import report_of, supplement_of
 from vasowave.report.settings import ReportSettings

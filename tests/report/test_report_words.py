@@ -9,7 +9,7 @@ import pytest
 from made_cohort import changed, made_results, voting
 from made_posterior import NAMES, with_posterior
 from vasowave.cohort import Family, gathered, primary_comparison
-from vasowave.cohort.votes import ballots, differences, stored, vote
+from vasowave.cohort.votes import ballots, differences, stored
 from vasowave.findings import as_json
 from vasowave.report.answer.groups import group_answers, influence, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
@@ -17,7 +17,7 @@ from vasowave.report.answer.page import answer_sections
 from vasowave.report.answer.problems import problem_blocks, problems
 from vasowave.report.documents import report_of
 from vasowave.report.glossary import explained
-from vasowave.report.tables.selection import selection_table
+from vasowave.report.tables.models import selection_table
 from vasowave.report.wording import friction_words, probability, ratio_with_interval, with_error, with_interval
 from vasowave.solver.validity import STRAINED
 
@@ -39,7 +39,7 @@ def test_the_best_law_is_compared_with_the_runner_up_not_with_the_worst(cohort_r
     close = {"linear": 100.0, "tangent": 101.0, "power": 130.0}
     far = {"linear": 130.0, "tangent": 101.0, "power": 110.0}
     results = [voting(result, {"ARMA": (close, 0), "periodic": (far, 0)}, "ARMA") for result in cohort_results[:2]]
-    assert vote(results[0].selection) == "undecided"
+    assert stored(results[0].selection).likeliest == "ARMA"
     assert selection_table(gathered(results)).data["AICc prefers"].tolist() == ["undecided", "tangent"] * 2
 
 
@@ -53,9 +53,9 @@ def test_discarded_noise_models_stand_last_and_decide_nothing(cohort_results):
     assert table["covariance"].tolist() == ["matern32", "periodic", "se"]
     assert table["AICc prefers"].tolist() == ["undecided", "tangent", "discarded"]
     assert (table["D linear"].iloc[0], table["D tangent"].iloc[0]) == (4, 5)
-    assert vote(voting(cohort_results[0], scores, "periodic").selection) == "tangent"
+    assert stored(voting(cohort_results[0], scores, "periodic").selection).likeliest == "periodic"
     lost = voting(cohort_results[0], {"se": scores["se"]}, "")
-    assert vote(lost.selection) == "discarded"
+    assert ballots(lost.selection)["AICc prefers"].tolist() == ["discarded"]
     assert len(differences([stored(lost.selection)], "linear")) == 0
 
 

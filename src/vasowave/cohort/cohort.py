@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,6 @@ from vasowave.animal.failure import Failure
 from vasowave.animal.law_result import LawResult
 from vasowave.animal.networks import network_dataset
 from vasowave.animal.result import AnimalResult, as_chosen
-from vasowave.cohort.cells import Cell, cells_of, common_level
 from vasowave.cohort.declared import Declaration
 from vasowave.cohort.design import Design
 from vasowave.cohort.misfit import misfits
@@ -22,6 +21,48 @@ from vasowave.cohort.variables import Variable
 from vasowave.cohort.votes import Ballots, stored
 from vasowave.errors import InputError
 from vasowave.quantities import INDICES
+
+_MOST_LEVELS = 6
+"""Levels of a column that are described one by one; a dose or time of more is a number, not a few classes."""
+
+
+class Cell(NamedTuple):
+    """The recordings of one group at one level; of the whole group where the design has no second column."""
+
+    group: str
+    level: str
+    results: list[AnimalResult]
+
+
+def levels_of(second: Variable | None) -> list[str]:
+    """Return the levels that are described one by one, the reference first; none where there is nothing to divide."""
+    order = second.order if second else []
+    return order if len(order) <= _MOST_LEVELS else []
+
+
+def cells_of(groups: Mapping[str, Sequence[AnimalResult]], second: Variable | None) -> dict[str, Cell]:
+    """Return the recordings by group and level, called ``group, level``; the groups themselves without a column."""
+    levels = levels_of(second)
+    if second is None or not levels:
+        return {group: Cell(group, "", list(results)) for group, results in groups.items()}
+    known = second.levels
+    cells = {}
+    for group, results in groups.items():
+        for level in [*levels, f"{second.name} not known"]:
+            own = [one for one in results if known.get(one.name, f"{second.name} not known") == level]
+            if own:
+                cells[f"{group}, {level}"] = Cell(group, level, own)
+    return cells
+
+
+def common_level(groups: Mapping[str, Sequence[AnimalResult]], second: Variable | None) -> str:
+    """Return the first level that every group has, at which one recording of each may stand beside the others."""
+    known = {} if second is None else second.levels
+    for level in levels_of(second):
+        if all(any(known.get(one.name) == level for one in results) for results in groups.values()):
+            return level
+    return ""
+
 
 _CONTROL = "CTL"
 """The group that others are compared with unless another is named."""

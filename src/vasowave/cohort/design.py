@@ -9,8 +9,7 @@ import numpy as np
 from annotated_types import MinLen
 from pydantic import BeforeValidator
 
-from vasowave.cohort.contrast import Contrast
-from vasowave.cohort.told import Cells, Untold, told_and_not
+from vasowave.cohort.contrast import Cells, Contrast, Untold, told_and_not
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError, did_you_mean
 from vasowave.settings import Example, settings_class

@@ -48,6 +48,15 @@ class Effect(NamedTuple):
 
         return float(2 * stdtr(self.freedom, -abs(self.value) / self.error))
 
+    def ratio(self, miss: float) -> tuple[float, float, float]:
+        """Return a contrast of logarithms as a ratio, with its interval that by itself misses in a share `miss`."""
+        from scipy.special import stdtrit
+
+        reach = float(stdtrit(self.freedom, 1 - miss / 2)) * self.error
+        with np.errstate(over="ignore"):
+            value, low, high = np.exp([self.value, self.value - reach, self.value + reach]).tolist()
+        return value, low, high
+
 
 class MixedFit(NamedTuple):
     """A fitted model.

@@ -35,15 +35,6 @@ def ballots(selection: xr.Dataset) -> pd.DataFrame:
     return table.iloc[(table["AICc prefers"] == DISCARDED).argsort(kind="stable")]
 
 
-def vote(selection: xr.Dataset) -> str:
-    """Return the law that AICc prefers under the likeliest noise model.
-
-    "undecided" where the runner-up is too close, "discarded" where no noise model is kept.
-    """
-    animal = stored(selection)
-    return str(_under(animal, animal.likeliest)["AICc prefers"])
-
-
 class Ballots(NamedTuple):
     """The `ballots` of one recording, the noise model that is likeliest for it, and whose it is where that is known."""
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, did_you_mean
-from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_residuals
-from vasowave.figures.loop import plot_pressure_area
+from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_pressure_area, plot_residuals
 from vasowave.figures.rendering import as_file
 from vasowave.figures.spectra import plot_modulus
 from vasowave.figures.style import CTL, new_figure, shown_figure, style

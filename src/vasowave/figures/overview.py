@@ -8,8 +8,8 @@ from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.fit import plot_flow, plot_pressure
 from vasowave.figures.groups import plot_mean_waveform, plot_waveforms
-from vasowave.figures.marks import mark, readable
 from vasowave.figures.network import plot_network
+from vasowave.figures.rendering import mark, readable
 from vasowave.figures.style import NARROW, SCALE, WIDEST, columns_that_fit, darker, group_looks, new_figure, short
 from vasowave.network.network import Network
 

@@ -13,13 +13,12 @@ from vasowave.cohort.primary import Primary
 from vasowave.cohort.table import column, rows_of
 from vasowave.figures import modeled as figures
 from vasowave.figures.compared import means_figure
-from vasowave.figures.sites import sites_figure, sites_of
-from vasowave.figures.space import axes_in_space
+from vasowave.figures.modeled import sites_figure, sites_of
+from vasowave.figures.network import axes_in_space
 from vasowave.figures.style import color_stops, group_looks, short, source_looks
 from vasowave.report.blocks import Block, Drawing, Fold, Section, Space, Table
 from vasowave.report.tables import models as tables
-from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
-from vasowave.report.tables.sites import sites_table
+from vasowave.report.tables.models import misfit_table, preference_table, selection_table, sites_table
 from vasowave.report.wording import column_label, listed, probability
 
 _SAME = 1e-9  # logarithms that differ by less are equal but for rounding
