@@ -16,9 +16,10 @@ from vasowave.report.answer.limits import model_limits, one_geometry
 from vasowave.report.answer.page import answer_sections
 from vasowave.report.answer.problems import problem_blocks, problems
 from vasowave.report.documents import report_of
-from vasowave.report.glossary import explained
+from vasowave.report.glossary import _OWN, explained
 from vasowave.report.tables.models import selection_table
 from vasowave.report.wording import friction_words, probability, ratio_with_interval, with_error, with_interval
+from vasowave.selection.criteria import aicc, bic
 from vasowave.solver.validity import STRAINED
 
 
@@ -321,3 +322,9 @@ def texts(blocks):
 )
 def test_a_friction_is_called_by_its_law_and_its_settings(law, settings, words):
     assert friction_words(law, settings) == words
+
+
+def test_the_glossary_names_the_equations_of_the_criteria():
+    for said, criterion in (("AICc", aicc), ("BIC", bic)):
+        (equation,) = re.findall(r"eq\. \d+", criterion.__doc__)
+        assert f"({equation})" in _OWN[said]

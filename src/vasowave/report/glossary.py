@@ -11,8 +11,8 @@ from vasowave.report.tables.cells import symbols
 _OWN = {
     "S": "least-squares objective, the sum of squared residuals (eq. 14)",
     "η": "importance index: relative change of a group's mean (eq. 20)",
-    "AICc": "Akaike's information criterion, corrected for small samples; lower is better (eq. 22)",
-    "BIC": "Bayesian information criterion; lower is better (eq. 23)",
+    "AICc": "Akaike's information criterion, corrected for small samples; lower is better (eq. 21)",
+    "BIC": "Bayesian information criterion; lower is better (eq. 22)",
     "τ": "time constant of the diastolic decay, measured (eq. 12)",
     "IQR": "from the first to the third quartile",
     "RMSE": "root-mean-square residual of the pressure; where flow is compared, its pulse counts as the pressure's",
