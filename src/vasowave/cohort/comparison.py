@@ -75,16 +75,15 @@ def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFr
     labels : dict of str to str
         Name of the quantity to what it is called in the result.
     """
-    rows = rows_of(cohort.table, source)
-    reference, *others = rows["group"].unique().tolist()
-    indices = []
+    rows, reference = rows_of(cohort.table, source), cohort.reference
+    others, indices = [group for group in cohort.groups if group != reference], []
     for name, called in labels.items():
         if label := column(rows, name):
-            values = {group: part[label].dropna().to_numpy(float) for group, part in rows.groupby("group")}
-            means = {group: own.mean() if len(own) else np.nan for group, own in values.items()}
+            known = {group: rows[label][rows["group"] == group].dropna().to_numpy(float) for group in cohort.groups}
+            means = {group: own.mean() if len(own) else np.nan for group, own in known.items()}
             indices += [
                 (called, source, other, importance_index(means[reference], means[other]),
-                 *importance_interval(values[reference], values[other]))
+                 *importance_interval(known[reference], known[other]))
                 for other in others
             ]  # fmt: skip
     table = pd.DataFrame(indices, columns=["quantity", "source", "group", "eta", "low", "high"])
