@@ -122,11 +122,11 @@ def figure_bytes(
     """Return panels of a fit side by side as a file: svg, pdf or png. Sizes as `FitPlots.save`."""
     import matplotlib
 
-    unknown = next((name for name in panels if name not in PANELS), None)
-    if unknown is not None or not panels:
-        raise InputError(
-            f"there is no panel '{unknown}'{did_you_mean(str(unknown), PANELS)}; there are: {', '.join(PANELS)}"
-        )
+    if not panels:
+        raise InputError(f"a figure needs a panel; there are: {', '.join(PANELS)}")
+    for name in panels:
+        if name not in PANELS:
+            raise InputError(f"there is no panel '{name}'{did_you_mean(name, PANELS)}; there are: {', '.join(PANELS)}")
     _check_look(family, color or CTL)
     letters: dict[str, object] = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize"), font)
     letters |= dict.fromkeys(("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), font - 1)
