@@ -222,6 +222,7 @@ def test_the_pressure_of_the_image_is_said_or_that_nobody_knows_it(cohort_result
     assert "The image's pressure is not known" in said(0.0, 0.0)
     assert "at the image's pressure, 6.30 mmHg, taken as exact" in said(6.3, 6.3)
     assert "at the image's pressure, 6.30 to 17.2 mmHg" in said(6.3, 17.2)
+    assert "6.30 mmHg, taken as exact. Of 1 of 2 animals it is not known: their radii" in said(0.0, 6.3)
 
 
 def test_what_is_said_of_one_image_is_what_intervals_and_p_do():

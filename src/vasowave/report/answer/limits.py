@@ -34,12 +34,16 @@ def _of_fits(cohort: Cohort) -> list[str]:
 
 def _image_pressure(cohort: Cohort) -> list[str]:
     """Say at which pressure the radii were measured, where the results tell."""
-    known = [result.network.pressure for result in cohort.results]
-    if not any(known):
+    count = len(cohort.results)
+    known = [result.network.pressure for result in cohort.results if result.network.pressure]
+    if not known:
         return ["The image's pressure is not known; radii are taken as those at 0 mmHg, and stiffness depends on that."]
     low, high = number(min(known)), number(max(known))
+    what = "recordings" if cohort.repeated else "animals"
+    unknown = f" Of {count - len(known)} of {count} {what} it is not known: their radii are taken as those at 0 mmHg."
     return [
         f"Radii are those at the image's pressure, {low if low == high else f'{low} to {high}'} mmHg, taken as exact."
+        f"{unknown if len(known) < count else ''}"
     ]
 
 
