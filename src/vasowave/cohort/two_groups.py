@@ -16,8 +16,8 @@ def importance_index(reference: float, other: float) -> float:
     return (other - reference) / reference
 
 
-def importance_interval(reference: np.ndarray, other: np.ndarray, level: float = LEVEL) -> tuple[float, float]:
-    """Return the interval of η of two groups' values: Fieller's, with Welch's degrees of freedom.
+def importance_interval(reference: np.ndarray, other: np.ndarray) -> tuple[float, float]:
+    """Return the interval of 95 % of η of two groups' values: Fieller's, with Welch's degrees of freedom.
 
     NaN with fewer than two values in a group, without variation, or where the reference mean may be zero.
     """
@@ -32,7 +32,7 @@ def importance_interval(reference: np.ndarray, other: np.ndarray, level: float =
     spread = parts[0] ** 2 / (len(reference) - 1) + parts[1] ** 2 / (len(other) - 1)
     if not spread > 0:
         return np.nan, np.nan
-    t = stdtrit(sum(parts) ** 2 / spread, (1 + level) / 2)
+    t = stdtrit(sum(parts) ** 2 / spread, (1 + LEVEL) / 2)
     lead, rest = mean**2 - t**2 * variances[0], above**2 - t**2 * variances[1]
     if lead <= 0:
         return np.nan, np.nan

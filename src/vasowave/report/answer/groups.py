@@ -10,6 +10,7 @@ from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.contrast import FEW
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
+from vasowave.report.tables.cells import span
 from vasowave.report.wording import LIMIT, listed, number, probability, ratio_with_interval, some_of, unit
 
 CLEAR = LIMIT
@@ -162,14 +163,10 @@ def _few_degrees(rows: pd.DataFrame) -> list[str]:
     effects = listed([*dict.fromkeys(effect_of(row) for _, row in few.iterrows())])
     least = 100 * (np.sqrt(few["high"].to_numpy(float) / few["low"].to_numpy(float)) - 1)  # %, of ratios that are shown
     return [
-        f"{effects}: {len(few)} of {len(rows)} ratios rest on {_span(few['df'].to_numpy(float))} degrees of freedom. "
-        f"Beside all other rows such a ratio is shown if it differs from 1 by about {_span(least)} % or more; fewer "
+        f"{effects}: {len(few)} of {len(rows)} ratios rest on {span(few['df'].to_numpy(float), 2)} degrees of freedom. "
+        f"Beside all other rows such a ratio is shown if it differs from 1 by about {span(least, 2)} % or more; fewer "
         "covariates, blocks, quantities or contrasts would leave more."
     ]
-
-
-def _span(values: np.ndarray) -> str:
-    return " to ".join(dict.fromkeys(number(float(one), 2) for one in (values.min(), values.max())))
 
 
 def _separated(rows: pd.DataFrame, called: Called) -> str:

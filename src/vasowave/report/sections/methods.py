@@ -19,7 +19,7 @@ from vasowave.report.answer.groups import design_text, effect_of
 from vasowave.report.blocks import Paragraph, Section
 from vasowave.report.glossary import symbol
 from vasowave.report.tables.cells import named, span, symbols
-from vasowave.report.wording import LIMIT, error_of_draws, friction_words, listed, number, some_of
+from vasowave.report.wording import ERROR_OF_DRAWS, LIMIT, friction_words, listed, number, some_of
 
 _NAMED = 6  # animals, in a sentence
 _FIDUCIALS = {"ecg": "the R wave of the ECG", "pressure": "the foot of the pressure"}
@@ -294,10 +294,10 @@ def _by_design(cohort: Cohort, primary: Primary, of_draws: str) -> str:
 
 def _draws(stages: int = 1) -> str:
     """Return how many draws a p is of, and how exact it is by that; draws of draws (`stages`) add their error."""
-    error = float(np.sqrt(stages)) * error_of_draws(LIMIT)
+    error = float(np.sqrt(stages)) * ERROR_OF_DRAWS
     return (
         f"{DRAWS} draws and the data; a p near {LIMIT} has a standard error of {error:.3f} by that, and stands with ≈ "
-        f"within {2 * error_of_draws(LIMIT):.3f} of {LIMIT}"
+        f"within {2 * ERROR_OF_DRAWS:.3f} of {LIMIT}"
     )
 
 
