@@ -10,6 +10,24 @@ from vasowave.errors import InputError
 
 _WATT = units.MMHG * 1e-7
 """One mmHg cm/s in W/cm²."""
+WAVES = {
+    "FCW": "forward compression",
+    "FDW": "forward decompression",
+    "BCW": "backward compression",
+    "BDW": "backward decompression",
+}
+"""Short and long names of the four kinds of waves."""
+_COLUMNS = [
+    "wave",
+    "direction",
+    "kind",
+    "start [s]",
+    "peak time [s]",
+    "duration [s]",
+    "peak [W/cm2/s2]",
+    "area [W/cm2/s]",
+    "pressure change [mmHg]",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,27 +186,6 @@ def largest_waves(table: pd.DataFrame) -> pd.DataFrame:
     """Return the row of largest area of every kind of wave in a table from `named_waves`, indexed by ``wave``."""
     order = table["area [W/cm2/s]"].abs().sort_values(ascending=False).index
     return table.loc[order].drop_duplicates("wave").set_index("wave").reindex(list(WAVES)).dropna(how="all")
-
-
-WAVES = {
-    "FCW": "forward compression",
-    "FDW": "forward decompression",
-    "BCW": "backward compression",
-    "BDW": "backward decompression",
-}
-"""Short and long names of the four kinds of waves."""
-
-_COLUMNS = [
-    "wave",
-    "direction",
-    "kind",
-    "start [s]",
-    "peak time [s]",
-    "duration [s]",
-    "peak [W/cm2/s2]",
-    "area [W/cm2/s]",
-    "pressure change [mmHg]",
-]
 
 
 def _runs(direction: str, pressure: np.ndarray, drift: float, intensity: np.ndarray, period: float) -> list[tuple]:

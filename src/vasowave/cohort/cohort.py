@@ -24,6 +24,8 @@ from vasowave.quantities import INDICES
 
 _MOST_LEVELS = 6
 """Levels of a column that are described one by one; a dose or time of more is a number, not a few classes."""
+_CONTROL = "CTL"
+"""The group that others are compared with unless another is named."""
 
 
 class Cell(NamedTuple):
@@ -62,10 +64,6 @@ def common_level(groups: Mapping[str, Sequence[AnimalResult]], second: Variable 
         if all(any(known.get(one.name) == level for one in results) for results in groups.values()):
             return level
     return ""
-
-
-_CONTROL = "CTL"
-"""The group that others are compared with unless another is named."""
 
 
 @dataclass(frozen=True, eq=False)

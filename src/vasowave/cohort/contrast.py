@@ -10,6 +10,25 @@ from vasowave.findings import Finding, error_kind, look_kind
 if TYPE_CHECKING:
     from vasowave.cohort.design import Layout
 
+CONFOUNDED = look_kind(
+    "design.confounded", "{effect}: not compared, for {columns} differs just as it does, and nothing tells one from "
+    "the other{instead}; {remedy}", "take the column out of covariates, and write that it may be the reason",
+)  # fmt: skip
+NO_CELL = look_kind(
+    "design.no-cell", "{effect}: not compared, for nothing is known of {cells}{instead}; {remedy}",
+    "add animals there if there are any",
+)  # fmt: skip
+NOTHING_TOLD = error_kind(
+    "design.nothing-told", "nothing can be compared by this design: {columns} cannot be told apart from {effects}; "
+    "{remedy}", "take it out of the design, or add animals in which they differ",
+)  # fmt: skip
+NOBODY = error_kind(
+    "design.nobody", "nothing can be compared by this design: {effects} would need recordings of {cells}; {remedy}",
+    "add them, or name other comparisons",
+)  # fmt: skip
+FEW = 4
+"""Degrees of freedom below which a study is told: quantiles of Student's t for many rows grow steeply there."""
+
 
 class Contrast(NamedTuple):
     """One comparison of the means of cells: `second` minus `first`, on logarithms.
@@ -60,24 +79,6 @@ class Contrast(NamedTuple):
     def of_ratios(self) -> bool:
         """Whether both sides are themselves ratios."""
         return bool(np.allclose([self.first.sum(), self.second.sum()], 0) and self.first.any())
-
-
-CONFOUNDED = look_kind(
-    "design.confounded", "{effect}: not compared, for {columns} differs just as it does, and nothing tells one from "
-    "the other{instead}; {remedy}", "take the column out of covariates, and write that it may be the reason",
-)  # fmt: skip
-NO_CELL = look_kind(
-    "design.no-cell", "{effect}: not compared, for nothing is known of {cells}{instead}; {remedy}",
-    "add animals there if there are any",
-)  # fmt: skip
-NOTHING_TOLD = error_kind(
-    "design.nothing-told", "nothing can be compared by this design: {columns} cannot be told apart from {effects}; "
-    "{remedy}", "take it out of the design, or add animals in which they differ",
-)  # fmt: skip
-NOBODY = error_kind(
-    "design.nobody", "nothing can be compared by this design: {effects} would need recordings of {cells}; {remedy}",
-    "add them, or name other comparisons",
-)  # fmt: skip
 
 
 class Cells(NamedTuple):
@@ -199,10 +200,6 @@ def _smaller(one: Contrast, cells: Cells) -> Contrast | None:
     first, second = (side * kept / (side * kept).sum() for side in (one.first, one.second))
     within = f"at {cells.second} " if across else "in "
     return one._replace(first=first, second=second, within=within + " and ".join(good))
-
-
-FEW = 4
-"""Degrees of freedom below which a study is told: quantiles of Student's t for many rows grow steeply there."""
 
 
 def degrees_left(layout: "Layout", blocks: Sequence[str], contrast: Contrast) -> int:

@@ -21,6 +21,11 @@ from vasowave.settings import settings_class
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_JUDGED = (3, 4, 6, 10, 20)
+"""Sizes of which studies are judged as real ones are; the critical p follows logarithms between, hardly moves above."""
+_SIZES = (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 50, 60)
+"""Animals of each group that are tried."""
+
 
 class Spread(NamedTuple):
     """What is known of one quantity before a study.
@@ -101,12 +106,6 @@ def with_occasions(spreads: Sequence[Spread], cohort: Cohort, family: Family | N
 def _typical(one: Compared) -> float:
     """Return the error that, the same in all animals, makes a group's mean as well known as theirs do."""
     return float(np.sqrt(np.mean(one.known.errors**2)))
-
-
-_JUDGED = (3, 4, 6, 10, 20)
-"""Sizes of which studies are judged as real ones are; the critical p follows logarithms between, hardly moves above."""
-_SIZES = (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 50, 60)
-"""Animals of each group that are tried."""
 
 
 @settings_class

@@ -10,6 +10,9 @@ from vasowave.cohort.table import values_of
 from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError
 
+MOST_EXACT = 200
+"""Animals of two groups together up to which a Mann-Whitney test is exact; its work grows with their fourth power."""
+
 
 def importance_index(reference: float, other: float) -> float:
     """Importance index η = (χ_other - χ_reference)/χ_reference (eq. 20); never below -1 for positive quantities."""
@@ -72,10 +75,6 @@ def hedges_g(x: np.ndarray, y: np.ndarray, level: float = LEVEL) -> tuple[float,
 
     correction = (1 - 3 / (4 * freedom - 1)) * scale
     return correction * t, correction * center((1 + level) / 2), correction * center((1 - level) / 2)
-
-
-MOST_EXACT = 200
-"""Animals of two groups together up to which a Mann-Whitney test is exact; its work grows with their fourth power."""
 
 
 def mann_whitney(x: np.ndarray, y: np.ndarray) -> float:

@@ -13,6 +13,8 @@ from vasowave.descriptions import NORMAL, TAILS
 
 CLEAR = 20.0
 """Ratio of two evidences from which one law is called clearly likelier: with equal chances before, 95 % after."""
+_MEANS, _SPREADS = 801, 41  # of the grid on which the likelihood is maximized
+_REACH = 8.0  # of the grid beyond the outermost values, in scales of the animals and their errors
 
 
 class Evidence(NamedTuple):
@@ -69,10 +71,6 @@ def evidences(cohort: Cohort, reference: str) -> list[Evidence]:
             else:
                 one.untrusted.append(result.name)
     return list(found.values())
-
-
-_MEANS, _SPREADS = 801, 41  # of the grid on which the likelihood is maximized
-_REACH = 8.0  # of the grid beyond the outermost values, in scales of the animals and their errors
 
 
 class Pooled(NamedTuple):

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 _LETTERS = 24
 """Of the smallest size, side by side below one of four panels."""
+_DASHES = ("solid", (0, (5, 2)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 
 
 def means_figure(
@@ -112,9 +113,6 @@ def ratios_figure(contrasts: pd.DataFrame) -> "Figure":
     figure = new_figure(NARROW, 2.2 + 0.55 * len(contrasts))
     plot_ratios(figure.subplots(), contrasts)
     return figure
-
-
-_DASHES = ("solid", (0, (5, 2)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 
 
 def planned_figure(plan: "Plan") -> "Figure":

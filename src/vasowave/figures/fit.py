@@ -30,6 +30,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+ON_A_SHEET = 48  # animals
+_ABREAST = 6  # fits in a row of a sheet
+_POINTS = 128  # of a curve of 2.5 cm
+_PANEL = 2.7  # cm, height of a panel with its title
+
 
 def plot_pressure(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw measured pressure, and each wall law's at the inlet of the root vessel, over one cycle."""
@@ -96,12 +101,6 @@ def plot_pressure_area(ax: "Axes", result: AnimalResult, color: str = CTL, shade
     ax.locator_params(axis="x", nbins=5)
     ax.legend(handlelength=3.2)
     return label_axes(ax, "area [cm²]", "pressure [mmHg]")
-
-
-ON_A_SHEET = 48  # animals
-_ABREAST = 6  # fits in a row of a sheet
-_POINTS = 128  # of a curve of 2.5 cm
-_PANEL = 2.7  # cm, height of a panel with its title
 
 
 def sheets(results: Sequence[AnimalResult]) -> list[list[AnimalResult]]:

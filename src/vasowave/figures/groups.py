@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
 _APART = 1.25  # of two sources, where the points of one are 0.3 wide
 _SHARES = 128  # of a cycle at which waveforms are averaged
+_STEP, _GAP = 1.0, 0.7  # from cell to cell, and further from group to group or from source to source
+_MOST = 16  # letters of a level
+_LINE = 2.6  # letters side by side that one upright line takes
 
 
 def plot_groups(
@@ -180,11 +183,6 @@ def plot_mean(ax: "Axes", at: float, mean: GroupMean) -> None:
     reach = [[mean.value - mean.low], [mean.high - mean.value]]
     known = None if np.isnan(mean.low) else reach
     ax.errorbar([at], [mean.value], yerr=known, fmt="_", color=DATA, ms=6, mew=1.6, elinewidth=1, capsize=2)
-
-
-_STEP, _GAP = 1.0, 0.7  # from cell to cell, and further from group to group or from source to source
-_MOST = 16  # letters of a level
-_LINE = 2.6  # letters side by side that one upright line takes
 
 
 class _Place(NamedTuple):

@@ -36,6 +36,8 @@ _MOST_COLUMNS = 4  # of panels, with the words below them side by side
 _TITLE = 88  # letters of the titles side by side
 _DEEP = 4  # generations that need two columns of a journal
 _BEATS = {"width": WIDEST, "left": 1.8, "right": 0.2, "bottom": 1.0, "top": 0.8, "between": 1.6, "beside": 1.9}  # cm
+_HEIGHT = 6.0  # cm
+_TOP = 1.6  # times the isovolumic peak: the legend stands above the curves
 
 
 def hemodynamics_figure(cohort: Cohort) -> "Figure":
@@ -169,10 +171,6 @@ def plot_decay(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
     ax.set_xlim(0.0, max(T, time[-1] + 0.05 * T))
     ax.legend()
     return label_axes(ax, "time [s]", "pressure [mmHg]")
-
-
-_HEIGHT = 6.0  # cm
-_TOP = 1.6  # times the isovolumic peak: the legend stands above the curves
 
 
 def ventricle_figure(data: xr.Dataset, color: str = CTL) -> "Figure":

@@ -42,6 +42,11 @@ _LEAST_RANGE = 1.02  # differences far below a percent are agreement, and look l
 _ROOM = {"left": 0.11, "right": 0.985, "bottom": 0.09, "top": 0.95, "wspace": 0.25, "hspace": 0.4}  # of a fit
 _TITLE = 14  # letters of a vessel's name that stand above a column
 _WIDE_RANGE = 3.0  # a waterfall that rises more gets a logarithmic axis
+_ABREAST = 2  # panels in a row
+_HEIGHT = 5.5  # of a row, cm
+_SITE_TITLE = 44  # letters
+_NUMBERS = "mean, largest or smallest value"
+_WIDE = 3.0  # pt: a prediction shows on both sides of a fit that lies on it
 
 
 def fit_figure(result: AnimalResult, color: str = CTL) -> "Figure":
@@ -227,13 +232,6 @@ def plot_vessel(ax: "Axes", result: AnimalResult, vessel: str, quantity: str, co
     for wall, line in wall_lines(result.laws, color).items():
         plot_cycle(ax, result.laws[wall].simulated(quantity, vessel, "middle"), result.period, **line)
     return label_axes(ax, "time [s]", LABELS[quantity])
-
-
-_ABREAST = 2  # panels in a row
-_HEIGHT = 5.5  # of a row, cm
-_SITE_TITLE = 44  # letters
-_NUMBERS = "mean, largest or smallest value"
-_WIDE = 3.0  # pt: a prediction shows on both sides of a fit that lies on it
 
 
 def sites_of(result: AnimalResult) -> dict[str, xr.Dataset]:

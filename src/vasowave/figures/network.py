@@ -19,6 +19,8 @@ _KEY = 1.4  # rows below the tree, for what the widths of lines mean
 _SHORTEST = 4  # letters of a name that is cut
 _AIR = 2.0  # points between a label and the lines above and below it, together
 _PANEL = 0.77  # of a figure that its only panel has before the layout is made
+_SPREAD = np.radians(75.0)
+"""Angle between the outer daughters of a junction; in lungs of mice it is about that."""
 
 
 def plot_network(
@@ -152,10 +154,6 @@ def _terminals_in_order(network: Network) -> list[int]:
         if not network.daughters[row]:
             terminals.append(row)
     return terminals
-
-
-_SPREAD = np.radians(75.0)
-"""Angle between the outer daughters of a junction; in lungs of mice it is about that."""
 
 
 def axes_in_space(network: Network) -> np.ndarray:

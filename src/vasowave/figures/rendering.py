@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _MARK = "mark:"
 _FOUND = re.compile(rf"""<g id=(["']){_MARK}(.*?)\1>""")
 _LETTERS = "abcdefghijklmnopqrstuvwxyz"
+_NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
 
 
 def mark(artist: "Artist", tip: str = "", animal: str = "", layer: str = "") -> None:
@@ -56,9 +57,6 @@ def _written(match: re.Match[str]) -> str:
     tip = said.pop("tip", "")
     data = "".join(f' data-{key}="{html.escape(value)}"' for key, value in said.items())
     return f"<g{data}><title>{html.escape(tip)}</title>" if tip else f"<g{data}>"
-
-
-_NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
 
 
 def described(text: str, title: str, description: str) -> str:

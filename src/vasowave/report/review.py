@@ -16,6 +16,19 @@ from vasowave.imaging.witness.doubts import Doubt, Grade, gravest
 from vasowave.imaging.witness.witness import UNEVEN
 from vasowave.report.environment import templates
 
+_CAPTIONS = {
+    "projection": (
+        "The image and the network",
+        "Brightest voxel along each axis of the image (grey), outline of the lumen, and the vessels, named where there "
+        "are at most 60.",
+    ),
+    "network": (
+        "The network as a directed graph",
+        "Each vessel with its share of the mean flow (eq. 11); width follows the radius, lengths are not to scale.",
+    ),
+}
+_MOST_POINTS = 40  # of a vessel in the page's view
+
 
 class Proposals(NamedTuple):
     """Edits that are proposed; none is made unless a person takes it up.
@@ -59,20 +72,6 @@ def proposals(extraction: Extraction) -> Proposals:
 
 def _why(doubt: Doubt) -> str:
     return doubt.text if len(doubt.text) < 110 else f"{doubt.text[:108]} …"
-
-
-_CAPTIONS = {
-    "projection": (
-        "The image and the network",
-        "Brightest voxel along each axis of the image (grey), outline of the lumen, and the vessels, named where there "
-        "are at most 60.",
-    ),
-    "network": (
-        "The network as a directed graph",
-        "Each vessel with its share of the mean flow (eq. 11); width follows the radius, lengths are not to scale.",
-    ),
-}
-_MOST_POINTS = 40  # of a vessel in the page's view
 
 
 def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, str]) -> str:

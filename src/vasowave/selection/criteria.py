@@ -11,6 +11,23 @@ from vasowave.noise.models import CirculantNoise, Noise
 
 UNDECIDED = 5.0
 """Differences of AICc or BIC below this decide nothing."""
+_TEXT = ("covariance", "wall", "AICc_verdict", "BIC_verdict", "hyperparameters")
+_MEANINGS = {
+    "loglik": "log-likelihood (eq. 23)",
+    "D": "fitted parameters",
+    "N": "pressure samples",
+    "AICc": "corrected Akaike information criterion (eq. 21)",
+    "BIC": "Bayesian information criterion (eq. 22)",
+    "AICc_difference": "AICc minus the least of the wall laws under the same covariance",
+    "BIC_difference": "BIC minus the least of the wall laws under the same covariance",
+    "AICc_verdict": f"what AICc says; a difference below {UNDECIDED:g} is undecided",
+    "BIC_verdict": f"what BIC says; a difference below {UNDECIDED:g} is undecided",
+    "lambda": "weight of the regularization",
+    "discarded": "1 where the covariance needs too large a weight of the regularization",
+    "covariance": "noise model",
+    "wall": "wall law",
+    "hyperparameters": "hyperparameters of the noise model, JSON",
+}
 
 
 def aicc(log_likelihood: float, parameters: int, samples: int) -> float:
@@ -40,25 +57,6 @@ def verdicts(scores: Mapping[str, float]) -> list[tuple[str, float, str]]:
         clear = difference >= UNDECIDED or (key == order[0] and decided)
         judged.append((key, difference, ("preferred" if key == order[0] else "worse") if clear else "undecided"))
     return judged
-
-
-_TEXT = ("covariance", "wall", "AICc_verdict", "BIC_verdict", "hyperparameters")
-_MEANINGS = {
-    "loglik": "log-likelihood (eq. 23)",
-    "D": "fitted parameters",
-    "N": "pressure samples",
-    "AICc": "corrected Akaike information criterion (eq. 21)",
-    "BIC": "Bayesian information criterion (eq. 22)",
-    "AICc_difference": "AICc minus the least of the wall laws under the same covariance",
-    "BIC_difference": "BIC minus the least of the wall laws under the same covariance",
-    "AICc_verdict": f"what AICc says; a difference below {UNDECIDED:g} is undecided",
-    "BIC_verdict": f"what BIC says; a difference below {UNDECIDED:g} is undecided",
-    "lambda": "weight of the regularization",
-    "discarded": "1 where the covariance needs too large a weight of the regularization",
-    "covariance": "noise model",
-    "wall": "wall law",
-    "hyperparameters": "hyperparameters of the noise model, JSON",
-}
 
 
 def scored(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int], noise: Noise) -> list[dict]:

@@ -23,6 +23,7 @@ Called = Callable[[str], str]
 """Returns a quantity in words with its symbol."""
 Mark = Callable[[list[str]], str]
 """Returns what stands behind a sentence about groups."""
+_MAX_LEVELS = 6
 
 
 def group_answers(primary: Primary, called: Called, mark: Mark = lambda groups: "") -> list[tuple[str, str]]:
@@ -222,9 +223,6 @@ def other_laws(primary: Primary, called: Called) -> list[str]:
         for _, row in outside.iterrows()
     ]
     return [f"Outside the intervals of the {primary.law} wall lie {listed(parts)}."]
-
-
-_MAX_LEVELS = 6
 
 
 def design_answer(cohort: Cohort) -> list[tuple[str, str]]:

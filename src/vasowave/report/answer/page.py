@@ -25,6 +25,8 @@ from vasowave.report.tables.cells import nearest, symbols
 from vasowave.report.wording import UNLIMITED, listed, number, undecided, unlimited
 
 _NEAR = "≈: other draws may put this p on the other side of 0.05."
+UNLIKE = 0.15
+"""Share of the measured decay by which R_T C_T may differ before the page says that the two are not the same."""
 
 
 def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Section]:
@@ -161,10 +163,6 @@ def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: 
         known += [*influence(primary, called), *other_laws(primary, called)]
     left: list[Block] = [Bullets(known)] if known else []
     return [Columns(left, problem_blocks(cohort, primary))]
-
-
-UNLIKE = 0.15
-"""Share of the measured decay by which R_T C_T may differ before the page says that the two are not the same."""
 
 
 def decay(cohort: Cohort, law: str) -> str:

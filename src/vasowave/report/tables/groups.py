@@ -16,6 +16,12 @@ from vasowave.report.tables.cells import interval, mean_sd, median_iqr, source_t
 from vasowave.report.wording import number, p_value, ratio_with_interval, undecided
 
 _MANY = 10  # degrees of freedom whose decimals say nothing
+_NOTE = (
+    "IQR: from the first to the third quartile. A symbol means what its source can know: measured β, c and τ "
+    "follow from the up-slope (at zero pressure) and from the diastolic decay, measured R_T is mean pressure "
+    "(above the wedge's) over mean flow; those of a wall law are its calibrated stiffness, the wave speed at mean "
+    "pressure, R_T of the vascular beds alone."
+)
 
 
 def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
@@ -136,14 +142,6 @@ def _others(primary: Primary, written: Mapping[str, str]) -> Table:
     note = "Secondary: the same effects, their intervals to the same level, without a test."
     header = ("quantity", "wall", "groups", "ratio [95 %]")
     return Table("PrimaryOtherLaws", "Ratios by the other wall laws", header, cells, note, rows)
-
-
-_NOTE = (
-    "IQR: from the first to the third quartile. A symbol means what its source can know: measured β, c and τ "
-    "follow from the up-slope (at zero pressure) and from the diastolic decay, measured R_T is mean pressure "
-    "(above the wedge's) over mean flow; those of a wall law are its calibrated stiffness, the wave speed at mean "
-    "pressure, R_T of the vascular beds alone."
-)
 
 
 def groups(cohort: Cohort) -> Table:

@@ -26,6 +26,19 @@ MARKS = (
     "† at a bound of its search; ‡ not determined by the data (the ends of its 95 % interval differ by more than a "
     "factor of 4)."
 )
+_TOLD = ("wave_speed", "R_T")
+"""Quantities on the page; the file has every parameter."""
+_ENDS = ("value", "low", "high")
+_SITES_NOTE = (
+    "Ratio: observed over what the recording at the inlet alone predicts, by least squares. Misfit: root mean square "
+    "of what the fit without the site misses there, over what its error, the model's and the spread of that fit let "
+    "expect; about 1 or less is agreement, more than 3 is a finding. With: 95 % interval of the fit to all sites; "
+    "without: of the fit to all but this one. The CSV file has them for every parameter."
+)
+_SELECTION_NOTE = (
+    "λ: weight of the regularization; noise models that need more than allowed are discarded and stand last. D: fitted "
+    "parameters of each law, N: pressure samples."
+)
 
 
 def bounds(cohort: Cohort) -> Table:
@@ -148,19 +161,6 @@ def laws_by_posterior(data: xr.Dataset) -> Table:
     return Table("", "Wall laws by their posteriors", header, rows, note)
 
 
-_TOLD = ("wave_speed", "R_T")
-"""Quantities on the page; the file has every parameter."""
-
-_ENDS = ("value", "low", "high")
-
-_SITES_NOTE = (
-    "Ratio: observed over what the recording at the inlet alone predicts, by least squares. Misfit: root mean square "
-    "of what the fit without the site misses there, over what its error, the model's and the spread of that fit let "
-    "expect; about 1 or less is agreement, more than 3 is a finding. With: 95 % interval of the fit to all sites; "
-    "without: of the fit to all but this one. The CSV file has them for every parameter."
-)
-
-
 def sites_table(cohort: Cohort) -> Table:
     """Return a row for every site of every animal and wall law; its data have one for every quantity of these."""
     written = symbols(cohort)
@@ -198,12 +198,6 @@ def _site_row(one: xr.Dataset, units: Mapping[str, str]) -> dict[str, object]:
 def _site_interval(one: xr.Dataset, how: str) -> str:
     value, low, high = (float(one[f"{end}{how}"]) for end in _ENDS)
     return with_interval(value, low, high)
-
-
-_SELECTION_NOTE = (
-    "λ: weight of the regularization; noise models that need more than allowed are discarded and stand last. D: fitted "
-    "parameters of each law, N: pressure samples."
-)
 
 
 def selection_table(cohort: Cohort) -> Table:
