@@ -53,16 +53,15 @@ def compare(cohort: Cohort, source: str) -> Comparison:
     counts = rows["group"].value_counts(sort=False)
     left_out = {f"group {group}": "one animal has no scatter to compare with" for group in counts.index[counts < 2]}
     rows = rows[rows["group"].map(counts) >= 2]
-    if rows["group"].nunique() < 2:
-        return _nothing(left_out)
-    labels = columns(rows, family(cohort, source))
+    labels = columns(rows, family(cohort, source)) if rows["group"].nunique() > 1 else []
     found = {label: _tested(pairwise_contrasts, rows, [label]) for label in labels}
     left_out |= {label: one for label, one in found.items() if isinstance(one, str)}
     parts = {label: one for label, one in found.items() if not isinstance(one, str)}
     if not parts:
-        return _nothing(left_out)
-    usable = list(parts)
-    return Comparison(_together(list(parts.values())), _without_one(rows, usable), left_out)
+        return Comparison(pd.DataFrame(), pd.DataFrame(), left_out)
+    whole = pd.concat(parts.values()).sort_index(kind="stable", ignore_index=True)  # pair of groups by pair of groups
+    whole["p Holm"] = holm(whole["p"].to_numpy())
+    return Comparison(whole, _without_one(rows, list(parts)), left_out)
 
 
 def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFrame:
@@ -90,10 +89,6 @@ def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFr
     return table[np.isfinite(table["eta"].astype(float))].reset_index(drop=True)
 
 
-def _nothing(left_out: dict[str, str]) -> Comparison:
-    return Comparison(pd.DataFrame(), pd.DataFrame(), left_out)
-
-
 def _tested(test: Callable[..., pd.DataFrame], *arguments: object) -> pd.DataFrame | str:
     """Return the table of a test, or why it cannot be made; one that could only warn about its values cannot."""
     with warnings.catch_warnings():
@@ -106,27 +101,16 @@ def _tested(test: Callable[..., pd.DataFrame], *arguments: object) -> pd.DataFra
             return "the values hardly vary within the groups; there is nothing to test"
 
 
-def _together(parts: list[pd.DataFrame]) -> pd.DataFrame:
-    """Return the contrasts of several quantities, pair of groups by pair of groups; Holm runs over all of them."""
-    whole = pd.concat(parts, ignore_index=True)
-    by_pair = np.arange(len(whole)).reshape(len(parts), -1).T.ravel()
-    whole = whole.iloc[by_pair].reset_index(drop=True)
-    return whole.assign(**{"p Holm": holm(whole["p"].to_numpy())})
-
-
-def _without_one(rows: pd.DataFrame, usable: list[str]) -> pd.DataFrame:
-    """Leave out every animal in turn, for every pair of groups; Holm runs over the quantities of the pair."""
+def _without_one(rows: pd.DataFrame, labels: list[str]) -> pd.DataFrame:
+    """Leave out every animal in turn, for every pair of groups and quantity that leaves something to test."""
     parts = []
     for reference, other in combinations(rows["group"].unique().tolist(), 2):
-        # Of two animals, or with no scatter among the rest, nothing is left to test.
-        labels = [
-            label for label in usable if not isinstance(_tested(leave_one_out, rows, [label], reference, other), str)
-        ]
-        if labels:
-            part = leave_one_out(rows, labels, reference, other)
-            part.insert(0, "reference", reference)
-            part.insert(1, "other", other)
-            parts.append(part)
+        for label in sorted(labels):
+            part = _tested(leave_one_out, rows, [label], reference, other)
+            if not isinstance(part, str):
+                parts.append(part)
+                part.insert(0, "reference", reference)
+                part.insert(1, "other", other)
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
 
