@@ -15,10 +15,9 @@ from vasowave.animal.networks import network_dataset
 from vasowave.animal.result import AnimalResult, as_chosen
 from vasowave.cohort.declared import Declaration
 from vasowave.cohort.design import Design
-from vasowave.cohort.misfit import misfits
 from vasowave.cohort.table import cohort_table, columns, rows_of
 from vasowave.cohort.variables import Variable
-from vasowave.cohort.votes import Ballots, stored
+from vasowave.cohort.votes import Ballots, misfits, stored
 from vasowave.errors import InputError
 from vasowave.quantities import INDICES
 

@@ -1,12 +1,13 @@
-"""Measured and fitted waveforms where the catheter was, what is left, how walls stiffen; many animals at one glance."""
+"""Measured and fitted at the inlet: waveforms, residuals, spectra, how walls stiffen; many animals at one glance."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vasowave.animal.reading import law_curve, residual_autocorrelation
 from vasowave.animal.result import AnimalResult
+from vasowave.descriptions import NORMAL
 from vasowave.figures.rendering import mark
 from vasowave.figures.style import (
     CTL,
@@ -20,6 +21,7 @@ from vasowave.figures.style import (
     label_axes,
     legend_above,
     new_figure,
+    plain_log,
     plot_cycle,
     short,
     source_looks,
@@ -27,6 +29,7 @@ from vasowave.figures.style import (
 )
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -125,13 +128,13 @@ def sheet_figure(results: Sequence[AnimalResult], groups: Sequence[str]) -> "Fig
     room = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 1 - 0.8 / height, "wspace": 0.08, "hspace": 0.75}
     axes = figure.subplots(rows, _ABREAST, squeeze=False, gridspec_kw=room).ravel()
     for ax, result in zip(axes, results, strict=False):
-        _draw(ax, result, looks[result.group].color)
+        _draw_small(ax, result, looks[result.group].color)
     for ax in axes:
         ax.set_axis_off()
     return figure
 
 
-def _draw(ax: "Axes", result: AnimalResult, color: str) -> None:
+def _draw_small(ax: "Axes", result: AnimalResult, color: str) -> None:
     pressure = result.recording["pressure"].values
     (line,) = ax.plot(*_thinned(pressure), color=DATA, linewidth=0.9)
     for wall, look in wall_lines(result.laws, color).items():
@@ -159,3 +162,69 @@ def _errors(result: AnimalResult) -> dict[str, float]:
 def _error(result: AnimalResult) -> float:
     """Return the error of the law that fits best, mmHg; errors that rounding makes unlike are one, in any order."""
     return round(min(_errors(result).values()), 6)
+
+
+def plot_modulus(ax: "Axes", spectrum: "xr.Dataset", error: np.ndarray | None = None, **line: Any) -> "Axes":
+    """Draw |Z| over frequency (eq. 19); harmonics whose flow is at noise level are grey and hollow.
+
+    `error` is the relative standard error of every harmonic, shape (harmonic,), drawn as an interval of 95 %.
+    """
+    modulus = spectrum["modulus"].values
+    factor = np.exp(NORMAL * (np.zeros(len(modulus)) if error is None else error))
+    _draw_spectrum(ax, spectrum, modulus, (modulus - modulus / factor, modulus * factor - modulus), line)
+    ax.set_yscale("log")
+    plain_log(ax.yaxis)
+    return label_axes(ax, "frequency [Hz]", "|Z| [mmHg s/ml]")
+
+
+def plot_phase(ax: "Axes", spectrum: "xr.Dataset", error: np.ndarray | None = None, **line: Any) -> "Axes":
+    """Draw the phase θ of Z over frequency (eq. 19), unwrapped; negative where pressure lags flow.
+
+    `error` is the standard error of every harmonic, rad.
+    """
+    from matplotlib.ticker import FuncFormatter, MultipleLocator
+
+    phase = unwrapped(spectrum["phase"].values, spectrum["reliable"].values.astype(bool))
+    reach = NORMAL * (np.zeros(len(phase)) if error is None else error)
+    _draw_spectrum(ax, spectrum, phase, (reach, reach), line)
+    ax.axhline(0, color=FAINT, linewidth=0.8, zorder=0)
+    ax.update_datalim([(0, -np.pi / 2), (0, np.pi / 2)])
+    ax.autoscale_view()
+    ax.yaxis.set_major_locator(MultipleLocator(np.pi / 2))
+    ax.yaxis.set_major_formatter(FuncFormatter(_halves))
+    return label_axes(ax, "frequency [Hz]", "phase θ [rad]")
+
+
+def unwrapped(phase: np.ndarray, reliable: np.ndarray) -> np.ndarray:
+    """Return phases without jumps of 2π from one reliable harmonic to the next; the others join their branch."""
+    smooth, place = phase.copy(), np.arange(len(phase))
+    if reliable.any():
+        smooth[reliable] = np.unwrap(phase[reliable])
+        branch = np.interp(place, place[reliable], smooth[reliable])
+        smooth += np.where(reliable, 0.0, 2 * np.pi * np.round((branch - phase) / (2 * np.pi)))
+    return smooth
+
+
+def _halves(phase: float, place: int | None = None) -> str:
+    """Return a multiple of π/2 as people write it."""
+    count = round(phase / (np.pi / 2))
+    whole = {1: "π", -1: "−π", 0: "0"}
+    if count % 2:
+        return f"{whole[count]}/2" if abs(count) == 1 else f"{count}π/2".replace("-", "−")
+    half = count // 2
+    return whole.get(half, f"{half}π".replace("-", "−"))
+
+
+def _draw_spectrum(
+    ax: "Axes", spectrum: "xr.Dataset", values: np.ndarray, reach: tuple[np.ndarray, np.ndarray], line: dict[str, Any]
+) -> None:
+    good = spectrum["reliable"].values.astype(bool)
+    frequency = spectrum["frequency"].values
+    look: dict[str, Any] = {"color": DATA, "marker": "o", "markersize": 3, "linewidth": 1} | line
+    ax.plot(frequency[good], values[good], **look)
+    ax.plot(frequency[~good], values[~good], "o", color="0.6", fillstyle="none", markersize=3)
+    if np.any(reach):
+        both = np.stack(reach)[:, good]
+        ax.errorbar(
+            frequency[good], values[good], yerr=both, fmt="none", ecolor=look["color"], elinewidth=0.8, capsize=2
+        )

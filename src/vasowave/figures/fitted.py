@@ -7,9 +7,15 @@ from typing import TYPE_CHECKING
 
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, did_you_mean
-from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_pressure_area, plot_residuals
+from vasowave.figures.fit import (
+    plot_autocorrelation,
+    plot_flow,
+    plot_modulus,
+    plot_pressure,
+    plot_pressure_area,
+    plot_residuals,
+)
 from vasowave.figures.rendering import as_file
-from vasowave.figures.spectra import plot_modulus
 from vasowave.figures.style import CTL, new_figure, shown_figure, style
 from vasowave.io.files import check_file, write_file
 

@@ -8,11 +8,11 @@ import xarray as xr
 from vasowave.animal.reading import fitted_decay, pressure_flow_loop, upstroke_line
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
+from vasowave.figures.fit import plot_modulus, plot_phase
 from vasowave.figures.groups import plot_waveforms
 from vasowave.figures.network import plot_network
 from vasowave.figures.panels import grid, outer, shown_figure, without_legend
 from vasowave.figures.signals import plot_baseline, plot_detected_beats, plot_ensemble
-from vasowave.figures.spectra import plot_modulus, plot_phase
 from vasowave.figures.style import (
     CTL,
     DATA,

@@ -9,9 +9,16 @@ import xarray as xr
 from vasowave.animal.reading import impedance_error, largest_waves
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_pressure_area, plot_residuals
+from vasowave.figures.fit import (
+    plot_autocorrelation,
+    plot_flow,
+    plot_modulus,
+    plot_phase,
+    plot_pressure,
+    plot_pressure_area,
+    plot_residuals,
+)
 from vasowave.figures.panels import Panel, name_above, shared_legend, shown_figure
-from vasowave.figures.spectra import plot_modulus, plot_phase
 from vasowave.figures.style import (
     CTL,
     DATA,

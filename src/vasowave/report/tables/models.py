@@ -10,9 +10,8 @@ from vasowave.analysis.waves import WAVES
 from vasowave.animal.law_result import LawResult
 from vasowave.animal.reading import largest_waves
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.misfit import WORSE_THAN_BEST, WORST_SHARE
 from vasowave.cohort.table import columns
-from vasowave.cohort.votes import DECISIVE, differences
+from vasowave.cohort.votes import DECISIVE, WORSE_THAN_BEST, WORST_SHARE, differences
 from vasowave.cohort.walls import evidences
 from vasowave.figures.modeled import sites_of
 from vasowave.io.columns import split_unit
