@@ -309,7 +309,8 @@ def gathered(
     level = common_level(groups, second)
     at = {name for name, own in second.levels.items() if own == level} if second and level else None
     typical = {label: typical_animal(table, label, at) for label in groups}
-    shown = {label: whole(name) if whole else _named(groups[label], name) for label, name in typical.items()}
+    by_name = {result.name: result for result in results}
+    shown = {label: whole(name) if whole else by_name[name] for label, name in typical.items()}
     return Cohort(groups, shown, table, tuple(lost), known, design or Design(), tuple(declared))
 
 
@@ -321,7 +322,3 @@ def typical_animal(table: pd.DataFrame, group: str, among: Collection[str] | Non
     scale = values.std(axis=0)
     away = (values - np.median(values, axis=0)) / np.where(scale > 0, scale, 1.0)
     return str(rows.index[int(np.argmin((away**2).sum(axis=1)))])
-
-
-def _named(results: Iterable[AnimalResult], name: str) -> AnimalResult:
-    return next(result for result in results if result.name == name)

@@ -177,12 +177,8 @@ def _tree_data(extraction: Extraction, ends: np.ndarray) -> str:
         vessels.append({"name": name, "terminal": row in terminals, "points": points, "marked": marked, **sizes})
     # A name may hold "</script>".
     root = np.round(extraction.factor * extraction.root[::-1], 5).tolist()
-    places = [
-        np.round(extraction.factor * one.places[:, ::-1], 5).tolist()
-        for one in extraction.doubts
-        if one.about == "topology"
-    ]
-    marks = [place for own in places for place in own]
+    doubted = [one.places[:, ::-1] for one in extraction.doubts if one.about == "topology"]
+    marks = [place for own in doubted for place in np.round(extraction.factor * own, 5).tolist()]
     missing = np.round(extraction.factor * ends[:, ::-1], 5).tolist()
     data = {"factor": extraction.factor, "root": root, "vessels": vessels, "doubts": marks, "missing": missing}
     return json.dumps(data).replace("<", "\\u003c")
