@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _KEPT, _REJECTED = "#0072b2", "#d55e00"
+_SHADES: dict[str, dict[str, Any]] = {
+    "averaged": {"facecolor": _KEPT, "alpha": 0.18},
+    "rejected": {"facecolor": _REJECTED, "alpha": 0.25, "hatch": "///"},
+}
 _DRAWN, _PAIRS = 800, 1500  # pairs of lowest and highest value that a trace is drawn with: of an excerpt, of a whole
 
 
@@ -47,7 +51,7 @@ def plot_detected_beats(ax: "Axes", beats: "xr.Dataset", signal: str = "pressure
         spans = np.column_stack([onset, end - onset])[inside & those]
         if len(spans):
             across = ax.get_xaxis_transform()  # from bottom to top, whatever the limits
-            ax.broken_barh(spans, (0.0, 1.0), lw=0, label=kind, transform=across, **_shade(kind))
+            ax.broken_barh(spans, (0.0, 1.0), lw=0, label=kind, transform=across, **_SHADES[kind])
     ax.plot(*thinned(time, values, _DRAWN), color=DATA, lw=0.6)
     starts = onset[inside & (onset >= time[0])]
     ax.plot(starts, np.interp(starts, time, values), "v", color=DATA, ms=3, ls="none", label="detected")
@@ -118,12 +122,6 @@ def thinned(time: np.ndarray, values: np.ndarray, pairs: int) -> tuple[np.ndarra
     for rows in np.array_split(np.arange(len(values)), pairs):
         kept += sorted({int(rows[np.argmin(values[rows])]), int(rows[np.argmax(values[rows])])})
     return time[kept], values[kept]
-
-
-def _shade(kind: str) -> dict[str, Any]:
-    if kind == "averaged":
-        return {"facecolor": _KEPT, "alpha": 0.18}
-    return {"facecolor": _REJECTED, "alpha": 0.25, "hatch": "///"}
 
 
 def draw_network(network: Network, ax: "Axes | None" = None) -> "Axes":
