@@ -12,7 +12,7 @@ from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.designed import occasions_apart
 from vasowave.cohort.pooling import pooled_mean
 from vasowave.cohort.power import Drawing, critical_of_studies, p_of_effect
-from vasowave.cohort.primary import Compared, Family, comparable, known_values, primary_law, source_of
+from vasowave.cohort.primary import Family, comparable, known_values, primary_law, source_of
 from vasowave.cohort.simultaneous import correlation_of
 from vasowave.errors import InputError
 from vasowave.notebook import upstairs
@@ -75,7 +75,9 @@ def spreads_of(cohort: Cohort, family: Family | None = None) -> tuple[list[Sprea
     residuals, spreads = np.zeros((len(animals), len(found))), []
     for place, one in enumerate(found):
         groups = [pooled_mean(one.known.logs[own], one.known.errors[own]) for own in (~one.other, one.other)]
-        spreads.append(Spread(one.name, (groups[0].between, groups[1].between), _typical(one), one.shared))
+        # The error that, the same in all animals, makes a group's mean as well known as theirs do.
+        error = float(np.sqrt(np.mean(one.known.errors**2)))
+        spreads.append(Spread(one.name, (groups[0].between, groups[1].between), error, one.shared))
         which = one.other.astype(int)
         total = np.hypot(np.array([group.between for group in groups])[which], one.known.errors)
         center = np.array([group.value for group in groups])[which]
@@ -101,11 +103,6 @@ def with_occasions(spreads: Sequence[Spread], cohort: Cohort, family: Family | N
         left = [float(np.sqrt(max(between**2 - within**2, 0.0))) for between in one.between]
         found.append(one._replace(between=(left[0], left[1]), within=within))
     return found
-
-
-def _typical(one: Compared) -> float:
-    """Return the error that, the same in all animals, makes a group's mean as well known as theirs do."""
-    return float(np.sqrt(np.mean(one.known.errors**2)))
 
 
 @settings_class

@@ -95,8 +95,10 @@ def tree_figure(cohort: Cohort, wall: str) -> "Figure":
 
     results = {group: result for group, result in cohort.shown.items() if wall in result.laws}
     means = {group: mean_pressures(result, wall) for group, result in results.items()}
-    inlets = {group: _inlet_pressure(result, wall) for group, result in results.items()}
-    heights = [_height(result.network) for result in results.values()]
+    inlets = {
+        group: float(result.laws[wall].simulated("pressure", result.root).mean()) for group, result in results.items()
+    }
+    heights = [min(14.0, max(3.0, 1.0 + 0.6 * len(result.network.terminals))) for result in results.values()]
     figure = new_figure(NARROW, sum(heights) + 1.2)
     axes = figure.subplots(len(results), 1, squeeze=False, height_ratios=heights)[:, 0]
     falls = {group: inlets[group] - means[group] for group in results}
@@ -119,14 +121,6 @@ def mean_pressures(result: AnimalResult, wall: str) -> np.ndarray:
     """Return the mean pressure at the middle of every vessel, mmHg, in the order of the network."""
     pressure = result.laws[wall].simulation["pressure"].sel(station="middle").mean("time")
     return pressure.sel(vessel=list(result.network.name)).values
-
-
-def _inlet_pressure(result: AnimalResult, wall: str) -> float:
-    return float(result.laws[wall].simulated("pressure", result.root).mean())
-
-
-def _height(whole: Network) -> float:
-    return min(14.0, max(3.0, 1.0 + 0.6 * len(whole.terminals)))
 
 
 def _tips(result: AnimalResult, wall: str, whole: Network, mean: np.ndarray) -> list[str]:

@@ -98,7 +98,7 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         f"a radius of {_number(network.radius[network.root])} cm. Scale of the cannula against the file: {scale}"
         f"{', applied' if extraction.options.scale == 'cannula' else ''}.",
         notes=texts(extraction.notes),
-        doubts=[(one.grade.value, _share(one.flow), one.text) for one in extraction.doubts],
+        doubts=[(one.grade.value, f"{100 * one.flow:.0f} %", one.text) for one in extraction.doubts],
         actions=("remove", "cut", "merge", "root"),
         proposals=suggested.edits,
         missing=len(suggested.outlets),
@@ -154,10 +154,6 @@ def _doubted(extraction: Extraction, vessel: str) -> str:
     grade = gravest(extraction.doubts, vessel)
     about = sorted({doubt.about for doubt in extraction.doubts if vessel in doubt.vessels})
     return "" if grade is None else f"{grade.value}: {', '.join(about)}"
-
-
-def _share(flow: float) -> str:
-    return f"{100 * flow:.0f} %"
 
 
 def _source(extraction: Extraction) -> str:

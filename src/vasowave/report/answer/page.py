@@ -102,11 +102,12 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
             f"Ratios by the model of the design (diamonds{model}). 95 % intervals and p hold for all "
             f"{len(primary.rows)} rows together. {_below(cohort, primary, reference)}"
         ).strip()
+    open_ended = any(unlimited(low, high) for low, high in primary.rows[["low", "high"]].to_numpy(float))
     return (
         f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known; the answers' numbers of "
         f"groups are geometric means. 95 % intervals and p hold for all {len(primary.rows)} rows together. Below stand "
         f"{walls}every animal over the mean of {reference}."
-        + (f" {UNLIMITED}: the data say nothing of that ratio." if _is_unlimited(primary) else "")
+        + (f" {UNLIMITED}: the data say nothing of that ratio." if open_ended else "")
     )
 
 
@@ -124,16 +125,13 @@ def _below(cohort: Cohort, primary: Primary, reference: str) -> str:
     return f"Below stand {'; '.join([*beside, *animals])}." if said or beside else ""
 
 
-def _is_unlimited(primary: Primary) -> bool:
-    return any(unlimited(low, high) for low, high in primary.rows[["low", "high"]].to_numpy(float))
-
-
 def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     scatter = "; grey: SD of the beats" if "pressure_sd" in cohort.results[0].recording else ""
     single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}.{_entered(cohort, law)}"
+    apart = f", one panel for each {cohort.second.name}" if cohort.crossed and cohort.second else ""
     every = (
         f"Measured pressure and flow of every {'recording' if cohort.repeated else 'animal'} from the foot of the "
-        f"pressure{_apart(cohort)}; thick: mean, band: SD of the group."
+        f"pressure{apart}; thick: mean, band: SD of the group."
     )
     caption = single if cohort.single else every
     waves: list[Block] = [Drawing("Measured", caption, waveforms_figure(cohort))]
@@ -149,11 +147,6 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
 def _entered(cohort: Cohort, law: str) -> str:
     by_pressure = law and cohort.law(law).compared == "flow"
     return " The measured pressure enters the model; the fit is to the flow." if by_pressure else ""
-
-
-def _apart(cohort: Cohort) -> str:
-    """Say that occasions or levels stand apart."""
-    return f", one panel for each {cohort.second.name}" if cohort.crossed and cohort.second else ""
 
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
