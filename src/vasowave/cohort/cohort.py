@@ -221,7 +221,7 @@ class Cohort:
 
     @cached_property
     def misfits(self) -> pd.DataFrame:
-        """How well every law meets every animal, see `misfit.misfits`."""
+        """How well every law meets every animal, see `votes.misfits`."""
         return misfits(self.results)
 
     def forbidden(self, wall: str) -> list[AnimalResult]:

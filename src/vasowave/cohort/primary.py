@@ -159,7 +159,7 @@ class Primary:
         Effects of a design that the animals do not tell, with the reason.
     adjusted : DataFrame
         What the covariates of a design do, each interval by itself, without a test: ``quantity, source, covariate,
-        ratio, low, high``; see `covariates.covariate_effects`.
+        ratio, low, high``; see `designed.covariate_effects`.
     """
 
     law: str
