@@ -19,9 +19,9 @@ from scipy import stats
 
 from robustness_page import put
 from vasowave.cohort.design import Design, Layout, laid_out
-from vasowave.cohort.joint import Fitted, joint
 from vasowave.cohort.mixed import Structure, fit_mixed
-from vasowave.cohort.rank_tests import holm
+from vasowave.cohort.simultaneous import Fitted, joint
+from vasowave.cohort.two_groups import holm
 from vasowave.cohort.variables import Variable
 
 COUNT = 3  # quantities

@@ -16,12 +16,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
+from relabelings import family_p
 from robustness_page import put
-from vasowave.cohort import family_p, pooled_ratio
+from vasowave.cohort import pooled_ratio
 from vasowave.cohort.estimates import Estimates, shared_error
 from vasowave.cohort.pooling import difference, pooled_means
-from vasowave.cohort.rank_tests import holm
 from vasowave.cohort.simultaneous import LEVEL, Row, simultaneous
+from vasowave.cohort.two_groups import holm
 from vasowave.datasets import published_table
 
 COUNT = 9  # quantities of a family

@@ -11,12 +11,10 @@ import pandas as pd
 
 from robustness_page import put
 from vasowave.cohort.design import Design, Layout, laid_out
-from vasowave.cohort.joint import Fitted, joint
 from vasowave.cohort.mixed import Structure, fit_mixed
-from vasowave.cohort.planning import Planning, plan_of
+from vasowave.cohort.planning import Planning, Spread, plan_of
 from vasowave.cohort.pooling import difference, pooled_means
-from vasowave.cohort.simultaneous import Row, simultaneous
-from vasowave.cohort.spreads import Spread
+from vasowave.cohort.simultaneous import Fitted, Row, joint, simultaneous
 from vasowave.cohort.variables import Variable
 
 SPREADS = [Spread("mPAP", (0.2, 0.3), 0.1), Spread("a", (0.5, 0.5), 0.3, 0.1), Spread("R_T", (0.3, 0.2))]

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.animal.result import AnimalResult
-from vasowave.cohort.effects import importance_index
+from vasowave.cohort.two_groups import importance_index
 from vasowave.datasets.published import published_table
 from vasowave.datasets.virtual_cohort import VirtualAnimal
 from vasowave.quantities import derived

@@ -26,9 +26,9 @@ from vasowave.recording import RawRecording, Recording
 UNEVEN = [  # where panels may outnumber what is drawn, or laws their parameters
     "exchange/paraview.py",
     "figures/compared.py",
-    "figures/marks.py",
+    "figures/fit.py",
     "figures/modeled.py",
-    "figures/sheet.py",
+    "figures/rendering.py",
     "figures/sweep.py",
     "imaging/matching.py",
     "inference/problem.py",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vasowave import analysis
-from vasowave.analysis.events import _runs
+from vasowave.analysis.waves import _runs
 from vasowave.datasets import control_network
 from vasowave.errors import InputError
 from vasowave.model.blood import Blood

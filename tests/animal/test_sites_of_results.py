@@ -7,8 +7,8 @@ import vasowave as vw
 from vasowave.animal.files import read_result, write_result
 from vasowave.animal.stored import stored_sites
 from vasowave.cohort import gathered
-from vasowave.figures.sites import sites_figure
-from vasowave.report.tables.sites import sites_table
+from vasowave.figures.modeled import sites_figure
+from vasowave.report.tables.models import sites_table
 from vasowave.study.animals import read_row
 from vasowave.study.loading import file_hashes, load_animal
 from vasowave.study.settings import StudyFile

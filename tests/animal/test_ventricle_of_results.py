@@ -6,7 +6,7 @@ import pytest
 import vasowave as vw
 from vasowave.animal.files import read_result, write_result
 from vasowave.cohort import gathered
-from vasowave.figures.ventricle import ventricle_figure
+from vasowave.figures.measured import ventricle_figure
 from vasowave.quantities import COUPLING
 from vasowave.report.sections.data import data_section
 from vasowave.study.animals import read_row

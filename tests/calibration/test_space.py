@@ -10,7 +10,7 @@ import pytest
 from chromium import run
 from vasowave.cohort.cohort import gathered
 from vasowave.datasets import control_network
-from vasowave.figures.space import axes_in_space
+from vasowave.figures.network import axes_in_space
 from vasowave.report.sections.models import space_block
 
 DRIVE = """

@@ -11,12 +11,12 @@ from scipy import stats
 
 from made_cohort import made_results
 from vasowave.cohort import Design, Family, Variable, gathered, primary_comparison
+from vasowave.cohort.contrast import degrees_left
 from vasowave.cohort.design import laid_out
 from vasowave.cohort.designed import modeled, occasions_apart
-from vasowave.cohort.freedom import degrees_left
-from vasowave.cohort.joint import Fitted, joint
 from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.cohort.primary import known_values
+from vasowave.cohort.simultaneous import Fitted, joint
 from vasowave.errors import InputError
 from vasowave.report.answer.groups import not_told
 

@@ -7,9 +7,9 @@ from scipy.optimize import brentq
 
 from made_cohort import made_results
 from vasowave.cohort import gathered
-from vasowave.cohort.effects import importance_index, importance_interval
+from vasowave.cohort.comparison import group_means, pooled
 from vasowave.cohort.estimates import Estimates
-from vasowave.cohort.group_means import group_means, pooled
+from vasowave.cohort.two_groups import importance_index, importance_interval
 
 
 def known(logs, errors=0.0, shared=0.0):

@@ -14,10 +14,9 @@ from vasowave.cohort import Design, Variable, gathered
 from vasowave.cohort.balanced import changes_of, effects_of_repeated
 from vasowave.cohort.design import laid_out
 from vasowave.cohort.mixed import Structure, fit_mixed
-from vasowave.cohort.planning import _SIZES, Planning, plan_of
+from vasowave.cohort.planning import _SIZES, Planning, Spread, plan_of, spreads_of, with_occasions
 from vasowave.cohort.primary import Family
 from vasowave.cohort.simultaneous import Row, simultaneous
-from vasowave.cohort.spreads import Spread, spreads_of, with_occasions
 from vasowave.errors import InputError
 from vasowave.figures.rendering import svg
 from vasowave.report.planned import plan_texts, write_plan

@@ -8,10 +8,10 @@ import pytest
 from scipy import stats
 
 from made_cohort import made_results
-from vasowave.cohort import Family, contrasts, family_p, gathered, pooled_mean, pooled_ratio, primary_comparison
-from vasowave.cohort.permutation import smallest_family_p
-from vasowave.cohort.primary import Untested
-from vasowave.cohort.rank_tests import exact_mann_whitney
+from relabelings import family_p
+from vasowave.cohort import Family, contrasts, gathered, pooled_mean, pooled_ratio, primary_comparison
+from vasowave.cohort.primary import Untested, smallest_p
+from vasowave.cohort.two_groups import exact_mann_whitney
 from vasowave.datasets import published_table
 from vasowave.errors import InputError
 
@@ -57,7 +57,7 @@ def test_an_animal_without_a_value_is_left_out_of_that_quantity_only():
 @pytest.mark.parametrize(("n", "m"), [(3, 3), (7, 5)])
 def test_groups_far_apart_reach_the_smallest_p(n, m):
     values = np.random.default_rng(1).normal(0, 0.01, (n + m, 2)) + np.outer(np.arange(n + m) >= n, [5.0, 7.0])
-    assert family_p(values, np.arange(n + m) >= n) == pytest.approx(smallest_family_p(n, m))
+    assert family_p(values, np.arange(n + m) >= n) == pytest.approx(smallest_p((n, m)))
 
 
 def test_where_nothing_differs_a_family_is_wrong_no_more_often_than_it_says():
@@ -71,7 +71,7 @@ def test_where_nothing_differs_a_family_is_wrong_no_more_often_than_it_says():
 
 
 def test_relabelings_beyond_counting_are_drawn_and_agree_with_a_rank_test(monkeypatch):
-    monkeypatch.setattr("vasowave.cohort.permutation.MOST_RELABELINGS", 20_000)
+    monkeypatch.setattr("relabelings.MOST_RELABELINGS", 20_000)
     x = np.random.default_rng(8).standard_normal((24, 1)) + np.outer(np.arange(24) >= 12, [0.9])
     drawn, ranks = family_p(x, np.arange(24) >= 12)[0], exact_mann_whitney(x[:12, 0], x[12:, 0])
     t = stats.ttest_ind(x[12:, 0], x[:12, 0]).pvalue
@@ -229,7 +229,7 @@ def test_more_pairs_of_groups_cost_no_more_than_their_number():
     early = both[both["other"] == "early"]
     assert np.all(early["p"].to_numpy() > one["p"].to_numpy() - 0.02)  # four standard errors of a share of draws
     assert np.all(early["p"].to_numpy() < 2 * one["p"].to_numpy() + 0.04)
-    assert set(early["smallest p"]) == {2 * smallest_family_p(3, 3)}
+    assert set(early["smallest p"]) == {2 * smallest_p((3, 3))}
 
 
 def test_a_group_of_one_and_a_quantity_without_scatter_are_named_not_compared():

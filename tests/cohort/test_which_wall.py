@@ -10,12 +10,10 @@ from scipy import stats
 from made_cohort import made_results, voting
 from vasowave.animal.law_result import PosteriorResult
 from vasowave.cohort import Design, gathered
-from vasowave.cohort.censored import pooled_censored
-from vasowave.cohort.evidence import CLEAR, Evidence, evidences
-from vasowave.cohort.exponents import exponent_of
 from vasowave.cohort.pooling import pooled_mean
 from vasowave.cohort.variables import Variable
 from vasowave.cohort.votes import DECISIVE, differences, stored
+from vasowave.cohort.walls import CLEAR, Evidence, evidences, exponent_of, pooled_censored
 from vasowave.inference import laws
 from vasowave.report.answer.walls import wall_answer
 from vasowave.report.wording import with_interval

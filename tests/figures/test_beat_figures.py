@@ -10,8 +10,8 @@ from vasowave.animal.beats import beats_dataset
 from vasowave.animal.datasets import recording_dataset
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.figures.beats import plot_baseline, plot_detected_beats, plot_ensemble
 from vasowave.figures.rendering import svg
+from vasowave.figures.signals import plot_baseline, plot_detected_beats, plot_ensemble
 from vasowave.recording import Recording, average_beats
 
 mpl.use("Agg")

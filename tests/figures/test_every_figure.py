@@ -8,8 +8,10 @@ import pytest
 from made_cohort import crossed_cohort
 from vasowave.cohort.cohort import gathered
 from vasowave.cohort.primary import primary_comparison
+from vasowave.errors import InputError
 from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_residuals
-from vasowave.figures.marks import lettered
+from vasowave.figures.fitted import figure_bytes
+from vasowave.figures.rendering import lettered
 from vasowave.figures.style import NARROW, WIDEST, new_figure, style
 from vasowave.report.documents import report_of, supplement_of
 from vasowave.report.settings import ReportSettings
@@ -132,3 +134,15 @@ def test_legends_above_panels_that_stand_side_by_side_end_within_their_own(cohor
         for place, ax in enumerate(panels[1:], 1):
             ends = [*(one.get_window_extent().x0 for one in panels[place + 1 :]), figure.bbox.x1]
             assert ax.get_legend().get_window_extent().x1 < ends[0]
+
+
+@pytest.mark.parametrize(
+    ("panels", "said"),
+    [((), "a figure needs a panel; there are: pressure, flow"),
+     (("flow", "presure"), "there is no panel 'presure' (did you mean 'pressure'?); there are: pressure, flow")],
+)  # fmt: skip
+def test_a_figure_of_no_panel_and_one_of_an_unknown_panel_are_refused_with_the_panels_there_are(
+    cohort_results, panels, said
+):
+    with pytest.raises(InputError, match=re.escape(said)):
+        figure_bytes(cohort_results[0], panels, "svg", width=170.0, height=60.0, font=8.0)

@@ -17,14 +17,13 @@ from vasowave.animal.datasets import calibration_dataset, recording_dataset
 from vasowave.animal.reading import autocorrelation
 from vasowave.animal.signals import Station, waves_dataset
 from vasowave.cohort import contrasts
-from vasowave.cohort.group_means import GroupMean
+from vasowave.cohort.comparison import GroupMean
 from vasowave.datasets import published_table
-from vasowave.figures.beats import thinned
-from vasowave.figures.fit import plot_autocorrelation, plot_residuals
+from vasowave.figures.fit import plot_autocorrelation, plot_modulus, plot_phase, plot_residuals, unwrapped
 from vasowave.figures.groups import plot_groups, plot_ratios
 from vasowave.figures.modeled import plot_separated_pressure, plot_waterfall, plot_wave_intensity
 from vasowave.figures.network import plot_network
-from vasowave.figures.spectra import plot_modulus, plot_phase, unwrapped
+from vasowave.figures.signals import thinned
 from vasowave.figures.style import CTL, HPH, group_looks, new_figure, source_looks, style, wall_lines
 from vasowave.network.network import Network
 from vasowave.recording import Recording

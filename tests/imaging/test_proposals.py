@@ -10,7 +10,7 @@ from vasowave.findings import OTHER
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.revise.edits import edited, read_edits
 from vasowave.imaging.witness.doubts import Doubt
-from vasowave.report.proposals import proposals
+from vasowave.report.review import proposals
 
 
 @pytest.fixture

@@ -113,6 +113,13 @@ def test_eta_and_p_of_the_page_are_those_of_the_cohort_functions(results, tables
     assert drawn["eta"].tolist() == [pytest.approx((hph - ctl) / ctl)]
 
 
+def test_no_group_is_set_against_another_than_the_reference_where_that_lacks_a_law():
+    results = made_results({"CTL": 2, "HPH": 2, "drug": 2})
+    lacking = [replace(one, laws={"linear": one.laws["linear"]}) if one.group == "CTL" else one for one in results]
+    assert importance(gathered(results), "tangent", {"R_T": "R_T"})["group"].tolist() == ["HPH", "drug"]
+    assert len(importance(gathered(lacking), "tangent", {"R_T": "R_T"})) == 0
+
+
 def test_the_indices_of_the_groups_are_mean_and_sd_of_their_animals(results, tables):
     rows = {row[0]: row for row in tables["table-HemoStats"][1:]}
     for place, group in ((1, "CTL"), (2, "HPH")):

@@ -10,7 +10,7 @@ import pytest
 import vasowave
 from made_cohort import made_results
 from vasowave.cohort import compare, gathered, primary_comparison
-from vasowave.figures.loop import plot_pressure_area
+from vasowave.figures.fit import plot_pressure_area
 from vasowave.figures.style import new_figure
 from vasowave.report.sections.methods import methods_section
 from vasowave.report.write import write_report

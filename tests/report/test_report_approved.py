@@ -1,8 +1,8 @@
 """What a reader of a cohort's report sees, as agreed: drawings, words, numbers; see approval.py."""
 
 from approval import PAPER, approve, figure, figures, page, table, tree
+from vasowave.figures.fit import sheet_figure
 from vasowave.figures.rendering import svg
-from vasowave.figures.sheet import sheet_figure
 
 
 def test_approved_the_drawings_of_a_cohort(cohort_report):

@@ -11,13 +11,12 @@ from made_cohort import made_results
 from made_fit import made_fit
 from vasowave.cohort import gathered
 from vasowave.datasets import control_network
-from vasowave.figures import vessels
-from vasowave.figures.loop import plot_pressure_area
+from vasowave.figures import modeled
+from vasowave.figures.fit import ON_A_SHEET, plot_pressure_area, sheet_figure, sheets
 from vasowave.figures.measured import nominal_figure
 from vasowave.figures.modeled import fit_figure, vessels_figure
 from vasowave.figures.network import layout
 from vasowave.figures.rendering import svg
-from vasowave.figures.sheet import ON_A_SHEET, sheet_figure, sheets
 from vasowave.figures.style import new_figure, style
 from vasowave.network.network import Network
 
@@ -90,7 +89,7 @@ def test_the_thin_line_of_the_loop_is_the_wall_law_itself(result):
 
 def test_the_chosen_vessels_go_from_the_root_to_terminals_of_both_sides(result):
     network = control_network()
-    chosen = vessels.main_vessels(network)
+    chosen = modeled.main_vessels(network)
     assert chosen[:3] == ["1", "2", "3"]
     assert len(set(map(network.row, chosen)) & set(network.terminals.tolist())) == 2
     assert len(vessels_figure(result).axes) == 2 * len(chosen)
@@ -104,5 +103,5 @@ def test_no_two_vessels_of_the_diagram_lie_on_each_other():
 def test_of_more_than_two_daughters_of_the_root_the_two_with_most_flow_are_shown_with_their_ends():
     parent, radius = np.array([-1, 0, 0, 0, 1, 1, 2, 2]), np.array([0.05, 0.03, 0.02, 0.01, 0.02, 0.01, 0.015, 0.01])
     network = Network(tuple("abcdefgh"), parent, np.full(8, 0.3), radius)
-    assert vessels.main_vessels(network, 5) == ["a", "b", "c", "e", "g"]
-    assert vessels.main_vessels(network, 7) == list("abcdefgh")  # none is left out alone
+    assert modeled.main_vessels(network, 5) == ["a", "b", "c", "e", "g"]
+    assert modeled.main_vessels(network, 7) == list("abcdefgh")  # none is left out alone

@@ -10,18 +10,17 @@ import pytest
 
 from made_cohort import crossed_cohort, made_results
 from vasowave.cohort import Family, gathered, primary_comparison
-from vasowave.cohort.group_means import group_means
+from vasowave.cohort.comparison import group_means
 from vasowave.figures.compared import means_figure
 from vasowave.figures.style import style
-from vasowave.report.answer.decay import decay
-from vasowave.report.answer.design import design_text
-from vasowave.report.answer.dots import animals_of
-from vasowave.report.answer.groups import influence
+from vasowave.report.answer.forest import animals_of
+from vasowave.report.answer.groups import design_text, influence
+from vasowave.report.answer.page import decay
 from vasowave.report.documents import report_of, supplement_of
 from vasowave.report.html import page
 from vasowave.report.sections.methods import methods_section
 from vasowave.report.tables import data, groups, models
-from vasowave.report.tables.primary import primary_tables
+from vasowave.report.tables.groups import primary_tables
 
 CELLS = ["Kontrolle Süd, vor", "Kontrolle Süd, nach", "Hypoxie Öst, vor", "Hypoxie Öst, nach"]
 

@@ -20,7 +20,7 @@ from vasowave.model.walls import LinearWall
 from vasowave.report.answer.animal import animal_answers
 from vasowave.report.answer.problems import problem_blocks
 from vasowave.report.glossary import caller
-from vasowave.report.sections.fits import fit_sentences
+from vasowave.report.sections.animals import fit_sentences
 from vasowave.report.settings import ReportSettings
 from vasowave.report.tables import animal as tables
 from vasowave.report.wording import value_text

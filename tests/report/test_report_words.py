@@ -9,16 +9,17 @@ import pytest
 from made_cohort import changed, made_results, voting
 from made_posterior import NAMES, with_posterior
 from vasowave.cohort import Family, gathered, primary_comparison
-from vasowave.cohort.votes import ballots, differences, stored, vote
+from vasowave.cohort.votes import ballots, differences, stored
 from vasowave.findings import as_json
 from vasowave.report.answer.groups import group_answers, influence, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
 from vasowave.report.answer.page import answer_sections
 from vasowave.report.answer.problems import problem_blocks, problems
 from vasowave.report.documents import report_of
-from vasowave.report.glossary import explained
-from vasowave.report.tables.selection import selection_table
+from vasowave.report.glossary import _OWN, explained
+from vasowave.report.tables.models import selection_table
 from vasowave.report.wording import friction_words, probability, ratio_with_interval, with_error, with_interval
+from vasowave.selection.criteria import aicc, bic
 from vasowave.solver.validity import STRAINED
 
 
@@ -39,7 +40,7 @@ def test_the_best_law_is_compared_with_the_runner_up_not_with_the_worst(cohort_r
     close = {"linear": 100.0, "tangent": 101.0, "power": 130.0}
     far = {"linear": 130.0, "tangent": 101.0, "power": 110.0}
     results = [voting(result, {"ARMA": (close, 0), "periodic": (far, 0)}, "ARMA") for result in cohort_results[:2]]
-    assert vote(results[0].selection) == "undecided"
+    assert stored(results[0].selection).likeliest == "ARMA"
     assert selection_table(gathered(results)).data["AICc prefers"].tolist() == ["undecided", "tangent"] * 2
 
 
@@ -53,9 +54,9 @@ def test_discarded_noise_models_stand_last_and_decide_nothing(cohort_results):
     assert table["covariance"].tolist() == ["matern32", "periodic", "se"]
     assert table["AICc prefers"].tolist() == ["undecided", "tangent", "discarded"]
     assert (table["D linear"].iloc[0], table["D tangent"].iloc[0]) == (4, 5)
-    assert vote(voting(cohort_results[0], scores, "periodic").selection) == "tangent"
+    assert stored(voting(cohort_results[0], scores, "periodic").selection).likeliest == "periodic"
     lost = voting(cohort_results[0], {"se": scores["se"]}, "")
-    assert vote(lost.selection) == "discarded"
+    assert ballots(lost.selection)["AICc prefers"].tolist() == ["discarded"]
     assert len(differences([stored(lost.selection)], "linear")) == 0
 
 
@@ -221,6 +222,7 @@ def test_the_pressure_of_the_image_is_said_or_that_nobody_knows_it(cohort_result
     assert "The image's pressure is not known" in said(0.0, 0.0)
     assert "at the image's pressure, 6.30 mmHg, taken as exact" in said(6.3, 6.3)
     assert "at the image's pressure, 6.30 to 17.2 mmHg" in said(6.3, 17.2)
+    assert "6.30 mmHg, taken as exact. Of 1 of 2 animals it is not known: their radii" in said(0.0, 6.3)
 
 
 def test_what_is_said_of_one_image_is_what_intervals_and_p_do():
@@ -321,3 +323,9 @@ def texts(blocks):
 )
 def test_a_friction_is_called_by_its_law_and_its_settings(law, settings, words):
     assert friction_words(law, settings) == words
+
+
+def test_the_glossary_names_the_equations_of_the_criteria():
+    for said, criterion in (("AICc", aicc), ("BIC", bic)):
+        (equation,) = re.findall(r"eq\. \d+", criterion.__doc__)
+        assert f"({equation})" in _OWN[said]

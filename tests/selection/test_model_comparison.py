@@ -7,7 +7,7 @@ from scipy.stats import multivariate_normal
 from approval import approve, tree
 from vasowave import noise, selection
 from vasowave.errors import InputError
-from vasowave.selection.table import preferred
+from vasowave.selection.criteria import preferred
 
 T, N = 0.11, 64
 TIME = np.arange(N) * T / N

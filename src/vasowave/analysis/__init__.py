@@ -1,12 +1,10 @@
 """What waveforms and calibrated models say: waves, impedance, compliance, and what changes along the tree."""
 
-from vasowave.analysis.characteristic import characteristic_impedances
 from vasowave.analysis.compliance import Compliance, compliance
-from vasowave.analysis.events import WAVES, largest_waves, named_waves
-from vasowave.analysis.impedance import InputImpedance, fourier_series, impedance
+from vasowave.analysis.impedance import InputImpedance, characteristic_impedances, fourier_series, impedance
 from vasowave.analysis.operating import OperatingPoint, WavesAt, measured_operating_point, operating_point
 from vasowave.analysis.tree import pressure_drop, wave_speeds
-from vasowave.analysis.waves import WaveIntensity, wave_intensity
+from vasowave.analysis.waves import WAVES, WaveIntensity, largest_waves, named_waves, wave_intensity
 
 __all__ = [
     "WAVES",

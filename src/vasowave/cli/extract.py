@@ -76,7 +76,7 @@ def centerlines(
     from vasowave.imaging.options import check_wishes
     from vasowave.imaging.revise.parts import wanted_part
     from vasowave.network.remarks import unlike_the_species
-    from vasowave.report.centerlines import check_centerlines_folder, write_centerline_network
+    from vasowave.report.extraction import check_centerlines_folder, write_centerline_network
     from vasowave.species import SPECIES
 
     check_wishes(generations, vessels, min_radius)

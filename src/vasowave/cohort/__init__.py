@@ -2,12 +2,10 @@
 
 from vasowave.cohort.cohort import Cohort, gathered
 from vasowave.cohort.comparison import Comparison, compare, importance
-from vasowave.cohort.description import describe
 from vasowave.cohort.design import Design
-from vasowave.cohort.permutation import family_p
 from vasowave.cohort.pooling import pooled_mean, pooled_ratio
 from vasowave.cohort.primary import Family, Primary, primary_comparison
-from vasowave.cohort.table import cohort_table
+from vasowave.cohort.table import cohort_table, describe
 from vasowave.cohort.two_groups import contrasts, leave_one_out, pairwise_contrasts
 from vasowave.cohort.variables import Variable
 
@@ -22,7 +20,6 @@ __all__ = [
     "compare",
     "contrasts",
     "describe",
-    "family_p",
     "gathered",
     "importance",
     "leave_one_out",

@@ -5,11 +5,10 @@ size. Animals that are recorded equally often have mean squares between and with
 that of the sample covariance, or of the mean squares, and Kenward and Roger correct degrees of freedom alone.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from vasowave.cohort.mixed import FLOOR, LEAST
+from vasowave.cohort.pooling import Difference
 
 _BOTH = np.ones((2, 2))
 _OF_ANIMALS = np.eye(2), _BOTH  # one animal twice
@@ -18,27 +17,13 @@ _OF_LITTERMATES = np.diag([1.0, 0.0]), np.diag([0.0, 1.0]), _BOTH  # of two grou
 _TURNS, _HALVINGS, _ENOUGH = 40, 12, 1e-6  # of scoring; change, by the variance, at which it ends
 
 
-class Effects(NamedTuple):
-    """Effects, their standard errors, and the degrees of freedom of these; shape (study,) each."""
-
-    value: np.ndarray
-    error: np.ndarray
-    freedom: np.ndarray
-
-    def p(self, more: float = 0.0) -> np.ndarray:
-        """Return the two-sided p of each by itself, with `more` added to it."""
-        from scipy.special import stdtr
-
-        return np.asarray(2 * stdtr(self.freedom, -np.abs(self.value + more) / self.error))
-
-
 def structure_of_pairs(pairs: int, littermates: bool) -> tuple[np.ndarray, list[np.ndarray]]:
     """Return fixed effects and variance components (`mixed.Structure`) of all first values and then all second ones."""
     basis = _OF_LITTERMATES if littermates else _OF_ANIMALS
     return np.kron(np.eye(2), np.ones((pairs, 1))), [np.kron(one, np.eye(pairs)) for one in basis]
 
 
-def changes_of(values: np.ndarray, error: float, littermates: bool) -> Effects:
+def changes_of(values: np.ndarray, error: float, littermates: bool) -> Difference:
     """Return the change of every study of `values`, shape (study, 2, pair), as the design's mixed model has it.
 
     Parameters
@@ -57,10 +42,10 @@ def changes_of(values: np.ndarray, error: float, littermates: bool) -> Effects:
     variance, freedom = _judged(seen, error**2, basis, pairs)
     if error:
         freedom = np.maximum(freedom, FLOOR * _judged(seen, 0.0, basis, pairs)[1])
-    return Effects(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
+    return Difference(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
 
 
-def effects_of_repeated(values: np.ndarray, error: float, shared: float = 0.0) -> Effects:
+def effects_of_repeated(values: np.ndarray, error: float, shared: float = 0.0) -> Difference:
     """Return the difference of two groups of animals that are recorded equally often, as a design with subjects has it.
 
     Parameters
@@ -76,7 +61,7 @@ def effects_of_repeated(values: np.ndarray, error: float, shared: float = 0.0) -
     variance, freedom = _of_repeated(values, error**2, shared)
     if error:
         freedom = np.maximum(freedom, FLOOR * _of_repeated(values, 0.0, shared)[1])
-    return Effects(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
+    return Difference(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
 
 
 def _of_repeated(values: np.ndarray, known: float, shared: float) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,18 +13,56 @@ from vasowave.animal.failure import Failure
 from vasowave.animal.law_result import LawResult
 from vasowave.animal.networks import network_dataset
 from vasowave.animal.result import AnimalResult, as_chosen
-from vasowave.cohort.cells import Cell, cells_of, common_level
 from vasowave.cohort.declared import Declaration
 from vasowave.cohort.design import Design
-from vasowave.cohort.misfit import misfits
 from vasowave.cohort.table import cohort_table, columns, rows_of
 from vasowave.cohort.variables import Variable
-from vasowave.cohort.votes import Ballots, stored
+from vasowave.cohort.votes import Ballots, misfits, stored
 from vasowave.errors import InputError
 from vasowave.quantities import INDICES
 
+_MOST_LEVELS = 6
+"""Levels of a column that are described one by one; a dose or time of more is a number, not a few classes."""
 _CONTROL = "CTL"
 """The group that others are compared with unless another is named."""
+
+
+class Cell(NamedTuple):
+    """The recordings of one group at one level; of the whole group where the design has no second column."""
+
+    group: str
+    level: str
+    results: list[AnimalResult]
+
+
+def levels_of(second: Variable | None) -> list[str]:
+    """Return the levels that are described one by one, the reference first; none where there is nothing to divide."""
+    order = second.order if second else []
+    return order if len(order) <= _MOST_LEVELS else []
+
+
+def cells_of(groups: Mapping[str, Sequence[AnimalResult]], second: Variable | None) -> dict[str, Cell]:
+    """Return the recordings by group and level, called ``group, level``; the groups themselves without a column."""
+    levels = levels_of(second)
+    if second is None or not levels:
+        return {group: Cell(group, "", list(results)) for group, results in groups.items()}
+    known = second.levels
+    cells = {}
+    for group, results in groups.items():
+        for level in [*levels, f"{second.name} not known"]:
+            own = [one for one in results if known.get(one.name, f"{second.name} not known") == level]
+            if own:
+                cells[f"{group}, {level}"] = Cell(group, level, own)
+    return cells
+
+
+def common_level(groups: Mapping[str, Sequence[AnimalResult]], second: Variable | None) -> str:
+    """Return the first level that every group has, at which one recording of each may stand beside the others."""
+    known = {} if second is None else second.levels
+    for level in levels_of(second):
+        if all(any(known.get(one.name) == level for one in results) for results in groups.values()):
+            return level
+    return ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +221,7 @@ class Cohort:
 
     @cached_property
     def misfits(self) -> pd.DataFrame:
-        """How well every law meets every animal, see `misfit.misfits`."""
+        """How well every law meets every animal, see `votes.misfits`."""
         return misfits(self.results)
 
     def forbidden(self, wall: str) -> list[AnimalResult]:
@@ -271,7 +309,8 @@ def gathered(
     level = common_level(groups, second)
     at = {name for name, own in second.levels.items() if own == level} if second and level else None
     typical = {label: typical_animal(table, label, at) for label in groups}
-    shown = {label: whole(name) if whole else _named(groups[label], name) for label, name in typical.items()}
+    by_name = {result.name: result for result in results}
+    shown = {label: whole(name) if whole else by_name[name] for label, name in typical.items()}
     return Cohort(groups, shown, table, tuple(lost), known, design or Design(), tuple(declared))
 
 
@@ -283,7 +322,3 @@ def typical_animal(table: pd.DataFrame, group: str, among: Collection[str] | Non
     scale = values.std(axis=0)
     away = (values - np.median(values, axis=0)) / np.where(scale > 0, scale, 1.0)
     return str(rows.index[int(np.argmin((away**2).sum(axis=1)))])
-
-
-def _named(results: Iterable[AnimalResult], name: str) -> AnimalResult:
-    return next(result for result in results if result.name == name)

@@ -1,18 +1,21 @@
-"""The groups of a cohort compared by one source of numbers: what was measured, or one wall law."""
+"""The groups of a cohort by one source of numbers, measured or of one wall law: means with intervals, and compared."""
 
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.effects import importance_index, importance_interval
-from vasowave.cohort.rank_tests import holm
+from vasowave.cohort.estimates import Estimates
+from vasowave.cohort.pooling import pooled_mean
+from vasowave.cohort.primary import known_values
 from vasowave.cohort.table import column, columns, rows_of
-from vasowave.cohort.two_groups import leave_one_out, pairwise_contrasts
+from vasowave.cohort.two_groups import holm, importance_index, importance_interval, leave_one_out, pairwise_contrasts
+from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError
 from vasowave.quantities import INDICES
 
@@ -50,16 +53,15 @@ def compare(cohort: Cohort, source: str) -> Comparison:
     counts = rows["group"].value_counts(sort=False)
     left_out = {f"group {group}": "one animal has no scatter to compare with" for group in counts.index[counts < 2]}
     rows = rows[rows["group"].map(counts) >= 2]
-    if rows["group"].nunique() < 2:
-        return _nothing(left_out)
-    labels = columns(rows, family(cohort, source))
+    labels = columns(rows, family(cohort, source)) if rows["group"].nunique() > 1 else []
     found = {label: _tested(pairwise_contrasts, rows, [label]) for label in labels}
     left_out |= {label: one for label, one in found.items() if isinstance(one, str)}
     parts = {label: one for label, one in found.items() if not isinstance(one, str)}
     if not parts:
-        return _nothing(left_out)
-    usable = list(parts)
-    return Comparison(_together(list(parts.values())), _without_one(rows, usable), left_out)
+        return Comparison(pd.DataFrame(), pd.DataFrame(), left_out)
+    whole = pd.concat(parts.values()).sort_index(kind="stable", ignore_index=True)  # pair of groups by pair of groups
+    whole["p Holm"] = holm(whole["p"].to_numpy())
+    return Comparison(whole, _without_one(rows, list(parts)), left_out)
 
 
 def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFrame:
@@ -72,24 +74,19 @@ def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFr
     labels : dict of str to str
         Name of the quantity to what it is called in the result.
     """
-    rows = rows_of(cohort.table, source)
-    reference, *others = rows["group"].unique().tolist()
-    indices = []
+    rows, reference = rows_of(cohort.table, source), cohort.reference
+    others, indices = [group for group in cohort.groups if group != reference], []
     for name, called in labels.items():
         if label := column(rows, name):
-            values = {group: part[label].dropna().to_numpy(float) for group, part in rows.groupby("group")}
-            means = {group: own.mean() if len(own) else np.nan for group, own in values.items()}
+            known = {group: rows[label][rows["group"] == group].dropna().to_numpy(float) for group in cohort.groups}
+            means = {group: own.mean() if len(own) else np.nan for group, own in known.items()}
             indices += [
                 (called, source, other, importance_index(means[reference], means[other]),
-                 *importance_interval(values[reference], values[other]))
+                 *importance_interval(known[reference], known[other]))
                 for other in others
             ]  # fmt: skip
     table = pd.DataFrame(indices, columns=["quantity", "source", "group", "eta", "low", "high"])
     return table[np.isfinite(table["eta"].astype(float))].reset_index(drop=True)
-
-
-def _nothing(left_out: dict[str, str]) -> Comparison:
-    return Comparison(pd.DataFrame(), pd.DataFrame(), left_out)
 
 
 def _tested(test: Callable[..., pd.DataFrame], *arguments: object) -> pd.DataFrame | str:
@@ -104,25 +101,53 @@ def _tested(test: Callable[..., pd.DataFrame], *arguments: object) -> pd.DataFra
             return "the values hardly vary within the groups; there is nothing to test"
 
 
-def _together(parts: list[pd.DataFrame]) -> pd.DataFrame:
-    """Return the contrasts of several quantities, pair of groups by pair of groups; Holm runs over all of them."""
-    whole = pd.concat(parts, ignore_index=True)
-    by_pair = np.arange(len(whole)).reshape(len(parts), -1).T.ravel()
-    whole = whole.iloc[by_pair].reset_index(drop=True)
-    return whole.assign(**{"p Holm": holm(whole["p"].to_numpy())})
-
-
-def _without_one(rows: pd.DataFrame, usable: list[str]) -> pd.DataFrame:
-    """Leave out every animal in turn, for every pair of groups; Holm runs over the quantities of the pair."""
+def _without_one(rows: pd.DataFrame, labels: list[str]) -> pd.DataFrame:
+    """Leave out every animal in turn, for every pair of groups and quantity that leaves something to test."""
     parts = []
     for reference, other in combinations(rows["group"].unique().tolist(), 2):
-        # Of two animals, or with no scatter among the rest, nothing is left to test.
-        labels = [
-            label for label in usable if not isinstance(_tested(leave_one_out, rows, [label], reference, other), str)
-        ]
-        if labels:
-            part = leave_one_out(rows, labels, reference, other)
-            part.insert(0, "reference", reference)
-            part.insert(1, "other", other)
-            parts.append(part)
+        for label in sorted(labels):
+            part = _tested(leave_one_out, rows, [label], reference, other)
+            if not isinstance(part, str):
+                parts.append(part)
+                part.insert(0, "reference", reference)
+                part.insert(1, "other", other)
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+
+class GroupMean(NamedTuple):
+    """A group's geometric mean and its interval, in the quantity's unit; ends are NaN where nothing tells them."""
+
+    value: float
+    low: float
+    high: float
+
+
+def group_means(cohort: Cohort, source: str, name: str) -> dict[str, GroupMean]:
+    """Return the geometric mean of a quantity of a source in every cell that has it, each interval by itself.
+
+    Cells are the groups, or groups at an occasion or level (`Cohort.cells`).
+
+    Animals are weighted by how well each is known, and what they share (`Estimates.shared`) is not averaged away; of
+    several recordings of one animal the mean counts.
+    Cells with a value that is not positive are left out.
+    """
+    means = {}
+    for label, cell in cohort.cells.items():
+        found = known_values(cohort, source, name, [cell.group], cell.results)
+        if found is not None and len(found.results) and np.all(np.isfinite(found.known.logs)):
+            means[label] = pooled(found.known.by_animal([cohort.subjects[one.name] for one in found.results]))
+    return means
+
+
+def pooled(known: Estimates) -> GroupMean:
+    """Return the geometric mean of animals with its interval of 95 % (Hartung and Knapp; Satterthwaite's t)."""
+    from scipy.special import stdtrit
+
+    if len(known.logs) < 2 or (not np.any(known.errors) and np.ptp(known.logs) < 1e-9):
+        return GroupMean(float(np.exp(known.logs.mean())), np.nan, np.nan)
+    one = pooled_mean(known.logs, known.errors)
+    common = float((known.covariance - np.diag(known.errors**2)).mean())
+    variance = one.error**2 + common
+    freedom = one.freedom * (variance / one.error**2) ** 2
+    reach = stdtrit(freedom, (1 + LEVEL) / 2) * np.sqrt(variance)
+    return GroupMean(*np.exp([one.value, one.value - reach, one.value + reach]).tolist())

@@ -1,8 +1,33 @@
-"""One comparison of a design, as a value."""
+"""The comparisons of a design: which its animals tell, what is told in place of others, and what is left to judge."""
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+from vasowave.findings import Finding, error_kind, look_kind
+
+if TYPE_CHECKING:
+    from vasowave.cohort.design import Layout
+
+CONFOUNDED = look_kind(
+    "design.confounded", "{effect}: not compared, for {columns} differs just as it does, and nothing tells one from "
+    "the other{instead}; {remedy}", "take the column out of covariates, and write that it may be the reason",
+)  # fmt: skip
+NO_CELL = look_kind(
+    "design.no-cell", "{effect}: not compared, for nothing is known of {cells}{instead}; {remedy}",
+    "add animals there if there are any",
+)  # fmt: skip
+NOTHING_TOLD = error_kind(
+    "design.nothing-told", "nothing can be compared by this design: {columns} cannot be told apart from {effects}; "
+    "{remedy}", "take it out of the design, or add animals in which they differ",
+)  # fmt: skip
+NOBODY = error_kind(
+    "design.nobody", "nothing can be compared by this design: {effects} would need recordings of {cells}; {remedy}",
+    "add them, or name other comparisons",
+)  # fmt: skip
+FEW = 4
+"""Degrees of freedom below which a study is told: quantiles of Student's t for many rows grow steeply there."""
 
 
 class Contrast(NamedTuple):
@@ -54,3 +79,170 @@ class Contrast(NamedTuple):
     def of_ratios(self) -> bool:
         """Whether both sides are themselves ratios."""
         return bool(np.allclose([self.first.sum(), self.second.sum()], 0) and self.first.any())
+
+
+class Cells(NamedTuple):
+    """The cells of a design, and what its model makes of them.
+
+    Attributes
+    ----------
+    pairs : sequence of (str, str)
+        Group and level of the second factor.
+    filled : array of bool, shape (cell,)
+        Whether any animal is in it.
+    means : array, shape (cell, column)
+        What takes the columns' coefficients to the mean of a cell.
+    rows : array, shape (animal, column)
+        All columns of the fixed effects; they may depend on each other.
+    owners : sequence of str
+        The covariates of the last columns.
+    second : str
+        Name of the second factor; empty where there is none.
+    """
+
+    pairs: Sequence[tuple[str, str]]
+    filled: np.ndarray
+    means: np.ndarray
+    rows: np.ndarray
+    owners: Sequence[str]
+    second: str
+
+    def tells(self, weights: np.ndarray, without: Sequence[str] = ()) -> bool:
+        """Whether the animals tell a sum of cell means: it is one of rows; `without` are covariates to leave out."""
+        own = [""] * (self.rows.shape[1] - len(self.owners)) + [*self.owners]
+        kept = np.array([name not in without for name in own])
+        rows, sought = self.rows[:, kept], (weights @ self.means)[kept]
+        solution = np.linalg.lstsq(rows.T, sought, rcond=None)[0]
+        return bool(np.abs(rows.T @ solution - sought).max() < 1e-7 * max(1.0, float(np.abs(sought).max())))
+
+    def names(self, which: np.ndarray) -> tuple[str, ...]:
+        """Return the names of some cells."""
+        return tuple(", ".join(filter(None, pair)) for pair, one in zip(self.pairs, which, strict=True) if one)
+
+
+class Untold(NamedTuple):
+    """A comparison that was asked for and that the animals do not tell.
+
+    Attributes
+    ----------
+    contrast : Contrast
+    columns : tuple of str
+        The covariates that go with it; without them it would be told.
+    cells : tuple of str
+        Those of which nothing is known.
+    instead : str
+        What is compared in its place; empty if nothing is.
+    """
+
+    contrast: Contrast
+    columns: tuple[str, ...]
+    cells: tuple[str, ...]
+    instead: str = ""
+
+    @property
+    def finding(self) -> Finding:
+        """What is not compared, and why."""
+        instead = f"; compared is {self.instead}" if self.instead else ""
+        if self.columns:
+            return CONFOUNDED(effect=self.contrast.text, columns=" and ".join(self.columns), instead=instead)
+        return NO_CELL(effect=self.contrast.text, cells="; ".join(self.cells), instead=instead)
+
+
+def told_and_not(
+    asked: Sequence[Contrast], cells: Cells, smaller: bool = True
+) -> tuple[tuple[Contrast, ...], tuple[Untold, ...]]:
+    """Return the comparisons that animals tell, those in place of others among them, and those that they do not."""
+    told, untold = [], []
+    for one in asked:
+        if cells.tells(one.second - one.first):
+            told.append(one)
+            continue
+        instead = _smaller(one, cells) if smaller else None
+        told += [instead] if instead else []
+        untold.append(_untold(one, cells)._replace(instead=instead.text if instead else ""))
+    return tuple(told), tuple(untold)
+
+
+def untold_findings(told: Sequence[Contrast], untold: Sequence[Untold]) -> list[Finding]:
+    """Return what a study cannot compare; an error if it then compares nothing."""
+    if told or not untold:
+        return [one.finding for one in untold]
+    effects = "; ".join(one.contrast.text for one in untold)
+    if columns := dict.fromkeys(name for one in untold for name in one.columns):
+        return [NOTHING_TOLD(columns=" and ".join(columns), effects=effects)]
+    return [NOBODY(effects=effects, cells="; ".join(dict.fromkeys(cell for one in untold for cell in one.cells)))]
+
+
+def _untold(one: Contrast, cells: Cells) -> Untold:
+    weights, covariates = one.second - one.first, list(dict.fromkeys(cells.owners))
+    if covariates and cells.tells(weights, covariates):
+        alone = [name for name in covariates if cells.tells(weights, [name])]
+        return Untold(one, tuple(alone or covariates), ())
+    return Untold(one, (), cells.names(one.cells & ~cells.filled))
+
+
+def _smaller(one: Contrast, cells: Cells) -> Contrast | None:
+    """Return the comparison of groups at the levels that tell it, or of levels in the groups that do."""
+    if one.what not in ("groups", "factor"):
+        return None
+    across = 1 if one.what == "groups" else 0  # levels where groups are compared, groups where levels are
+    kept = np.zeros(len(cells.pairs), dtype=bool)
+    places = dict.fromkeys(pair[across] for pair in cells.pairs)
+    good = []
+    for place in places:
+        here = np.array([pair[across] == place for pair in cells.pairs])
+        if (one.first[here].any() and one.second[here].any()
+                and cells.tells(here * (one.second - one.first))):  # fmt: skip
+            kept |= here
+            good.append(place)
+    if not good or len(good) == len(places):
+        return None
+    first, second = (side * kept / (side * kept).sum() for side in (one.first, one.second))
+    within = f"at {cells.second} " if across else "in "
+    return one._replace(first=first, second=second, within=within + " and ".join(good))
+
+
+def degrees_left(layout: "Layout", blocks: Sequence[str], contrast: Contrast) -> int:
+    """Return the fewest degrees of freedom that a comparison has if all rows scatter alike.
+
+    They are those of the first stratum that tells it: rows of one animal, animals of one block, or blocks.
+
+    Parameters
+    ----------
+    layout : Layout
+    blocks : sequence of str
+        The blocks of its design.
+    contrast : Contrast
+        One that its animals tell.
+    """
+    weights = (contrast.second - contrast.first) @ layout.means
+    subject = _members(layout.subject)
+    levels = [layout.random[name] for name in blocks if name in layout.random]
+    within = np.hstack([subject, *levels])
+    if _tells(layout.fixed, within, weights):
+        return len(subject) - _rank(within, layout.fixed)
+    averaged = np.linalg.pinv(subject)
+    fixed, block = (
+        averaged @ layout.fixed,
+        np.hstack([np.ones((len(averaged), 1)), *(averaged @ one for one in levels)]),
+    )
+    if not levels or _tells(fixed, block, weights):
+        return len(fixed) - _rank(block, fixed)
+    return _rank(block) - _rank(block @ np.linalg.pinv(block) @ fixed)
+
+
+def _members(labels: Sequence[str]) -> np.ndarray:
+    names, which = np.unique(np.array(labels), return_inverse=True)
+    return np.eye(len(names))[which]
+
+
+def _tells(fixed: np.ndarray, taken: np.ndarray, weights: np.ndarray) -> bool:
+    """Whether what is left of the fixed effects beside others tells a contrast."""
+    left = fixed - taken @ np.linalg.lstsq(taken, fixed, rcond=None)[0]
+    left[np.abs(left) < 1e-9 * np.abs(fixed).max()] = 0  # round-off, of which anything could be made
+    solution = np.linalg.lstsq(left.T, weights, rcond=1e-9)[0]
+    return bool(np.abs(left.T @ solution - weights).max() < 1e-7 * max(1.0, float(np.abs(weights).max())))
+
+
+def _rank(*columns: np.ndarray) -> int:
+    return int(np.linalg.matrix_rank(np.hstack(columns)))

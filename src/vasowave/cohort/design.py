@@ -9,8 +9,8 @@ import numpy as np
 from annotated_types import MinLen
 from pydantic import BeforeValidator
 
-from vasowave.cohort.contrast import Contrast
-from vasowave.cohort.told import Cells, Untold, told_and_not
+from vasowave.cohort.contrast import Cells, Contrast, Untold, told_and_not
+from vasowave.cohort.mixed import is_diagonal
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError, did_you_mean
 from vasowave.settings import Example, settings_class
@@ -268,7 +268,7 @@ def _random(
             found[f"animals {part}"] = np.eye(len(animals)) * inside
             found[f"subjects {part}"] = same * inside
         found |= blocks
-        found = {name: one for name, one in found.items() if name.startswith("animals") or not _diagonal(one)}
+        found = {name: one for name, one in found.items() if name.startswith("animals") or not is_diagonal(one)}
         if min(np.bincount(parts)[np.unique(parts)]) > 2 and not _confounded(found, fixed):
             return found
     if name := _confounded(found, fixed):
@@ -282,10 +282,6 @@ def _random(
 def _same(labels: Sequence[str]) -> np.ndarray:
     names = np.array(labels)
     return (names[:, np.newaxis] == names).astype(float)
-
-
-def _diagonal(one: np.ndarray) -> bool:
-    return not np.any(one - np.diag(np.diag(one)))
 
 
 def _strata(cell: np.ndarray, subject: Sequence[str]) -> np.ndarray:

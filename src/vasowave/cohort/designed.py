@@ -1,4 +1,4 @@
-"""The primary comparison of a design: a mixed model of the logarithms of each quantity, and its effects."""
+"""The primary comparison of a design: a mixed model of the logarithms of each quantity, its effects and covariates."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -8,10 +8,12 @@ import numpy as np
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.contrast import Contrast
-from vasowave.cohort.design import Layout, laid_out
+from vasowave.cohort.design import Layout, covariate_columns, laid_out
 from vasowave.cohort.estimates import Estimates
-from vasowave.cohort.joint import Fitted, joint
 from vasowave.cohort.mixed import Effect, MixedFit, Structure, fit_mixed
+from vasowave.cohort.simultaneous import Fitted, joint
+from vasowave.cohort.variables import Variable
+from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError
 from vasowave.quantities import question_of
 
@@ -116,7 +118,7 @@ def beside(found: Sequence[Modeled], critical: float) -> Iterator[dict[str, obje
     """Return the effects of further laws, without a test."""
     for one in found:
         for contrast in one.contrasts:
-            value, low, high = _ratio(one.effect(contrast), critical)
+            value, low, high = one.effect(contrast).ratio(critical)
             yield {
                 "reference": contrast.reference, "other": contrast.other, "change": contrast.change,
                 "within": contrast.within, "quantity": one.values.name, "source": one.values.source, "ratio": value,
@@ -124,30 +126,21 @@ def beside(found: Sequence[Modeled], critical: float) -> Iterator[dict[str, obje
             }  # fmt: skip
 
 
-def _ratio(effect: Effect, critical: float) -> tuple[float, float, float]:
-    from scipy.special import stdtrit
-
-    reach = float(stdtrit(effect.freedom, 1 - critical / 2)) * effect.error
-    with np.errstate(over="ignore"):
-        value, low, high = np.exp([effect.value, effect.value - reach, effect.value + reach]).tolist()
-    return value, low, high
-
-
 def _row(one: Modeled, contrast: Contrast, p: float, critical: float) -> dict[str, object]:
     effect, layout = one.effect(contrast), one.layout
-    value, low, high = _ratio(effect, critical)
+    value, low, high = effect.ratio(critical)
     means = [np.nan, np.nan]
     if contrast.of_values or contrast.of_ratios:
         means = [
             float(np.exp(side @ layout.means @ one.fit.coefficients)) if layout.has_mean(side) else np.nan
             for side in (contrast.first, contrast.second)
         ]
+    first, second = (_subjects(layout, side) for side in (contrast.first, contrast.second))
     untested = _image_unknown(one, contrast)
     row = {
         "reference": contrast.reference, "other": contrast.other, "question": question_of(one.values.name),
-        "quantity": one.values.name, "source": one.values.source, "n reference": _count(layout, contrast.first),
-        "n other": _count(layout, contrast.second),
-        "n both": len(_subjects(layout, contrast.first) & _subjects(layout, contrast.second)),
+        "quantity": one.values.name, "source": one.values.source, "n reference": len(first), "n other": len(second),
+        "n both": len(first & second),
         "mean reference": means[0], "mean other": means[1],
         "unit": one.values.unit if contrast.of_values else "1", "ratio": value, "low": low, "high": high,
         "standard error": effect.error, "df": effect.freedom, "p": np.nan if untested else p,
@@ -158,12 +151,8 @@ def _row(one: Modeled, contrast: Contrast, p: float, critical: float) -> dict[st
     return row | _influence(one, contrast, effect)
 
 
-def _count(layout: Layout, side: np.ndarray) -> int:
-    """Return how many subjects stand in the cells that a side is made of."""
-    return len(_subjects(layout, side))
-
-
 def _subjects(layout: Layout, side: np.ndarray) -> set[str]:
+    """Return the subjects that stand in the cells that a side is made of."""
     return {name for name, cell in zip(layout.subject, layout.cell, strict=True) if side[cell] != 0}
 
 
@@ -206,3 +195,56 @@ def _influence(one: Modeled, contrast: Contrast, effect: Effect) -> dict[str, ob
         return {"without": "", "ratio without": np.nan}
     farthest = max(left, key=lambda subject: abs(left[subject] - effect.value))
     return {"without": farthest, "ratio without": float(np.exp(left[farthest]))}
+
+
+def covariate_effects(cohort: Cohort, models: Sequence[Modeled]) -> list[dict[str, object]]:
+    """Return the effect of every covariate on every quantity, with its interval of 95 % by itself and no test.
+
+    ``quantity, source, covariate, ratio, low, high``: of categories each level over the first, of numbers and dates the
+    ratio for one standard deviation.
+    """
+    return [row for one in models for row in _of(cohort, one)]
+
+
+def _of(cohort: Cohort, one: Modeled) -> Iterator[dict[str, object]]:
+    layout, known = one.layout, [cohort.variables[name] for name in cohort.design.covariates]
+    columns = [covariate_columns(variable, layout.animals) for variable in known]
+    coded = np.column_stack([column for own in columns for column in own] or [np.zeros(len(layout.animals))])
+    if not any(columns) or np.linalg.matrix_rank(coded) < coded.shape[1]:
+        return
+    # What the fixed effects of an animal have beyond the mean of its cell is its covariates'.
+    weights = np.linalg.lstsq(coded, layout.fixed - layout.means[layout.cell], rcond=None)[0]
+    first = 0
+    for variable, own in zip(known, columns, strict=True):
+        for label, code in _codes(variable, len(own), layout.animals):
+            contrast = np.zeros(coded.shape[1])
+            contrast[first : first + len(own)] = code
+            through = contrast @ weights
+            if not np.isclose(np.linalg.norm(through), np.linalg.norm(contrast)):
+                continue  # groups or other covariates say the same
+            ratio, low, high = one.fit.effect(through).ratio(1 - LEVEL)
+            yield {
+                "quantity": one.values.name, "source": one.values.source, "covariate": label, "ratio": ratio,
+                "low": low, "high": high,
+            }  # fmt: skip
+        first += len(own)
+
+
+def _codes(variable: Variable, count: int, animals: Sequence[str]) -> Iterator[tuple[str, np.ndarray]]:
+    """Return the effects of one covariate by what they are called, in the code of its columns."""
+    if not count:
+        return
+    if variable.kind != "category":
+        spread = float(np.std([variable.numbers[animal] for animal in animals]))
+        unit = "days" if variable.kind == "date" else variable.unit
+        yield f"{variable.name}, {spread:.3g} {unit}".rstrip() + " more", np.ones(1)
+        return
+    there = {variable.levels[animal] for animal in animals}
+    kept = [level for level in variable.order[:-1] if level in there]
+
+    def code(level: str) -> np.ndarray:
+        return np.array([float(level == one) - float(level == variable.order[-1]) for one in kept])
+
+    reference, *others = [level for level in variable.order if level in there]
+    for other in others:
+        yield f"{variable.name}: {other} / {reference}", code(other) - code(reference)

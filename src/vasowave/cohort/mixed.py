@@ -48,6 +48,15 @@ class Effect(NamedTuple):
 
         return float(2 * stdtr(self.freedom, -abs(self.value) / self.error))
 
+    def ratio(self, miss: float) -> tuple[float, float, float]:
+        """Return a contrast of logarithms as a ratio, with its interval that by itself misses in a share `miss`."""
+        from scipy.special import stdtrit
+
+        reach = float(stdtrit(self.freedom, 1 - miss / 2)) * self.error
+        with np.errstate(over="ignore"):
+            value, low, high = np.exp([self.value, self.value - reach, self.value + reach]).tolist()
+        return value, low, high
+
 
 class MixedFit(NamedTuple):
     """A fitted model.
@@ -121,7 +130,7 @@ def fit_mixed(values: np.ndarray, structure: Structure) -> MixedFit:
     random = np.array(structure.random)
     left = values - fixed @ np.linalg.lstsq(fixed, values, rcond=None)[0]
     scale = max(float(left @ left) / (len(values) - fixed.shape[1]), 1e-300)
-    alone = np.array([_is_alone(one) for one in random])
+    alone = np.array([is_diagonal(one) for one in random])
     least = np.where(alone, LEAST, 0.0) * scale
     starts = [np.where(alone, 0.7, 0.3) * scale, np.where(alone, 0.1, 0.02) * scale]
     found = [_climbed(values, fixed, random, known, start, least, scale) for start in starts]
@@ -132,7 +141,7 @@ def fit_mixed(values: np.ndarray, structure: Structure) -> MixedFit:
     return fit._replace(ignorant=fit_mixed(values, structure._replace(known=np.zeros_like(known))))
 
 
-def _is_alone(one: np.ndarray) -> bool:
+def is_diagonal(one: np.ndarray) -> bool:
     """Whether a component correlates no rows."""
     return bool(np.all(one == np.diag(np.diag(one))))
 

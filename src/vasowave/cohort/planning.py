@@ -1,22 +1,19 @@
-"""How many animals a study needs: power of the primary comparison by its size, and what would save some."""
+"""How many animals a study needs: what is known of its quantities, power by its size, and what would save some."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 import pandas as pd
 from annotated_types import Ge, Gt, Le, Lt
 
-from vasowave.cohort.power import (
-    critical_of_groups,
-    critical_of_pairs,
-    critical_of_subjects,
-    power_of_groups,
-    power_of_pairs,
-    power_of_subjects,
-)
-from vasowave.cohort.spreads import Spread
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.designed import occasions_apart
+from vasowave.cohort.pooling import pooled_mean
+from vasowave.cohort.power import Drawing, critical_of_studies, p_of_effect
+from vasowave.cohort.primary import Family, comparable, known_values, primary_law, source_of
+from vasowave.cohort.simultaneous import correlation_of
 from vasowave.errors import InputError
 from vasowave.notebook import upstairs
 from vasowave.settings import settings_class
@@ -28,6 +25,84 @@ _JUDGED = (3, 4, 6, 10, 20)
 """Sizes of which studies are judged as real ones are; the critical p follows logarithms between, hardly moves above."""
 _SIZES = (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 50, 60)
 """Animals of each group that are tried."""
+
+
+class Spread(NamedTuple):
+    """What is known of one quantity before a study.
+
+    Attributes
+    ----------
+    quantity : str
+    between : (float, float)
+        SD of the animals' logarithms in the two groups, without the errors.
+    error : float
+        SD of the logarithm of one animal's estimate; 0 where `between` contains it.
+    shared : float
+        Standard error of the difference of the groups from images that they share.
+    within : float
+        SD of the logarithm of one animal from occasion to occasion, without the errors; 0 where `between` contains it.
+    """
+
+    quantity: str
+    between: tuple[float, float]
+    error: float = 0.0
+    shared: float = 0.0
+    within: float = 0.0
+
+    @property
+    def alike(self) -> float:
+        """Correlation of an animal's true values on two occasions, in the mean of the groups; 1 if it is not known."""
+        animals = float(np.mean(np.square(self.between)))
+        return animals / (animals + self.within**2) if animals else 0.0
+
+    def on_one_occasion(self, group: int) -> float:
+        """Return the SD of the true values of a group."""
+        return float(np.hypot(self.between[group], self.within))
+
+
+def spreads_of(cohort: Cohort, family: Family | None = None) -> tuple[list[Spread], np.ndarray]:
+    """Return the spreads of a study's quantities in its first two groups, and their correlation within animals.
+
+    Raises
+    ------
+    InputError
+        There are not two groups that can be compared.
+    """
+    found = comparable(cohort, family or Family())
+    if not found:
+        raise InputError("the study has no two groups that can be compared; a plan needs spreads of two")
+    animals = {name: place for place, name in enumerate(dict.fromkeys(name for one in found for name in one.names))}
+    residuals, spreads = np.zeros((len(animals), len(found))), []
+    for place, one in enumerate(found):
+        groups = [pooled_mean(one.known.logs[own], one.known.errors[own]) for own in (~one.other, one.other)]
+        # The error that, the same in all animals, makes a group's mean as well known as theirs do.
+        error = float(np.sqrt(np.mean(one.known.errors**2)))
+        spreads.append(Spread(one.name, (groups[0].between, groups[1].between), error, one.shared))
+        which = one.other.astype(int)
+        total = np.hypot(np.array([group.between for group in groups])[which], one.known.errors)
+        center = np.array([group.value for group in groups])[which]
+        residuals[[animals[name] for name in one.names], place] = (one.known.logs - center) / total
+    return spreads, correlation_of(residuals, len(animals) - 2)
+
+
+def with_occasions(spreads: Sequence[Spread], cohort: Cohort, family: Family | None = None) -> list[Spread]:
+    """Return spreads with what an animal differs from occasion to occasion taken out of what animals differ.
+
+    Parameters
+    ----------
+    spreads : sequence of Spread
+        Of one recording of each subject.
+    cohort : Cohort
+        All recordings of the subjects, with their design.
+    family : Family, optional
+    """
+    law, found = primary_law(cohort, family or Family()), []
+    for one in spreads:
+        values = known_values(cohort, source_of(one.quantity, law), one.quantity, list(cohort.groups))
+        within = min(occasions_apart(cohort, values), *one.between)
+        left = [float(np.sqrt(max(between**2 - within**2, 0.0))) for between in one.between]
+        found.append(one._replace(between=(left[0], left[1]), within=within))
+    return found
 
 
 @settings_class
@@ -87,7 +162,7 @@ class Plan:
 
     def figure(self) -> "Figure":
         """Draw power by the number of animals, a line for each quantity."""
-        drawn: Figure = upstairs("figures.planned:planned_figure")(self)
+        drawn: Figure = upstairs("figures.compared:planned_figure")(self)
         return drawn
 
 
@@ -116,7 +191,7 @@ def plan_of(spreads: Sequence[Spread], correlation: np.ndarray, source: str, set
             criticals[asked.occasions] = _criticals(spreads, root, asked)
         if (some, asked.occasions) not in found:
             each = zip(_SIZES, criticals[asked.occasions], strict=True)
-            found[some, asked.occasions] = np.array([_power(some, root, asked, *one) for one in each])
+            found[some, asked.occasions] = np.array([_power(Drawing(some, root, asked, n), p) for n, p in each])
         counts[name] = _needed(found[some, asked.occasions], settings.power)
     names = [one.quantity for one in spreads]
     least = {name: np.fmin(count, counts["as it is"]) for name, count in counts.items()}  # else by the draws alone
@@ -158,29 +233,10 @@ def _needed(powers: np.ndarray, power: float) -> list[float]:
 
 def _criticals(spreads: Sequence[Spread], root: np.ndarray, settings: Planning) -> np.ndarray:
     """Return the critical p of some studies of every size, shape (size, study)."""
-    exact = np.log([_critical(spreads, root, settings, size) for size in _JUDGED])
+    exact = np.log([critical_of_studies(Drawing(spreads, root, settings, size)) for size in _JUDGED])
     return np.exp([np.interp(np.log(_SIZES), np.log(_JUDGED), one) for one in exact.T]).T
 
 
-def _critical(spreads: Sequence[Spread], root: np.ndarray, settings: Planning, size: int) -> np.ndarray:
-    """Return of each of some studies the p of one row below which the family's is below its level, from low to high."""
-    how = settings.occasions, settings.seed
-    if settings.pairs is not None:
-        return critical_of_pairs(spreads, root, size, *how, settings.pairs, settings.littermates)
-    if settings.occasions > 1:
-        return critical_of_subjects(spreads, root, size, *how)
-    return critical_of_groups(spreads, root, size, settings.seed)
-
-
-def _power(
-    spreads: Sequence[Spread], root: np.ndarray, settings: Planning, size: int, critical: np.ndarray
-) -> np.ndarray:
-    """Return how often each quantity's effect is shown with so many animals a group, over studies' critical p."""
-    how = settings.occasions, settings.seed, settings.effect
-    if settings.pairs is not None:
-        p = power_of_pairs(spreads, root, size, *how, settings.pairs, settings.littermates)
-    elif settings.occasions > 1:
-        p = power_of_subjects(spreads, root, size, *how)
-    else:
-        p = power_of_groups(spreads, root, size, settings.seed, settings.effect)
-    return np.array([np.mean(np.searchsorted(np.sort(one), critical)) / len(one) for one in p])
+def _power(asked: Drawing, critical: np.ndarray) -> np.ndarray:
+    """Return how often each quantity's effect is shown, over studies' critical p."""
+    return np.array([np.mean(np.searchsorted(np.sort(one), critical)) / len(one) for one in p_of_effect(asked)])

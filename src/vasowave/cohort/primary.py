@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -10,11 +11,9 @@ import pandas as pd
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.covariates import covariate_effects
-from vasowave.cohort.designed import Modeled, Values, beside, modeled, rows_of_design
+from vasowave.cohort.designed import Modeled, Values, beside, covariate_effects, modeled, rows_of_design
 from vasowave.cohort.estimates import Estimates, estimates_of, image_unknown, shared_error
 from vasowave.cohort.missing import Missing, missing_animals
-from vasowave.cohort.permutation import smallest_family_p
 from vasowave.cohort.pooling import Ratio, pooled_ratio
 from vasowave.cohort.simultaneous import Row, Simultaneous, simultaneous
 from vasowave.cohort.table import column, rows_of
@@ -160,7 +159,7 @@ class Primary:
         Effects of a design that the animals do not tell, with the reason.
     adjusted : DataFrame
         What the covariates of a design do, each interval by itself, without a test: ``quantity, source, covariate,
-        ratio, low, high``; see `covariates.covariate_effects`.
+        ratio, low, high``; see `designed.covariate_effects`.
     """
 
     law: str
@@ -273,9 +272,17 @@ def source_of(name: str, law: str) -> str:
     return "measured" if name in MEASURED else law
 
 
+MOST_RELABELINGS = 200_000
+"""Where there are more, a permutation test draws this many; the observed labels are always among them."""
+
+
 def smallest_p(sizes: tuple[int, int], pairs: int = 1) -> float:
-    """Return the smallest p that relabelings of two groups of these sizes can give, with so many pairs of groups."""
-    return min(1.0, pairs * smallest_family_p(*sizes))
+    """Return the smallest p that relabelings of two groups of these sizes can give, with so many pairs of groups.
+
+    Groups of equal size can be swapped, which leaves every |t| as it is; then two relabelings always reach it.
+    """
+    reached = 2 if sizes[0] == sizes[1] else 1
+    return min(1.0, pairs * (reached / min(comb(sum(sizes), sizes[1]), MOST_RELABELINGS)))
 
 
 def primary_law(cohort: Cohort, family: Family) -> str:

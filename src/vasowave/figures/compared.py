@@ -1,4 +1,4 @@
-"""The figures that set groups of animals against each other: means, importance indices, ratios."""
+"""The figures that set groups of animals against each other: means, importance indices, ratios, power of a plan."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -6,17 +6,32 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.group_means import group_means
-from vasowave.figures.groups import plot_groups, plot_importance, plot_ratios
-from vasowave.figures.paired import plot_cells
-from vasowave.figures.style import NARROW, WIDEST, columns_that_fit, group_looks, new_figure, short, source_looks
+from vasowave.cohort.comparison import group_means
+from vasowave.figures.groups import plot_cells, plot_groups, plot_importance, plot_ratios
+from vasowave.figures.style import (
+    FAINT,
+    NARROW,
+    WIDEST,
+    color_stops,
+    columns_that_fit,
+    group_looks,
+    label_axes,
+    new_figure,
+    short,
+    source_looks,
+    style,
+)
 from vasowave.io.columns import split_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from vasowave.cohort.planning import Plan
+
+
 _LETTERS = 24
 """Of the smallest size, side by side below one of four panels."""
+_DASHES = ("solid", (0, (5, 2)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 
 
 def means_figure(
@@ -97,4 +112,27 @@ def ratios_figure(contrasts: pd.DataFrame) -> "Figure":
     """Ratios of geometric means with their intervals."""
     figure = new_figure(NARROW, 2.2 + 0.55 * len(contrasts))
     plot_ratios(figure.subplots(), contrasts)
+    return figure
+
+
+def planned_figure(plan: "Plan") -> "Figure":
+    """Draw how often each quantity's effect is shown, by the animals of each group."""
+    with style():
+        figure = new_figure(NARROW, 7)
+        ax = figure.subplots()
+        ax.axhline(plan.settings.power, color=FAINT, lw=0.9)
+        colors = color_stops(1 + len(plan.powers.columns))
+        for place, (name, powers) in enumerate(plan.powers.items()):
+            red, green, blue = (part / 255 for part in colors[place])
+            ax.plot(powers.index, powers, color=(red, green, blue), ls=_DASHES[place % len(_DASHES)], label=str(name))
+        ax.set_xscale("log")
+        ax.set_xticks([3, 5, 10, 20, 40, 60], ["3", "5", "10", "20", "40", "60"])
+        ax.minorticks_off()
+        ax.set_ylim(0, 1.02)
+        ax.legend(loc="lower right")
+        label_axes(
+            ax,
+            "pairs [1]" if plan.settings.pairs is not None else "animals of each group [1]",
+            f"power to show a ratio of {plan.settings.effect:g} [1]",
+        )
     return figure

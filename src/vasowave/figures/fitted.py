@@ -7,10 +7,15 @@ from typing import TYPE_CHECKING
 
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, did_you_mean
-from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_residuals
-from vasowave.figures.loop import plot_pressure_area
+from vasowave.figures.fit import (
+    plot_autocorrelation,
+    plot_flow,
+    plot_modulus,
+    plot_pressure,
+    plot_pressure_area,
+    plot_residuals,
+)
 from vasowave.figures.rendering import as_file
-from vasowave.figures.spectra import plot_modulus
 from vasowave.figures.style import CTL, new_figure, shown_figure, style
 from vasowave.io.files import check_file, write_file
 
@@ -123,11 +128,11 @@ def figure_bytes(
     """Return panels of a fit side by side as a file: svg, pdf or png. Sizes as `FitPlots.save`."""
     import matplotlib
 
-    unknown = next((name for name in panels if name not in PANELS), None)
-    if unknown is not None or not panels:
-        raise InputError(
-            f"there is no panel '{unknown}'{did_you_mean(str(unknown), PANELS)}; there are: {', '.join(PANELS)}"
-        )
+    if not panels:
+        raise InputError(f"a figure needs a panel; there are: {', '.join(PANELS)}")
+    for name in panels:
+        if name not in PANELS:
+            raise InputError(f"there is no panel '{name}'{did_you_mean(name, PANELS)}; there are: {', '.join(PANELS)}")
     _check_look(family, color or CTL)
     letters: dict[str, object] = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize"), font)
     letters |= dict.fromkeys(("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), font - 1)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vasowave.figures.marks import mark
+from vasowave.figures.rendering import mark
 from vasowave.figures.style import (
     DATA,
     FAINT,

@@ -1,4 +1,4 @@
-"""The figures of what was measured: hemodynamics, networks, nominal parameters, beats."""
+"""The figures of what was measured: hemodynamics, networks, nominal parameters, beats, ventricles."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -8,14 +8,15 @@ import xarray as xr
 from vasowave.animal.reading import fitted_decay, pressure_flow_loop, upstroke_line
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.figures.beats import plot_baseline, plot_detected_beats, plot_ensemble
+from vasowave.figures.fit import plot_modulus, plot_phase
 from vasowave.figures.groups import plot_waveforms
 from vasowave.figures.network import plot_network
 from vasowave.figures.panels import grid, outer, shown_figure, without_legend
-from vasowave.figures.spectra import plot_modulus, plot_phase
+from vasowave.figures.signals import plot_baseline, plot_detected_beats, plot_ensemble
 from vasowave.figures.style import (
     CTL,
     DATA,
+    FAINT,
     NARROW,
     WIDEST,
     closed,
@@ -30,10 +31,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+
 _MOST_COLUMNS = 4  # of panels, with the words below them side by side
 _TITLE = 88  # letters of the titles side by side
 _DEEP = 4  # generations that need two columns of a journal
 _BEATS = {"width": WIDEST, "left": 1.8, "right": 0.2, "bottom": 1.0, "top": 0.8, "between": 1.6, "beside": 1.9}  # cm
+_HEIGHT = 6.0  # cm
+_TOP = 1.6  # times the isovolumic peak: the legend stands above the curves
 
 
 def hemodynamics_figure(cohort: Cohort) -> "Figure":
@@ -167,3 +171,40 @@ def plot_decay(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
     ax.set_xlim(0.0, max(T, time[-1] + 0.05 * T))
     ax.legend()
     return label_axes(ax, "time [s]", "pressure [mmHg]")
+
+
+def ventricle_figure(data: xr.Dataset, color: str = CTL) -> "Figure":
+    """Return pressure over time beside pressure over volume, of `AnimalResult.ventricle`."""
+    figure = new_figure(WIDEST, _HEIGHT)
+    over_time, over_volume = figure.subplots(1, 2)
+    plot_ventricle(over_time, data, color)
+    plot_loop(over_volume, data, color)
+    return figure
+
+
+def plot_ventricle(ax: "Axes", data: xr.Dataset, color: str = CTL) -> "Axes":
+    """Draw the pressure of the ventricle as measured, as fitted, and as it would be if nothing left it."""
+    time = 1000 * data["time"].to_numpy()
+    ax.plot(time, data["isovolumic_pressure"], color=FAINT, linestyle="--", label="if nothing left it")
+    ax.plot(time, data["pressure"], color=DATA, linewidth=2.2, label="measured")
+    ax.plot(time, data["fitted_pressure"], color=color, label="by elastance and flow")
+    ax.legend(loc="upper right")
+    ax.set_ylim(0, _TOP * float(data["isovolumic_pressure"].max()))
+    return label_axes(ax, "time [ms]", "pressure [mmHg]")
+
+
+def plot_loop(ax: "Axes", data: xr.Dataset, color: str = CTL) -> "Axes":
+    """Draw pressure over volume, with the lines whose slopes are the elastances of ventricle and artery."""
+    volume, pressure = 1000 * data["volume"].to_numpy(), data["pressure"].to_numpy()
+    ax.plot(volume, pressure, color=DATA, linewidth=2.2)
+    isovolumic = data["isovolumic_pressure"].to_numpy()
+    peak = int(np.argmax(isovolumic))
+    filled = float(volume[0])
+    top, at = float(isovolumic[peak]), (volume[peak], data["fitted_pressure"].to_numpy()[peak])
+    ax.plot([0, filled], [0, top], color=color, label="E_es, the ventricle's")
+    ax.plot([filled, filled - 1000 * float(data["stroke_volume"])], [0, at[1]], color=color, linestyle=":",
+            label="−E_a, the artery's")  # fmt: skip
+    ax.set_xlim(0, 1.05 * filled)
+    ax.set_ylim(0, _TOP * top)
+    ax.legend(loc="upper right")
+    return label_axes(ax, "volume above V₀ [µl]", "pressure [mmHg]")

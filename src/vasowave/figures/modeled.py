@@ -1,21 +1,29 @@
-"""The figures of what the calibrated models say: fits, waveforms along the network, waves, impedance, starts."""
+"""The figures of what the calibrated models say: fits, waves, impedance, starts, vessels along the network, sites."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from vasowave.animal.reading import impedance_error, largest_waves
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_residuals
-from vasowave.figures.loop import plot_pressure_area
+from vasowave.figures.fit import (
+    plot_autocorrelation,
+    plot_flow,
+    plot_modulus,
+    plot_phase,
+    plot_pressure,
+    plot_pressure_area,
+    plot_residuals,
+)
 from vasowave.figures.panels import Panel, name_above, shared_legend, shown_figure
-from vasowave.figures.spectra import plot_modulus, plot_phase
 from vasowave.figures.style import (
     CTL,
     DATA,
     FAINT,
+    LABELS,
     NARROW,
     SMALL,
     WIDEST,
@@ -23,22 +31,29 @@ from vasowave.figures.style import (
     label_axes,
     new_figure,
     plain_log,
+    plot_cycle,
     short,
     source_looks,
     wall_lines,
     wave_line,
 )
-from vasowave.figures.vessels import main_vessels, plot_vessel
+from vasowave.network.network import Network
+from vasowave.recording.observation import NUMBERS
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
 
 _LEAST_RANGE = 1.02  # differences far below a percent are agreement, and look like it
 _ROOM = {"left": 0.11, "right": 0.985, "bottom": 0.09, "top": 0.95, "wspace": 0.25, "hspace": 0.4}  # of a fit
 _TITLE = 14  # letters of a vessel's name that stand above a column
 _WIDE_RANGE = 3.0  # a waterfall that rises more gets a logarithmic axis
+_ABREAST = 2  # panels in a row
+_HEIGHT = 5.5  # of a row, cm
+_SITE_TITLE = 44  # letters
+_NUMBERS = "mean, largest or smallest value"
+_WIDE = 3.0  # pt: a prediction shows on both sides of a fit that lies on it
 
 
 def fit_figure(result: AnimalResult, color: str = CTL) -> "Figure":
@@ -192,3 +207,79 @@ def plot_separated_pressure(ax: "Axes", waves: "xr.Dataset", color: str = DATA) 
     ax.plot(time, waves["p_minus"].values, **wave_line("backward", color))
     ax.set_xlim(0, 1)
     return label_axes(ax, "time/T [1]", "pressure [mmHg]")
+
+
+def main_vessels(network: Network, count: int = 6) -> list[str]:
+    """Return the names of up to `count` vessels that show the network, from the root outwards, or all if one is left.
+
+    The root, its two largest daughters, the terminal at the end of each one's main path, then what carries most flow.
+    """
+    flow = network.flow_fraction
+    daughters = sorted(network.daughters[network.root], key=lambda row: -flow[row])[:2]
+    ends = [_main_path(network, row)[-1] for row in daughters]
+    rest = np.argsort(-flow, kind="stable").tolist()
+    chosen = list(dict.fromkeys([network.root, *daughters, *ends, *rest]))
+    chosen = chosen[: count if len(chosen) > count + 1 else count + 1]
+    depth = {row: level for level, rows in enumerate(network.generations) for row in rows.tolist()}
+    return [network.name[row] for row in sorted(chosen, key=lambda row: (depth[row], row))]
+
+
+def _main_path(network: Network, row: int) -> list[int]:
+    """Return the rows from `row` to a terminal, at every junction into the daughter with most flow."""
+    path = [row]
+    while network.daughters[path[-1]]:
+        path.append(max(network.daughters[path[-1]], key=lambda daughter: network.flow_fraction[daughter]))
+    return path
+
+
+def plot_vessel(ax: "Axes", result: AnimalResult, vessel: str, quantity: str, color: str) -> "Axes":
+    """Draw pressure or flow at the middle of one vessel, one line per wall law; data where measured."""
+    if vessel == result.root and quantity == "pressure":
+        plot_cycle(ax, result.recording["pressure"], result.period, color=DATA, linewidth=1, label="measured (inlet)")
+    for wall, line in wall_lines(result.laws, color).items():
+        plot_cycle(ax, result.laws[wall].simulated(quantity, vessel, "middle"), result.period, **line)
+    return label_axes(ax, "time [s]", LABELS[quantity])
+
+
+def sites_of(result: AnimalResult) -> dict[str, xr.Dataset]:
+    """Return what is known of further sites, by wall law."""
+    return {wall: law.sites for wall, law in result.laws.items() if law.sites is not None}
+
+
+def sites_figure(result: AnimalResult, color: str = CTL) -> "Figure":
+    """Return a panel for every further site of an animal."""
+    data = next(iter(sites_of(result).values()))
+    count = data.sizes["site"]
+    rows = -(-count // _ABREAST)
+    figure = new_figure(NARROW if count == 1 else WIDEST, _HEIGHT * rows)
+    axes = figure.subplots(rows, min(count, _ABREAST), squeeze=False).ravel()
+    for site in range(count):
+        plot_site(axes[site], result, site, color)
+    for spare in axes[count:]:
+        spare.set_axis_off()
+    said = {label: drawn for ax in axes for drawn, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(said.values(), said.keys(), loc="outside upper center", ncols=2)
+    return figure
+
+
+def plot_site(ax: "Axes", result: AnimalResult, site: int, color: str = CTL) -> "Axes":
+    """Draw one site over a cycle: observed, with each wall law, and predicted without it by the first of them."""
+    laws = sites_of(result)
+    lines = wall_lines(laws, color)
+    for place, (wall, data) in enumerate(laws.items()):
+        one = data.isel(site=site)
+        if place == 0:
+            _observed(ax, one, result.period)
+            predicted = {"color": FAINT, "linewidth": _WIDE, "label": "predicted without it"}
+            plot_cycle(ax, one["predicted"], result.period, **predicted)
+        plot_cycle(ax, one["simulated"], result.period, **lines[wall])
+    ax.set_title(short(str(one["site"].values), _SITE_TITLE), fontsize="medium")
+    return label_axes(ax, "time [s]", f"{one['observed'].item()} [{one['unit'].item()}]")
+
+
+def _observed(ax: "Axes", one: xr.Dataset, period: float) -> None:
+    if one["measured"].notnull().any():
+        plot_cycle(ax, one["measured"], period, color=DATA, label="observed")
+    for name in NUMBERS:
+        if one[name].notnull():
+            ax.axhline(float(one[name]), color=DATA, linestyle=":", label=f"observed: {_NUMBERS}")

@@ -1,16 +1,17 @@
-"""The network as a directed graph, with the share of the flow that each vessel carries (the paper's "Network", c)."""
+"""The network as a directed graph with its shares of flow (the paper's "Network", c), and in three dimensions."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vasowave.figures.marks import mark
+from vasowave.figures.rendering import mark
 from vasowave.figures.style import CTL, DATA, SMALL, short
 from vasowave.network.network import Network
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
 
 _WIDEST = 6.0  # points, of the root's line
 _THINNEST = 0.5
@@ -18,6 +19,8 @@ _KEY = 1.4  # rows below the tree, for what the widths of lines mean
 _SHORTEST = 4  # letters of a name that is cut
 _AIR = 2.0  # points between a label and the lines above and below it, together
 _PANEL = 0.77  # of a figure that its only panel has before the layout is made
+_SPREAD = np.radians(75.0)
+"""Angle between the outer daughters of a junction; in lungs of mice it is about that."""
 
 
 def plot_network(
@@ -151,3 +154,35 @@ def _terminals_in_order(network: Network) -> list[int]:
         if not network.daughters[row]:
             terminals.append(row)
     return terminals
+
+
+def axes_in_space(network: Network) -> np.ndarray:
+    """Return start and end of every vessel, cm, shape (vessel, 2, 3).
+
+    Daughters leave in one plane, the thinner the more to the side, and planes of successive junctions stand across each
+    other. Lengths are those of the network; a vessel that closes a loop is drawn to where it ends.
+    """
+    axes = np.zeros((len(network), 2, 3))
+    along, across = np.zeros((2, len(network), 3))
+    along[network.inlets], across[network.inlets] = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
+    axes[network.inlets, 0, 0] = np.arange(len(network.inlets)) * network.length[network.root]
+    places: dict[int, np.ndarray] = {}
+    for rows in network.generations:
+        for row in rows:
+            end = axes[row, 0] + network.length[row] * along[row]
+            axes[row, 1] = places.setdefault(int(network.end[row]), end)
+            aside = np.cross(across[row], along[row])
+            for daughter, angle in zip(network.daughters[row], _angles(network, row), strict=True):
+                axes[daughter, 0] = axes[row, 1]
+                along[daughter] = np.cos(angle) * along[row] + np.sin(angle) * aside
+                across[daughter] = np.cross(along[daughter], across[row])
+    return axes
+
+
+def _angles(network: Network, row: int) -> np.ndarray:
+    """Return the angle between a vessel and each of its daughters in their plane, rad: widest on its own axis."""
+    area = network.radius[list(network.daughters[row])] ** 2
+    if len(area) < 2:
+        return np.zeros(len(area))
+    even = np.linspace(-0.5, 0.5, len(area))
+    return np.asarray(_SPREAD * (even - np.sum(even * area) / area.sum()))

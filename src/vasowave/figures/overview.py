@@ -8,8 +8,8 @@ from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.fit import plot_flow, plot_pressure
 from vasowave.figures.groups import plot_mean_waveform, plot_waveforms
-from vasowave.figures.marks import mark, readable
 from vasowave.figures.network import plot_network
+from vasowave.figures.rendering import mark, readable
 from vasowave.figures.style import NARROW, SCALE, WIDEST, columns_that_fit, darker, group_looks, new_figure, short
 from vasowave.network.network import Network
 
@@ -90,21 +90,30 @@ def _plot_scatter(ax: "Axes", result: AnimalResult) -> None:
 
 def tree_figure(cohort: Cohort, wall: str) -> "Figure":
     """The network of each group's shown animal, colored by how far the mean pressure falls from the inlet by a law."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize, to_hex
+
     results = {group: result for group, result in cohort.shown.items() if wall in result.laws}
     means = {group: mean_pressures(result, wall) for group, result in results.items()}
-    inlets = {group: _inlet_pressure(result, wall) for group, result in results.items()}
-    heights = [_height(result.network) for result in results.values()]
+    inlets = {
+        group: float(result.laws[wall].simulated("pressure", result.root).mean()) for group, result in results.items()
+    }
+    heights = [min(14.0, max(3.0, 1.0 + 0.6 * len(result.network.terminals))) for result in results.values()]
     figure = new_figure(NARROW, sum(heights) + 1.2)
     axes = figure.subplots(len(results), 1, squeeze=False, height_ratios=heights)[:, 0]
     falls = {group: inlets[group] - means[group] for group in results}
-    scale = _Scale(np.concatenate(list(falls.values())))
+    every = np.concatenate(list(falls.values()))
+    scale = ScalarMappable(Normalize(float(every.min()), float(every.max())), SCALE)
     for ax, (group, result) in zip(axes, results.items(), strict=True):
         whole = result.network
-        plot_network(ax, whole, scale.colors(falls[group]), _tips(result, wall, whole, means[group]), share=False)
+        colors = [to_hex(tuple(color)) for color in scale.to_rgba(falls[group])]
+        plot_network(ax, whole, colors, _tips(result, wall, whole, means[group]), share=False)
         who = "" if cohort.single else f"{short(cohort.name(group), _TITLE)},"
         apart = "\n" if len(who) > _TITLE - len(at_inlet := f"{inlets[group]:.1f} mmHg at the inlet") else " "
         ax.set_title(f"{who}{apart}{at_inlet}".strip())
-    scale.draw(figure, list(axes), f"fall of the mean pressure, {wall} wall [mmHg]")
+    label = f"fall of the mean pressure, {wall} wall [mmHg]"
+    bar = figure.colorbar(scale, ax=list(axes), orientation="horizontal", aspect=45, pad=0.02, label=label)
+    bar.outline.set_visible(False)
     return figure
 
 
@@ -112,33 +121,6 @@ def mean_pressures(result: AnimalResult, wall: str) -> np.ndarray:
     """Return the mean pressure at the middle of every vessel, mmHg, in the order of the network."""
     pressure = result.laws[wall].simulation["pressure"].sel(station="middle").mean("time")
     return pressure.sel(vessel=list(result.network.name)).values
-
-
-def _inlet_pressure(result: AnimalResult, wall: str) -> float:
-    return float(result.laws[wall].simulated("pressure", result.root).mean())
-
-
-class _Scale:
-    """Values as colours, and the bar that explains them."""
-
-    def __init__(self, values: np.ndarray) -> None:
-        from matplotlib.cm import ScalarMappable
-        from matplotlib.colors import Normalize
-
-        self._map = ScalarMappable(Normalize(float(values.min()), float(values.max())), SCALE)
-
-    def colors(self, values: np.ndarray) -> list[str]:
-        from matplotlib.colors import to_hex
-
-        return [to_hex(tuple(color)) for color in self._map.to_rgba(values)]
-
-    def draw(self, figure: "Figure", axes: "list[Axes]", label: str) -> None:
-        bar = figure.colorbar(self._map, ax=axes, orientation="horizontal", aspect=45, pad=0.02, label=label)
-        bar.outline.set_visible(False)
-
-
-def _height(whole: Network) -> float:
-    return min(14.0, max(3.0, 1.0 + 0.6 * len(whole.terminals)))
 
 
 def _tips(result: AnimalResult, wall: str, whole: Network, mean: np.ndarray) -> list[str]:
@@ -149,6 +131,3 @@ def _tips(result: AnimalResult, wall: str, whole: Network, mean: np.ndarray) -> 
         f"{speed[name]:.0f} cm/s"
         for row, name in enumerate(whole.name)
     ]
-
-
-__all__ = ["mean_pressures", "tree_figure", "waveforms_figure"]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
@@ -24,6 +25,9 @@ SMALL = 7.0
 
 SCALE = "cividis"
 """Colors of a quantity; their lightness rises evenly: readable in grey and by the color-blind."""
+
+LABELS = {"pressure": "pressure [mmHg]", "flow": "flow [ml/s]", "ecg": "ECG [mV]"}
+"""Labels of the axes of signals."""
 
 DATA = "#000000"
 CTL = "#00a7c4"
@@ -180,12 +184,6 @@ def legend_above(ax: "Axes", columns: int = 1) -> None:
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=count, borderaxespad=0.0)
 
 
-def quantity_label(attributes: dict[str, Any], name: str) -> str:
-    """Return ``"long name [unit]"`` from the attributes of a simulated quantity called `name`."""
-    unit = str(attributes.get("units", "")).replace("cm2", "cm²")
-    return f"{attributes.get('long_name', name)} [{unit}]"
-
-
 def short(name: str, most: int = 22) -> str:
     """Return a name that fits into a figure: its beginning and an ellipsis where it is longer than `most` letters."""
     return name if len(name) <= most else f"{name[: most - 1]}…"
@@ -218,6 +216,11 @@ def closed(values: np.ndarray) -> np.ndarray:
 def closed_time(time: np.ndarray, period: float) -> np.ndarray:
     """Return the times, s, that belong to `closed` values."""
     return np.append(time, time[0] + period)
+
+
+def plot_cycle(ax: "Axes", wave: "xr.DataArray", period: float, **line: Any) -> None:
+    """Draw one period over its times, s, closed."""
+    ax.plot(closed_time(wave[wave.dims[0]].values, period), closed(wave.values), **line)
 
 
 def ratio_ticks(low: float, high: float) -> list[float]:

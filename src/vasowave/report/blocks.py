@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from vasowave.figures.marks import lettered
-from vasowave.figures.rendering import svg
+from vasowave.figures.rendering import lettered, svg
 from vasowave.report.wording import Row, table_rows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
 
 REPORT, SUPPLEMENT = "report", "supplement"
 """Names of the two documents, and of their files."""

@@ -1,18 +1,18 @@
-"""The folder of one extraction: tables, centerlines, mask, surface, figures and the page to review them."""
+"""The folder of one extraction, or of a network from another program's centerlines: tables, figures, page to review."""
 
 import csv
 import hashlib
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vasowave.figures.look import projection_figure
 from vasowave.figures.network import plot_network
-from vasowave.figures.projection import projection_figure
 from vasowave.figures.style import WIDEST, new_figure, style
 from vasowave.findings import texts
 from vasowave.imaging.axes.stretches import free_length
@@ -36,8 +36,7 @@ if TYPE_CHECKING:
 
 PAGE = "review.html"
 FIGURES = "figures"
-SETTINGS = "extraction.json"
-MARKS = {PAGE: b'name="generator" content="vasowave'}
+SETTINGS, CENTERLINES = "extraction.json", "centerlines.json"
 _TAPER = ("taper [cm/cm]", "taper_se [cm/cm]", "radius_proximal [cm]", "radius_distal [cm]")
 _SHAPE = ("tortuosity", "length_sd [cm]", "contrast", "aspect")
 _ENDS = tuple(f"{axis}_{end} [cm]" for end in ("proximal", "distal") for axis in "xyz")
@@ -45,7 +44,7 @@ _ENDS = tuple(f"{axis}_{end} [cm]" for end in ("proximal", "distal") for axis in
 
 def check_extraction_folder(folder: Path) -> None:
     """Raise `InputError` unless `folder` is missing, empty, or an earlier extraction."""
-    check_folder(Path(folder), MARKS)
+    check_folder(Path(folder), {PAGE: b'name="generator" content="vasowave'})
 
 
 def write_extraction(extraction: Extraction, folder: Path) -> Path:
@@ -177,3 +176,42 @@ def _provenance(extraction: Extraction) -> dict[str, str]:
             digest.update(file.read_bytes())
         origin[f"sha256 of all files in {extraction.source.name}"] = digest.hexdigest()
     return origin
+
+
+def check_centerlines_folder(folder: Path) -> None:
+    """Raise `InputError` unless `folder` is missing, empty, or an earlier network of centerlines."""
+    check_folder(Path(folder), {CENTERLINES: b'"vasowave"'})
+
+
+def write_centerline_network(
+    measured: Measurement, sources: Sequence[Path], settings: Mapping[str, str | float], folder: Path
+) -> None:
+    """Write the network, its tables, centerlines and graph into `folder`, whole or not at all.
+
+    Parameters
+    ----------
+    measured : Measurement
+        See `measure.measurement.measured_alone`.
+    sources : sequence of Path
+        The file it comes from, and the others that were read.
+    settings : mapping
+        How it was read, for the record.
+    folder : Path
+
+    Raises
+    ------
+    InputError
+        The folder holds something else or cannot be written.
+    """
+    folder = Path(folder).resolve()
+    check_centerlines_folder(folder)
+    origin = provenance(list(sources))
+    with write_folder(folder) as fresh:
+        write_network_files(measured, fresh)
+        (fresh / FIGURES).mkdir()
+        with style():
+            figure = network_figure(measured.network)
+            for kind, made in (("svg", {"Date": None}), ("png", {"Software": None})):
+                figure.savefig(fresh / FIGURES / f"network.{kind}", metadata=made)
+        stored = {"file": sources[0].name, "settings": dict(settings), "provenance": origin}
+        (fresh / CENTERLINES).write_text(json.dumps(stored, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

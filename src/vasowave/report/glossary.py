@@ -11,8 +11,8 @@ from vasowave.report.tables.cells import symbols
 _OWN = {
     "S": "least-squares objective, the sum of squared residuals (eq. 14)",
     "η": "importance index: relative change of a group's mean (eq. 20)",
-    "AICc": "Akaike's information criterion, corrected for small samples; lower is better (eq. 22)",
-    "BIC": "Bayesian information criterion; lower is better (eq. 23)",
+    "AICc": "Akaike's information criterion, corrected for small samples; lower is better (eq. 21)",
+    "BIC": "Bayesian information criterion; lower is better (eq. 22)",
     "τ": "time constant of the diastolic decay, measured (eq. 12)",
     "IQR": "from the first to the third quartile",
     "RMSE": "root-mean-square residual of the pressure; where flow is compared, its pulse counts as the pressure's",
@@ -63,21 +63,15 @@ def explained(entries: Mapping[str, str]) -> Callable[[str], str]:
     longest = sorted(map(re.escape, safe), key=len, reverse=True)
     pattern = re.compile(rf"(?<![\w/])({'|'.join(longest)})(?![\w/(₀-₉])") if longest else None
 
-    def mark(match: re.Match[str]) -> str:
-        # A table's first column and its header may hold single letters: they are whole cells.
-        return f'<abbr tabindex="0" title="{escape(entries[match[1]])}">{escape(match[1])}</abbr>'
+    def abbreviated(sign: str) -> Markup:
+        return Markup(f'<abbr tabindex="0" title="{escape(entries[sign])}">{escape(sign)}</abbr>')
 
     def of(text: str) -> str:
+        # A table's first column and its header may hold single letters: they are whole cells.
         whole = re.fullmatch(r"(\S+)( = \S+)?( \[.*\])?", text)
         if whole and whole[1] in entries:
-            rest = escape(text[len(whole[1]) :])
-            return Markup(f'<abbr tabindex="0" title="{escape(entries[whole[1]])}">{escape(whole[1])}</abbr>{rest}')
-        if pattern is None:
-            return escape(text)
-        parts, end = [], 0
-        for match in pattern.finditer(text):
-            parts += [str(escape(text[end : match.start()])), mark(match)]
-            end = match.end()
-        return Markup("".join([*parts, str(escape(text[end:]))]))
+            return abbreviated(whole[1]) + escape(text[len(whole[1]) :])
+        pieces = pattern.split(text) if pattern else [text]  # every second one is a symbol
+        return Markup("").join(abbreviated(one) if place % 2 else escape(one) for place, one in enumerate(pieces))
 
     return of

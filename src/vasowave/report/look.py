@@ -54,7 +54,7 @@ def facts(seen: Overview) -> list[tuple[str, str]]:
     spacing = " × ".join(f"{1e4 * one:.4g}" for one in image.spacing[::-1])
     low, high = seen.histogram.edges[[0, -1]]
     bits = seen.histogram.bits
-    rows = [
+    return [
         ("image", f"{seen.kind}, {size} voxels (x, y, z), {span} cm"),
         ("voxel", f"{spacing} µm"),
         (
@@ -68,7 +68,6 @@ def facts(seen: Overview) -> list[tuple[str, str]]:
         ("cannula", _cannula(seen.options.cannula)),
         ("loops", _loops(seen)),
     ]
-    return rows
 
 
 def _cannula(diameter: float) -> str:
@@ -127,26 +126,21 @@ def look_page(seen: Overview) -> str:
     """Return the first look as one HTML page that needs no network."""
     from markupsafe import Markup
 
-    figures = {
-        "projections": Drawing("projections", _CAPTIONS["projections"], projections_figure(seen),
-                               projections_figure(seen, wide=False)),
-        "histogram": Drawing("histogram", _CAPTIONS["histogram"], histogram_figure(seen)),
-    }  # fmt: skip
+    drawn = [("projections", projections_figure(seen)), ("histogram", histogram_figure(seen))]
     if scale := grey_scale_figure(seen):
-        figures["grey-scale"] = Drawing("grey-scale", _CAPTIONS["grey-scale"], scale)
-    return (
-        templates()
-        .get_template("look.html")
-        .render(
-            source="an image that was given as such" if seen.source is None else str(seen.source),
-            facts=facts(seen),
-            entrances=entrance_rows(seen),
-            sure=seen.is_clear,
-            notes=texts(seen.findings),
-            command=command(seen),
-            figures=[(Markup(embedded(one)), one.caption) for one in figures.values()],
-            provenance=_origin(seen),
-        )
+        drawn.append(("grey-scale", scale))
+    narrow = {"projections": projections_figure(seen, wide=False)}
+    figures = [Drawing(name, _CAPTIONS[name], figure, narrow.get(name)) for name, figure in drawn]
+    template = templates().get_template("look.html")
+    return template.render(
+        source="an image that was given as such" if seen.source is None else str(seen.source),
+        facts=facts(seen),
+        entrances=entrance_rows(seen),
+        sure=seen.is_clear,
+        notes=texts(seen.findings),
+        command=command(seen),
+        figures=[(Markup(embedded(one)), one.caption) for one in figures],
+        provenance=_origin(seen),
     )
 
 

@@ -1,8 +1,9 @@
-"""The page to review one extraction: the tree in space, projections, directed graph, vessels, settings."""
+"""The page to review one extraction: the tree in space, projections, graph, vessels, settings, and proposed edits."""
 
 import base64
 import json
 from dataclasses import fields
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,10 +12,9 @@ from vasowave.imaging.extraction import Extraction
 from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.options import grey_text
 from vasowave.imaging.places import written
-from vasowave.imaging.witness.doubts import Grade, gravest
+from vasowave.imaging.witness.doubts import Doubt, Grade, gravest
 from vasowave.imaging.witness.witness import UNEVEN
 from vasowave.report.environment import templates
-from vasowave.report.proposals import proposals
 
 _CAPTIONS = {
     "projection": (
@@ -28,6 +28,50 @@ _CAPTIONS = {
     ),
 }
 _MOST_POINTS = 40  # of a vessel in the page's view
+
+
+class Proposals(NamedTuple):
+    """Edits that are proposed; none is made unless a person takes it up.
+
+    Attributes
+    ----------
+    edits : list of str
+        Lines of a file of edits, each a comment: why, then the edit.
+    outlets : float array, shape (outlet, 3)
+        Ends that only the second tree of the lumen has, z, y, x, cm, in the world.
+    """
+
+    edits: list[str]
+    outlets: np.ndarray
+
+
+def proposals(extraction: Extraction) -> Proposals:
+    """Return what would answer the doubts about the topology.
+
+    A doubted end may be removed and a doubted inner vessel merged into a point; a place where the tree has neither is
+    an end that it lacks.
+    """
+    tree, names = extraction.tree.times(1 / extraction.factor), extraction.network.name
+    ends = np.array([line.points[-1] for line in tree.lines])
+    edits: list[str] = []
+    outlets: list[np.ndarray] = []
+    for doubt in (one for one in extraction.doubts if one.about == "topology"):
+        lines = []
+        for place in doubt.places:
+            row = int(np.argmin(np.linalg.norm(ends - place, axis=1)))
+            if not np.allclose(ends[row], place, atol=1e-9) or names[row] not in doubt.vessels:
+                outlets.append(place)
+                continue
+            action = "remove" if row in tree.terminals else "merge"
+            at = ends[row] if action == "remove" else tree.lines[row].points[len(tree.lines[row]) // 2]
+            lines.append(f"# {action} {written(at).replace(',', ' ')}   # vessel {names[row]}")
+        fresh = [line for line in lines if line not in edits]
+        edits += [f"# {_why(doubt)}", *fresh] if fresh else []
+    return Proposals(edits, np.array(outlets).reshape(-1, 3))
+
+
+def _why(doubt: Doubt) -> str:
+    return doubt.text if len(doubt.text) < 110 else f"{doubt.text[:108]} …"
 
 
 def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, str]) -> str:
@@ -54,7 +98,7 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         f"a radius of {_number(network.radius[network.root])} cm. Scale of the cannula against the file: {scale}"
         f"{', applied' if extraction.options.scale == 'cannula' else ''}.",
         notes=texts(extraction.notes),
-        doubts=[(one.grade.value, _share(one.flow), one.text) for one in extraction.doubts],
+        doubts=[(one.grade.value, f"{100 * one.flow:.0f} %", one.text) for one in extraction.doubts],
         actions=("remove", "cut", "merge", "root"),
         proposals=suggested.edits,
         missing=len(suggested.outlets),
@@ -112,10 +156,6 @@ def _doubted(extraction: Extraction, vessel: str) -> str:
     return "" if grade is None else f"{grade.value}: {', '.join(about)}"
 
 
-def _share(flow: float) -> str:
-    return f"{100 * flow:.0f} %"
-
-
 def _source(extraction: Extraction) -> str:
     return "an image that was given as such" if extraction.source is None else str(extraction.source)
 
@@ -133,12 +173,8 @@ def _tree_data(extraction: Extraction, ends: np.ndarray) -> str:
         vessels.append({"name": name, "terminal": row in terminals, "points": points, "marked": marked, **sizes})
     # A name may hold "</script>".
     root = np.round(extraction.factor * extraction.root[::-1], 5).tolist()
-    places = [
-        np.round(extraction.factor * one.places[:, ::-1], 5).tolist()
-        for one in extraction.doubts
-        if one.about == "topology"
-    ]
-    marks = [place for own in places for place in own]
+    doubted = [one.places[:, ::-1] for one in extraction.doubts if one.about == "topology"]
+    marks = [place for own in doubted for place in np.round(extraction.factor * own, 5).tolist()]
     missing = np.round(extraction.factor * ends[:, ::-1], 5).tolist()
     data = {"factor": extraction.factor, "root": root, "vessels": vessels, "doubts": marks, "missing": missing}
     return json.dumps(data).replace("<", "\\u003c")

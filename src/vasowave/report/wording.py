@@ -15,6 +15,8 @@ from vasowave.io.columns import split_unit
 
 LIMIT = 0.05
 """Of p, below which a difference is said to be shown."""
+ERROR_OF_DRAWS = math.sqrt(LIMIT * (1 - LIMIT) / DRAWS)
+"""Standard error that a p near `LIMIT` has because it is the share of so many draws."""
 OF_FLOW = " of flow (its pulse counted as the pressure's)"
 """Behind a residual in mmHg where the flow was compared."""
 UNLIMITED = "[no limits]"
@@ -93,12 +95,7 @@ def p_value(p: float) -> str:
 
 def undecided(p: float) -> bool:
     """Whether other draws may put p on the other side of the limit: it is two of its standard errors away, or less."""
-    return abs(p - LIMIT) < 2 * error_of_draws(LIMIT)
-
-
-def error_of_draws(p: float) -> float:
-    """Return the standard error that a p has because it is the share of so many draws."""
-    return math.sqrt(p * (1 - p) / DRAWS)
+    return abs(p - LIMIT) < 2 * ERROR_OF_DRAWS
 
 
 def probability(p: float) -> str:

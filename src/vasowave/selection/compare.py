@@ -10,7 +10,7 @@ from vasowave.calibration.result import Fit
 from vasowave.errors import InputError
 from vasowave.noise.fitting import NOISE, fit_noise
 from vasowave.recording import resample
-from vasowave.selection.table import dataset, noise_bic, preferred, scored
+from vasowave.selection.criteria import dataset, noise_bic, preferred, scored
 
 _FEWEST = 16  # samples of a residual from which a covariance can be estimated
 

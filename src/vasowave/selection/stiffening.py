@@ -18,7 +18,6 @@ CAVEAT = (
     "them is in the interval."
 )
 
-
 _NEAR = 0.5
 """Standard errors between the exponent and the linear law, below which the law tells nothing of the interval's end."""
 

@@ -3,8 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from vasowave.cohort.freedom import FEW, degrees_left
-from vasowave.cohort.told import untold_findings
+from vasowave.cohort.contrast import FEW, degrees_left, untold_findings
 from vasowave.cohort.variables import FIRST
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Place, error_kind, look_kind

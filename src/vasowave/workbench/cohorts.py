@@ -6,7 +6,7 @@ from typing import Any
 from vasowave.animal.files import read_result
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort import Cohort
-from vasowave.cohort.group_means import group_means
+from vasowave.cohort.comparison import group_means
 from vasowave.errors import InputError
 from vasowave.figures.style import group_looks, source_looks
 from vasowave.findings import texts

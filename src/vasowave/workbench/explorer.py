@@ -12,7 +12,7 @@ from vasowave.analysis import fourier_series, operating_point, wave_intensity
 from vasowave.animal.result import AnimalResult
 from vasowave.animal.stored import stored_law, stored_model, stored_recording
 from vasowave.errors import InputError
-from vasowave.figures.space import axes_in_space
+from vasowave.figures.network import axes_in_space
 from vasowave.figures.style import color_stops
 from vasowave.findings import texts
 from vasowave.model import walls

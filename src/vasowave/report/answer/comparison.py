@@ -15,9 +15,8 @@ from vasowave.figures.rendering import as_file
 from vasowave.figures.style import group_looks, new_figure, short, shown_figure, source_looks, style
 from vasowave.io.files import check_file, write_file
 from vasowave.notebook import card
-from vasowave.report.answer.design import design_answer
 from vasowave.report.answer.forest import group_rows
-from vasowave.report.answer.groups import group_answers, not_told
+from vasowave.report.answer.groups import design_answer, group_answers, not_told
 from vasowave.report.answer.problems import marked, marker
 from vasowave.report.glossary import caller
 from vasowave.report.wording import some_of

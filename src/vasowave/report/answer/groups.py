@@ -1,15 +1,17 @@
-"""The differences of the groups: one sentence for each question, every effect with its interval and p."""
+"""The differences of the groups, one sentence for each question: effects with intervals and p; the design in words."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import comb
 
 import numpy as np
 import pandas as pd
 
-from vasowave.cohort.freedom import FEW
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.contrast import FEW
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
-from vasowave.report.wording import LIMIT, listed, number, probability, ratio_with_interval, unit
+from vasowave.report.tables.cells import span
+from vasowave.report.wording import LIMIT, listed, number, probability, ratio_with_interval, some_of, unit
 
 CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""
@@ -21,6 +23,7 @@ Called = Callable[[str], str]
 """Returns a quantity in words with its symbol."""
 Mark = Callable[[list[str]], str]
 """Returns what stands behind a sentence about groups."""
+_MAX_LEVELS = 6
 
 
 def group_answers(primary: Primary, called: Called, mark: Mark = lambda groups: "") -> list[tuple[str, str]]:
@@ -161,14 +164,10 @@ def _few_degrees(rows: pd.DataFrame) -> list[str]:
     effects = listed([*dict.fromkeys(effect_of(row) for _, row in few.iterrows())])
     least = 100 * (np.sqrt(few["high"].to_numpy(float) / few["low"].to_numpy(float)) - 1)  # %, of ratios that are shown
     return [
-        f"{effects}: {len(few)} of {len(rows)} ratios rest on {_span(few['df'].to_numpy(float))} degrees of freedom. "
-        f"Beside all other rows such a ratio is shown if it differs from 1 by about {_span(least)} % or more; fewer "
+        f"{effects}: {len(few)} of {len(rows)} ratios rest on {span(few['df'].to_numpy(float), 2)} degrees of freedom. "
+        f"Beside all other rows such a ratio is shown if it differs from 1 by about {span(least, 2)} % or more; fewer "
         "covariates, blocks, quantities or contrasts would leave more."
     ]
-
-
-def _span(values: np.ndarray) -> str:
-    return " to ".join(dict.fromkeys(number(float(one), 2) for one in (values.min(), values.max())))
 
 
 def _separated(rows: pd.DataFrame, called: Called) -> str:
@@ -224,3 +223,71 @@ def other_laws(primary: Primary, called: Called) -> list[str]:
         for _, row in outside.iterrows()
     ]
     return [f"Outside the intervals of the {primary.law} wall lie {listed(parts)}."]
+
+
+def design_answer(cohort: Cohort) -> list[tuple[str, str]]:
+    """Return the question and the answer of a design; none for groups of independent animals."""
+    text = design_text(cohort)
+    return [("How were animals compared?", text)] if text else []
+
+
+def design_text(cohort: Cohort) -> str:
+    """Return the design of a cohort in a sentence or two; empty for groups of independent animals."""
+    design = cohort.design
+    if design.plain:
+        return ""
+    parts = []
+    if design.covariates:
+        named = listed([*map(_named, design.covariates)])
+        parts.append(
+            f"ratios and means of groups are adjusted for {named}: they are those of groups with the same mean of it "
+            "(of a category: with as many animals of each kind)"
+        )
+    if design.blocks:
+        levels = [f"{_named(name)}{_levels(cohort, name)}" for name in design.blocks]
+        parts.append(f"animals of one {listed(levels)} may be alike (random effects)")
+    if design.subject:
+        rows = cohort.variables[design.subject].levels if design.subject in cohort.variables else {}
+        parts.append(
+            f"the {len(cohort.results)} recordings are of {len(set(rows.values()))} animals (column "
+            f"{_named(design.subject)}), whose own level is a random effect"
+            + (", and which may be in several groups, one after the other" if design.crossover else "")
+        )
+    if design.second and not design.contrasts:
+        parts.append(_second(cohort))
+    if design.contrasts:
+        defined = [f"{_named(name)} = {_weights(weights)}" for name, weights in design.contrasts.items()]
+        parts.append(f"the comparisons are those that the study names, of means on logarithms: {listed(defined)}")
+    said = "; ".join(parts)
+    return f"{said[0].upper()}{said[1:]}."
+
+
+def _second(cohort: Cohort) -> str:
+    design, name = cohort.design, str(cohort.design.second)
+    if design.dose:
+        return f"compared is the trend with {_named(name)}, by the line through the means"
+    order = [*map(_named, cohort.variables[name].order)] if name in cohort.variables else []
+    levels = f"{some_of(order, _MAX_LEVELS)}{f'; compared with {order[0]}' if order else ''}"
+    several = len(cohort.groups) > 1
+    own = "in each group of its own" if design.interaction else "alike in all groups"
+    return f"{_named(name)} ({levels}) is a second factor{f', its effect {own}' if several else ''}"
+
+
+def _weights(weights: Mapping[str, float]) -> str:
+    """Return a contrast as a sum: ``'HPH, drug' - 'HPH, vehicle'``."""
+    terms: list[str] = []
+    for cell, weight in sorted(weights.items(), key=lambda one: one[1] < 0):
+        size = "" if abs(weight) == 1 else f"{abs(weight):.3g} · "
+        sign = ("− " if weight < 0 else "+ ") if terms or weight < 0 else ""
+        terms += [f"{sign}{size}'{_named(cell)}'"] if weight else []
+    return " ".join(terms)
+
+
+def _named(name: str) -> str:
+    return short(name, _MAX_LETTERS)
+
+
+def _levels(cohort: Cohort, name: str) -> str:
+    """Return which levels a column has: `` (of 4: A, B, C and D)``."""
+    order = [*map(_named, cohort.variables[name].order)] if name in cohort.variables else []
+    return f" (of {len(order)}: {some_of(order, _MAX_LEVELS)})" if order else ""

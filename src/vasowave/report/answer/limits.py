@@ -34,12 +34,16 @@ def _of_fits(cohort: Cohort) -> list[str]:
 
 def _image_pressure(cohort: Cohort) -> list[str]:
     """Say at which pressure the radii were measured, where the results tell."""
-    known = [result.network.pressure for result in cohort.results]
-    if not any(known):
+    count = len(cohort.results)
+    known = [result.network.pressure for result in cohort.results if result.network.pressure]
+    if not known:
         return ["The image's pressure is not known; radii are taken as those at 0 mmHg, and stiffness depends on that."]
     low, high = number(min(known)), number(max(known))
+    what = "recordings" if cohort.repeated else "animals"
+    unknown = f" Of {count - len(known)} of {count} {what} it is not known: their radii are taken as those at 0 mmHg."
     return [
         f"Radii are those at the image's pressure, {low if low == high else f'{low} to {high}'} mmHg, taken as exact."
+        f"{unknown if len(known) < count else ''}"
     ]
 
 
@@ -96,8 +100,7 @@ def _residual(cohort: Cohort, law: str) -> list[str]:
     said = "not noise but the model's error" if left > 2 * error else "what the beats' scatter explains"
     return [
         f"The {law} wall leaves {number(left, 2)} mmHg{typical}, {number(left / error, 2)} times the error of the "
-        "averaged "
-        f"cycle ({number(error, 2)} mmHg): {said}."
+        f"averaged cycle ({number(error, 2)} mmHg): {said}."
     ]
 
 
@@ -110,11 +113,15 @@ def _open(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[str]:
     )
     if not count:
         return []
-    names = [
-        written.get(name, name) + ("" if cohort.single else f" in {n} of {len(fits)}") for name, n in count.items()
+    return [
+        f"The data do not determine {_counted(cohort, count, len(fits), written)} ({law} wall; ends of the interval "
+        "differ by more than a factor of 4, or at a bound)."
     ]
-    return [f"The data do not determine {listed(names)} ({law} wall; ends of the interval differ by more than a factor "
-            "of 4, or at a bound)."]  # fmt: skip
+
+
+def _counted(cohort: Cohort, count: Mapping[str, int], fits: int, written: Mapping[str, str]) -> str:
+    """Return parameters in words, of several animals with the number of fits: ``β in 2 of 6 and a in 1 of 6``."""
+    return listed([written.get(n, n) + ("" if cohort.single else f" in {k} of {fits}") for n, k in count.items()])
 
 
 def _held(cohort: Cohort, written: Mapping[str, str]) -> list[str]:
@@ -132,8 +139,7 @@ def _held(cohort: Cohort, written: Mapping[str, str]) -> list[str]:
             said.append(f"Held, not fitted ({wall} wall): {listed(sorted(fixed))}; its results hold for that value.")
         bound = Counter(str(n) for fit in fits for n in fit["parameter"].values[fit["at_bound"].values.astype(bool)])
         if bound:
-            names = [written.get(n, n) + ("" if cohort.single else f" in {k} of {len(fits)}") for n, k in bound.items()]
-            stopped.append(f"{listed(names)} ({wall} wall)")
+            stopped.append(f"{_counted(cohort, bound, len(fits), written)} ({wall} wall)")
     if stopped:
         said.append(f"Stopped at a bound of the search: {listed(stopped)}; there the number is the bound's.")
     return said

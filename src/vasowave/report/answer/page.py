@@ -2,27 +2,31 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.primary import Family, Primary
+from vasowave.cohort.table import column, rows_of
 from vasowave.figures.forest import NARROW, WIDE, forest_figure
 from vasowave.figures.overview import tree_figure, waveforms_figure
 from vasowave.figures.style import group_looks, short, source_looks
+from vasowave.io.columns import split_unit
 from vasowave.quantities import question_of
 from vasowave.report.answer.animal import animal_answers
 from vasowave.report.answer.comparison import groups_figure
-from vasowave.report.answer.decay import decay
-from vasowave.report.answer.design import design_answer
 from vasowave.report.answer.forest import animal_rows
-from vasowave.report.answer.groups import Called, group_answers, influence, not_told, other_laws
+from vasowave.report.answer.groups import Called, design_answer, group_answers, influence, not_told, other_laws
 from vasowave.report.answer.limits import model_limits, no_wedge, one_geometry
 from vasowave.report.answer.problems import marked, marker, overstrained, problem_blocks
 from vasowave.report.answer.walls import wall_answer
 from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
 from vasowave.report.glossary import caller
 from vasowave.report.tables.cells import nearest, symbols
-from vasowave.report.wording import UNLIMITED, listed, undecided, unlimited
+from vasowave.report.wording import UNLIMITED, listed, number, undecided, unlimited
 
 _NEAR = "≈: other draws may put this p on the other side of 0.05."
+UNLIKE = 0.15
+"""Share of the measured decay by which R_T C_T may differ before the page says that the two are not the same."""
 
 
 def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Section]:
@@ -98,11 +102,12 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
             f"Ratios by the model of the design (diamonds{model}). 95 % intervals and p hold for all "
             f"{len(primary.rows)} rows together. {_below(cohort, primary, reference)}"
         ).strip()
+    open_ended = any(unlimited(low, high) for low, high in primary.rows[["low", "high"]].to_numpy(float))
     return (
         f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known; the answers' numbers of "
         f"groups are geometric means. 95 % intervals and p hold for all {len(primary.rows)} rows together. Below stand "
         f"{walls}every animal over the mean of {reference}."
-        + (f" {UNLIMITED}: the data say nothing of that ratio." if _is_unlimited(primary) else "")
+        + (f" {UNLIMITED}: the data say nothing of that ratio." if open_ended else "")
     )
 
 
@@ -120,16 +125,13 @@ def _below(cohort: Cohort, primary: Primary, reference: str) -> str:
     return f"Below stand {'; '.join([*beside, *animals])}." if said or beside else ""
 
 
-def _is_unlimited(primary: Primary) -> bool:
-    return any(unlimited(low, high) for low, high in primary.rows[["low", "high"]].to_numpy(float))
-
-
 def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     scatter = "; grey: SD of the beats" if "pressure_sd" in cohort.results[0].recording else ""
     single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}.{_entered(cohort, law)}"
+    apart = f", one panel for each {cohort.second.name}" if cohort.crossed and cohort.second else ""
     every = (
         f"Measured pressure and flow of every {'recording' if cohort.repeated else 'animal'} from the foot of the "
-        f"pressure{_apart(cohort)}; thick: mean, band: SD of the group."
+        f"pressure{apart}; thick: mean, band: SD of the group."
     )
     caption = single if cohort.single else every
     waves: list[Block] = [Drawing("Measured", caption, waveforms_figure(cohort))]
@@ -147,11 +149,6 @@ def _entered(cohort: Cohort, law: str) -> str:
     return " The measured pressure enters the model; the fit is to the flow." if by_pressure else ""
 
 
-def _apart(cohort: Cohort) -> str:
-    """Say that occasions or levels stand apart."""
-    return f", one panel for each {cohort.second.name}" if cohort.crossed and cohort.second else ""
-
-
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
     known = [*one_geometry(cohort, primary), *no_wedge(cohort), *model_limits(cohort, primary.law, written)]
     known += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
@@ -159,3 +156,38 @@ def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: 
         known += [*influence(primary, called), *other_laws(primary, called)]
     left: list[Block] = [Bullets(known)] if known else []
     return [Columns(left, problem_blocks(cohort, primary))]
+
+
+def decay(cohort: Cohort, law: str) -> str:
+    """Say what the measured decay is (of groups: geometric means), and where R_T C_T is far from it."""
+    measured, modeled = (_means(cohort, source, "tau") for source in ("measured", law))
+    summed = _means(cohort, law, "tau_plain")
+    both = [group for group in modeled if group in measured]
+    if not both:
+        return ""
+
+    def of(cell: str) -> str:
+        group, level, _ = cohort.cells[cell]
+        return "" if cohort.single else f" in {short(group, 40)}{f' ({short(level, 40)})' if level else ''}"
+
+    values = listed([f"{number(measured[group])} s{of(group)}" for group in both])
+    said = f"The measured diastolic decay has τ = {values}."
+    times = {group: modeled[group] / measured[group] for group in both}
+    far = [f"{number(one, 2)} times it{of(group)}" for group, one in times.items() if abs(one - 1) > UNLIKE]
+    if not far:
+        return said
+    plain = [f"{number(summed[group])} s{of(group)}" for group in both if group in summed]
+    also = f" With the compliances of all vessels summed it is {listed(plain)}." if plain else ""
+    return (
+        f"{said} R_T C_T is {listed(far)}: it holds the beds' resistance and C_v by the paper's series/parallel rule, "
+        f"and says nothing of how fast the pressure decays.{also}"
+    )
+
+
+def _means(cohort: Cohort, source: str, name: str) -> Mapping[str, float]:
+    """Return the geometric mean of a time constant in every group (at every occasion or level) that has it."""
+    rows = rows_of(cohort.described, source)
+    if name not in {split_unit(str(label))[0] for label in rows.columns}:
+        return {}
+    logs = rows[column(rows, name)].astype(float).map(np.log).groupby(rows["group"], sort=False).mean().dropna()
+    return {str(group): float(np.exp(logs[group])) for group in cohort.cells if group in logs.index}

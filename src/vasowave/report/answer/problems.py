@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.misfit import WORSE_THAN_BEST, is_lone
 from vasowave.cohort.missing import Missing, Standing
 from vasowave.cohort.primary import Primary
+from vasowave.cohort.votes import WORSE_THAN_BEST, is_lone
 from vasowave.figures.style import short
 from vasowave.findings import Finding, Severity
 from vasowave.report.blocks import Block, Notice, Remarks

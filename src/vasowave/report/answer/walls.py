@@ -4,9 +4,8 @@ import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.evidence import CLEAR, Evidence, evidences
-from vasowave.cohort.exponents import Exponent, exponent_of
 from vasowave.cohort.votes import differences
+from vasowave.cohort.walls import CLEAR, Evidence, Exponent, evidences, exponent_of
 from vasowave.report.wording import listed, number, with_interval
 
 _LOOKS_LIKE = "Errors of the geometry, a taper or a stiffness that changes along the tree can look like curvature."

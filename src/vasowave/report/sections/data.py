@@ -5,8 +5,8 @@ import xarray as xr
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures import measured as figures
+from vasowave.figures.measured import ventricle_figure
 from vasowave.figures.style import group_looks
-from vasowave.figures.ventricle import ventricle_figure
 from vasowave.report.blocks import Block, Drawing, Section
 from vasowave.report.tables import data as tables
 from vasowave.report.tables.cells import nearest

@@ -13,7 +13,7 @@ from vasowave.report.answer.problems import missing_text
 from vasowave.report.blocks import Block, Drawing, Fold, Heading, Paragraph, Remarks, Section
 from vasowave.report.tables import groups as tables
 from vasowave.report.tables.cells import source_title
-from vasowave.report.tables.primary import covariates_table, primary_tables
+from vasowave.report.tables.groups import covariates_table, primary_tables
 from vasowave.report.wording import column_label, listed, name_and_unit, number
 
 

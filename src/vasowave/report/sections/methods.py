@@ -11,16 +11,15 @@ from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import Comparison
 from vasowave.cohort.declared import Declaration, Rows
 from vasowave.cohort.primary import Primary
-from vasowave.cohort.rank_tests import MOST_EXACT
 from vasowave.cohort.simultaneous import DRAWS
+from vasowave.cohort.two_groups import MOST_EXACT
 from vasowave.inference.known_errors import kinds
 from vasowave.model.blood import boundary_layer
-from vasowave.report.answer.design import design_text
-from vasowave.report.answer.groups import effect_of
+from vasowave.report.answer.groups import design_text, effect_of
 from vasowave.report.blocks import Paragraph, Section
 from vasowave.report.glossary import symbol
 from vasowave.report.tables.cells import named, span, symbols
-from vasowave.report.wording import LIMIT, error_of_draws, friction_words, listed, number, some_of
+from vasowave.report.wording import ERROR_OF_DRAWS, LIMIT, friction_words, listed, number, some_of
 
 _NAMED = 6  # animals, in a sentence
 _FIDUCIALS = {"ecg": "the R wave of the ECG", "pressure": "the foot of the pressure"}
@@ -233,11 +232,9 @@ def _primary(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> li
     if not cohort.design.plain:
         return [f"{declared} {_by_design(cohort, primary, of_draws)}{_not_tested(primary, written)}"]
     return [
-        f"{declared} Groups were compared by ratios "
-        "on "
-        "logarithms: within each group the animals were pooled by random effects (restricted maximum likelihood; "
-        "weights "
-        f"from the standard errors of their estimates{of_draws}), standard errors after Hartung and Knapp, not below "
+        f"{declared} Groups were compared by ratios on logarithms: within each group the animals were pooled by random "
+        "effects (restricted maximum likelihood; weights from the standard errors of their estimates"
+        f"{of_draws}), standard errors after Hartung and Knapp, not below "
         "those of the errors alone, with Satterthwaite's degrees of freedom; quantities without standard errors so "
         "have Welch's. p values and 95 % intervals are simultaneous, for all quantities and pairs of groups, from "
         "one reference distribution: a parametric fast double bootstrap of the least p, with each group's own spreads "
@@ -297,10 +294,10 @@ def _by_design(cohort: Cohort, primary: Primary, of_draws: str) -> str:
 
 def _draws(stages: int = 1) -> str:
     """Return how many draws a p is of, and how exact it is by that; draws of draws (`stages`) add their error."""
-    error = float(np.sqrt(stages)) * error_of_draws(LIMIT)
+    error = float(np.sqrt(stages)) * ERROR_OF_DRAWS
     return (
         f"{DRAWS} draws and the data; a p near {LIMIT} has a standard error of {error:.3f} by that, and stands with ≈ "
-        f"within {2 * error_of_draws(LIMIT):.3f} of {LIMIT}"
+        f"within {2 * ERROR_OF_DRAWS:.3f} of {LIMIT}"
     )
 
 
@@ -331,10 +328,8 @@ def _statistics(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> str:
         return "Groups are described by mean, SD, median and quartiles; nothing was compared."
     return (
         "Secondary: as in the paper, groups were also compared by two-sided Mann-Whitney tests (exact up to "
-        f"{MOST_EXACT} animals, beyond that by the normal distribution), p values adjusted by "
-        "Holm's method within each "
-        f"source ({tests}), ratios of geometric means with Welch intervals, and Hedges' g with intervals from the "
-        f"noncentral t distribution; the importance index η (eq. 20) is relative to {cohort.reference}."
-        " Every ratio was computed again without each animal in turn where "
-        "groups had three animals or more."
+        f"{MOST_EXACT} animals, beyond that by the normal distribution), p values adjusted by Holm's method within "
+        f"each source ({tests}), ratios of geometric means with Welch intervals, and Hedges' g with intervals from the "
+        f"noncentral t distribution; the importance index η (eq. 20) is relative to {cohort.reference}. Every ratio "
+        "was computed again without each animal in turn where groups had three animals or more."
     )

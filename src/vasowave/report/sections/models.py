@@ -13,13 +13,12 @@ from vasowave.cohort.primary import Primary
 from vasowave.cohort.table import column, rows_of
 from vasowave.figures import modeled as figures
 from vasowave.figures.compared import means_figure
-from vasowave.figures.sites import sites_figure, sites_of
-from vasowave.figures.space import axes_in_space
+from vasowave.figures.modeled import sites_figure, sites_of
+from vasowave.figures.network import axes_in_space
 from vasowave.figures.style import color_stops, group_looks, short, source_looks
 from vasowave.report.blocks import Block, Drawing, Fold, Section, Space, Table
 from vasowave.report.tables import models as tables
-from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
-from vasowave.report.tables.sites import sites_table
+from vasowave.report.tables.models import misfit_table, preference_table, selection_table, sites_table
 from vasowave.report.wording import column_label, listed, probability
 
 _SAME = 1e-9  # logarithms that differ by less are equal but for rounding
@@ -32,7 +31,8 @@ _P = (
 
 def model_section(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> Section:
     """The section of the calibrated models."""
-    law = primary.law
+    law, whose = primary.law, "" if cohort.single else " of the shown animals"
+    harmonics = max(int(result.measured.impedance["harmonic"].max()) for result in cohort.results)
     blocks = [
         *space_block(cohort, law or cohort.walls[0]),
         *_waveforms(cohort),
@@ -45,7 +45,7 @@ def model_section(cohort: Cohort, primary: Primary, written: Mapping[str, str]) 
         tables.starts(cohort),
         *_waves(cohort, primary, written),
         Drawing("Impd", f"Impedance modulus and unwrapped phase (eq. 19) at harmonics 0 to "
-                f"{_harmonics(cohort)}{_whose(cohort)}; bars: 95 % by the scatter of the averaged beats, where it is "
+                f"{harmonics}{whose}; bars: 95 % by the scatter of the averaged beats, where it is "
                 "known; grey circles: harmonics whose flow is near the noise.", figures.impedance_figure(cohort)),
         Drawing("Residuals", "Measured minus simulated pressure and its autocorrelation; inside the grey band an "
                 "autocorrelation cannot be told from that of independent noise.", figures.residuals_figure(cohort)),
@@ -171,14 +171,6 @@ def _selection(cohort: Cohort, law: str) -> list[Block]:
     if cohort.single:
         return [table]
     return [preference_table(cohort, law), Fold("Model selection, animal by animal", [table])]
-
-
-def _harmonics(cohort: Cohort) -> int:
-    return max(int(result.measured.impedance["harmonic"].max()) for result in cohort.results)
-
-
-def _whose(cohort: Cohort) -> str:
-    return "" if cohort.single else " of the shown animals"
 
 
 _SAMPLES, _FEWER, _MANY = 64, 32, 100  # of each waveform; of each where there are many vessels

@@ -64,7 +64,7 @@ def posterior(wall: str, said: PosteriorResult, written: dict[str, str]) -> Tabl
     rows: list[Row] = []
     for name in data["quantity"].values:
         one = data.sel(quantity=name)
-        value, before = (_range(one, *ends) for ends in ((*_MIDDLE, "median"), ("prior_low", "prior_high")))
+        value, before = f"{number(float(one['median']))} {_ends(one, 'interval')}", _ends(one, "prior")
         shares = [float(one.get(f"share_{source}", np.nan)) for source in SOURCES]
         cells = ["" if np.isnan(share) else f"{100 * share:.0f} %" for share in shares]
         rows.append((with_unit(f"{name} [{one['unit'].item()}]", written), value, before, *cells))
@@ -77,12 +77,8 @@ def posterior(wall: str, said: PosteriorResult, written: dict[str, str]) -> Tabl
     return Table("", f"{wall.capitalize()} wall: posterior", header, rows, note)
 
 
-_MIDDLE = ("interval_low", "interval_high")
-
-
-def _range(one: xr.Dataset, low: str, high: str, middle: str = "") -> str:
-    ends = f"[{number(float(one[low]))}, {number(float(one[high]))}]"
-    return f"{number(float(one[middle]))} {ends}" if middle else ends
+def _ends(one: xr.Dataset, of: str) -> str:
+    return f"[{number(float(one[f'{of}_low']))}, {number(float(one[f'{of}_high']))}]"
 
 
 def correlations(result: AnimalResult, wall: str, written: dict[str, str]) -> Table:

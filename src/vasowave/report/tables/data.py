@@ -4,8 +4,7 @@ import pandas as pd
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.description import describe
-from vasowave.cohort.table import columns
+from vasowave.cohort.table import columns, describe
 from vasowave.quantities import INDICES
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import mean_sd, named, symbols, who, with_unit

@@ -1,22 +1,42 @@
-"""Tables of the calibrated models: Bounds, Parameters, Starts, Waves."""
+"""Tables of the calibrated models: Bounds, Parameters, Starts, Waves, Sites, AICcBIC, Preference, Misfit."""
+
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.analysis.events import WAVES
+from vasowave.analysis.waves import WAVES
+from vasowave.animal.law_result import LawResult
 from vasowave.animal.reading import largest_waves
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.table import columns
+from vasowave.cohort.votes import DECISIVE, WORSE_THAN_BEST, WORST_SHARE, differences
+from vasowave.cohort.walls import evidences
+from vasowave.figures.modeled import sites_of
 from vasowave.io.columns import split_unit
+from vasowave.quantities import QUANTITIES
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import mean_sd, span, symbols, who, with_unit
-from vasowave.report.wording import Row, column_label, number
+from vasowave.report.wording import Row, column_label, number, with_interval
 
 _DERIVED = ("wave_speed", "R_T", "C_T", "C_p_over_C_T", "tau", "I_R", "a", "S", "RMSE")
 MARKS = (
     "† at a bound of its search; ‡ not determined by the data (the ends of its 95 % interval differ by more than a "
     "factor of 4)."
+)
+_TOLD = ("wave_speed", "R_T")
+"""Quantities on the page; the file has every parameter."""
+_ENDS = ("value", "low", "high")
+_SITES_NOTE = (
+    "Ratio: observed over what the recording at the inlet alone predicts, by least squares. Misfit: root mean square "
+    "of what the fit without the site misses there, over what its error, the model's and the spread of that fit let "
+    "expect; about 1 or less is agreement, more than 3 is a finding. With: 95 % interval of the fit to all sites; "
+    "without: of the fit to all but this one. The CSV file has them for every parameter."
+)
+_SELECTION_NOTE = (
+    "λ: weight of the regularization; noise models that need more than allowed are discarded and stand last. D: fitted "
+    "parameters of each law, N: pressure samples."
 )
 
 
@@ -138,3 +158,112 @@ def laws_by_posterior(data: xr.Dataset) -> Table:
         f"k above {UNTRUSTED}). What is not among the unknowns, such as taper, can look like another wall."
     )
     return Table("", "Wall laws by their posteriors", header, rows, note)
+
+
+def sites_table(cohort: Cohort) -> Table:
+    """Return a row for every site of every animal and wall law; its data have one for every quantity of these."""
+    written = symbols(cohort)
+    header = ("animal", "wall law", "site", "ratio", "misfit",
+              *(f"{written.get(name, name)} {how} [{QUANTITIES[name].unit}]"
+                for name in _TOLD for how in ("with", "without")))  # fmt: skip
+    cells, rows = [], []
+    for result in cohort.results:
+        for wall, data in sites_of(result).items():
+            units = _units(result.laws[wall])
+            for site in range(data.sizes["site"]):
+                one = data.isel(site=site)
+                name, ratio, misfit = str(one["site"].item()), float(one["ratio"]), float(one["misfit"])
+                told = [_site_interval(one.sel(quantity=each), how) for each in _TOLD for how in ("", "_without")]
+                cells.append((result.name, wall, name, number(ratio, 3), number(misfit, 2), *told))
+                known = who(result) | {"wall law": wall, "site": name, "ratio [1]": ratio, "misfit [1]": misfit}
+                rows += [known | _site_row(one.sel(quantity=each), units) for each in data["quantity"].values]
+    return Table("Sites", "Further sites: predicted without each, and what it adds", header, cells, _SITES_NOTE,
+                 pd.DataFrame(rows))  # fmt: skip
+
+
+def _units(law: LawResult) -> dict[str, str]:
+    """Return the units of the quantities that sites tell something of."""
+    parameters = zip(law.calibration["parameter"].values, law.calibration["unit"].values, strict=True)
+    return {str(name): str(unit) for name, unit in parameters} | {name: QUANTITIES[name].unit for name in _TOLD}
+
+
+def _site_row(one: xr.Dataset, units: Mapping[str, str]) -> dict[str, object]:
+    """Return the cells of one quantity."""
+    name = str(one["quantity"].item())
+    both = {f"{end}{how.replace('_', ' ')}": float(one[f"{end}{how}"]) for how in ("", "_without") for end in _ENDS}
+    return {"quantity": name, "unit": units[name], **both}
+
+
+def _site_interval(one: xr.Dataset, how: str) -> str:
+    value, low, high = (float(one[f"{end}{how}"]) for end in _ENDS)
+    return with_interval(value, low, high)
+
+
+def selection_table(cohort: Cohort) -> Table:
+    """AICc and BIC of the wall laws under every noise model, for every animal, likeliest noise model first."""
+    pairs = zip(cohort.ballots, cohort.compared, strict=True)
+    parts = [one.table.assign(**who(result)) for one, result in pairs]  # type: ignore[arg-type]
+    data = pd.concat(parts, ignore_index=True)
+    data = data[["animal", "group", *(label for label in data.columns if label not in ("animal", "group"))]]
+    selection = cohort.compared[0].selection
+    verdict = selection["AICc_verdict"].attrs.get("long_name", "") if selection is not None else ""
+    note = f"Prefers: {verdict}. {_SELECTION_NOTE}" if verdict else _SELECTION_NOTE
+    return Table.of("AICcBIC", "AICc and BIC of the wall laws; the lower score is better", data, note)
+
+
+def preference_table(cohort: Cohort, law: str) -> Table:
+    """The difference of every other law from `law`, pooled over animals, by noise model."""
+    parts = [differences(cohort.ballots, law).assign(noise="likeliest of each animal")]
+    for covariance in dict.fromkeys(name for one in cohort.ballots for name in one.table["covariance"]):
+        parts.append(differences(cohort.ballots, law, covariance=str(covariance)).assign(noise=str(covariance)))
+    data = pd.concat([part for part in parts if len(part)] or parts[:1], ignore_index=True)
+
+    def size(row: pd.Series, name: str, low: str, high: str) -> str:
+        return with_interval(float(row[name]), float(row[low]), float(row[high]))
+
+    cells = [
+        (str(row["wall"]), str(row["noise"]), str(row["n"]), size(row, "mean", "low", "high"), number(row["price"], 2),
+         size(row, "residuals", "residuals low", "residuals high"), number(row["residuals SD"], 2),
+         str(row["speaks for"]) or "open")
+        for _, row in data.iterrows()
+    ]  # fmt: skip
+    header = ("wall", "noise model", "animals", f"AICc minus that of the {law} wall, per animal [95 %]",
+              "fixed price of parameters", "residuals' own part [95 %]", "SD over animals", "speaks for")  # fmt: skip
+    note = (
+        f"Positive numbers speak for the {law} wall. AICc is the price of a law's parameters, whatever the data say, "
+        "and the residuals' own part, minus twice the log-likelihood. Intervals are Student's, from the scatter of the "
+        "animals. A law is named where the whole and the residuals' own part "
+        f"both speak for it, beyond that scatter and by {DECISIVE:g} over all animals. What the noise model changes, "
+        "the data have not decided."
+    )
+    if evidences(cohort, law):
+        note += " Which wall is answered by the evidences of posteriors; AICc, beside them, takes the image as exact."
+    return Table("Preference", "Wall laws compared over all animals", header, cells, note, data)
+
+
+def misfit_table(cohort: Cohort) -> Table:
+    """The residual of every law, beside the error of the averaged cycle."""
+    data = cohort.misfits
+    cells = [
+        (row["animal"], row["group"], row["wall"], number(row["RMSE"], 2), number(row["error"], 2),
+         f"{100 * row['share']:.1f} %", number(row["over best"], 2),
+         "overstrained" if row["growth"] > 0 else "misses" if row["missed"] else "")
+        for _, row in data.iterrows()
+    ]  # fmt: skip
+    header = (
+        "animal",
+        "group",
+        "wall",
+        "RMSE [mmHg]",
+        "error of the cycle [mmHg]",
+        "of the pulse",
+        "over the best law",
+        "",
+    )
+    note = (
+        "Error of the cycle: standard error of the averaged beats (– if a cycle was given). A law misses its data "
+        f"where it leaves more than {WORSE_THAN_BEST:g} times what the animal's best law leaves, or more than "
+        f"{100 * WORST_SHARE:g} % of the pulse pressure. Overstrained: a vessel's area grows beyond what an artery "
+        "survives; such a law is never the best."
+    )
+    return Table("Misfit", "What the wall laws leave of the data", header, cells, note, data)

@@ -5,10 +5,8 @@ from math import comb
 
 import numpy as np
 
+from vasowave.cohort.primary import MOST_RELABELINGS
 from vasowave.errors import InputError
-
-MOST_RELABELINGS = 200_000
-"""Where there are more, this many are drawn; the observed labels are always among them."""
 
 
 def family_p(values: np.ndarray, other: np.ndarray, rng: np.random.Generator | None = None) -> np.ndarray:
@@ -47,14 +45,6 @@ def family_p(values: np.ndarray, other: np.ndarray, rng: np.random.Generator | N
     p = np.empty(len(order))
     p[order] = np.maximum.accumulate(reached)
     return p
-
-
-def smallest_family_p(n_reference: int, n_other: int) -> float:
-    """Return the smallest p that `family_p` can give with groups of these sizes.
-
-    Groups of equal size can be swapped, which leaves every |t| as it is; then two relabelings always reach it.
-    """
-    return (2 if n_reference == n_other else 1) / min(comb(n_reference + n_other, n_other), MOST_RELABELINGS)
 
 
 def _relabelings(count: int, n: int, rng: np.random.Generator | None) -> np.ndarray:
