@@ -221,6 +221,17 @@ def test_the_methods_say_whose_beats_were_averaged():
     assert "One averaged cycle of pressure and flow per animal was given" in given
 
 
+def test_the_methods_say_of_how_many_recordings_a_drift_was_removed():
+    one = made_results({"CTL": 1}, raw=1, walls=())[0]
+    drifting, steady = (
+        replace(one, name=name, beats=one.beats.assign_attrs(drift_size=size, drift_removed=removed))
+        for name, size, removed in (("a", -0.8, 1), ("b", 0.05, 0))
+    )
+    said = methods_section(gathered([drifting, steady]), NOTHING, {}).blocks[0].text
+    assert "The drift of the diastolic pressure of 1 of 2 recordings was removed (0.80 mmHg over a recording)." in said
+    assert "drift" not in methods_section(gathered([steady]), NOTHING, {}).blocks[0].text
+
+
 def test_recordings_of_the_same_animals_are_not_tested_as_if_they_were_independent():
     """Two recordings of each of two mice: the paper's tests would count four."""
     cohort = gathered(made_results({"CTL": 2, "HPH": 2}, walls=("linear",)))

@@ -45,7 +45,7 @@ def _data(cohort: Cohort) -> str:
     version = cohort.results[0].origin.get("vasowave", "")
     return (
         f"Pressure and flow in the main pulmonary artery of {whose} were analyzed with vasowave "
-        f"{version}.{_failed(cohort)} {_averaged(cohort)}. Nominal parameters came "
+        f"{version}.{_failed(cohort)} {_averaged(cohort)}.{_drifts(cohort)} Nominal parameters came "
         f"from {'the' if cohort.single else 'each'} recording: Z_c by the up-slope method (eq. 8), wall stiffness from "
         "Z_c (eqs. 9, 10), the time constant from the diastolic decay (eq. 12), resistances and compliances of the "
         "beds by the flow division of Poiseuille's law (eqs. 11, 13)."
@@ -86,6 +86,16 @@ def _averaged(cohort: Cohort) -> str:
     whose = f" of {', '.join(raw)}" if given else ""
     words = f"Pressure and flow{whose} were averaged over {count} beats (rejected ones left out), aligned at {aligned}"
     return f"{words}; of {given} an averaged cycle was given" if given else words
+
+
+def _drifts(cohort: Cohort) -> str:
+    """Say of how many recordings a drift of the pressure was removed, and how large it was."""
+    beats = [result.beats for result in cohort.results if result.beats is not None]
+    removed = [abs(float(one.attrs["drift_size"])) for one in beats if one.attrs.get("drift_removed")]
+    if not removed:
+        return ""
+    which = "" if cohort.single else f" of {len(removed)} of {len(beats)} recordings"
+    return f" The drift of the diastolic pressure{which} was removed ({span(np.array(removed), 2)} mmHg over a recording)."
 
 
 def _model(cohort: Cohort) -> str:
