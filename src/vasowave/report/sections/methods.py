@@ -94,8 +94,8 @@ def _drifts(cohort: Cohort) -> str:
     removed = [abs(float(one.attrs["drift_size"])) for one in beats if one.attrs.get("drift_removed")]
     if not removed:
         return ""
-    which = "" if cohort.single else f" of {len(removed)} of {len(beats)} recordings"
-    return f" The drift of the diastolic pressure{which} was removed ({span(np.array(removed), 2)} mmHg over a recording)."
+    which, size = "" if cohort.single else f" of {len(removed)} of {len(beats)} recordings", span(np.array(removed), 2)
+    return f" The drift of the diastolic pressure{which} was removed ({size} mmHg over a recording)."
 
 
 def _model(cohort: Cohort) -> str:
