@@ -45,10 +45,11 @@ def figures(cohort_results):
                 for drawing in document.drawings():
                     if kind in ("occasions", "laws") and drawing.name.startswith(("fit-", "beats-")):
                         continue  # of one animal each, as above
-                    lettered(drawing.figure)
+                    figure = drawing.figure() if callable(drawing.figure) else drawing.figure
+                    lettered(figure)
                     for _ in range(2):  # the first makes room, the second stands in it
-                        drawing.figure.draw_without_rendering()
-                    found[f"{kind}, {drawing.name}"] = drawing.figure
+                        figure.draw_without_rendering()
+                    found[f"{kind}, {drawing.name}"] = figure
     return found
 
 

@@ -1,6 +1,7 @@
 """The parts of a report, before it is a page or a PDF: sections of sentences, tables, figures and warnings."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from vasowave.figures.rendering import lettered, svg
+from vasowave.figures.style import style
 from vasowave.report.wording import Row, table_rows
 
 if TYPE_CHECKING:
@@ -106,11 +108,14 @@ class Table:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A figure with its caption; it is drawn once, whoever asks. A page shows `narrow` in its place on a phone."""
+    """A figure, or what makes it, with its caption; it is drawn once, whoever asks, perhaps in another process.
+
+    A page shows `narrow` in its place on a phone.
+    """
 
     name: str
     caption: str
-    figure: "Figure"
+    figure: "Figure | Callable[[], Figure]"
     narrow: "Figure | None" = None
     kind: str = "drawing"
 
@@ -119,15 +124,28 @@ class Drawing:
         """The figure as SVG text, its panels lettered."""
         return drawn(self.figure)
 
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height, in."""
+        return size_of(self.svg)
+
     def keep(self, text: str) -> None:
         """Take what another process drew for `svg`."""
         self.__dict__["svg"] = text
 
 
-def drawn(figure: "Figure") -> str:
+def drawn(figure: "Figure | Callable[[], Figure]") -> str:
     """Return a figure as SVG text, its panels lettered."""
-    lettered(figure)
-    return svg(figure)
+    with style():
+        made = figure() if callable(figure) else figure
+    lettered(made)
+    return svg(made)
+
+
+def size_of(text: str) -> tuple[float, float]:
+    """Return width and height of SVG text, in."""
+    width, height = re.findall(r'(?:width|height)="([\d.]+)pt"', text[text.index("<svg") :])[:2]
+    return float(width) / 72, float(height) / 72
 
 
 @dataclass(frozen=True)

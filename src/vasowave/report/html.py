@@ -1,14 +1,10 @@
 """A document as one HTML page that needs no network."""
 
 import re
-from typing import TYPE_CHECKING
 
-from vasowave.report.blocks import Drawing, Report, drawn
+from vasowave.report.blocks import Drawing, Report, drawn, size_of
 from vasowave.report.environment import templates
 from vasowave.report.glossary import explained
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def page(report: Report, others: dict[str, str]) -> str:
@@ -31,17 +27,17 @@ def page(report: Report, others: dict[str, str]) -> str:
 def embedded(drawing: Drawing) -> str:
     """Return the figure as SVG to stand inside HTML; of one with a narrow form both, the page shows one of them."""
     if drawing.narrow is None:
-        return _inside(drawing.svg, drawing.name, drawing.figure)
-    wide = _inside(drawing.svg, drawing.name, drawing.figure, "wide")
-    return wide + _inside(drawn(drawing.narrow), f"{drawing.name}-narrow", drawing.narrow, "narrow")
+        return _inside(drawing.svg, drawing.name)
+    wide = _inside(drawing.svg, drawing.name, "wide")
+    return wide + _inside(drawn(drawing.narrow), f"{drawing.name}-narrow", "narrow")
 
 
-def _inside(text: str, name: str, figure: "Figure", form: str = "") -> str:
+def _inside(text: str, name: str, form: str = "") -> str:
     """Return SVG without prolog, scalable, with ids that are unique in the page."""
+    pixels = 96 * size_of(text)[0]
     opening, rest = text[text.index("<svg") :].split(">", 1)
     opening = re.sub(r'\s(xmlns(:\w+)?|width|height|version)="[^"]*"', "", opening)
     # Letters stay readable: the drawing shrinks to 0.7 of its size at most, then its box scrolls.
-    pixels = 96 * figure.get_figwidth()
     opening += f' class="{form}"' if form else ""
     opening += f' style="width: {1.3 * pixels:.0f}px; min-width: {0.7 * pixels:.0f}px; max-width: 100%"'
     rest = re.sub(r'\bid="', f'id="{name}-', rest)

@@ -165,7 +165,7 @@ def _columns(block: Columns) -> str:
 
 def _size(drawing: Drawing) -> tuple[float, float]:
     """Return width and height, in, of a figure that is no wider than the text."""
-    width, height = drawing.figure.get_size_inches()
+    width, height = drawing.size
     share = min(1.0, 17.4 / 2.54 / width)
     return share * width, share * height
 

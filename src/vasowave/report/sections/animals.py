@@ -1,6 +1,7 @@
 """Every animal: what must be considered, its beats, its fits (drawn and in words), its values, how it was searched."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -97,14 +98,14 @@ def _fit(result: AnimalResult, place: int, color: str) -> list[Block]:
     if not result.laws:
         return []
     caption = "Measured (black) and fitted pressure and flow at the inlet, and what is left."
-    return [Drawing(f"fit-{place}", caption, fit_figure(result, color))]
+    return [Drawing(f"fit-{place}", caption, partial(fit_figure, result, color))]
 
 
 def _beats(result: AnimalResult, place: int) -> list[Block]:
     """Return the beats of a continuous recording; an averaged cycle has none."""
     if result.beats is None or "trace_pressure" not in result.beats.data_vars:
         return []
-    return [Drawing(f"beats-{place}", _beats_caption(result.beats), beats_figure(result))]
+    return [Drawing(f"beats-{place}", _beats_caption(result.beats), partial(beats_figure, result))]
 
 
 def _values(result: AnimalResult, written: dict[str, str]) -> list[Block]:
