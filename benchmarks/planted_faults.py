@@ -39,7 +39,7 @@ CELLS, NODES, CYCLE = "solver/cells.py", "solver/nodes.py", "solver/cycle.py"
 VARIATIONS, NODE_VARIATIONS = "solver/variations.py", "solver/node_variations.py"
 BEDS, TRIGONOMETRY, POWERS = "solver/beds.py", "solver/trigonometry.py", "solver/powers.py"
 PERIODIC, TUBES = "solver/periodic.py", "imaging/axes/tubes.py"
-STIFFNESS = "imaging/axes/stiffness.py"
+STIFFNESS = "imaging/axes/tubes.py"
 UNKNOWNS = "inference/unknowns.py"
 FAULTS = [
     Fault(
@@ -215,7 +215,7 @@ FAULTS = [
     ),
     Fault(
         "a frame of zeros is background",
-        "imaging/lumen/background.py",
+        "imaging/lumen/levels.py",
         (("real |= grey[np.ix_(*beside)] != here", "real |= True"),),
     ),
     Fault("resampled cubes drift", "imaging/read/volume.py", (("step = smallest", "step = 1.002 * smallest"),)),
@@ -228,12 +228,13 @@ FAULTS = [
     ),
     Fault(
         "tubes' radii count within sisters",
-        "imaging/measure/sizes.py",
+        "imaging/measure/measurement.py",
         (
             (
-                "zip(tree.lines, clear_stretches(tree), strict=True)",
-                "zip(tree.lines, free_stretches(tree), strict=True)",
+                "for line, (begin, end) in zip(tree.lines, clear_stretches(tree), strict=True)",
+                "for line, (begin, end) in zip(tree.lines, free_stretches(tree), strict=True)",
             ),
+            ("clear_stretches, free_length\n", "clear_stretches, free_length, free_stretches\n"),
         ),
     ),
     Fault(

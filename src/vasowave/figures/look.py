@@ -6,7 +6,7 @@ import numpy as np
 
 from vasowave.figures.projection import AXES, OUTLINE
 from vasowave.figures.style import CTL, DATA, FAINT, HPH, NARROW, WIDEST, label_axes, new_figure, style
-from vasowave.imaging.overview.overview import Overview
+from vasowave.imaging.overview import Overview
 from vasowave.imaging.read.volume import isotropic
 
 if TYPE_CHECKING:

@@ -7,8 +7,12 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
-from vasowave.imaging.axes.ends import with_ends_at_half_grey, with_ends_at_the_surface
-from vasowave.imaging.axes.junctions import with_met_axes, without_short_vessels
+from vasowave.imaging.axes.junctions import (
+    with_ends_at_half_grey,
+    with_ends_at_the_surface,
+    with_met_axes,
+    without_short_vessels,
+)
 from vasowave.imaging.axes.paths import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
 from vasowave.imaging.axes.protrusions import tips_outside
 from vasowave.imaging.axes.skeleton import cut_at_junctions

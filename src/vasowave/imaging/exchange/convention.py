@@ -11,8 +11,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError
-from vasowave.imaging.axes.ends import to_the_surface, with_ends_at_the_surface
-from vasowave.imaging.axes.junctions import with_met_axes, without_short_vessels
+from vasowave.imaging.axes.junctions import (
+    to_the_surface,
+    with_ends_at_the_surface,
+    with_met_axes,
+    without_short_vessels,
+)
 from vasowave.imaging.axes.starts import settled
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.sections import across, tangents

@@ -7,15 +7,13 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import look_kind, warn
-from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.axes.vessels import in_another_lumen
 from vasowave.imaging.lumen.segmentation import Segmenter
-from vasowave.imaging.measure.measurement import Measurement
+from vasowave.imaging.measure.measurement import Measurement, network_of
 from vasowave.imaging.measure.profiles import Look, profile
 from vasowave.imaging.measure.radii import densitometric_radii, windows
-from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.read.volume import Volume
-from vasowave.imaging.tree import Tree
+from vasowave.imaging.tree import Tree, clear_stretches
 
 FACTORS = 0.8, 1.2
 """The radii are measured again at these multiples of the threshold."""
