@@ -98,7 +98,12 @@ def test_times_of_day_are_left_aside_and_no_channel_with_them(tmp_path, monkeypa
 
 @pytest.mark.parametrize(
     ("stretch", "said"),
-    [({"end": 9.0}, "0 to 9"), ({"start": 1.6}, "1.6 to 1.5"), ({"start": -0.1, "end": 0.5}, "-0.1 to 0.5")],
+    [
+        ({"end": 9.0}, "0 to 9"),
+        ({"end": 0.0}, "0 to 0"),
+        ({"start": 1.6}, "1.6 to 1.5"),
+        ({"start": -0.1, "end": 0.5}, "-0.1 to 0.5"),
+    ],
 )
 def test_a_stretch_beyond_the_recording_is_refused_with_both(tmp_path, stretch, said):
     path = write(tmp_path / "raw.txt", labchart_block())

@@ -108,6 +108,9 @@ def _in_three(network: Network, row: int, rows: np.ndarray, lengths: tuple[float
     length[row : row + 3] = lengths
     radius[row + 1] *= factor
     measured = {one: None if getattr(network, one) is None else getattr(network, one)[rows] for one in MEASURED}
+    for one in ("taper", "taper_sd"):  # what was measured of a vessel counts once, not for each of its pieces
+        if measured[one] is not None:
+            measured[one][row + 1 : row + 3] = np.nan
     last = np.searchsorted(rows, np.arange(len(network)), side="right") - 1  # where what a vessel was ends now
     parent, nodes = None, None
     if network.nodes is None:
