@@ -57,6 +57,11 @@ class Line:
         """Return the part of the line that a slice, a mask or a list of rows selects."""
         return Line(self.points[rows], self.radius[rows])
 
+    def at(self, run: np.ndarray) -> "Line":
+        """Return the places of the line at distances `run` from its first point, cm, shape (place,)."""
+        columns = (*self.points.T, self.radius)
+        return Line.of(np.column_stack([np.interp(run, self.run, column) for column in columns]))
+
     def then(self, *others: "Line") -> "Line":
         """Return this line and `others` after it as one."""
         lines = (self, *others)
@@ -144,14 +149,7 @@ def distance_along(points: np.ndarray) -> np.ndarray:
 
 
 def with_inscribed_radii(axes: Sequence[np.ndarray], parent: np.ndarray, surface: np.ndarray) -> Tree:
-    """Return the tree of `axes` (z, y, x, cm), the radius of each point its distance to the nearest of the `surface`'s.
-
-    Parameters
-    ----------
-    axes : sequence of float array, shape (point, 3)
-    parent : int array, shape (vessel,)
-    surface : float array, shape (corner, 3)
-    """
+    """Return the tree of `axes` (z, y, x, cm), their radii the distances to the nearest of the surface's points."""
     index = cKDTree(surface)
     return Tree(tuple(Line(axis, index.query(axis)[0]) for axis in axes), parent)
 

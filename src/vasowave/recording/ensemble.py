@@ -19,10 +19,9 @@ from vasowave.recording.cycle import Recording
 from vasowave.recording.edits import BeatEdit, judged, told
 from vasowave.recording.plateaus import plateau_findings, saturated
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
-from vasowave.recording.prepared import Prepared, prepare
+from vasowave.recording.prepared import Averaging, Prepared, prepare
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.rejection import Rejection, choose_run, lost_in_run, mark_inspiration, mark_steps, summarize
-from vasowave.recording.settings import Averaging
 from vasowave.recording.steadiness import unsteady
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
 from vasowave.settings import given_values

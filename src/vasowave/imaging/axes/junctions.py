@@ -79,13 +79,8 @@ def with_ends_at_the_surface(tree: Tree, surface: np.ndarray) -> Tree:
     """Return `tree` with the last radius of every terminal replaced by its axis, prolonged to the surface.
 
     Within a radius of a blind end a center path turns to its farthest corner. The end is the median of the
-    surface's points ahead that lie within half a radius of the axis; a terminal without such points keeps its end.
-
-    Parameters
-    ----------
-    tree : Tree
-    surface : float array, shape (corner, 3)
-        Points of the lumen's surface, cm (see `Paths`).
+    surface's points (cm, shape (corner, 3)) ahead that lie within half a radius of the axis; a terminal without such
+    points keeps its end.
     """
     lines = list(tree.lines)
     for row in tree.terminals:
@@ -116,14 +111,9 @@ def to_the_surface(line: Line, surface: np.ndarray) -> Line:
 def with_ends_at_half_grey(tree: Tree, lumen: Segmentation) -> Tree:
     """Return `tree` with every terminal's end moved along its axis to where the grey falls to half the vessel's own.
 
-    Blur takes the axis of a thin vessel far below the lumen's grey, so that its surface at a fixed threshold lies
-    inside of its end; half of what the vessel itself shows above the background does not know blur nor threshold.
-
-    Parameters
-    ----------
-    tree : Tree
-        With its ends at the surface.
-    lumen : Segmentation
+    Its ends lie at the surface before. Blur takes the axis of a thin vessel far below the lumen's grey, so that its
+    surface at a fixed threshold lies inside of its end; half of what the vessel itself shows above the background does
+    not know blur nor threshold.
     """
     lines = list(tree.lines)
     for row in tree.terminals:

@@ -92,14 +92,7 @@ def differences(tubes: Tubes) -> Differences:
 
 
 def strengths(tubes: Tubes, feet: Feet, kept: Differences, roughness: float) -> np.ndarray:
-    """Return the weight of each difference against points of the surface that weigh 1.
-
-    Parameters
-    ----------
-    tubes, feet, kept
-    roughness : float
-        Noise over the contrast between wall and background.
-    """
+    """Return the weight of each difference against points of the surface that weigh 1; of roughness see `fitted`."""
     free = min(FREE * max(roughness / ROUGH[0], 1.0) ** ROUGH[1], HIDDEN)
     seen = _own_wall(tubes, feet)
     first, last = kept.window.T
@@ -242,7 +235,7 @@ def _tubes(trees: Sequence[Tree], spacing: float) -> Tubes:
             run, wide = line.run, line.typical_radius
             pieces = max(PIECES, round(float(run[-1]) / max(STEP * wide, SHORTEST * spacing)))
             at = np.linspace(0, run[-1], pieces + 1)[int(parent >= 0) :]
-            nodes.append(np.stack([np.interp(at, run, line.points[:, k]) for k in range(3)], axis=1))
+            nodes.append(line.at(at).points)
             own = node + np.arange(len(at))
             rows.append(own if parent < 0 else np.append(rows[above + parent][-1], own))
             radius.append(np.full(pieces + 1, wide))

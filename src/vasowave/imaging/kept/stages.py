@@ -163,12 +163,7 @@ def _warn(notes: tuple[Finding, ...]) -> None:
 def write_value(path: Path, key: str, value: Any) -> None:
     """Write `value` under `key`; `OSError` where that fails.
 
-    Parameters
-    ----------
-    path : Path
-    key : str
-    value
-        Dataclasses of an extraction, tuples, arrays, numbers, text and None, inside one another.
+    It may be of dataclasses of an extraction, tuples, arrays, numbers, text and None, inside one another.
     """
     arrays: list[np.ndarray] = []
     plain = _plain(value, arrays)

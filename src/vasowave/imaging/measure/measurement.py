@@ -95,13 +95,9 @@ def with_errors(measured: Measurement) -> Measurement:
 
 
 def measured_alone(tree: Tree, length_sd: np.ndarray | None = None) -> Measurement:
-    """Return lengths and inscribed radii of a `tree` without an image; the spread of the radii is unknown.
+    """Return lengths, with their SD where it is known, and inscribed radii of a `tree` without an image, all in cm.
 
-    Parameters
-    ----------
-    tree : Tree
-    length_sd : float array, shape (vessel,), optional
-        SD of its lengths, cm, where it is known.
+    The spread of the radii is unknown.
     """
     network = network_of(tree)
     unknown = np.full(len(network), np.nan)

@@ -139,14 +139,8 @@ def signal_beside(line: Line, sections: np.ndarray, radius: float, volume: Volum
     """Return the standard deviation of the mean signal of sections beside a vessel, grey levels · cm²; NaN if unknown.
 
     It holds whatever the image has of noise: grain of any length, rings that run along a vessel, streaks. The scatter
-    of a vessel's own sections does not show what they have in common.
-
-    Parameters
-    ----------
-    line, sections, radius, volume
-        See `profile`.
-    vessels : Line
-        The points of all vessels.
+    of a vessel's own sections does not show what they have in common. `vessels` are the points of all of them; for the
+    rest see `profile`.
     """
     spacing = float(volume.spacing[0])
     inner, outer = radius + DISC * spacing, radius + RING * spacing

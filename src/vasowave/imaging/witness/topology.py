@@ -7,7 +7,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from vasowave.findings import note_kind, warn
+from vasowave.findings import Kind, Value, note_kind, warn
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.places import written
 from vasowave.imaging.tree import Line, Tree, clear_stretches
@@ -100,9 +100,7 @@ def topology_doubts(
     spare = [tip for tip in tips.tolist() if tip not in pairs.values()]
     doubts = []
     if lost:
-        names = ", ".join(str(row + 1) for row in lost)
-        places = np.array([tree.lines[row].points[-1] for row in lost])
-        doubts.append(Doubt("topology", NOT_SEEN(vessels=names), _names(lost), places))
+        doubts.append(_doubt(NOT_SEEN, tree, lost))
     if spare and all_ends:
         places = skeleton.end[spare]
         more = MORE_ENDS(ends=len(spare), places="; ".join(map(written, places)))
@@ -129,21 +127,14 @@ def _junction_doubts(tree: Tree, skeleton: Branches, pairs: dict[int, int]) -> l
     ours = _beyond(tree.parent, {row: row for row in pairs})
     theirs = set(_beyond(skeleton.parent, {tip: row for row, tip in pairs.items()}).values())
     other = [row for row, ends in ours.items() if len(ends) > 1 and ends not in theirs and not _is_short(tree, row)]
-    if not other:
-        return []
-    names = ", ".join(str(row + 1) for row in other)
-    places = np.array([tree.lines[row].points[-1] for row in other])
-    return [Doubt("topology", OTHER_JOINTS(vessels=names), _names(other), places)]
+    return [_doubt(OTHER_JOINTS, tree, other)] if other else []
 
 
 def _short_doubts(tree: Tree, lengths: np.ndarray) -> list[Doubt]:
     """Return a doubt about inner vessels so short that their two junctions may be one, whatever the witness sees."""
     inner = [row for row in range(len(tree)) if row not in tree.terminals and row != tree.root]
     short = [row for row in inner if lengths[row] <= LONG * tree.lines[row].typical_radius]
-    if not short:
-        return []
-    found = SHORT(vessels=", ".join(str(row + 1) for row in short), radii=LONG)
-    return [Doubt("topology", found, _names(short), np.array([tree.lines[row].points[-1] for row in short]))]
+    return [_doubt(SHORT, tree, short, radii=LONG)] if short else []
 
 
 def _is_short(tree: Tree, row: int) -> bool:
@@ -167,6 +158,12 @@ def _nearest(tree: Tree, places: np.ndarray) -> list[int]:
     return sorted({int(tree.owner[at]) for at in gaps})
 
 
+def _doubt(kind: Kind, tree: Tree, rows: list[int], **values: Value) -> Doubt:
+    """Return a doubt about the vessels in `rows`, which are shown by their ends."""
+    found = kind(vessels=", ".join(_names(rows)), **values)
+    return Doubt("topology", found, _names(rows), np.array([tree.lines[row].points[-1] for row in rows]))
+
+
 def _names(rows: list[int]) -> tuple[str, ...]:
     """Return the names that a measured tree gives to its `rows`."""
     return tuple(str(row + 1) for row in rows)
@@ -183,9 +180,7 @@ def crossing_doubts(tree: Tree) -> list[Doubt]:
     doubts = []
     for one, other in np.argwhere(np.triu(passing, 1)).tolist():
         if not (_is_beyond(tree, one, other) or _is_beyond(tree, other, one)):
-            names = str(one + 1), str(other + 1)
-            places = np.array([tree.lines[row].points[-1] for row in (one, other)])
-            doubts.append(Doubt("topology", PASSING(vessels=", ".join(names)), names, places))
+            doubts.append(_doubt(PASSING, tree, [one, other]))
     return doubts
 
 
