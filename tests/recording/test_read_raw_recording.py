@@ -97,6 +97,19 @@ def test_times_of_day_are_left_aside_and_no_channel_with_them(tmp_path, monkeypa
 
 
 @pytest.mark.parametrize(
+    ("times", "said"),
+    [(["0"] * 2000, r"line 3, column 'time': time does not increase"),
+     ([str(i // 10) for i in range(2000)], "coarser than the sampling interval"),
+     (["" if i == 7 else str(i) for i in range(2000)], r"line 9, column 'time': the cell is empty")],
+)  # fmt: skip
+def test_times_without_a_unit_that_are_none_are_named_where_they_stand(tmp_path, times, said):
+    rows = (f"{time},{10 + i % 7},0.1" for i, time in enumerate(times))
+    path = write(tmp_path / "raw.csv", "\n".join(["time,pressure [mmHg],flow [ml/s]", *rows, ""]))
+    with pytest.raises(InputError, match=said):
+        read_raw_recording(path, sampling_rate=1000.0)
+
+
+@pytest.mark.parametrize(
     ("stretch", "said"),
     [
         ({"end": 9.0}, "0 to 9"),
