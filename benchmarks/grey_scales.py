@@ -23,7 +23,7 @@ from unlike import KINDS, UNSEEN, make
 from unlike_accuracy import RADIUS, pairing, spread
 from vasowave.errors import VasowaveError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.lumen.proposal import levels_of
+from vasowave.imaging.lumen.levels import levels_of
 from vasowave.imaging.options import parse_grey
 from vasowave.imaging.read.volume import isotropic
 from vasowave.imaging.witness.doubts import Grade

@@ -21,14 +21,13 @@ from phantom import PE90_RADIUS, embed, render, write_dicom_series
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.errors import VasowaveError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.axes.stretches import free_length
 from vasowave.imaging.axes.vessels import tree_of
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.matching import match
 from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
-from vasowave.imaging.measure.measurement import RELIABLE
+from vasowave.imaging.measure.measurement import RELIABLE, network_of
 from vasowave.imaging.measure.radii import densitometry
-from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.tree import free_length
 from vasowave.io import apart
 
 EDGE = 2.2

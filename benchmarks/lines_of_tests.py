@@ -19,7 +19,7 @@ from xml.etree import ElementTree
 ROOT = Path(__file__).parents[1]
 SOURCE, TESTS = ROOT / "src" / "vasowave", ROOT / "tests"
 RECORD = ROOT / "build" / "tests of lines.json"
-COMPILED = ("walls.py", "trigonometry.py", "powers.py")  # beside the files that import numba
+COMPILED = ("walls.py", "powers.py")  # beside the files that import numba
 
 REPORTER = """
 import os

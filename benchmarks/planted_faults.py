@@ -37,9 +37,9 @@ class Fault(NamedTuple):
 
 CELLS, NODES, CYCLE = "solver/cells.py", "solver/nodes.py", "solver/cycle.py"
 VARIATIONS, NODE_VARIATIONS = "solver/variations.py", "solver/node_variations.py"
-BEDS, TRIGONOMETRY, POWERS = "solver/beds.py", "solver/trigonometry.py", "solver/powers.py"
+BEDS, POWERS = "solver/beds.py", "solver/powers.py"
 PERIODIC, TUBES = "solver/periodic.py", "imaging/axes/tubes.py"
-STIFFNESS = "imaging/axes/stiffness.py"
+STIFFNESS = "imaging/axes/tubes.py"
 UNKNOWNS = "inference/unknowns.py"
 FAULTS = [
     Fault(
@@ -191,8 +191,8 @@ FAULTS = [
         (("reach = 0.5 - side * (u + side * c) * half", "reach = 0.0"),),
     ),
     Fault("half step of area halved", CELLS, (("A - half * (flow[j]", "A - 0.5 * half * (flow[j]"),)),
-    Fault("tangent one term short", TRIGONOMETRY, (("13860.0 + w * 45.0", "13860.0"),)),
-    Fault("arctangent one term short", TRIGONOMETRY, (("P = 46107386325.0 + w * 2015310375.0", "P = 46107386325.0"),)),
+    Fault("tangent one term short", POWERS, (("13860.0 + w * 45.0", "13860.0"),)),
+    Fault("arctangent one term short", POWERS, (("P = 46107386325.0 + w * 2015310375.0", "P = 46107386325.0"),)),
     Fault("logarithm one term short", POWERS, (("1 / 17 + w * (1 / 19)", "1 / 17"),)),
     Fault("exponential one term short", POWERS, (("1 / 39916800 + r * (1 / 479001600)", "1 / 39916800"),)),
     Fault("a power that is too large wraps around", POWERS, (("np.minimum(np.maximum(y, -_MOST), _MOST)", "y + 0.0"),)),
@@ -215,7 +215,7 @@ FAULTS = [
     ),
     Fault(
         "a frame of zeros is background",
-        "imaging/lumen/background.py",
+        "imaging/lumen/levels.py",
         (("real |= grey[np.ix_(*beside)] != here", "real |= True"),),
     ),
     Fault("resampled cubes drift", "imaging/read/volume.py", (("step = smallest", "step = 1.002 * smallest"),)),
@@ -228,12 +228,13 @@ FAULTS = [
     ),
     Fault(
         "tubes' radii count within sisters",
-        "imaging/measure/sizes.py",
+        "imaging/measure/measurement.py",
         (
             (
-                "zip(tree.lines, clear_stretches(tree), strict=True)",
-                "zip(tree.lines, free_stretches(tree), strict=True)",
+                "for line, (begin, end) in zip(tree.lines, clear_stretches(tree), strict=True)",
+                "for line, (begin, end) in zip(tree.lines, free_stretches(tree), strict=True)",
             ),
+            ("clear_stretches, free_length\n", "clear_stretches, free_length, free_stretches\n"),
         ),
     ),
     Fault(

@@ -38,9 +38,9 @@ from vasowave.model.walls import LinearWall, TangentWall
 from vasowave.network.network import Network
 from vasowave.recording import Inflow
 from vasowave.solver import Numerics
+from vasowave.solver.powers import tangent
 from vasowave.solver.simulate import simulate_run, simulate_runs
 from vasowave.solver.sweep import sweep
-from vasowave.solver.trigonometry import tangent
 
 WALLS = {"linear": LinearWall(57.0), "tangent": TangentWall(7.0, 4.0)}
 FIRST_CALL = """

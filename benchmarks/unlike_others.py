@@ -32,7 +32,7 @@ from vasowave.imaging import Options, extract
 from vasowave.imaging.axes.skeleton import Skeleton, cut_at_junctions
 from vasowave.imaging.exchange.merging import merged
 from vasowave.imaging.lumen.segmentation import segment
-from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.measure.measurement import network_of
 from vasowave.imaging.tree import Line
 
 OURS, OTHERS = ("vasowave", "vasowave, guided"), ("kimimaro", "scikit-image", "vmtk")

@@ -20,7 +20,7 @@ from vasowave.cohort import gathered, primary_comparison
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.errors import InputError
 from vasowave.inference import compare_laws
-from vasowave.model import law_description
+from vasowave.model import laws
 
 PAGE = Path(__file__).parents[2] / "docs" / "results-file.md"
 ABOUT = """\
@@ -136,7 +136,7 @@ def test_a_tree_without_a_group_is_refused_with_its_name(stored, group):
 
 
 def test_no_wall_law_can_have_the_name_of_another_part(stored):
-    assert set(stored.children) - {"linear", "power"} == set(law_description._STORED)
+    assert set(stored.children) - {"linear", "power"} == set(laws._STORED)
 
 
 def test_nothing_but_the_result_knows_how_it_is_stored():

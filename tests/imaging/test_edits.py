@@ -5,9 +5,7 @@ import pytest
 from made_tree import forked_tree, straight
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.measure.measurement import measured_alone
-from vasowave.imaging.measure.sizes import network_of
-from vasowave.imaging.measure.taper import taper
+from vasowave.imaging.measure.measurement import measured_alone, network_of, taper
 from vasowave.imaging.revise.edits import Edit, _cut, edited, outlets_of, read_edits, root_of, with_radii
 from vasowave.imaging.revise.parts import first_generations, largest_vessels, wider_than
 from vasowave.imaging.tree import Tree

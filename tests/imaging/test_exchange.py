@@ -11,11 +11,11 @@ from phantom import embed
 from vasowave.datasets import control_network
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.exchange.centerlines import read_centerlines, write_centerlines
+from vasowave.imaging.exchange.legacy_vtk import PolyLines
 from vasowave.imaging.exchange.merging import merged
 from vasowave.imaging.exchange.polydata import read_polydata, write_vtp
-from vasowave.imaging.exchange.polylines import PolyLines
 from vasowave.imaging.exchange.tables import write_author_tables
-from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.measure.measurement import network_of
 from vasowave.imaging.tree import Line, Tree
 
 MOUSE = Path(__file__).parents[2] / ".." / "shared" / "data" / "mouse-lung-centerline"

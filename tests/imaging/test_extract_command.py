@@ -18,9 +18,9 @@ from vasowave.cli import app
 from vasowave.errors import InputError
 from vasowave.imaging import Volume, read_volume, write_volume
 from vasowave.imaging.exchange.centerlines import read_centerlines
-from vasowave.imaging.kept.packing import read_value
+from vasowave.imaging.kept.stages import read_value
 from vasowave.imaging.matching import match, unmatched
-from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.measure.measurement import network_of
 from vasowave.network.network import Network
 from vasowave.network.vessel_table import write_network
 from vasowave.network_formats import read_network

@@ -9,10 +9,9 @@ import pytest
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.exchange.centerlines import read_centerlines
-from vasowave.imaging.exchange.lz4 import lz4_block
-from vasowave.imaging.exchange.polydata import write_vtp
-from vasowave.imaging.exchange.polylines import PolyLines
-from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.exchange.legacy_vtk import PolyLines
+from vasowave.imaging.exchange.polydata import lz4_block, write_vtp
+from vasowave.imaging.measure.measurement import network_of
 
 AORTA = Path(__file__).parents[2] / ".." / "shared" / "data" / "vmtk-aorta"
 # A root along x to (3, 0, 0), from where one daughter goes 4 along y and one 9 along z; radii 0.4, 0.3, 0.2.

@@ -12,7 +12,7 @@ from phantom import embed, render
 from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.lumen.proposal import levels_of
+from vasowave.imaging.lumen.levels import levels_of
 from vasowave.imaging.lumen.segmentation import Segmentation, segment
 from vasowave.imaging.measure.grey_scale import corrected, grey_scale
 from vasowave.imaging.options import grey_text, parse_grey

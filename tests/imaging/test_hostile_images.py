@@ -175,10 +175,10 @@ def test_bytes_that_a_header_skips_before_the_voxels_are_not_counted_as_voxels(t
     whole = tmp_path / "v.nrrd"
     whole.write_bytes(head.encode() + b"x" * before + bytes(48))
     require_whole_nrrd(whole)
-    if skip >= 0:  # -1: the last bytes of the file are the voxels, whatever comes before
-        whole.write_bytes(head.encode() + bytes(before + 47))
-        with pytest.raises(InputError, match="truncated, 47 of 48 bytes"):
-            require_whole_nrrd(whole)
+    # -1: the last bytes of the file are the voxels, whatever comes before, but not those of the header
+    whole.write_bytes(head.encode() + bytes(max(skip, 0) + 47))
+    with pytest.raises(InputError, match="truncated, 47 of 48 bytes"):
+        require_whole_nrrd(whole)
 
 
 def without_line(path, key):

@@ -21,9 +21,9 @@ from vasowave.imaging import Options, Volume, extract
 from vasowave.imaging.axes.skeleton import cut_at_junctions
 from vasowave.imaging.exchange.centerlines import measured_lines, write_centerlines
 from vasowave.imaging.exchange.convention import Alike, as_extracted
+from vasowave.imaging.exchange.legacy_vtk import PolyLines
 from vasowave.imaging.exchange.merging import merged
 from vasowave.imaging.exchange.polydata import write_vtp
-from vasowave.imaging.exchange.polylines import PolyLines
 from vasowave.imaging.exchange.triangles import read_surface_points, write_stl, write_surface_vtp
 from vasowave.imaging.lumen.surface import Surface, surface_points
 from vasowave.imaging.tree import Line, Tree

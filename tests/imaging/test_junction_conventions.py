@@ -10,8 +10,7 @@ from vasowave.errors import VasowaveWarning
 from vasowave.imaging import Options, extract
 from vasowave.imaging.exchange.centerlines import read_centerlines
 from vasowave.imaging.exchange.polydata import read_polydata
-from vasowave.imaging.measure.measurement import measured_alone
-from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.measure.measurement import measured_alone, network_of
 from vasowave.imaging.revise.junctions import with_junctions_at
 from vasowave.imaging.tree import Line, Tree
 

@@ -13,8 +13,7 @@ from vasowave.errors import VasowaveWarning
 from vasowave.imaging import Options, Volume, extract, read_volume, write_volume
 from vasowave.imaging.given import given
 from vasowave.imaging.kept import profiles
-from vasowave.imaging.kept.keys import Keys, image_key, keys_of, volume_key
-from vasowave.imaging.kept.stages import FOLDER, Stages
+from vasowave.imaging.kept.stages import FOLDER, Keys, Stages, image_key, keys_of, volume_key
 from vasowave.imaging.places import written
 from vasowave.network.network import Network
 from vasowave.report.extraction import write_network_files
@@ -172,7 +171,7 @@ def test_a_stage_has_another_key_exactly_where_something_that_it_depends_on_is_a
     assert same(keys(region=([0, 0, 0], [1, 1, 1]))) == {"profiles"}
     assert same(keys(image="another")) == set()
     plain = keys()
-    monkeypatch.setattr("vasowave.imaging.kept.keys.program", lambda *part, libraries: "another")
+    monkeypatch.setattr("vasowave.imaging.kept.stages.program", lambda *part, libraries: "another")
     assert not set(keys()) & set(plain)
 
 

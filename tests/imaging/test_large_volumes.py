@@ -8,9 +8,9 @@ from made_phantom import phantom
 
 from vasowave.imaging import Options, Volume, extract
 from vasowave.imaging.lumen import segmentation
-from vasowave.imaging.lumen.proposal import levels_of
+from vasowave.imaging.lumen.levels import levels_of
 from vasowave.imaging.lumen.segmentation import Smoothed, segment
-from vasowave.imaging.overview.histogram import histogram_of
+from vasowave.imaging.overview import histogram_of
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from vasowave.figures.look import grey_scale_figure, histogram_figure, projectio
 from vasowave.figures.rendering import svg
 from vasowave.imaging import Options, Volume, write_volume
 from vasowave.imaging.given import _METHODS
-from vasowave.imaging.lumen.proposal import levels_of
+from vasowave.imaging.lumen.levels import levels_of
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.witness.loops import loops_after_closing, opening_threshold
 from vasowave.report.look import command, look_json, look_page, look_text, write_look

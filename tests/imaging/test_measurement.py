@@ -7,17 +7,16 @@ import pytest
 from phantom import embed, render
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.axes.ends import with_ends_at_half_grey, with_ends_at_the_surface
-from vasowave.imaging.axes.stretches import free_length
+from vasowave.imaging.axes.junctions import with_ends_at_half_grey, with_ends_at_the_surface
 from vasowave.imaging.axes.vessels import in_another_lumen, tree_of
 from vasowave.imaging.exchange.tables import write_network_table
 from vasowave.imaging.lumen.segmentation import Segmentation, segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
+from vasowave.imaging.measure.measurement import network_of
 from vasowave.imaging.measure.radii import densitometric_radii, windows
-from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.measure.spread import Elsewhere, _in_lumen
-from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.tree import Line, Tree, free_length
 from vasowave.imaging.witness.loops import loop_count, loops_of
 from vasowave.network.network import Network
 

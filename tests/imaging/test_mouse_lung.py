@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from vasowave.imaging.exchange.centerlines import read_centerlines
-from vasowave.imaging.measure.sizes import network_of
-from vasowave.imaging.measure.taper import taper
+from vasowave.imaging.measure.measurement import network_of, taper
 from vasowave.imaging.revise.parts import largest_vessels
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model

@@ -5,8 +5,7 @@ import pytest
 from test_topology import oblique_tube
 
 from vasowave.imaging import Volume
-from vasowave.imaging.measure.beside import signal_beside
-from vasowave.imaging.measure.profiles import DISC, RING
+from vasowave.imaging.measure.profiles import DISC, RING, signal_beside
 from vasowave.imaging.measure.radii import densitometry
 from vasowave.imaging.tree import Line, Tree
 

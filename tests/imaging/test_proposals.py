@@ -7,7 +7,7 @@ import pytest
 from made_tree import forked_tree
 
 from vasowave.findings import OTHER
-from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.measure.measurement import network_of
 from vasowave.imaging.revise.edits import edited, read_edits
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.report.review import proposals

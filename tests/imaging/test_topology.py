@@ -16,9 +16,9 @@ from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.matching import match
 from vasowave.imaging.measure.cannula import without_cannula
+from vasowave.imaging.measure.measurement import network_of
 from vasowave.imaging.measure.profiles import profile
 from vasowave.imaging.measure.radii import densitometric_radius, densitometry
-from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.loops import euler_number
 from vasowave.network.network import Network

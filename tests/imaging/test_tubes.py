@@ -7,9 +7,9 @@ from scipy.spatial import cKDTree
 from vasowave.imaging import Volume
 from vasowave.imaging.axes.feet import BEYOND, feet_on, near_points
 from vasowave.imaging.axes.tubes import _tubes, fitted
+from vasowave.imaging.measure.measurement import network_of
 from vasowave.imaging.measure.profiles import profile
 from vasowave.imaging.measure.radii import densitometric_radius
-from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.sections import across, tangents
 from vasowave.imaging.tree import Line, Tree
 

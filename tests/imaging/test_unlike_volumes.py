@@ -14,7 +14,7 @@ from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume
 from vasowave.imaging.axes.tubes import fitted
-from vasowave.imaging.lumen.background import background_and_noise, background_level
+from vasowave.imaging.lumen.levels import background_and_noise, background_level
 from vasowave.imaging.measure import cannula
 from vasowave.imaging.measure.cannula import cannula_tip, tip_sd
 from vasowave.imaging.measure.contrast import contrasts

@@ -17,10 +17,9 @@ from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.measurement import measured_alone
 from vasowave.imaging.revise.edits import Edit, edited
 from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.crossings import crossing_doubts
 from vasowave.imaging.witness.doubts import Doubt, Grade, _flow, gravest, ranked, warn_of
 from vasowave.imaging.witness.skeleton import Branches, skeleton_branches, thinned
-from vasowave.imaging.witness.topology import topology_doubts
+from vasowave.imaging.witness.topology import crossing_doubts, topology_doubts
 from vasowave.imaging.witness.witness import (
     NOT_ROUND,
     SHATTER,

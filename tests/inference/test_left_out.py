@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from vasowave.inference.discrepancy import Discrepancy
-from vasowave.inference.left_out import left_out
+from vasowave.inference.reporting import left_out
 from vasowave.noise.spectrum import harmonics
 
 SAMPLES, UNKNOWNS, VARIANCE = 11, 3, 1.0

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from vasowave.inference.discrepancy import Discrepancy
-from vasowave.inference.shares import variance_shares
+from vasowave.inference.reporting import variance_shares
 
 SAMPLES = 7
 RNG = np.random.default_rng(1)

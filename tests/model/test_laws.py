@@ -11,8 +11,7 @@ from vasowave.calibration.parameters import fitted_parameters
 from vasowave.datasets import control_network
 from vasowave.descriptions import Parameter
 from vasowave.errors import InputError
-from vasowave.model.law_description import check_parameter
-from vasowave.model.laws import LAWS, find_bed, find_law
+from vasowave.model.laws import LAWS, check_parameter, find_bed, find_law
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.walls import LinearWall, wave_speed

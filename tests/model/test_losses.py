@@ -118,6 +118,17 @@ def test_a_second_narrowing_of_one_vessel_has_names_of_its_own():
     assert [twice.network.parent.tolist()] == [[-1, 0, 1, 2, 3]]
 
 
+def test_a_taper_within_its_error_counts_once_and_not_for_every_piece():
+    """At 1.9 SD a straight tree seems to taper as much; thrice so all its vessels would taper and junctions change."""
+    network = vw.Network(("only",), [-1], [1.0], [0.05], taper=[0.0019], taper_sd=[0.001])
+    model = vw.Model(network, RIGID, vw.Resistance([100.0]))
+    parted = vw.narrowed(model, "only", 0.9, 0.1)
+    assert not model.changing.any()
+    assert not parted.changing.any()
+    assert not parted.total_pressure
+    np.testing.assert_array_equal(parted.network.taper, [0.0019, np.nan, np.nan])
+
+
 def test_a_vessel_that_tapers_has_no_narrowing_and_angles_are_degrees():
     with pytest.raises(InputError, match="Network was given where a Model is needed"):
         vw.narrowed(vw.control_network(), "2", 0.5, 0.1)

@@ -241,3 +241,14 @@ def test_an_arteriole_of_a_micrometer_and_a_whales_aorta_are_networks(length, ra
 def test_a_network_in_memory_needs_parents_or_nodes_that_are_numbers(nodes, why):
     with pytest.raises(InputError, match=why):
         vw.Network(("a", "b"), None, [1.0, 1.0], [0.1, 0.1], nodes=nodes)
+
+
+@pytest.mark.parametrize(
+    ("parents", "why"),
+    [([-1, 0.7], "parents are whole numbers"), ([np.nan, 0], "parents are whole numbers"),
+     ([-1, 1e308], "parents are whole numbers"), (["", "a"], "parents are numbers, one per vessel: the row of")],
+)  # fmt: skip
+@pytest.mark.filterwarnings("error")
+def test_parents_that_are_no_rows_are_refused_and_not_rounded(parents, why):
+    with pytest.raises(InputError, match=why):
+        vw.Network(("a", "b"), parents, [1.0, 1.0], [0.1, 0.1])

@@ -11,6 +11,7 @@ from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.recording import RawRecording, Recording, average_beats, find_beats
 from vasowave.recording.beats import _align, _foot_before, _peaks
 from vasowave.recording.rejection import cause, mark_inspiration
+from vasowave.species import ANY_HEART_RATES
 
 PHASE = np.arange(512) / 512
 SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)
@@ -131,6 +132,20 @@ def index_errors(seeds, fiducial=None) -> np.ndarray:
         found = average.recording.indices()
         errors.append([100 * (found[name] / true[name] - 1) for name in true])
     return np.array(errors)
+
+
+def test_r_waves_of_a_large_animal_are_found_alike_by_default_and_when_the_ecg_is_asked_for():
+    """Of no species, so that rates of rodents are looked for, too: R waves that are ten times as long as theirs."""
+    rng, time = np.random.default_rng(4), np.arange(20_000) / 1000
+    true = np.arange(1, 40) * 0.5
+    complexes = ((-0.02, 0.009, -0.15), (0.0, 0.011, 1.0), (0.026, 0.012, -0.35))  # Q, R, S: place, width, height
+    waves = sum(h * np.exp(-0.5 * ((time - beat - at) / w) ** 2) for beat in true for at, w, h in complexes)
+    flow = sum(np.exp(-0.5 * ((time - beat - 0.15) / 0.04) ** 2) for beat in true)
+    raw = RawRecording(15 + 10 * flow, 80 * flow, 1000.0, waves + 0.02 * rng.standard_normal(len(time)))
+    for fiducial in (None, "ecg"):
+        found = find_beats(raw, fiducial, ANY_HEART_RATES)
+        assert found.fiducial == "ecg"
+        np.testing.assert_allclose(found.times, true, atol=2e-3)
 
 
 def test_the_indices_of_the_average_are_those_of_the_cycle_within_one_percent():

@@ -97,8 +97,26 @@ def test_times_of_day_are_left_aside_and_no_channel_with_them(tmp_path, monkeypa
 
 
 @pytest.mark.parametrize(
+    ("times", "said"),
+    [(["0"] * 2000, r"line 3, column 'time': time does not increase"),
+     ([str(i // 10) for i in range(2000)], "coarser than the sampling interval"),
+     (["" if i == 7 else str(i) for i in range(2000)], r"line 9, column 'time': the cell is empty")],
+)  # fmt: skip
+def test_times_without_a_unit_that_are_none_are_named_where_they_stand(tmp_path, times, said):
+    rows = (f"{time},{10 + i % 7},0.1" for i, time in enumerate(times))
+    path = write(tmp_path / "raw.csv", "\n".join(["time,pressure [mmHg],flow [ml/s]", *rows, ""]))
+    with pytest.raises(InputError, match=said):
+        read_raw_recording(path, sampling_rate=1000.0)
+
+
+@pytest.mark.parametrize(
     ("stretch", "said"),
-    [({"end": 9.0}, "0 to 9"), ({"start": 1.6}, "1.6 to 1.5"), ({"start": -0.1, "end": 0.5}, "-0.1 to 0.5")],
+    [
+        ({"end": 9.0}, "0 to 9"),
+        ({"end": 0.0}, "0 to 0"),
+        ({"start": 1.6}, "1.6 to 1.5"),
+        ({"start": -0.1, "end": 0.5}, "-0.1 to 0.5"),
+    ],
 )
 def test_a_stretch_beyond_the_recording_is_refused_with_both(tmp_path, stretch, said):
     path = write(tmp_path / "raw.txt", labchart_block())

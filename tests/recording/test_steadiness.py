@@ -8,8 +8,8 @@ import pytest
 import vasowave as vw
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.recording.cuts import Cuts
+from vasowave.recording.plateaus import saturated
 from vasowave.recording.raw import RawRecording
-from vasowave.recording.saturation import saturated
 from vasowave.recording.steadiness import unsteady
 
 pytestmark = pytest.mark.filterwarnings("ignore::vasowave.errors.VasowaveWarning")

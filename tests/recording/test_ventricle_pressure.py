@@ -46,6 +46,15 @@ def test_beats_are_averaged_from_upstroke_to_upstroke(tmp_path):
     assert shifted < 0.6
 
 
+def test_two_beats_of_which_neither_is_usual_are_named_with_their_lengths(tmp_path):
+    beats = [pressure(np.arange(count) / count * PERIOD) for count in (100, 190, 100)]
+    values = np.concatenate(beats)
+    with pytest.raises(
+        InputError, match=r"its beats last 0\.11\d to 0\.1[78]\d? s, none of them about as long as usual"
+    ):
+        read_ventricle(written(tmp_path / "rv.csv", np.arange(len(values)) / 1000, values))
+
+
 def test_a_file_without_time_takes_the_period_of_the_recording(tmp_path):
     file = tmp_path / "rv.txt"
     file.write_text("\n".join(f"{value:.4f}" for value in pressure(np.arange(110) / 1000)), encoding="utf-8")
@@ -59,7 +68,7 @@ def test_a_file_without_time_takes_the_period_of_the_recording(tmp_path):
     [
         (np.zeros(10), 0.1, "32 samples"),
         (np.zeros(64), 0.1, "hardly|changes by 0"),
-        (np.full(64, np.nan), 0.1, "finite"),
+        (np.full(64, np.nan), 0.1, "sample 1 is no finite number"),
         (np.arange(64.0), 0.0, "positive"),
     ],
 )

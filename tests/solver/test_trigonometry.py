@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vasowave.solver.trigonometry import arctangent, tangent
+from vasowave.solver.powers import arctangent, tangent
 
 
 def test_tangent_is_exact_to_rounding_up_to_its_pole():

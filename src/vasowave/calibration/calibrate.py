@@ -260,10 +260,8 @@ def _weighted(compared: Compared, alone: SearchEnd) -> Compared:
 
 
 def _starts_table(space: Space, searched: list[SearchEnd], samples: int) -> pd.DataFrame:
-    rows, least = (
-        [],
-        min(one.S for one in searched),
-    )  # rough ends are compared with each other, not with the polished one
+    rows = []
+    least = min(one.S for one in searched)  # rough ends are compared with each other, not with the polished one
     most = least * (1 + SAME) + samples * _SEEN**2
     for number, one in enumerate(sorted(searched, key=lambda one: one.S), 1):
         row: dict[str, object] = {

@@ -11,8 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import expit, logit
 
-from vasowave.calibration.parameters import Space
-from vasowave.calibration.trial import trial
+from vasowave.calibration.parameters import Space, trial
 from vasowave.errors import NumericalError
 
 _STEP = 1e-6  # of the differences between the two sets of coordinates, which are smooth functions of each other

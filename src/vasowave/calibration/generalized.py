@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vasowave.calibration.calibrate import NUMERICS
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
@@ -156,7 +157,7 @@ def _numerics(fit: Fit) -> Numerics:
     """Return the numerics of `calibrate`'s default, which is an error for a fit that was not periodic."""
     if not fit.simulation.attrs.get("converged", 1):
         raise InputError("the fit compared cycles that are not periodic; give the numerics it was calibrated with")
-    return Numerics(tolerance=1e-7)
+    return NUMERICS
 
 
 def _start(fit: Fit, space: Space) -> np.ndarray:

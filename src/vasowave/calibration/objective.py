@@ -11,8 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from vasowave.calibration.compared import Compared
-from vasowave.calibration.parameters import Space
-from vasowave.calibration.trial import IMPOSSIBLE, trial
+from vasowave.calibration.parameters import IMPOSSIBLE, Space, trial
 from vasowave.errors import NumericalError
 from vasowave.recording import Inflow, InletPressure
 from vasowave.solver.direction import Direction, direction_between

@@ -1,14 +1,18 @@
-"""The parameters that are fitted, the wall law's and the outlets' factors: their bounds, and the model they make."""
+"""The parameters that are fitted, the wall law's and the outlets' factors: their bounds, and the model they make.
+
+Whatever a law, a model or the solver says of numbers that cannot be, a search's trial of them has failed.
+"""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from vasowave.descriptions import Parameter
-from vasowave.errors import InputError, did_you_mean
+from vasowave.errors import InputError, NumericalError, VasowaveError, did_you_mean
 from vasowave.model.blood import Blood
 from vasowave.model.laws import bed_factors, find_bed, find_law, full_name, parameter_names
 from vasowave.model.model import Model
@@ -16,6 +20,9 @@ from vasowave.model.nominal import Nominal
 from vasowave.model.outlets import Bed
 from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.network.network import Network
+
+IMPOSSIBLE = (VasowaveError, ArithmeticError, ValueError)
+"""What numbers that cannot be may end in; the last two come from laws of users, built-in ones return NaN."""
 
 
 def fitted_parameters(
@@ -152,3 +159,17 @@ def _span(parameter: Parameter, nominal: Nominal, paper: bool) -> tuple[float, f
     low, high = parameter.limits(paper)
     unit = parameter.scale(nominal.beta)
     return low * unit, high * unit
+
+
+@contextmanager
+def trial() -> Iterator[None]:
+    """Raise `NumericalError`, with the reason, for whatever parameters that cannot be end in inside the block."""
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is refused where it is used
+            yield
+    except NumericalError:
+        raise
+    except VasowaveError as error:
+        raise NumericalError(str(error)) from error
+    except IMPOSSIBLE as error:
+        raise NumericalError(f"these parameters make no model ({type(error).__name__}: {error})") from error

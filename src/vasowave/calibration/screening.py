@@ -10,8 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from vasowave.calibration.compared import Compared
-from vasowave.calibration.parameters import Space
-from vasowave.calibration.trial import trial
+from vasowave.calibration.parameters import Space, trial
 from vasowave.errors import NumericalError
 from vasowave.model.linear import linear_solution
 from vasowave.recording.waveform import amplitudes

@@ -22,7 +22,7 @@ def look(
     voxel: Annotated[float | None, typer.Option(help="Voxel size, cm, in place of the file's.")] = None,
 ) -> None:
     """Look at a volume before anything is measured: grey levels, ends, loops, and the command to type next."""
-    from vasowave.imaging.overview.overview import look as looked
+    from vasowave.imaging.overview import look as looked
     from vasowave.report.look import check_look_file, look_text, write_look
 
     if output is not None:

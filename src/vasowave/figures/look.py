@@ -6,7 +6,7 @@ import numpy as np
 
 from vasowave.figures.style import CTL, DATA, FAINT, HPH, NARROW, WIDEST, label_axes, new_figure, style
 from vasowave.imaging.lumen.segmentation import Segmentation
-from vasowave.imaging.overview.overview import Overview
+from vasowave.imaging.overview import Overview
 from vasowave.imaging.read.volume import Volume, isotropic
 from vasowave.imaging.tree import Tree
 

@@ -6,10 +6,10 @@ from typing import Any
 _HOMES = {
     "Extraction": "extraction",
     "Options": "options",
-    "Overview": "overview.overview",
+    "Overview": "overview",
     "Volume": "read.volume",
     "extract": "extraction",
-    "look": "overview.overview",
+    "look": "overview",
     "read_volume": "read.files",
     "write_volume": "read.itk",
 }

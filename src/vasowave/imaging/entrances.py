@@ -58,14 +58,7 @@ class Entrance:
 
 
 def entrances(lumen: Segmentation, volume: Volume) -> tuple[Entrance, ...]:
-    """Return the ends of `lumen`, the one with the widest sections first.
-
-    Parameters
-    ----------
-    lumen : Segmentation
-    volume : Volume
-        The cubes that `lumen` was found in.
-    """
+    """Return the ends of `lumen`, found in the cubes of `volume`, the one with the widest sections first."""
     start = np.argwhere(lumen.mask)[0] * lumen.spacing + lumen.origin
     tip = int(np.argmax(minimal_paths(lumen, start).travelled))
     ways = minimal_paths(lumen, np.argwhere(lumen.mask)[tip] * lumen.spacing + lumen.origin)  # from an end, not a wall

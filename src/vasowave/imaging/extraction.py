@@ -22,9 +22,8 @@ from vasowave.imaging.entrances import (
     root_wanted,
 )
 from vasowave.imaging.given import Given, given
-from vasowave.imaging.kept.keys import image_key, keys_of, volume_key
 from vasowave.imaging.kept.profiles import Profiles
-from vasowave.imaging.kept.stages import Stages
+from vasowave.imaging.kept.stages import Stages, image_key, keys_of, volume_key
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import scale_of, tip_sd, without_cannula
@@ -39,13 +38,12 @@ from vasowave.imaging.revise.edits import Edit, edited, edited_alike, with_radii
 from vasowave.imaging.revise.junctions import with_junctions_at
 from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.apart import apart_doubts
 from vasowave.imaging.witness.doubts import Doubt, is_doubt, ranked, warn_of
 from vasowave.imaging.witness.grey import grey_doubts, grey_look
 from vasowave.imaging.witness.loops import loop_doubts, told_loops
-from vasowave.imaging.witness.misfit import surface_misfit
 from vasowave.imaging.witness.skeleton import Thinned, skeleton_branches, thinned
-from vasowave.imaging.witness.witness import doubts_about
+from vasowave.imaging.witness.topology import apart_doubts
+from vasowave.imaging.witness.witness import doubts_about, surface_misfit
 from vasowave.network.network import Network
 from vasowave.settings import given_values
 

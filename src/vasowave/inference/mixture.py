@@ -15,7 +15,7 @@ from scipy.special import logsumexp
 
 from vasowave.errors import NumericalError
 from vasowave.inference.emulator import Emulator
-from vasowave.inference.evidence import log_integral
+from vasowave.inference.ensemble import log_integral
 from vasowave.inference.mode import Climbed
 from vasowave.inference.reweighting import Weights, smoothed
 from vasowave.inference.rounds import DRAWN, Component, Target, learn, log_error, log_prior, moved, simulated_at, taught

@@ -1,19 +1,26 @@
-"""From explored points to the posterior as a value: equally weighted draws, table, shares, findings."""
+"""From explored points to the posterior as a value: equally weighted draws, table, shares, findings.
+
+How well each part of the measured pressure is foretold by the rest is told by blocks of harmonics left out one by one.
+The posterior without a block is not computed again: the draws are weighted by what the block had added to their
+likelihood (Vehtari, Gelman & Gabry, Stat. Comput. 27 (2017), 1413), and Pareto k says where that cannot be trusted,
+because the block decides by itself where the posterior lies.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from scipy.special import logsumexp
 
 from vasowave.descriptions import TAILS
 from vasowave.inference.discrepancy import Discrepancy, Drawn
 from vasowave.inference.findings import Optimum, findings
-from vasowave.inference.left_out import left_out
+from vasowave.inference.known_errors import SOURCES
 from vasowave.inference.mixture import Explored
 from vasowave.inference.problem import Problem
 from vasowave.inference.result import Diagnostics, Posterior
-from vasowave.inference.shares import variance_shares
+from vasowave.inference.reweighting import smoothed
 from vasowave.inference.starts import Screened
 from vasowave.inference.wording import meanings, trust, zero_unseen
 from vasowave.quantities import OF_PARAMETERS, QUANTITIES
@@ -21,6 +28,8 @@ from vasowave.quantities import OF_PARAMETERS, QUANTITIES
 _HELD = 1e-24  # variance before of a quantity that held parameters leave no freedom: rounding
 _FURTHER = ("tau", "I_R", "mPAP", "CO", "PVR")  # quantities of a posterior beside those of the parameters alone
 _STEP = 1e-3  # of the central differences, in SD of the prior
+_FIRST = (0, 1, 2, 3, 5, 9, 17)
+"""First harmonic of each block: the mean, the first two, then octaves."""
 
 
 def reported(
@@ -167,3 +176,86 @@ def _labelled(values: dict[str, np.ndarray], units: dict[str, tuple[str, str]]) 
     }
     count = len(next(iter(values.values())))
     return xr.Dataset(variables, coords={"chain": [0], "draw": np.arange(count)})
+
+
+def left_out(noise: Discrepancy, residuals: np.ndarray, log_weight: np.ndarray) -> pd.DataFrame:
+    """Return the log density of each block of harmonics given all others.
+
+    Parameters
+    ----------
+    noise : Discrepancy
+    residuals : array, shape (draw, coefficient)
+        Measured minus simulated, mmHg.
+    log_weight : array, shape (draw,)
+        Of the draws, as of the posterior of all harmonics.
+
+    Returns
+    -------
+    DataFrame
+        Indexed by ``block``, a name such as ``3-4``: ``log_density`` of the block's coefficients (mmHg, orthonormal)
+        and ``k_hat``.
+    """
+    harmonic = noise.harmonic
+    simulated = np.isfinite(residuals).all(axis=1)
+    residuals, log_weight = residuals[simulated], log_weight[simulated]
+    whole = noise.log_likelihood(residuals)
+    rows = {}
+    for first, end in zip(_FIRST, (*_FIRST[1:], np.inf), strict=True):
+        block = (harmonic >= first) & (harmonic < end)
+        if block.any() and not block.all():
+            added = whole - noise.without(block).log_likelihood(residuals)
+            weights = smoothed(log_weight - added)
+            rows[_block_name(harmonic[block])] = (float(logsumexp(weights.log_weight + added)), weights.k_hat)
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["log_density", "k_hat"]).rename_axis("block")
+
+
+def _block_name(harmonic: np.ndarray) -> str:
+    first, last = int(harmonic.min()), int(harmonic.max())
+    return str(first) if first == last else f"{first}-{last}"
+
+
+def variance_shares(
+    slopes: pd.DataFrame, sources: list[str], jacobian: np.ndarray, noise: Discrepancy, residuals: np.ndarray,
+    zero: np.ndarray | None = None,
+) -> pd.DataFrame:  # fmt: skip
+    """Return each source's share of the variance of each quantity, adding up to 1.
+
+    Around the posterior's middle, where outputs are linear in the scores x with prior N(0, 1), the estimate is
+    x̂ = K (data - base) with K = Σ Jᵀ V⁻¹ and Σ = (1 + Jᵀ V⁻¹ J)⁻¹. Its error x - x̂ = (1 - K J) x - K e has the
+    covariance Σ, and each independent part of x and of e contributes its own term (Joseph's form).
+
+    Parameters
+    ----------
+    slopes : DataFrame
+        Derivative of each quantity (index) by each score (column).
+    sources : list of str
+        Of each score: ``recording`` (a parameter, known before only by its prior), ``image``, ``probe``, ``model``.
+    jacobian : array, shape (output, score)
+    noise : Discrepancy
+    residuals : array, shape (draw, output)
+    zero : array, shape (output,), optional
+        What one SD of the zero of the pressure changes, where `slopes` have a last column for it: it then is an unknown
+        beside the scores, and no longer one of the noise's errors of measurement.
+    """
+    measured = noise.measured
+    if zero is not None:
+        measured, jacobian = measured - np.outer(zero, zero), np.column_stack([jacobian, zero])
+        sources = [*sources, "calibration"]
+    parts = {
+        "recording": measured,
+        "image": noise.vessels @ noise.vessels.T,
+        "model": np.diag(noise.variance(residuals)),
+    }
+    gain = np.linalg.solve(sum(parts.values()), jacobian).T
+    covariance = np.linalg.inv(np.eye(len(sources)) + gain @ jacobian)
+    K = covariance @ gain
+    left = np.eye(len(sources)) - K @ jacobian
+    G, table = slopes.to_numpy(float), {}
+    for name in SOURCES:
+        own = np.array([("prior" if one == "recording" else one) == name for one in sources])
+        variance = ((G @ left[:, own]) ** 2).sum(axis=1)
+        if name in parts:
+            variance = variance + np.einsum("qi,ij,qj->q", G @ K, parts[name], G @ K)
+        table[name] = variance
+    frame = pd.DataFrame(table, index=slopes.index)
+    return frame.div(frame.sum(axis=1), axis=0)

@@ -107,7 +107,9 @@ def _in_three(network: Network, row: int, rows: np.ndarray, lengths: tuple[float
     length, radius = network.length[rows], network.radius[rows]
     length[row : row + 3] = lengths
     radius[row + 1] *= factor
-    measured = {one: None if getattr(network, one) is None else getattr(network, one)[rows] for one in MEASURED}
+    measured = {one: getattr(network, one)[rows] for one in MEASURED if getattr(network, one) is not None}
+    for one in measured.keys() & {"taper", "taper_sd"}:  # a taper counts once, not for each piece of its vessel
+        measured[one][row + 1 : row + 3] = np.nan
     last = np.searchsorted(rows, np.arange(len(network)), side="right") - 1  # where what a vessel was ends now
     parent, nodes = None, None
     if network.nodes is None:

@@ -16,12 +16,12 @@ Values = float | np.ndarray
 
 
 def tangent(x: Values) -> Values:
-    """Tangent for |x| < π/2; the compiled solver takes its own, see `solver.trigonometry`."""
+    """Tangent for |x| < π/2; the compiled solver takes its own, see `solver.powers`."""
     return np.tan(x)
 
 
 def arctangent(x: Values) -> Values:
-    """Arctangent; the compiled solver takes its own, see `solver.trigonometry`."""
+    """Arctangent; the compiled solver takes its own, see `solver.powers`."""
     return np.arctan(x)
 
 

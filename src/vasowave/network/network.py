@@ -22,6 +22,7 @@ exceeds a blue whale, the largest animal, whose aorta measures 23 cm across and 
 HIGHEST = 100.0
 """Highest pressure at which lungs are filled for an image, mmHg."""
 
+_COUNTED = 2.0**53  # above it numbers cannot tell one row from the next
 _NO_TAPER = 0.05  # probability of the measured tapers in a straight tree from which it is straight
 MEASURED = ("radius_sd", "taper", "taper_sd")
 """What may be known of each vessel beside its sizes."""
@@ -100,7 +101,8 @@ class Network:
             _take_nodes(self, where)
         if self.parent is None:
             raise InputError("network: give the row of each vessel's parent, or nodes")
-        object.__setattr__(self, "parent", _frozen(self.parent, np.int64))
+        parent = _whole(self.parent, "parents", "one per vessel: the row of its parent, -1 at the root")
+        object.__setattr__(self, "parent", parent)
         object.__setattr__(self, "length", _frozen(self.length, np.float64))
         object.__setattr__(self, "radius", _frozen(self.radius, np.float64))
         object.__setattr__(self, "pressure", image_pressure(self.pressure))
@@ -296,15 +298,20 @@ def _frozen(values: object, dtype: type) -> np.ndarray:
     return array
 
 
+def _whole(values: object, what: str, meaning: str) -> np.ndarray:
+    """Return numbers of rows or nodes; raise `InputError`, saying what they mean, for what is none."""
+    try:
+        given = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"network: {what} are numbers, {meaning}") from None
+    if not np.all((np.abs(given) < _COUNTED) & (given == np.rint(given))):
+        raise InputError(f"network: {what} are whole numbers")
+    return _frozen(given, np.int64)
+
+
 def _take_nodes(network: Network, where: Callable[[int], str]) -> None:
     """Check the nodes of a network that was given some and set its parents; a tree keeps its parents alone."""
-    try:
-        given = np.asarray(network.nodes, dtype=float)
-        nodes = _frozen(given, np.int64)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError("network: nodes are numbers, two per vessel: where it begins and where it ends") from None
-    if not np.array_equal(nodes, given):
-        raise InputError("network: nodes are whole numbers")
+    nodes = _whole(network.nodes, "nodes", "two per vessel: where it begins and where it ends")
     if nodes.shape != (len(network.name), 2) or not len(nodes):
         raise InputError(f"network: {len(network.name)} names but nodes have shape {nodes.shape}; give two per vessel")
     parent = parents(network.name, nodes, where)

@@ -1,11 +1,19 @@
 """What the residual of a fit says about its noise: spectra, kernels, ARMA processes, and their likelihood."""
 
 from vasowave.noise.arma import Arma, fit_arma
-from vasowave.noise.covariance import matern32, matern52, neural_network, periodic, regularize, squared_exponential
 from vasowave.noise.fitting import NOISE, OF_PAPER, fit_noise
-from vasowave.noise.gaussian import log_likelihood, whiten
-from vasowave.noise.likelihood import KERNELS, Kernel, fit_kernel
-from vasowave.noise.models import CirculantNoise, DenseNoise, Noise
+from vasowave.noise.likelihood import (
+    KERNELS,
+    Kernel,
+    fit_kernel,
+    matern32,
+    matern52,
+    neural_network,
+    periodic,
+    regularize,
+    squared_exponential,
+)
+from vasowave.noise.models import CirculantNoise, DenseNoise, Noise, log_likelihood, whiten
 from vasowave.noise.spectrum import Spectra, likely_spectra
 
 __all__ = [

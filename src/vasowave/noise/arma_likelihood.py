@@ -134,14 +134,9 @@ def _height(x, p, series):
 @kept
 @njit(**_OPTIONS)
 def height_and_slope(x, p, series):
-    """Minus the concentrated log-likelihood per sample, up to a constant, and its gradient.
+    """Minus the concentrated log-likelihood per sample, up to a constant, and its gradient, of series (series, sample).
 
-    Parameters
-    ----------
-    x : array, shape (p + q,)
-        The tanh of each is a partial autocorrelation, so every model is stationary and invertible.
-    p : int
-    series : array, shape (series, sample)
+    The tanh of each x, shape (p + q,), is a partial autocorrelation, so every model is stationary and invertible.
     """
     slope = np.empty(len(x))
     for i in range(len(x)):

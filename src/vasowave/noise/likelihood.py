@@ -1,4 +1,7 @@
-"""Hyperparameters of noise models by maximum likelihood, from series of residuals."""
+"""Noise models by maximum likelihood, from series of residuals: kernels, and their hyperparameters.
+
+Every kernel maps times t, shape (sample,), to a matrix of shape (sample, sample), its amplitude being 1.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,16 +9,79 @@ from typing import Protocol
 
 import numpy as np
 
-from vasowave.errors import NumericalError
-from vasowave.noise import covariance
+from vasowave.errors import InputError, NumericalError
 from vasowave.noise.models import CirculantNoise, DenseNoise, Noise
 from vasowave.noise.spectrum import falling_power
 
 Bounds = tuple[tuple[str, float, float, int], ...]
 """(Name with unit, lower, upper, power): bounds in units of T; the fitted value times T**power is reported."""
-
 _EXPLORED = 128  # samples on which the starts of a dense covariance are explored; the best is refined on all
 _CONDITION = 1e4  # the paper's largest condition number
+_LENGTH = (("length [s]", 1e-3, 10.0, 1),)
+
+
+def squared_exponential(t: np.ndarray, length: float) -> np.ndarray:
+    """Squared exponential exp(-d²/2ℓ²)."""
+    return np.exp(-0.5 * (_distance(t) / length) ** 2)
+
+
+def matern32(t: np.ndarray, length: float) -> np.ndarray:
+    """Matérn 3/2, (1 + s) exp(-s) with s = √3 d/ℓ."""
+    s = np.sqrt(3.0) * _distance(t) / length
+    return (1 + s) * np.exp(-s)
+
+
+def matern52(t: np.ndarray, length: float) -> np.ndarray:
+    """Matérn 5/2, (1 + s + s²/3) exp(-s) with s = √5 d/ℓ."""
+    s = np.sqrt(5.0) * _distance(t) / length
+    return (1 + s + s**2 / 3) * np.exp(-s)
+
+
+def periodic(t: np.ndarray, length: float, period: float) -> np.ndarray:
+    """Periodic, exp(-2 sin²(πd/T)/ℓ²)."""
+    return np.exp(-2 * (np.sin(np.pi * _distance(t) / period) / length) ** 2)
+
+
+def neural_network(t: np.ndarray, offset: float, slope: float) -> np.ndarray:
+    """Arcsine kernel (2/π) asin(2x·x'/√((1 + 2x·x)(1 + 2x'·x'))), x·x' = offset² + slope² t t'.
+
+    Rasmussen & Williams, eq. 4.29, with the factor 2.
+    """
+    inner = offset**2 + slope**2 * np.outer(t, t)
+    norm = 1 + 2 * np.diag(inner)
+    return 2 / np.pi * np.arcsin(2 * inner / np.sqrt(np.outer(norm, norm)))
+
+
+def regularize(covariance: np.ndarray, largest_condition: float = _CONDITION) -> tuple[np.ndarray, float]:
+    """Return Σ* = (1-λ)Σ + λσ²I with the smallest λ whose 2-norm condition number is at most the given one, and λ.
+
+    σ² = trace(Σ)/N; λ cannot exceed N/(largest_condition - 1 + N).
+
+    Raises
+    ------
+    InputError
+        A matrix that is not square, symmetric and finite, or has no variance.
+    """
+    sigma = np.asarray(covariance, dtype=float)
+    if sigma.ndim != 2 or sigma.shape[0] != sigma.shape[1] or not np.all(np.isfinite(sigma)):
+        raise InputError(f"covariance has shape {sigma.shape} or is not finite; it must be a finite square matrix")
+    variance = float(np.trace(sigma)) / len(sigma)
+    if variance <= 0 or not np.allclose(sigma, sigma.T, atol=1e-12 * variance):
+        raise InputError("covariance is not symmetric or has no variance")
+    # Round-off makes the smallest eigenvalues of a smooth kernel slightly negative; they are kept as they are.
+    eigenvalues = np.linalg.eigvalsh(sigma / variance)
+    weight = smallest_weight(eigenvalues[0], eigenvalues[-1], 1.0, largest_condition)
+    return (1 - weight) * sigma + weight * variance * np.eye(len(sigma)), weight
+
+
+def smallest_weight(lowest: float, highest: float, variance: float, largest_condition: float) -> float:
+    """Smallest λ that brings the 2-norm condition number down, for a covariance with these extreme eigenvalues."""
+    excess = highest - largest_condition * lowest
+    return excess / (excess + (largest_condition - 1) * variance) if excess > 0 else 0.0
+
+
+def _distance(t: np.ndarray) -> np.ndarray:
+    return np.abs(np.subtract.outer(t, t))
 
 
 class Family(Protocol):
@@ -58,7 +124,7 @@ class Kernel:
         """Return the noise regularized to a 2-norm condition number of 10⁴: smooth kernels are singular without."""
         K = self.matrix(np.arange(count) / count, *theta)
         eigenvalues, variance = self._eigenvalues(K), float(np.trace(K)) / count
-        weight = covariance.smallest_weight(eigenvalues.min(), eigenvalues.max(), variance, _CONDITION)
+        weight = smallest_weight(eigenvalues.min(), eigenvalues.max(), variance, _CONDITION)
         K *= 1 - weight
         K[np.diag_indices(count)] += weight * variance
         return DenseNoise(K, weight, {})
@@ -97,16 +163,12 @@ class Independent:
         return CirculantNoise(np.ones(count // 2 + 1), count, {})
 
 
-_LENGTH = (("length [s]", 1e-3, 10.0, 1),)
-
 KERNELS = {
-    "squared exponential": Kernel(covariance.squared_exponential, _LENGTH),
-    "Matern 3/2": Kernel(covariance.matern32, _LENGTH),
-    "Matern 5/2": Kernel(covariance.matern52, _LENGTH),
-    "neural network": Kernel(
-        covariance.neural_network, (("offset", 1e-2, 1e2, 0), ("slope [1/s]", 1e-1, 1e4, -1)), False
-    ),
-    "periodic": Kernel(lambda t, length: covariance.periodic(t, length, 1.0), (("length", 2e-2, 20.0, 0),)),
+    "squared exponential": Kernel(squared_exponential, _LENGTH),
+    "Matern 3/2": Kernel(matern32, _LENGTH),
+    "Matern 5/2": Kernel(matern52, _LENGTH),
+    "neural network": Kernel(neural_network, (("offset", 1e-2, 1e2, 0), ("slope [1/s]", 1e-1, 1e4, -1)), False),
+    "periodic": Kernel(lambda t, length: periodic(t, length, 1.0), (("length", 2e-2, 20.0, 0),)),
 }
 """The paper's Gaussian-process kernels by name."""
 
@@ -145,18 +207,14 @@ def fit_kernel(
 
 def regularized(sigma: np.ndarray, hyperparameters: dict[str, float]) -> DenseNoise:
     """Return the noise model of a covariance, regularized to a condition number of 10⁴."""
-    better, weight = covariance.regularize(sigma)
+    better, weight = regularize(sigma)
     return DenseNoise(better, weight, hyperparameters)
 
 
 def concentrated(noise: Noise, residuals: np.ndarray) -> tuple[float, float]:
-    """Log-likelihood of all series, maximized over the amplitude of the noise, and that amplitude.
+    """Log-likelihood of all series, (series, sample), maximized over the amplitude of the noise, and that amplitude.
 
-    Parameters
-    ----------
-    noise : Noise
-        Of unit amplitude.
-    residuals : array, shape (series, sample)
+    The noise is given with unit amplitude.
     """
     white = noise.whiten(residuals.T)
     log_det, count = len(residuals) * noise.log_determinant, residuals.size

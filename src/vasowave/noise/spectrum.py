@@ -177,12 +177,7 @@ def likely_spectra(
 def restricted_likelihood(variance: np.ndarray, y: np.ndarray, J: np.ndarray) -> np.ndarray:
     """Return the log-likelihood of what the parameters could not take from a residual, up to a constant.
 
-    Parameters
-    ----------
-    variance : array, shape (spectrum, coefficient)
-    y : array, shape (coefficient,)
-        Coefficients of the residual.
-    J : array, shape (coefficient, D)
+    Variances are (spectrum, coefficient), the residual's coefficients `y` (coefficient,), `J` (coefficient, D).
     """
     basis = np.linalg.qr(J)[0]  # any basis of what the parameters can imitate serves
     information = np.einsum("nk,ki,kj->nij", 1 / variance, basis, basis, optimize=True)

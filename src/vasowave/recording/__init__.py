@@ -9,11 +9,11 @@ from vasowave.recording.edits import BeatEdit, read_edits
 from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats, one_cycle
 from vasowave.recording.harmonics import HarmonicErrors, harmonic_errors
 from vasowave.recording.observation import Observation
+from vasowave.recording.prepared import Averaging
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
 from vasowave.recording.read_raw import Reading, read_raw_recording
 from vasowave.recording.read_sites import read_sites
-from vasowave.recording.settings import Averaging
 from vasowave.recording.ventricle import VentricularPressure, read_ventricle
 from vasowave.recording.wedge import read_wedge
 

@@ -91,13 +91,14 @@ def find_beats(
     heart_rates = slowest, fastest
     if fiducial not in (None, "ecg", "pressure"):
         raise InputError(f"fiducial '{fiducial}' is neither 'ecg' nor 'pressure'")
-    if fiducial is None and raw.ecg is not None:
+    if fiducial != "pressure" and raw.ecg is not None:
         for rates in _of_one_size(heart_rates):
             try:
                 return _find_by(raw, "ecg", rates)
             except NumericalError:
                 continue
-        return replace(_find_by(raw, "pressure", heart_rates), notes=(SILENT_ECG(),))
+        if fiducial is None:
+            return replace(_find_by(raw, "pressure", heart_rates), notes=(SILENT_ECG(),))
     return _find_by(raw, fiducial or "pressure", heart_rates)
 
 

@@ -24,12 +24,7 @@ _STEEP = 2.3 * _WIDE  # of the bump, the best for that grid
 def breathing(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> np.ndarray:
     """Return the periodic part of the levels, of mean zero over a breath, shape (beat,); zeros if nothing repeats.
 
-    Parameters
-    ----------
-    time, level : float array, shape (beat,)
-        s, and the level without its trend.
-    used : bool array, shape (beat,)
-        Beats that count.
+    Times (s) and levels without their trend are those of all beats, of which those that are `used` count.
     """
     breath = np.zeros(len(time))
     count = max(1, round((time[-1] - time[0]) / _STRETCH))

@@ -74,12 +74,7 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None]) -> Choice[T]
     """Return the channel of each quantity: the one named, else the one that says so, else the only one with its unit.
 
     Of several that say so, the one whose title speaks of the pulmonary artery is taken. A missing ECG is no problem.
-
-    Parameters
-    ----------
-    channels : sequence
-    titles : mapping
-        From ``pressure``, ``flow``, ``ecg`` to a title or None.
+    `titles` names the channels of ``pressure``, ``flow`` and ``ecg``, or says None.
     """
     picked: dict[str, T] = {}
     guessed: dict[str, str] = {}

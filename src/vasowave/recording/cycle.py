@@ -55,7 +55,7 @@ class Inflow:
         """Check the values and freeze the array."""
         flow = np.array(self.flow, dtype=float)
         columns = flow.T if flow.ndim == 2 and flow.size else [flow]
-        checked = [_samples(one, "flow") for one in columns]
+        checked = [cycle_samples(one, "flow") for one in columns]
         object.__setattr__(self, "flow", _frozen(np.stack(checked, axis=1)) if flow.ndim == 2 else checked[0])
         object.__setattr__(self, "period", _period(self.period))
 
@@ -109,7 +109,7 @@ class InletPressure:
 
     def __post_init__(self) -> None:
         """Check the values and freeze the array."""
-        object.__setattr__(self, "pressure", _samples(self.pressure, "pressure"))
+        object.__setattr__(self, "pressure", cycle_samples(self.pressure, "pressure"))
         object.__setattr__(self, "period", _period(self.period))
 
     def into(self, inlets: Sequence[str]) -> np.ndarray:
@@ -179,14 +179,14 @@ class Recording:
 
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""
-        object.__setattr__(self, "pressure", _samples(self.pressure, "pressure"))
-        object.__setattr__(self, "flow", _samples(self.flow, "flow"))
+        object.__setattr__(self, "pressure", cycle_samples(self.pressure, "pressure"))
+        object.__setattr__(self, "flow", cycle_samples(self.flow, "flow"))
         object.__setattr__(self, "period", _period(self.period))
         for name in ("pressure_error", "flow_error"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _errors(getattr(self, name), name))
         if self.wedge_pulsation is not None:
-            behind = _samples(self.wedge_pulsation, "wedge_pulsation")
+            behind = cycle_samples(self.wedge_pulsation, "wedge_pulsation")
             object.__setattr__(self, "wedge_pulsation", _frozen(behind - behind.mean()))
         if self.wedge_pressure and not self.wedge_pressure < self.mean_pressure:
             raise InputError(
@@ -331,7 +331,8 @@ def _frozen(array: np.ndarray) -> np.ndarray:
     return array
 
 
-def _samples(values: object, what: str) -> np.ndarray:
+def cycle_samples(values: object, what: str) -> np.ndarray:
+    """Return the samples of one cycle, checked and frozen; `InputError`, naming `what`, where they are too few."""
     array = np.array(values, dtype=np.float64)
     if array.ndim != 1 or len(array) < FEWEST_SAMPLES:
         raise InputError(f"{what}: {array.size} samples in one cycle; at least {FEWEST_SAMPLES} are needed")
@@ -345,8 +346,7 @@ def _errors(values: object, what: str) -> np.ndarray:
     array = np.array(values, dtype=np.float64)
     if array.ndim != 1 or not len(array) or not np.all(np.isfinite(array) & (array >= 0)):
         raise InputError(f"{what}: give one standard error for each harmonic, the mean's first, none negative")
-    array.setflags(write=False)
-    return array
+    return _frozen(array)
 
 
 def _period(value: object) -> float:

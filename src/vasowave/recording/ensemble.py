@@ -1,8 +1,11 @@
-"""From the beats of a continuous recording to one averaged cycle, with the scatter of the beats around it."""
+"""From the beats of a continuous recording to one averaged cycle, with the scatter of the beats around it.
+
+Beats that a step or a breath lifts off the diastolic level of the others can be brought back to it.
+"""
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,18 +13,15 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Severity, note_kind, warn
 from vasowave.notebook import upstairs
-from vasowave.recording.baseline import Baseline, baseline_findings
+from vasowave.recording.baseline import Baseline, baseline_findings, find_baseline
 from vasowave.recording.cuts import Cuts
 from vasowave.recording.cycle import Recording
 from vasowave.recording.edits import BeatEdit, judged, told
-from vasowave.recording.levels import levelled
-from vasowave.recording.plateaus import plateau_findings
+from vasowave.recording.plateaus import plateau_findings, saturated
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
-from vasowave.recording.prepared import Prepared, prepare
+from vasowave.recording.prepared import Averaging, Prepared, prepare
 from vasowave.recording.raw import RawRecording
-from vasowave.recording.rejection import Rejection, choose_run, lost_in_run, summarize
-from vasowave.recording.saturation import saturated
-from vasowave.recording.settings import Averaging
+from vasowave.recording.rejection import Rejection, choose_run, lost_in_run, mark_inspiration, mark_steps, summarize
 from vasowave.recording.steadiness import unsteady
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
 from vasowave.settings import given_values
@@ -249,3 +249,28 @@ def _beating(baseline: Baseline, starts: np.ndarray, reasons: list[Rejection]) -
 def _listed(starts: np.ndarray, ends: np.ndarray, used: set[int], reasons: list[Rejection]) -> tuple[Beat, ...]:
     each = zip(starts.tolist(), ends.tolist(), reasons, strict=True)
     return tuple(Beat(start, end, i in used, reason) for i, (start, end, reason) in enumerate(each))
+
+
+def levelled(prepared: Prepared, reasons: list[Rejection]) -> Baseline:
+    """Return the baseline, and whether it is to be removed; more reasons to reject beats are added to `reasons`."""
+    how, cut = prepared.how, prepared.cut
+    baseline = _baseline(prepared, reasons)
+    here = baseline.time[np.searchsorted(baseline.time, cut.starts)]
+    mark_steps(reasons, [int(np.searchsorted(here, step.time)) for step in baseline.steps])
+    if how.reject_ventilation:
+        pressure, flow = prepared.means
+        level = pressure - baseline.mean_within(cut.starts, cut.ends, cut.pressure.shape[1])
+        mark_inspiration(reasons, (level, flow), prepared.shapes)
+    return replace(baseline, removed=how.drift == "remove" and baseline.sure and not baseline.own)
+
+
+def _baseline(prepared: Prepared, reasons: Sequence[Rejection]) -> Baseline:
+    """Return the baseline over the whole recording; over the stretch alone where the animal changes beside it."""
+    good = ~np.array([bool(reason) for reason in reasons])
+    usable = np.ones(len(prepared.own), dtype=bool)
+    usable[prepared.own] = good
+    whole = find_baseline(prepared.every, prepared.shapes[0], usable, prepared.how.zero_time)
+    if not whole.own or prepared.own.all():
+        return whole
+    here = find_baseline(prepared.cut, prepared.shapes[0], good, prepared.how.zero_time)
+    return replace(here, elsewhere=whole.own)

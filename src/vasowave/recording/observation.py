@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError, did_you_mean
-from vasowave.recording.cycle import FEWEST_SAMPLES
+from vasowave.recording.cycle import cycle_samples
 
 QUANTITIES = {"pressure": "mmHg", "flow": "ml/s", "velocity": "cm/s", "area": "cm2", "diameter": "cm"}
 """What can be observed, and the unit in which it is held."""
@@ -101,7 +101,7 @@ class Observation:
         if (self.waveform is None) == (not self.numbers):
             raise InputError(f"{self.title}: give a waveform, or at least one of {', '.join(NUMBERS)}")
         if self.waveform is not None:
-            object.__setattr__(self, "waveform", _waveform(self.waveform, self.title))
+            object.__setattr__(self, "waveform", cycle_samples(self.waveform, self.title))
         self._check_values()
         object.__setattr__(self, "place", place if place is not None or cm is not None else 0.5)
 
@@ -167,14 +167,3 @@ def _number(value: Any, what: str) -> float | None:
     if not np.isfinite(number):
         raise InputError(f"site: {what} is {value!r}; give a number, or leave it out")
     return number
-
-
-def _waveform(values: Any, title: str) -> np.ndarray:
-    array = np.array(values, dtype=float)
-    if array.ndim != 1 or len(array) < FEWEST_SAMPLES:
-        raise InputError(f"{title}: {array.size} samples in one cycle; at least {FEWEST_SAMPLES} are needed")
-    bad = np.flatnonzero(~np.isfinite(array))
-    if len(bad):
-        raise InputError(f"{title}: sample {bad[0] + 1} is {array[bad[0]]}; fill the gap first")
-    array.setflags(write=False)
-    return array

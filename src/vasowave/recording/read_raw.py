@@ -249,7 +249,8 @@ def _stretch(channel: Channel, values: np.ndarray, start: float | None, end: flo
     if start is not None and end is not None and end <= start:
         raise InputError(f"{channel.place}: the stretch ends at {end:g} s and starts at {start:g} s; exchange them")
     if not 0 <= first < last <= len(values):
-        raise InputError(f"{channel.place}: {start or 0:g} to {end or lasts:g} s does not lie in 0 to {lasts:.5g} s")
+        until = lasts if end is None else end
+        raise InputError(f"{channel.place}: {start or 0:g} to {until:g} s does not lie in 0 to {lasts:.5g} s")
     return values[first:last]
 
 

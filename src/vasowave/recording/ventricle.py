@@ -59,7 +59,7 @@ class VentricularPressure:
         if pressure.ndim != 1 or len(pressure) < _LEAST:
             raise InputError(f"{self.source}: a ventricle's pressure needs {_LEAST} samples or more of one cycle")
         if not np.all(np.isfinite(pressure)):
-            raise InputError(f"{self.source}: sample {int(np.argmin(np.isfinite(pressure)))} is no finite number")
+            raise InputError(f"{self.source}: sample {int(np.argmin(np.isfinite(pressure))) + 1} is no finite number")
         if not np.ptp(pressure) > 1.0:
             raise InputError(f"{self.source}: the pressure changes by {np.ptp(pressure):.2g} mmHg; is its unit mmHg?")
         if not (np.isfinite(self.period) and self.period > 0):
@@ -118,6 +118,12 @@ def _averaged(pressure: np.ndarray, starts: np.ndarray, step: float, source: str
     lengths = np.diff(starts)
     usual = float(np.median(lengths))
     kept = np.flatnonzero(np.abs(lengths - usual) < 0.2 * usual)
+    if not len(kept):
+        shortest, longest = step * lengths.min(), step * lengths.max()
+        raise InputError(
+            f"{source}: its beats last {shortest:.3g} to {longest:.3g} s, none of them about as long as usual; give "
+            "more beats, or one cycle"
+        )
     shares = np.arange(_KEPT) / _KEPT
     cycles = [np.interp(starts[k] + shares * lengths[k], np.arange(len(pressure)), pressure) for k in kept]
     return VentricularPressure(np.mean(cycles, axis=0), float(np.mean(lengths[kept])) * step, source, len(kept))

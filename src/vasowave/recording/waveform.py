@@ -55,10 +55,7 @@ def advance(values: np.ndarray, cycles: float) -> np.ndarray:
 def harmonic_error(cuts: np.ndarray) -> np.ndarray:
     """Return the standard error of every harmonic's amplitude in the mean of beats, shape (harmonic,).
 
-    Parameters
-    ----------
-    cuts : float array, shape (beat, sample)
-        The beats over one period each, the end not repeated.
+    The beats, shape (beat, sample), last one period each, the end not repeated.
     """
     spectra = amplitudes(cuts)
     square = np.mean(np.abs(spectra - spectra.mean(axis=0)) ** 2, axis=0) / (len(cuts) - 1)

@@ -15,16 +15,15 @@ from vasowave.figures.look import projection_figure
 from vasowave.figures.network import plot_network
 from vasowave.figures.style import WIDEST, new_figure, style
 from vasowave.findings import texts
-from vasowave.imaging.axes.stretches import free_length
 from vasowave.imaging.exchange.centerlines import write_centerlines
 from vasowave.imaging.exchange.swc import write_swc
 from vasowave.imaging.exchange.tables import write_author_tables, write_network_table, write_points
 from vasowave.imaging.exchange.triangles import write_stl, write_surface_vtp
 from vasowave.imaging.extraction import Extraction
 from vasowave.imaging.lumen.surface import smooth_surface, write_mask
-from vasowave.imaging.measure.measurement import Measurement
-from vasowave.imaging.measure.taper import taper
+from vasowave.imaging.measure.measurement import Measurement, taper
 from vasowave.imaging.read.volume import isotropic
+from vasowave.imaging.tree import free_length
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.io.files import check_folder, write_folder
 from vasowave.network.network import Network

@@ -10,7 +10,7 @@ import numpy as np
 from vasowave.figures.look import grey_scale_figure, histogram_figure, projections_figure
 from vasowave.findings import texts
 from vasowave.imaging.options import Options, grey_text
-from vasowave.imaging.overview.overview import Overview
+from vasowave.imaging.overview import Overview
 from vasowave.imaging.places import written
 from vasowave.io.files import check_file, write_file
 from vasowave.provenance import provenance

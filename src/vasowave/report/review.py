@@ -9,7 +9,7 @@ import numpy as np
 
 from vasowave.findings import texts
 from vasowave.imaging.extraction import Extraction
-from vasowave.imaging.measure.taper import taper
+from vasowave.imaging.measure.measurement import taper
 from vasowave.imaging.options import grey_text
 from vasowave.imaging.places import written
 from vasowave.imaging.witness.doubts import Doubt, Grade, gravest

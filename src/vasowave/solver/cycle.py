@@ -13,7 +13,7 @@ from vasowave.runtime.kernels import is_known, kept
 from vasowave.solver import beds as bed_kernels
 from vasowave.solver import cells as cell_kernels
 from vasowave.solver import changing as changing_kernels
-from vasowave.solver import grid, laws, powers, trigonometry, valve, viscosity
+from vasowave.solver import grid, laws, powers, valve, viscosity
 from vasowave.solver import nodes as node_kernels
 from vasowave.solver.beds import beat_behind
 from vasowave.solver.cells import (
@@ -94,7 +94,7 @@ def center_cells(sample, area, flow, out):
 
 
 PARTS = (
-    *(walls, laws, trigonometry, powers, grid, bed_kernels, cell_kernels, changing_kernels, node_kernels),
+    *(walls, laws, powers, grid, bed_kernels, cell_kernels, changing_kernels, node_kernels),
     *(viscosity, valve),
 )
 """Modules of which a cycle is compiled."""

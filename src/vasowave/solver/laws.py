@@ -9,7 +9,7 @@ from typing import Any
 from numba.extending import overload, register_jitable
 
 from vasowave.model import walls
-from vasowave.solver import powers, trigonometry
+from vasowave.solver import powers
 
 # Numba cannot unpack a tuple of arrays at one index, so the call is written out by the count of parameters.
 _CALL = {
@@ -45,7 +45,7 @@ def _hand_over(name: str, stub: Any) -> None:
 for _stub in (pressure_at, ratio_at, slope_at):
     _hand_over(_stub.__name__, _stub)
 
-overload(walls.tangent)(lambda x: trigonometry.tangent)
-overload(walls.arctangent)(lambda x: trigonometry.arctangent)
+overload(walls.tangent)(lambda x: powers.tangent)
+overload(walls.arctangent)(lambda x: powers.arctangent)
 overload(walls.power)(lambda x, m: powers.power)
 register_jitable(walls.collapsed)

@@ -10,13 +10,12 @@ from vasowave.findings import Finding
 from vasowave.model import walls
 from vasowave.model.model import Model
 from vasowave.recording.cycle import resample
-from vasowave.solver.extremes import Extreme, Extremes, find_extremes
 from vasowave.solver.grid import Grid
 from vasowave.solver.grid_error import judge
 from vasowave.solver.middles import Middles, find_middles
 from vasowave.solver.periodic import Convergence
 from vasowave.solver.state import Scale, State
-from vasowave.solver.validity import SETTLED_SHARE, notes_of
+from vasowave.solver.validity import SETTLED_SHARE, Extreme, Extremes, find_extremes, notes_of
 
 
 @dataclass(frozen=True, eq=False)

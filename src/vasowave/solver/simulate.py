@@ -121,7 +121,6 @@ def simulate_runs(
     models: Sequence[Model],
     inflow: Driven | Sequence[Driven],
     numerics: Numerics,
-    start: Run | None = None,
     *,
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
@@ -135,7 +134,7 @@ def simulate_runs(
 
     def one(model: Model, inflow: Driven) -> Run | VasowaveError:
         try:
-            return simulate_run(model, inflow, numerics, start)
+            return simulate_run(model, inflow, numerics)
         except VasowaveError as error:
             return error
         except (ArithmeticError, ValueError) as error:  # of a user's law, which may raise what it likes

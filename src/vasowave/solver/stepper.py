@@ -10,13 +10,13 @@ from vasowave.recording.cycle import resample
 from vasowave.solver import cycle as cycles
 from vasowave.solver.beds import bed_steps
 from vasowave.solver.cells import Faces, Fluid, Fluxes
-from vasowave.solver.extremes import Extreme
 from vasowave.solver.failures import left_law, no_balance, too_steep
 from vasowave.solver.grid import Grid
 from vasowave.solver.nodes import make_node_states
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.start import AIM
 from vasowave.solver.state import State
+from vasowave.solver.validity import Extreme
 from vasowave.solver.valve import make_heart
 from vasowave.solver.viscosity import make_viscous
 

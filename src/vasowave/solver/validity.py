@@ -1,16 +1,20 @@
-"""Where a run may be believed, as findings; and the one case in which it may not at all."""
+"""Where a run may be believed: what its waves reach at most, as findings; and the one case in which not at all."""
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from vasowave.errors import NumericalError
 from vasowave.findings import Finding, Kind, Value, look_kind
-from vasowave.solver.extremes import Extreme, Extremes
+from vasowave.model import walls
+from vasowave.solver.grid import Grid
+from vasowave.solver.grid_error import Judged
 
 GRID_SHARE = 0.01  # of the largest pressure: an estimated grid error above it is worth a finding
 SETTLED_SHARE = 0.002  # likewise: above it, cells that were chosen by the wave length are halved
 _MEANINGLESS = 30.0  # % of the largest pressure: a larger error is no number that means anything
 OVERSTRAINED = 3.0  # area strain: twice the radius, at which arteries tear
-
 _GRID = (
     "The answer depends on the grid: a wave too steep for its cells costs {} by the end of vessel '{{vessel}}' at "
     "t = {{time:.4g}} s. {{remedy}}"
@@ -32,6 +36,59 @@ STRAINED = look_kind(
     "t = {time:.4g} s. {remedy}",
     "Stiffen the wall, or check pressure and radius.",
 )
+
+
+class Extreme(NamedTuple):
+    """The most extreme value of one quantity, the vessel that has it and the time, s."""
+
+    value: float
+    vessel: str
+    time: float
+
+
+class Extremes(NamedTuple):
+    """The most extreme values in all vessels.
+
+    Attributes
+    ----------
+    steepness : Extreme
+        Largest share of a vessel's pulse pressure that lies within one cell, 1: |∂p/∂t| dx/c over the range of p.
+    lowest_pressure : Extreme
+        Transmural, at the output times, mmHg.
+    area_strain : Extreme
+        Largest area over that of the network, minus 1, at the output times.
+    grid_error : Extreme
+        Error of the pressure, mmHg: what the cells' dispersion leaves by the end of a vessel, summed from the root and
+        over echoes, and what a straight line across a cell misses of the pressure where drag bends it.
+    """
+
+    steepness: Extreme
+    lowest_pressure: Extreme
+    area_strain: Extreme
+    grid_error: Extreme
+
+
+def find_extremes(grid: Grid, period: float, p: np.ndarray, judged: Judged) -> Extremes:
+    """Return the extremes of the waves of pressure (mmHg, shape (sample, station, vessel)) on a grid, as `judged`."""
+    network = grid.model.network
+    wall, area0 = grid.at_stations
+    strain = np.asarray(walls.area(wall, p, area0) / walls.area(wall, network.pressure, area0)) - 1.0
+
+    def at_samples(values: np.ndarray, sign: float = 1.0) -> Extreme:
+        sample, station, vessel = np.unravel_index(np.argmax(sign * values), values.shape)
+        time = float(sample * period / len(values))
+        return Extreme(float(values[sample, station, vessel]), network.name[vessel], time)
+
+    def in_vessels(values: np.ndarray, times: np.ndarray) -> Extreme:
+        vessel = np.argmax(values)
+        return Extreme(float(values[vessel]), network.name[vessel], float(times[vessel]))
+
+    return Extremes(
+        in_vessels(judged.steepness, judged.steepest),
+        at_samples(p, -1.0),
+        at_samples(strain),
+        in_vessels(judged.error, judged.worst),
+    )
 
 
 def require_subcritical(mach: Extreme) -> None:

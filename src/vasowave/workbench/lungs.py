@@ -14,7 +14,7 @@ from vasowave.errors import InputError, VasowaveError, VasowaveWarning
 from vasowave.findings import texts
 from vasowave.imaging import Extraction, Options, Volume, extract, read_volume
 from vasowave.imaging.kept.stages import Stages
-from vasowave.imaging.lumen.proposal import levels_of
+from vasowave.imaging.lumen.levels import levels_of
 from vasowave.imaging.read.formats import VOLUMES
 from vasowave.report.extraction import SETTINGS, write_extraction
 from vasowave.settings import settings_class

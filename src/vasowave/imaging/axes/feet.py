@@ -117,14 +117,9 @@ def near_points(tubes: Tubes, points: np.ndarray, begins: np.ndarray) -> tuple[n
 
 
 def feet_on(tubes: Tubes, points: np.ndarray, near: tuple[np.ndarray, np.ndarray]) -> Feet:
-    """Return where those of `points` that lie near a tube's wall stand on the tube nearest to them.
+    """Return where those of `points`, shape (point, 3), that lie near a tube's wall stand on the tube nearest to them.
 
-    Parameters
-    ----------
-    tubes : Tubes
-    points : float array, shape (point, 3)
-    near : int array, int array
-        Which of them to look at, see `near_points`.
+    Only those that are `near` are looked at, see `near_points`.
     """
     closed = np.isin(np.arange(len(tubes.parent)), tubes.parent, invert=True)
     gap, place, along, vessel, normal, wall = _stood(

@@ -1,14 +1,20 @@
-"""Where vessels meet: the least-squares meeting point of their axes, not where their paths part."""
+"""Where vessels meet, at the least-squares meeting point of their axes, and where terminals end, on the surface."""
 
 import numpy as np
 
 from vasowave.imaging.axes.skeleton import shortest
 from vasowave.imaging.axes.starts import rerouted
-from vasowave.imaging.axes.stretches import clear_stretch, free_stretch
-from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.kernels import ahead_of
+from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.sections import STEP, across, disc, sampled
+from vasowave.imaging.tree import Line, Tree, clear_stretch, free_stretch
 
 REACH = 2.5
 """An axis is fitted over so many junction radii: farther out, a vessel's curvature misleads."""
+FARTHEST = 2.0
+"""An end moves by at most so many voxels from the surface."""
+PLATEAU = 1.5, 3.0
+"""The vessel's own grey is that on its axis so many voxels before its end; in wide vessels to 1.5 radii before it."""
 
 
 def with_met_axes(tree: Tree) -> Tree:
@@ -67,3 +73,70 @@ def _meeting_point(arms: list[Line], stretches: list[tuple[float, float]], radiu
         return None
     meeting = np.linalg.solve(matrix, right)
     return meeting if np.linalg.norm(meeting - arms[0].points[0]) < 2.5 * radius else None
+
+
+def with_ends_at_the_surface(tree: Tree, surface: np.ndarray) -> Tree:
+    """Return `tree` with the last radius of every terminal replaced by its axis, prolonged to the surface.
+
+    Within a radius of a blind end a center path turns to its farthest corner. The end is the median of the
+    surface's points (cm, shape (corner, 3)) ahead that lie within half a radius of the axis; a terminal without such
+    points keeps its end.
+    """
+    lines = list(tree.lines)
+    for row in tree.terminals:
+        lines[row] = to_the_surface(lines[row], surface)
+    return tree.with_lines(lines)
+
+
+def to_the_surface(line: Line, surface: np.ndarray) -> Line:
+    """Return `line` with its last radius replaced by its axis, prolonged to the `surface`."""
+    run = line.run
+    radius = float(np.median(line.radius[run > 0.5 * run[-1]]))
+    kept = line[run <= max(run[-1] - radius, 0.5 * run[-1])]
+    straight = kept.points[run[: len(kept)] >= run[len(kept) - 1] - 2.5 * radius]
+    if len(straight) < 3:
+        return line
+    axis = np.linalg.svd(straight - straight.mean(axis=0), full_matrices=False)[2][0]
+    axis *= np.sign(axis @ (straight[-1] - straight[0]))
+    cap = ahead_of(surface, kept.points[-1], axis, 3 * radius, 0.5 * radius)
+    if len(cap) < 3:
+        return line
+    far = float(np.median(cap))
+    steps = max(2, round(far / (run[-1] / (len(run) - 1))))
+    along = np.linspace(0, far, steps + 1)[1:]
+    added = kept.points[-1] + along[:, None] * axis
+    return kept.then(Line(added, np.minimum(kept.radius[-1], far - along)))
+
+
+def with_ends_at_half_grey(tree: Tree, lumen: Segmentation) -> Tree:
+    """Return `tree` with every terminal's end moved along its axis to where the grey falls to half the vessel's own.
+
+    Its ends lie at the surface before. Blur takes the axis of a thin vessel far below the lumen's grey, so that its
+    surface at a fixed threshold lies inside of its end; half of what the vessel itself shows above the background does
+    not know blur nor threshold.
+    """
+    lines = list(tree.lines)
+    for row in tree.terminals:
+        lines[row] = _half_grey(lines[row], lumen)
+    return tree.with_lines(lines)
+
+
+def _half_grey(line: Line, lumen: Segmentation) -> Line:
+    """Return `line` shortened or prolonged by at most FARTHEST voxels."""
+    run, radius = line.run, float(np.median(line.radius[len(line) // 2 :]))
+    axis = line.points[-1] - line.points[np.searchsorted(run, run[-1] - radius) - 1]
+    axis /= np.linalg.norm(axis)
+    (u,), (v,) = across(axis[None])
+    grid = disc(0.5 * radius, STEP * lumen.spacing)
+    full = PLATEAU[0], max(PLATEAU[1], 1.5 * radius / lumen.spacing)
+    at = np.arange(-full[1], FARTHEST + 0.05, 0.1)
+    centers = line.points[-1] + at[:, None] * lumen.spacing * axis
+    places = centers[:, None] + grid[:, :1] * u + grid[:, 1:] * v
+    profile = sampled(lumen.grey, places, lumen.origin, lumen.spacing).mean(axis=1)
+    half = (np.median(profile[at <= -full[0]]) + lumen.background) / 2
+    falls = np.flatnonzero((profile[:-1] >= half) & (profile[1:] < half) & (at[:-1] >= -FARTHEST))
+    if len(falls) == 0:
+        return line
+    move = float(at[falls[np.argmin(np.abs(at[falls]))]]) * lumen.spacing
+    end = Line(line.points[-1:] + move * axis, line.radius[-1:])
+    return line[run < run[-1] + move].then(end)

@@ -8,9 +8,8 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from vasowave.imaging.axes.paths import MinimalPaths, end_around
-from vasowave.imaging.axes.stretches import free_stretches
 from vasowave.imaging.sections import tangents
-from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.tree import Line, Tree, free_stretches
 
 SHELL = 0.7
 """The lumen farther than this outside all tubes is looked at, voxels; within, noise and stairs decide."""

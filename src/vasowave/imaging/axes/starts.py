@@ -105,18 +105,10 @@ def settled(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 
 def settled_before(
     tree: Tree, before: Settled, surface: np.ndarray, spacing: float, roughness: float, recalled: Callable[..., Any]
 ) -> Settled:
-    """Return `tree`, made of `before` by hand, as it is, and what is open of its lengths.
+    """Return `tree`, made of `before` by hand, as it is, and what is open of its lengths; see `settled`.
 
-    A junction whose arms are those of `before` keeps what was open there; the others are fitted anew.
-
-    Parameters
-    ----------
-    tree : Tree
-    before : Settled
-    surface, spacing, roughness
-        See `settled`.
-    recalled : callable
-        Called with what decides a value and what makes it; returns the value, made now or earlier.
+    A junction whose arms are those of `before` keeps what was open there; the others are fitted anew. `recalled` is
+    called with what decides a value and what makes it, and returns the value, made now or earlier.
     """
     ends, place, others = np.zeros((len(tree), 2)), np.zeros(len(tree)), []
     was = {before.tree.lines[row].points[-1].tobytes(): row for row in _inner(before.tree)}

@@ -7,13 +7,17 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
-from vasowave.imaging.axes.ends import with_ends_at_half_grey, with_ends_at_the_surface
-from vasowave.imaging.axes.junctions import with_met_axes, without_short_vessels
+from vasowave.imaging.axes.junctions import (
+    with_ends_at_half_grey,
+    with_ends_at_the_surface,
+    with_met_axes,
+    without_short_vessels,
+)
 from vasowave.imaging.axes.paths import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
 from vasowave.imaging.axes.protrusions import tips_outside
 from vasowave.imaging.axes.skeleton import cut_at_junctions
 from vasowave.imaging.axes.starts import Settled, settled
-from vasowave.imaging.axes.tubes import STIFF, fitted
+from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.tree import Line, Tree, with_inscribed_radii
@@ -47,16 +51,16 @@ def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = 
     if len(whole) < len(tree):
         tree = without_short_vessels(fitted(whole, ways.surface, lumen.spacing, lumen.roughness))
     found = settled(tree, ways.surface, lumen.spacing, lumen.roughness)
-    return replace(found, tree=_refitted(found.tree, lumen, ways.surface, 1.0))
+    return replace(found, tree=_refitted(found.tree, lumen, ways.surface))
 
 
 def in_another_lumen(tree: Tree, lumen: Segmentation) -> Tree:
     """Return the vessels of `tree` with their axes and radii in `lumen`, that of another threshold."""
-    return _refitted(tree, lumen, surface_points(lumen), 1.0)
+    return _refitted(tree, lumen, surface_points(lumen))
 
 
-def _refitted(tree: Tree, lumen: Segmentation, surface: np.ndarray, begin: float = STIFF) -> Tree:
-    again = with_ends_at_the_surface(fitted(tree, surface, lumen.spacing, lumen.roughness, begin), surface)
+def _refitted(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
+    again = with_ends_at_the_surface(fitted(tree, surface, lumen.spacing, lumen.roughness, begin=1.0), surface)
     return with_ends_at_half_grey(again, lumen)
 
 
@@ -95,7 +99,7 @@ def without_stairs(tree: Tree, surface: np.ndarray, spacing: float) -> Tree:
 def _smoothed(line: Line, spacing: float) -> np.ndarray:
     """Return the points of `line` at equal steps of about a voxel, without stairs; its ends stay."""
     at = np.linspace(0, line.length, max(round(line.length / spacing), 3) + 1)
-    points = np.stack([np.interp(at, line.run, line.points[:, k]) for k in range(3)], axis=1)
+    points = line.at(at).points
     straight = np.linspace(points[0], points[-1], len(points))
     middle = straight + gaussian_filter1d(points - straight, min(3.0, len(points) / 6), axis=0, mode="mirror")
     middle[[0, -1]] = points[[0, -1]]

@@ -11,10 +11,9 @@ from vasowave.findings import look_kind, warn
 from vasowave.imaging.axes.skeleton import Skeleton, cut_at_junctions
 from vasowave.imaging.exchange.convention import Ends, as_extracted
 from vasowave.imaging.exchange.formats import LINES, LinesFormat
-from vasowave.imaging.exchange.graph import rooted
-from vasowave.imaging.exchange.merging import merged
+from vasowave.imaging.exchange.legacy_vtk import PolyLines
+from vasowave.imaging.exchange.merging import merged, rooted
 from vasowave.imaging.exchange.polydata import read_polydata, write_vtp
-from vasowave.imaging.exchange.polylines import PolyLines
 from vasowave.imaging.exchange.swc import LEAST, require_radii
 from vasowave.imaging.exchange.triangles import read_surface_points
 from vasowave.imaging.measure.measurement import Measurement, measured_alone

@@ -11,8 +11,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError
-from vasowave.imaging.axes.ends import to_the_surface, with_ends_at_the_surface
-from vasowave.imaging.axes.junctions import with_met_axes, without_short_vessels
+from vasowave.imaging.axes.junctions import (
+    to_the_surface,
+    with_ends_at_the_surface,
+    with_met_axes,
+    without_short_vessels,
+)
 from vasowave.imaging.axes.starts import settled
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.sections import across, tangents
@@ -150,13 +154,11 @@ def _prolonged(line: Line, more: float) -> Line:
 
 def _even(tree: Tree, step: float) -> Tree:
     """Return `tree` with points at equal steps of about `step`, as the fit expects them."""
-    return tree.with_lines([_at_steps(line, max(4, round(line.length / step))) for line in tree.lines])
+    return tree.with_lines([_at_steps(line, step) for line in tree.lines])
 
 
-def _at_steps(line: Line, count: int) -> Line:
-    at = np.linspace(0, line.length, count + 1)
-    table = np.column_stack([line.points, line.radius])
-    return Line.of(np.column_stack([np.interp(at, line.run, column) for column in table.T]))
+def _at_steps(line: Line, step: float) -> Line:
+    return line.at(np.linspace(0, line.length, max(4, round(line.length / step)) + 1))
 
 
 def _ball_surface(tree: Tree) -> np.ndarray:
@@ -164,7 +166,7 @@ def _ball_surface(tree: Tree) -> np.ndarray:
     angle = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
     rings = []
     for line in tree.lines:
-        own = _at_steps(line, max(4, round(line.length / (ALONG * line.typical_radius))))
+        own = _at_steps(line, ALONG * line.typical_radius)
         along = tangents(own.points, 1)
         along[np.linalg.norm(along, axis=1) < 0.5] = [0.0, 0.0, 1.0]  # where a line turns back on itself
         u, v = across(along)
@@ -173,7 +175,7 @@ def _ball_surface(tree: Tree) -> np.ndarray:
     points = np.concatenate(rings)
     outside = np.ones(len(points), dtype=bool)
     for line in tree.lines:
-        own = _at_steps(line, max(4, round(line.length / (0.25 * ALONG * line.typical_radius))))
+        own = _at_steps(line, 0.25 * ALONG * line.typical_radius)
         reach = own.radius.max()
         near = np.flatnonzero(((points > own.points.min(0) - reach) & (points < own.points.max(0) + reach)).all(axis=1))
         distance, nearest = cKDTree(own.points).query(points[near])

@@ -1,11 +1,11 @@
-"""Legacy VTK files of PolyData lines, versions 1 to 5.1, ASCII and binary, read from beginning to end."""
+"""Lines of VTK PolyData, and legacy files of them, versions 1 to 5.1, ASCII and binary, read from beginning to end."""
 
 import re
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.imaging.exchange.polylines import PolyLines
 
 _TYPES = {
     "bit": "u1", "char": "i1", "unsigned_char": "u1", "short": "i2", "unsigned_short": "u2", "int": "i4",
@@ -16,6 +16,41 @@ _WIDTHS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS"
 _CELLS = ("VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS")
 _NO_NUMBERS = re.compile(rb"^[^\n]*[^\s0-9eE+\-.naifNAIF][^\n]*$", re.MULTILINE)
 """A line that is not just numbers: there a list of numbers ends."""
+
+
+@dataclass(frozen=True, eq=False)
+class PolyLines:
+    """Lines through numbered points.
+
+    Attributes
+    ----------
+    points : float array, shape (point, 3)
+        x, y, z in the unit of the file.
+    lines : tuple of int array
+        Numbers of the points of each line, in order.
+    fields : dict of str to array, shape (point,) or (point, component)
+        Values at the points.
+    cells : dict of str to array, shape (line,) or (line, component)
+        Values of the lines.
+    """
+
+    points: np.ndarray
+    lines: tuple[np.ndarray, ...]
+    fields: dict[str, np.ndarray]
+    cells: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check that lines and values refer to the points there are."""
+        count = len(self.points)
+        if self.points.ndim != 2 or self.points.shape[1] != 3 or not np.isfinite(self.points).all():
+            raise InputError("points are not finite triples x, y, z; write the file again")
+        for number, line in enumerate(self.lines):
+            if len(line) and (line.min() < 0 or line.max() >= count):
+                raise InputError(f"line {number} names a point that does not exist ({count} points)")
+        for name, values in self.fields.items():
+            if len(values) != count:
+                raise InputError(f"array '{name}' has {len(values)} values for {count} points")
+        object.__setattr__(self, "cells", {k: v for k, v in self.cells.items() if len(v) == len(self.lines)})
 
 
 def parse_legacy(raw: bytes) -> PolyLines:

@@ -9,7 +9,7 @@ import numpy as np
 from vasowave.errors import InputError, of_file
 from vasowave.imaging.axes.skeleton import Skeleton
 from vasowave.imaging.exchange.formats import LINES, LinesFormat
-from vasowave.imaging.exchange.graph import rooted
+from vasowave.imaging.exchange.merging import rooted
 from vasowave.imaging.tree import Line
 from vasowave.io.textfile import read_bytes
 

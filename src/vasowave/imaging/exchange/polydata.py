@@ -11,9 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.imaging.exchange.legacy_vtk import parse_legacy
-from vasowave.imaging.exchange.lz4 import lz4_block
-from vasowave.imaging.exchange.polylines import PolyLines
+from vasowave.imaging.exchange.legacy_vtk import PolyLines, parse_legacy
 from vasowave.io.textfile import read_bytes
 
 _TYPES = {
@@ -201,6 +199,49 @@ def _whole(content: bytes, size: int, ended: bool) -> bytes:
     if len(content) != size or not ended:
         raise InputError(f"a block does not hold the {size} bytes that it announces; write the file again")
     return content
+
+
+def lz4_block(packed: bytes, size: int) -> bytes:
+    """Return the content of one LZ4 block that holds `size` bytes.
+
+    Raises
+    ------
+    InputError
+        A block that ends early, copies from before its beginning, or holds more or less.
+    """
+    unpacked, at = bytearray(), 0
+    try:
+        while at < len(packed) and len(unpacked) <= size:
+            token = packed[at]
+            count, at = _count(packed, at + 1, token >> 4)
+            if at + count > len(packed):
+                raise IndexError
+            unpacked += packed[at : at + count]
+            at += count
+            if at == len(packed):  # the last sequence has no copy
+                break
+            back = packed[at] | packed[at + 1] << 8
+            count, at = _count(packed, at + 2, token & 15)
+            if not 0 < back <= len(unpacked):
+                raise IndexError
+            for _ in range(min(count + 4, size + 1 - len(unpacked))):  # may overlap what it writes
+                unpacked.append(unpacked[-back])
+        if len(unpacked) != size:
+            raise IndexError
+    except IndexError:
+        raise InputError("truncated or damaged LZ4 data; write the file again") from None
+    return bytes(unpacked)
+
+
+def _count(packed: bytes, at: int, first: int) -> tuple[int, int]:
+    """Return a length of which `first` is the beginning, and where reading goes on."""
+    count = first
+    while first == 15:
+        count += packed[at]
+        at += 1
+        if packed[at - 1] != 255:
+            break
+    return count, at
 
 
 _UNPACKERS: dict[str, Callable[[bytes, int], bytes]] = {

@@ -1,7 +1,7 @@
 """Tables of a network: ours, one row a vessel and one a point; and the two of the paper."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -24,25 +24,24 @@ def write_network_table(measured: Measurement, path: str | Path, doubts: Sequenc
     known = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
     errors, counts = measured_columns(network), counted(network)
     heads = [*(f"{head} [cm]" for head in _SIZES), *errors, *known, *counts]
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["name", "parent", *heads, "radius_reliable", "doubts"])
-        for row, name in enumerate(network.name):
-            cells = [repr(float(column[row])) if np.isfinite(column[row]) else "" for column in columns]
-            cells += [column[row] for column in errors.values()]
-            reliable = "yes" if measured.reliable[row] else "no"
-            cells += [*known.values(), *counts.values(), reliable, "; ".join(doubted[name])]
-            writer.writerow([name, names[row], *cells])
+    rows = []
+    for row, name in enumerate(network.name):
+        cells = [repr(float(column[row])) if np.isfinite(column[row]) else "" for column in columns]
+        cells += [column[row] for column in errors.values()]
+        reliable = "yes" if measured.reliable[row] else "no"
+        cells += [*known.values(), *counts.values(), reliable, "; ".join(doubted[name])]
+        rows.append([name, names[row], *cells])
+    _write(path, ["name", "parent", *heads, "radius_reliable", "doubts"], rows)
 
 
 def write_points(tree: Tree, names: tuple[str, ...], path: str | Path) -> None:
     """Write the points of every axis with their inscribed radii: vessel, x, y, z, radius in cm."""
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["vessel", "x [cm]", "y [cm]", "z [cm]", "radius [cm]"])
-        for name, line in zip(names, tree.lines, strict=True):
-            for (z, y, x), r in zip(line.points, line.radius, strict=True):
-                writer.writerow([name, *(f"{value:.7g}" for value in (x, y, z, r))])
+    rows = [
+        [name, *(f"{value:.7g}" for value in (x, y, z, r))]
+        for name, line in zip(names, tree.lines, strict=True)
+        for (z, y, x), r in zip(line.points, line.radius, strict=True)
+    ]
+    _write(path, ["vessel", "x [cm]", "y [cm]", "z [cm]", "radius [cm]"], rows)
 
 
 def write_author_tables(network: Network, connectivity: str | Path, dimensions: str | Path) -> None:
@@ -52,14 +51,16 @@ def write_author_tables(network: Network, connectivity: str | Path, dimensions: 
     """
     width = max(2, *(len(rows) for rows in network.daughters))
     heads = ["left", "right", *(f"daughter{k}" for k in range(3, width + 1))]
-    with Path(connectivity).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["vessel", *heads])
-        for name, rows in zip(network.name, network.daughters, strict=True):
-            if rows:
-                writer.writerow([name, *(network.name[row] for row in rows), *[""] * (width - len(rows))])
-    with Path(dimensions).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["vessel", "r0 [cm]", "L [cm]"])
-        for row, name in enumerate(network.name):
-            writer.writerow([name, repr(float(network.radius[row])), repr(float(network.length[row]))])
+    joined = [
+        [name, *(network.name[row] for row in rows), *[""] * (width - len(rows))]
+        for name, rows in zip(network.name, network.daughters, strict=True)
+        if rows
+    ]
+    _write(connectivity, ["vessel", *heads], joined)
+    sizes = zip(network.name, map(repr, network.radius.tolist()), map(repr, network.length.tolist()), strict=True)
+    _write(dimensions, ["vessel", "r0 [cm]", "L [cm]"], sizes)
+
+
+def _write(path: str | Path, heads: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    with Path(path).open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([heads, *rows])

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.imaging.measure.beside import reach_beside, signal_beside
-from vasowave.imaging.measure.profiles import CLEARANCE, RING, Profile, profile
+from vasowave.imaging.measure.profiles import CLEARANCE, RING, Profile, profile, reach_beside, signal_beside
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line
 from vasowave.runtime.kept import digest_of

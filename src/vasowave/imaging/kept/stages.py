@@ -1,22 +1,51 @@
 """Stages of an extraction in a folder: a value, what it was made of, and the warnings that came with it.
 
-A stage is believed only if its key is the one asked for and its file is whole (see `runtime.kept`). Anything else is
-made anew, in silence.
+A stage is believed only if its key, a digest of the image, the options it uses and the program, is the one asked for
+and its file is whole (see `runtime.kept`). Anything else is made anew, in silence. A file holds a piece of JSON, then
+plain arrays; no code is ever read.
 """
 
+import json
+import re
 import warnings
 from collections.abc import Callable
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
 
 from vasowave.errors import VasowaveWarning
 from vasowave.findings import Finding, as_json, found_in, from_json, warn
-from vasowave.imaging.kept.packing import read_value, write_value
+from vasowave.imaging.axes.starts import Settled
+from vasowave.imaging.given import Given
+from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.measure.grey_scale import GreyScale
+from vasowave.imaging.measure.profiles import Profile
+from vasowave.imaging.measure.spread import Elsewhere
+from vasowave.imaging.options import Options
+from vasowave.imaging.read.volume import Volume
+from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.witness.grey import GreyLook
+from vasowave.imaging.witness.skeleton import Thinned
 from vasowave.io.files import made_inside, not_written, remove_parts
+from vasowave.io.textfile import look, read_start
+from vasowave.runtime.kept import digest_of, keep, program, recall
 
 T = TypeVar("T")
 FOLDER = "stages"
 _SUFFIX = ".stage"
+_ALL = (Volume, Segmentation, Line, Tree, Elsewhere, Settled, Thinned, Profile, GreyLook, GreyScale)
+_KINDS: dict[str, type] = {one.__name__: one for one in _ALL}
+_BITS = np.dtype(bool).str
+_WORD = 16
+"""Arrays begin at multiples of so many bytes."""
+_LIBRARIES = ("numpy", "scipy", "scikit-image", "SimpleITK", "pydicom", "tifffile")
+_HEADER = 1 << 16
+"""No header is longer, bytes."""
+_SELF_CONTAINED = (".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd", ".tif", ".tiff")
+_ELSEWHERE = re.compile(rb"^(data ?file *:|ElementDataFile *=(?! *LOCAL))", re.MULTILINE | re.IGNORECASE)
+"""How a header says that its voxels stand in another file."""
 
 
 class Stages:
@@ -129,3 +158,111 @@ def _made(make: Callable[[], T]) -> tuple[T, tuple[Finding, ...]]:
 def _warn(notes: tuple[Finding, ...]) -> None:
     for note in notes:
         warn(note, stacklevel=4)
+
+
+def write_value(path: Path, key: str, value: Any) -> None:
+    """Write `value` under `key`; `OSError` where that fails.
+
+    It may be of dataclasses of an extraction, tuples, arrays, numbers, text and None, inside one another.
+    """
+    arrays: list[np.ndarray] = []
+    plain = _plain(value, arrays)
+    head = json.dumps({"arrays": [(one.dtype.str, one.size) for one in arrays], "value": plain}).encode()
+    parts: list[Any] = [len(head).to_bytes(_WORD, "little"), head, *map(_bytes, arrays)]
+    keep(path, key, *(piece for part in parts for piece in (part, bytes(-len(part) % _WORD))))
+
+
+def read_value(path: Path, key: str) -> Any:
+    """Return the value that `write_value` wrote under `key`; any error where no such one stands there."""
+    with path.open("rb") as file:
+        content = recall(file, key)
+    if content is None:
+        raise ValueError("another value, or a damaged one")
+    length = int.from_bytes(content[:_WORD].tobytes(), "little")
+    head = json.loads(content[_WORD : _WORD + length].tobytes())
+    arrays, at = [], _next(_WORD + length)
+    for kind, size in head["arrays"]:
+        end = at + size * np.dtype(kind).itemsize
+        arrays.append(content[at:end].view(kind))
+        at = _next(end)
+    return _value(head["value"], arrays)
+
+
+def _next(at: int) -> int:
+    return at + -at % _WORD
+
+
+def _value(plain: Any, arrays: list[np.ndarray]) -> Any:
+    if isinstance(plain, list):
+        return tuple(_value(one, arrays) for one in plain)
+    if not isinstance(plain, dict):
+        return plain
+    if "kind" in plain:
+        return _KINDS[plain["kind"]](**{name: _value(one, arrays) for name, one in plain["fields"].items()})
+    array, shape = arrays[plain["array"]], tuple(plain["shape"])
+    if plain["type"] == _BITS:
+        array = np.unpackbits(array, count=int(np.prod(shape)))
+    return array.view(plain["type"]).reshape(shape)
+
+
+def _plain(value: Any, arrays: list[np.ndarray]) -> Any:
+    if isinstance(value, np.ndarray):
+        arrays.append(np.packbits(value) if value.dtype == bool else value)
+        return {"array": len(arrays) - 1, "shape": value.shape, "type": value.dtype.str}
+    if is_dataclass(value):
+        own = {entry.name: _plain(getattr(value, entry.name), arrays) for entry in fields(value)}
+        return {"kind": type(value).__name__, "fields": own}
+    if isinstance(value, tuple):
+        return [_plain(one, arrays) for one in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _bytes(array: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+
+
+class Keys(NamedTuple):
+    """The digest of each stage; it holds that of the stage before."""
+
+    lumen: str
+    loops: str
+    axes: str
+    elsewhere: str
+    witness: str
+    profiles: str
+    grey: str
+
+
+def keys_of(image: str, said: Given, options: Options) -> Keys:
+    """Return the keys of the stages after the image, whose own is `image`.
+
+    Edits, wanted parts, scale and pressure act on what is measured, so that no stage depends on them; a root among
+    the edits is the root.
+    """
+    lumen = _key("lumen", image, said.segmenter, options.threshold, said.seed)
+    loops = _key("loops", lumen, options.loops, said.outlets is None)
+    axes = _key("axes", lumen, said.root, said.outlets, bool(options.cannula))
+    elsewhere, grey = _key("elsewhere", axes), _key("grey", axes, options.cannula)
+    return Keys(lumen, loops, axes, elsewhere, _key("witness", lumen, said.root), _key("profiles", image), grey)
+
+
+def _key(stage: str, *values: Any) -> str:
+    return digest_of(program("imaging", libraries=_LIBRARIES), stage, *values)
+
+
+def image_key(source: Path, voxel: float | None) -> str | None:
+    """Return the digest of the files at `source`, with what they are read as; None where other files belong to it."""
+    files = sorted(one for one in source.iterdir() if one.is_file()) if source.is_dir() else [source]
+    if not source.is_dir() and not _stands_alone(source):
+        return None
+    return _key("image", source.suffix.lower(), voxel, [(file.name, look(file).sha256) for file in files])
+
+
+def _stands_alone(source: Path) -> bool:
+    whole = source.is_file() and source.name.lower().endswith(_SELF_CONTAINED)
+    return whole and not _ELSEWHERE.search(read_start(source, _HEADER))
+
+
+def volume_key(volume: Volume) -> str:
+    """Return the digest of an image that is given as such."""
+    return _key("volume", volume)

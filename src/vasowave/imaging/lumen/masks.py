@@ -6,7 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from vasowave.errors import InputError
-from vasowave.imaging.lumen.background import background_level
+from vasowave.imaging.lumen.levels import background_level
 from vasowave.imaging.lumen.segmentation import Segmentation, Segmenter, Smoothed, connected_lumen, parts_of, segment
 from vasowave.imaging.read.labels import in_mm
 from vasowave.imaging.read.volume import Volume

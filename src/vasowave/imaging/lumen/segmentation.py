@@ -11,19 +11,16 @@ from scipy.sparse.csgraph import connected_components
 
 from vasowave.errors import EXTRAS, InputError
 from vasowave.findings import look_kind, warn
-from vasowave.imaging.kernels import encloses
-from vasowave.imaging.lumen.background import background_and_noise
-from vasowave.imaging.lumen.proposal import levels_of
-from vasowave.imaging.lumen.smoothing import reach_of, smoothed
+from vasowave.imaging.kernels import encloses, smoothed_plane
+from vasowave.imaging.lumen.levels import background_and_noise, levels_of
 from vasowave.imaging.places import written
 from vasowave.imaging.read.volume import Volume
 
 Segmenter = Callable[[Volume, float, np.ndarray | None], "Segmentation"]
 """Finds the lumen in a volume at a threshold, from a point in it (or the largest)."""
-
+_TRUNCATE = 3.0  # standard deviations of the smoothing
 Parts = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Gives the grey levels of a part of a volume, from a voxel (z, y, x) to before another."""
-
 MARGIN = 3
 """Voxels kept around the lumen."""
 LARGE = 1 << 30
@@ -31,6 +28,37 @@ LARGE = 1 << 30
 _SIZE = 4  # bytes of a smoothed grey level
 LEAST, LEAST_SHARE = 100, 0.003
 """A separate piece of so many voxels, and of such a share of the lumen, is as large as a vessel."""
+AT_BORDER = look_kind(
+    "image.lumen-at-border",
+    "the lumen touches the border of the volume: the vessels that leave it end there, cut",
+    "Scan or crop wider, if these vessels matter.",
+)
+TWO_TREES = look_kind(
+    "image.two-trees", "two separate trees ({larger} and {smaller} voxels): took the larger; {remedy}", "a seed chooses"
+)
+
+
+def reach_of(width: float) -> int:
+    """Return how far smoothing of the standard deviation `width` reaches, voxels."""
+    return int(_TRUNCATE * width + 0.5)
+
+
+def smoothed(grey: np.ndarray, width: float) -> np.ndarray:
+    """Return `grey` (shape (z, y, x)) smoothed, float32, by a Gaussian of standard deviation `width`, voxels.
+
+    The image goes on beyond its faces as its mirror image. Planes are read once, so that no second copy is held.
+    """
+    reach = reach_of(width)
+    weights = np.exp(-0.5 / width**2 * np.arange(-reach, reach + 1) ** 2)
+    weights = (weights / weights.sum())[reach:]
+    along, down, across = (np.pad(np.arange(count), reach, mode="symmetric") for count in grey.shape)
+    planes = np.empty((len(weights) + reach, *grey.shape[1:]), dtype=np.float32)  # of each plane those beside it
+    found, count = np.empty(grey.shape, dtype=np.float32), len(planes)
+    for z in range(len(grey)):
+        for new in range(z + reach if z else 0, min(z + reach + 1, len(grey))):
+            planes[new % count] = grey[new]
+        smoothed_plane(planes, along[z : z + count] % count, down, across, weights, found[z])
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,16 +114,6 @@ class Segmentation:
         grey = np.pad(self.grey, 1, constant_values=float(self.grey.min()))
         corners, triangles, *_ = marching_cubes(grey, self.threshold, gradient_direction="ascent")
         return corners, triangles
-
-
-AT_BORDER = look_kind(
-    "image.lumen-at-border",
-    "the lumen touches the border of the volume: the vessels that leave it end there, cut",
-    "Scan or crop wider, if these vessels matter.",
-)
-TWO_TREES = look_kind(
-    "image.two-trees", "two separate trees ({larger} and {smaller} voxels): took the larger; {remedy}", "a seed chooses"
-)
 
 
 def segment(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None = None) -> Segmentation:

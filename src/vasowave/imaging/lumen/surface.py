@@ -53,12 +53,7 @@ def smooth_surface(lumen: Segmentation, rounds: int = 10) -> Surface:
 def write_mask(lumen: Segmentation, image: Volume, path: str | Path) -> None:
     """Write the lumen's voxels as an image of 0 and 1 on the grid of `image` (.nrrd, .nii.gz, .mha), in mm.
 
-    Parameters
-    ----------
-    lumen : Segmentation
-    image : Volume
-        The volume as read; a lumen found on a resampled grid goes back to the nearest voxels.
-    path : path
+    That is the volume as read: a lumen found on a resampled grid goes back to the nearest voxels.
     """
     write_image(full_mask(lumen, image).astype(np.uint8), image, path)
 

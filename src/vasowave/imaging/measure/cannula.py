@@ -55,13 +55,8 @@ def cannula_tip(line: Line, radius: np.ndarray) -> int:
 def tip_sd(cannula: Line, root: Line, volume: Volume) -> float:
     """Return the standard deviation of the place where the cannula ends, cm: what noise of the sections leaves open.
 
-    Every point is as likely to be the tip as the misfit of the two stretches that it parts says.
-
-    Parameters
-    ----------
-    cannula, root : Line
-        What `without_cannula` made of the root.
-    volume : Volume
+    Every point is as likely to be the tip as the misfit of the two stretches that it parts says: `cannula` and `root`,
+    what `without_cannula` made of the root.
     """
     line = cannula[:-1].then(root)
     places, misfits, _ = _candidates(line, section_radii(line, volume))

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vasowave.imaging.measure.beside import COPIES
-from vasowave.imaging.measure.profiles import Profile
+from vasowave.imaging.measure.profiles import COPIES, Profile
 
 FEWEST = 5
 """A slope is looked for in at least so many sections."""

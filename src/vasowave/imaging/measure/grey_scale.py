@@ -9,11 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.kernels import in_tube
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.sections import carried, disc, sampled, tangents
-from vasowave.imaging.tree import Tree
+from vasowave.imaging.tree import Tree, clear_stretches
 
 LAG = 3
 """Sections so many points apart have noise of their own; the middle one differs from the mean of both others by it."""

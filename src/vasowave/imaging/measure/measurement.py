@@ -1,20 +1,36 @@
-"""What was measured of every vessel."""
+"""What was measured of every vessel: lengths, radii, taper."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vasowave.imaging.axes.stretches import free_length
-from vasowave.imaging.measure.beside import Beside, signal_beside
-from vasowave.imaging.measure.profiles import Look, profile
+from vasowave.imaging.measure.profiles import Beside, Look, profile, signal_beside
 from vasowave.imaging.measure.radii import Densitometry, densitometry
-from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.read.volume import Volume
-from vasowave.imaging.tree import Tree
+from vasowave.imaging.tree import Line, Tree, clear_stretches, free_length
 from vasowave.network.network import Network, closes
 
 RELIABLE = 2.0
 """A radius is reliable if it was measured over a free length of at least this many radii."""
+
+
+def network_of(tree: Tree) -> Network:
+    """Return lengths and mean radii of `tree` (eq. 1); vessels are numbered from 1 in the order of the tree.
+
+    The radius is the mean over the points outside the junctions' inscribed balls and sisters' tubes and farther than
+    a radius from a free end; the median of all points where no such point exists.
+
+    Raises
+    ------
+    InputError
+        As `Network`.
+    """
+    radius = []
+    for line, (begin, end) in zip(tree.lines, clear_stretches(tree), strict=True):
+        away = (line.run > begin) & (line.run < end)
+        radius.append(float(line.radius[away].mean()) if away.any() else line.typical_radius)
+    names = tuple(str(row + 1) for row in range(len(tree)))
+    return Network(names, tree.parent, np.array([line.length for line in tree.lines]), np.array(radius))
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +95,9 @@ def with_errors(measured: Measurement) -> Measurement:
 
 
 def measured_alone(tree: Tree, length_sd: np.ndarray | None = None) -> Measurement:
-    """Return lengths and inscribed radii of a `tree` without an image; the spread of the radii is unknown.
+    """Return lengths, with their SD where it is known, and inscribed radii of a `tree` without an image, all in cm.
 
-    Parameters
-    ----------
-    tree : Tree
-    length_sd : float array, shape (vessel,), optional
-        SD of its lengths, cm, where it is known.
+    The spread of the radii is unknown.
     """
     network = network_of(tree)
     unknown = np.full(len(network), np.nan)
@@ -93,3 +105,46 @@ def measured_alone(tree: Tree, length_sd: np.ndarray | None = None) -> Measureme
     return Measurement(
         network, tree, network.radius, unknown, unknown, reliable, unknown if length_sd is None else length_sd
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Taper:
+    """Straight lines through the inscribed radius of each vessel; NaN for vessels without a free stretch.
+
+    Attributes
+    ----------
+    slope : float array, shape (vessel,)
+        -dr/ds, cm per cm; positive where the vessel narrows away from the heart.
+    slope_se : float array, shape (vessel,)
+        Standard error of the slope with as many independent points as radii fit into the stretch.
+    proximal, distal : float array, shape (vessel,)
+        Radius of that line at the vessel's beginning and end, cm.
+    """
+
+    slope: np.ndarray
+    slope_se: np.ndarray
+    proximal: np.ndarray
+    distal: np.ndarray
+
+
+def taper(tree: Tree) -> Taper:
+    """Fit r(s) = r0 - slope · s over each vessel's clear stretch: outside junctions, sisters and its free end.
+
+    Radii of neighboring points are of one sphere, so a stretch holds only as many independent values as radii fit
+    into it; vessels with a free stretch below three radii have no taper (NaN).
+    """
+    rows = [_fit(line, *stretch) for line, stretch in zip(tree.lines, clear_stretches(tree), strict=True)]
+    return Taper(*np.array(rows).T)
+
+
+def _fit(line: Line, begin: float, end: float) -> tuple[float, float, float, float]:
+    run, radius = line.run, line.radius
+    free = (run > begin) & (run < end)
+    independent = np.ptp(run[free]) / line.typical_radius if free.any() else 0.0
+    if independent < 3 or free.sum() < 5:
+        return (np.nan,) * 4
+    s, r = run[free], radius[free]
+    slope, intercept = np.polyfit(s, r, 1)
+    residual = float(np.std(r - intercept - slope * s))
+    error = residual / (float(np.std(s)) * np.sqrt(independent))
+    return -float(slope), error, float(intercept), float(intercept + slope * run[-1])

@@ -5,13 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.imaging.axes.stretches import clear_stretches
-from vasowave.imaging.measure.beside import Beside, signal_beside
 from vasowave.imaging.measure.contrast import blur_of, contrasts
 from vasowave.imaging.measure.evening import Evened, evened_sections, moderated
-from vasowave.imaging.measure.profiles import CLEARANCE, RING, Look, Profile, profile
+from vasowave.imaging.measure.profiles import CLEARANCE, RING, Beside, Look, Profile, profile, signal_beside
 from vasowave.imaging.read.volume import Volume
-from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.tree import Line, Tree, clear_stretches
 
 MODEL = 0.006
 """Relative standard deviation of a radius for what no repetition shows: background, axis, sampling."""

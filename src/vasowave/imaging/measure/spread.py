@@ -7,15 +7,13 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import look_kind, warn
-from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.axes.vessels import in_another_lumen
 from vasowave.imaging.lumen.segmentation import Segmenter
-from vasowave.imaging.measure.measurement import Measurement
+from vasowave.imaging.measure.measurement import Measurement, network_of
 from vasowave.imaging.measure.profiles import Look, profile
 from vasowave.imaging.measure.radii import densitometric_radii, windows
-from vasowave.imaging.measure.sizes import network_of
-from vasowave.imaging.read.volume import Volume
-from vasowave.imaging.tree import Tree
+from vasowave.imaging.read.volume import Volume, part_of
+from vasowave.imaging.tree import Tree, clear_stretches
 
 FACTORS = 0.8, 1.2
 """The radii are measured again at these multiples of the threshold."""
@@ -168,7 +166,5 @@ def _around(volume: Volume, tree: Tree, root: np.ndarray) -> Volume:
     """Return the part of `volume` that holds `tree` and `root`, without a copy."""
     places = (np.vstack([tree.line.points, root]) - volume.origin) / volume.spacing
     reach = 2 * tree.line.radius.max() / volume.spacing[0] + 10
-    low = np.maximum(places.min(axis=0) - reach, 0).astype(int)
-    high = (places.max(axis=0) + reach + 1).astype(int)
-    box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
-    return Volume(volume.grey[box], volume.spacing, volume.origin + low * volume.spacing)
+    low, high = places.min(axis=0) - reach, places.max(axis=0) + reach + 1
+    return part_of(volume, low.astype(int), high.astype(int))

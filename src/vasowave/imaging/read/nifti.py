@@ -5,11 +5,18 @@ import struct
 import zlib
 from math import prod
 from pathlib import Path
+from typing import Any
 
 from vasowave.errors import InputError
 from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.itk import read_itk
 from vasowave.imaging.read.payload import no_voxel_size, require_bytes
+
+_FIELDS: dict[int, dict[str, tuple[str, int]]] = {
+    348: {"dim": ("8h", 40), "bits": ("h", 72), "sizes": ("3f", 80), "offset": ("f", 108), "unit": ("B", 123)},
+    540: {"bits": ("h", 14), "dim": ("8q", 16), "sizes": ("3d", 112), "offset": ("q", 168), "unit": ("i", 500)},
+}
+"""Types and places of what is read of a header, by its size: that of version 1 or 2."""
 
 
 def require_whole_nifti(path: Path, sized: bool = False) -> None:
@@ -36,31 +43,30 @@ def require_whole_nifti(path: Path, sized: bool = False) -> None:
 
 def _is_sized(header: bytes) -> bool:
     """Whether a header says how large a voxel is, and in which unit: m, mm or µm."""
-    order = next(order for order in "<>" if struct.unpack_from(f"{order}i", header)[0] in (348, 540))
-    if struct.unpack_from(f"{order}i", header)[0] == 348:
-        sizes, (unit,) = struct.unpack_from(f"{order}3f", header, 80), struct.unpack_from("B", header, 123)
-    else:
-        sizes, (unit,) = struct.unpack_from(f"{order}3d", header, 112), struct.unpack_from(f"{order}i", header, 500)
+    sizes, (unit,) = _field(header, "sizes"), _field(header, "unit")
     return all(size > 0 for size in sizes) and unit & 7 in (1, 2, 3)
 
 
 def _announced(header: bytes) -> int:
     """Return the size of a whole file with this header, bytes."""
+    (count, *dim), (bits,), (offset,) = _field(header, "dim"), _field(header, "bits"), _field(header, "offset")
+    if not (1 <= count <= 7 and min(dim[:count]) > 0 and bits > 0 and offset >= _size(header)[1]):
+        raise ValueError("its header announces no voxels")
+    return int(offset) + prod(dim[:count]) * bits // 8
+
+
+def _field(header: bytes, name: str) -> tuple[Any, ...]:
+    order, size = _size(header)
+    kind, place = _FIELDS[size][name]
+    return struct.unpack_from(order + kind, header, place)
+
+
+def _size(header: bytes) -> tuple[str, int]:
+    """Return the order of a header's bytes, and its size, by which versions 1 and 2 are told apart."""
     for order in "<>":
         (size,) = struct.unpack_from(f"{order}i", header)
-        if size == 348:
-            dim = struct.unpack_from(f"{order}8h", header, 40)
-            bits = struct.unpack_from(f"{order}h", header, 72)[0]
-            offset = struct.unpack_from(f"{order}f", header, 108)[0]
-        elif size == 540:
-            dim = struct.unpack_from(f"{order}8q", header, 16)
-            bits = struct.unpack_from(f"{order}h", header, 14)[0]
-            offset = struct.unpack_from(f"{order}q", header, 168)[0]
-        else:
-            continue
-        if not (1 <= dim[0] <= 7 and min(dim[1 : dim[0] + 1]) > 0 and bits > 0 and offset >= size):
-            raise ValueError("its header announces no voxels")
-        return int(offset) + prod(dim[1 : dim[0] + 1]) * bits // 8
+        if size in _FIELDS:
+            return order, size
     raise ValueError("its first number is neither 348 nor 540")
 
 

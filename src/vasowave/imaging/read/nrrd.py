@@ -99,7 +99,8 @@ def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int
         return
     packing = _PACKINGS[encoding]
     if packing == "raw":
-        require_bytes(holder, holder.stat().st_size - count if offset == -1 else start + offset, count)
+        last = holder.stat().st_size - count  # where voxels begin that end with the file
+        require_bytes(holder, max(start, last) if offset == -1 else start + offset, count)
     else:  # bytes are skipped in what comes out
         require_bytes(holder, start, count + max(offset, 0), packing)
 

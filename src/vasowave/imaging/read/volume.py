@@ -89,6 +89,13 @@ def _levels(given: np.dtype) -> np.dtype:
     return given.newbyteorder("=") if small else np.dtype(np.float32)
 
 
+def part_of(volume: Volume, low: np.ndarray, high: np.ndarray) -> Volume:
+    """Return the voxels from `low` up to `high` (z, y, x), as far as there are any, without a copy."""
+    low = np.maximum(low, 0)
+    grey = volume.grey[tuple(map(slice, low, high))]
+    return Volume(grey, volume.spacing, volume.origin + low * volume.spacing, volume.axes)
+
+
 def is_cubic(volume: Volume) -> bool:
     """Whether the voxels are cubes within 0.1 %."""
     return bool(np.allclose(volume.spacing, volume.spacing.min(), rtol=1e-3))

@@ -11,7 +11,7 @@ from vasowave.imaging.measure.cannula import cannula_radius
 from vasowave.imaging.measure.grey_scale import GreyScale, corrected, grey_scale
 from vasowave.imaging.measure.profiles import RING
 from vasowave.imaging.options import grey_text
-from vasowave.imaging.read.volume import Volume
+from vasowave.imaging.read.volume import Volume, part_of
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
 
@@ -95,9 +95,7 @@ def _around(line: Line, volume: Volume) -> Volume:
     reach = float(np.median(line.radius)) + (RING + 2) * volume.spacing
     low = np.floor((line.points.min(axis=0) - reach - volume.origin) / volume.spacing).astype(int)
     high = np.ceil((line.points.max(axis=0) + reach - volume.origin) / volume.spacing).astype(int) + 1
-    low, high = np.maximum(low, 0), np.minimum(high, volume.grey.shape)
-    grey = volume.grey[tuple(map(slice, low, high))]
-    return Volume(grey, volume.spacing, volume.origin + low * volume.spacing, volume.axes)
+    return part_of(volume, low, high)
 
 
 def saturation(volume: Volume, lumen: Segmentation) -> tuple[float, float]:

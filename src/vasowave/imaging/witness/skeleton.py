@@ -105,11 +105,8 @@ def skeleton_voxels(lumen: Segmentation, who: str) -> tuple[np.ndarray, np.ndarr
 def skeleton_branches(skeleton: Thinned, ends: np.ndarray | None = None) -> Branches:
     """Return the branches of a skeleton: those to its tips, without spurs, or to the points nearest to given `ends`.
 
-    Parameters
-    ----------
-    skeleton : Thinned
-    ends : float array, shape (end, 3), optional
-        Where vessels end by what the user gave, outlets or edits, be it inside a vessel that goes on; z, y, x, cm.
+    Ends, z, y, x, cm, shape (end, 3), are where vessels end by what the user gave, outlets or edits, be it inside a
+    vessel that goes on.
     """
     kept = np.zeros(len(skeleton.places), dtype=bool)
     kept[skeleton.start] = True

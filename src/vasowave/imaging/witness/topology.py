@@ -1,10 +1,16 @@
-"""The answer's tree beside the skeleton's: ends that only one has, and junctions that join other vessels."""
+"""What speaks against a tree's vessels: ends and junctions that the skeleton has otherwise, vessels that only pass by,
+pieces of lumen that hang together with nothing.
+"""
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
+from vasowave.findings import Kind, Value, note_kind, warn
+from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.places import written
-from vasowave.imaging.tree import Tree
+from vasowave.imaging.tree import Line, Tree, clear_stretches
 from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
 from vasowave.imaging.witness.skeleton import Branches
 
@@ -40,6 +46,36 @@ SHORT = doubt_kind(
     "two vessels leave: {remedy}",
     "look, and merge what is no vessel",
 )
+STRAIGHT = 150.0
+"""Two vessels that leave a junction in directions so far apart (degrees) may be one that passes: daughters lie within
+about 130 degrees of one another."""
+BEGINS, OVER = 2.0, 3.0
+"""Their beginnings lie within so many times the sum of their radii; directions are taken over so many radii from where
+they have left their junction and their sisters: before, they bend toward the vessel that they only cross."""
+PASSING = doubt_kind(
+    "witness.passing-vessel",
+    Grade.LOOK,
+    "vessel(s) {vessels}: run on straight into one another, as one vessel does that touches or crosses another: "
+    "{remedy}",
+    "if it is not of this tree, remove both",
+)
+GAP = 2.0
+"""A piece may begin so many radii of the nearest vessel away from its wall: a bubble is no wider than the vessel."""
+ROUND, ENDS = 4.0, 0.43
+"""Within so many radii of its nearest place the middle of a piece lies farther away than this share of them, if the
+piece ends there: half of the distance for the end of a tube, a quarter for its side."""
+APART = doubt_kind(
+    "witness.separate-piece",
+    Grade.LOOK,
+    "vessel(s) {vessels}: a separate piece of lumen ({share:.0%} of the tree's) begins {gap:.2g} cm away, which a "
+    "bubble, a gap or low contrast may have cut off; it is not in the network: {remedy}",
+    "look there, and lower the threshold or mend the mask if it belongs to the tree",
+)
+ELSEWHERE = note_kind(
+    "image.separate-pieces",
+    "{count} separate piece(s) of the image are as bright as the vessels ({share:.0%} of their voxels), as bones and "
+    "other trees are, and not in the network",
+)
 
 
 def topology_doubts(
@@ -64,9 +100,7 @@ def topology_doubts(
     spare = [tip for tip in tips.tolist() if tip not in pairs.values()]
     doubts = []
     if lost:
-        names = ", ".join(str(row + 1) for row in lost)
-        places = np.array([tree.lines[row].points[-1] for row in lost])
-        doubts.append(Doubt("topology", NOT_SEEN(vessels=names), _names(lost), places))
+        doubts.append(_doubt(NOT_SEEN, tree, lost))
     if spare and all_ends:
         places = skeleton.end[spare]
         more = MORE_ENDS(ends=len(spare), places="; ".join(map(written, places)))
@@ -93,21 +127,14 @@ def _junction_doubts(tree: Tree, skeleton: Branches, pairs: dict[int, int]) -> l
     ours = _beyond(tree.parent, {row: row for row in pairs})
     theirs = set(_beyond(skeleton.parent, {tip: row for row, tip in pairs.items()}).values())
     other = [row for row, ends in ours.items() if len(ends) > 1 and ends not in theirs and not _is_short(tree, row)]
-    if not other:
-        return []
-    names = ", ".join(str(row + 1) for row in other)
-    places = np.array([tree.lines[row].points[-1] for row in other])
-    return [Doubt("topology", OTHER_JOINTS(vessels=names), _names(other), places)]
+    return [_doubt(OTHER_JOINTS, tree, other)] if other else []
 
 
 def _short_doubts(tree: Tree, lengths: np.ndarray) -> list[Doubt]:
     """Return a doubt about inner vessels so short that their two junctions may be one, whatever the witness sees."""
     inner = [row for row in range(len(tree)) if row not in tree.terminals and row != tree.root]
     short = [row for row in inner if lengths[row] <= LONG * tree.lines[row].typical_radius]
-    if not short:
-        return []
-    found = SHORT(vessels=", ".join(str(row + 1) for row in short), radii=LONG)
-    return [Doubt("topology", found, _names(short), np.array([tree.lines[row].points[-1] for row in short]))]
+    return [_doubt(SHORT, tree, short, radii=LONG)] if short else []
 
 
 def _is_short(tree: Tree, row: int) -> bool:
@@ -131,6 +158,74 @@ def _nearest(tree: Tree, places: np.ndarray) -> list[int]:
     return sorted({int(tree.owner[at]) for at in gaps})
 
 
+def _doubt(kind: Kind, tree: Tree, rows: list[int], **values: Value) -> Doubt:
+    """Return a doubt about the vessels in `rows`, which are shown by their ends."""
+    found = kind(vessels=", ".join(_names(rows)), **values)
+    return Doubt("topology", found, _names(rows), np.array([tree.lines[row].points[-1] for row in rows]))
+
+
 def _names(rows: list[int]) -> tuple[str, ...]:
     """Return the names that a measured tree gives to its `rows`."""
     return tuple(str(row + 1) for row in rows)
+
+
+def crossing_doubts(tree: Tree) -> list[Doubt]:
+    """Return a doubt for each pair of vessels, neither beyond the other, that could be one vessel passing by."""
+    ways = np.array(
+        [_direction(line, begin) for line, (begin, _) in zip(tree.lines, clear_stretches(tree), strict=True)]
+    )
+    begins = np.array([line.points[0] for line in tree.lines])
+    near = BEGINS * np.add.outer(*[[line.typical_radius for line in tree.lines]] * 2)
+    passing = (ways @ ways.T < np.cos(np.radians(STRAIGHT))) & (cdist(begins, begins) < near)
+    doubts = []
+    for one, other in np.argwhere(np.triu(passing, 1)).tolist():
+        if not (_is_beyond(tree, one, other) or _is_beyond(tree, other, one)):
+            doubts.append(_doubt(PASSING, tree, [one, other]))
+    return doubts
+
+
+def _direction(line: Line, begin: float) -> np.ndarray:
+    """Return the unit vector in which a vessel goes on from `begin`, cm along it."""
+    near, far = np.searchsorted(line.run, [begin, begin + OVER * line.typical_radius])
+    way = line.points[min(far, len(line) - 1)] - line.points[min(near, len(line) - 2)]
+    return np.asarray(way / max(float(np.linalg.norm(way)), 1e-12))
+
+
+def _is_beyond(tree: Tree, row: int, other: int) -> bool:
+    """Whether `row` lies beyond `other`."""
+    while row >= 0 and row != other:
+        row = int(tree.parent[row])
+    return row == other
+
+
+def apart_doubts(tree: Tree, names: tuple[str, ...], lumen: Segmentation) -> list[Doubt]:
+    """Return a doubt for each piece beside the lumen that ends near a vessel of the tree.
+
+    Warns
+    -----
+    VasowaveWarning
+        Of all other pieces, as a note.
+    """
+    if not lumen.apart:
+        return []
+    axes, doubts, voxels, elsewhere = cKDTree(tree.line.points), [], max(int(lumen.mask.sum()), 1), []
+    for piece in lumen.apart:
+        away, near = axes.query(piece)
+        gap = away - tree.line.radius[near]
+        first = int(np.argmin(gap))
+        row = tree.owner[near[first]]
+        own = tree.lines[row].typical_radius
+        if gap[first] < GAP * own + 2 * lumen.spacing and _ends_at(piece, piece[first], own):
+            found = APART(vessels=names[row], share=len(piece) / voxels, gap=max(float(gap[first]), 0.0))
+            doubts.append(Doubt("topology", found, (names[row],), piece[first : first + 1]))
+        else:
+            elsewhere.append(len(piece))
+    if elsewhere:
+        warn(ELSEWHERE(count=len(elsewhere), share=sum(elsewhere) / voxels))
+    return doubts
+
+
+def _ends_at(piece: np.ndarray, place: np.ndarray, radius: float) -> bool:
+    """Whether a piece ends at a place of it, cm, as a tube of about that radius would."""
+    there = piece[np.linalg.norm(piece - place, axis=1) < ROUND * radius]
+    return bool(np.linalg.norm(there.mean(axis=0) - place) > ENDS * ROUND * radius)

@@ -64,25 +64,26 @@ class NumberTable(NamedTuple):
                 raise InputError(f"{self.path}: no time column; {NAME_THE_RATE}")
             return given, None
         column = self.names.index("time")
-        unit = self.units[column]
-        time = self.columns[column]
+        time, unit = self.columns[column], self.units[column]
         if unit:
             scale = units.factor(unit, "time")
-        elif given is not None and np.isnan(given):  # nobody said yet: what the times are is not known
-            return given, None
-        elif given is not None and len(time) > 1:
-            scale = 1.0 / (given * float(np.median(np.diff(time))))
-        else:
+        elif given is None:
             raise InputError(
                 f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or {NAME_THE_RATE}"
             )
-        time = time * scale
+        elif np.isnan(given):  # nobody said yet: what the times are is not known
+            return given, None
+        else:
+            steps = np.diff(time)
+            rising = steps[steps > 0]
+            scale = 1.0 / (given * float(np.median(rising))) if len(rising) else 1.0
         if len(time) < 2:
             raise InputError(f"{self.path}: one sample only; a continuous recording is needed")
         gaps = np.flatnonzero(np.isnan(time))
         if len(gaps):
             row = int(gaps[0])
             raise InputError(f"{self.path}, line {self.line(row)}, column 'time': the cell is empty or no number")
+        time = time * scale
         measured, place = sampling(
             time, self.quantum * scale, str(self.path), lambda row: f"{self.path}, line {self.line(row)}"
         )

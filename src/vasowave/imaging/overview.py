@@ -12,13 +12,12 @@ from vasowave.findings import Finding, found_in, look_kind
 from vasowave.imaging.axes.vessels import tree_of
 from vasowave.imaging.entrances import Entrance, clear_entrance, entrances, goes_on
 from vasowave.imaging.lumen.contours import level_set
-from vasowave.imaging.lumen.proposal import Levels, levels_of
+from vasowave.imaging.lumen.levels import Levels, levels_of
 from vasowave.imaging.lumen.segmentation import Segmentation, segment
 from vasowave.imaging.measure.cannula import NoCannulaError, without_cannula
 from vasowave.imaging.measure.grey_scale import corrected
 from vasowave.imaging.measure.measurement import Measurement, measured_in
 from vasowave.imaging.options import Options
-from vasowave.imaging.overview.histogram import Histogram, histogram_of
 from vasowave.imaging.places import written_in_the_world
 from vasowave.imaging.read.files import read_volume
 from vasowave.imaging.read.formats import VOLUMES
@@ -28,7 +27,46 @@ from vasowave.imaging.witness.grey import GreyLook, grey_doubts, grey_look, satu
 from vasowave.imaging.witness.loops import Loop, loop_count, loops_of, opening_threshold
 from vasowave.species import SpeciesName
 
+BINS = 256
 _LEAST_CONTRAST = 1.0  # SD of the noise
+
+
+@dataclass(frozen=True, eq=False)
+class Histogram:
+    """How often each grey level occurs.
+
+    Attributes
+    ----------
+    edges : float array, shape (bin + 1,)
+        Grey levels.
+    counts : int array, shape (bin,)
+        Voxels.
+    whole : bool
+        Whether all grey levels are whole numbers.
+    at_ends : tuple of float
+        Shares of the voxels at the lowest and at the highest level.
+    """
+
+    edges: np.ndarray
+    counts: np.ndarray
+    whole: bool
+    at_ends: tuple[float, float]
+
+    @property
+    def bits(self) -> int | None:
+        """Bits that hold all levels; None where they are decimal numbers."""
+        return max(1, int(np.ceil(np.log2(np.ptp(self.edges) + 1)))) if self.whole else None
+
+
+def histogram_of(volume: Volume) -> Histogram:
+    """Return the histogram of `volume`."""
+    grey = volume.grey
+    low, high = float(grey.min()), float(grey.max())
+    counts, edges = np.histogram(grey, BINS, (low, high))
+    ends = (float(np.mean(grey == low)), float(np.mean(grey == high)))
+    return Histogram(edges, counts, bool((grey == np.round(grey)).all()), ends)
+
+
 UNSEEN = look_kind(
     "image.no-cannula",
     "the vessel at the widest end shows no cannula ({diameter:g} cm wide within), so the command has none and the root "
