@@ -13,8 +13,8 @@ from vasowave.datasets import control_network, virtual_mouse
 from vasowave.findings import from_json, texts
 from vasowave.inference.known_errors import SOURCES
 from vasowave.report.write import write_report
-from vasowave.study.journal import Journal
 from vasowave.study.settings import StudyFile, animal_settings
+from vasowave.study.store import Journal
 
 
 @pytest.mark.validation

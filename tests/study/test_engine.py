@@ -23,8 +23,7 @@ from vasowave.runtime.threads import cores
 from vasowave.study import engine, executors, running
 from vasowave.study.engine import Job, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
-from vasowave.study.lock import locked
-from vasowave.study.store import Store
+from vasowave.study.store import Store, locked
 
 HERE = Path(__file__).parent
 
@@ -226,7 +225,7 @@ def test_an_interrupt_while_a_process_starts_neither_ends_it_nor_is_lost(tmp_pat
 def test_two_runs_in_one_study_are_refused_and_a_dead_one_holds_nothing(tmp_path):
     lock = tmp_path / "results" / "running.lock"
     program = (
-        "import sys, time\nfrom pathlib import Path\nfrom vasowave.study.lock import locked\n"
+        "import sys, time\nfrom pathlib import Path\nfrom vasowave.study.store import locked\n"
         f"with locked(Path({str(lock)!r})):\n    print('locked', flush=True)\n    time.sleep(60)\n"
     )
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as other:
@@ -264,7 +263,7 @@ def test_a_lock_on_a_full_disk_holds_all_the_same(tmp_path, monkeypatch):
     """What could not be written is not written again when the file is closed."""
     lock = tmp_path / "running.lock"
     lock.symlink_to("/dev/full")
-    monkeypatch.setattr("vasowave.study.lock._OPEN", os.O_RDWR)
+    monkeypatch.setattr("vasowave.study.store._OPEN", os.O_RDWR)
     with locked(lock):
         pass
 

@@ -32,7 +32,7 @@ def demo(
 ) -> None:
     """Do a whole study of 7 + 5 virtual mice, from raw recordings to the report. No animal was measured."""
     from vasowave.study.executors import compile_beside
-    from vasowave.study.virtual import write_virtual_study
+    from vasowave.study.template import write_virtual_study
 
     typer.echo("SYNTHETIC: vasowave makes the twelve mice itself, from published parameters and group statistics.")
     begun = time.monotonic()
@@ -176,8 +176,7 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
     When nothing is wrong, what the study will compare is written with the time into declared.json.
     """
     from vasowave.study.checking import check_study
-    from vasowave.study.declaring import declare
-    from vasowave.study.plan import read_study
+    from vasowave.study.plan import declare, read_study
 
     problems, read, settings, design = check_study(study)
     errors = [problem for problem in problems if problem.error]

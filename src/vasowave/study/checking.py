@@ -20,12 +20,12 @@ from vasowave.recording import Recording
 from vasowave.recording.same_signal import Trace, are_of_one, trace_of
 from vasowave.study.animals import read_row
 from vasowave.study.designing import understood
-from vasowave.study.document import Document, read_document
 from vasowave.study.loading import load_animal, read_measured
 from vasowave.study.overview import AnimalRead, read_of
 from vasowave.study.physiology import blood_findings, physiology_findings
 from vasowave.study.plan import Study, inspect_study
 from vasowave.study.problems import Problem, one_per_cause, unreadable
+from vasowave.study.reading import Document, read_document
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
 from vasowave.study.table import read_rows

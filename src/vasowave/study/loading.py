@@ -40,10 +40,9 @@ from vasowave.recording import (
 )
 from vasowave.recording.describe import kind_of
 from vasowave.solver.practice import PAPER
-from vasowave.study.journal import Journal
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings, averaging_settings
-from vasowave.study.store import key_of
+from vasowave.study.store import Journal, key_of
 
 WEDGE = note_kind(
     "recording.wedge", "the pressure behind the vascular beds is {wedge:.4g} mmHg (wedge): PVR and R_T count from it"

@@ -15,20 +15,14 @@ from vasowave.findings import Finding, look_kind, warn
 from vasowave.io.files import made_inside, remove_parts
 from vasowave.model.law_files import files_of
 from vasowave.runtime.threads import cores
-from vasowave.study.declaring import declare
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
-from vasowave.study.journal import FOLDER, read_journal, remove_journals
 from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
-from vasowave.study.lock import locked
 from vasowave.study.physiology import looks_of, tell_blood
-from vasowave.study.plan import RESULTS, Study
+from vasowave.study.plan import RESULTS, Study, declare
 from vasowave.study.results import ANIMALS, read_results, write_results
 from vasowave.study.settings import animal_settings
-from vasowave.study.store import Store
-
-LOCK = "running.lock"
-"""The lock file, in the folder of the results."""
+from vasowave.study.store import LOCK, SEARCHES, Store, locked, read_journal, remove_journals
 
 _ON_CLUSTER = 256  # animals that are handed to a cluster at once
 
@@ -136,7 +130,7 @@ def run_study(
         pressures: dict[str, float] = {}
         pieces, jobs, why = _plan(study, store, pressures)
         kept = tuple(pieces)
-        begun = {job.name for job in jobs if read_journal(study.results / FOLDER / f"{job.key}.jsonl")}
+        begun = {job.name for job in jobs if read_journal(study.results / SEARCHES / f"{job.key}.jsonl")}
         for number, name in enumerate(kept, 1):
             say(Progress(name, "kept", number, len(study.animals)))
 
@@ -251,7 +245,7 @@ def _plan(study: Study, store: Store, pressures: dict[str, float]) -> tuple[dict
     pieces: dict[str, Path] = {}
     jobs: list[Job] = []
     why: dict[str, str] = {}
-    journals = made_inside(study.results, FOLDER)
+    journals = made_inside(study.results, SEARCHES)
     for row in study.animals:
         try:
             key = animal_key(row, study.settings, study.folder)

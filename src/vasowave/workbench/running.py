@@ -13,10 +13,9 @@ from typing import Any
 
 from vasowave.errors import InputError
 from vasowave.io.files import made_inside
-from vasowave.study.lock import holder
 from vasowave.study.plan import RESULTS, Study
-from vasowave.study.running import LOCK
 from vasowave.study.status import study_status
+from vasowave.study.store import LOCK, holder
 from vasowave.workbench.desk import Desk
 
 _LOG, _ERRORS = "run.jsonl", "run.txt"
