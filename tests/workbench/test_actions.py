@@ -110,6 +110,20 @@ def test_what_is_set_reads_the_same_for_every_other_command(study):
     assert (known.settings.averaging.drift, known.settings.calibration.starts) == ("warn", 3)
 
 
+@pytest.mark.parametrize(
+    ("message", "said"),
+    [
+        ({"do": "set-cells", "cells": {}}, "animal: there is no value; give one"),
+        ({"do": "set-gain", "animal": "mouse_c1"}, "signal: there is no value; give one"),
+        ({"do": "at-end"}, "stop: there is no value; give one"),
+        ({"do": "set-zero", "animal": "mouse_c1", "at": 1}, "there is no setting 'at'"),
+    ],
+)
+def test_a_message_that_lacks_a_value_or_has_one_too_many_says_which(tmp_path, message, said):
+    with pytest.raises(InputError, match=said):
+        act(place(tmp_path), message)
+
+
 def test_comments_and_everything_else_in_study_yaml_stay(study):
     at, path = place(study), study / "study.yaml"
     path.write_text(
@@ -245,13 +259,13 @@ def test_undo_puts_back_the_bytes_and_refuses_where_another_hand_wrote(study):
 
 
 def test_a_disk_that_is_full_by_the_second_file_changes_neither(study, monkeypatch):
-    from vasowave.workbench import cells
+    from vasowave.workbench import study_actions
 
     def full(path, content):
         raise InputError("no space left")
 
     at, before = place(study), texts(study)
-    monkeypatch.setattr(cells, "write_file", full)
+    monkeypatch.setattr(study_actions, "write_file", full)
     with pytest.raises(InputError, match="no space"):
         do(at, "edit-beats", animal="mouse_c1", edits=[["reject", 3.0, None]])
     assert texts(study) == before

@@ -48,7 +48,7 @@ def samples(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual animals.")] = 10,
 ) -> None:
     """Write six synthetic recordings and two vessel tables to practise on, untidy as a lab's files are."""
-    from vasowave.datasets.lab_files import write_lab_files
+    from vasowave.datasets.virtual_files import write_lab_files
 
     for path in write_lab_files(folder, seed):
         typer.echo(f"  {path}")
@@ -353,6 +353,3 @@ def plan(
     for text in plan_texts(found):
         typer.echo(text)
     typer.echo(f"Page: {write_plan(found, output)}")
-
-
-__all__ = ["add", "check", "demo", "make_report", "new", "plan", "run", "status"]

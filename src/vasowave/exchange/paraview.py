@@ -29,7 +29,7 @@ class _Tube(NamedTuple):
     waves: dict[str, np.ndarray]  # each (time, place)
 
 
-def write_paraview(solved: Solved, folder: Path, axes: list[np.ndarray], frames: int = _COUNT) -> list[str]:
+def write_paraview(solved: Solved, folder: Path, axes: list[np.ndarray]) -> list[str]:
     """Write ``waves.pvd`` and its frames into `folder` and return what their reader should know.
 
     Parameters
@@ -38,8 +38,6 @@ def write_paraview(solved: Solved, folder: Path, axes: list[np.ndarray], frames:
     folder : Path
     axes : list of float array, shape (point, 3)
         Of each vessel, x, y, z in cm.
-    frames : int
-        Of one cycle.
     """
     tubes = [_tube(solved, row, axis) for row, axis in enumerate(axes)]
     first = np.cumsum([0, *(SIDES * len(tube.points) for tube in tubes)])
@@ -48,15 +46,15 @@ def write_paraview(solved: Solved, folder: Path, axes: list[np.ndarray], frames:
     samples = len(tubes[0].waves["area_cm2"])
     (folder / FRAMES).mkdir()
     listed = []
-    for frame in range(frames):
-        sample, name = frame * samples // frames, f"{FRAMES}/{frame:03d}.vtp"
+    for frame in range(_COUNT):
+        sample, name = frame * samples // _COUNT, f"{FRAMES}/{frame:03d}.vtp"
         time = sample * solved.inflow.period / samples
         (folder / name).write_text(_frame(tubes, faces, owner, sample, time), encoding="ascii")
         listed.append(f'<DataSet timestep="{time!r}" part="0" file="{name}"/>')
     (folder / FILE).write_text(
         '<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian"><Collection>\n'
         + "\n".join(listed) + "\n</Collection></VTKFile>\n", encoding="ascii")  # fmt: skip
-    return [f"Open {FILE} in ParaView and press play: {frames} frames of one cycle, coordinates in cm, time in s. The "
+    return [f"Open {FILE} in ParaView and press play: {_COUNT} frames of one cycle, coordinates in cm, time in s. The "
             "array 'vessel' is the row of the vessel in its table, from 0."]  # fmt: skip
 
 

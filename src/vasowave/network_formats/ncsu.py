@@ -11,7 +11,7 @@ from vasowave.io.textfile import read_lines
 from vasowave.network.graph import numbered
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT, UNKNOWN_VARIABLE
-from vasowave.network_formats import NETWORKS, NetworkFormat
+from vasowave.network_formats import NETWORKS, NetworkFormat, taper_of
 from vasowave.recording.matlab import is_mat, read_mat
 
 DIMENSIONS, CONNECTIVITY = "dimensions.txt", "connectivity.txt"
@@ -66,10 +66,8 @@ def read_dimensions(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     nodes = _nodes(beside[CONNECTIVITY], np.arange(len(sizes), dtype=float), rows)
     where = _placed(f"{beside[DIMENSIONS]}, line")
     names = tuple(str(number) for number in range(len(sizes)))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        taper = (first - last) / length
-    tapers = {"taper": taper} if np.any(taper) else {}
-    return Network(names, None, length, 0.5 * (first + last), where, nodes=nodes, **tapers), []
+    taper = taper_of(first, last, length)
+    return Network(names, None, length, 0.5 * (first + last), where, nodes=nodes, taper=taper), []
 
 
 def _nodes(path: Path, numbers: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from vasowave import units
 from vasowave.animal.result import TIDY
 from vasowave.cohort.variables import ALONE, GAPS, MISSPELT, Variable
 from vasowave.errors import InputError, did_you_mean
-from vasowave.findings import Finding, Place, error_kind, look_kind
+from vasowave.findings import NOWHERE, Finding, Place, error_kind, look_kind
 from vasowave.inference.known_errors import SHARED, KnownErrors
 from vasowave.io.columns import Columns, NoRowsError, read_columns, split_unit
 from vasowave.model.blood import relative_to_usual
@@ -216,7 +216,7 @@ def read_row(
     wrong: list[Problem] = []
 
     def say(title: str, finding: Finding) -> None:
-        wrong.append(Problem(finding.at(**place(title)._asdict()), also=(cell["animal"],)))
+        wrong.append(Problem(finding.placed(place(title)), also=(cell["animal"],)))
 
     kind = cell["kind"].lower() or _implied_kind(cell)
     _check_words(cell, kind, groups, say)
@@ -246,6 +246,14 @@ def read_row(
         **texts, **numbers,
     )  # fmt: skip
     return row, wrong
+
+
+def read_half_row(
+    cells: Mapping[str, str], folder: Path, groups: Sequence[str]
+) -> tuple[AnimalRow | None, list[Problem]]:
+    """Return `read_row` of a row whose network and group may still be empty: what its recording tells needs neither."""
+    filled = {**cells, "network": cells.get("recording", ""), "group": groups[0]}
+    return read_row(filled, folder, None, lambda _: NOWHERE)
 
 
 def _implied_kind(cell: Mapping[str, str]) -> str:

@@ -68,7 +68,7 @@ def design_problems(study: "Study", place: Place, whole: bool) -> Iterator[Probl
             yield from _odd(study, place)
     except InputError as error:
         if whole:
-            yield Problem(AT_ODDS(text=str(error)).at(**place._asdict()))
+            yield Problem(AT_ODDS(text=str(error)).placed(place))
 
 
 def understood(study: "Study", whole: bool) -> str:
@@ -116,7 +116,7 @@ def _odd(study: "Study", place: Place) -> Iterator[Problem]:
     if left < _LEAST_LEFT * len(study.animals):
         of_all.append(FEW_LEFT(animals=len(layout.animals), left=left))
     of_all += _few_degrees(study, layout)
-    yield from (Problem(found.at(**place._asdict())) for found in of_all)
+    yield from (Problem(found.placed(place)) for found in of_all)
     if design.subject and not design.occasion and not layout.repeated:
         yield _at(study, SUBJECT_ONCE(subject=design.subject), 0, design.subject)
     if design.subject and design.occasion:

@@ -76,7 +76,7 @@ class Document:
 
     def say(self, finding: Finding, place: Place) -> None:
         """Add what was found at a place to the problems."""
-        self.problems.append(Problem(finding.at(**place._asdict())))
+        self.problems.append(Problem(finding.placed(place)))
 
 
 def read_document(path: Path) -> Document:
@@ -236,7 +236,7 @@ def _unknown_parameters(document: Document) -> list[Problem]:
             if name not in known:
                 at = ["calibration", section]
                 unknown = unknown_word(at, name, known)
-                problems.append(Problem(unknown.at(**document.place([*at, name], key=True)._asdict())))
+                problems.append(Problem(unknown.placed(document.place([*at, name], key=True))))
     return problems
 
 

@@ -61,17 +61,13 @@ def key_of(what: Any, files: Iterable[tuple[str, Path]]) -> str:
 
 
 class Store:
-    """The folder `name` of finished pieces in `folder`. One program at a time may write to it (see `locked`).
+    """The folder of finished pieces in that of the results. One program at a time may write to it (see `locked`).
 
-    Parameters
-    ----------
-    folder : Path
-    name : str
-        Made if missing; unfinished files of an earlier program are removed.
+    It is made if missing; unfinished files of an earlier program are removed.
     """
 
-    def __init__(self, folder: Path, name: str = CACHE) -> None:
-        self.folder = made_inside(folder, name)
+    def __init__(self, results: Path) -> None:
+        self.folder = made_inside(results, CACHE)
         remove_parts(self.folder)
 
     def find(self, key: str) -> Path | None:

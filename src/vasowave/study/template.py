@@ -7,7 +7,7 @@ from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
-from vasowave.datasets.virtual_cohort import virtual_cohort
+from vasowave.datasets.virtual import virtual_cohort
 from vasowave.datasets.virtual_files import SYNTHETIC, write_virtual_cohort
 from vasowave.errors import InputError
 from vasowave.io.files import made_inside, write_file, write_folder

@@ -10,7 +10,6 @@ from vasowave.errors import InputError
 from vasowave.figures.fitted import figure_bytes
 from vasowave.figures.style import CTL
 from vasowave.settings import settings_class
-from vasowave.study.results import read_results
 from vasowave.workbench.desk import Desk
 
 _drawing = threading.Lock()  # matplotlib's look is one for the whole process
@@ -53,7 +52,7 @@ def figure_file(desk: Desk, message: dict[str, Any]) -> tuple[bytes, str, str]:
     )
     if message.get("only") == "line":
         return b"", "", line
-    stored = read_results(desk.folder)
+    stored = desk.stored()
     if wish.animal not in stored:
         raise InputError(f"there is no result of '{wish.animal[:80]}'")
     with _drawing:
@@ -72,4 +71,4 @@ def _of_group(desk: Desk, wish: Wish, line_only: bool) -> tuple[bytes, str, str]
     if line_only:
         return b"", "", line
     with _drawing:
-        return read_results(desk.folder).compare(wish.group).as_file(wish.format), _KINDS[wish.format], line
+        return desk.stored().compare(wish.group).as_file(wish.format), _KINDS[wish.format], line

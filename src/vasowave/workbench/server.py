@@ -25,10 +25,10 @@ from vasowave.workbench.desk import Desk
 from vasowave.workbench.explorer import Explorer
 from vasowave.workbench.figures import figure_file
 from vasowave.workbench.lungs import Lungs, Wishes
+from vasowave.workbench.opening import place_of, sorted_in
 from vasowave.workbench.recordings import Recordings
 from vasowave.workbench.running import Runs
 from vasowave.workbench.studies import checked, outdated, shown, state
-from vasowave.workbench.uploads import place_of, sorted_in
 
 _PAGE = Path(__file__).parent / "page"
 _TEMPLATES = Path(__file__).parents[1] / "report" / "templates"
@@ -81,7 +81,7 @@ class Workbench:
 
         async def endpoint(request: Request) -> Response:
             given = await run_in_threadpool(answer, lambda name: request.query_params.get(name, ""))
-            return given if isinstance(given, Response) else _json(given)
+            return given if isinstance(given, Response) else JSONResponse(given)
 
         return endpoint
 
@@ -89,7 +89,7 @@ class Workbench:
         async def endpoint(request: Request) -> Response:
             body = await request.body()
             given = await run_in_threadpool(lambda: answer(_message(body)))
-            return given if isinstance(given, Response) else _json(given)
+            return given if isinstance(given, Response) else JSONResponse(given)
 
         return endpoint
 
@@ -130,7 +130,7 @@ class Workbench:
                     file.write(chunk)
                 file.flush()
                 os.fsync(file.fileno())
-            return _json({"name": await run_in_threadpool(sorted_in, self.desk, part, place)})
+            return JSONResponse({"name": await run_in_threadpool(sorted_in, self.desk, part, place)})
         except OSError as error:
             raise not_written(place, error) from None
         finally:
@@ -232,10 +232,6 @@ def _size(text: str) -> float | None:
 
 def _bytes(content: bytes) -> Response:
     return Response(content, media_type="application/octet-stream")
-
-
-def _json(content: Any) -> Response:
-    return JSONResponse(content)
 
 
 async def _refused(request: Request, error: Exception) -> Response:

@@ -141,10 +141,8 @@ def _extracted(desk: Desk) -> list[str]:
 
 def _outdated(desk: Desk, statuses: dict[str, Any]) -> list[str]:
     """Return the animals whose result is no longer that of their row, files and settings."""
-    from vasowave.study.results import read_results
-
     try:
-        stored = read_results(desk.folder)
+        stored = desk.stored()
     except VasowaveError:
         return []
     return [name for name, one in statuses.items() if name in stored and one.state != "done"]
