@@ -210,6 +210,14 @@ def read_values(owner: type[Values], values: Mapping[str, Any]) -> Values | list
         return [(one["loc"], one["type"] == "unexpected_keyword_argument", _finding(owner, one)) for one in wrong]
 
 
+def is_true(value: Any) -> bool:
+    """Whether the value of a setting, which may be text as a file has it, is true; what is no truth value is not."""
+    try:
+        return _adapter(bool).validate_python(value)
+    except ValidationError:
+        return False
+
+
 def schema_of(owner: type) -> dict[str, Any]:
     """Return the JSON schema of a class of settings, with what every setting means."""
     schema = _adapter(owner).json_schema()

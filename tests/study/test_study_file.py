@@ -92,6 +92,16 @@ def test_a_slip_is_named_where_it_stands(text, place, words):
     assert words in message
 
 
+def test_the_viscosity_of_a_wall_has_bounds_where_walls_are_viscous_and_nowhere_else():
+    bounds = "  bounds: {wall_viscosity: [0.01, 1]}\n"
+    for text in ("true", "yes", "True"):
+        found, problems = parse_settings(f"calibration:\n  viscous: {text}\n{bounds}".encode())
+        assert problems == []
+        assert (found.calibration.viscous, found.calibration.bounds) == (True, {"wall_viscosity": (0.01, 1.0)})
+    for text in ("", "  viscous: false\n"):
+        assert "'wall_viscosity' is not known" in said(f"calibration:\n{text}{bounds}")[0]
+
+
 def test_numbers_and_labels_mean_what_they_look_like():
     found, _ = parse_settings(b"groups: [no, 1]\nnumerics: {tolerance: 1e-8}\ncalibration:\naveraging: {harmonics: }\n")
     assert found.groups == ["no", "1"]  # YAML 1.1 would make False and 1 of them

@@ -15,7 +15,7 @@ from vasowave.errors import InputError
 from vasowave.findings import Finding, Place, error_kind
 from vasowave.model.law_files import looking_in
 from vasowave.model.laws import find_bed, find_law
-from vasowave.settings import read_values, settings_of, unknown_word
+from vasowave.settings import is_true, read_values, settings_of, unknown_word
 from vasowave.study.problems import Problem
 from vasowave.study.settings import StudyFile
 
@@ -227,7 +227,7 @@ def _unknown_parameters(document: Document) -> list[Problem]:
     walls = calibration.get("walls")
     named = [wall for wall in walls if _is_found(find_law, wall)] if isinstance(walls, list) else []
     beds = str(calibration.get("beds", "windkessel"))
-    viscous = calibration.get("viscous") is True
+    viscous = is_true(calibration.get("viscous"))
     known = known_parameters(named, beds if _is_found(find_bed, beds) else "windkessel", viscous)
     problems = []
     for section in ("bounds", "fixed"):
