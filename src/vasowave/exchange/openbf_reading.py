@@ -12,6 +12,7 @@ import yaml
 from vasowave.errors import InputError, did_you_mean
 from vasowave.exchange.openbf import PA, POISSON
 from vasowave.findings import Finding, look_kind, note_kind, warn
+from vasowave.io.columns import number
 from vasowave.io.textfile import read_lines, regular_file
 from vasowave.model.blood import Blood, PowerLaw
 from vasowave.model.model import Model
@@ -331,16 +332,16 @@ def _in_order(file: Path, table: np.ndarray) -> np.ndarray:
 def _two_columns(file: Path) -> np.ndarray:
     rows = []
     for block in read_lines(file):
-        for number, text in enumerate(block.texts, block.first):
+        for line, text in enumerate(block.texts, block.first):
             cells = text.replace(",", " ").split()
             if not cells:
                 continue
             try:
-                row = [float(cell) for cell in cells]
+                row = [number(cell) for cell in cells]
             except ValueError:
                 row = []
             if len(row) != 2 or not np.all(np.isfinite(row)):
-                raise InputError(f"{file}, line {number}: not a time and a flow; two numbers are needed in every line")
+                raise InputError(f"{file}, line {line}: not a time and a flow; two numbers are needed in every line")
             rows.append(row)
     if not rows:
         raise InputError(f"{file}: the file is empty")

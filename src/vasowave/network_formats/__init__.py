@@ -11,6 +11,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import warn
+from vasowave.io.columns import number
 from vasowave.io.formats import Format, Registry
 from vasowave.io.textfile import regular_file
 from vasowave.network.network import Network
@@ -105,7 +106,7 @@ def taper_of(first: np.ndarray, last: np.ndarray, length: np.ndarray) -> np.ndar
 def number_in(path: Path, line: int, text: str) -> float:
     """Return the number that a word of a file is; `InputError` with its line if it is none."""
     try:
-        return float(text)
+        return number(text)
     except ValueError:
         raise InputError(f"{path}, line {line}: '{text[:40]}' is not a number") from None
 
