@@ -98,6 +98,25 @@ def test_two_who_share_a_recording_are_mended_by_a_click(study):
     assert [one for one in checked(at.desk)["problems"] if one["error"]] == []
 
 
+def test_a_recording_that_was_exported_anew_is_mended_by_the_same_click(study):
+    at, known = place(study), rows(study)
+    first = study / known["mouse_c1"]["recording"]
+    text = first.read_text(encoding="utf-8")
+    header = next(i for i, line in enumerate(text.splitlines()) if line.startswith("UnitName")) + 1
+    lines = text.splitlines(keepends=True)
+    (study / "recordings" / "again.txt").write_text(
+        "".join([*lines[:header], *lines[header + 400 :]]), encoding="utf-8"
+    )
+    do(at, "set-cells", animal="mouse_c2", cells={"recording": "recordings/again.txt"})
+    (problem,) = (one for one in checked(at.desk)["problems"] if one["error"])
+    assert problem["code"] == "check.same-signal"
+    both_are_meant = problem["remedies"][0]
+    assert both_are_meant["label"] == "Both are meant to share it"
+    for one in both_are_meant["acts"]:
+        act(at, one)
+    assert [one for one in checked(at.desk)["problems"] if one["error"]] == []
+
+
 def test_what_is_set_reads_the_same_for_every_other_command(study):
     at = place(study)
     do(at, "set-cells", animal="mouse_c1", cells={"wedge [mmHg]": "4", "animal": "Maus Ä"})

@@ -98,6 +98,8 @@ SAME_SIGNAL = error_kind(
     "its pressure is in that of '{other}' (line {at}), written anew; {remedy}",
     _ONE_OF_TWO,
 )
+TWICE = tuple(one.code for one in (SAME_RECORDING, SAME_VENTRICLE, SAME_CYCLE, SAME_SIGNAL))
+"""Codes of what is mended by removing one of two rows, or by saying that both are meant."""
 
 
 class Checked(NamedTuple):

@@ -138,7 +138,7 @@ def _put_into(folder: Path, place: Path) -> Added:
 
 def _animal(folder: Path, recording: Path) -> str:
     """Return the animal whose recording a file is."""
-    for row in read_rows(folder / "animals.csv").rows:
+    for row in read_rows(Desk(folder).table).rows:
         if row.get("recording") and (folder / row["recording"]).resolve() == recording.resolve():
             return quote(row["animal"])
     return ""
