@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 
 import cheap_tasks
+import grimp
 import pytest
 
 from vasowave.errors import InputError
@@ -23,7 +24,7 @@ from vasowave.runtime.threads import cores
 from vasowave.study import engine, executors, running
 from vasowave.study.engine import Job, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
-from vasowave.study.store import Store, locked
+from vasowave.study.store import _NOT_NUMERICAL, Store, locked
 
 HERE = Path(__file__).parent
 
@@ -249,6 +250,15 @@ def test_a_piece_is_found_by_its_key_and_a_damaged_one_is_not(tmp_path):
     assert store.find("aa") is None
     assert not path.exists()
     assert store.find("ab") is not None
+
+
+def test_what_enters_no_key_is_not_needed_to_compute_an_animal():
+    """By all imports, late ones too; of three rooms only the plots of a result, and the settings of a report, are."""
+    graph = grimp.build_graph("vasowave")
+    computing = ("vasowave.animal.pipeline", "vasowave.study.loading", "vasowave.network_formats.ncsu")
+    needed = {name.split(".")[1] for one in computing for name in graph.find_upstream_modules(one)}
+    assert needed > {"solver", "calibration", "inference", "recording", "network"}
+    assert needed & set(_NOT_NUMERICAL) == {"figures", "report", "cohort"}
 
 
 def test_the_bytes_of_one_piece_under_the_key_of_another_are_no_piece(tmp_path):

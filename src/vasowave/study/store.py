@@ -38,8 +38,10 @@ CACHE, SEARCHES, LOCK = "cache", "searches", "running.lock"
 
 NO_LOCKS = look_kind("run.no-locks", "this file system knows no locks ({why}); {remedy}", "do not start a second run")
 _NUMERICAL = ("numpy", "scipy", "numba", "xarray")
-_NOT_NUMERICAL = ("cli", "report", "figures", "cohort")
-"""Parts of the package that only show what was computed; a change there asks for no recomputation."""
+_NOT_NUMERICAL = ("cli", "workbench", "exchange", "datasets", "imaging", "figures", "report", "cohort")
+"""Parts of the package that no run loads, or that only show what was computed: a change there asks for no
+recomputation.
+"""
 _DIGITS = 32  # of a key
 _OPEN = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0)
 
