@@ -103,7 +103,7 @@ def add(
 
     place, files = _study_here(study, paths or [])
     added = add_files(place, files, group=group, groups=groups, network=network, cells=row_cells(dict(given or {})),
-                      ask=_ask if _asks() else None)  # fmt: skip
+                      ask=_ask if sys.stdin.isatty() and sys.stdout.isatty() else None)  # fmt: skip
     names = {row["animal"] for row in added.rows}
     more = f", {_counted(len(added.updated), 'row')} updated" if added.updated else ""
     tell(f"{added.table}: {_counted(len(names), 'new row')}{more}")
@@ -159,10 +159,6 @@ def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
 def _typed(path: Path) -> str:
     """Return a name as a shell takes it."""
     return shlex.quote(str(path))
-
-
-def _asks() -> bool:
-    return sys.stdin.isatty() and sys.stdout.isatty()
 
 
 def _ask(question: str, proposal: str) -> str:

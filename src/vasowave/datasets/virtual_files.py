@@ -46,7 +46,8 @@ def write_virtual_cohort(animals: Sequence[VirtualAnimal], folder: Path) -> Path
         write_file(folder / network, network_text(animal.network))
         write_file(folder / recording, labchart_text(animal.raw) if labchart else table_text(animal.raw))
         rows.append((animal.name, animal.group, network.as_posix(), recording.as_posix(), "raw", "yes"))
-        truths.append({"animal": animal.name, "group": animal.group, **_labelled(animal.truth)})
+        truth = {f"{name} [{_UNITS[name]}]": value for name, value in animal.truth.items()}
+        truths.append({"animal": animal.name, "group": animal.group, **truth})
     write_file(folder / "truth.csv", f"# {SYNTHETIC}\n" + pd.DataFrame(truths).to_csv(index=False, lineterminator="\n"))
     header = f"# {SYNTHETIC}\nanimal,group,network,recording,kind,synthetic\n"
     return write_file(folder / "animals.csv", header + "".join(",".join(row) + "\n" for row in rows))
@@ -87,10 +88,6 @@ def _formatted(line: str, raw: RawRecording, flow_scale: float) -> str:
     ecg = raw.ecg if raw.ecg is not None else np.zeros(len(raw.pressure))
     columns = (raw.time, raw.pressure, flow_scale * raw.flow, ecg)
     return "\n".join(map(line.format, *(column.tolist() for column in columns)))
-
-
-def _labelled(truth: dict[str, float]) -> dict[str, float]:
-    return {f"{name} [{_UNITS[name]}]": value for name, value in truth.items()}
 
 
 def write_lab_files(folder: Path, seed: int = 10) -> list[Path]:

@@ -115,7 +115,8 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
         tuple(one.name for one in vessels), None, length, 1e2 * radius,
         where=lambda row: f"{path}, vessel {row + 1}", nodes=nodes,
     )  # fmt: skip
-    profile = _profile(network, vessels, _default_profile(config))
+    earlier = "project name" in config  # the keys of openBF before version 0.8, whose default is another
+    profile = _profile(network, vessels, _OLD_PROFILE if earlier else _PROFILE)
     blood = Blood(1e-3 * density, 1e4 * viscosity / density, PowerLaw(profile))
     ends = [(vessels[row], density, float(beta[row]), float(radius[row])) for row in network.terminals]
     outlets = _reflections(ends) or Windkessel(*np.array([_bed(*one) for one in ends]).T)
@@ -195,11 +196,6 @@ def _say_unknown(path: Path, config: Mapping[str, Any], vessels: list[_Vessel]) 
     for key, count in counts.items():
         place = f"{path}, {count} of {len(vessels)} vessels"
         warn(UNKNOWN_KEY(key=key, hint=did_you_mean(key, _VESSEL_KEYS)).at(place), stacklevel=3)
-
-
-def _default_profile(config: Mapping[str, Any]) -> float:
-    """Return the velocity profile of vessels that name none: that of openBF's version, by the words of its keys."""
-    return _OLD_PROFILE if "project name" in config else _PROFILE
 
 
 def _wall(one: _Vessel) -> tuple[np.ndarray, np.ndarray]:

@@ -216,9 +216,10 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
     """Return what is wrong or odd about what the files of one animal hold."""
     settings = animal_settings(study.settings)
     nominal = estimate_nominal(animal.network, animal.recording, settings.blood, find_bed(settings.beds))
+    values = animal.recording.indices() | {"root radius": float(animal.network.radius[animal.network.root])}
     found = [
         *(one for one in animal.recording.notes if one.severity is Severity.LOOK),
-        *physiology_findings(_values(animal), nominal.time_constant, study.settings.species),
+        *physiology_findings(values, nominal.time_constant, study.settings.species),
         *_known(row, nominal),
     ]
     problems = [Problem(one) for one in dict.fromkeys(one.placed(place) for one in found)]
@@ -226,10 +227,6 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
         at = document.place(("calibration", "bounds", name), key=True)
         problems.append(Problem(wrong.placed(at), also=(row.animal,)))
     return problems
-
-
-def _values(animal: Animal) -> dict[str, float]:
-    return animal.recording.indices() | {"root radius": float(animal.network.radius[animal.network.root])}
 
 
 def _known(row: AnimalRow, nominal: Nominal) -> list[Finding]:

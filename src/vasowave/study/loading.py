@@ -112,7 +112,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
         network = _filled(read_network(row.network), row, study)
         animal = Animal(row.animal, row.group, network, *read_measured(row, study))
     said = list(found_in(caught))
-    synthetic = row.synthetic or _says_synthetic(row)
+    synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_NEAR] for file in row.recordings)
     recording = _through_catheter(_relative(animal.recording, said, folder), study)
     recording, behind = _wedged(recording, row)
     odd = _oddities(network, recording, study)
@@ -215,11 +215,6 @@ def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
     for one in repairs:
         warn(one.at(str(row.network)), stacklevel=4)
     return whole
-
-
-def _says_synthetic(row: AnimalRow) -> bool:
-    """Whether a recording says of itself, near its beginning, that no animal was measured."""
-    return any(SYNTHETIC_MARK in look(file).start[:_NEAR] for file in row.recordings)
 
 
 @in_words()

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -195,15 +195,11 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
 
 
 def _warnings(study: Study, pieces: Mapping[str, Path]) -> dict[str, tuple[Finding, ...]]:
-    found = {name: _looks(piece, study.settings.species) for name, piece in pieces.items()}
+    found = {}
+    for name, piece in pieces.items():
+        with suppress(InputError):  # a file that was damaged since is told by whoever reads it whole
+            found[name] = looks_of(read_result(piece, laws=False), study.settings.species)
     return {name: warnings for name, warnings in found.items() if warnings}
-
-
-def _looks(piece: Path, species: str) -> tuple[Finding, ...]:
-    try:
-        return looks_of(read_result(piece, laws=False), species)
-    except InputError:  # a file that was damaged since is told by whoever reads it whole
-        return ()
 
 
 def _tell_lost(study: Study) -> None:

@@ -27,6 +27,7 @@ from vasowave.study.plan import Study, inspect_study
 from vasowave.study.problems import refuse
 from vasowave.study.rows import COLUMNS, AnimalRow
 from vasowave.study.settings import averaging_settings
+from vasowave.study.sorting import used_block
 from vasowave.study.table import read_rows
 from vasowave.workbench.desk import EDITS, Desk
 from vasowave.workbench.values import number, numbers
@@ -167,7 +168,8 @@ class Recordings:
             prepared = opened.beats(row, study, edits)
             average = average_prepared(prepared, edits)
         raw = prepared.raw
-        return {"beats": _beats(average), "fiducial": average.fiducial, "origin": raw.origin, **_stretch(raw),
+        return {"beats": _beats(average), "fiducial": average.fiducial, "origin": raw.origin,
+                "from": raw.origin, "to": raw.origin + raw.duration,
                 "baseline": {"removed": average.baseline.removed, "size": number(average.baseline.size)},
                 "sd": {"pressure": numbers(average.pressure_sd), "flow": numbers(average.flow_sd)},
                 **_cycle(average.recording)}  # fmt: skip
@@ -249,15 +251,9 @@ def _opened(row: AnimalRow) -> Opened:
 
 
 def _channels(row: AnimalRow) -> dict[str, Any]:
-    blocks = describe_recording(row.recordings[0]).blocks
-    block = (
-        blocks[row.block - 1] if row.block and row.block <= len(blocks) else max(blocks, key=lambda one: one.samples)
-    )
-    return {"channels": [[one.title, one.unit, one.quantity] for one in block.channels], "blocks": len(blocks)}
-
-
-def _stretch(raw: RawRecording) -> dict[str, float]:
-    return {"from": raw.origin, "to": raw.origin + raw.duration}
+    described = describe_recording(row.recordings[0])
+    channels = used_block(described, row.block).channels
+    return {"channels": [[one.title, one.unit, one.quantity] for one in channels], "blocks": len(described.blocks)}
 
 
 def _beats(average: EnsembleAverage) -> dict[str, Any]:

@@ -217,7 +217,7 @@ def _message(body: bytes) -> Any:
     try:
         message = json.loads(body.decode("utf-8"))
     except (ValueError, RecursionError):
-        raise InputError("this is no message of the workbench") from None
+        message = None
     if not isinstance(message, dict):
         raise InputError("this is no message of the workbench")
     return message
