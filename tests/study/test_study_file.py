@@ -10,7 +10,7 @@ import study_file
 from vasowave.settings import settings_of
 from vasowave.study.reading import parse_settings
 from vasowave.study.settings import StudyFile
-from vasowave.study.template import FOLDERS, new_study, schema_text, study_text
+from vasowave.study.template import FOLDERS, new_study, schema_text, study_text, with_groups, written
 
 
 def said(text: str) -> list[str]:
@@ -174,6 +174,14 @@ def test_every_example_of_the_template_is_read_as_it_was_meant():
                 assert yaml.safe_load(example) == {name: one.example}
                 read += 1
     assert read > 2
+
+
+def test_a_label_with_a_comma_stays_one_when_groups_are_written_anew(tmp_path):
+    labels = ["HPH, drug", "CTL", "sham (1)"]
+    assert parse_settings(study_text(labels).encode())[0].groups == labels
+    (tmp_path / "study.yaml").write_text('groups: ["HPH, drug", CTL]\n', encoding="utf-8")
+    assert parse_settings(with_groups(tmp_path / "study.yaml", labels).encode())[0].groups == labels
+    assert yaml.safe_load(written({"a, b": ["c, d", 1.5]})) == {"a, b": ["c, d", 1.5]}
 
 
 def test_a_name_with_a_comma_and_no_quotes_is_told_so():

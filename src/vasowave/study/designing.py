@@ -1,4 +1,7 @@
-"""What is wrong or odd in the design of a study, at the rows that it concerns, and the design in words."""
+"""What is wrong or odd in the design of a study, at the rows that it concerns, and the design in words.
+
+Also what the rows of one animal say of it: a property that differs between them, an occasion that is missing.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING

@@ -188,18 +188,18 @@ def written(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(written, value))}]"
+        return f"[{', '.join(map(_within, value))}]"
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{_written_key(key)}: {written(inner)}' for key, inner in value.items())}}}"
+        return f"{{{', '.join(f'{_within(key)}: {_within(inner)}' for key, inner in value.items())}}}"
     if isinstance(value, float):
         text = f"{value:g}"
         return text if "." in text else text.replace("e", ".0e")  # 1e-7 is text to many readers of YAML
     return str(value)
 
 
-def _written_key(key: str) -> str:
-    """Return a key as YAML within braces, where a comma would end it."""
-    return json.dumps(key, ensure_ascii=False) if "," in key else key
+def _within(value: Any) -> str:
+    """Return a value as YAML within brackets or braces, where a comma would end it."""
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) and "," in value else written(value)
 
 
 def write_virtual_study(folder: Path, starts: int = 4, seed: int = 1) -> Path:
