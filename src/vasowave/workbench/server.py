@@ -23,7 +23,7 @@ from vasowave.workbench.actions import Workplace, act
 from vasowave.workbench.cohorts import Cohorts
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.explorer import Explorer
-from vasowave.workbench.figures import figure_file
+from vasowave.workbench.figures import KINDS, Wish, figure_file, line_of
 from vasowave.workbench.lungs import Lungs, Wishes
 from vasowave.workbench.opening import place_of, sorted_in
 from vasowave.workbench.recordings import Recordings
@@ -114,10 +114,10 @@ class Workbench:
         return self.lungs.shown(self.desk, str(message.get("image", "")), Wishes(**message["wishes"]))
 
     def _figure(self, message: Any) -> Any:
-        content, kind, line = figure_file(self.desk, message)
+        wish = Wish(**{name: value for name, value in message.items() if name != "only"})
         if message.get("only") == "line":
-            return {"line": line}
-        return Response(content, media_type=kind)
+            return {"line": line_of(self.desk, wish)}
+        return Response(figure_file(self.desk, wish), media_type=KINDS[wish.format])
 
     async def _upload(self, request: Request) -> Response:
         """Put a file into the study, whole or not at all; never over another."""
