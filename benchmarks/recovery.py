@@ -6,7 +6,7 @@ import pandas as pd
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.two_groups import importance_index
 from vasowave.datasets.published import published_table
-from vasowave.datasets.virtual_cohort import VirtualAnimal
+from vasowave.datasets.virtual import VirtualAnimal
 from vasowave.quantities import derived
 
 RECOVERED = ("beta", "p1", "gamma", "p1_over_gamma", "wave_speed", "R_T", "a", "C_p")

@@ -14,7 +14,7 @@ from recovery import against_table_1, coverage, quantities_table, recovered, sig
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import write_result
 from vasowave.animal.pipeline import analyze
-from vasowave.datasets.virtual_cohort import virtual_cohort
+from vasowave.datasets.virtual import virtual_cohort
 from vasowave.errors import VasowaveWarning
 from vasowave.findings import texts
 

@@ -11,8 +11,7 @@ from skimage.measure import marching_cubes
 import vasowave as vw
 from lab_files import exported, recorded
 from phantom import embed, render, write_dicom_series
-from vasowave.datasets.lab_files import write_lab_files
-from vasowave.datasets.virtual_files import table_text
+from vasowave.datasets.virtual_files import table_text, write_lab_files
 from vasowave.imaging import write_volume
 from vasowave.imaging.exchange.centerlines import write_centerlines
 from vasowave.imaging.exchange.triangles import write_stl

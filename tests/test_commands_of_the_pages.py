@@ -27,8 +27,7 @@ from made_pages import SCAN, write_files, write_scan
 from vasowave.cli import app
 from vasowave.imaging.revise.edits import read_edits
 from vasowave.settings import settings_of
-from vasowave.study.document import parse_document
-from vasowave.study.reading import validated
+from vasowave.study.reading import parse_document, validated
 from vasowave.study.settings import StudyFile
 
 ROOT = Path(__file__).parents[1]

@@ -32,7 +32,7 @@ UNEVEN = [  # where panels may outnumber what is drawn, or laws their parameters
     "figures/sweep.py",
     "imaging/matching.py",
     "inference/problem.py",
-    "study/loading.py",
+    "study/rows.py",
     "study/single_animal.py",
 ]
 STATEFUL = {

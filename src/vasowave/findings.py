@@ -156,6 +156,10 @@ class Finding:
         place |= {} if file is None else {"file": file}
         return replace(self, place=self.place._replace(**place))
 
+    def placed(self, place: Place) -> "Finding":
+        """Return the finding at a place."""
+        return replace(self, place=place)
+
     def inside(self, folder: str) -> "Finding":
         """Return the finding with file names as seen from a folder, given with its last separator."""
         seen = tuple((name, one.replace(folder, "") if isinstance(one, str) else one) for name, one in self.values)

@@ -157,8 +157,8 @@ def question_of(name: str) -> str:
 def lacking(outlets: Outlets) -> frozenset[str]:
     """Return the quantities that beds do not have: a ratio where one resistance is all, shares of no compliance."""
     split, compliant = outlets.resistance_ratio() not in (0, 1), np.sum(outlets.weighted_compliance()) > 0
-    ratio, compliances = frozenset({"a"}), frozenset({"C_p", "C_p_over_C_T", "C_p_over_C_T_plain"})
-    return frozenset() if split and compliant else ratio if compliant else compliances if split else ratio | compliances
+    absent = frozenset() if split else frozenset({"a"})
+    return absent if compliant else absent | {"C_p", "C_p_over_C_T", "C_p_over_C_T_plain"}
 
 
 def derived(model: Model, mean: float, diastolic: np.ndarray | None = None) -> dict[str, float]:

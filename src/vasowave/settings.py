@@ -48,6 +48,7 @@ def _error(what: str, text: str, remedy: str = "") -> Kind:
 
 
 EMPTY = _error("empty", "the value is empty; {remedy}", "give one or leave it out")
+MISSING_VALUE = _error("missing", "there is no value; {remedy}", "give one")
 EMPTY_CHOICE = _error("empty-choice", "the value is empty; choose from: {known}")
 UNKNOWN_WORD = _error("unknown-word", "'{given}' is not known{hint}; choose from: {known}")
 WRONG = _error("wrong", "{text}")
@@ -209,6 +210,14 @@ def read_values(owner: type[Values], values: Mapping[str, Any]) -> Values | list
         return [(one["loc"], one["type"] == "unexpected_keyword_argument", _finding(owner, one)) for one in wrong]
 
 
+def is_true(value: Any) -> bool:
+    """Whether the value of a setting, which may be text as a file has it, is true; what is no truth value is not."""
+    try:
+        return _adapter(bool).validate_python(value)
+    except ValidationError:
+        return False
+
+
 def schema_of(owner: type) -> dict[str, Any]:
     """Return the JSON schema of a class of settings, with what every setting means."""
     schema = _adapter(owner).json_schema()
@@ -240,7 +249,10 @@ def _meanings(owner: type) -> dict[str, str]:
     """Return the docstring below every field of a class and its bases."""
     meanings: dict[str, str] = {}
     for cls in reversed(owner.__mro__[:-1]):
-        (tree,) = ast.parse(dedent(inspect.getsource(cls))).body
+        try:
+            (tree,) = ast.parse(dedent(inspect.getsource(cls))).body
+        except OSError:  # made while the program runs, and so without docstrings
+            continue
         for one, below in pairwise(tree.body if isinstance(tree, ast.ClassDef) else ()):
             if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name) and isinstance(below, ast.Expr):
                 meanings[one.target.id] = " ".join(ast.literal_eval(below.value).split())
@@ -268,6 +280,8 @@ def _finding(owner: type, refused: Mapping[str, Any]) -> Finding:
         return EMPTY_CHOICE(key=key, known=", ".join(known)) if given is None else unknown_word(at, given, known)
     if code == "value_error":
         return WRONG(key=key, text=str(told["error"])) if at else AT_ODDS(text=str(told["error"]))
+    if code == "missing" and isinstance(at[-1], str):  # a whole setting, and no part of a pair
+        return MISSING_VALUE(key=key)
     kind = _CODES.get(code, NOT_VALID)
     if given is None and kind not in _OF_SHAPE:
         return EMPTY(key=key)

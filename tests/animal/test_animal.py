@@ -9,7 +9,7 @@ import pytest
 
 from made_fit import PARAMETERS, made_fit, made_recording
 from vasowave.analysis import compliance
-from vasowave.animal import fitting
+from vasowave.animal import pipeline
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import read_result, write_result
 from vasowave.animal.pipeline import analyze
@@ -44,7 +44,7 @@ def result():
         return made_fit(wall)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vasowave.animal.fitting.calibrate", fit)
+        patch.setattr("vasowave.animal.pipeline.calibrate", fit)
         return analyze(animal, Settings(starts=1, model_selection=False))
 
 
@@ -242,14 +242,14 @@ def test_an_interrupted_fit_ends_the_fits_and_keeps_those_before_it(starts, foun
             raise KeyboardInterrupt
         return SimpleNamespace(wall=wall, starts=range(count))
 
-    monkeypatch.setattr(fitting, "_calibrated", fit)
+    monkeypatch.setattr(pipeline, "_calibrated", fit)
     settings = Settings(walls=("linear", "tangent", "power"), starts=3)
     animal = Animal("m", "CTL", control_network(), made_recording())
-    fits, ended = fitting.fits_of(animal, settings, None, None, [])
+    fits, ended = pipeline.fits_of(animal, settings, None, None, [])
     assert ([one.wall for one in fits], ended) == (list(settings.walls[:found]), interrupted)
     ends = iter([None])
     with pytest.raises(KeyboardInterrupt):  # nothing is there that could be kept
-        fitting.fits_of(animal, settings, None, None, [])
+        pipeline.fits_of(animal, settings, None, None, [])
 
 
 def test_what_enters_a_stored_fit_is_the_flow_that_was_measured_or_what_a_pressure_let_in(result):

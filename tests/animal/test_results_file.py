@@ -11,10 +11,9 @@ import xarray as xr
 import vasowave
 from made_cohort import made_results
 from made_posterior import made_posterior
+from vasowave.animal.datasets import posterior_result
 from vasowave.animal.files import read_result, write_result
-from vasowave.animal.networks import network_dataset
-from vasowave.animal.posterior import posterior_result
-from vasowave.animal.result import AnimalResult
+from vasowave.animal.result import AnimalResult, network_dataset
 from vasowave.animal.stored import stored_law
 from vasowave.cohort import gathered, primary_comparison
 from vasowave.datasets import control_network, virtual_mouse
@@ -37,7 +36,7 @@ PATHS = re.compile(rf"""["'/}}](?:{"|".join(STORED)})/|[}}\w]/(?:{"|".join(STORE
 KNOWS = {"animal/result.py"}  # how a result is stored
 TREES = KNOWS | {
     "animal/files.py",
-    "animal/posterior.py",
+    "animal/datasets.py",
     "inference/reporting.py",
     "inference/result.py",
     "cli/simulate.py",

@@ -196,7 +196,7 @@ def test_a_posterior_that_fails_leaves_its_fit(animal, monkeypatch):
     def failing(*given, **more):
         raise NumericalError("most models near the mode cannot be simulated")
 
-    monkeypatch.setattr("vasowave.animal.fitting.posterior", failing)
+    monkeypatch.setattr("vasowave.animal.pipeline.posterior", failing)
     result = analyze(animal, settings("linear", inference="posterior"))
     assert list(result.laws) == ["linear"]
     assert result.laws["linear"].posterior is None

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vasowave.analysis import wave_speeds
-from vasowave.animal.networks import network_dataset, network_of
+from vasowave.animal.result import network_dataset, network_of
 from vasowave.calibration import Search, calibrate
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vasowave import average_beats, read_raw_recording
-from vasowave.datasets.lab_files import write_lab_files
+from vasowave.datasets.virtual_files import write_lab_files
 from vasowave.errors import InputError
 
 

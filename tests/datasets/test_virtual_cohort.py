@@ -3,7 +3,7 @@ import pytest
 
 from approval import approve, parts
 from vasowave.datasets import published_table
-from vasowave.datasets.virtual_cohort import virtual_cohort
+from vasowave.datasets.virtual import virtual_cohort
 from vasowave.datasets.virtual_files import SYNTHETIC, write_virtual_cohort
 from vasowave.network_formats import read_network
 from vasowave.recording import average_beats, read_raw_recording

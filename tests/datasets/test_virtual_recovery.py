@@ -8,7 +8,7 @@ import pytest
 from recovery import against_table_1, coverage, quantities_table, recovered, signs
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.pipeline import analyze
-from vasowave.datasets.virtual_cohort import virtual_cohort
+from vasowave.datasets.virtual import virtual_cohort
 from vasowave.errors import VasowaveWarning
 
 pytestmark = pytest.mark.validation

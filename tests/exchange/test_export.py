@@ -13,10 +13,10 @@ import vasowave as vw
 from approval import approve, parts
 from vasowave.cli import app
 from vasowave.errors import InputError
-from vasowave.exchange.axes import drawn_axes
 from vasowave.exchange.export import FORMATS
 from vasowave.exchange.matlab import write_matlab
 from vasowave.exchange.openbf import write_openbf
+from vasowave.exchange.paraview import drawn_axes
 from vasowave.exchange.solved import solve
 from vasowave.exchange.svzerod import write_svzerod
 from vasowave.exchange.tables import write_tables

@@ -9,10 +9,9 @@ import yaml
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.exchange import read_openbf
-from vasowave.exchange.openbf import write_openbf
+from vasowave.exchange.openbf import linear_tube, write_openbf
 from vasowave.exchange.openbf_reading import _in_order, _profile, _reflections, _Vessel
 from vasowave.exchange.solved import circuit, solve
-from vasowave.exchange.tube_law import linear_tube
 from vasowave.model import walls
 from vasowave.model.blood import PowerLaw
 from vasowave.model.model import Model

@@ -11,8 +11,16 @@ import pytest
 
 from programs_by_others import environment_with
 from vasowave.errors import InputError
-from vasowave.exchange.axes import _bow, drawn_axes, read_axes
-from vasowave.exchange.paraview import SIDES, _frame, _Tube, ring_directions, write_paraview
+from vasowave.exchange.paraview import (
+    SIDES,
+    _bow,
+    _frame,
+    _Tube,
+    drawn_axes,
+    read_axes,
+    ring_directions,
+    write_paraview,
+)
 from vasowave.model.walls import pressure
 
 TYPES = {"Float32": "<f4", "Int32": "<i4"}

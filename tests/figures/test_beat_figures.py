@@ -6,8 +6,7 @@ import pytest
 
 from approval import PAPER, approve, figure
 from made_cohort import bare_result
-from vasowave.animal.beats import beats_dataset
-from vasowave.animal.datasets import recording_dataset
+from vasowave.animal.datasets import beats_dataset, recording_dataset
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.figures.rendering import svg

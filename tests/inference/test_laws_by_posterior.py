@@ -7,8 +7,8 @@ from scipy.stats import norm
 
 from made_cohort import bare_law, bare_result
 from made_posterior import made_posterior
+from vasowave.animal.datasets import posterior_result
 from vasowave.animal.files import from_bytes, to_bytes
-from vasowave.animal.posterior import posterior_result
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError
 from vasowave.inference import compare_laws

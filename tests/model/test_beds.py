@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.animal import fitting
+from vasowave.animal import pipeline
 from vasowave.animal.stored import stored_recording
 from vasowave.calibration import calibrate
 from vasowave.errors import InputError
@@ -114,7 +114,7 @@ def test_a_fit_finds_what_was_planted(kind, inflow):
 def test_a_bed_goes_from_an_analysis_to_posterior_report_stored_model_sweep_and_export(
     kind, inflow, monkeypatch, tmp_path, undrawn
 ):
-    monkeypatch.setattr(fitting, "posterior", partial(posterior, draws=40))
+    monkeypatch.setattr(pipeline, "posterior", partial(posterior, draws=40))
     pressure = simulate(model_with(kind), inflow, COARSE)["pressure"].values[:, 0, 0]
     noise = 0.1 * np.random.default_rng(1).standard_normal(len(pressure))
     cycle = Recording(pressure + noise, inflow.flow, inflow.period)
@@ -168,7 +168,7 @@ def test_a_bed_goes_from_an_analysis_to_posterior_report_stored_model_sweep_and_
 def test_trees_go_from_an_analysis_to_posterior_report_stored_model_sweep_and_export(
     inflow, monkeypatch, tmp_path, undrawn
 ):
-    monkeypatch.setattr(fitting, "posterior", partial(posterior, draws=40))
+    monkeypatch.setattr(pipeline, "posterior", partial(posterior, draws=40))
     pressure = simulate(model_with("blood_tree"), inflow, COARSE)["pressure"].values[:, 0, 0]
     noise = 0.1 * np.random.default_rng(1).standard_normal(len(pressure))
     cycle = Recording(pressure + noise, inflow.flow, inflow.period)

@@ -9,9 +9,9 @@ from scipy import stats
 
 from made_fit import made_fit
 from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.averages import averages_dataset
 from vasowave.animal.files import from_bytes, to_bytes
 from vasowave.animal.pipeline import result_of
+from vasowave.animal.quantities import averages_dataset
 from vasowave.animal.result import AnimalResult
 from vasowave.calibration import Search, calibrate
 from vasowave.calibration.profile import profile_likelihood

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.animal.networks import network_dataset, network_of
+from vasowave.animal.result import network_dataset, network_of
 from vasowave.errors import InputError
 from vasowave.network.graph import in_loops, shares_by_conductance, steady_flows
 

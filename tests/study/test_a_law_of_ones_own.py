@@ -11,7 +11,7 @@ from small_study import SETTINGS, make_study_in
 from typer.testing import CliRunner
 
 import vasowave as vw
-from vasowave.animal import fitting
+from vasowave.animal import pipeline
 from vasowave.animal.stored import stored_law, stored_recording
 from vasowave.calibration.parameters import parameter_space
 from vasowave.errors import InputError
@@ -43,7 +43,7 @@ def study(tmp_path_factory, mice) -> Path:
     folder = make_study_in(tmp_path_factory.mktemp("own") / "study", mice[:1], settings)
     (folder / "our_laws.py").write_text(printed_law(), "utf-8")
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as here:
-        patch.setattr(fitting, "posterior", partial(posterior, draws=40))
+        patch.setattr(pipeline, "posterior", partial(posterior, draws=40))
         done = vw.run_study(vw.read_study(folder), executor=here)
     assert done.failures == ()
     return folder

@@ -130,6 +130,7 @@ def test_a_pipe_as_recording_is_called_one(make_study):
         ("animal,group,network,recording,kind", "a,CTL,n.csv,recordings/0.csv,rwa", "'rwa' (did you mean 'raw'?)"),
         ("animal,group,network,recording,period [s]", "a,CTL,n.csv,recordings/0.csv,-1", "not a positive number"),
         ("animal,group,network,recording,period [s]", "a,CTL,n.csv,recordings/0.csv,one", "'one' is not a number"),
+        ("animal,group,network,recording,wedge [mmHg]", "a,CTL,n.csv,recordings/0.csv,1_0", "'1_0' is not a number"),
         ("animal,group,network,recording,flow unit", "a,CTL,n.csv,recordings/0.csv,ml/sec2", "not a unit of flow"),
         (
             "animal,group,network,recording,kind,block",

@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 
 import cheap_tasks
+import grimp
 import pytest
 
 from vasowave.errors import InputError
@@ -23,8 +24,7 @@ from vasowave.runtime.threads import cores
 from vasowave.study import engine, executors, running
 from vasowave.study.engine import Job, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
-from vasowave.study.lock import locked
-from vasowave.study.store import Store
+from vasowave.study.store import _NOT_NUMERICAL, Store, locked
 
 HERE = Path(__file__).parent
 
@@ -226,7 +226,7 @@ def test_an_interrupt_while_a_process_starts_neither_ends_it_nor_is_lost(tmp_pat
 def test_two_runs_in_one_study_are_refused_and_a_dead_one_holds_nothing(tmp_path):
     lock = tmp_path / "results" / "running.lock"
     program = (
-        "import sys, time\nfrom pathlib import Path\nfrom vasowave.study.lock import locked\n"
+        "import sys, time\nfrom pathlib import Path\nfrom vasowave.study.store import locked\n"
         f"with locked(Path({str(lock)!r})):\n    print('locked', flush=True)\n    time.sleep(60)\n"
     )
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as other:
@@ -252,6 +252,15 @@ def test_a_piece_is_found_by_its_key_and_a_damaged_one_is_not(tmp_path):
     assert store.find("ab") is not None
 
 
+def test_what_enters_no_key_is_not_needed_to_compute_an_animal():
+    """By all imports, late ones too; of three rooms only the plots of a result, and the settings of a report, are."""
+    graph = grimp.build_graph("vasowave")
+    computing = ("vasowave.animal.pipeline", "vasowave.study.loading", "vasowave.network_formats.ncsu")
+    needed = {name.split(".")[1] for one in computing for name in graph.find_upstream_modules(one)}
+    assert needed > {"solver", "calibration", "inference", "recording", "network"}
+    assert needed & set(_NOT_NUMERICAL) == {"figures", "report", "cohort"}
+
+
 def test_the_bytes_of_one_piece_under_the_key_of_another_are_no_piece(tmp_path):
     store = Store(tmp_path)
     one = store.keep("aa", b"key aa, a result")
@@ -264,7 +273,7 @@ def test_a_lock_on_a_full_disk_holds_all_the_same(tmp_path, monkeypatch):
     """What could not be written is not written again when the file is closed."""
     lock = tmp_path / "running.lock"
     lock.symlink_to("/dev/full")
-    monkeypatch.setattr("vasowave.study.lock._OPEN", os.O_RDWR)
+    monkeypatch.setattr("vasowave.study.store._OPEN", os.O_RDWR)
     with locked(lock):
         pass
 

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from typer.testing import CliRunner
 
-from vasowave.animal import fitting
+from vasowave.animal import pipeline
 from vasowave.animal.failure import Failure, Stage
 from vasowave.calibration import calibrate
 from vasowave.cli.app import app
@@ -54,7 +54,7 @@ def study(make_study, mice, monkeypatch):
 
     performed = running.run_jobs.__globals__["perform"]
     monkeypatch.setitem(running.run_jobs.__globals__, "perform", as_processes_do)
-    monkeypatch.setattr(fitting, "calibrate", sometimes)
+    monkeypatch.setattr(pipeline, "calibrate", sometimes)
     return folder
 
 

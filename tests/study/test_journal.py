@@ -18,12 +18,10 @@ from vasowave.cli.watching import JsonLines, _stage
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.inference.simulations import Simulations
 from vasowave.study.engine import _Run
-from vasowave.study.journal import FOLDER, Journal, read_journal
-from vasowave.study.lock import locked
 from vasowave.study.plan import read_study
 from vasowave.study.results import read_results
-from vasowave.study.running import LOCK
 from vasowave.study.status import AnimalStatus, StudyStatus, fit_status, searches_of, study_status
+from vasowave.study.store import LOCK, SEARCHES, Journal, locked, read_journal
 
 END = SearchEnd(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the tolerance", np.array([1e-17, 2.0]))
 
@@ -70,7 +68,7 @@ def test_a_fit_that_goes_on_from_a_journal_is_the_same_fit_and_makes_only_the_se
 
 
 def test_the_simulations_of_a_posterior_are_told_as_they_are_made(tmp_path, capsys):
-    journal = Journal(tmp_path / FOLDER / "key.jsonl")
+    journal = Journal(tmp_path / SEARCHES / "key.jsonl")
     journal.path.parent.mkdir()
     journal.of("linear", 1).keep("scout", 0, END)
     made = Simulations(lambda points: points, journal.simulations("linear"), "problem")
@@ -90,14 +88,14 @@ def test_how_far_a_fit_of_one_animal_is_stands_in_its_folder_even_while_it_is_ne
     """Two journals lie there, the last of which is of two laws; a folder that holds none is of no fit."""
     assert fit_status(tmp_path) is None
     results = tmp_path / "results"
-    (results / FOLDER).mkdir(parents=True)
+    (results / SEARCHES).mkdir(parents=True)
     assert fit_status(tmp_path) == StudyStatus((), None)
-    Journal(results / FOLDER / "a.jsonl").of("linear", 4).keep("scout", 0, END)
-    last = Journal(results / FOLDER / "b.jsonl")
+    Journal(results / SEARCHES / "a.jsonl").of("linear", 4).keep("scout", 0, END)
+    last = Journal(results / SEARCHES / "b.jsonl")
     for start in range(2):
         last.of("linear", 4).keep("scout", start, END)
     last.of("tangent", 3).keep("scout", 0, END)
-    (results / FOLDER / "c.jsonl").touch()
+    (results / SEARCHES / "c.jsonl").touch()
     (one,), runner = fit_status(tmp_path)
     assert runner is None
     assert (one.animal, str(one)) == ("the animal", "linear 2 of 4 searches, tangent 1 of 3 searches")
@@ -113,7 +111,7 @@ def begun(folder, least, patience=120.0):
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     until = time.monotonic() + patience
     while time.monotonic() < until and process.poll() is None:
-        if sum(len(read_journal(path)) for path in (folder / "results" / FOLDER).glob("*.jsonl")) >= least:
+        if sum(len(read_journal(path)) for path in (folder / "results" / SEARCHES).glob("*.jsonl")) >= least:
             return process
         time.sleep(0.05)
     raise AssertionError("the run did not come so far")
@@ -140,7 +138,7 @@ def test_a_run_that_is_killed_after_its_third_search_keeps_three_and_ends_with_t
     events = [json.loads(line) for line in told.stdout.splitlines() if line.startswith("{")]
     assert [one["what"] for one in events if one["event"] == "animal"] == ["computed"]
     assert events[-1]["event"] == "done"
-    assert not list((folder / "results" / FOLDER).iterdir())
+    assert not list((folder / "results" / SEARCHES).iterdir())
     resumed = read_results(folder)["a"]
     other = make_study("whole", 1, settings)
     (other / "animals.csv").write_text("animal,group,network,recording\na,CTL,n.csv,recordings/0.csv\n")

@@ -16,10 +16,9 @@ from vasowave.report.answer.groups import group_answers
 from vasowave.report.documents import report_of, supplement_of
 from vasowave.report.sections.methods import methods_section
 from vasowave.study.checking import check_study
-from vasowave.study.declaring import RECORD, declare
 from vasowave.study.designing import understood
 from vasowave.study.loading import animal_key
-from vasowave.study.plan import inspect_study, read_study
+from vasowave.study.plan import RECORD, declare, inspect_study, read_study
 from vasowave.study.results import read_results, write_results
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import Store

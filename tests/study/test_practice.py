@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.animal.beats import recording_with_scatter
+from vasowave.animal.datasets import recording_with_scatter
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import InputError
 from vasowave.network_formats import read_network

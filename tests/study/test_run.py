@@ -322,7 +322,7 @@ def test_a_folder_one_level_too_deep_is_told_where_the_study_is(tmp_path):
 
 @pytest.mark.validation
 def test_a_second_run_at_once_is_refused(undisturbed, tmp_path):
-    from vasowave.study.lock import locked
+    from vasowave.study.store import locked
 
     folder = copied(undisturbed, tmp_path / "study")
     with locked(folder / RESULTS / "running.lock"):

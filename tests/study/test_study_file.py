@@ -10,7 +10,7 @@ import study_file
 from vasowave.settings import settings_of
 from vasowave.study.reading import parse_settings
 from vasowave.study.settings import StudyFile
-from vasowave.study.template import FOLDERS, new_study, schema_text, study_text
+from vasowave.study.template import FOLDERS, new_study, schema_text, study_text, with_groups, written
 
 
 def said(text: str) -> list[str]:
@@ -92,6 +92,16 @@ def test_a_slip_is_named_where_it_stands(text, place, words):
     assert words in message
 
 
+def test_the_viscosity_of_a_wall_has_bounds_where_walls_are_viscous_and_nowhere_else():
+    bounds = "  bounds: {wall_viscosity: [0.01, 1]}\n"
+    for text in ("true", "yes", "True"):
+        found, problems = parse_settings(f"calibration:\n  viscous: {text}\n{bounds}".encode())
+        assert problems == []
+        assert (found.calibration.viscous, found.calibration.bounds) == (True, {"wall_viscosity": (0.01, 1.0)})
+    for text in ("", "  viscous: false\n"):
+        assert "'wall_viscosity' is not known" in said(f"calibration:\n{text}{bounds}")[0]
+
+
 def test_numbers_and_labels_mean_what_they_look_like():
     found, _ = parse_settings(b"groups: [no, 1]\nnumerics: {tolerance: 1e-8}\ncalibration:\naveraging: {harmonics: }\n")
     assert found.groups == ["no", "1"]  # YAML 1.1 would make False and 1 of them
@@ -164,6 +174,14 @@ def test_every_example_of_the_template_is_read_as_it_was_meant():
                 assert yaml.safe_load(example) == {name: one.example}
                 read += 1
     assert read > 2
+
+
+def test_a_label_with_a_comma_stays_one_when_groups_are_written_anew(tmp_path):
+    labels = ["HPH, drug", "CTL", "sham (1)"]
+    assert parse_settings(study_text(labels).encode())[0].groups == labels
+    (tmp_path / "study.yaml").write_text('groups: ["HPH, drug", CTL]\n', encoding="utf-8")
+    assert parse_settings(with_groups(tmp_path / "study.yaml", labels).encode())[0].groups == labels
+    assert yaml.safe_load(written({"a, b": ["c, d", 1.5]})) == {"a, b": ["c, d", 1.5]}
 
 
 def test_a_name_with_a_comma_and_no_quotes_is_told_so():

@@ -48,7 +48,7 @@ def test_the_door_is_this_machines_own_and_has_another_key_each_time(kept_study)
 def test_nobody_waits_for_what_takes_another_long(study, monkeypatch):
     begun, ended = threading.Event(), threading.Event()
     monkeypatch.setattr(server, "checked", lambda desk: begun.set() or {"waited": ended.wait(20)})
-    monkeypatch.setattr(server, "figure_file", lambda desk, message: ended.wait(20) and (b"", "", ""))
+    monkeypatch.setattr(server, "line_of", lambda desk, wish: str(ended.wait(20)))
     with served(study) as door:
         long = [
             threading.Thread(target=door.get, args=("check",)),

@@ -98,6 +98,25 @@ def test_two_who_share_a_recording_are_mended_by_a_click(study):
     assert [one for one in checked(at.desk)["problems"] if one["error"]] == []
 
 
+def test_a_recording_that_was_exported_anew_is_mended_by_the_same_click(study):
+    at, known = place(study), rows(study)
+    first = study / known["mouse_c1"]["recording"]
+    text = first.read_text(encoding="utf-8")
+    header = next(i for i, line in enumerate(text.splitlines()) if line.startswith("UnitName")) + 1
+    lines = text.splitlines(keepends=True)
+    (study / "recordings" / "again.txt").write_text(
+        "".join([*lines[:header], *lines[header + 400 :]]), encoding="utf-8"
+    )
+    do(at, "set-cells", animal="mouse_c2", cells={"recording": "recordings/again.txt"})
+    (problem,) = (one for one in checked(at.desk)["problems"] if one["error"])
+    assert problem["code"] == "check.same-signal"
+    both_are_meant = problem["remedies"][0]
+    assert both_are_meant["label"] == "Both are meant to share it"
+    for one in both_are_meant["acts"]:
+        act(at, one)
+    assert [one for one in checked(at.desk)["problems"] if one["error"]] == []
+
+
 def test_what_is_set_reads_the_same_for_every_other_command(study):
     at = place(study)
     do(at, "set-cells", animal="mouse_c1", cells={"wedge [mmHg]": "4", "animal": "Maus Ä"})
@@ -108,6 +127,20 @@ def test_what_is_set_reads_the_same_for_every_other_command(study):
     (row,) = (one for one in known.animals if one.animal == "Maus Ä")
     assert (row.wedge, row.start, row.end) == (4.0, 1.25, 7.5)
     assert (known.settings.averaging.drift, known.settings.calibration.starts) == ("warn", 3)
+
+
+@pytest.mark.parametrize(
+    ("message", "said"),
+    [
+        ({"do": "set-cells", "cells": {}}, "animal: there is no value; give one"),
+        ({"do": "set-gain", "animal": "mouse_c1"}, "signal: there is no value; give one"),
+        ({"do": "at-end"}, "stop: there is no value; give one"),
+        ({"do": "set-zero", "animal": "mouse_c1", "at": 1}, "there is no setting 'at'"),
+    ],
+)
+def test_a_message_that_lacks_a_value_or_has_one_too_many_says_which(tmp_path, message, said):
+    with pytest.raises(InputError, match=said):
+        act(place(tmp_path), message)
 
 
 def test_comments_and_everything_else_in_study_yaml_stay(study):
@@ -245,13 +278,13 @@ def test_undo_puts_back_the_bytes_and_refuses_where_another_hand_wrote(study):
 
 
 def test_a_disk_that_is_full_by_the_second_file_changes_neither(study, monkeypatch):
-    from vasowave.workbench import cells
+    from vasowave.workbench import study_actions
 
     def full(path, content):
         raise InputError("no space left")
 
     at, before = place(study), texts(study)
-    monkeypatch.setattr(cells, "write_file", full)
+    monkeypatch.setattr(study_actions, "write_file", full)
     with pytest.raises(InputError, match="no space"):
         do(at, "edit-beats", animal="mouse_c1", edits=[["reject", 3.0, None]])
     assert texts(study) == before

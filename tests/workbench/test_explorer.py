@@ -17,8 +17,7 @@ from vasowave.study.results import write_results
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import Store
 from vasowave.workbench.desk import Desk
-from vasowave.workbench.draws import posterior_draws
-from vasowave.workbench.explorer import Explorer
+from vasowave.workbench.explorer import Explorer, posterior_draws
 
 
 def moved(folder, animal, law, **values):

@@ -63,3 +63,16 @@ def test_a_folder_of_results_alone_opens_at_its_explorer_and_a_study_at_its_anim
     assert _folder(tmp_path)[:2] == (tmp_path, "#explorer")
     (tmp_path / "study.yaml").touch()
     assert _folder(tmp_path)[:2] == (tmp_path, "")
+
+
+def test_a_recording_of_a_study_whose_table_has_another_name_opens_in_that_study(tmp_path):
+    raw_files(tmp_path / "lab", ["CTL/a.mat", "HPH/b.mat"])
+    study = opened(tmp_path / "lab").folder
+    (study / "animals.csv").rename(study / "mice.csv")
+    (study / "study.yaml").write_text("animals: mice.csv\n", encoding="utf-8")
+    raw = study / "recordings" / "c.mat"
+    (tmp_path / "lab" / "CTL" / "a.mat").rename(raw)
+    table = (study / "mice.csv").read_text(encoding="utf-8")
+    (study / "mice.csv").write_text(table.replace("../lab/CTL/a.mat", "recordings/c.mat"), encoding="utf-8")
+    assert opened(raw)[:2] == (study, "#recording/a")
+    assert not raw.with_name("c study").exists()

@@ -13,7 +13,7 @@ from vasowave.study.plan import RESULTS
 from vasowave.study.template import new_study
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import Wishes, stored_wishes
-from vasowave.workbench.running import _ERRORS, _LOG, Runs, events_begun
+from vasowave.workbench.running import _ERRORS, _LOG, Runs
 
 
 @pytest.fixture
@@ -72,11 +72,10 @@ def test_a_run_on_another_machine_is_not_interrupted_here(desk, monkeypatch):
 
 def test_the_last_whole_lines_that_a_run_wrote_say_how_far_it_is(desk):
     told, errors = desk.results / _LOG, desk.results / _ERRORS
-    assert not events_begun(desk)
+    assert Runs().progress(desk, None)["error"] == ""
     lines = [{"event": "animal", "left_s": 9.0}, {"event": "animal", "left_s": 4.0}]
     told.write_text("\n".join([*map(json.dumps, lines), "[1]", '{"event": "ani']), encoding="utf-8")
     errors.write_text("noise\nError: no beats found\nfailed: mouse 2\n", encoding="utf-8")
-    assert events_begun(desk)
     found = Runs().progress(desk, None)
     assert (found["runner"], found["left"], found["ended"]) == (None, None, False)
     assert found["error"] == "Error: no beats found\nfailed: mouse 2"

@@ -1,7 +1,7 @@
 """An animal, and the settings of its analysis."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import entry_points
 from typing import Annotated, Any, Literal
@@ -91,28 +91,19 @@ class Animal:
         return cls(name, group, network, beats.recording, beats, raw, synthetic)
 
 
-def _wall(name: str) -> str:
-    if not is_unread(name):
-        find_law(name)
-    return name
-
-
-def _bed(name: str) -> str:
-    if not is_unread(name):
-        find_bed(name)
-    return name
-
-
-def _bed_schema() -> dict[str, Any]:
-    return {"anyOf": [{"enum": _beds()}, {"pattern": ":"}]}
-
-
-def _beds() -> list[str]:
-    return [*BEDS]
-
-
 def _walls() -> list[str]:
     return [*LAWS, *(point.name for point in entry_points(group=ENTRY_POINTS))]
+
+
+def _is_law(find: Callable[[str], Any], names: Callable[[], Iterable[str]]) -> Check:
+    """Return the condition that `find` knows a name; an editor is told the `names`, or that it is module:Class."""
+
+    def known(name: str) -> str:
+        if not is_unread(name):
+            find(name)
+        return name
+
+    return Check(known, lambda: {"anyOf": [{"enum": [*names()]}, {"pattern": ":"}]})
 
 
 def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -121,19 +112,15 @@ def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
     return names
 
 
-def _wall_schema() -> dict[str, Any]:
-    return {"anyOf": [{"enum": _walls()}, {"pattern": ":"}]}
-
-
 @settings_class
 class Laws:
     """The laws of walls and beds."""
 
     walls: Annotated[
-        tuple[Annotated[str, BeforeValidator(named), Check(_wall, _wall_schema)], ...], Check(_each_once), Names(_walls)
+        tuple[Annotated[str, BeforeValidator(named), _is_law(find_law, _walls)], ...], Check(_each_once), Names(_walls)
     ] = ("linear", "tangent")
     """Wall laws to fit, by name ({names}), or a class of your own as module:Class; see `laws.find_law`."""
-    beds: Annotated[str, BeforeValidator(named), Check(_bed, _bed_schema), Names(_beds)] = "windkessel"
+    beds: Annotated[str, BeforeValidator(named), _is_law(find_bed, BEDS.keys), Names(BEDS.keys)] = "windkessel"
     """Vascular beds behind the terminal vessels, by name ({names}), or a class of your own as module:Class; see
     `laws.find_bed`."""
 

@@ -1,6 +1,7 @@
-"""Recording, nominal parameters and calibration of an animal as labelled data, every variable with its unit."""
+"""Recording and beats, nominal parameters, calibration and posterior as labelled data, every variable with its unit."""
 
 import json
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -9,15 +10,22 @@ import xarray as xr
 
 from vasowave.analysis.coupling import Coupling
 from vasowave.animal.labelled import labelled, table_dataset
+from vasowave.animal.law_result import PosteriorResult
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.calibration.result import Fit
-from vasowave.findings import as_json
+from vasowave.findings import Finding, as_json
+from vasowave.inference import Posterior
+from vasowave.inference.known_errors import SOURCES
 from vasowave.model.laws import bed_quantities, full_name, identity, parameter_names
 from vasowave.model.nominal import Nominal
 from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.network.network import Network
 from vasowave.quantities import QUANTITIES, lacking
-from vasowave.recording import Recording, VentricularPressure
+from vasowave.recording import Beat, EnsembleAverage, RawRecording, Recording, VentricularPressure, resample
+from vasowave.recording.rejection import cause
+
+EXCERPT = 6.0
+"""Length of the stretch of raw signals that is kept for a figure, s."""
 
 
 def recording_dataset(recording: Recording) -> xr.Dataset:
@@ -213,3 +221,92 @@ def _blood(fit: Fit) -> dict[str, Any]:
         "blood_viscosity_cm2_per_s": blood.viscosity,
         "friction": json.dumps(friction),
     }
+
+
+def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Dataset:
+    """Return onset, length, level and fate of every beat, and an excerpt of the signals around the averaged ones."""
+    beats, baseline = average.beats, average.baseline
+    here = np.searchsorted(baseline.time, [beat.start for beat in beats])  # others are beside what is read
+    variables = {
+        "onset": labelled("beat", [beat.start for beat in beats], "s", "start of the beat"),
+        "length": labelled("beat", [beat.end - beat.start for beat in beats], "s", "length of the beat"),
+        "kept": labelled(
+            "beat", np.array([beat.averaged for beat in beats], dtype=np.int8), "1", "part of the average"
+        ),
+        "reason": _why(beats, str, "why it was rejected"),
+        "cause": _why(beats, cause, "the same in one word"),
+        "level": labelled("beat", baseline.level[here], "mmHg", "diastolic level of the beat"),
+        "drift": labelled("beat", baseline.trend[here], "mmHg", "drift of the level since the zero of the transducer"),
+        "delay": labelled((), average.delay, "s", "flow behind pressure (p-q delay)"),
+    }
+    done = {
+        "fiducial": average.fiducial,
+        "delay_corrected": int(average.delay_corrected),
+        "drift_size": baseline.size,
+        "drift_error": baseline.error,
+        "drift_removed": int(baseline.removed),
+    }
+    dataset = xr.Dataset(variables, attrs=done)
+    return dataset if raw is None else dataset.merge(_excerpt(average, raw))
+
+
+def recording_with_scatter(recording: Recording, average: EnsembleAverage | None) -> xr.Dataset:
+    """Return the recording, with the standard deviation of the averaged beats where there are any."""
+    dataset = recording_dataset(recording)
+    if average is None:
+        return dataset
+    for name, dim, unit in (("pressure", "time", "mmHg"), ("flow", "flow_time", "ml/s")):
+        words = f"standard deviation of the {name} of the averaged beats"
+        deviation = resample(getattr(average, f"{name}_sd"), dataset.sizes[dim])  # the paper's practice has others
+        dataset[f"{name}_sd"] = labelled(dim, np.maximum(deviation, 0.0), unit, words)
+    return dataset
+
+
+def _excerpt(average: EnsembleAverage, raw: RawRecording) -> xr.Dataset:
+    """Return the signals from the first averaged beat on, or as near as the recording's end allows."""
+    used = [beat for beat in average.beats if beat.averaged]
+    count = min(len(raw.pressure), round(EXCERPT * raw.sampling_rate))
+    middle = (0.5 * (used[0].start + used[-1].end) - raw.origin) * raw.sampling_rate
+    first = int(np.clip(middle - count / 2, 0, len(raw.pressure) - count))
+    part = slice(first, first + count)
+    traces = {
+        "trace_pressure": labelled("trace_time", raw.pressure[part], "mmHg", "pressure as recorded"),
+        "trace_flow": labelled("trace_time", raw.flow[part], "ml/s", "flow as recorded"),
+    }
+    if raw.ecg is not None:
+        traces["trace_ecg"] = labelled("trace_time", raw.ecg[part], "mV", "ECG as recorded")
+    return xr.Dataset(traces, coords={"trace_time": labelled("trace_time", raw.time[part], "s", "time")})
+
+
+def _why(beats: Sequence[Beat], text: Callable[[Finding], str], meaning: str) -> xr.Variable:
+    words = [text(beat.rejected) if beat.rejected else "" for beat in beats]
+    return xr.Variable("beat", np.array(words, dtype=object), {"long_name": meaning})
+
+
+def posterior_result(drawn: Posterior) -> PosteriorResult:
+    """Return a posterior as it is stored.
+
+    The table has, by ``quantity``, ``median, interval_low, interval_high, prior_low, prior_high, contraction`` and the
+    shares of the variance, ``share_recording, share_probe, share_calibration, share_image, share_model, share_prior``,
+    how well each ``block`` of harmonics is predicted by the others (``left_out``, ``left_out_k_hat``), and the
+    diagnostics. Its attributes say whether it is ``trusted``, and the ``findings`` with their numbers (JSON).
+    """
+    summary = drawn.summary.rename(columns={name: f"share_{name}" for name in SOURCES})
+    table = table_dataset(summary.rename_axis("quantity").reset_index(), "quantity")
+    blocks = drawn.left_out
+    table = table.assign_coords(block=blocks.index.to_numpy(object))
+    table["left_out"] = ("block", blocks["log_density"].to_numpy(), {"units": "1"})
+    table["left_out_k_hat"] = ("block", blocks["k_hat"].to_numpy(), {"units": "1"})
+    for name, value in drawn.diagnostics._asdict().items():
+        table[name] = ((), float(value), {"units": "1"})
+    table.attrs = {
+        "trusted": int(drawn.diagnostics.trusted),
+        "findings": as_json(drawn.findings),
+    }
+    return PosteriorResult(table, {str(name): _plain(node.to_dataset()) for name, node in drawn.data.children.items()})
+
+
+def _plain(part: xr.Dataset) -> xr.Dataset:
+    """Return a group whose attributes netCDF can hold."""
+    kept = {key: int(value) if isinstance(value, bool | np.bool_) else value for key, value in part.attrs.items()}
+    return part.assign_attrs(kept)

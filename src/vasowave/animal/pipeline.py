@@ -1,42 +1,134 @@
-"""Calibrate one animal's model with every wall law and make all analyses: one labelled result."""
+"""Calibrate one animal's model with every wall law and make all analyses: one labelled result.
+
+A fit or posterior that fails is recorded, and the others go on.
+"""
 
 import json
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from pathlib import Path
+from typing import Any, Protocol
 
 from vasowave.analysis.coupling import coupled
 from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.averages import compared_laws
-from vasowave.animal.beats import beats_dataset, recording_with_scatter
-from vasowave.animal.datasets import calibration_dataset, nominal_dataset, ventricle_dataset
+from vasowave.animal.datasets import (
+    beats_dataset,
+    calibration_dataset,
+    nominal_dataset,
+    posterior_result,
+    recording_with_scatter,
+    ventricle_dataset,
+)
 from vasowave.animal.failure import Failure, Stage, attempted
-from vasowave.animal.fitting import Kept, Progress, fits_of, posteriors_of, teller
 from vasowave.animal.known_errors import effects_on_measured
 from vasowave.animal.law_result import LawResult, Measured
-from vasowave.animal.posterior import posterior_result
-from vasowave.animal.quantities import measured_quantities, measured_values, model_quantities, sites_within_bounds
-from vasowave.animal.result import AnimalResult
-from vasowave.animal.signals import (
-    flow_noise,
-    impedance_dataset,
-    measured_station,
-    simulated_station,
-    waves_dataset,
+from vasowave.animal.quantities import (
+    compared_laws,
+    measured_quantities,
+    measured_values,
+    model_quantities,
+    sites_within_bounds,
 )
+from vasowave.animal.result import AnimalResult
+from vasowave.animal.signals import flow_noise, impedance_dataset, measured_station, simulated_station, waves_dataset
 from vasowave.animal.vessels import vessels_dataset
-from vasowave.calibration import Fit
+from vasowave.calibration import Ends, Fit, calibrate
 from vasowave.errors import VasowaveWarning
 from vasowave.findings import Finding, finding_of, warn
-from vasowave.inference import Posterior, compare_laws
+from vasowave.inference import Posterior, compare_laws, posterior
 from vasowave.inference.known_errors import Seen
-from vasowave.model.laws import find_bed, identity
+from vasowave.model.laws import find_bed, find_law, identity
 from vasowave.model.nominal import estimate_nominal
 from vasowave.provenance import provenance
 from vasowave.selection import profiled, stiffening
+
+Progress = Callable[[str, int, int, float], None]
+"""Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²)."""
+
+
+class Kept(Protocol):
+    """The place where the unfinished work on one animal is kept."""
+
+    def of(self, wall: str, starts: int) -> Ends:
+        """Return where the ends of the searches with one wall law are kept."""
+        ...
+
+    def simulations(self, wall: str) -> Path | None:
+        """Return the file that keeps the simulations of the posterior of one wall law, if there can be one."""
+        ...
+
+
+def teller(animal: Animal, law: str, stage: Stage, failures: list[Failure]) -> Callable[[str], None]:
+    """Return what adds a failure for its reason."""
+
+    def tell(reason: str) -> None:
+        failures.append(Failure(animal.name, animal.group, law, stage, reason, animal.recording.mean_pressure))
+
+    return tell
+
+
+def fits_of(
+    animal: Animal, settings: Settings, progress: Progress | None, kept: Kept | None, failures: list[Failure]
+) -> tuple[list[Fit], bool]:
+    """Return the fits of all wall laws, or what had finished when it was interrupted, and whether it was."""
+    fits: list[Fit] = []
+    for wall in settings.walls:
+        tell = teller(animal, find_law(wall).law().name, Stage.FIT, failures)
+        try:
+            fit = attempted(partial(_calibrated, animal, settings, wall, progress, kept), tell)
+        except KeyboardInterrupt:
+            if not fits:
+                raise
+            return fits, True
+        if fit is not None:
+            fits.append(fit)
+            if len(fit.starts) < settings.starts:
+                return fits, True
+    return fits, False
+
+
+def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progress | None, kept: Kept | None) -> Fit:
+    def say(done: int, count: int, best: float) -> None:
+        if progress is not None:
+            progress(wall, done, count, best)
+
+    return calibrate(
+        animal.network,
+        animal.recording,
+        wall,
+        sites=animal.sites,
+        bed=settings.beds,
+        blood=settings.blood,
+        search=settings.search(wall),
+        numerics=settings.numerics,
+        progress=say,
+        ends=kept.of(wall, settings.starts) if kept is not None else None,
+    )
+
+
+def posteriors_of(
+    animal: Animal, fits: Sequence[Fit], settings: Settings, kept: Kept | None, failures: list[Failure]
+) -> dict[str, Posterior]:
+    """Return the posterior of every fitted wall law that has one, if it is asked for."""
+    if settings.inference != "posterior":
+        return {}
+
+    def drawn(fit: Fit) -> Posterior:
+        return posterior(
+            animal.network, animal.recording, type(fit.model.wall), bed=type(fit.model.outlets), fit=fit,
+            blood=settings.blood, sites=animal.sites,
+            search=settings.search(type(fit.model.wall)), numerics=settings.numerics, seed=settings.seed,
+            priors=settings.priors,
+            path=kept.simulations(fit.wall) if kept is not None else None,
+        )  # fmt: skip
+
+    tried = {
+        fit.wall: attempted(partial(drawn, fit), teller(animal, fit.wall, Stage.POSTERIOR, failures)) for fit in fits
+    }
+    return {wall: one for wall, one in tried.items() if one is not None}
 
 
 def analyze(
@@ -212,6 +304,3 @@ def _collected() -> Iterator[list[Finding]]:
             found.append(finding_of(one.message))
         else:
             warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
-
-
-__all__ = ["Progress", "analyze", "result_of"]

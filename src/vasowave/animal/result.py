@@ -17,15 +17,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
 from vasowave.animal.failure import Failure, as_plain, from_plain
+from vasowave.animal.labelled import labelled
 from vasowave.animal.law_result import LawResult, Measured, PosteriorResult
-from vasowave.animal.networks import network_dataset, network_of
 from vasowave.errors import InputError
 from vasowave.findings import Finding, as_json, from_json, shared
-from vasowave.network.network import Network
+from vasowave.network.network import MEASURED, Network
 from vasowave.notebook import upstairs
 
 if TYPE_CHECKING:
@@ -47,6 +48,11 @@ _OPTIONAL = {"beats": "beats", "ventricle": "ventricle", "evidence": "laws", "se
 _OF_LAW = {"calibration": "calibration", "simulation": "simulation", "waves": "waves", "impedance": "impedance",
            "vessels": "tree", "quantities": "quantities"}  # fmt: skip
 _MAY_BE = ("stiffening", "sites")  # parts of a law that not every one has, and their groups
+_MEASURED = {
+    "radius_sd": ("cm", "standard deviation of the radius, NaN where not known"),
+    "taper": ("1", "fall of the radius along the vessel, NaN where not measured"),
+    "taper_sd": ("1", "standard deviation of the taper"),
+}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -273,3 +279,37 @@ def _law(tree: xr.DataTree, name: str) -> LawResult:
     parts: dict[str, Any] = {part: _data(node, part) for part in _MAY_BE if part in node.children}
     parts |= {part: _data(tree, f"{name}/{group}") for part, group in _OF_LAW.items()}
     return LawResult(name=name, posterior=posterior, **parts)
+
+
+def network_dataset(network: Network) -> xr.Dataset:
+    """Return topology and morphometry by vessel; the root's parent is empty; the nodes are those of graphs alone."""
+    parents = [network.name[row] if row >= 0 else "" for row in network.parent]
+    known = {name: values for name in MEASURED if (values := getattr(network, name)) is not None}
+    ends = {} if network.nodes is None else {"start": network.start, "end": network.end}
+    return xr.Dataset(
+        {
+            "parent": ("vessel", np.array(parents, dtype=object), {"long_name": "name of the parent vessel"}),
+            **{
+                f"{end}_node": xr.Variable("vessel", node, {"long_name": f"number of the node at its {end}"})
+                for end, node in ends.items()
+            },
+            "length": labelled("vessel", network.length, "cm", "length"),
+            "radius": labelled("vessel", network.radius, "cm", "radius at the pressure of the image"),
+            "image_pressure": labelled((), network.pressure, "mmHg", "pressure of the image, 0 where not known"),
+            "flow_fraction": labelled("vessel", network.flow_fraction, "1", "share of the root's mean flow (eq. 11)"),
+            **{name: labelled("vessel", values, *_MEASURED[name]) for name, values in known.items()},
+        },
+        coords={"vessel": np.array(network.name, dtype=object)},
+    )  # fmt: skip
+
+
+def network_of(data: xr.Dataset) -> Network:
+    """Return the network that `network_dataset` made a dataset of, with all that is known of its vessels."""
+    names = tuple(map(str, data["vessel"].values))
+    rows = {name: row for row, name in enumerate(names)} | {"": -1}
+    parent = np.array([rows[str(name)] for name in data["parent"].values])
+    known = {name: data[name].values for name in MEASURED if name in data}
+    if "start_node" in data:
+        known["nodes"] = np.column_stack([data["start_node"].values, data["end_node"].values])
+    pressure = float(data["image_pressure"]) if "image_pressure" in data else 0.0
+    return Network(names, parent, data["length"].values, data["radius"].values, None, pressure, **known)

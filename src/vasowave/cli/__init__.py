@@ -13,7 +13,7 @@ from vasowave.cli.app import FAILED, WRONG_INPUT, app
 
 # The order of import is the order of the help.
 # isort: off
-from vasowave.cli import study, workbench, fit, simulate, export, look, extract, tidy  # noqa: F401  they register their commands
+from vasowave.cli import study, workbench, fit, simulate, extract  # noqa: F401  they register their commands
 # isort: on
 
 if TYPE_CHECKING:
@@ -68,6 +68,3 @@ def _interrupt_main() -> None:
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
     else:
         _thread.interrupt_main()
-
-
-__all__ = ["app", "run"]

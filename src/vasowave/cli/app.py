@@ -38,8 +38,6 @@ class Commands(TyperGroup):
         """Run a command; with --verbose say with what, for how long, and where in the program an error arose."""
         if not ctx.params.get("verbose"):
             return super().invoke(ctx)
-        from vasowave.cli.app import told
-
         with told():
             return super().invoke(ctx)
 

@@ -1,4 +1,4 @@
-"""Commands from images to networks: extract, match."""
+"""Commands from images and other files to networks: look, extract, centerlines, match, tidy."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,6 +12,31 @@ from vasowave.cli.app import app
 
 if TYPE_CHECKING:
     from vasowave.network.network import Network
+
+
+@app.command(
+    epilog="Example: vasowave look scan-folder -o look.html. Then type the command that it ends with.",
+)
+def look(
+    volume: Annotated[Path, typer.Argument(help="DICOM folder, NRRD, NIfTI, MetaImage, RAW with header, TIFF stack.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Page (.html) or .json.")] = None,
+    threshold: Annotated[float | None, typer.Option(help="Grey level of the vessel wall; else proposed.")] = None,
+    cannula: Annotated[
+        float, typer.Option(help="Known inner diameter of the cannula, cm; 0 where there is none.")
+    ] = 0.086,
+    species: Annotated[str, typer.Option(help="Passed on to `extract`: mouse, rat, human, other …")] = "mouse",
+    voxel: Annotated[float | None, typer.Option(help="Voxel size, cm, in place of the file's.")] = None,
+) -> None:
+    """Look at a volume before anything is measured: grey levels, ends, loops, and the command to type next."""
+    from vasowave.imaging.overview import look as looked
+    from vasowave.report.look import check_look_file, look_text, write_look
+
+    if output is not None:
+        check_look_file(output)
+    seen = looked(volume, threshold, cannula=cannula, species=cast(Any, species), voxel=voxel)
+    typer.echo(look_text(seen))
+    if output is not None:
+        typer.echo(f"Look at it: {write_look(seen, output)}")
 
 
 @app.command(
@@ -173,3 +198,39 @@ def _stages() -> Iterator[Callable[[str], None]]:
         yield say
         for task in progress.tasks:
             progress.update(task.id, total=1, completed=1)
+
+
+@app.command(
+    epilog="Example: vasowave tidy tree.mat --unit '0.0036 cm' -o network.csv; vasowave tidy network.csv -o tidied.csv"
+)
+def tidy(
+    network: Annotated[
+        Path,
+        typer.Argument(
+            help="Vessel table, MATLAB file (dim_mat, ves_conn), Dimensions.txt with connectivity.txt beside it, input "
+            "of svOneDSolver, or FirstBlood's table of edges."
+        ),
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Vessel table to write.")] = Path("tidied.csv"),
+    unit: Annotated[
+        str | None, typer.Option(help="Unit of the lengths where the file does not say it: mm, or '0.0036 cm' a voxel.")
+    ] = None,
+    shortest: Annotated[
+        float | None, typer.Option(help="Shortest vessel that is kept, in its own radii.", show_default="0.25", min=0.0)
+    ] = None,
+) -> None:
+    """Repair a network: join what does not divide, merge what is too short for a wave; every repair is listed."""
+    from vasowave.errors import InputError
+    from vasowave.io.files import check_file
+    from vasowave.network.tidying import SHORTEST, tidy
+    from vasowave.network.vessel_table import write_network
+    from vasowave.network_formats import read_network
+
+    check_file(output)
+    if output.exists() and output.samefile(network):
+        raise InputError(f"{output}: would overwrite the network that is read; name another file with --output")
+    found = tidy(read_network(network, unit), SHORTEST if shortest is None else shortest)
+    write_network(found.network, output)
+    for repair in found.repairs:
+        typer.echo(f"{repair.code}: {repair}")
+    typer.echo(f"{found.summary() or 'Nothing had to be repaired'}. {found.network!r}: {output}")

@@ -138,6 +138,7 @@ def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, 
 def _say(found: "Posterior") -> None:
     """Print the table of a posterior, its diagnostics, and what a reader must know."""
     from vasowave.cli.progress import tell
+    from vasowave.study.overview import aligned
 
     rows = [("", "median", "95 % interval", "prior 95 %", "unit")]
     rows += [
@@ -145,10 +146,8 @@ def _say(found: "Posterior") -> None:
          f"[{row['prior_low']:.3g}, {row['prior_high']:.3g}]", str(row["unit"]).replace("1", "", row["unit"] == "1"))
         for name, row in found.summary.iterrows()
     ]  # fmt: skip
-    sizes = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for cells in rows:
-        texts = [cell.rjust(size) if i else cell.ljust(size) for i, (cell, size) in enumerate(zip(cells, sizes))]
-        typer.echo("  ".join([*texts[:-1], cells[-1]]).rstrip())
+    for line in aligned(rows, (0, 4)):
+        typer.echo(line)
     one = found.diagnostics
     trusted = "The sampling succeeded" if one.trusted else "Do not believe these numbers"
     tell(

@@ -10,8 +10,8 @@ from typer.main import get_command
 from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import Place
 from vasowave.settings import Setting, settings_of
-from vasowave.study.document import Document
 from vasowave.study.problems import refuse
+from vasowave.study.reading import Document
 
 if TYPE_CHECKING:
     from vasowave.study.settings import StudyFile

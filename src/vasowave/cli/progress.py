@@ -59,7 +59,7 @@ def waiting(doing: str) -> Iterator[None]:
 
 
 @contextmanager
-def alive(doing: str | Callable[[], str], every: float | None = None) -> Iterator[None]:
+def alive(doing: str | Callable[[], str], every: float = SAY) -> Iterator[None]:
     """Write a line a minute to the standard error while what is inside goes on, if there is no terminal.
 
     Logs of clusters show by it that a program lives.
@@ -68,7 +68,7 @@ def alive(doing: str | Callable[[], str], every: float | None = None) -> Iterato
     ----------
     doing : str or callable
         What is being done, or what returns it.
-    every : float, optional
+    every : float
         s between lines.
     """
     if Console(stderr=True).is_terminal:
@@ -77,7 +77,7 @@ def alive(doing: str | Callable[[], str], every: float | None = None) -> Iterato
     begun, ended = time.monotonic(), threading.Event()
 
     def say() -> None:
-        while not ended.wait(SAY if every is None else every):
+        while not ended.wait(every):
             what = doing if isinstance(doing, str) else doing()
             typer.echo(f"{(time.monotonic() - begun) / 60:.0f} min: {what}", err=True)
 

@@ -1,4 +1,4 @@
-"""Commands on one model: simulate, sweep."""
+"""Commands on one model: simulate, sweep, export."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from vasowave.model.model import Model
-
 
 _PICTURES = (".png", ".pdf", ".svg")
 _NAMES = (
@@ -220,3 +219,38 @@ def _write(result: "xr.Dataset", output: Path) -> None:
     from vasowave.io.files import write_file
 
     write_file(output, to_bytes(xr.DataTree(result)))
+
+
+@app.command(
+    epilog="Example: vasowave export my-mouse --to paraview -o my-mouse-waves; "
+    "vasowave export network.csv cycle.csv --to openbf; vasowave export openbf.yaml --to tables"
+)
+def export(
+    network: Annotated[Path, models.NETWORK],
+    recording: Annotated[list[Path] | None, models.RECORDING] = None,
+    program: Annotated[
+        str, typer.Option("--to", help="paraview, matlab, openbf, svzerod, or tables (CSV).")
+    ] = "paraview",
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write into.")] = Path("vasowave-export"),
+    centerlines: Annotated[
+        Path | None, typer.Option(help="centerlines.csv of the extraction, for ParaView; without it, a flat tree.")
+    ] = None,
+    period: Annotated[float | None, models.PERIOD] = None,
+    animal: Annotated[str, models.ANIMAL] = "",
+    wall: Annotated[str, models.WALL] = "",
+    bed: Annotated[str, models.BED] = "",
+    narrow: Annotated[list[str] | None, models.NARROW] = None,
+    friction: Annotated[str, models.FRICTION] = "",
+    cell_size: Annotated[float | None, models.CELL] = None,
+    accuracy: Annotated[float | None, models.ACCURACY] = None,
+) -> None:
+    """Write a model and its waves for ParaView, MATLAB, openBF or svZeroDSolver."""
+    from vasowave.exchange import export_model
+
+    model, flow = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
+    model, numerics = models.narrowed_model(model, narrow or []), models.numerics_from(cell_size, accuracy)
+    said = export_model(model, flow, program, output, centerlines=centerlines, numerics=numerics)
+    typer.echo(repr(model))
+    for sentence in said:
+        typer.echo(f"  {sentence}")
+    typer.echo(f"Written: {output}")

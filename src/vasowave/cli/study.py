@@ -32,7 +32,7 @@ def demo(
 ) -> None:
     """Do a whole study of 7 + 5 virtual mice, from raw recordings to the report. No animal was measured."""
     from vasowave.study.executors import compile_beside
-    from vasowave.study.virtual import write_virtual_study
+    from vasowave.study.template import write_virtual_study
 
     typer.echo("SYNTHETIC: vasowave makes the twelve mice itself, from published parameters and group statistics.")
     begun = time.monotonic()
@@ -48,7 +48,7 @@ def samples(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual animals.")] = 10,
 ) -> None:
     """Write six synthetic recordings and two vessel tables to practise on, untidy as a lab's files are."""
-    from vasowave.datasets.lab_files import write_lab_files
+    from vasowave.datasets.virtual_files import write_lab_files
 
     for path in write_lab_files(folder, seed):
         typer.echo(f"  {path}")
@@ -103,7 +103,7 @@ def add(
 
     place, files = _study_here(study, paths or [])
     added = add_files(place, files, group=group, groups=groups, network=network, cells=row_cells(dict(given or {})),
-                      ask=_ask if _asks() else None)  # fmt: skip
+                      ask=_ask if sys.stdin.isatty() and sys.stdout.isatty() else None)  # fmt: skip
     names = {row["animal"] for row in added.rows}
     more = f", {_counted(len(added.updated), 'row')} updated" if added.updated else ""
     tell(f"{added.table}: {_counted(len(names), 'new row')}{more}")
@@ -161,10 +161,6 @@ def _typed(path: Path) -> str:
     return shlex.quote(str(path))
 
 
-def _asks() -> bool:
-    return sys.stdin.isatty() and sys.stdout.isatty()
-
-
 def _ask(question: str, proposal: str) -> str:
     return str(typer.prompt(question, default=proposal))
 
@@ -176,8 +172,7 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
     When nothing is wrong, what the study will compare is written with the time into declared.json.
     """
     from vasowave.study.checking import check_study
-    from vasowave.study.declaring import declare
-    from vasowave.study.plan import read_study
+    from vasowave.study.plan import declare, read_study
 
     problems, read, settings, design = check_study(study)
     errors = [problem for problem in problems if problem.error]
@@ -354,6 +349,3 @@ def plan(
     for text in plan_texts(found):
         typer.echo(text)
     typer.echo(f"Page: {write_plan(found, output)}")
-
-
-__all__ = ["add", "check", "demo", "make_report", "new", "plan", "run", "status"]

@@ -50,6 +50,3 @@ def open_workbench(
     typer.echo("Ended." + (f" The run goes on; see vasowave status {folder}" if goes_on else ""))
     sys.stdout.flush()
     os._exit(0)  # at once: nobody waits for what is still being read, and files are written whole or not at all
-
-
-__all__ = ["open_workbench"]

@@ -11,8 +11,7 @@ import xarray as xr
 
 from vasowave.animal.failure import Failure
 from vasowave.animal.law_result import LawResult
-from vasowave.animal.networks import network_dataset
-from vasowave.animal.result import AnimalResult, as_chosen
+from vasowave.animal.result import AnimalResult, as_chosen, network_dataset
 from vasowave.cohort.declared import Declaration
 from vasowave.cohort.design import Design
 from vasowave.cohort.table import cohort_table, columns, rows_of

@@ -1,4 +1,6 @@
-"""The virtual cohort as the files a lab would have, and one file that a lab never has: the truth."""
+"""The virtual cohort as the files a lab would have, and one file that a lab never has: the truth; and six recordings as
+a lab hands them over, to practise on: LabChart exports in two folders, and two lungs.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from vasowave.datasets.virtual_cohort import VirtualAnimal
+from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
+from vasowave.datasets.virtual import VirtualAnimal, virtual_cohort
+from vasowave.errors import InputError
 from vasowave.io.files import made_inside, write_file
 from vasowave.network.network import Network
 from vasowave.quantities import QUANTITIES
@@ -16,6 +20,10 @@ SYNTHETIC = "SYNTHETIC: made by vasowave from published parameters, no animal wa
 """Stands in every file of the cohort."""
 
 _UNITS = {name: one.unit for name, one in QUANTITIES.items()} | {"p1": "mmHg", "gamma": "1", "discrepancy": "mmHg"}
+_FOLDERS = {"CTL": "control", "HPH": "hypoxia"}
+_EACH = 3  # animals of a group
+_GAP = ("control", 2, slice(7000, 7400))  # samples whose pressure is missing
+_DRIFT = ("hypoxia", 2, 9.0)  # mmHg/min
 
 
 def write_virtual_cohort(animals: Sequence[VirtualAnimal], folder: Path) -> Path:
@@ -38,7 +46,8 @@ def write_virtual_cohort(animals: Sequence[VirtualAnimal], folder: Path) -> Path
         write_file(folder / network, network_text(animal.network))
         write_file(folder / recording, labchart_text(animal.raw) if labchart else table_text(animal.raw))
         rows.append((animal.name, animal.group, network.as_posix(), recording.as_posix(), "raw", "yes"))
-        truths.append({"animal": animal.name, "group": animal.group, **_labelled(animal.truth)})
+        truth = {f"{name} [{_UNITS[name]}]": value for name, value in animal.truth.items()}
+        truths.append({"animal": animal.name, "group": animal.group, **truth})
     write_file(folder / "truth.csv", f"# {SYNTHETIC}\n" + pd.DataFrame(truths).to_csv(index=False, lineterminator="\n"))
     header = f"# {SYNTHETIC}\nanimal,group,network,recording,kind,synthetic\n"
     return write_file(folder / "animals.csv", header + "".join(",".join(row) + "\n" for row in rows))
@@ -81,5 +90,46 @@ def _formatted(line: str, raw: RawRecording, flow_scale: float) -> str:
     return "\n".join(map(line.format, *(column.tolist() for column in columns)))
 
 
-def _labelled(truth: dict[str, float]) -> dict[str, float]:
-    return {f"{name} [{_UNITS[name]}]": value for name, value in truth.items()}
+def write_lab_files(folder: Path, seed: int = 10) -> list[Path]:
+    """Write six LabChart exports in the folders ``control`` and ``hypoxia`` and one vessel table for each of them.
+
+    The pressure of ``control/mouse 2`` has a gap, the transducer of ``hypoxia/mouse 2`` drifts by 9 mmHg/min.
+
+    Returns
+    -------
+    list of Path
+        The files. The same seed writes the same bytes.
+
+    Raises
+    ------
+    InputError
+        The folder is not empty, or cannot be written.
+    """
+    folder, files = Path(folder), []
+    if folder.exists() and (folder.is_file() or any(folder.iterdir())):
+        raise InputError(f"{folder} is not an empty folder; give another name")
+    cohort = virtual_cohort(seed)
+    for group, name in _FOLDERS.items():
+        made_inside(folder, name)
+        animals = [animal for animal in cohort if animal.group == group][:_EACH]
+        files.append(write_file(folder / f"lung {name}.csv", network_text(animals[0].network)))
+        for number, animal in enumerate(animals, 1):
+            raw = animal.raw
+            if (name, number) == _DRIFT[:2]:
+                drifting = Disturbances(pressure_drift=_DRIFT[2])
+                raw = synthetic_raw_recording(animal.cycle, np.random.default_rng(seed), disturbances=drifting).raw
+            text = labchart_text(raw)
+            if (name, number) == _GAP[:2]:
+                text = _without_pressure(text, _GAP[2])
+            files.append(write_file(folder / name / f"mouse {number}.txt", text))
+    return files
+
+
+def _without_pressure(text: str, samples: slice) -> str:
+    """Return a LabChart text whose first channel holds no number in a stretch of samples."""
+    lines = text.split("\n")
+    header = next(row for row, line in enumerate(lines) if line.startswith("UnitName")) + 1
+    for row in range(header + samples.start, header + samples.stop):
+        time, _, rest = lines[row].split("\t", 2)
+        lines[row] = f"{time}\tNaN\t{rest}"
+    return "\n".join(lines)

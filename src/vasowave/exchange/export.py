@@ -4,10 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vasowave.errors import InputError, did_you_mean
-from vasowave.exchange.axes import drawn_axes, read_axes
 from vasowave.exchange.matlab import write_matlab
 from vasowave.exchange.openbf import write_openbf
-from vasowave.exchange.paraview import write_paraview
+from vasowave.exchange.paraview import drawn_axes, read_axes, write_paraview
 from vasowave.exchange.solved import Solved, solve
 from vasowave.exchange.svzerod import write_svzerod
 from vasowave.exchange.tables import write_tables

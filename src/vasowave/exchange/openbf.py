@@ -1,20 +1,21 @@
 """A model as input of openBF (0.8 and later): a YAML file of the network and a table of the inflow, in SI units.
 
 openBF's tube law is eq. 3 with β = E h0/((1 - σ²) R0), σ = 1/2, and its friction 2π (ζ + 2) μ/ρ · q/A with a whole
-number ζ (``gamma_profile``) a vessel and one viscosity μ for all.
+number ζ (``gamma_profile``) a vessel and one viscosity μ for all. Any other wall law is replaced by the linear one with
+the same wall at mean pressure.
 """
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
 
 from vasowave.errors import InputError
 from vasowave.exchange.solved import Solved, circuit, losses, require_elastic
-from vasowave.exchange.tube_law import LinearTube, linear_tube
 from vasowave.findings import look_kind, warn
+from vasowave.model import walls
 from vasowave.model.outlets import ReflectionCoefficient
 from vasowave.units import MMHG
 
@@ -34,6 +35,53 @@ CROWDED = look_kind(
     "more than three vessels meet where '{vessel}' ends; openBF refuses that before its general junctions of 2026",
     "Use a later openBF.",
 )
+
+
+class LinearTube(NamedTuple):
+    """The law p = β (√(A/A0) - 1) of each vessel, and where it leaves the model's own.
+
+    Attributes
+    ----------
+    beta : float array, shape (vessel,)
+        mmHg.
+    area0 : float array, shape (vessel,)
+        cm².
+    misfit : float array, shape (vessel,)
+        Largest difference from the pressure of the model's law at the areas of the cycle, mmHg.
+    """
+
+    beta: np.ndarray
+    area0: np.ndarray
+    misfit: np.ndarray
+
+
+def linear_tube(solved: Solved) -> LinearTube:
+    """Return the linear law that has the area and the slope dp/dA of the model's law at each vessel's mean pressure.
+
+    With D = dp/dA there, β = 2 A D - p and √(A/A0) = 2 A D/β; a linear wall comes back as it is.
+
+    Raises
+    ------
+    InputError
+        A wall so soft at its mean pressure that no linear law has this slope; the vessel is named.
+    """
+    model, pressure, area = solved.model, solved.mean_pressure, solved.mean_area
+    slope = 1.0 / np.asarray(walls.area_compliance(model.wall, pressure, model.area0))
+    beta = 2.0 * area * slope - pressure
+    soft = np.flatnonzero(~(beta > 0))
+    if len(soft):
+        raise InputError(
+            f"vessel '{solved.network.name[soft[0]]}': no linear wall is as soft at {pressure[soft[0]]:.3g} mmHg as "
+            "this one, and openBF knows no other; fit the linear law and export that"
+        )
+    area0 = area * (beta / (2.0 * area * slope)) ** 2
+    misfit = [_misfit(solved, row, beta[row], area0[row]) for row in range(len(beta))]
+    return LinearTube(beta, area0, np.array(misfit))
+
+
+def _misfit(solved: Solved, row: int, beta: float, area0: float) -> float:
+    along = solved.along(row)
+    return float(np.abs(beta * (np.sqrt(along.area / area0) - 1.0) - along.pressure).max())
 
 
 def write_openbf(solved: Solved, folder: Path) -> list[str]:

@@ -12,6 +12,7 @@ import yaml
 from vasowave.errors import InputError, did_you_mean
 from vasowave.exchange.openbf import PA, POISSON
 from vasowave.findings import Finding, look_kind, note_kind, warn
+from vasowave.io.columns import number
 from vasowave.io.textfile import read_lines, regular_file
 from vasowave.model.blood import Blood, PowerLaw
 from vasowave.model.model import Model
@@ -114,7 +115,8 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
         tuple(one.name for one in vessels), None, length, 1e2 * radius,
         where=lambda row: f"{path}, vessel {row + 1}", nodes=nodes,
     )  # fmt: skip
-    profile = _profile(network, vessels, _default_profile(config))
+    earlier = "project name" in config  # the keys of openBF before version 0.8, whose default is another
+    profile = _profile(network, vessels, _OLD_PROFILE if earlier else _PROFILE)
     blood = Blood(1e-3 * density, 1e4 * viscosity / density, PowerLaw(profile))
     ends = [(vessels[row], density, float(beta[row]), float(radius[row])) for row in network.terminals]
     outlets = _reflections(ends) or Windkessel(*np.array([_bed(*one) for one in ends]).T)
@@ -194,11 +196,6 @@ def _say_unknown(path: Path, config: Mapping[str, Any], vessels: list[_Vessel]) 
     for key, count in counts.items():
         place = f"{path}, {count} of {len(vessels)} vessels"
         warn(UNKNOWN_KEY(key=key, hint=did_you_mean(key, _VESSEL_KEYS)).at(place), stacklevel=3)
-
-
-def _default_profile(config: Mapping[str, Any]) -> float:
-    """Return the velocity profile of vessels that name none: that of openBF's version, by the words of its keys."""
-    return _OLD_PROFILE if "project name" in config else _PROFILE
 
 
 def _wall(one: _Vessel) -> tuple[np.ndarray, np.ndarray]:
@@ -331,16 +328,16 @@ def _in_order(file: Path, table: np.ndarray) -> np.ndarray:
 def _two_columns(file: Path) -> np.ndarray:
     rows = []
     for block in read_lines(file):
-        for number, text in enumerate(block.texts, block.first):
+        for line, text in enumerate(block.texts, block.first):
             cells = text.replace(",", " ").split()
             if not cells:
                 continue
             try:
-                row = [float(cell) for cell in cells]
+                row = [number(cell) for cell in cells]
             except ValueError:
                 row = []
             if len(row) != 2 or not np.all(np.isfinite(row)):
-                raise InputError(f"{file}, line {number}: not a time and a flow; two numbers are needed in every line")
+                raise InputError(f"{file}, line {line}: not a time and a flow; two numbers are needed in every line")
             rows.append(row)
     if not rows:
         raise InputError(f"{file}: the file is empty")

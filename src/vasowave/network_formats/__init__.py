@@ -11,6 +11,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import warn
+from vasowave.io.columns import number
 from vasowave.io.formats import Format, Registry
 from vasowave.io.textfile import regular_file
 from vasowave.network.network import Network
@@ -95,6 +96,21 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     return network
 
 
+def taper_of(first: np.ndarray, last: np.ndarray, length: np.ndarray) -> np.ndarray | None:
+    """Return the taper of vessels by the radii of their two ends, None if none tapers."""
+    with np.errstate(invalid="ignore", divide="ignore"):  # a length that is none, which `Network` refuses
+        taper = (first - last) / length
+    return taper if np.any(taper) else None
+
+
+def number_in(path: Path, line: int, text: str) -> float:
+    """Return the number that a word of a file is; `InputError` with its line if it is none."""
+    try:
+        return number(text)
+    except ValueError:
+        raise InputError(f"{path}, line {line}: '{text[:40]}' is not a number") from None
+
+
 def unit_wanted(path: Path, form: NetworkFormat) -> str:
     """Say that a file does not name its unit, and how to give it."""
     return (
@@ -112,6 +128,3 @@ def scale_of(unit: str) -> float:
     if not (np.isfinite(scale) and scale > 0):
         raise InputError(f"unit '{unit}': the number must be positive")
     return scale
-
-
-__all__ = ["NETWORKS", "NetworkFormat", "read_network", "unit_wanted"]

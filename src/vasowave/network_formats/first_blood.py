@@ -12,7 +12,7 @@ from vasowave.io.textfile import read_lines
 from vasowave.network.graph import numbered
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT
-from vasowave.network_formats import NETWORKS, NetworkFormat
+from vasowave.network_formats import NETWORKS, NetworkFormat, number_in, taper_of
 
 _VESSELS = ("vis", "vis_f")
 _NODES = ("heart", "node", "perif")
@@ -56,15 +56,13 @@ def read_edges(path: Path, scale: float) -> tuple[Network, list[Finding]]:
                 raise InputError(f"{path}, line {line}: a row of type '{row[0].strip()[:40]}'; known are {known}")
     if not cells:
         raise InputError(f"{path}: has no vessel (a row of type {' or '.join(_VESSELS)})")
-    first, last, length = np.array([[_number(path, line, one[title]) for title in _SIZES]
+    first, last, length = np.array([[number_in(path, line, one[title]) for title in _SIZES]
                                     for line, one in zip(lines, cells, strict=True)]).T * _CM  # fmt: skip
     joined = numbered([(one["start_node"], one["end_node"]) for one in cells])
     _check_ends(path, cells, nodes)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        taper = (0.5 * (first - last)) / length
     network = Network(
         tuple(one["ID"] for one in cells), None, length, 0.25 * (first + last),
-        lambda row: f"{path}, line {lines[row]}", nodes=joined, **({"taper": taper} if np.any(taper) else {}),
+        lambda row: f"{path}, line {lines[row]}", nodes=joined, taper=taper_of(0.5 * first, 0.5 * last, length),
     )  # fmt: skip
     left = ", ".join(sorted(set(nodes.values())))
     return network, [*looks, LEFT_OUT(what=f"rows of the types {left}, walls and beds" if left else "walls and beds")]
@@ -77,13 +75,6 @@ def _check_ends(path: Path, cells: list[dict[str, str]], nodes: dict[str, str]) 
     if beds and (wrong := sorted(beds ^ ends)):
         what = "is a bed in which no vessel ends" if wrong[0] in beds else "has no vessel or bed behind it"
         raise InputError(f"{path}: node '{wrong[0]}' {what}; a row of the table is missing or damaged")
-
-
-def _number(path: Path, line: int, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"{path}, line {line}: '{text[:40]}' is not a number") from None
 
 
 NETWORKS.register(NetworkFormat("first blood", "FirstBlood table of edges", (), is_edges, read_edges))

@@ -7,11 +7,12 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import Finding
+from vasowave.io.columns import number
 from vasowave.io.textfile import read_lines
 from vasowave.network.graph import numbered
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT, UNKNOWN_VARIABLE
-from vasowave.network_formats import NETWORKS, NetworkFormat
+from vasowave.network_formats import NETWORKS, NetworkFormat, taper_of
 from vasowave.recording.matlab import is_mat, read_mat
 
 DIMENSIONS, CONNECTIVITY = "dimensions.txt", "connectivity.txt"
@@ -66,10 +67,8 @@ def read_dimensions(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     nodes = _nodes(beside[CONNECTIVITY], np.arange(len(sizes), dtype=float), rows)
     where = _placed(f"{beside[DIMENSIONS]}, line")
     names = tuple(str(number) for number in range(len(sizes)))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        taper = (first - last) / length
-    tapers = {"taper": taper} if np.any(taper) else {}
-    return Network(names, None, length, 0.5 * (first + last), where, nodes=nodes, **tapers), []
+    taper = taper_of(first, last, length)
+    return Network(names, None, length, 0.5 * (first + last), where, nodes=nodes, taper=taper), []
 
 
 def _nodes(path: Path, numbers: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -81,14 +80,14 @@ def _nodes(path: Path, numbers: np.ndarray, rows: np.ndarray) -> np.ndarray:
     if len(place) < len(numbers):
         raise InputError(f"{path}: a vessel's number stands twice; number the vessels anew")
     start, end = [("start", row) for row in range(len(numbers))], [("end", row) for row in range(len(numbers))]
-    for line, (number, *daughters) in enumerate(rows.tolist(), 1):
+    for line, (parent, *daughters) in enumerate(rows.tolist(), 1):
         for daughter in daughters:
             if not daughter or np.isnan(daughter):
                 continue
-            unknown = next((one for one in (number, daughter) if one not in place), None)
+            unknown = next((one for one in (parent, daughter) if one not in place), None)
             if unknown is not None:
                 raise InputError(f"{path}, row {line} of what joins what: there is no vessel {unknown:g}")
-            old, new = start[place[daughter]], end[place[number]]
+            old, new = start[place[daughter]], end[place[parent]]
             start = [new if node == old else node for node in start]
             end = [new if node == old else node for node in end]
     return numbered(list(zip(start, end, strict=True)))
@@ -115,17 +114,15 @@ def _table(path: Path, least: int, most: int | None) -> np.ndarray:
     """Return the numbers of a file, every line with as many as the first."""
     rows: list[list[float]] = []
     for block in read_lines(path):
-        for number, text in enumerate(block.texts, block.first):
+        for line, text in enumerate(block.texts, block.first):
             if not text.strip():
                 continue
             try:
-                rows.append([float(word) for word in text.replace(",", " ").split()])
+                rows.append([number(word) for word in text.replace(",", " ").split()])
             except ValueError:
-                raise InputError(f"{path}, line {number}: '{text.strip()[:40]}' is not a row of numbers") from None
+                raise InputError(f"{path}, line {line}: '{text.strip()[:40]}' is not a row of numbers") from None
             if len(rows[-1]) != len(rows[0]) or not least <= len(rows[0]) <= (most or len(rows[0])):
-                raise InputError(
-                    f"{path}, line {number}: {len(rows[-1])} numbers; every line needs {most or 'as many'}"
-                )
+                raise InputError(f"{path}, line {line}: {len(rows[-1])} numbers; every line needs {most or 'as many'}")
     if not rows:
         raise InputError(f"{path}: is empty")
     return np.array(rows)

@@ -11,7 +11,7 @@ from vasowave.io.textfile import read_lines
 from vasowave.network.graph import numbered
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT
-from vasowave.network_formats import NETWORKS, NetworkFormat
+from vasowave.network_formats import NETWORKS, NetworkFormat, number_in, taper_of
 
 _SEGMENT_WORDS = 8  # of a segment, that say its place and its size
 _LEFT_OUT = {
@@ -60,12 +60,10 @@ def read_input(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     nodes = _joined(path, segments, joints, pairs) if pairs else [(one.start, one.end) for one in segments]
     radii = np.sqrt(np.array([one.area for one in segments]) / np.pi)
     length = np.array([one.length for one in segments])
-    with np.errstate(invalid="ignore", divide="ignore"):
-        taper = (radii[:, 0] - radii[:, 1]) / length
     network = Network(
         tuple(one.name for one in segments), None, length, radii.mean(axis=1),
         lambda row: f"{path}, line {segments[row].line}", nodes=numbered(nodes),
-        **({"taper": taper} if np.any(taper) else {}),
+        taper=taper_of(radii[:, 0], radii[:, 1], length),
     )  # fmt: skip
     left = [what for card, what in _LEFT_OUT.items() if card in cards]
     return network, [LEFT_OUT(what=", ".join(left))] if left else []
@@ -86,7 +84,7 @@ def _segment(path: Path, line: int, words: list[str]) -> _Segment:
             "node, inlet and outlet area are needed"
         )
     number, start, end = (_whole(path, line, words[i]) for i in (1, 4, 5))
-    length, first, last = (_number(path, line, words[i]) for i in (2, 6, 7))
+    length, first, last = (number_in(path, line, words[i]) for i in (2, 6, 7))
     if not (first > 0 and last > 0):
         raise InputError(f"{path}, line {line}: segment '{words[0]}' has areas {first:g} and {last:g} cm²")
     return _Segment(line, words[0], number, length, start, end, (first, last))
@@ -119,15 +117,8 @@ def _word(path: Path, line: int, words: list[str], index: int) -> str:
     return words[index]
 
 
-def _number(path: Path, line: int, word: str) -> float:
-    try:
-        return float(word)
-    except ValueError:
-        raise InputError(f"{path}, line {line}: '{word[:40]}' is not a number") from None
-
-
 def _whole(path: Path, line: int, word: str) -> int:
-    value = _number(path, line, word)
+    value = number_in(path, line, word)
     if not np.isfinite(value) or value != int(value):
         raise InputError(f"{path}, line {line}: '{word[:40]}' is not a whole number")
     return int(value)

@@ -204,12 +204,9 @@ def _networks(
     if given:
         return tuple(given)
     named = {os.path.normpath(folder / row["network"]) for row in rows if row.get("network")}
-    beside = sort_files(files_in([folder / "networks"])).networks if _any(folder / "networks") else ()
+    place = folder / "networks"
+    beside = sort_files(files_in([place])).networks if place.is_dir() and any(place.iterdir()) else ()
     return tuple(dict.fromkeys([*(Path(one) for one in sorted(named)), *beside]))
-
-
-def _any(folder: Path) -> bool:
-    return folder.is_dir() and any(folder.iterdir())
 
 
 def _cells(recorded: Recorded, folder: Path, given: Mapping[str, str]) -> dict[str, str]:

@@ -13,9 +13,9 @@ from vasowave import units
 from vasowave.animal.result import TIDY
 from vasowave.cohort.variables import ALONE, GAPS, MISSPELT, Variable
 from vasowave.errors import InputError, did_you_mean
-from vasowave.findings import Finding, Place, error_kind, look_kind
+from vasowave.findings import NOWHERE, Finding, Place, error_kind, look_kind
 from vasowave.inference.known_errors import SHARED, KnownErrors
-from vasowave.io.columns import Columns, NoRowsError, read_columns, split_unit
+from vasowave.io.columns import Columns, NoRowsError, number, read_columns, split_unit
 from vasowave.model.blood import relative_to_usual
 from vasowave.study.names import checked_name
 from vasowave.study.problems import UNREADABLE, Problem, unreadable
@@ -100,8 +100,8 @@ def read_animals(path: Path, groups: Sequence[str] | None, subject: str = "") ->
     if any(problem.error for problem in problems):
         return [], problems
     rows = []
-    for number in range(len(table.cells)):
-        row, wrong = _row(table, number, where, own, groups)
+    for at in range(len(table.cells)):
+        row, wrong = _row(table, at, where, own, groups)
         problems += wrong
         if row is not None:
             rows.append(row)
@@ -179,17 +179,17 @@ def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, i
 
 
 def _row(
-    table: Columns, number: int, where: dict[str, int], own: dict[str, int], groups: Sequence[str] | None
+    table: Columns, at: int, where: dict[str, int], own: dict[str, int], groups: Sequence[str] | None
 ) -> tuple[AnimalRow | None, list[Problem]]:
-    line = table.lines[number]
-    cell = dict.fromkeys(COLUMNS, "") | {title: table.cells[number][i].strip() for title, i in where.items()}
+    line = table.lines[at]
+    cell = dict.fromkeys(COLUMNS, "") | {title: table.cells[at][i].strip() for title, i in where.items()}
 
     def place(title: str) -> Place:
         return Place(table.source, line, f"column '{title}'")
 
     row, wrong = read_row(cell, Path(table.source).parent, groups, place, line)
     carried = own | {title: where[title] for title in (*SHARED, "hematocrit [1]", "temperature [°C]") if title in where}
-    further = {title: unicodedata.normalize("NFC", table.cells[number][i].strip()) for title, i in carried.items()}
+    further = {title: unicodedata.normalize("NFC", table.cells[at][i].strip()) for title, i in carried.items()}
     return row and replace(row, own=further), wrong
 
 
@@ -216,7 +216,7 @@ def read_row(
     wrong: list[Problem] = []
 
     def say(title: str, finding: Finding) -> None:
-        wrong.append(Problem(finding.at(**place(title)._asdict()), also=(cell["animal"],)))
+        wrong.append(Problem(finding.placed(place(title)), also=(cell["animal"],)))
 
     kind = cell["kind"].lower() or _implied_kind(cell)
     _check_words(cell, kind, groups, say)
@@ -246,6 +246,14 @@ def read_row(
         **texts, **numbers,
     )  # fmt: skip
     return row, wrong
+
+
+def read_half_row(
+    cells: Mapping[str, str], folder: Path, groups: Sequence[str]
+) -> tuple[AnimalRow | None, list[Problem]]:
+    """Return `read_row` of a row whose network and group may still be empty: what its recording tells needs neither."""
+    filled = {**cells, "network": cells.get("recording", ""), "group": groups[0]}
+    return read_row(filled, folder, None, lambda _: NOWHERE)
 
 
 def _implied_kind(cell: Mapping[str, str]) -> str:
@@ -305,7 +313,7 @@ def _number(text: str, title: str, say: Say) -> float | None:
     if not text:
         return None
     try:
-        value = float(text)
+        value = number(text)
     except ValueError:
         say(title, (DECIMAL_COMMA if re.fullmatch(r"-?\d+,\d+", text) else NO_NUMBER)(text=text))
         return None

@@ -1,7 +1,7 @@
 """Say everything that is wrong or odd about a study before it is run. Nothing is simulated and nothing is fitted."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ import numpy as np
 from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import InputError, VasowaveError, VasowaveWarning, did_you_mean
-from vasowave.findings import NOWHERE, Finding, Kind, Place, Severity, Value, error_kind, look_kind
+from vasowave.findings import Finding, Kind, Place, Severity, Value, error_kind, look_kind
 from vasowave.io.textfile import look
 from vasowave.model.law_files import files_of, plain
 from vasowave.model.laws import find_bed, find_law
@@ -18,14 +18,14 @@ from vasowave.model.nominal import Nominal, estimate_nominal
 from vasowave.quantities import INDICES, QUANTITIES, question_of
 from vasowave.recording import Recording
 from vasowave.recording.same_signal import Trace, are_of_one, trace_of
-from vasowave.study.animals import read_row
+from vasowave.study.animals import read_half_row
 from vasowave.study.designing import understood
-from vasowave.study.document import Document, read_document
 from vasowave.study.loading import load_animal, read_measured
 from vasowave.study.overview import AnimalRead, read_of
 from vasowave.study.physiology import blood_findings, physiology_findings
 from vasowave.study.plan import Study, inspect_study
 from vasowave.study.problems import Problem, one_per_cause, unreadable
+from vasowave.study.reading import Document, read_document
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
 from vasowave.study.table import read_rows
@@ -98,6 +98,8 @@ SAME_SIGNAL = error_kind(
     "its pressure is in that of '{other}' (line {at}), written anew; {remedy}",
     _ONE_OF_TWO,
 )
+TWICE = tuple(one.code for one in (SAME_RECORDING, SAME_VENTRICLE, SAME_CYCLE, SAME_SIGNAL))
+"""Codes of what is mended by removing one of two rows, or by saying that both are meant."""
 
 
 class Checked(NamedTuple):
@@ -138,16 +140,13 @@ def check_study(path: Path) -> Checked:
             if animal.raw is not None:
                 traces.append((row, trace_of(animal.raw, animal.recording.heart_rate)))
         except VasowaveError as error:
-            problems.append(unreadable(error, place, row.files))
+            problems.append(unreadable(error, place, row.files.values()))
     wedged = [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
     if wedged and len(wedged) < len(study.animals):
-        place = Place(str(study.table), part="column 'wedge [mmHg]'")
         some = WEDGE_OF_SOME(count=len(wedged), all=len(study.animals))
-        problems.append(Problem(some.at(**place._asdict())))
+        problems.append(Problem(some.at(str(study.table), part="column 'wedge [mmHg]'")))
     problems += _half_known(study)
-    doubled = doubled_animals(study)
-    doubled += _alike(study, cycles, doubled)
-    problems += [*doubled, *_of_one_recording(study, traces, doubled)]
+    problems += _once([*doubled_animals(study), *_alike(study, cycles), *_of_one_recording(study, traces)])
     return Checked(one_per_cause(problems), read, study.settings, design)
 
 
@@ -161,8 +160,7 @@ def _half_known(study: Study) -> list[Problem]:
     for cells in rows:
         if not (cells.get("network") and cells.get("group")) and cells.get("recording"):
             place = Place(str(study.table), animal=cells["animal"])
-            filled = cells | {"network": cells["recording"], "group": study.settings.groups[0]}
-            row, _ = read_row(filled, study.folder, None, lambda _: NOWHERE)
+            row, _ = read_half_row(cells, study.folder, study.settings.groups)
             if row is None:
                 continue
             try:
@@ -170,14 +168,14 @@ def _half_known(study: Study) -> list[Problem]:
                     warnings.simplefilter("ignore", VasowaveWarning)
                     read_measured(row, study.settings)
             except VasowaveError as error:
-                problems.append(unreadable(error, place, row.files))
+                problems.append(unreadable(error, place, row.files.values()))
     return problems
 
 
 def _programs(study: Study, document: Document) -> list[Problem]:
     """Return which files beside the study are run as programs."""
-    place, fitted = document.place(("calibration", "walls"))._asdict(), study.settings.calibration
-    return [Problem(PROGRAM(file=str(one.path)).at(**place)) for one in files_of((*fitted.walls, fitted.beds))]
+    place, fitted = document.place(("calibration", "walls")), study.settings.calibration
+    return [Problem(PROGRAM(file=str(one.path)).placed(place)) for one in files_of((*fitted.walls, fitted.beds))]
 
 
 def _settings(study: Study, document: Document) -> list[Problem]:
@@ -185,8 +183,7 @@ def _settings(study: Study, document: Document) -> list[Problem]:
     calibration, problems = study.settings.calibration, []
 
     def say(which: Kind, *at: str, **values: Value) -> None:
-        place = document.place(at, key=True)
-        problems.append(Problem(which(key=".".join(at), **values).at(**place._asdict())))
+        problems.append(Problem(which(key=".".join(at), **values).placed(document.place(at, key=True))))
 
     laws = " and ".join(map(plain, calibration.walls))
     kind = calibration.beds, calibration.viscous
@@ -211,7 +208,7 @@ def _settings(study: Study, document: Document) -> list[Problem]:
         say(FEW_STARTS, "calibration", "starts", starts=calibration.starts)
     for one in blood_findings(study.settings.blood):
         at = document.place(("blood", str(dict(one.values)["quantity"])), key=True)
-        problems.append(Problem(one.at(**at._asdict())))
+        problems.append(Problem(one.placed(at)))
     return problems
 
 
@@ -219,20 +216,17 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
     """Return what is wrong or odd about what the files of one animal hold."""
     settings = animal_settings(study.settings)
     nominal = estimate_nominal(animal.network, animal.recording, settings.blood, find_bed(settings.beds))
+    values = animal.recording.indices() | {"root radius": float(animal.network.radius[animal.network.root])}
     found = [
         *(one for one in animal.recording.notes if one.severity is Severity.LOOK),
-        *physiology_findings(_values(animal), nominal.time_constant, study.settings.species),
+        *physiology_findings(values, nominal.time_constant, study.settings.species),
         *_known(row, nominal),
     ]
-    problems = [Problem(one) for one in dict.fromkeys(one.at(**place._asdict()) for one in found)]
+    problems = [Problem(one) for one in dict.fromkeys(one.placed(place) for one in found)]
     for name, wrong in _bounds(row.animal, animal, nominal, settings).items():
-        at = document.place(("calibration", "bounds", name), key=True)._asdict()
-        problems.append(Problem(wrong.at(**at), also=(row.animal,)))
+        at = document.place(("calibration", "bounds", name), key=True)
+        problems.append(Problem(wrong.placed(at), also=(row.animal,)))
     return problems
-
-
-def _values(animal: Animal) -> dict[str, float]:
-    return animal.recording.indices() | {"root radius": float(animal.network.radius[animal.network.root])}
 
 
 def _known(row: AnimalRow, nominal: Nominal) -> list[Finding]:
@@ -286,40 +280,43 @@ def doubled_animals(study: Study) -> list[Problem]:
             files = row.recordings if title == "recording" else filter(None, [row.ventricle])
             for content in _contents([*files]):
                 other = first.setdefault(content, row)
-                if other is not row and not (row.shared_recording and other.shared_recording):
+                if other is not row and not _meant(row, other):
                     problems.append(_doubled(study, row, other, which, title))
                     break
     return problems
 
 
-def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]], known: Sequence[Problem]) -> list[Problem]:
-    """Return an error for every animal whose averaged cycle is another's, whatever bytes their files are written in."""
-    said, problems = {problem.place for problem in known}, []
+def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]]) -> Iterator[Problem]:
+    """Yield an error for every animal whose averaged cycle is another's, whatever bytes their files are written in."""
     ordered = sorted(cycles, key=lambda one: one[1].mean_pressure)
     for i, (row, cycle) in enumerate(ordered):
         for other, earlier in reversed(ordered[:i]):
             if cycle.mean_pressure - earlier.mean_pressure > _ALIKE * np.ptp(cycle.pressure):
                 break
             early, late = sorted((row, other), key=lambda one: one.line)
-            if _same_cycle(cycle, earlier) and not (row.shared_recording and other.shared_recording):
-                problem = _doubled(study, late, early, SAME_CYCLE)
-                problems += [problem] if problem.place not in said else []
-                said.add(problem.place)
-    return problems
+            if _same_cycle(cycle, earlier) and not _meant(row, other):
+                yield _doubled(study, late, early, SAME_CYCLE)
 
 
-def _of_one_recording(
-    study: Study, traces: Sequence[tuple[AnimalRow, Trace]], known: Sequence[Problem]
-) -> list[Problem]:
-    """Return an error for every animal whose signal stands in that of another, exported anew."""
-    said, problems = {problem.place for problem in known}, []
+def _of_one_recording(study: Study, traces: Sequence[tuple[AnimalRow, Trace]]) -> Iterator[Problem]:
+    """Yield an error for every animal whose signal stands in that of another, exported anew."""
     for late, (row, trace) in enumerate(traces):
         for other, earlier in traces[:late]:
-            if not (row.shared_recording and other.shared_recording) and are_of_one(trace, earlier):
-                problem = _doubled(study, row, other, SAME_SIGNAL)
-                problems += [problem] if problem.place not in said else []
+            if not _meant(row, other) and are_of_one(trace, earlier):
+                yield _doubled(study, row, other, SAME_SIGNAL)
                 break
-    return problems
+
+
+def _meant(row: AnimalRow, other: AnimalRow) -> bool:
+    return row.shared_recording and other.shared_recording
+
+
+def _once(doubled: Sequence[Problem]) -> list[Problem]:
+    """Return the first that is said of each animal's recording: the same bytes are the same cycle, too."""
+    kept: dict[Place, Problem] = {}
+    for problem in doubled:
+        kept.setdefault(problem.place, problem)
+    return [*kept.values()]
 
 
 def _same_cycle(one: Recording, other: Recording) -> bool:

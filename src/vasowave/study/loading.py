@@ -40,10 +40,9 @@ from vasowave.recording import (
 )
 from vasowave.recording.describe import kind_of
 from vasowave.solver.practice import PAPER
-from vasowave.study.journal import Journal
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings, averaging_settings
-from vasowave.study.store import key_of
+from vasowave.study.store import Journal, key_of
 
 WEDGE = note_kind(
     "recording.wedge", "the pressure behind the vascular beds is {wedge:.4g} mmHg (wedge): PVR and R_T count from it"
@@ -59,16 +58,25 @@ SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
 
 _NEAR = 4096  # bytes from the beginning, where it stands
+_OF_FILES = ("network", "recordings", "beat_edits", "sites", "ventricle", "wedge_wave")
+_NOT_IN_KEY = (
+    *_OF_FILES,
+    "line",
+    "shared_recording",
+    "R_T",
+    "C_T",
+    "tau",
+    "own",
+    "errors",
+    "hematocrit",
+    "temperature",
+)
+"""Of a row: files, which enter the key by their content, what stands in the settings, and what changes no result."""
 
 
 def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
     """Return the SHA-256 of every file of one animal by its role, and the file's name as seen from `folder`."""
-    files = dict(zip(("network", "recording", "flow"), (row.network, *row.recordings), strict=False))
-    files |= {"beat edits": row.beat_edits} if row.beat_edits else {}
-    files |= {"ventricle": row.ventricle} if row.ventricle else {}
-    files |= {"wedge wave": row.wedge_wave} if row.wedge_wave else {}
-    files |= {f"site {place}" if place else "sites": file for place, file in enumerate(row.of_sites)}
-    return {role: f"{look(file).sha256} ({inside(file, folder)})" for role, file in files.items()}
+    return {role: f"{look(file).sha256} ({inside(file, folder)})" for role, file in row.files.items()}
 
 
 def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
@@ -79,30 +87,13 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     InputError
         One of its files cannot be read.
     """
-    ignored = {
-        "network",
-        "recordings",
-        "beat_edits",
-        "sites",
-        "ventricle",
-        "wedge_wave",
-        "line",
-        "shared_recording",
-        "R_T",
-        "C_T",
-        "tau",
-        "own",
-        "errors",
-        "hematocrit",
-        "temperature",
-    }
-    what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
+    what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in _NOT_IN_KEY}
     what["settings"], what["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure
     what["practice"], what["catheter"] = study.practice, study.catheter
     what["kind"] = row.kind or kind_of(row.recordings)
     if what["kind"] == "raw":
         what["averaging"] = asdict(averaging_settings(study))
-    return key_of(what, [(inside(file, folder), file) for file in row.files])
+    return key_of(what, [(inside(file, folder), file) for file in row.files.values()])
 
 
 def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
@@ -121,7 +112,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
         network = _filled(read_network(row.network), row, study)
         animal = Animal(row.animal, row.group, network, *read_measured(row, study))
     said = list(found_in(caught))
-    synthetic = row.synthetic or _says_synthetic(row)
+    synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_NEAR] for file in row.recordings)
     recording = _through_catheter(_relative(animal.recording, said, folder), study)
     recording, behind = _wedged(recording, row)
     odd = _oddities(network, recording, study)
@@ -158,8 +149,7 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
     `load_animal`.
     """
     if (row.kind or kind_of(row.recordings)) == "cycle":
-        units = row.pressure_unit or None, row.flow_unit or None
-        cycle = read_recording(*row.recordings, period=row.period, pressure_unit=units[0], flow_unit=units[1])
+        cycle = read_recording(*row.recordings, period=row.period, **_units(row))
         return _calibrated(cycle, *row.calibration), None, None
     raw = read_stretch(row)
     edits = read_edits(row.beat_edits) if row.beat_edits else ()
@@ -227,11 +217,6 @@ def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
     return whole
 
 
-def _says_synthetic(row: AnimalRow) -> bool:
-    """Whether a recording says of itself, near its beginning, that no animal was measured."""
-    return any(SYNTHETIC_MARK in look(file).start[:_NEAR] for file in row.recordings)
-
-
 @in_words()
 def analyze_animal(
     animal: Animal,
@@ -257,7 +242,7 @@ def analyzed_bytes(*arguments: Any) -> bytes:
     return to_bytes(analyze_animal(*arguments).to_datatree())
 
 
-def _units(row: AnimalRow) -> dict[str, str | None]:
+def _units(row: AnimalRow) -> dict[str, Any]:
     return {"pressure_unit": row.pressure_unit or None, "flow_unit": row.flow_unit or None}
 
 

@@ -56,7 +56,6 @@ HEADER = (
 """Titles of the columns, and below them units."""
 
 _LEFT = (0, 1, 3)  # columns of words
-_APART = "  "
 
 
 def read_of(animal: Animal) -> AnimalRead:
@@ -75,16 +74,20 @@ def overview_lines(read: Sequence[AnimalRead], width: int) -> list[str]:
     Where a table does not fit, every animal has a paragraph.
     """
     rows = [one.row() for one in read]
-    columns = list(zip(*([title for title, _ in HEADER], [unit for _, unit in HEADER], *rows), strict=True))
-    sizes = [max(map(len, column)) for column in columns]
-    if sum(sizes) + len(_APART) * (len(sizes) - 1) <= width:
-        lines = [
-            _APART.join(cell.ljust(size) if i in _LEFT else cell.rjust(size)
-                        for i, (cell, size) in enumerate(zip(row, sizes, strict=True))).rstrip()
-            for row in zip(*columns, strict=True)
-        ]  # fmt: skip
-        return [*lines[:2], "-" * len(max(lines, key=len)), *lines[2:], ""]
+    lines = aligned([*zip(*HEADER, strict=True), *rows], _LEFT)
+    widest = max(map(len, lines))
+    if widest <= width:
+        return [*lines[:2], "-" * widest, *lines[2:], ""]
     return [line for row in rows for line in _paragraph(row, width)] + [""]
+
+
+def aligned(rows: Sequence[Sequence[str]], left: Sequence[int]) -> list[str]:
+    """Return rows of cells as lines; the columns in `left` are aligned there, the others on the right."""
+    columns = []
+    for i, column in enumerate(zip(*rows, strict=True)):
+        size = max(map(len, column))
+        columns.append([cell.ljust(size) if i in left else cell.rjust(size) for cell in column])
+    return ["  ".join(row).rstrip() for row in zip(*columns, strict=True)]
 
 
 def _paragraph(row: Sequence[str], width: int) -> list[str]:

@@ -1,6 +1,6 @@
 """Problems of a study, with the place where a person mends it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -52,9 +52,9 @@ class Problem:
         return ": ".join(filter(None, (str(self.place), str(self.finding)))) + (lines if self.same else "")
 
 
-def unreadable(error: VasowaveError, place: Place = NOWHERE, files: Sequence[Path] = ()) -> Problem:
+def unreadable(error: VasowaveError, place: Place = NOWHERE, files: Iterable[Path] = ()) -> Problem:
     """Return the problem that an error is."""
-    return Problem(UNREADABLE(text=str(error)).at(**place._asdict()), tuple(map(str, files)))
+    return Problem(UNREADABLE(text=str(error)).placed(place), tuple(map(str, files)))
 
 
 def one_per_cause(problems: Iterable[Problem]) -> list[Problem]:

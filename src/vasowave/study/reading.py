@@ -1,19 +1,190 @@
-"""From the text of ``study.yaml`` to its settings, or to the list of everything that is wrong with it."""
+"""From the text of ``study.yaml`` to its settings, or to the list of everything that is wrong with it.
 
-from collections.abc import Callable
+Of YAML only what a settings file needs is read: mappings, lists and text, which remember where they stand. A value
+stays the text that was written (``1e-7`` and ``no`` are what they look like); what kind of value it should be is the
+business of the settings. Anchors and aliases are refused.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from vasowave.animal.animal import known_parameters
 from vasowave.errors import InputError
+from vasowave.findings import Finding, Place, error_kind
 from vasowave.model.law_files import looking_in
 from vasowave.model.laws import find_bed, find_law
-from vasowave.settings import read_values, settings_of, unknown_word
-from vasowave.study.document import Document, parse_document, read_document
+from vasowave.settings import is_true, read_values, settings_of, unknown_word
 from vasowave.study.problems import Problem
 from vasowave.study.settings import StudyFile
 
 STUDY_FILE = "study.yaml"
+Path_ = tuple[str | int, ...]
+_NOTHING = ("", "~", "null", "Null", "NULL")
+_DEEPEST = 20  # nesting of a document, beyond any study's
+
+NOT_UTF8 = error_kind("yaml.encoding", "not UTF-8 text; {remedy}", "save the file as UTF-8")
+TOO_DEEP = error_kind("yaml.too-deep", "nested too deeply to be a study file")
+NO_MAPPING = error_kind("yaml.no-mapping", "expected lines of the form 'key: value'")
+_LOOK = "look for a missing colon, quotation mark or indentation"
+SYNTAX = error_kind("yaml.syntax", "not valid YAML: {what}; {remedy}", _LOOK)
+TAB = error_kind("yaml.tab", "not valid YAML: {what} (indent with blanks, not with tabs); {remedy}", _LOOK)
+ALIAS = error_kind("yaml.alias", "this is an alias; {remedy}", "write the value out")
+NO_KEY = error_kind("yaml.no-key", "this cannot be a key; {remedy}", "write 'key: value'")
+NO_VALUE = error_kind(
+    "yaml.no-value", "'{key}' has no value; {remedy}",
+    'a name that holds a comma stands in quotation marks, "HPH, drug": 1',
+)  # fmt: skip
+KEY_TWICE = error_kind("yaml.key-twice", "'{key}' stands a second time (first in line {first}); {remedy}", "keep one")
+
+
+@dataclass(eq=False)
+class Document:
+    """The content of a YAML file; filled while it is read.
+
+    Attributes
+    ----------
+    name : str
+        What messages call the file.
+    values : mapping
+        Nested mappings and lists of text or None.
+    problems : list of Problem
+        What could not be understood.
+    """
+
+    name: str
+    values: dict[str, Any] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+    _keys: dict[Path_, tuple[int, int]] = field(default_factory=dict)
+    _values: dict[Path_, tuple[int, int]] = field(default_factory=dict)
+
+    @property
+    def keys(self) -> frozenset[Path_]:
+        """Paths of all keys."""
+        return frozenset(self._keys)
+
+    def place(self, path: Sequence[str | int], key: bool = False) -> Place:
+        """Return where the value (or its key) at `path` stands, or the nearest thing around it."""
+        first, second = (self._keys, self._values) if key else (self._values, self._keys)
+        for length in range(len(path), -1, -1):
+            at = tuple(path[:length])
+            mark = first.get(at) or second.get(at)
+            if mark is not None:
+                return _place(self.name, *mark)
+        return Place(self.name)
+
+    def say(self, finding: Finding, place: Place) -> None:
+        """Add what was found at a place to the problems."""
+        self.problems.append(Problem(finding.placed(place)))
+
+
+def read_document(path: Path) -> Document:
+    """Read a YAML file; what is wrong with it stands in its `problems`.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read at all.
+    """
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
+        around = next((one for one in path.absolute().parents[1:] if (one / path.name).is_file()), None)
+        advice = f"the study is {around}" if around else "`vasowave new FOLDER` makes a new study"
+        raise InputError(f"{path}: {reason}; {advice}") from None
+    return parse_document(raw, str(path))
+
+
+def parse_document(raw: bytes, name: str) -> Document:
+    """Return the content of a YAML text; never raises."""
+    import yaml
+
+    document = Document(name)
+    try:
+        root = yaml.compose(raw.decode("utf-8-sig"), Loader=yaml.SafeLoader)
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        document.say(NOT_UTF8(), Place(name, line))
+        return document
+    except RecursionError:
+        document.say(TOO_DEEP(), Place(name))
+        return document
+    except yaml.YAMLError as error:
+        _say_syntax(document, error)
+        return document
+    if root is None:
+        return document
+    values = _Builder(document).build(root, ())
+    if isinstance(values, dict):
+        document.values = values
+    elif not document.problems:
+        document.say(NO_MAPPING(), Place(name, 1))
+    return document
+
+
+def _say_syntax(document: Document, error: Exception) -> None:
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    where = _place(document.name, mark.line + 1, mark.column + 1) if mark else Place(document.name)
+    what = getattr(error, "problem", None) or getattr(error, "reason", None) or "cannot be understood"
+    tab = mark and mark.buffer and mark.buffer[mark.pointer] == "\t"
+    document.say((TAB if tab else SYNTAX)(what=what), where)
+
+
+def _place(name: str, line: int, column: int) -> Place:
+    return Place(name, line, f"column {column}")
+
+
+class _Builder:
+    """Turns nodes into values; keeps their places and what is wrong with them."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.seen: set[int] = set()
+
+    def build(self, node: Any, path: Path_) -> Any:
+        import yaml
+
+        if id(node) in self.seen:  # the node stands elsewhere, so its place is that of the key
+            self.document.say(ALIAS(), self.document.place(path))
+            return node.value if isinstance(node, yaml.ScalarNode) else None
+        self.seen.add(id(node))
+        self.document._values[path] = _mark(node)
+        if len(path) > _DEEPEST:
+            self.document.say(TOO_DEEP(), self.document.place(path))
+            return None
+        if isinstance(node, yaml.MappingNode):
+            return self._mapping(node, path)
+        if isinstance(node, yaml.SequenceNode):
+            return [self.build(item, (*path, i)) for i, item in enumerate(node.value)]
+        plain_nothing = node.style is None and node.value in _NOTHING
+        return None if plain_nothing else node.value
+
+    def _mapping(self, node: Any, path: Path_) -> dict[str, Any]:
+        import yaml
+
+        mapping: dict[str, Any] = {}
+        for key, value in node.value:
+            here = (*path, key.value if isinstance(key, yaml.ScalarNode) else "?")
+            if not isinstance(key, yaml.ScalarNode):
+                self.document._values.setdefault(here, _mark(key))
+                self.document.say(NO_KEY(), self.document.place(here))
+                continue
+            if value.start_mark.index == key.end_mark.index:  # {HPH, drug: 1} are two names, the first without a value
+                self.document.say(NO_VALUE(key=key.value), _place(self.document.name, *_mark(key)))
+                continue
+            if key.value in mapping:
+                first = self.document._keys[here][0]
+                self.document.say(KEY_TWICE(key=key.value, first=first), _place(self.document.name, *_mark(key)))
+                continue
+            self.document._keys[here] = _mark(key)
+            mapping[key.value] = self.build(value, here)
+        return mapping
+
+
+def _mark(node: Any) -> tuple[int, int]:
+    return node.start_mark.line + 1, node.start_mark.column + 1
 
 
 def study_path(study: Path) -> Path:
@@ -56,7 +227,7 @@ def _unknown_parameters(document: Document) -> list[Problem]:
     walls = calibration.get("walls")
     named = [wall for wall in walls if _is_found(find_law, wall)] if isinstance(walls, list) else []
     beds = str(calibration.get("beds", "windkessel"))
-    viscous = calibration.get("viscous") is True
+    viscous = is_true(calibration.get("viscous"))
     known = known_parameters(named, beds if _is_found(find_bed, beds) else "windkessel", viscous)
     problems = []
     for section in ("bounds", "fixed"):
@@ -65,7 +236,7 @@ def _unknown_parameters(document: Document) -> list[Problem]:
             if name not in known:
                 at = ["calibration", section]
                 unknown = unknown_word(at, name, known)
-                problems.append(Problem(unknown.at(**document.place([*at, name], key=True)._asdict())))
+                problems.append(Problem(unknown.placed(document.place([*at, name], key=True))))
     return problems
 
 

@@ -120,12 +120,10 @@ class AnimalRow:
         return self.zero or 0.0, self.pressure_gain or 1.0, self.flow_gain or 1.0
 
     @property
-    def files(self) -> tuple[Path, ...]:
-        """Every file that is read for this animal."""
-        beside = [one for one in (self.beat_edits, self.ventricle, self.wedge_wave) if one]
-        return (self.network, *self.recordings, *beside, *self.of_sites)
-
-    @property
-    def of_sites(self) -> tuple[Path, ...]:
-        """The table of sites and the waveforms that it names."""
-        return () if self.sites is None else (self.sites, *site_files(self.sites))
+    def files(self) -> dict[str, Path]:
+        """Every file that is read for this animal, by its role; a table of sites names waveforms."""
+        files = {"network": self.network, **dict(zip(("recording", "flow"), self.recordings, strict=False))}
+        beside = {"beat edits": self.beat_edits, "ventricle": self.ventricle, "wedge wave": self.wedge_wave}
+        files |= {role: file for role, file in beside.items() if file is not None}
+        waves = () if self.sites is None else (self.sites, *site_files(self.sites))
+        return files | {f"site {place}" if place else "sites": file for place, file in enumerate(waves)}

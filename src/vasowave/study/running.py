@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,20 +15,14 @@ from vasowave.findings import Finding, look_kind, warn
 from vasowave.io.files import made_inside, remove_parts
 from vasowave.model.law_files import files_of
 from vasowave.runtime.threads import cores
-from vasowave.study.declaring import declare
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
-from vasowave.study.journal import FOLDER, read_journal, remove_journals
 from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
-from vasowave.study.lock import locked
 from vasowave.study.physiology import looks_of, tell_blood
-from vasowave.study.plan import RESULTS, Study
+from vasowave.study.plan import RESULTS, Study, declare
 from vasowave.study.results import ANIMALS, read_results, write_results
 from vasowave.study.settings import animal_settings
-from vasowave.study.store import Store
-
-LOCK = "running.lock"
-"""The lock file, in the folder of the results."""
+from vasowave.study.store import LOCK, SEARCHES, Store, locked, read_journal, remove_journals
 
 _ON_CLUSTER = 256  # animals that are handed to a cluster at once
 
@@ -136,7 +130,7 @@ def run_study(
         pressures: dict[str, float] = {}
         pieces, jobs, why = _plan(study, store, pressures)
         kept = tuple(pieces)
-        begun = {job.name for job in jobs if read_journal(study.results / FOLDER / f"{job.key}.jsonl")}
+        begun = {job.name for job in jobs if read_journal(study.results / SEARCHES / f"{job.key}.jsonl")}
         for number, name in enumerate(kept, 1):
             say(Progress(name, "kept", number, len(study.animals)))
 
@@ -201,15 +195,11 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
 
 
 def _warnings(study: Study, pieces: Mapping[str, Path]) -> dict[str, tuple[Finding, ...]]:
-    found = {name: _looks(piece, study.settings.species) for name, piece in pieces.items()}
+    found = {}
+    for name, piece in pieces.items():
+        with suppress(InputError):  # a file that was damaged since is told by whoever reads it whole
+            found[name] = looks_of(read_result(piece, laws=False), study.settings.species)
     return {name: warnings for name, warnings in found.items() if warnings}
-
-
-def _looks(piece: Path, species: str) -> tuple[Finding, ...]:
-    try:
-        return looks_of(read_result(piece, laws=False), species)
-    except InputError:  # a file that was damaged since is told by whoever reads it whole
-        return ()
 
 
 def _tell_lost(study: Study) -> None:
@@ -251,7 +241,7 @@ def _plan(study: Study, store: Store, pressures: dict[str, float]) -> tuple[dict
     pieces: dict[str, Path] = {}
     jobs: list[Job] = []
     why: dict[str, str] = {}
-    journals = made_inside(study.results, FOLDER)
+    journals = made_inside(study.results, SEARCHES)
     for row in study.animals:
         try:
             key = animal_key(row, study.settings, study.folder)

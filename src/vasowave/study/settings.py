@@ -60,18 +60,14 @@ class BloodSection(PowerLaw, BoundaryLayer, _FrictionOfBlood):
     def __post_init__(self) -> None:
         """Refuse a setting of a friction law that is not the chosen one."""
         for name, law in FRICTIONS.items():
-            for key in _of(law):
+            for key in settings_of(law):
                 if name != self.friction and getattr(self, key) != settings_of(BloodSection)[key].default:
                     raise InputError(f"{key} belongs to friction '{name}', not to '{self.friction}'")
 
     def blood(self) -> Blood:
         """Return the blood with its friction law."""
         law = FRICTIONS[self.friction]
-        return Blood(self.density, self.viscosity, law(**{key: getattr(self, key) for key in _of(law)}))
-
-
-def _of(law: type) -> list[str]:
-    return [*settings_of(law)]
+        return Blood(self.density, self.viscosity, law(**{key: getattr(self, key) for key in settings_of(law)}))
 
 
 @settings_class
@@ -122,19 +118,17 @@ class StudyFile(Analysis, Inputs):
 
     def __post_init__(self) -> None:
         """Refuse what the paper's practice sets itself."""
+        known = settings_of(StudyFile)
         own = [
-            name for name in ("blood", "numerics", "waves_at", "noise_models") if getattr(self, name) != _default(name)
-        ]
+            name for name in ("blood", "numerics", "waves_at", "noise_models")
+            if getattr(self, name) != known[name].default
+        ]  # fmt: skip
         if self.calibration.pressure_harmonics not in (Calibration.pressure_harmonics, "all"):
             own.append("calibration.pressure_harmonics")
         if self.practice == "paper" and own:
             raise InputError(f"practice 'paper' sets {', '.join(own)} itself; leave that out, or the practice")
         if self.practice == "paper" and self.calibration.enters == "pressure":
             raise InputError("practice 'paper' lets the flow enter; leave calibration.enters out, or the practice")
-
-
-def _default(name: str) -> Any:
-    return settings_of(StudyFile)[name].default
 
 
 def averaging_settings(study: StudyFile) -> Averaging:
@@ -150,17 +144,13 @@ def animal_settings(study: StudyFile, row: AnimalRow | None = None) -> Settings:
     numerics = {name: getattr(study.numerics, name) for name in settings_of(Resolution)}
     settings = Settings(**said, blood=study.blood.blood(), numerics=Numerics(**numerics))
     if study.practice == "paper":
-        settings = _as_paper(settings)
+        settings = replace(
+            settings, paper_bounds=True, pressure_harmonics="all", waves_at="paper", blood=PAPER.blood,
+            numerics=PAPER.numerics, noise_models=OF_PAPER,
+        )  # fmt: skip
     if row is None:
         return settings
     thicker = relative_to_usual(row.hematocrit, row.temperature)
     blood = replace(settings.blood, viscosity=settings.blood.viscosity * thicker)
     errors: dict[str, Any] = {**row.errors}
     return replace(settings, blood=blood, **errors)
-
-
-def _as_paper(settings: Settings) -> Settings:
-    return replace(
-        settings, paper_bounds=True, pressure_harmonics="all", waves_at="paper", blood=PAPER.blood,
-        numerics=PAPER.numerics, noise_models=OF_PAPER,
-    )  # fmt: skip

@@ -122,7 +122,7 @@ def sort_files(
         except InputError as error:
             refused.append(str(error))
             continue
-        half, stem = _half(file, _used(described, None))
+        half, stem = _half(file, used_block(described, None))
         if half:
             halves.append((stem, half, file))
         else:
@@ -170,7 +170,7 @@ def _recorded(file: Path, described: FileDescription, titles: Mapping[str, str |
     """Return a recording that one file holds, with what was decided about its channels and gaps."""
     if described.kind == "cycle":
         return Recorded(file.stem, (file,), described.kind)
-    block = _used(described, number)
+    block = used_block(described, number)
     choice = choose(block.channels, {name: titles.get(name) for name in DIMENSIONS})
     said = [] if number is not None or len(described.blocks) == 1 else [_longest(described, block)]
     said += [f"'{choice.picked[name].title}' was taken for {name}: {why}" for name, why in choice.guessed.items()]
@@ -183,7 +183,7 @@ def _recorded(file: Path, described: FileDescription, titles: Mapping[str, str |
     return Recorded(file.stem, (file,), described.kind, channels, stretch, tuple(said))
 
 
-def _used(described: FileDescription, number: int | None) -> BlockDescription:
+def used_block(described: FileDescription, number: int | None) -> BlockDescription:
     """Return the block that is read: the one named, or the longest."""
     blocks = described.blocks
     if number is not None and 1 <= number <= len(blocks):

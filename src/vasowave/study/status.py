@@ -9,13 +9,10 @@ from vasowave.animal.files import failures_in
 from vasowave.calibration.starts import SCOUT
 from vasowave.errors import InputError
 from vasowave.inference.simulations import simulations_in
-from vasowave.study.journal import FOLDER, read_journal
 from vasowave.study.loading import animal_key
-from vasowave.study.lock import holder
 from vasowave.study.plan import RESULTS, Study
 from vasowave.study.results import INDEX, Results, read_results
-from vasowave.study.running import LOCK
-from vasowave.study.store import CACHE
+from vasowave.study.store import CACHE, LOCK, SEARCHES, holder, read_journal
 
 POSTERIOR = " posterior"
 
@@ -113,7 +110,7 @@ def fit_status(folder: Path) -> StudyStatus | None:
     if (results / INDEX).is_file():
         statuses = {name: AnimalStatus(name, "done", {}) for name in read_results(folder)}
     runner = holder(results / LOCK)
-    keys = sorted({path.stem for path in (results / FOLDER).glob("*.jsonl")})
+    keys = sorted({path.stem for path in (results / SEARCHES).glob("*.jsonl")})
     begun = [one for one in (_searches(results, key) for key in keys) if one]
     if begun and (runner or not statuses):
         statuses = {"animal": AnimalStatus(next(iter(statuses), "the animal"), "begun", begun[-1])}
@@ -137,10 +134,10 @@ def _status(animal: str, key: str, results: Path, lost: Mapping[str, str]) -> An
 
 def _searches(results: Path, key: str) -> dict[str, tuple[int, int]]:
     searches: dict[str, tuple[int, int]] = {}
-    for one in read_journal(results / FOLDER / f"{key}.jsonl"):
+    for one in read_journal(results / SEARCHES / f"{key}.jsonl"):
         before = searches.get(one["wall"], (0, 0))[0]
         searches[one["wall"]] = (before + (one["stage"] == SCOUT), one["starts"])
-    for path in sorted((results / FOLDER).glob(f"{key}-*.npz")):
+    for path in sorted((results / SEARCHES).glob(f"{key}-*.npz")):
         if made := simulations_in(path):
             searches[path.stem.removeprefix(f"{key}-") + POSTERIOR] = (made, 0)
     return searches

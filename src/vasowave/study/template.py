@@ -1,4 +1,4 @@
-"""A new study: a commented study file, its schema for editors, an empty table of animals, folders for the files."""
+"""A new study: a commented study file, its schema for editors, a table of animals that is empty or of virtual mice."""
 
 import json
 import re
@@ -7,19 +7,21 @@ from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
+from vasowave.datasets.virtual import virtual_cohort
+from vasowave.datasets.virtual_files import SYNTHETIC, write_virtual_cohort
 from vasowave.errors import InputError
 from vasowave.io.files import made_inside, write_file, write_folder
 from vasowave.io.textfile import read_bytes
 from vasowave.settings import Setting, schema_of, settings_of, summary
-from vasowave.study.document import parse_document
 from vasowave.study.problems import refuse
-from vasowave.study.reading import STUDY_FILE, parse_settings
+from vasowave.study.reading import STUDY_FILE, parse_document, parse_settings
 from vasowave.study.rows import COLUMNS, NEEDED
 from vasowave.study.settings import StudyFile
 
 SCHEMA_FILE = "study.schema.json"
 FOLDERS = ("networks", "recordings")
 _WIDTH = 100  # letters of a line of comment
+_MARK = "truth.csv"  # a lab never has this file
 
 
 def new_study(folder: Path, groups: Sequence[str] = ("CTL", "HPH"), species: str = "mouse") -> list[Path]:
@@ -186,15 +188,47 @@ def written(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(written, value))}]"
+        return f"[{', '.join(map(_within, value))}]"
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{_written_key(key)}: {written(inner)}' for key, inner in value.items())}}}"
+        return f"{{{', '.join(f'{_within(key)}: {_within(inner)}' for key, inner in value.items())}}}"
     if isinstance(value, float):
         text = f"{value:g}"
         return text if "." in text else text.replace("e", ".0e")  # 1e-7 is text to many readers of YAML
     return str(value)
 
 
-def _written_key(key: str) -> str:
-    """Return a key as YAML within braces, where a comma would end it."""
-    return json.dumps(key, ensure_ascii=False) if "," in key else key
+def _within(value: Any) -> str:
+    """Return a value as YAML within brackets or braces, where a comma would end it."""
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) and "," in value else written(value)
+
+
+def write_virtual_study(folder: Path, starts: int = 4, seed: int = 1) -> Path:
+    """Write the files of twelve virtual mice and a study file that fits each of them from `starts` starts.
+
+    Returns
+    -------
+    Path
+        The study file. The same arguments write the same bytes, so a study that was interrupted goes on.
+
+    Raises
+    ------
+    InputError
+        The folder holds something else, or cannot be written.
+    """
+    folder = Path(folder)
+    if folder.is_file():
+        raise InputError(f"{folder} is a file; give the name of a folder")
+    if folder.exists() and any(folder.iterdir()) and not (folder / _MARK).exists():
+        raise InputError(f"{folder} is not empty and not the study of virtual mice; give another folder")
+    write_virtual_cohort(virtual_cohort(seed), folder)
+    study = folder / STUDY_FILE
+    write_file(
+        study,
+        f"# yaml-language-server: $schema={SCHEMA_FILE}\n"
+        f"# {SYNTHETIC}\n"
+        "title: Virtual cohort of 7 + 5 mice (SYNTHETIC)\n"
+        "calibration:\n"
+        f"  starts: {starts}\n",
+    )
+    write_file(folder / SCHEMA_FILE, schema_text())
+    return study

@@ -1,89 +1,186 @@
-"""Everything that the page can change, each as one typed action over the functions that the command line calls."""
+"""Everything that the page can change, each as one typed action over the functions that the command line calls.
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+Here: the stretch, zero and gains of an animal's row and the file of its beats; the file of edits that
+`vasowave extract` reads, and the folder it writes; undoing, and the run. What the Study desk changes stands in
+`study_actions`.
+"""
+
+import os
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from annotated_types import Ge, Gt, MaxLen
 
 from vasowave.errors import InputError, did_you_mean
-from vasowave.settings import settings_class
-from vasowave.workbench.desk import Desk
-from vasowave.workbench.lung_actions import LUNG_ACTIONS
-from vasowave.workbench.lungs import Lungs
-from vasowave.workbench.recording_actions import RECORDING_ACTIONS
-from vasowave.workbench.recordings import Recordings
-from vasowave.workbench.running import Runs
-from vasowave.workbench.study_actions import STUDY_ACTIONS
+from vasowave.imaging.places import written
+from vasowave.io.files import made_inside, write_file
+from vasowave.recording import read_edits
+from vasowave.recording.edits import BeatEdit, edits_text
+from vasowave.study.table import read_rows
+from vasowave.workbench.desk import EDITS
+from vasowave.workbench.lungs import LUNGS, Wishes, edits_of
+from vasowave.workbench.recordings import edits_file, mean_between, row_of
+from vasowave.workbench.study_actions import Name, set_cells, write_cells
+from vasowave.workbench.workplace import ACTIONS, Workplace, action
+
+Time = Annotated[float, Ge(0)]
+_APART = 0.01  # of what was read: two points of calibration nearer to each other than this tell no gain
+_SAME = 1e-3  # s between two times that mean the same beat
+
+Point = tuple[float, float, float]
+_HEAD = "# Corrections of the tree; places are x y z as a viewer shows the image."
+_NEW_TREE = ("root", "outlet")  # after which the axes are looked for anew
+_Edit = Literal["root", "outlet", "remove", "cut", "merge", "move", "radius"]
 
 
-class Workplace(NamedTuple):
-    """What actions work on."""
-
-    desk: Desk
-    recordings: Recordings
-    runs: Runs
-    lungs: Lungs
+@action("set-stretch")
+def set_stretch(at: Workplace, animal: Name, start: Time | None = None, end: Time | None = None) -> str:
+    """Average the beats of one stretch alone, s; nothing given is the whole recording."""
+    start_text, end_text = ("" if one is None else f"{one:.10g}" for one in (start, end))
+    return set_cells(at, animal, {"start [s]": start_text, "end [s]": end_text})
 
 
-@settings_class
-class Undo:
+@action("set-zero")
+def set_zero(at: Workplace, animal: Name, start: Time | None = None, end: Time | None = None) -> str:
+    """Take the mean pressure of a stretch for the transducer's zero; without a stretch, none."""
+    row, _ = row_of(at.desk, animal)
+    if start is None or end is None:
+        return set_cells(at, animal, {"zero [mmHg]": ""})
+    read = mean_between(at.recordings.opened(row).traces, "pressure", start, end)
+    return set_cells(at, animal, {"zero [mmHg]": f"{read:.4g}"})
+
+
+@action("set-gain")
+def set_gain(
+    at: Workplace, animal: Name, signal: Literal["pressure", "flow"], start: Time | None = None,
+    end: Time | None = None, known: Annotated[float, Gt(0)] | None = None,
+) -> str:  # fmt: skip
+    """Say what the mean of a stretch was known to be, mmHg or ml/s: a point of calibration; without one, none."""
+    row, _ = row_of(at.desk, animal)
+    title = f"{signal} gain [1]"
+    if start is None or end is None or known is None:
+        return set_cells(at, animal, {title: ""})
+    read = mean_between(at.recordings.opened(row).traces, signal, start, end)
+    above = read - (row.calibration[0] if signal == "pressure" else 0.0)
+    if not above > _APART * abs(read):
+        raise InputError(f"the {signal} that was read here, {above:.3g} above zero, is not above the zero; "
+                         "say first where it is zero, or take another stretch")  # fmt: skip
+    return set_cells(at, animal, {title: f"{known / above:.6g}"})
+
+
+@action("edit-beats")
+def edit_beats(
+    at: Workplace, animal: Name, edits: tuple[tuple[Literal["reject", "keep", "move"], Time, Time | None], ...] = (),
+    forget: tuple[float, ...] = (),
+) -> str:  # fmt: skip
+    """Decide on beats: `edits` are added, each in place of one near the same time; `forget` are taken back."""
+    desk = at.desk
+    row, _ = row_of(desk, animal)
+    cell = os.path.relpath(row.beat_edits or edits_file(desk, animal), desk.folder).replace(os.sep, "/")
+    path = desk.inside(cell)
+    given = [BeatEdit(*one) for one in edits]
+    if any((one.action == "move") != (one.to is not None) for one in given):
+        raise InputError("a beat is moved to a time, and rejected or kept without one")
+    with desk.changing(f"beats of {animal}", path, desk.table):
+        gone = [*forget, *(one.time for one in given)]
+        before = read_edits(path) if path.is_file() else ()
+        kept = [one for one in before if all(abs(one.time - time) > _SAME for time in gone)]
+        made_inside(desk.folder, str(path.parent.relative_to(desk.folder)))
+        write_file(path, edits_text([*kept, *given]))
+        write_cells(desk, read_rows(desk.table), animal, {"beat edits": cell})
+    return f"{len(kept) + len(given)} edits in {cell}"
+
+
+@action("edit-tree")
+def edit_tree(
+    at: Workplace, image: Name, action: _Edit, point: Point, to: Point | None = None,
+    radius: Annotated[float, Gt(0)] | None = None,
+) -> str:  # fmt: skip
+    """Write one edit; places are x, y, z in cm along the image's axes, a radius is in cm.
+
+    Where the vessels are known, the edit is tried at once: one that cannot be made is refused, and the file stays.
+    """
+    if (action == "move") != (to is not None) or (action == "radius") != (radius is not None):
+        raise InputError("a move has a place to go to, a radius its size, and other edits have neither")
+    desk, lungs = at.desk, at.lungs
+    numbers = [_numbers(at, image, point)]
+    numbers += [] if to is None else [_numbers(at, image, to)]
+    numbers += [] if radius is None else [f"{radius:.6g}"]
+    line = " ".join([action, *numbers])
+    path, wishes = edits_of(desk, image), lungs.finds(desk, image)
+    made_inside(desk.folder, EDITS)
+    with desk.changing(f"{line} in {path.name}", path):
+        lines = [one for one in _lines(path) if not (action == "root" and one.split()[:1] == ["root"])]
+        write_file(path, "\n".join([*(lines or [_HEAD]), *_unit_cm(lines), line, ""]))
+        if wishes is not None and action not in _NEW_TREE:
+            lungs.extracted(desk, image, wishes)
+    return f"{line}, in {EDITS}/{path.name}"
+
+
+@action("forget-edit")
+def forget_edit(at: Workplace, image: Name, line: Annotated[int, Ge(1)], text: Annotated[str, MaxLen(2000)]) -> str:
+    """Take one line out of the file of edits; `text` is what the page showed in it."""
+    path = edits_of(at.desk, image)
+    with at.desk.changing(f"forget '{text}' of {path.name}", path):
+        lines = _lines(path)
+        if line > len(lines) or lines[line - 1] != text:
+            raise InputError(f"{path.name} was changed elsewhere meanwhile; look at it, then change it again")
+        write_file(path, "\n".join([*lines[: line - 1], *lines[line:], ""]))
+    return f"without '{text}'"
+
+
+@action("write-lung")
+def write_lung(at: Workplace, image: Name, wishes: dict[str, Any]) -> str:
+    """Write network, lines, mask and page of an image's vessels, as `vasowave extract` does."""
+    at.lungs.write(at.desk, image, Wishes(**wishes))
+    return f"{LUNGS}/{image}/network.csv is written; choose it as the network of an animal"
+
+
+def _lines(path: Path) -> list[str]:
+    return path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
+
+
+def _unit_cm(lines: list[str]) -> list[str]:
+    """Return the line that makes cm the unit, where another one holds at the end."""
+    units = [words[1] for line in lines if (words := line.split("#")[0].split())[:1] == ["unit"] and len(words) == 2]
+    return ["unit cm"] if units and units[-1] != "cm" else []
+
+
+def _numbers(at: Workplace, image: str, point: Point) -> str:
+    return written(at.lungs.own(at.desk, image, point)[::-1] + 0.0).replace(",", " ")
+
+
+@action("undo")
+def undo(at: Workplace) -> str:
     """Take the last change back."""
-
-    def do(self, at: Workplace) -> str:
-        """Do it."""
-        return f"undone: {at.desk.undo()}"
+    return f"undone: {at.desk.undo()}"
 
 
-@settings_class
-class Redo:
+@action("redo")
+def redo(at: Workplace) -> str:
     """Make the change again that was taken back."""
-
-    def do(self, at: Workplace) -> str:
-        """Do it."""
-        return f"done again: {at.desk.redo()}"
+    return f"done again: {at.desk.redo()}"
 
 
-@settings_class
-class Run:
+@action("run")
+def run(at: Workplace) -> str:
     """Run the study, or go on with it."""
-
-    def do(self, at: Workplace) -> str:
-        """Do it."""
-        at.runs.start(at.desk)
-        return "the run begins"
+    at.runs.start(at.desk)
+    return "the run begins"
 
 
-@settings_class
-class Stop:
+@action("stop")
+def stop(at: Workplace) -> str:
     """Interrupt the run; what had finished is kept."""
-
-    def do(self, at: Workplace) -> str:
-        """Do it."""
-        at.runs.stop(at.desk)
-        return "the run is being stopped; what had finished is kept"
+    at.runs.stop(at.desk)
+    return "the run is being stopped; what had finished is kept"
 
 
-@settings_class
-class AtEnd:
+@action("at-end")
+def at_end(at: Workplace, stop: bool) -> str:
     """Say whether a run stops when the workbench ends."""
-
-    stop: bool
-
-    def do(self, at: Workplace) -> str:
-        """Do it."""
-        at.runs.stops_with_us = self.stop
-        return f"a run {'stops' if self.stop else 'goes on'} when the workbench ends"
-
-
-ACTIONS: Mapping[str, Callable[..., Any]] = {
-    **STUDY_ACTIONS,
-    **RECORDING_ACTIONS,
-    **LUNG_ACTIONS,
-    "undo": Undo,
-    "redo": Redo,
-    "run": Run,
-    "stop": Stop,
-    "at-end": AtEnd,
-}
-"""By the name that the page gives."""
+    at.runs.stops_with_us = stop
+    return f"a run {'stops' if stop else 'goes on'} when the workbench ends"
 
 
 def act(at: Workplace, asked: object) -> Any:
@@ -96,8 +193,7 @@ def act(at: Workplace, asked: object) -> Any:
     """
     if not isinstance(asked, dict) or not isinstance(asked.get("do"), str):
         raise InputError("a message names what to do")
-    kind = ACTIONS.get(asked["do"])
-    if kind is None:
+    wanted = ACTIONS.get(asked["do"])
+    if wanted is None:
         raise InputError(f"there is no action '{asked['do'][:80]}'{did_you_mean(asked['do'][:80], ACTIONS)}")
-    given = {str(key): value for key, value in asked.items() if key != "do"}
-    return kind(**given).do(at)
+    return wanted(at, {str(key): value for key, value in asked.items() if key != "do"})

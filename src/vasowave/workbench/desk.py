@@ -11,9 +11,11 @@ from typing import NamedTuple
 
 from vasowave.errors import InputError
 from vasowave.io.files import made_inside, write_file
+from vasowave.io.remembered import remembered
 from vasowave.runtime.locks import lock_open_file
 from vasowave.study.plan import RESULTS
 from vasowave.study.reading import STUDY_FILE, read_settings
+from vasowave.study.results import INDEX, Results, read_results
 from vasowave.study.settings import StudyFile
 
 EDITS = "edits"
@@ -62,6 +64,11 @@ class Desk:
     def results(self) -> Path:
         """The folder of the results."""
         return self.folder / RESULTS
+
+    def stored(self) -> Results:
+        """Return the results of the study, whose index is read anew only where it changed; raises as `read_results`."""
+        index = self.results / INDEX
+        return _results_of(index) if index.is_file() else read_results(self.folder)
 
     def inside(self, name: str) -> Path:
         """Return a file of the study by its name.
@@ -129,7 +136,7 @@ class Desk:
 
     def mark(self) -> str:
         """Return what is another text whenever a file of the study, or what is kept of its run, has changed."""
-        files = [self.file, self.results / "index.json", *sorted(self.results.glob("*.json")), self.results]
+        files = [self.file, self.results / INDEX, *sorted(self.results.glob("*.json")), self.results]
         with suppress(InputError):
             files.append(self.table)
         files += sorted((self.folder / EDITS).glob("*.*"))
@@ -162,6 +169,11 @@ class Desk:
                     except OSError:  # a file system without locks
                         break
                 yield
+
+
+@remembered
+def _results_of(index: Path) -> Results:
+    return read_results(index.parent)
 
 
 def unchanged(what: str, seen: Mapping[str, str], now: Mapping[str, str]) -> None:

@@ -1,14 +1,18 @@
-"""What the Explorer shows: the fitted model of an animal, and what it does when its parameters are moved."""
+"""What the Explorer shows: the fitted model of an animal, what it does when its parameters are moved, and models that
+the data allow: drawn about a fit from its errors, or the draws of its posterior.
+"""
 
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from vasowave.analysis import fourier_series, operating_point, wave_intensity
+from vasowave.animal.law_result import PosteriorResult
 from vasowave.animal.result import AnimalResult
 from vasowave.animal.stored import stored_law, stored_model, stored_recording
 from vasowave.errors import InputError
@@ -16,24 +20,28 @@ from vasowave.figures.network import axes_in_space
 from vasowave.figures.style import color_stops
 from vasowave.findings import texts
 from vasowave.model import walls
-from vasowave.model.laws import parameter_names
+from vasowave.model.laws import bed_factors, parameter_names
 from vasowave.model.model import Model
 from vasowave.model.outlets import Bed
-from vasowave.recording import Recording
+from vasowave.model.walls import WALL_VISCOSITY
+from vasowave.recording import Recording, resample
 from vasowave.solver import Numerics
 from vasowave.solver.result import Run
 from vasowave.solver.simulate import simulate_run, simulate_runs
 from vasowave.solver.sweep import changed_model
-from vasowave.study.results import INDEX, Results, read_results
 from vasowave.workbench.desk import Desk
-from vasowave.workbench.draws import BANDS, drawn_about_fit, models_around, parameters_of, posterior_draws
-from vasowave.workbench.values import number
+from vasowave.workbench.values import number, numbers
+
+BANDS = ("pressure", "forward", "backward", "modulus")
+"""Curves of which a band is drawn."""
 
 _SHOWN = 128  # samples of a curve
 _HARMONICS = 10
 _AROUND = 3.0  # a slider reaches so many times down and up from the fit
 _KEPT = 8  # models in memory
 _FRAMES = 32  # instants of the tree
+_DRAWS = 40  # models about a fit
+_WALKED = 100  # draws of a posterior, of all that there are
 
 
 class _Fitted(NamedTuple):
@@ -47,35 +55,20 @@ class Explorer:
 
     def __init__(self) -> None:
         self._fitted: OrderedDict[Any, _Fitted] = OrderedDict()
-        self._results: tuple[int, Results] | None = None
         self._lock = threading.Lock()
 
     def fitted(self, desk: Desk, animal: str, law: str) -> _Fitted:
         """Return the stored result of an animal with its model."""
         with self._lock:
-            path = self._file(desk, animal)
+            path = _file(desk, animal)
             key = (str(path), path.stat().st_mtime_ns, law)
             if key not in self._fitted:
-                result = self._stored(desk)[animal]
+                result = desk.stored()[animal]
                 self._fitted[key] = _Fitted(result, stored_model(result, law), stored_recording(result))
                 while len(self._fitted) > _KEPT:
                     self._fitted.popitem(last=False)
             self._fitted.move_to_end(key)
             return self._fitted[key]
-
-    def _stored(self, desk: Desk) -> Results:
-        """Return the results of the study; their index is read anew only where it changed."""
-        index = desk.results / INDEX
-        mark = index.stat().st_mtime_ns if index.is_file() else 0
-        if self._results is None or self._results[0] != mark or not mark:
-            self._results = mark, read_results(desk.folder)
-        return self._results[1]
-
-    def _file(self, desk: Desk, animal: str) -> Path:
-        stored = self._stored(desk)
-        if animal not in stored:
-            raise InputError(f"there is no result of '{animal[:80]}'")
-        return stored.folder / stored.file_of(animal)
 
     def described(self, desk: Desk, animal: str, law: str) -> dict[str, Any]:
         """Return the model of an animal: what can be moved and how far, what was measured, its tree."""
@@ -85,7 +78,7 @@ class Explorer:
         return {
             "animal": animal,
             "group": result.group,
-            "made": self._file(desk, animal).stat().st_mtime_ns,
+            "made": _file(desk, animal).stat().st_mtime_ns,
             "law": name,
             "laws": list(result.laws),
             "formula": result.laws[name].formula,
@@ -93,7 +86,7 @@ class Explorer:
             "measured": {"pressure": _curve(recording.pressure), "flow": _curve(recording.flow),
                          "period": recording.period, "modulus": _modulus(recording)},
             "tree": {"names": list(network.name), "axes": np.round(axes_in_space(network), 5).tolist(),
-                     "radius": [number(one) for one in network.radius], "root": network.root},
+                     "radius": numbers(network.radius), "root": network.root},
             "stops": color_stops(9),
             "findings": texts(result.laws[name].findings),
         }  # fmt: skip
@@ -139,10 +132,10 @@ class Explorer:
             "period": recording.period,
             "indices": {name: number(value) for name, value in indices.items()},
             "vessels": {
-                "mean pressure [mmHg]": [number(one) for one in middle.mean(axis=0)],
-                "pulse pressure [mmHg]": [number(one) for one in np.ptp(middle, axis=0)],
-                "mean flow [ml/s]": [number(one) for one in through.mean(axis=0)],
-                "wave speed [cm/s]": [number(one) for one in speed],
+                "mean pressure [mmHg]": numbers(middle.mean(axis=0)),
+                "pulse pressure [mmHg]": numbers(np.ptp(middle, axis=0)),
+                "mean flow [ml/s]": numbers(through.mean(axis=0)),
+                "wave speed [cm/s]": numbers(speed),
             },
             "frames": {
                 "pressure [mmHg]": np.round(middle[::every], 3).tolist(),
@@ -150,6 +143,13 @@ class Explorer:
             },
             "notes": [str(note) for note in run.notes],
         }
+
+
+def _file(desk: Desk, animal: str) -> Path:
+    stored = desk.stored()
+    if animal not in stored:
+        raise InputError(f"there is no result of '{animal[:80]}'")
+    return stored.folder / stored.file_of(animal)
 
 
 def waves_of(run: Run, model: Model, recording: Recording) -> tuple[dict[str, list[float | None]], dict[str, float]]:
@@ -193,8 +193,6 @@ def _knobs(result: AnimalResult, model: Model, law: str) -> list[dict[str, Any]]
 
 def _misfit(pressure: np.ndarray, recording: Recording) -> float:
     """Return the root-mean-square difference to the measured pressure, mmHg."""
-    from vasowave.recording import resample
-
     count = max(len(pressure), len(recording.pressure))
     return float(np.sqrt(np.mean((resample(pressure, count) - resample(recording.pressure, count)) ** 2)))
 
@@ -203,10 +201,86 @@ def _modulus(recording: Recording) -> list[float | None]:
     """Return the modulus of the impedance by harmonic, mmHg s/ml."""
     most = min(_HARMONICS, (min(len(recording.pressure), len(recording.flow)) - 1) // 2)
     up, down = (fourier_series(one, most) for one in (recording.pressure, recording.flow))
-    return [number(float(one)) for one in np.abs(up / np.where(down == 0, np.nan, down))]
+    return numbers(np.abs(up / np.where(down == 0, np.nan, down)))
 
 
 def _curve(values: np.ndarray) -> list[float | None]:
-    from vasowave.recording import resample
+    return numbers(resample(np.asarray(values), _SHOWN))
 
-    return [number(float(one)) for one in resample(np.asarray(values), _SHOWN)]
+
+def models_around(model: Model, fit: xr.Dataset) -> list[Model]:
+    """Return models drawn from the correlated errors of a fit about it; parameters at a bound stay at it."""
+    if "correlation" not in fit or not isinstance(model.outlets, Bed):
+        return []
+    free = fit.sel(parameter=fit["free_parameter"].values)
+    value, low, high = (free[name].values for name in ("value", "lower", "upper"))
+    scale = free["standard_error_correlated"].values / value
+    loose, held = ~free["at_bound"].values.astype(bool), free["at_bound"].values.astype(bool)
+    covariance = fit["correlation"].values * np.outer(scale, scale)
+    between = covariance[np.ix_(loose, held)]
+    known = between @ np.linalg.pinv(covariance[np.ix_(held, held)]) @ between.T
+    conditional = covariance[np.ix_(loose, loose)] - known
+    if not np.isfinite(conditional).all() or not loose.any():
+        return []
+    sizes, axes = np.linalg.eigh(conditional)
+    normal = np.random.default_rng(0).standard_normal((_DRAWS, len(sizes)))
+    moved = np.zeros((_DRAWS, len(value)))
+    moved[:, loose] = normal * np.sqrt(np.maximum(sizes, 0.0)) @ axes.T
+    drawn = np.clip(value * np.exp(moved), low, high) / value
+    names = [str(one) for one in free["parameter"].values]
+    return [_scaled(model, dict(zip(names, one, strict=True))) for one in drawn]
+
+
+def _scaled(model: Model, factors: Mapping[str, float]) -> Model:
+    """Return a model whose fitted parameters are multiplied by factors."""
+    fields = zip(parameter_names(type(model.wall)), model.wall._fields, strict=True)
+    wall = model.wall._replace(**{field: np.asarray(getattr(model.wall, field)) * factors[name]
+                                  for name, field in fields if name in factors})  # fmt: skip
+    beds = model.outlets
+    if isinstance(beds, Bed):
+        beds = beds.scaled(*(factors.get(name, 1.0) for name in bed_factors(type(beds))))
+    viscosity = model.wall_viscosity * factors.get(WALL_VISCOSITY, 1.0)
+    return model.changed(wall=wall, outlets=beds, wall_viscosity=viscosity)
+
+
+def total_of(beds: Bed, name: str) -> float:
+    """Return what `Bed.with_totals` would change."""
+    if name == "R_T":
+        return float(beds.total_resistance())
+    share = beds.resistance_ratio() if "a" in beds.knobs() else 0.0
+    return float(share) if name == "a" else float(np.median(beds.time_constants())) / (1.0 - share)
+
+
+def drawn_about_fit(drawn: Sequence[tuple[Model, Mapping[str, list[float | None]]]]) -> dict[str, Any]:
+    """Return models about a fit one by one: curves, and the values of the parameters that make them."""
+    values: dict[str, list[float | None]] = {}
+    for model, _ in drawn:
+        for name, value in parameters_of(model).items():
+            values.setdefault(name, []).append(number(value))
+    curves = [{name: one[name] for name in BANDS} for _, one in drawn]
+    return {"kind": "models drawn from the errors of the fit", "count": len(curves), "curves": curves, "values": values}
+
+
+def posterior_draws(posterior: PosteriorResult) -> dict[str, Any]:
+    """Return draws of a posterior one by one: the pressure that was simulated, and every unknown and quantity."""
+    drawn, told = posterior.groups["posterior"], posterior.groups.get("posterior_predictive")
+    count = drawn.sizes["chain"] * drawn.sizes["draw"]
+    kept = np.unique(np.linspace(0, count - 1, min(count, _WALKED)).round().astype(int))
+    values = {
+        str(name): numbers(value.values.reshape(count)[kept])
+        for name, value in drawn.data_vars.items() if value.dims == ("chain", "draw")
+    }  # fmt: skip
+    curves: list[dict[str, Any]] = [{} for _ in kept]
+    if told is not None and "simulated" in told:
+        pressures = told["simulated"].values.reshape(count, -1)[kept]
+        of = "flow" if "flow" in told else "pressure"
+        curves = [{of: numbers(pressure)} for pressure in pressures]
+    return {"kind": "draws of the posterior", "count": len(curves), "curves": curves, "values": values}
+
+
+def parameters_of(model: Model) -> dict[str, float]:
+    """Return what the sliders would show of a model."""
+    named = zip(parameter_names(type(model.wall)), model.wall, strict=True)
+    values = {name: float(np.median(value)) for name, value in named}
+    beds = model.outlets
+    return values | ({name: total_of(beds, name) for name in beds.knobs()} if isinstance(beds, Bed) else {})

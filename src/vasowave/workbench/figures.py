@@ -2,7 +2,7 @@
 
 import threading
 from dataclasses import field
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from annotated_types import Ge, Le, MaxLen, MinLen
 
@@ -10,11 +10,10 @@ from vasowave.errors import InputError
 from vasowave.figures.fitted import figure_bytes
 from vasowave.figures.style import CTL
 from vasowave.settings import settings_class
-from vasowave.study.results import read_results
 from vasowave.workbench.desk import Desk
 
 _drawing = threading.Lock()  # matplotlib's look is one for the whole process
-_KINDS = {"svg": "image/svg+xml", "pdf": "application/pdf", "png": "image/png"}
+KINDS = {"svg": "image/svg+xml", "pdf": "application/pdf", "png": "image/png"}
 
 
 @settings_class
@@ -34,42 +33,31 @@ class Wish:
     format: Literal["svg", "pdf", "png"] = "svg"
 
 
-def figure_file(desk: Desk, message: dict[str, Any]) -> tuple[bytes, str, str]:
-    """Return a figure as a file, its type, and the line of Python that writes the same.
+def line_of(desk: Desk, wish: Wish) -> str:
+    """Return the line of Python that writes a figure."""
+    results = f"import vasowave as vw; vw.read_results({str(desk.folder.absolute())!r})"
+    if not wish.animal:
+        return f"{results}.compare({wish.group!r}).save('figure.{wish.format}')"
+    size = f"width={wish.width:g}, height={wish.height:g}, font={wish.font:g}"
+    look = f"family={wish.family!r}, color={wish.color!r}"
+    return f"{results}[{wish.animal!r}].plot.save('figure.{wish.format}', {wish.panels!r}, {size}, {look})"
+
+
+def figure_file(desk: Desk, wish: Wish) -> bytes:
+    """Return a figure as a file.
 
     Raises
     ------
     InputError
-        A value that a figure cannot have; there is no such result.
+        There is no such result, font or color.
     """
-    wish = Wish(**{name: value for name, value in message.items() if name != "only"})
-    if not wish.animal:
-        return _of_group(desk, wish, line_only=message.get("only") == "line")
-    size = f"width={wish.width:g}, height={wish.height:g}, font={wish.font:g}"
-    look = f"family={wish.family!r}, color={wish.color!r}"
-    line = (
-        f"import vasowave as vw; vw.read_results({str(desk.folder.absolute())!r})[{wish.animal!r}].plot.save("
-        f"'figure.{wish.format}', {wish.panels!r}, {size}, {look})"
-    )
-    if message.get("only") == "line":
-        return b"", "", line
-    stored = read_results(desk.folder)
-    if wish.animal not in stored:
+    stored = desk.stored()
+    if wish.animal and wish.animal not in stored:
         raise InputError(f"there is no result of '{wish.animal[:80]}'")
     with _drawing:
-        content = figure_bytes(
+        if not wish.animal:
+            return stored.compare(wish.group).as_file(wish.format)
+        return figure_bytes(
             stored[wish.animal], wish.panels, wish.format,
             width=wish.width, height=wish.height, font=wish.font, family=wish.family, color=wish.color,
         )  # fmt: skip
-    return content, _KINDS[wish.format], line
-
-
-def _of_group(desk: Desk, wish: Wish, line_only: bool) -> tuple[bytes, str, str]:
-    line = (
-        f"import vasowave as vw; vw.read_results({str(desk.folder.absolute())!r}).compare({wish.group!r})"
-        f".save('figure.{wish.format}')"
-    )
-    if line_only:
-        return b"", "", line
-    with _drawing:
-        return read_results(desk.folder).compare(wish.group).as_file(wish.format), _KINDS[wish.format], line

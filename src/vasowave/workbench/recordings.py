@@ -1,5 +1,6 @@
 """What the Recording desk shows: signals at the width of a screen, beats and their fate, the average."""
 
+import itertools
 import threading
 import warnings
 from collections import OrderedDict
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError, VasowaveError, VasowaveWarning
-from vasowave.findings import NOWHERE, Finding, Severity
+from vasowave.findings import Finding, Severity
 from vasowave.recording import BeatEdit, EnsembleAverage, RawRecording, Recording, describe_recording, read_edits
 from vasowave.recording.describe import kind_of
 from vasowave.recording.ensemble import average_prepared
@@ -19,15 +20,17 @@ from vasowave.recording.prepared import Prepared, prepare
 from vasowave.recording.raw import SHORTEST
 from vasowave.recording.read_raw import INTERPOLATED
 from vasowave.recording.rejection import cause
-from vasowave.study.animals import read_row
+from vasowave.study.animals import read_half_row
 from vasowave.study.loading import read_measured, read_stretch
+from vasowave.study.names import plain_name
 from vasowave.study.plan import Study, inspect_study
 from vasowave.study.problems import refuse
 from vasowave.study.rows import COLUMNS, AnimalRow
 from vasowave.study.settings import averaging_settings
+from vasowave.study.sorting import used_block
 from vasowave.study.table import read_rows
-from vasowave.workbench.desk import Desk
-from vasowave.workbench.values import number
+from vasowave.workbench.desk import EDITS, Desk
+from vasowave.workbench.values import number, numbers
 
 SIGNALS = ("pressure", "flow", "ecg")
 _KEPT, _MOST = 3, 9_000_000  # recordings in memory, and their samples in all, save for the one that is looked at
@@ -165,9 +168,10 @@ class Recordings:
             prepared = opened.beats(row, study, edits)
             average = average_prepared(prepared, edits)
         raw = prepared.raw
-        return {"beats": _beats(average), "fiducial": average.fiducial, "origin": raw.origin, **_stretch(raw),
+        return {"beats": _beats(average), "fiducial": average.fiducial, "origin": raw.origin,
+                "from": raw.origin, "to": raw.origin + raw.duration,
                 "baseline": {"removed": average.baseline.removed, "size": number(average.baseline.size)},
-                "sd": {"pressure": _rounded(average.pressure_sd), "flow": _rounded(average.flow_sd)},
+                "sd": {"pressure": numbers(average.pressure_sd), "flow": numbers(average.flow_sd)},
                 **_cycle(average.recording)}  # fmt: skip
 
     def described(self, desk: Desk, animal: str) -> dict[str, Any]:
@@ -216,8 +220,7 @@ def row_of(desk: Desk, animal: str) -> tuple[AnimalRow, Study]:
     cells = next((one for one in read_rows(desk.table).rows if one["animal"] == animal), None)
     if cells is None:
         raise InputError(f"there is no animal '{animal}' in {desk.table.name}")
-    filled = cells | {"network": cells.get("recording", ""), "group": study.settings.groups[0]}
-    row, wrong = read_row(filled, study.folder, None, lambda _: NOWHERE)
+    row, wrong = read_half_row(cells, study.folder, study.settings.groups)
     refuse(wrong)
     assert row is not None
     return row, study
@@ -248,15 +251,9 @@ def _opened(row: AnimalRow) -> Opened:
 
 
 def _channels(row: AnimalRow) -> dict[str, Any]:
-    blocks = describe_recording(row.recordings[0]).blocks
-    block = (
-        blocks[row.block - 1] if row.block and row.block <= len(blocks) else max(blocks, key=lambda one: one.samples)
-    )
-    return {"channels": [[one.title, one.unit, one.quantity] for one in block.channels], "blocks": len(blocks)}
-
-
-def _stretch(raw: RawRecording) -> dict[str, float]:
-    return {"from": raw.origin, "to": raw.origin + raw.duration}
+    described = describe_recording(row.recordings[0])
+    channels = used_block(described, row.block).channels
+    return {"channels": [[one.title, one.unit, one.quantity] for one in channels], "blocks": len(described.blocks)}
 
 
 def _beats(average: EnsembleAverage) -> dict[str, Any]:
@@ -274,8 +271,8 @@ def _beats(average: EnsembleAverage) -> dict[str, Any]:
 def _cycle(cycle: Recording) -> dict[str, Any]:
     return {
         "period": cycle.period,
-        "pressure": _rounded(cycle.pressure),
-        "flow": _rounded(cycle.flow),
+        "pressure": numbers(cycle.pressure),
+        "flow": numbers(cycle.flow),
         "indices": {name: number(value) for name, value in cycle.indices().items()},
         "findings": list(map(as_said, cycle.notes)),
     }
@@ -285,10 +282,6 @@ def as_said(finding: Finding) -> dict[str, Any]:
     """Return a finding as the page shows it, in the words of the terminal."""
     return {"code": finding.code, "severity": finding.severity, "text": str(finding),
             "look": finding.severity is not Severity.NOTE}  # fmt: skip
-
-
-def _rounded(values: np.ndarray) -> list[float | None]:
-    return [number(value) for value in values]
 
 
 def mean_between(traces: Mapping[str, Trace], signal: str, start: float, end: float) -> float:
@@ -302,11 +295,6 @@ def mean_between(traces: Mapping[str, Trace], signal: str, start: float, end: fl
 
 def edits_file(desk: Desk, animal: str) -> Path:
     """Return a file for the edits of an animal's beats; one that is there may be that of an animal once called so."""
-    from itertools import count
-
-    from vasowave.study.names import plain_name
-    from vasowave.workbench.desk import EDITS
-
     name = plain_name(animal)
-    names = (name if number == 1 else f"{name} {number}" for number in count(1))
+    names = (name if number == 1 else f"{name} {number}" for number in itertools.count(1))
     return next(path for one in names if not (path := desk.inside(f"{EDITS}/{one}.csv")).exists())

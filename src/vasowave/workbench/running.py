@@ -13,10 +13,9 @@ from typing import Any
 
 from vasowave.errors import InputError
 from vasowave.io.files import made_inside
-from vasowave.study.lock import holder
 from vasowave.study.plan import RESULTS, Study
-from vasowave.study.running import LOCK
 from vasowave.study.status import study_status
+from vasowave.study.store import LOCK, holder
 from vasowave.workbench.desk import Desk
 
 _LOG, _ERRORS = "run.jsonl", "run.txt"
@@ -75,7 +74,7 @@ class Runs:
         left = next((one.get("left_s") for one in reversed(events) if one["event"] == "animal"), None)
         animals = study_status(study).animals if study is not None else ()
         ended = next((one for one in reversed(events) if one["event"] == "done"), None)
-        failed = "" if runner or ended or not events_begun(desk) else _tail(desk.results / _ERRORS)
+        failed = "" if runner or ended else _tail(desk.results / _ERRORS)  # nothing where no run was ever begun here
         return {
             "runner": runner,
             "left": left if runner else None,
@@ -86,11 +85,6 @@ class Runs:
             "error": failed,
             "stops_with_us": self.stops_with_us,
         }
-
-
-def events_begun(desk: Desk) -> bool:
-    """Whether a run was ever begun from a workbench."""
-    return (desk.results / _ERRORS).is_file()
 
 
 def _events(path: Path) -> list[dict[str, Any]]:

@@ -23,12 +23,12 @@ from vasowave.workbench.actions import Workplace, act
 from vasowave.workbench.cohorts import Cohorts
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.explorer import Explorer
-from vasowave.workbench.figures import figure_file
+from vasowave.workbench.figures import KINDS, Wish, figure_file, line_of
 from vasowave.workbench.lungs import Lungs, Wishes
+from vasowave.workbench.opening import place_of, sorted_in
 from vasowave.workbench.recordings import Recordings
 from vasowave.workbench.running import Runs
 from vasowave.workbench.studies import checked, outdated, shown, state
-from vasowave.workbench.uploads import place_of, sorted_in
 
 _PAGE = Path(__file__).parent / "page"
 _TEMPLATES = Path(__file__).parents[1] / "report" / "templates"
@@ -81,7 +81,7 @@ class Workbench:
 
         async def endpoint(request: Request) -> Response:
             given = await run_in_threadpool(answer, lambda name: request.query_params.get(name, ""))
-            return given if isinstance(given, Response) else _json(given)
+            return given if isinstance(given, Response) else JSONResponse(given)
 
         return endpoint
 
@@ -89,7 +89,7 @@ class Workbench:
         async def endpoint(request: Request) -> Response:
             body = await request.body()
             given = await run_in_threadpool(lambda: answer(_message(body)))
-            return given if isinstance(given, Response) else _json(given)
+            return given if isinstance(given, Response) else JSONResponse(given)
 
         return endpoint
 
@@ -114,10 +114,10 @@ class Workbench:
         return self.lungs.shown(self.desk, str(message.get("image", "")), Wishes(**message["wishes"]))
 
     def _figure(self, message: Any) -> Any:
-        content, kind, line = figure_file(self.desk, message)
+        wish = Wish(**{name: value for name, value in message.items() if name != "only"})
         if message.get("only") == "line":
-            return {"line": line}
-        return Response(content, media_type=kind)
+            return {"line": line_of(self.desk, wish)}
+        return Response(figure_file(self.desk, wish), media_type=KINDS[wish.format])
 
     async def _upload(self, request: Request) -> Response:
         """Put a file into the study, whole or not at all; never over another."""
@@ -130,7 +130,7 @@ class Workbench:
                     file.write(chunk)
                 file.flush()
                 os.fsync(file.fileno())
-            return _json({"name": await run_in_threadpool(sorted_in, self.desk, part, place)})
+            return JSONResponse({"name": await run_in_threadpool(sorted_in, self.desk, part, place)})
         except OSError as error:
             raise not_written(place, error) from None
         finally:
@@ -217,7 +217,7 @@ def _message(body: bytes) -> Any:
     try:
         message = json.loads(body.decode("utf-8"))
     except (ValueError, RecursionError):
-        raise InputError("this is no message of the workbench") from None
+        message = None
     if not isinstance(message, dict):
         raise InputError("this is no message of the workbench")
     return message
@@ -232,10 +232,6 @@ def _size(text: str) -> float | None:
 
 def _bytes(content: bytes) -> Response:
     return Response(content, media_type="application/octet-stream")
-
-
-def _json(content: Any) -> Response:
-    return JSONResponse(content)
 
 
 async def _refused(request: Request, error: Exception) -> Response:

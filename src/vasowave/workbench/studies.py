@@ -6,7 +6,7 @@ from typing import Any
 from vasowave.errors import VasowaveError
 from vasowave.settings import settings_of
 from vasowave.species import SPECIES
-from vasowave.study.checking import check_study
+from vasowave.study.checking import TWICE, check_study
 from vasowave.study.overview import HEADER
 from vasowave.study.plan import inspect_study
 from vasowave.study.problems import Problem
@@ -102,7 +102,7 @@ def _problem(one: Problem, rows: list[dict[str, str]]) -> dict[str, Any]:
 def _remedies(one: Problem, column: str) -> list[dict[str, Any]]:
     """Return what mends a problem at a click, as messages to `actions.act`."""
     code, names = one.finding.code, one.animals
-    if code in ("check.same-recording", "check.same-cycle"):
+    if code in TWICE:
         yes = [{"do": "set-cells", "animal": name, "cells": {"shared recording": "yes"}} for name in names]
         return [{"label": "Both are meant to share it", "acts": yes},
                 {"label": f"Remove {names[0]}", "acts": [{"do": "remove-animal", "animal": names[0]}]}]  # fmt: skip
@@ -141,10 +141,8 @@ def _extracted(desk: Desk) -> list[str]:
 
 def _outdated(desk: Desk, statuses: dict[str, Any]) -> list[str]:
     """Return the animals whose result is no longer that of their row, files and settings."""
-    from vasowave.study.results import read_results
-
     try:
-        stored = read_results(desk.folder)
+        stored = desk.stored()
     except VasowaveError:
         return []
     return [name for name, one in statuses.items() if name in stored and one.state != "done"]

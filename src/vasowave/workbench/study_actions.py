@@ -1,192 +1,171 @@
 """What the Study desk can change: the study file, and rows, cells and columns of the table of animals."""
 
 import re
-from collections.abc import Mapping
-from dataclasses import field, replace
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
 
 from annotated_types import MaxLen, MinLen
 
-from vasowave.errors import InputError
+from vasowave.errors import InputError, did_you_mean
+from vasowave.findings import Place
 from vasowave.io.files import write_file
-from vasowave.settings import settings_class
 from vasowave.species import SpeciesName
 from vasowave.study.adding import add_files
-from vasowave.study.animals import read_animals
+from vasowave.study.animals import read_animals, read_row
 from vasowave.study.names import checked_name
-from vasowave.study.rows import COLUMNS
-from vasowave.study.table import read_rows, written_rows
+from vasowave.study.rows import COLUMNS, FILES
+from vasowave.study.table import Rows, read_rows, written_rows
 from vasowave.study.template import new_study, with_groups, with_value
-from vasowave.workbench.cells import set_cells
-
-if TYPE_CHECKING:
-    from vasowave.workbench.actions import Workplace
+from vasowave.workbench.desk import Desk, unchanged
+from vasowave.workbench.workplace import Workplace, action
 
 Name = Annotated[str, MinLen(1), MaxLen(500)]
 
 
-@settings_class
-class NewStudy:
+@action("new-study")
+def new(at: Workplace, groups: tuple[Name, ...] = ("CTL", "HPH"), species: SpeciesName = "mouse") -> str:
     """Make a study in the folder that is open."""
-
-    groups: list[Name] = field(default_factory=lambda: ["CTL", "HPH"])
-    species: SpeciesName = "mouse"
-
-    def do(self, at: "Workplace") -> str:
-        """Do it."""
-        new_study(at.desk.folder, [checked_name(one.strip()) for one in self.groups], self.species)
-        return "a new study"
+    new_study(at.desk.folder, [checked_name(one.strip()) for one in groups], species)
+    return "a new study"
 
 
-@settings_class
-class AddFiles:
+@action("add-files")
+def add(at: Workplace, files: Annotated[list[Name], MinLen(1), MaxLen(10_000)], group: str = "") -> Mapping[str, Any]:
     """Write a row for every recording among files that were dropped into the study; `vasowave add`."""
-
-    files: Annotated[list[Name], MinLen(1), MaxLen(10_000)]
-    group: str = ""
-
-    def do(self, at: "Workplace") -> Mapping[str, Any]:
-        """Do it."""
-        desk = at.desk
-        if not desk.file.exists():
-            new_study(desk.folder)
-        files = [desk.inside(one) for one in self.files]
-        with desk.changing("add files", desk.table, desk.file):
-            added = add_files(desk.folder, files, group=self.group)
-        names = [row["animal"] for row in added.rows]
-        return {"animals": names, "said": [*added.said, *(f"not added: {why}" for why in added.refused)]}
+    desk = at.desk
+    if not desk.file.exists():
+        new_study(desk.folder)
+    places = [desk.inside(one) for one in files]
+    with desk.changing("add files", desk.table, desk.file):
+        added = add_files(desk.folder, places, group=group)
+    names = [row["animal"] for row in added.rows]
+    return {"animals": names, "said": [*added.said, *(f"not added: {why}" for why in added.refused)]}
 
 
-@settings_class
-class SetCells:
-    """Write cells of one animal; `was` holds what the page showed in them."""
+@action("set-cells")
+def set_cells(
+    at: Workplace, animal: Name, cells: dict[Name, Annotated[str, MaxLen(2000)]], was: dict[str, str] | None = None
+) -> str:
+    """Write cells of one animal; `was` is what the page showed in them."""
+    desk = at.desk
+    with desk.changing(f"{', '.join(cells)} of {animal}", desk.table):
+        table = read_rows(desk.table)
+        known = dict.fromkeys((*COLUMNS, *table.titles))
+        unknown = next((title for title in cells if title not in known), None)
+        if unknown is not None:
+            raise InputError(f"there is no column '{unknown}'{did_you_mean(unknown, known)}")
+        row = _row(table.rows, animal, desk.table)
+        unchanged(animal, {title: text for title, text in (was or {}).items() if title in known}, row)
+        _check(desk, {**row, **cells}, cells, table.rows, animal)
+        write_cells(desk, table, animal, cells)
+    return f"{animal}: {', '.join(f'{title} {text}' for title, text in cells.items())}"
 
-    animal: Name
-    cells: dict[Name, Annotated[str, MaxLen(2000)]]
-    was: dict[str, str] = field(default_factory=dict)
 
-    def do(self, at: "Workplace") -> str:
-        """Do it."""
-        return set_cells(at.desk, self.animal, self.cells, self.was)
+def write_cells(desk: Desk, table: Rows, animal: str, cells: Mapping[str, str]) -> None:
+    """Write cells into a table that was just read."""
+    row = _row(table.rows, animal, desk.table)
+    row.update({title: " ".join(text.split()) for title, text in cells.items()})
+    write_file(desk.table, written_rows(table, ()))
 
 
-@settings_class
-class UseNetwork:
+def _row(rows: tuple[dict[str, str], ...], animal: str, table: Path) -> dict[str, str]:
+    found = [row for row in rows if row["animal"] == animal]
+    if len(found) != 1:
+        why = "there is no animal" if not found else "two rows are called"
+        raise InputError(f"{why} '{animal}' in {table.name}")
+    return found[0]
+
+
+def _check(
+    desk: Desk, row: Mapping[str, str], cells: Mapping[str, str], rows: Sequence[Mapping[str, str]], animal: str
+) -> None:
+    """Refuse a value that no cell of the column can hold; what may be lacking for a while may be empty."""
+    _, wrong = read_row(row, desk.folder, None, lambda title: Place(part=title))
+    mine = [one for one in wrong if one.error and cells.get(one.place.part)]
+    if mine:
+        raise InputError(f"{mine[0].place.part}: {mine[0].finding}")
+    name = cells.get("animal", animal)
+    if not name or any(one["animal"].casefold() == name.casefold() for one in rows if one["animal"] != animal):
+        raise InputError(f"'{name}': an animal has a name that no other has")
+    for title in FILES:
+        if cells.get(title):
+            desk.inside(cells[title])
+
+
+@action("use-network")
+def use_network(at: Workplace, network: Name) -> Mapping[str, Any]:
     """Choose a network for every animal that has none, or whose file is not there."""
-
-    network: Name
-
-    def do(self, at: "Workplace") -> Mapping[str, Any]:
-        """Do it."""
-        desk = at.desk
-        if not desk.inside(self.network).is_file():
-            raise InputError(f"there is no file {self.network} in this study")
-        with desk.changing(f"network {self.network}", desk.table):
-            table = read_rows(desk.table)
-            lacking = [row for row in table.rows if not (desk.folder / (row.get("network") or ".")).is_file()]
-            for row in lacking:
-                row["network"] = self.network
-            write_file(desk.table, written_rows(table, ()))
-        names = [row["animal"] for row in lacking]
-        return {"animals": names, "said": [f"{self.network} is the network of: {', '.join(names) or 'no animal more'}"]}
+    desk = at.desk
+    if not desk.inside(network).is_file():
+        raise InputError(f"there is no file {network} in this study")
+    with desk.changing(f"network {network}", desk.table):
+        table = read_rows(desk.table)
+        lacking = [row for row in table.rows if not (desk.folder / (row.get("network") or ".")).is_file()]
+        for row in lacking:
+            row["network"] = network
+        write_file(desk.table, written_rows(table, ()))
+    names = [row["animal"] for row in lacking]
+    return {"animals": names, "said": [f"{network} is the network of: {', '.join(names) or 'no animal more'}"]}
 
 
-@settings_class
-class AddColumn:
+@action("add-column")
+def add_column(at: Workplace, title: Annotated[str, MinLen(1), MaxLen(100)]) -> str:
     """Give the table a column of the lab's own: sex, weight [g], date."""
-
-    title: Annotated[str, MinLen(1), MaxLen(100)]
-
-    def do(self, at: "Workplace") -> str:
-        """Do it."""
-        title, table = " ".join(self.title.split()), at.desk.table
-        if not title or not title.isprintable():
-            raise InputError("a column has a title")
-        if title.casefold() in map(str.casefold, COLUMNS):
-            raise InputError(f"'{title}' is no column of your own: it has a meaning here, and stands among all columns")
-        with at.desk.changing(f"column {title}", table):
-            known = read_rows(table)
-            write_file(table, written_rows(replace(known, titles=(*known.titles, title)), ()))
-            wrong = [one for one in read_animals(table, None)[1] if one.error and f"column '{title}'" in one.place.part]
-            if wrong:
-                raise InputError(f"{title}: {wrong[0].finding}")
-        return f"a column '{title}' of your own"
+    title, table = " ".join(title.split()), at.desk.table
+    if not title or not title.isprintable():
+        raise InputError("a column has a title")
+    if title.casefold() in map(str.casefold, COLUMNS):
+        raise InputError(f"'{title}' is no column of your own: it has a meaning here, and stands among all columns")
+    with at.desk.changing(f"column {title}", table):
+        known = read_rows(table)
+        write_file(table, written_rows(replace(known, titles=(*known.titles, title)), ()))
+        wrong = [one for one in read_animals(table, None)[1] if one.error and f"column '{title}'" in one.place.part]
+        if wrong:
+            raise InputError(f"{title}: {wrong[0].finding}")
+    return f"a column '{title}' of your own"
 
 
-@settings_class
-class RemoveColumn:
+@action("remove-column")
+def remove_column(at: Workplace, title: Name) -> str:
     """Take a column of the lab's own out of the table, with what stands in it."""
-
-    title: Name
-
-    def do(self, at: "Workplace") -> str:
-        """Do it."""
-        table = at.desk.table
-        with at.desk.changing(f"remove column {self.title}", table):
-            known = read_rows(table)
-            if self.title in COLUMNS or self.title not in known.titles:
-                raise InputError(f"there is no column '{self.title}' of your own in {table.name}")
-            titles = tuple(title for title in known.titles if title != self.title)
-            write_file(table, written_rows(replace(known, titles=titles), ()))
-        return f"column '{self.title}' removed"
+    table = at.desk.table
+    with at.desk.changing(f"remove column {title}", table):
+        known = read_rows(table)
+        if title in COLUMNS or title not in known.titles:
+            raise InputError(f"there is no column '{title}' of your own in {table.name}")
+        titles = tuple(one for one in known.titles if one != title)
+        write_file(table, written_rows(replace(known, titles=titles), ()))
+    return f"column '{title}' removed"
 
 
-@settings_class
-class RemoveAnimal:
+@action("remove-animal")
+def remove_animal(at: Workplace, animal: Name) -> str:
     """Take the row of an animal out of the table; its files stay."""
-
-    animal: Name
-
-    def do(self, at: "Workplace") -> str:
-        """Do it."""
-        with at.desk.changing(f"remove {self.animal}", at.desk.table):
-            table = read_rows(at.desk.table)
-            rows = tuple(row for row in table.rows if row["animal"] != self.animal)
-            if len(rows) == len(table.rows):
-                raise InputError(f"there is no animal '{self.animal}' in {at.desk.table.name}")
-            write_file(at.desk.table, written_rows(replace(table, rows=rows), ()))
-        return f"{self.animal} removed from the table; its files stay"
+    with at.desk.changing(f"remove {animal}", at.desk.table):
+        table = read_rows(at.desk.table)
+        rows = tuple(row for row in table.rows if row["animal"] != animal)
+        if len(rows) == len(table.rows):
+            raise InputError(f"there is no animal '{animal}' in {at.desk.table.name}")
+        write_file(at.desk.table, written_rows(replace(table, rows=rows), ()))
+    return f"{animal} removed from the table; its files stay"
 
 
-@settings_class
-class SetSetting:
-    """Write one key of study.yaml; `was` is what the page showed."""
-
-    key: Annotated[str, MaxLen(100)]
-    value: Annotated[str, MaxLen(2000)]
-
-    def do(self, at: "Workplace") -> str:
-        """Do it."""
-        if not re.fullmatch(r"\w+(\.\w+)?", self.key) or "\n" in self.value:
-            raise InputError(f"'{self.key}: {self.value}' is no key with a value")
-        with at.desk.changing(f"{self.key}: {self.value}", at.desk.file):
-            write_file(at.desk.file, with_value(at.desk.file, self.key.split("."), self.value))
-        return f"{self.key}: {self.value}"
+@action("set-setting")
+def set_setting(at: Workplace, key: Annotated[str, MaxLen(100)], value: Annotated[str, MaxLen(2000)]) -> str:
+    """Write one key of study.yaml."""
+    if not re.fullmatch(r"\w+(\.\w+)?", key) or "\n" in value:
+        raise InputError(f"'{key}: {value}' is no key with a value")
+    with at.desk.changing(f"{key}: {value}", at.desk.file):
+        write_file(at.desk.file, with_value(at.desk.file, key.split("."), value))
+    return f"{key}: {value}"
 
 
-@settings_class
-class SetGroups:
+@action("set-groups")
+def set_groups(at: Workplace, groups: list[Name]) -> str:
     """Name the groups of the study, the reference first."""
-
-    groups: list[Name]
-
-    def do(self, at: "Workplace") -> str:
-        """Do it."""
-        labels = [checked_name(one.strip()) for one in self.groups]
-        with at.desk.changing("groups", at.desk.file):
-            write_file(at.desk.file, with_groups(at.desk.file, labels))
-        return f"groups: {', '.join(labels)}"
-
-
-STUDY_ACTIONS = {
-    "new-study": NewStudy,
-    "add-files": AddFiles,
-    "set-cells": SetCells,
-    "use-network": UseNetwork,
-    "add-column": AddColumn,
-    "remove-column": RemoveColumn,
-    "remove-animal": RemoveAnimal,
-    "set-setting": SetSetting,
-    "set-groups": SetGroups,
-}
-"""By the name that the page gives."""
+    labels = [checked_name(one.strip()) for one in groups]
+    with at.desk.changing("groups", at.desk.file):
+        write_file(at.desk.file, with_groups(at.desk.file, labels))
+    return f"groups: {', '.join(labels)}"
