@@ -3,6 +3,7 @@
 import warnings
 
 import numpy as np
+import pydicom
 import pytest
 from made_phantom import outlets_of, phantom, root_of, run
 from scipy.spatial import cKDTree
@@ -52,6 +53,21 @@ def test_two_series_in_one_folder(series, tmp_path):
     )
     (tmp_path / "b" / "slice0002.dcm").rename(series / "zz.dcm")
     refused("more than one series", tmp_path, series, "--root", "0,0,0")
+
+
+@pytest.mark.parametrize(("shift", "upright"), [(0.1, True), (0.2, False)])
+def test_slices_of_a_tilted_gantry_are_refused_and_rounded_positions_are_not(series, tmp_path, shift, upright):
+    """Eight slices, each a share of a voxel (0.05 mm and more) further to the side."""
+    for place, file in enumerate(sorted(series.iterdir())):
+        image = pydicom.dcmread(file)
+        x, y, z = map(float, image.ImagePositionPatient)
+        image.ImagePositionPatient = [x, y + shift * place * float(image.PixelSpacing[0]), z]
+        image.save_as(file)
+    if upright:
+        assert read_volume(series).grey.shape == (8, 40, 40)
+    else:
+        said = "shifted sideways (slice0008.dcm by 1.4 voxels from slice0001.dcm)"
+        refused(said, tmp_path, series, "--root", "0,0,0")
 
 
 def test_a_text_file_among_the_slices(series, tmp_path):

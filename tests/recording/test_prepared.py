@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lab_files import recorded
+from vasowave.errors import InputError
 from vasowave.recording import Averaging, BeatEdit, average_beats
 from vasowave.recording.breaths import _best_rate, _columns, _inverse
 from vasowave.recording.ensemble import average_prepared
@@ -76,3 +77,16 @@ def test_the_best_rate_of_all_at_once_is_that_of_one_fit_after_another(breath):
 def _arrays(average):
     return (average.recording.pressure, average.recording.flow, average.pressure_sd, average.flow_sd,
             average.baseline.level, [average.recording.period, average.delay])  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("edit", "words"),
+    [
+        (BeatEdit("rejct", 1.0), r"no such action \(did you mean 'reject'\?\); there are: reject, keep, move"),
+        (BeatEdit("move", 1.0), "a move needs `to`"),
+        (BeatEdit("keep", 1.0, 2.0), "a move needs `to`, the time at which the beat begins, and nothing else has it"),
+    ],
+)
+def test_a_decision_that_decides_nothing_is_refused(raw, edit, words):
+    with pytest.raises(InputError, match=words):
+        average_beats(raw, 5, edits=[edit])

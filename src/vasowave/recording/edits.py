@@ -112,6 +112,16 @@ def moved(times: np.ndarray, edits: Sequence[BeatEdit]) -> tuple[np.ndarray, lis
     return times, lost
 
 
+def require_decisions(edits: Sequence[BeatEdit]) -> None:
+    """Raise `InputError` if one of them decides nothing: an unknown action, or a move that leads nowhere."""
+    for one in edits:
+        if one.action not in get_args(Action):
+            hint = did_you_mean(str(one.action), get_args(Action))
+            raise InputError(f"{one}: no such action{hint}; there are: {', '.join(get_args(Action))}")
+        if (one.action == "move") != (one.to is not None):
+            raise InputError(f"{one}: a move needs `to`, the time at which the beat begins, and nothing else has it")
+
+
 def judged(
     reasons: list[Rejection], starts: np.ndarray, ends: np.ndarray, edits: Sequence[BeatEdit]
 ) -> tuple[list[Rejection], list[Finding]]:

@@ -16,7 +16,7 @@ from vasowave.notebook import upstairs
 from vasowave.recording.baseline import Baseline, baseline_findings, find_baseline
 from vasowave.recording.cuts import Cuts
 from vasowave.recording.cycle import Recording
-from vasowave.recording.edits import BeatEdit, judged, told
+from vasowave.recording.edits import BeatEdit, judged, require_decisions, told
 from vasowave.recording.plateaus import plateau_findings, saturated
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
 from vasowave.recording.prepared import Averaging, Prepared, prepare
@@ -170,6 +170,7 @@ def average_beats(
     Recording(mPAP ... mmHg, CO ... ml/s, HR 53... ...)
     """
     how = given_values(Averaging, averaging, settings | ({} if beats is None else {"beats": beats}))
+    require_decisions(edits)
     average = average_prepared(prepare(raw, how, edits), edits)
     for one in average.findings[len(raw.notes) :]:
         if one.severity is Severity.LOOK:

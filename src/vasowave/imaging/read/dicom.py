@@ -37,6 +37,9 @@ class Slice(NamedTuple):
     grey: np.ndarray
 
 
+_BESIDE = 1.0
+"""Voxels by which the last slice may stand beside the first; rounded positions stay far below."""
+
 _SAME = ("SeriesInstanceUID", "Rows", "Columns", "PixelSpacing", "ImageOrientationPatient")
 
 
@@ -55,6 +58,7 @@ def read_dicom_series(folder: Path) -> Image:
     height = np.array([normal @ one.place for one in slices])
     order = np.argsort(height)
     gap = _slice_distance(folder, height[order], [slices[i].name for i in order])
+    _require_upright(folder, slices[order[0]], slices[order[-1]])
     grey, first = np.stack([slices[i].grey for i in order]), slices[order[0]].place
     if np.allclose(axes, [[1, 0, 0], [0, 1, 0]], atol=1e-4):
         return Image(grey, np.array([gap, *spacing]) / 10, first[::-1] / 10)
@@ -115,6 +119,16 @@ def _slice_distance(folder: Path, height: np.ndarray, names: list[str]) -> float
             f"{folder}: {lost} slices missing between {names[i]} and {names[i + 1]}; export the series again"
         )
     return float(gaps.mean())
+
+
+def _require_upright(folder: Path, first: Slice, last: Slice) -> None:
+    """Raise `InputError` if the last slice does not stand above the first, as with a tilted gantry."""
+    beside = np.abs(first.axes @ (last.place - first.place)) / first.spacing[::-1]
+    if beside.max() > _BESIDE:
+        raise InputError(
+            f"{folder}: slices are shifted sideways ({last.name} by {beside.max():.1f} voxels from {first.name}), as "
+            "those of a tilted gantry; resample the series to upright slices (Slicer, dcm2niix) and give the result"
+        )
 
 
 def _pixels(file: Path, image: Any) -> np.ndarray:
