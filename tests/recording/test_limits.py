@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from vasowave.errors import InputError
 from vasowave.recording import (
@@ -15,7 +16,7 @@ from vasowave.recording import (
     read_wedge,
 )
 from vasowave.recording.choosing import with_time
-from vasowave.recording.cycle import InletPressure
+from vasowave.recording.cycle import InletPressure, resample, samples_needed
 from vasowave.recording.plausibility import (
     check_closure,
     check_flow,
@@ -325,3 +326,17 @@ def test_waveforms_that_a_table_of_sites_names_are_those_that_are_there(tmp_path
     (tmp_path / "other.csv").write_text("quantity,vessel,mean,error\nflow,1,3,1\n")
     assert site_files(tmp_path / "other.csv") == ()
     assert site_files(tmp_path / "absent.csv") == ()
+
+
+@pytest.mark.parametrize("here", [8, 9, 16, 33])
+@pytest.mark.parametrize("count", [8, 9, 12, 16, 41])
+def test_resampling_is_that_of_scipy_for_even_and_odd_numbers_up_and_down(here, count):
+    values = np.random.default_rng(here).normal(0, 1, (here, 2))
+    assert resample(values, count) == pytest.approx(signal.resample(values, count), abs=1e-12)
+    assert resample(values[:, 0], count) == pytest.approx(signal.resample(values[:, 0], count), abs=1e-12)
+
+
+def test_samples_that_carry_all_harmonics_are_two_for_each_and_one():
+    assert samples_needed(16 + sum(np.cos(2 * np.pi * k * SHARE) for k in range(1, 21))) == 41
+    assert samples_needed(16 + np.cos(2 * np.pi * SHARE)) == 3
+    assert samples_needed(np.random.default_rng(1).normal(0, 1, 40)) == 40
