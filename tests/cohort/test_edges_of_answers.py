@@ -5,15 +5,19 @@ from math import comb
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy import stats
 
+from vasowave.animal.law_result import PosteriorResult
 from vasowave.cohort import Variable
 from vasowave.cohort.effects import hedges_g, importance_interval
+from vasowave.cohort.estimates import _drawn
 from vasowave.cohort.evidence import CLEAR, Evidence
 from vasowave.cohort.permutation import MOST_RELABELINGS, _relabelings, family_p, smallest_family_p
 from vasowave.cohort.rank_tests import exact_mann_whitney, holm, mann_whitney, smallest_p
 from vasowave.cohort.votes import DECISIVE, _difference, _price, _side
 from vasowave.errors import InputError
+from vasowave.inference.known_errors import SHARED
 from vasowave.selection.averaging import averaged
 from vasowave.selection.compare import _series
 from vasowave.selection.criteria import UNDECIDED, aicc, bic, verdicts
@@ -205,3 +209,13 @@ def test_slips_of_the_pen_are_told_at_their_limits():
     words = ["saline", "saline", "vehicle", "vehicle", "salin"]
     assert len(codes(of(words))) == 1
     assert codes(of(["a1", "b2", "c3", "c3"])) == []  # more than half stand alone: names
+
+
+def test_draws_tell_mean_and_scatter_of_logarithms_and_no_share_where_none_is_stored():
+    draws = np.exp(RNG.normal(2.0, 0.3, (2, 50)))
+    table = xr.Dataset({"share_image": ("quantity", [0.4])}, coords={"quantity": ["R_T"]})
+    one = PosteriorResult(table.assign_attrs(trusted=1), {"posterior": xr.Dataset({"R_T": (("chain", "draw"), draws)})})
+    mean, sd, shares = _drawn(one, "R_T")
+    logs = np.log(draws).ravel()
+    assert (mean, sd) == pytest.approx((logs.mean(), np.sqrt(((logs - logs.mean()) ** 2).sum() / 99)))
+    assert shares == [0.4 if column == "image" else 0.0 for column in SHARED]
