@@ -12,6 +12,7 @@ from vasowave.datasets import control_network, virtual_mouse
 from vasowave.errors import InputError
 from vasowave.inference.priors import Priors
 from vasowave.inference.problem import Problem
+from vasowave.inference.starts import Screened, _chosen
 from vasowave.inference.unknowns import Unknowns
 from vasowave.model.blood import Blood
 from vasowave.model.model import Model
@@ -272,3 +273,16 @@ def test_indices_that_an_error_moves_follow_from_zero_and_gain(whole):
     sure = problem(Priors(zero_sd=0.0))
     nothing = np.zeros((1, len(sure.unknowns.all)))
     assert not {"mPAP", "CO", "PVR"} & set(sure.quantities(nothing, sure.measured[np.newaxis], np.zeros(1)))
+
+
+def test_a_wrong_zero_moves_the_mean_alone(whole):
+    """Of orthonormal coefficients the mean's is √n times the mean; the prior's SD of the zero is 0.5 mmHg."""
+    expected = np.zeros(whole.count)
+    expected[0] = 0.5 * np.sqrt(whole.samples)
+    assert whole.zero == pytest.approx(expected)
+
+
+def test_without_a_point_that_can_be_simulated_a_search_begins_at_the_medians():
+    looked = Screened(np.ones((3, 2)), np.full((3, 5), np.nan))
+    (start,) = _chosen(lambda points: np.full((len(points), 5), np.nan), np.zeros(5), None, looked)
+    assert start.tolist() == [0.0, 0.0]
