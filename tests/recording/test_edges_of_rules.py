@@ -9,6 +9,7 @@ from vasowave.recording import gaps as gaps_module
 from vasowave.recording.edits import judged, moved
 from vasowave.recording.formats.edf import _stretches
 from vasowave.recording.gaps import Span, describe_gaps, free_between, gaps_in, leaps_closed, longest_between, with_gaps
+from vasowave.recording.harmonics import HarmonicErrors, _floor, _quantum
 from vasowave.recording.plateaus import Plateau, _still, find_plateaus, plateau_findings
 from vasowave.recording.plausibility import check_closure, odd_values
 from vasowave.recording.rejection import (
@@ -292,3 +293,38 @@ def test_beats_of_an_inspiration_stand_off_the_level_of_the_others_also_near_the
     means[first::5] += 1.5
     off, limit = _off_level(means)
     assert np.array_equal(np.abs(off) > limit, means > 15)
+
+
+@pytest.mark.parametrize(
+    ("values", "step"),
+    [([0.5, 1.25, 3.0], 0.05), ([10.0, 20.0], 10.0), ([2.2, 2.6], 0.2), ([1.5, 2.0], 0.5)],
+)
+def test_the_step_of_rounded_numbers_is_the_coarsest_that_fits(values, step):
+    assert _quantum(np.array(values)) == pytest.approx(step)
+
+
+def test_signal_ends_where_harmonics_fall_below_twice_their_expected_error():
+    """The sum of modulus² - 8·error² is largest there: 8 is four times the two of a square error."""
+    error = np.full(9, 1.0)
+
+    def last(*modulus):
+        return HarmonicErrors(np.array([50.0, *modulus]), error[: len(modulus) + 1], "file").with_signal
+
+    assert last(9, 9, 3, 1) == 3
+    assert last(9, 9, 2.82, 1) == 2
+    assert last(9, 2.0, 9, 1) == 3  # a weak one between strong ones
+    assert last(2.0, 2.0) == 0
+    assert last() == 0
+    assert last(2.0, 1, 1, 1, 1, 5) == 0  # a single one far above the others' end: 25 - 8 are less than the rest lacks
+
+
+def test_the_floor_of_a_spectrum_is_the_level_of_its_first_flat_octaves():
+    k = np.arange(513.0)
+    falling = 100.0 * 2.0 ** -(k / 5)
+    white = np.sqrt(falling**2 + 0.04**2)
+    assert _floor(white) == pytest.approx(0.04 / np.sqrt(2), rel=0.04)
+    steep = 100.0 / np.maximum(k, 1) ** 3  # falls by 8 from octave to octave: the last quarter counts
+    assert _floor(steep) == pytest.approx(np.sqrt(0.5 * np.mean(steep[-128:] ** 2)))
+    emptied = white.copy()
+    emptied[256:] *= 0.1  # interpolated above the rate it was recorded at
+    assert _floor(emptied) == pytest.approx(0.04 / np.sqrt(2), rel=0.06)
