@@ -217,3 +217,16 @@ def test_the_surface_of_balls_lies_a_radius_from_the_axis_and_in_no_other_ball()
     assert (to_side > 0.969 * 0.05).all()
     halved = convention._at_steps(STEM, 10)
     assert halved.run == pytest.approx(0.2 * np.arange(11))
+
+
+def test_an_swc_file_whose_root_forks_or_stands_twice_begins_at_an_end(tmp_path):
+    """A root in the middle of a vessel, and a second tree of one point fewer."""
+    fork = [(1, 0, 0, 0, 0, 1, -1), (2, 0, 1, 0, 0, 2, 1), (3, 0, -1, 0, 0, 1, 1), (4, 0, -2, 0, 0, 1, 3)]
+    with pytest.warns(VasowaveWarning, match="root"):
+        found = read_swc(swc(tmp_path / "a.swc", fork), 0.1)
+    assert found.line.points[:, 2] == pytest.approx([0.1, 0.0, -0.1, -0.2])  # from the widest end
+    with pytest.warns(VasowaveWarning, match="2 "):
+        two = read_swc(
+            swc(tmp_path / "b.swc", [*fork[:1], *fork[2:], (7, 0, 9, 0, 0, 1, -1), (8, 0, 9, 1, 0, 1, 7)]), 0.1
+        )
+    assert two.line.points[:, 2] == pytest.approx([0.0, -0.1, -0.2])
