@@ -10,7 +10,7 @@ from scipy import stats
 
 from vasowave.animal.law_result import PosteriorResult
 from vasowave.cohort import Variable
-from vasowave.cohort.effects import hedges_g, importance_interval
+from vasowave.cohort.effects import hedges_g, importance_index, importance_interval
 from vasowave.cohort.estimates import _drawn
 from vasowave.cohort.evidence import CLEAR, Evidence
 from vasowave.cohort.permutation import MOST_RELABELINGS, _relabelings, family_p, smallest_family_p
@@ -219,3 +219,18 @@ def test_draws_tell_mean_and_scatter_of_logarithms_and_no_share_where_none_is_st
     logs = np.log(draws).ravel()
     assert (mean, sd) == pytest.approx((logs.mean(), np.sqrt(((logs - logs.mean()) ** 2).sum() / 99)))
     assert shares == [0.4 if column == "image" else 0.0 for column in SHARED]
+
+
+def test_the_importance_of_a_quantity_is_its_relative_change_with_fiellers_interval():
+    """η = mean over mean, less one; at the ends of its interval the two groups' weighted difference has t of Welch."""
+    x, y = np.array([10.0, 11, 12, 9]), np.array([14.0, 17, 15])
+    assert importance_index(10.0, 14.0) == pytest.approx(0.4)
+    low, high = importance_interval(x, y)
+    eta = y.mean() / x.mean() - 1
+    assert low < eta < high
+    variances = x.var(ddof=1) / 4, y.var(ddof=1) / 3
+    parts = ((1 + eta) ** 2 * variances[0], variances[1])
+    freedom = sum(parts) ** 2 / (parts[0] ** 2 / 3 + parts[1] ** 2 / 2)
+    for end in (low, high):
+        t = abs(y.mean() - (1 + end) * x.mean()) / np.sqrt(variances[1] + (1 + end) ** 2 * variances[0])
+        assert t == pytest.approx(stats.t.ppf(0.975, freedom))
