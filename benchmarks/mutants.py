@@ -10,13 +10,13 @@ uv run python benchmarks/mutants.py 100 --seed 3 --docs
 A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed,
 `and` for `or`, a condition negated. Lines are drawn evenly from all of src. A mutant meets the tests that run its
 line, by the record in build/, those with the module's own name first, then approved descriptions, then the quick
-ones, and at last what holds in every module. A line that runs on import meets that first, then all tests that run
-functions of the module; one that nothing records (compiled kernels), the four files of tests that are nearest: those
-that import the module, then what imports it. With --whole all default tests run. The tests run in a fork of this
-process, which has loaded the libraries. Outcomes are kept in build/, one file a mutant: several of these commands
-share the work, and one that was stopped goes on. Tests that would take more than a minute of a processor (of compiled
-kernels four) are not all run, so that the share that is noticed is a lower bound; a test that takes far longer than
-it does has noticed. Exit code 1: one survived.
+ones, and at last what holds in every module. A flag, and a line that runs on import, meet that first, the latter then
+all tests that run functions of the module; a line that nothing records (compiled kernels), the four files of tests
+that are nearest: those that import the module, then what imports it. With --whole all default tests run. The tests
+run in a fork of this process, which has loaded the libraries. Outcomes are kept in build/, one file a mutant: several
+of these commands share the work, and one that was stopped goes on. Tests that would take more than a minute of a
+processor (of compiled kernels four) are not all run, so that the share that is noticed is a lower bound; a test that
+takes far longer than it does has noticed. Exit code 1: one survived.
 """
 
 import argparse
@@ -47,6 +47,7 @@ PATIENCE, COMPILING = 60, 240  # s of a processor that the tests of one mutant m
 LONGER = 10  # times its usual time (and 5 s) is a test that does not end
 OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
 EVERYWHERE = "tests/test_conventions.py"  # what holds in every module
+FLAGS = ("True", "False")
 LOADED = ("matplotlib.pyplot", "numba", "pandas", "pytest", "scipy.optimize", "scipy.signal", "scipy.stats", "xarray")
 
 COMPARED = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
@@ -140,14 +141,15 @@ def drawn(count: int, seed: int, part: str = "") -> list[Mutant]:
 def tests_of(mutant: Mutant) -> list[str]:
     """Return the tests that run a mutant's line, the module's namesakes and the quick ones first."""
     recorded, (begin, on_import) = record(), statement(mutant.file, mutant.line)
+    of_all = on_import or mutant.old in FLAGS
     of_module = recorded["lines"].get(str(mutant.file.relative_to(ROOT)), {})
     running = sorted({test for tests in of_module.values() for test in tests}) if on_import else []
     running = running or of_module.get(str(begin), [])
-    first = [EVERYWHERE] if on_import else []
+    first, last = ([EVERYWHERE], []) if of_all else ([], [EVERYWHERE])
     if not running:
         near = [str(test.relative_to(ROOT)) for test in nearest_tests(mutant.file)]
-        return [*first, *near, *([] if on_import else [EVERYWHERE])]
-    seconds, last = recorded["seconds"], [] if on_import else [EVERYWHERE]
+        return [*first, *near, *last]
+    seconds = recorded["seconds"]
     namesakes = {test for test in running if mutant.file.stem in Path(test.partition("::")[0]).stem}
     running.sort(key=lambda test: (test not in namesakes, "approved" not in test, seconds[test]))
     return [*first, *running, *last]

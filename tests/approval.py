@@ -78,6 +78,54 @@ def figure(name: str, svg: str) -> Iterator[str]:
             yield f"{len(parts)} {look}{_span(points)}{': ' * bool(words)}{words}"
 
 
+def artists(figure: Any) -> Iterator[str]:
+    """Describe a figure by what it was asked to draw, with the values themselves, before anything is laid out."""
+    yield f"{len(figure.axes)} panels in {figure.get_figwidth():.4f} x {figure.get_figheight():.4f}"
+    for legend in figure.legends:
+        yield _legend(legend)
+    for ax in figure.axes:
+        place = " ".join(f"{value:.4f}" for value in ax.get_position().bounds)
+        (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+        yield f"== {place}: {_title(ax)}; {ax.get_xscale()} {left:.5g}..{right:.5g} {ax.get_xlabel()};" + (
+            f" {ax.get_yscale()} {low:.5g}..{high:.5g} {ax.get_ylabel()}{'' if ax.axison else ' (hidden)'}"
+        )
+        for axis in (ax.xaxis, ax.yaxis):
+            words = [one.get_text() for one in axis.get_majorticklabels()]
+            yield f"{axis.axis_name}: {' | '.join(words)!r} at {_numbers(axis.get_majorticklocs())}"
+        for line in ax.lines:
+            look = (line.get_color(), line.get_linestyle(), line.get_linewidth(), line.get_marker(),
+                    line.get_markersize(), line.get_markerfacecolor(), line.get_alpha(), line.get_zorder(),
+                    line.get_label(), line.get_gid())  # fmt: skip
+            yield f"line {' '.join(map(str, look))}: {_numbers(line.get_xdata())}; {_numbers(line.get_ydata())}"
+        for one in (*ax.patches, *ax.collections):
+            paths = [one.get_path()] if hasattr(one, "get_path") else one.get_paths()
+            points = np.concatenate([path.vertices for path in paths]) if paths else np.empty((0, 2))
+            colors = np.round(np.atleast_2d(one.get_facecolor()), 3).tolist()
+            look = (type(one).__name__, colors[:3], one.get_linewidth(), one.get_hatch(), one.get_label())
+            yield f"{' '.join(map(str, look))}{_span(points)}"
+        for text in ax.texts:
+            arrow = getattr(text, "arrow_patch", None)
+            said = f", arrow {arrow.get_linewidth():.4g} {arrow.get_edgecolor()} {arrow.get_gid()}" if arrow else ""
+            at = f"{_numbers(getattr(text, 'xy', ()))} by {_numbers(text.get_position())}"
+            look = (text.get_fontsize(), text.get_color(), text.get_ha(), text.get_va(), text.get_rotation())
+            yield f"text {text.get_text()!r} at {at}: {' '.join(map(str, look))}{said}"
+        if ax.get_legend():
+            yield _legend(ax.get_legend())
+
+
+def _legend(legend: Any) -> str:
+    return f"legend of {legend._ncols}: {' | '.join(text.get_text() for text in legend.get_texts())}"
+
+
+def _title(ax: Any) -> str:
+    return repr(" ".join(filter(None, (ax.get_title(place) for place in ("left", "center", "right")))))
+
+
+def _numbers(numbers: Iterable[float]) -> str:
+    found = np.asarray(numbers, float)
+    return values(found) if len(found) > 8 else " ".join(f"{one:.5g}" for one in found)
+
+
 def _span(points: np.ndarray) -> str:
     if not len(points):
         return ""

@@ -49,6 +49,15 @@ def test_the_documentation_lists_every_number_that_was_chosen_with_the_value_in_
     assert changed == [], "run `uv run python tools/constants.py` and read what it changes in docs/"
 
 
+def test_approved_the_numbers_that_decide_how_things_are_shown_read_and_kept(monkeypatch):
+    """Those of the rooms that the documentation does not list."""
+    rooms = {one.__name__.split(".")[1] for one in constants.modules()} - {*constants.ROOMS}
+    monkeypatch.setattr(constants, "ROOMS", tuple(sorted(rooms)))
+    found = (*constants.constants(), *constants.defaults())
+    assert len(found) > 200
+    approve("constants", (f"{one.module} {one.name} = {one.value}" for one in found))
+
+
 def test_values_cannot_be_changed_after_they_were_made():
     changing = {
         name

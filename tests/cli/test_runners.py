@@ -83,7 +83,8 @@ def test_a_mutant_meets_the_tests_that_run_its_statement_the_quick_ones_first(tm
         "tests/a.py::slow",
         mutants.EVERYWHERE,
     ]
-    # What runs on import meets what holds everywhere, then every test of the module.
+    # A flag meets what holds everywhere first; what runs on import, too, and then every test of the module.
+    assert mutants.tests_of(inside._replace(old="True"))[:2] == [mutants.EVERYWHERE, "tests/test_part.py::own"]
     for line in (1, 3, 5, 12):
         on_import = mutants.tests_of(mutants.Mutant(module, line, 0, "", ""))
         assert on_import == [mutants.EVERYWHERE, "tests/test_part.py::own", "tests/a.py::quick", "tests/a.py::slow"]

@@ -2,6 +2,7 @@
 
 import csv
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import yaml
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.exchange import read_openbf
 from vasowave.exchange.openbf import linear_tube, write_openbf
-from vasowave.exchange.openbf_reading import _in_order, _profile, _reflections, _Vessel
+from vasowave.exchange.openbf_reading import _cycle, _in_order, _profile, _reflections, _Vessel
 from vasowave.exchange.solved import circuit, solve
 from vasowave.model import walls
 from vasowave.model.blood import PowerLaw
@@ -419,3 +420,51 @@ def test_an_outlet_without_a_reflection_coefficient_beside_others_that_have_one_
     with pytest.raises(InputError, match=r"vessel 5 \('v5'\): ends without Rt"):
         _reflections(ends)
     assert _reflections(ends[1:]) is None
+
+
+def inflow_file(path, rows):
+    path.write_text("".join(f"{time!r} {flow!r}\n" for time, flow in rows))
+    return path
+
+
+def test_a_flow_of_an_inlet_is_taken_from_even_times_or_interpolated(tmp_path):
+    """A cycle of 32 even steps that closes is taken as it is; of fewer, or uneven ones, 512 samples are made."""
+
+    def flow(time):
+        return 1e-7 * (2 + np.sin(2 * np.pi * time))
+
+    even = np.arange(33) / 32
+    taken, period = _cycle(inflow_file(tmp_path / "a", zip(even.tolist(), flow(even).tolist())))
+    assert taken == pytest.approx(1e6 * flow(even[:-1]))
+    assert period == 1.0
+    for number, times in enumerate((np.arange(32) / 31, even**1.1)):
+        made, _ = _cycle(inflow_file(tmp_path / f"b{number}", zip(times.tolist(), flow(times).tolist())))
+        assert made == pytest.approx(np.interp(np.arange(512) / 512, times, 1e6 * flow(times)))
+    open_ = np.append(flow(even[:-1]), 1e-7 * 2.01)  # a twentieth of a percent more would be the noise of a digit
+    made, _ = _cycle(inflow_file(tmp_path / "c", zip(even.tolist(), open_.tolist())))
+    assert len(made) == 512
+
+
+def test_a_flow_of_a_cubic_meter_is_the_last_that_is_taken(tmp_path):
+    times = (np.arange(33) / 32).tolist()
+    _cycle(inflow_file(tmp_path / "a", [(time, 1.0) for time in times]))
+    with pytest.raises(InputError, match="is no flow"):
+        _cycle(inflow_file(tmp_path / "b", [(time, -1.001) for time in times]))
+    for rows in ([(0.0, 1e-7)], [(0.1, 1e-7), (0.2, 1e-7)], [(0.0, 1e-7), (0.0, 1e-7)]):
+        with pytest.raises(InputError, match=r"must begin at 0 and increase|two columns"):
+            _cycle(inflow_file(tmp_path / "c", rows))
+
+
+def test_a_few_rows_that_go_back_a_little_are_sorted():
+    file = Path("flow.dat")
+    times = np.arange(101.0)
+    table = np.column_stack([times, times])
+    assert _in_order(file, table) is table
+    back = table.copy()
+    back[50, 0] = 48.0  # one before the last: one percent of the period
+    with pytest.warns(VasowaveWarning):
+        found = _in_order(file, back)
+    assert (np.diff(found[:, 0]) >= 0).all()
+    far = table.copy()
+    far[50, 0] = 47.9
+    assert _in_order(file, far) is far

@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from approval import approve, artists
 from vasowave.figures.forest import NARROW, WIDE, Dot, Point, Row, forest_figure
 from vasowave.figures.style import group_looks, source_looks, style
 
@@ -141,3 +142,13 @@ def test_no_words_cover_each_other_or_leave_the_drawing(form, label, effect, col
     assert len(boxes) >= 7
     assert all(sheet.x0 <= box.x0 and box.x1 <= sheet.x1 and sheet.y0 <= box.y0 and box.y1 <= sheet.y1 for box in boxes)
     assert [1 for a, b in combinations(boxes, 2) if a.overlaps(b)] == []
+
+
+def test_approved_a_forest_in_both_widths_with_intervals_that_go_on_beyond_the_axis():
+    rng = np.random.default_rng(5)
+    rows = [row("mPAP", {"WT": 3, "HOX": 2}, 0.1, rng, laws=()), row("R_T", {"WT": 2, "HOX": 3}, 0.3, rng)]
+    far = rows[1]._replace(point=Point(3.0, 0.001, 900.0, "linear", "effect"))
+    looks = group_looks(["WT", "HOX"]), source_looks(["linear", "tangent", "power"])
+    with style():
+        drawn = [forest_figure([rows[0], far], *looks, "ratio [1]", ("r", "p"), form) for form in (WIDE, NARROW)]
+        approve("forest", (line for one in drawn for line in artists(one)))

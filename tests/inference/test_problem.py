@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from vasowave.analysis import wave_intensity
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.errors import InputError
 from vasowave.inference.priors import Priors
 from vasowave.inference.problem import Problem
+from vasowave.inference.starts import Screened, _chosen
 from vasowave.inference.unknowns import Unknowns
 from vasowave.model.blood import Blood
 from vasowave.model.model import Model
@@ -225,3 +227,62 @@ def test_the_linear_model_of_a_point_that_is_no_model_is_not_a_number():
     point = np.zeros((1, len(one.unknowns.all)))
     point[0, 0] = 1e4  # the stiffness is infinite
     assert np.isnan(one.linear(point)).all()
+
+
+@pytest.mark.parametrize("enters", ["flow", "pressure"])
+def test_reflections_of_the_measured_waves_are_those_of_the_measured_cycle(whole, enters):
+    """What is compared stands where the wave of the model does: pressure, or flow where the pressure enters."""
+    mouse = whole.recording
+    one = replace(whole, compared=compared_part(mouse, "all", enters))
+    outputs, places = np.tile(one.measured, (3, 1)), np.array([[0.008, 190.0], [0.008, 190.0], [0.006, 260.0]])
+    outputs[1, 4] = np.nan
+    flows = np.stack([mouse.flow, mouse.flow, mouse.flow])
+    found = one._reflections(flows, outputs, places, 8e-4)
+    expected = [wave_intensity(mouse.pressure, mouse.flow, mouse.period, *place, 8e-4) for place in places[[0, 2]]]
+    assert found[[0, 2]] == pytest.approx([float(wave.reflection_coefficient) for wave in expected], rel=2e-3)
+    assert np.isnan(found[1])
+    lacking = one._reflections(flows, outputs, np.full((3, 2), np.nan), 8e-4)
+    assert np.isnan(lacking).all()
+
+
+def test_a_flow_that_is_compared_counts_in_reflections_without_the_error_of_its_probe(whole):
+    mouse = whole.recording
+    one = replace(whole, compared=compared_part(mouse, "all", "pressure"))
+    place = np.array([[0.008, 190.0]])
+    found = one._reflections(1.2 * mouse.flow[np.newaxis], one.measured[np.newaxis], place, 8e-4)
+    expected = wave_intensity(mouse.pressure, 1.2 * mouse.flow, mouse.period, *place[0], 8e-4)
+    assert found == pytest.approx(float(expected.reflection_coefficient), rel=2e-3)
+
+
+def test_indices_that_an_error_moves_follow_from_zero_and_gain(whole):
+    """Mean pressure less its zero, output times its gain, and resistance of both beyond the wedge pressure."""
+    mouse = whole.recording
+    wide = problem(Priors(zero_sd=2.0, flow_gain_sd=0.1))
+    points = np.zeros((2, len(wide.unknowns.all)))
+    gain = list(wide.unknowns.all).index("flow_gain")
+    points[1, gain] = 1.0
+    found = wide.quantities(points, np.tile(wide.measured, (2, 1)), np.array([0.0, 0.5]))
+    factor = wide.unknowns.values(points)["flow_gain"]
+    pressure, flow = mouse.mean_pressure - np.array([0.0, 1.0]), mouse.cardiac_output * factor
+    assert found["mPAP"] == pytest.approx(pressure)
+    assert found["CO"] == pytest.approx(flow)
+    assert factor[1] != pytest.approx(1.0)
+    assert found["PVR"] == pytest.approx((pressure - mouse.wedge_pressure) / flow)
+    model = wide.unknowns.model(points[0])
+    assert found["R_T"][0] == pytest.approx(model.outlets.total_resistance(), rel=0.2)
+    sure = problem(Priors(zero_sd=0.0))
+    nothing = np.zeros((1, len(sure.unknowns.all)))
+    assert not {"mPAP", "CO", "PVR"} & set(sure.quantities(nothing, sure.measured[np.newaxis], np.zeros(1)))
+
+
+def test_a_wrong_zero_moves_the_mean_alone(whole):
+    """Of orthonormal coefficients the mean's is √n times the mean; the prior's SD of the zero is 0.5 mmHg."""
+    expected = np.zeros(whole.count)
+    expected[0] = 0.5 * np.sqrt(whole.samples)
+    assert whole.zero == pytest.approx(expected)
+
+
+def test_without_a_point_that_can_be_simulated_a_search_begins_at_the_medians():
+    looked = Screened(np.ones((3, 2)), np.full((3, 5), np.nan))
+    (start,) = _chosen(lambda points: np.full((len(points), 5), np.nan), np.zeros(5), None, looked)
+    assert start.tolist() == [0.0, 0.0]

@@ -8,10 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from approval import approve, artists
 from made_cohort import crossed_cohort, made_results
 from vasowave.cohort import Family, gathered, primary_comparison
 from vasowave.cohort.comparison import group_means
 from vasowave.figures.compared import means_figure
+from vasowave.figures.measured import hemodynamics_figure
+from vasowave.figures.overview import waveforms_figure
 from vasowave.figures.style import style
 from vasowave.report.answer.forest import animals_of
 from vasowave.report.answer.groups import design_text, influence
@@ -22,6 +25,7 @@ from vasowave.report.sections.methods import methods_section
 from vasowave.report.tables import data, groups, models
 from vasowave.report.tables.groups import primary_tables
 
+FOUR = {"mPAP [mmHg]": "pressure [mmHg]", "CO [ml/s]": "flow [ml/s]", "R_T [mmHg s/ml]": "R_T [mmHg s/ml]"}
 CELLS = ["Kontrolle Süd, vor", "Kontrolle Süd, nach", "Hypoxie Öst, vor", "Hypoxie Öst, nach"]
 
 
@@ -89,6 +93,12 @@ def test_a_line_joins_the_recordings_of_one_animal(cohort):
     mice = dict.fromkeys(cohort.subjects.values())
     assert ends == {(round(table[f"{mouse} vor"], 6), round(table[f"{mouse} nach"], 6)) for mouse in mice}
     assert [tick.get_text() for tick in ax.get_xticklabels()] == ["vor", "nach", "vor", "nach"]
+
+
+def test_approved_the_figures_of_animals_before_and_after(cohort):
+    with style():
+        drawn = (waveforms_figure(cohort), hemodynamics_figure(cohort), means_figure(cohort, FOUR, ["measured"], {}))
+        approve("occasions, figures", (line for one in drawn for line in artists(one)))
 
 
 @pytest.fixture(scope="module")

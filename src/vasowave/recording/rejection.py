@@ -61,7 +61,7 @@ def misshapen_beats(
     from scipy.ndimage import median_filter
 
     reasons: list[Rejection] = [None] * len(lengths)
-    usual = median_filter(lengths, min(11, len(lengths)), mode="nearest")
+    usual = median_filter(lengths, min(11, len(lengths)), mode="reflect")  # an odd first beat is no majority
     for i in np.flatnonzero(np.abs(lengths / usual - 1.0) > length_tolerance):
         reasons[i] = _LENGTH(length=1e3 * float(lengths[i]), usual=1e3 * float(usual[i]))
     for name, beats, shape in (("pressure", pressure, shapes[0]), ("flow", flow, shapes[1])):

@@ -48,8 +48,8 @@ def with_error(value: float, error: float) -> str:
     """Return ``value ± error`` to the error's two leading digits: ``0.180 ± 0.030``, ``77 ± 21``; never rounding."""
     if not (math.isfinite(error) and error > ROUNDING * abs(value)):
         return number(value)
-    if not 1e-4 <= abs(value) < 1e5:
-        power = math.floor(math.log10(abs(value))) if value else 0
+    if not 1e-4 <= max(abs(value), error) < 1e5:
+        power = math.floor(math.log10(max(abs(value), error)))
         tens = "10" + str(power).translate(_SUPERSCRIPT)
         return f"({with_error(value / 10.0**power, error / 10.0**power)})·{tens}"
     decimals = _decimals(error)
@@ -67,8 +67,8 @@ def with_interval(value: float, low: float, high: float) -> str:
         return number(value)
     if 0 < 10 * low < high:
         return f"{number(value, 2)} [{number(low, 2)}, {number(high, 2)}]"
-    if not 1e-4 <= abs(value) < 1e5:
-        power = math.floor(math.log10(abs(value)))
+    if not 1e-4 <= max(abs(value), near) < 1e5:  # a value near 0 is as large as its interval
+        power = math.floor(math.log10(max(abs(value), near)))
         scaled = (one / 10.0**power for one in (value, low, high))
         return f"{with_interval(*scaled)}·10{str(power).translate(_SUPERSCRIPT)}"
     decimals = _decimals(near)
