@@ -9,12 +9,12 @@ import xarray as xr
 
 from made_cohort import bare_result
 from vasowave.cohort import Variable
-from vasowave.cohort.cells import cells_of, common_level
+from vasowave.cohort.cohort import cells_of, common_level
 from vasowave.cohort.declared import Declaration
-from vasowave.cohort.misfit import _cycle_error, is_lone, misfits
 from vasowave.cohort.missing import Missing, Standing
 from vasowave.cohort.planning import _SIZES, _needed
 from vasowave.cohort.primary import Assurance
+from vasowave.cohort.votes import _cycle_error, is_lone, misfits
 
 
 def animals(*names):

@@ -8,20 +8,18 @@ import xarray as xr
 from approval import approve, artists
 from made_cohort import bare_law, bare_result
 from vasowave.cohort import contrasts, gathered
-from vasowave.cohort.group_means import GroupMean
+from vasowave.cohort.comparison import GroupMean
 from vasowave.datasets import published_table
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.figures.compared import importance_figure
+from vasowave.figures.fit import plot_modulus, plot_phase
 from vasowave.figures.fitted import PANELS, FitPlots
-from vasowave.figures.groups import plot_groups, plot_mean_waveform, plot_ratios
+from vasowave.figures.groups import plot_cells, plot_groups, plot_mean_waveform, plot_ratios
+from vasowave.figures.measured import ventricle_figure
+from vasowave.figures.modeled import plot_vessel, sites_figure
 from vasowave.figures.network import plot_network
-from vasowave.figures.paired import plot_cells
 from vasowave.figures.signals import draw_average, draw_raw
-from vasowave.figures.sites import sites_figure
-from vasowave.figures.spectra import plot_modulus, plot_phase
 from vasowave.figures.style import group_looks, new_figure, source_looks, style
-from vasowave.figures.ventricle import ventricle_figure
-from vasowave.figures.vessels import plot_vessel
 from vasowave.network.network import Network
 from vasowave.recording import Recording, average_beats
 

@@ -6,9 +6,9 @@ from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError
 from vasowave.imaging.axes import paths
-from vasowave.imaging.axes.ends import to_the_surface, with_ends_at_half_grey
 from vasowave.imaging.axes.feet import Feet, Tubes
-from vasowave.imaging.axes.stiffness import _own_wall, differences, strengths
+from vasowave.imaging.axes.junctions import to_the_surface, with_ends_at_half_grey
+from vasowave.imaging.axes.tubes import _own_wall, differences, strengths
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.sections import across, carried, disc, medians, sampled, tangents
 from vasowave.imaging.tree import Line, Tree

@@ -7,7 +7,7 @@ from made_tree import straight
 from vasowave.imaging import Volume
 from vasowave.imaging.measure import grey_scale
 from vasowave.imaging.measure.grey_scale import GreyScale, _rings, _smooth, corrected
-from vasowave.imaging.measure.taper import _fit
+from vasowave.imaging.measure.measurement import _fit
 from vasowave.imaging.places import Frame
 from vasowave.imaging.tree import Line, Tree
 

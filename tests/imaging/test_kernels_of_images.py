@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 from vasowave.imaging.kernels import ahead_of, encloses, in_tube, summed_on_pieces
-from vasowave.imaging.lumen.smoothing import reach_of, smoothed
+from vasowave.imaging.lumen.segmentation import reach_of, smoothed
 
 RNG = np.random.default_rng(5)
 

@@ -10,8 +10,8 @@ from made_tree import straight
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.axes.skeleton import Skeleton, cut_at_junctions, shortest
 from vasowave.imaging.exchange import convention, merging
-from vasowave.imaging.exchange.graph import rooted
 from vasowave.imaging.exchange.markups import read_markups
+from vasowave.imaging.exchange.merging import rooted
 from vasowave.imaging.exchange.swc import read_swc
 from vasowave.imaging.tree import Line, Tree
 

@@ -6,11 +6,10 @@ from made_tree import forked_tree, straight
 from scipy.stats import theilslopes
 
 from vasowave.imaging.axes import protrusions, starts
-from vasowave.imaging.axes.stretches import clear_stretch, free_stretch
 from vasowave.imaging.measure.contrast import _line, blur_of, contrasts, own_contrast
 from vasowave.imaging.measure.evening import _pooled, evened_sections, moderated
 from vasowave.imaging.measure.profiles import Profile
-from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.tree import Line, Tree, clear_stretch, free_stretch
 
 RNG = np.random.default_rng(8)
 

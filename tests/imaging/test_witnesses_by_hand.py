@@ -10,8 +10,16 @@ from vasowave.errors import VasowaveWarning
 from vasowave.imaging.axes.junctions import _meeting_point, without_short_vessels
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.apart import GAP, apart_doubts
-from vasowave.imaging.witness.crossings import NEAR, OVER, STRAIGHT, _direction, _is_beyond, crossing_doubts
+from vasowave.imaging.witness.topology import (
+    GAP,
+    NEAR,
+    OVER,
+    STRAIGHT,
+    _direction,
+    _is_beyond,
+    apart_doubts,
+    crossing_doubts,
+)
 
 NAMES = ("1", "2", "3", "4", "5")
 

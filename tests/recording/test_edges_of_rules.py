@@ -10,7 +10,7 @@ from vasowave.recording.edits import judged, moved
 from vasowave.recording.formats.edf import _stretches
 from vasowave.recording.gaps import Span, describe_gaps, free_between, gaps_in, leaps_closed, longest_between, with_gaps
 from vasowave.recording.harmonics import HarmonicErrors, _floor, _quantum
-from vasowave.recording.plateaus import Plateau, _still, find_plateaus, plateau_findings
+from vasowave.recording.plateaus import Plateau, _cut_off, _still, find_plateaus, plateau_findings
 from vasowave.recording.plausibility import check_closure, odd_values
 from vasowave.recording.rejection import (
     _correlation,
@@ -22,7 +22,6 @@ from vasowave.recording.rejection import (
     misshapen_beats,
 )
 from vasowave.recording.same_signal import Trace, are_of_one
-from vasowave.recording.saturation import _cut_off
 from vasowave.recording.signal import even_step
 from vasowave.recording.ventricle import _averaged, _upstrokes
 

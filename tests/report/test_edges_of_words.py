@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from vasowave.report.answer.design import _weights
+from vasowave.report.answer.groups import _weights
 from vasowave.report.answer.walls import _MOST_RATIOS, _range, _ratio, _signed, _times
 from vasowave.report.wording import (
-    error_of_draws,
+    ERROR_OF_DRAWS,
     listed,
     number,
     p_value,
@@ -82,8 +82,8 @@ def test_p_is_not_written_smaller_than_the_draws_can_tell():
     least = 1 / (DRAWS + 1)
     assert p_value(1.49 * least) == f"≤ {least:.4f}"
     assert p_value(1.5 * least) == number(1.5 * least, 2)
-    assert error_of_draws(0.05) == pytest.approx(math.sqrt(0.05 * 0.95 / DRAWS))
-    reach = 2 * error_of_draws(0.05)
+    assert ERROR_OF_DRAWS == pytest.approx(math.sqrt(0.05 * 0.95 / DRAWS))
+    reach = 2 * ERROR_OF_DRAWS
     assert undecided(0.05 + 0.99 * reach)
     assert not undecided(0.05 + 1.01 * reach)
     assert not undecided(0.05 - 1.01 * reach)
@@ -106,7 +106,7 @@ def test_ratios_of_evidence_are_counted_to_a_thousand():
 
 
 def test_the_range_of_an_exponent_says_which_end_is_known():
-    from vasowave.cohort.exponents import Exponent
+    from vasowave.cohort.walls import Exponent
 
     def said(low, high):
         return _range(Exponent("m", 1.0, 2.0, low, high, 1, 0, 0, False))

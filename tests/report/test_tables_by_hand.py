@@ -10,9 +10,9 @@ from made_cohort import bare_law, bare_result, voting
 from vasowave.cohort import gathered
 from vasowave.cohort.primary import Assurance
 from vasowave.cohort.votes import _price
-from vasowave.report.sections.fits import _quality
+from vasowave.report.sections.animals import _quality
 from vasowave.report.sections.groups import _remarks
-from vasowave.report.tables.selection import misfit_table, preference_table
+from vasowave.report.tables.models import misfit_table, preference_table
 from vasowave.report.wording import number, with_interval
 
 

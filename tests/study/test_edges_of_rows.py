@@ -11,7 +11,7 @@ from vasowave.errors import InputError
 from vasowave.study.loading import _wedged
 from vasowave.study.single_animal import _check_place, one_row, option_of
 from vasowave.study.table import Known, seen_from
-from vasowave.study.virtual import write_virtual_study
+from vasowave.study.template import write_virtual_study
 
 CYCLE = vw.virtual_mouse()
 

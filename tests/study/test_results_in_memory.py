@@ -8,7 +8,7 @@ import pytest
 from made_cohort import crossed_cohort
 from vasowave.animal.failure import Failure, Stage
 from vasowave.cohort import Design, Variable, gathered
-from vasowave.cohort.spreads import spreads_of, with_occasions
+from vasowave.cohort.planning import spreads_of, with_occasions
 from vasowave.datasets import published_table
 from vasowave.errors import InputError
 from vasowave.study import planning

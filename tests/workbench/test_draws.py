@@ -7,7 +7,7 @@ import xarray as xr
 import vasowave as vw
 from vasowave.datasets import control_network
 from vasowave.model.nominal import windkessels
-from vasowave.workbench.draws import models_around, parameters_of, total_of
+from vasowave.workbench.explorer import models_around, parameters_of, total_of
 
 NAMES = ("beta", "r1", "r2", "c1")
 
