@@ -77,7 +77,7 @@ def test_the_column_of_sites_is_read_and_its_waveforms_are_among_the_files(tmp_p
     cell, folder = lab_like
     row, problems = read_row(cell | {"sites": "sites.csv"}, folder, ["CTL"], option_of)
     assert not [one for one in problems if one.error]
-    assert [file.name for file in row.of_sites] == ["sites.csv", "wave.csv"]
+    assert [file.name for role, file in row.files.items() if "site" in role] == ["sites.csv", "wave.csv"]
     assert {"sites", "site 1"} <= set(file_hashes(row, folder))
     (site,) = load_animal(row, StudyFile(title="t", groups=["CTL"]), folder).sites
     assert site.waveform.max() == pytest.approx(0.2, rel=1e-3)

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-from relabelings import _relabelings, family_p, smallest_family_p
+from relabelings import _relabelings, family_p
 from vasowave.animal.law_result import PosteriorResult
 from vasowave.cohort import Variable
 from vasowave.cohort.estimates import _drawn
@@ -140,9 +140,6 @@ def test_relabelings_are_all_while_they_are_few():
     assert drawn.shape == (MOST_RELABELINGS, count)
     assert (drawn.sum(axis=1) == count // 2).all()
     assert drawn[0].tolist() == [True] * (count // 2) + [False] * (count - count // 2)
-    assert smallest_family_p(3, 3) == 2 / 20
-    assert smallest_family_p(3, 4) == 1 / 35
-    assert smallest_family_p(count, count) == 2 / MOST_RELABELINGS
 
 
 def test_p_of_a_family_of_one_is_that_of_all_relabelings_by_students_t():

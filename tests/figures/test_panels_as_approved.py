@@ -172,8 +172,8 @@ def test_approved_the_panels_of_a_fit(ax, cohort_results, name):
 
 
 def test_approved_a_vessel_of_a_fit(ax, cohort_results):
-    plot_vessel(ax, cohort_results[4], cohort_results[4].root)
-    plot_vessel(ax.figure.add_subplot(122), cohort_results[4], "3", "flow", "#00a7c4", "outlet")
+    plot_vessel(ax, cohort_results[4], cohort_results[4].root, "pressure", "#00a7c4")
+    plot_vessel(ax.figure.add_subplot(122), cohort_results[4], "3", "flow", "#00a7c4")
     approve("panel, vessel", artists(ax.figure))
 
 

@@ -210,12 +210,12 @@ def test_radii_step_where_vessels_meet_by_more_than_their_points_are_apart():
 def test_the_surface_of_balls_lies_a_radius_from_the_axis_and_in_no_other_ball():
     tree = Tree((STEM, SIDE), np.array([-1, 0]))
     surface = convention._ball_surface(tree)
-    to_stem = np.linalg.norm(surface[:, None] - convention._at_steps(STEM, 400).points, axis=2).min(axis=1)
-    to_side = np.linalg.norm(surface[:, None] - convention._at_steps(SIDE, 400).points, axis=2).min(axis=1)
+    to_stem = np.linalg.norm(surface[:, None] - convention._at_steps(STEM, 0.005).points, axis=2).min(axis=1)
+    to_side = np.linalg.norm(surface[:, None] - convention._at_steps(SIDE, 0.0025).points, axis=2).min(axis=1)
     assert np.minimum(to_stem / 0.1, to_side / 0.05) == pytest.approx(1.0, abs=0.01)
     assert (to_stem > 0.969 * 0.1).all()
     assert (to_side > 0.969 * 0.05).all()
-    halved = convention._at_steps(STEM, 10)
+    halved = convention._at_steps(STEM, 0.2)
     assert halved.run == pytest.approx(0.2 * np.arange(11))
 
 

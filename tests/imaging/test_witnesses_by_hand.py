@@ -11,8 +11,8 @@ from vasowave.imaging.axes.junctions import _meeting_point, without_short_vessel
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.topology import (
+    BEGINS,
     GAP,
-    NEAR,
     OVER,
     STRAIGHT,
     _direction,
@@ -83,8 +83,8 @@ def test_vessels_that_run_straight_into_one_another_are_doubted():
     (doubt,) = crossing_doubts(passing(within))
     assert doubt.vessels == ("2", "3")
     assert crossing_doubts(passing(beyond)) == []
-    assert len(crossing_doubts(passing(0.0, 0.99 * NEAR * 0.1))) == 1
-    assert crossing_doubts(passing(0.0, 1.01 * NEAR * 0.1)) == []
+    assert len(crossing_doubts(passing(0.0, 0.99 * BEGINS * 0.1))) == 1
+    assert crossing_doubts(passing(0.0, 1.01 * BEGINS * 0.1)) == []
 
 
 def test_the_direction_of_a_vessel_is_taken_over_some_radii_from_where_it_is_clear():

@@ -4,6 +4,7 @@ import asyncio
 import errno
 import json
 import socket
+from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -12,7 +13,7 @@ import pytest
 
 from vasowave.errors import InputError
 from vasowave.recording import RawRecording
-from vasowave.workbench import desk, explorer, figures, recordings, server
+from vasowave.workbench import desk, figures, recordings, server
 from vasowave.workbench.access import Guarded
 
 RATE = 1000.0
@@ -165,21 +166,12 @@ def test_a_file_that_is_absent_has_no_content_and_a_folder_is_no_file(tmp_path):
         desk._content(tmp_path)
 
 
-def test_an_animal_without_a_result_is_named_by_its_first_letters(monkeypatch):
-    one = explorer.Explorer()
-    monkeypatch.setattr(one, "_stored", lambda desk: {})
-    with pytest.raises(InputError, match=f"there is no result of '{'a' * 80}'"):
-        one._file(None, "a" * 90)
-
-
 def test_the_line_of_python_beside_a_figure_writes_the_same(tmp_path):
     place = SimpleNamespace(folder=tmp_path)
-    wish = {"panels": ["pressure"], "width": 90.0, "font": 7.5, "format": "pdf", "only": "line"}
-    content, kind, line = figures.figure_file(place, wish | {"animal": "CTL 1"})
-    assert (content, kind) == (b"", "")
-    assert line == (
+    wish = figures.Wish(animal="CTL 1", panels=["pressure"], width=90.0, font=7.5, format="pdf")
+    assert figures.line_of(place, wish) == (
         f"import vasowave as vw; vw.read_results('{tmp_path}')['CTL 1'].plot.save('figure.pdf', ['pressure'], "
         "width=90, height=60, font=7.5, family='sans-serif', color='#00a7c4')"
     )
-    _, _, line = figures.figure_file(place, wish | {"animal": "", "group": "HPH"})
+    line = figures.line_of(place, replace(wish, animal="", group="HPH"))
     assert line == f"import vasowave as vw; vw.read_results('{tmp_path}').compare('HPH').save('figure.pdf')"

@@ -151,7 +151,7 @@ def _off_level(means: np.ndarray) -> tuple[np.ndarray, float]:
     here = np.arange(len(means))
     plateau = here
     for _ in range(3):
-        followed = median_filter(means[plateau], min(_BREATHS, len(plateau)), mode="nearest")
+        followed = median_filter(means[plateau], min(_BREATHS, len(plateau)), mode="reflect")
         level = means - np.interp(here, plateau, followed)
         middle, spread = _narrowest_quarter(level)
         plateau = np.flatnonzero(np.abs(level - middle) <= _OFF * spread)
