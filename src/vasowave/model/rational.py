@@ -9,8 +9,6 @@ brought above zero at every frequency, so that no bed gives off energy.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
-from scipy.optimize import nnls
 
 _ORDERS = 1, 2, 4, 7, 10, 13
 _ENOUGH = 1e-5  # root mean square error, as a share of the impedance, that ends the search for more poles
@@ -294,6 +292,9 @@ def _watched(poles: np.ndarray, highest: float) -> np.ndarray:
 
 def _constrained(matrix: np.ndarray, right: np.ndarray, rows: np.ndarray, least: np.ndarray) -> np.ndarray:
     """Return the least-squares solution with rows @ x >= least (Lawson and Hanson 1974, chapter 23)."""
+    from scipy.linalg import solve_triangular
+    from scipy.optimize import nnls
+
     size = np.linalg.norm(matrix, axis=0) + 1e-300
     q, r = np.linalg.qr(matrix / size)
     x0 = q.T @ right

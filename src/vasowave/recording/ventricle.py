@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from vasowave.errors import InputError
 from vasowave.io.columns import read_columns
@@ -103,6 +102,8 @@ def read_ventricle(path: str | Path, period: float | None = None) -> Ventricular
 
 def _upstrokes(pressure: np.ndarray) -> np.ndarray:
     """Return the samples where the pressure rises most steeply in each beat; none of a single cycle."""
+    from scipy.signal import find_peaks
+
     spectrum = np.fft.rfft(pressure - pressure.mean())
     beats = int(np.argmax(np.abs(spectrum)))
     if beats < 2:

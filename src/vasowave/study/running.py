@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext, suppress
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from vasowave.animal.failure import Failure, Stage
-from vasowave.animal.files import failures_in, read_result, to_bytes
+from vasowave.animal.files import read_result, to_bytes
 from vasowave.animal.pipeline import Progress as FitProgress
 from vasowave.errors import InputError
 from vasowave.findings import Finding, look_kind, warn
@@ -144,12 +144,12 @@ def run_study(
             laws = study.settings.calibration.walls
             pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs), laws)
             why |= run_jobs(jobs, analyzed_bytes, keep, pools, at_once, threads, shifted)
-        results, failures = _write(study, pieces, _lost(study, why, pressures))
+        results, failures, warnings = _write(study, pieces, _lost(study, why, pressures))
         if not why:
             remove_journals(study.results)
     computed = tuple(job.name for job in jobs if job.name in pieces)
     resumed = tuple(name for name in computed if name in begun)
-    return Done(results, computed, kept, failures, _warnings(study, pieces), resumed)
+    return Done(results, computed, kept, failures, warnings, resumed)
 
 
 def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
@@ -189,17 +189,18 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
             pieces[row.animal] = store.keep(name, to_bytes(result.to_datatree()))
             if not result.interrupted:
                 remove_journals(study.results)
-        results, failures = _write(study, pieces, ())
+        results, failures, warnings = _write(study, pieces, ())
     computed = tuple(job.name for job in jobs)
-    return Done(results, computed, () if computed else (row.animal,), failures, _warnings(study, pieces))
+    return Done(results, computed, () if computed else (row.animal,), failures, warnings)
 
 
-def _warnings(study: Study, pieces: Mapping[str, Path]) -> dict[str, tuple[Finding, ...]]:
-    found = {}
-    for name, piece in pieces.items():
-        with suppress(InputError):  # a file that was damaged since is told by whoever reads it whole
-            found[name] = looks_of(read_result(piece, laws=False), study.settings.species)
-    return {name: warnings for name, warnings in found.items() if warnings}
+def _told(piece: Path, species: str) -> tuple[tuple[Failure, ...], tuple[Finding, ...]]:
+    """Return what failed of an animal that is stored, and what must be looked at; opening its file takes most of it."""
+    try:
+        result = read_result(piece, laws=False)
+    except InputError:  # a file that was damaged since is told by whoever reads it whole
+        return (), ()
+    return result.failures, looks_of(result, species)
 
 
 def _tell_lost(study: Study) -> None:
@@ -223,14 +224,18 @@ def _lost(study: Study, why: Mapping[str, str], pressures: Mapping[str, float]) 
     ]
 
 
-def _write(study: Study, pieces: Mapping[str, Path], lost: Sequence[Failure]) -> tuple[Path, tuple[Failure, ...]]:
-    """Write the results from the pieces, in the order of the table; returns the index and everything that failed."""
+def _write(
+    study: Study, pieces: Mapping[str, Path], lost: Sequence[Failure]
+) -> tuple[Path, tuple[Failure, ...], dict[str, tuple[Finding, ...]]]:
+    """Write the results from the pieces, in the order of the table; returns index, failures and looks by animal."""
     if not pieces:
         listed = "\n".join(f"  {one.animal}: {one.reason}" for one in lost)
         raise InputError(f"{study.path}: every animal failed\n{listed}")
     stored = {(row.animal, row.group): pieces[row.animal] for row in study.animals if row.animal in pieces}
-    failures = (*lost, *(one for piece in stored.values() for one in failures_in(piece)))
-    return write_results(study.results, stored, failures, study.settings, study.variables, declare(study)), failures
+    told = {name: _told(piece, study.settings.species) for (name, _), piece in stored.items()}
+    failures = (*lost, *(one for failed, _ in told.values() for one in failed))
+    index = write_results(study.results, stored, failures, study.settings, study.variables, declare(study))
+    return index, failures, {name: looks for name, (_, looks) in told.items() if looks}
 
 
 def _plan(study: Study, store: Store, pressures: dict[str, float]) -> tuple[dict[str, Path], list[Job], dict[str, str]]:
