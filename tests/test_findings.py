@@ -16,7 +16,7 @@ from vasowave.animal.law_result import OVERSTRAINED, SITE_DOUBTS
 from vasowave.cli import app
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import VasowaveWarning
-from vasowave.findings import KINDS, OTHER, Finding, Severity, as_json, finding_of, from_json, kind, warn
+from vasowave.findings import KINDS, OTHER, Finding, Place, Severity, as_json, finding_of, from_json, kind, warn
 from vasowave.study.checking import check_study
 
 
@@ -65,6 +65,11 @@ def test_a_warning_carries_its_finding(some_kind):
     assert finding_of(caught[0].message) == found
     assert caught[0].filename == __file__
     assert finding_of("something else") == OTHER(text="something else")
+
+
+def test_a_place_that_is_given_later_leaves_the_vessel_that_was_named(some_kind):
+    found = some_kind(degrees=31.0, room="lab").at(vessel="seg7").placed(Place("animals.csv", 3, animal="one"))
+    assert found.place == Place("animals.csv", 3, animal="one", vessel="seg7")
 
 
 def test_file_names_in_a_finding_are_seen_from_a_folder(some_kind):

@@ -157,8 +157,8 @@ class Finding:
         return replace(self, place=self.place._replace(**place))
 
     def placed(self, place: Place) -> "Finding":
-        """Return the finding at a place."""
-        return replace(self, place=place)
+        """Return the finding at a place; what that leaves open, as a vessel, stays as it is."""
+        return replace(self, place=Place(*(new or own for new, own in zip(place, self.place, strict=True))))
 
     def inside(self, folder: str) -> "Finding":
         """Return the finding with file names as seen from a folder, given with its last separator."""

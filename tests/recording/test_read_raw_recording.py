@@ -39,6 +39,31 @@ def test_a_stretch_that_ends_before_it_starts_is_refused(tmp_path):
         read_raw_recording(write(tmp_path / "raw.txt", labchart_block()), start=0.8, end=0.2)
 
 
+def lab_table(path, titles, step=0.001):
+    rows = zip(step * np.arange(COUNT), PRESSURE, FLOW, strict=True)
+    text = "\n".join(f"{t:.3f},{p:.5f},{q:.6f}" for t, p, q in rows)
+    return write(path, f"{titles}\n{text}\n")
+
+
+def test_a_unit_after_a_stroke_is_read_as_one_in_brackets(tmp_path):
+    found = read_raw_recording(lab_table(tmp_path / "a.csv", "t/s,P/cmH2O,PA flow/(l/min)"))
+    assert found.sampling_rate == pytest.approx(1000.0)
+    np.testing.assert_allclose(found.pressure, PRESSURE * factor("cmH2O", "pressure"), atol=1e-4)
+    np.testing.assert_allclose(found.flow, FLOW * factor("l/min", "flow"), rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize("rate", [None, 800.0])
+def test_a_column_that_rises_evenly_is_asked_about_and_no_other_rate_is_believed(tmp_path, rate):
+    file = lab_table(tmp_path / "a.csv", "Zeitpunkt,pressure [mmHg],flow [ml/s]")
+    with pytest.raises(InputError, match="'Zeitpunkt' rises evenly"):
+        read_raw_recording(file, sampling_rate=rate)
+
+
+def test_samples_that_are_numbered_are_no_times(tmp_path):
+    file = lab_table(tmp_path / "a.csv", "sample,pressure [mmHg],flow [ml/s]", step=1.0)
+    assert read_raw_recording(file, sampling_rate=800.0).sampling_rate == 800.0
+
+
 def labchart_block(interval="0.001 s", flow="ml/min", flow_scale=60.0, comma=False, remarks=(), first=0.0, count=COUNT):
     lines = []
     for i in range(count):

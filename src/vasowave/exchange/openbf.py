@@ -102,7 +102,10 @@ def write_openbf(solved: Solved, folder: Path) -> list[str]:
     lost = losses(solved.model)
     if lost.any():
         lossy = solved.network.name[int(np.argmax(lost))]
-        raise InputError(f"openBF knows no loss behind a narrowing or an angle, vessel '{lossy}' has one; set it to 0")
+        raise InputError(
+            f"openBF knows no loss at the inlet of a vessel, as behind a narrowing, and '{lossy}' has one; give it a "
+            "model without (loss=0, no --narrow), or export to svzerod, which knows it"
+        )
     network, tube = solved.network, linear_tube(solved)
     if len(network.inlets) > 1:
         raise InputError(f"openBF has one inlet, this network {len(network.inlets)} ({', '.join(network.inlet_names)})")

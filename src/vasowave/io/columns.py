@@ -244,9 +244,26 @@ def _titles_among(rows: Sequence[str]) -> int:
     return 0
 
 
-def _has_unit(title: str) -> bool:
+def _parts(title: str) -> tuple[str, str | None] | None:
+    """Return name and unit of ``name [unit]``, ``name (unit)`` or ``name/unit``; None if it is none of these.
+
+    A stroke is one between name and unit, as standards of quantities write it, only where a unit follows it.
+    """
     match = _HEADING.match(title)
-    return match is not None and match["unit"] is not None
+    if match is None:
+        return None
+    name, unit = match["name"], match["unit"]
+    left, stroke, right = name.partition("/")
+    if unit is not None:
+        return name.removesuffix("/").strip(), unit
+    if stroke and left.strip() and not units.is_unit(left.strip()) and units.is_unit(right.strip()):
+        return left.strip(), right.strip()
+    return name, unit
+
+
+def _has_unit(title: str) -> bool:
+    parts = _parts(title)
+    return parts is not None and parts[1] is not None
 
 
 def read_titles(path: Path, start: bytes) -> tuple[str, ...]:
@@ -299,19 +316,19 @@ def read_headings(
     """Return names (lower case, aliases resolved) and units of column titles written as ``name [unit]``."""
     names, column_units = [], []
     for heading in header:
-        match = _HEADING.match(heading)
-        if match is None:
+        parts = _parts(heading)
+        if parts is None:
             raise InputError(f"{path}: cannot read the column title '{heading}'; write 'name [unit]'")
-        name = match["name"].strip().lower()
+        name = parts[0].strip().lower()
         names.append(aliases.get(name, name))
-        column_units.append((match["unit"] or "").strip())
+        column_units.append((parts[1] or "").strip())
     return tuple(names), tuple(column_units)
 
 
 def plain_title(heading: str) -> str:
     """Return a column title as it is written, without its unit."""
-    match = _HEADING.match(heading)
-    return match["name"].strip() if match else heading
+    parts = _parts(heading)
+    return parts[0].strip() if parts else heading
 
 
 def _with_points(path: str | Path, rows: list[list[str]], lines: Sequence[int]) -> list[list[str]]:

@@ -148,7 +148,8 @@ def _refuse_vessels(file: Path) -> None:
     if len(sizes) > 1 and not signals:
         raise InputError(
             f"{file}: looks like a table of vessels ({' and '.join(sizes)} are lengths), whose columns are called "
-            f"'name', 'parent', 'length' and 'radius'; this header has: {', '.join(table.names)}. Change the titles"
+            f"'name', 'parent', 'length' and 'radius' or 'diameter'; this header has: {', '.join(table.names)}. Change "
+            "the titles"
         )
 
 

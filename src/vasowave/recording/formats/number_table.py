@@ -60,8 +60,16 @@ class NumberTable(NamedTuple):
     def _rate(self, given: float | None) -> tuple[float, np.ndarray | None]:
         """Return the samples per second by the times, checked against what was given, and places if times leap."""
         if "time" not in self.names:
+            rising = next((one for one in zip(self.titles, self.columns, strict=True) if _rises_evenly(one[1])), None)
             if given is None:
-                raise InputError(f"{self.path}: no time column; {NAME_THE_RATE}")
+                hint = f" ('{rising[0]}' rises evenly: title it 'time [s]' if it is that)" if rising else ""
+                raise InputError(f"{self.path}: no time column{hint}; {NAME_THE_RATE}")
+            if rising and not np.isnan(given):
+                step = float(np.median(np.diff(rising[1])))
+                raise InputError(
+                    f"{self.path}: column '{rising[0]}' rises evenly by {step:.6g}, as a time does; title it "
+                    "'time [s]', or with its unit, so that it is compared with the rate that is given, or take it out"
+                )
             return given, None
         column = self.names.index("time")
         time, unit = self.columns[column], self.units[column]
@@ -90,6 +98,13 @@ class NumberTable(NamedTuple):
         if given is not None and abs(given - measured) > 1e-3 * measured:
             raise InputError(f"{self.path}: the time column has {measured:.6g} samples/s, given are {given:.6g}")
         return measured, place
+
+
+def _rises_evenly(values: np.ndarray) -> bool:
+    """Whether a column is one of times: it rises by the same step all along, which is no count of samples."""
+    steps = np.diff(values)
+    even = len(steps) > 1 and steps[0] > 0 and np.allclose(steps, np.median(steps), rtol=0.1, atol=0)
+    return bool(even and not np.isclose(np.median(steps), 1.0, rtol=1e-6))
 
 
 def read_number_table(path: Path, sampling_rate: float | None = None, progress: Progress | None = None) -> Block:
