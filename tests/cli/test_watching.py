@@ -7,6 +7,7 @@ import pytest
 from rich.console import Console
 
 from vasowave.cli import watching
+from vasowave.cli.progress import time_left
 from vasowave.study.engine import Progress
 
 
@@ -64,3 +65,11 @@ def test_lines_of_json_tell_every_animal_and_each_search_once(capsys):
         {"event": "simulations", "animal": "b", "wall": "linear", "done": 30},
         {"event": "simulations", "animal": "b", "wall": "linear", "done": 31},
     ]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(89, "89 s"), (90, "2 min"), (5399, "90 min"), (5400, "2 h"), (129_599, "36 h"), (172_800, "2 days")],
+)
+def test_the_time_that_is_left_is_said_in_the_unit_that_fits(seconds, words):
+    assert time_left(seconds) == f"about {words} left"

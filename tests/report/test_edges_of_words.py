@@ -94,7 +94,8 @@ def test_lists_in_words():
     assert listed(["a"]) == "a"
     assert listed(["a", "b", "c"]) == "a, b and c"
     assert some_of(["a", "b"], 2) == "a and b"
-    assert some_of(["a", "b", "c"], 2) == "a, b and 1 more"
+    assert some_of(["a", "b", "c"], 2) == "a, b and c"
+    assert some_of(["a", "b", "c", "d"], 2) == "a, b and 2 more"
 
 
 def test_ratios_of_evidence_are_counted_to_a_thousand():

@@ -58,6 +58,14 @@ def waiting(doing: str) -> Iterator[None]:
         yield
 
 
+def time_left(seconds: float) -> str:
+    """Say how long work may still take."""
+    for size, unit in ((86400.0, "days"), (3600.0, "h"), (60.0, "min")):
+        if seconds >= 1.5 * size:
+            return f"about {seconds / size:.0f} {unit} left"
+    return f"about {seconds:.0f} s left"
+
+
 @contextmanager
 def alive(doing: str | Callable[[], str], every: float = SAY) -> Iterator[None]:
     """Write a line a minute to the standard error while what is inside goes on, if there is no terminal.

@@ -1,5 +1,6 @@
 """Commands on one model: simulate, sweep, export."""
 
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -95,7 +96,7 @@ def sweep(
 ) -> None:
     """Simulate every combination of parameter values; keeps the root's pressure and what each vessel has of it."""
     from vasowave import solver
-    from vasowave.cli.progress import alive
+    from vasowave.cli.progress import alive, time_left
     from vasowave.errors import InputError
     from vasowave.io.files import check_file
 
@@ -106,8 +107,14 @@ def sweep(
         raise InputError("nothing to vary; give --vary NAME=VALUES, for example --vary beta=40,60,80")
     model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
     grid = {name: _numbers(name, text) for name, text in _split(vary)}
-    numerics, made = models.numerics_from(cell_size, accuracy), [0, 0]
-    with alive(lambda: f"{made[0]} of {made[1]} simulations"), _bar() as show:
+    numerics, made, begun = models.numerics_from(cell_size, accuracy), [0, 0], time.monotonic()
+
+    def so_far() -> str:
+        done, count = made
+        left = f", {time_left((time.monotonic() - begun) * (count / done - 1))}" if done else ""
+        return f"{done} of {count} simulations{left}"
+
+    with alive(so_far), _bar() as show:
 
         def progress(done: int, count: int) -> None:
             made[:] = done, count

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
-from vasowave.cli.progress import alive
+from vasowave.cli.progress import alive, time_left
 from vasowave.errors import InputError
 from vasowave.study.engine import Progress
 from vasowave.study.loading import animal_key
@@ -150,6 +150,4 @@ def _bars(console: Console, count: int) -> Bars:
 
 
 def _left(step: Progress) -> str:
-    if step.left is None or step.done == step.count:
-        return ""
-    return f"about {step.left:.0f} s left" if step.left < 90 else f"about {step.left / 60:.0f} min left"
+    return "" if step.left is None or step.done == step.count else time_left(step.left)

@@ -167,9 +167,9 @@ def friction_words(law: str, settings: Mapping[str, Any]) -> str:
 
 
 def some_of(names: list[str], most: int) -> str:
-    """Return the names as a list in words, or the first `most` of them and how many more there are."""
+    """Return the names as a list in words, or the first `most` of them and how many more there are, two at least."""
     more = len(names) - most
-    return listed(names) if more <= 0 else f"{', '.join(names[:most])} and {more} more"
+    return listed(names) if more <= 1 else f"{', '.join(names[:most])} and {more} more"
 
 
 def listed(items: list[str]) -> str:
