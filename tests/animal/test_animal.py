@@ -193,7 +193,8 @@ def test_flow_noise_is_told_by_the_scatter_of_the_beats():
     white = 0.005  # ml/s, the noise of the synthetic flow at 2000 samples/s
     samples = 2000 * made_recording().period
     expected = white * np.sqrt(4 / (samples * 20))  # an amplitude's noise, mean of 20 beats
-    assert expected < flow_noise(animal.recording, animal.beats) < 8 * expected  # beats also vary in strength
+    # Beats also vary in strength; the scatter of 20 is known within a few percent.
+    assert 0.95 * expected < flow_noise(animal.recording, animal.beats) < 8 * expected
 
 
 def test_flow_noise_of_an_averaged_cycle_is_its_highest_harmonics():

@@ -105,7 +105,7 @@ def test_a_recording_that_was_exported_anew_is_mended_by_the_same_click(study):
     header = next(i for i, line in enumerate(text.splitlines()) if line.startswith("UnitName")) + 1
     lines = text.splitlines(keepends=True)
     (study / "recordings" / "again.txt").write_text(
-        "".join([*lines[:header], *lines[header + 400 :]]), encoding="utf-8"
+        "".join([*lines[:header], *lines[header + 2000 :]]), encoding="utf-8"
     )
     do(at, "set-cells", animal="mouse_c2", cells={"recording": "recordings/again.txt"})
     (problem,) = (one for one in checked(at.desk)["problems"] if one["error"])
