@@ -158,7 +158,7 @@ class Finding:
 
     def placed(self, place: Place) -> "Finding":
         """Return the finding at a place; what that leaves open, as a vessel, stays as it is."""
-        return replace(self, place=Place(*(new or own for new, own in zip(place, self.place, strict=True))))
+        return replace(self, place=self.place._replace(**{part: one for part, one in place._asdict().items() if one}))
 
     def inside(self, folder: str) -> "Finding":
         """Return the finding with file names as seen from a folder, given with its last separator."""

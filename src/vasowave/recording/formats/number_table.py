@@ -60,14 +60,14 @@ class NumberTable(NamedTuple):
     def _rate(self, given: float | None) -> tuple[float, np.ndarray | None]:
         """Return the samples per second by the times, checked against what was given, and places if times leap."""
         if "time" not in self.names:
-            rising = next((one for one in zip(self.titles, self.columns, strict=True) if _rises_evenly(one[1])), None)
+            even = next((one for one in zip(self.titles, self.columns, strict=True) if _rises_evenly(one[1])), None)
             if given is None:
-                hint = f" ('{rising[0]}' rises evenly: title it 'time [s]' if it is that)" if rising else ""
+                hint = f" ('{even[0]}' rises evenly: title it 'time [s]' if it is that)" if even else ""
                 raise InputError(f"{self.path}: no time column{hint}; {NAME_THE_RATE}")
-            if rising and not np.isnan(given):
-                step = float(np.median(np.diff(rising[1])))
+            if even and not np.isnan(given):
+                step = float(np.median(np.diff(even[1])))
                 raise InputError(
-                    f"{self.path}: column '{rising[0]}' rises evenly by {step:.6g}, as a time does; title it "
+                    f"{self.path}: column '{even[0]}' rises evenly by {step:.6g}, as a time does; title it "
                     "'time [s]', or with its unit, so that it is compared with the rate that is given, or take it out"
                 )
             return given, None
