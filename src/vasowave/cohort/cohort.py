@@ -1,4 +1,4 @@
-"""Animals in their groups, and the one of each group that stands for it."""
+"""Animals in their groups, and the representative animal of each group."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -66,7 +66,7 @@ def common_level(groups: Mapping[str, Sequence[AnimalResult]], second: Variable 
 
 @dataclass(frozen=True, eq=False)
 class Cohort:
-    """Animals in their groups, and the one of each group that stands for it where one is shown.
+    """Animals in their groups, and the representative animal of each group, where one is shown.
 
     Attributes
     ----------
