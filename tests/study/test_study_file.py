@@ -192,3 +192,13 @@ def test_a_name_with_a_comma_and_no_quotes_is_told_so():
     found, problems = parse_settings(b'design:\n  contrasts: {rescue: {"HPH, drug": 1, "HPH, vehicle": -1}}')
     assert problems == []
     assert found.design.contrasts == {"rescue": {"HPH, drug": 1, "HPH, vehicle": -1}}
+
+
+def test_a_species_that_is_not_known_is_named_before_anything_is_written(tmp_path):
+    with pytest.raises(
+        InputError, match=r"species 'mosue' is not known \(did you mean 'mouse'\?\); there are: mouse, "
+    ):
+        new_study(tmp_path / "s", species="mosue")
+    with pytest.raises(InputError, match=r"'guinea pig' is not known; .* other \(any that is not named before it\)"):
+        new_study(tmp_path / "s", species="guinea pig")
+    assert not (tmp_path / "s").exists()

@@ -53,7 +53,7 @@ NARROW = typer.Option(
 )
 DATA = ".nc"
 """How the name of a netCDF file ends."""
-_OPENBF = (".yaml", ".yml")
+OPENBF = (".yaml", ".yml")
 
 
 def model_from(
@@ -70,7 +70,7 @@ def model_from(
         hint = did_you_mean(friction, FRICTIONS)
         raise InputError(f"unknown friction '{friction}'{hint}; there are: {', '.join(FRICTIONS)}")
     blood = Blood(friction=FRICTIONS[friction]()) if friction else None
-    alone = network.is_dir() or network.suffix.lower() in _OPENBF
+    alone = network.is_dir() or network.suffix.lower() in OPENBF
     if not alone:
         return _nominal(network, recording, period, kinds, blood or Blood())
     if recording:

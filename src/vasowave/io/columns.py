@@ -136,7 +136,7 @@ class Columns:
         if not math.isfinite(value):
             raise InputError(
                 f"{self.source}, line {self.lines[row]}, column '{title}': {text.strip()} "
-                "(a gap); fill it or cut the recording before it is averaged"
+                "is no finite number (a gap?); fill it, or leave out the part that holds it"
             )
         return value
 

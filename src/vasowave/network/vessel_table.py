@@ -213,7 +213,9 @@ def _parent_rows(names: Sequence[str], parents: Sequence[str], where: Callable[[
     numbers = []
     for row, parent in enumerate(parents):
         if parent and parent not in rows:
-            hint = "; leave the root's parent empty" if parent.lower() in _NO_PARENT else did_you_mean(parent, rows)
+            twice = next((name for name in names if names.count(name) > 1), None)
+            hint = f"; '{twice}' stands there twice, is one of them it?" if twice else did_you_mean(parent, rows)
+            hint = "; leave the root's parent empty" if parent.lower() in _NO_PARENT else hint
             raise InputError(f"{where(row)} (vessel '{names[row]}'): parent '{parent}' is not in the table{hint}")
         numbers.append(rows[parent] if parent else -1)
     return numbers

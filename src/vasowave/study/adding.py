@@ -191,7 +191,8 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
     found = sort_files(files, titles, int(cells["block"]) if cells.get("block", "").isdigit() else None)
     if not found.recordings:
         why = "\n".join(f"  {one}" for one in found.refused)
-        raise InputError("no recording among these files" + (f":\n{why}" if why else ""))
+        hint = "; give the recordings along with them, or their whole folder" if found.networks else ""
+        raise InputError(f"no recording among these files{hint}" + (f":\n{why}" if why else ""))
     return found
 
 
