@@ -23,6 +23,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Iterator
+from itertools import count, islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -39,6 +41,9 @@ EARLY = 4  # of ten kills
 PARTS = 4  # of the time of a whole run, within one of which a kill in a row falls
 FINISHED = "results/cache/*.nc"
 STAMPED = 20  # bytes: four times of four, and a check sum
+
+
+Write = Callable[[Path], Path]
 
 
 class Kill(NamedTuple):
@@ -110,13 +115,31 @@ def alike(one: Path, other: Path) -> bool:
     return len(first) == len(second) and int((first != second).sum()) <= STAMPED
 
 
-def kills_in_a_row(folder: Path, sound: Path, lasts: float, rng: random.Random) -> list[Kill]:
+def struck_once(
+    place: Path, written_as: Write, sound: Path, lasts: dict[bool, float], rng: random.Random
+) -> Iterator[Kill]:
+    """Kill runs of studies, each once; `lasts` are the times of a whole run and of one after its first animal, s."""
+    done = 0
+    for number in count():
+        late, folder = done % 10 >= EARLY, written_as(place / str(number))
+        moment = rng.uniform(0.0, lasts[late])
+        if not killed(folder, moment, late, whole=done % 2 == 1):
+            lasts[late] = moment  # the machine has become quicker
+            continue
+        done += 1
+        yield went_on(folder, sound)
+
+
+def struck_in_a_row(
+    place: Path, written_as: Write, sound: Path, lasts: dict[bool, float], rng: random.Random
+) -> Iterator[Kill]:
     """Kill a run, let it go on and kill it again until it ends; each of the kills has what that end shows."""
-    finished = []
-    while killed(folder, rng.uniform(0.0, lasts / PARTS), late=False, whole=len(finished) % 2 == 1):
-        finished.append(len(list(folder.glob(FINISHED))))
-    end = went_on(folder, sound)
-    return [end._replace(finished=count) for count in finished]
+    for number in count():
+        folder, finished = written_as(place / f"row {number}"), []
+        while killed(folder, rng.uniform(0.0, lasts[False] / PARTS), late=False, whole=len(finished) % 2 == 1):
+            finished.append(len(list(folder.glob(FINISHED))))
+        end = went_on(folder, sound)
+        yield from (end._replace(finished=one) for one in finished)
 
 
 def table(kills: list[Kill]) -> str:
@@ -194,21 +217,10 @@ def main() -> int:
         sound = written_as(Path(place) / "sound")
         assert run(sound).status == 0  # compiles
         lasts = dict(zip((False, True), durations(written_as(Path(place) / "timed")), strict=True))
-        for number in range(arguments.count if arguments.in_a_row else 0):
-            kills += kills_in_a_row(written_as(Path(place) / f"row {number}"), sound, lasts[False], rng)
-            print(f"{len(kills)}: {kills[-1]}", flush=True)
-            if len(kills) >= arguments.count:
-                break
-        for number in range(0 if arguments.in_a_row else 3 * arguments.count):
-            late, folder = len(kills) % 10 >= EARLY, written_as(Path(place) / str(number))
-            moment = rng.uniform(0.0, lasts[late])
-            if not killed(folder, moment, late, whole=len(kills) % 2 == 1):
-                lasts[late] = moment  # the machine has become quicker
-                continue
-            kills.append(went_on(folder, sound))
-            print(f"{len(kills)}: {kills[-1]}", flush=True)
-            if len(kills) == arguments.count:
-                break
+        strike = struck_in_a_row if arguments.in_a_row else struck_once
+        for kill in islice(strike(Path(place), written_as, sound, lasts, rng), arguments.count):
+            kills.append(kill)
+            print(f"{len(kills)}: {kill}", flush=True)
     print("\n" + table(kills))
     if arguments.docs:
         put("kills", table(kills))

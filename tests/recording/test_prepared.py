@@ -82,9 +82,9 @@ def _arrays(average):
 @pytest.mark.parametrize(
     ("edit", "words"),
     [
-        (BeatEdit("rejct", 1.0), r"no such action \(did you mean 'reject'\?\); there are: reject, keep, move"),
-        (BeatEdit("move", 1.0), "a move needs `to`"),
-        (BeatEdit("keep", 1.0, 2.0), "a move needs `to`, the time at which the beat begins, and nothing else has it"),
+        (BeatEdit("rejct", 1.0), r"is no action \(did you mean 'reject'\?\); there are: reject, keep, move"),
+        (BeatEdit("move", 1.0), "a move needs 'to'"),
+        (BeatEdit("keep", 1.0, 2.0), "'keep' leaves empty the time of a move"),
     ],
 )
 def test_a_decision_that_decides_nothing_is_refused(raw, edit, words):

@@ -53,7 +53,7 @@ NARROW = typer.Option(
 )
 DATA = ".nc"
 """How the name of a netCDF file ends."""
-OPENBF = (".yaml", ".yml")
+_OPENBF = (".yaml", ".yml")
 
 
 def model_from(
@@ -70,8 +70,7 @@ def model_from(
         hint = did_you_mean(friction, FRICTIONS)
         raise InputError(f"unknown friction '{friction}'{hint}; there are: {', '.join(FRICTIONS)}")
     blood = Blood(friction=FRICTIONS[friction]()) if friction else None
-    alone = network.is_dir() or network.suffix.lower() in OPENBF
-    if not alone:
+    if not brings_its_model(network):
         return _nominal(network, recording, period, kinds, blood or Blood())
     if recording:
         raise InputError(f"{network} brings the flow into it along; leave the recording out")
@@ -80,6 +79,11 @@ def model_from(
         raise InputError(f"{network} brings its vascular beds along; leave --bed out")
     model, flow = _fitted(network, animal, wall) if network.is_dir() else _openbf(network, wall)
     return (model.changed(blood=blood) if blood else model), flow
+
+
+def brings_its_model(network: Path) -> bool:
+    """Whether what was given for a network is the folder of a fit or openBF's file, which hold the parameters too."""
+    return network.is_dir() or network.suffix.lower() in _OPENBF
 
 
 def narrowed_model(model: "Model", narrow: Sequence[str]) -> "Model":

@@ -56,7 +56,7 @@ def simulate(
     _write(result, output)
     pressure = result["pressure"].values[:, model.network.root, 0]
     typer.echo(repr(model))
-    if not (network.is_dir() or values or network.suffix.lower() in models.OPENBF):
+    if not (values or models.brings_its_model(network)):
         typer.echo("Its parameters are nominal, straight from the recording; `vasowave fit` fits them to it.")
     typer.echo(
         f"Periodic after {result.attrs['cycles']} cycles (change {result.attrs['change']:.1g} mmHg, "

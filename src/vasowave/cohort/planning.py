@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.designed import occasions_apart
 from vasowave.cohort.pooling import pooled_mean
-from vasowave.cohort.power import Drawing, critical_of_studies, p_of_effect
+from vasowave.cohort.power import PlannedStudies, critical_of_studies, p_of_effect
 from vasowave.cohort.primary import Family, comparable, known_values, primary_law, source_of
 from vasowave.cohort.simultaneous import correlation_of
 from vasowave.errors import InputError
@@ -191,7 +191,7 @@ def plan_of(spreads: Sequence[Spread], correlation: np.ndarray, source: str, set
             criticals[asked.occasions] = _criticals(spreads, root, asked)
         if (some, asked.occasions) not in found:
             each = zip(_SIZES, criticals[asked.occasions], strict=True)
-            found[some, asked.occasions] = np.array([_power(Drawing(some, root, asked, n), p) for n, p in each])
+            found[some, asked.occasions] = np.array([_power(PlannedStudies(some, root, asked, n), p) for n, p in each])
         counts[name] = _needed(found[some, asked.occasions], settings.power)
     names = [one.quantity for one in spreads]
     least = {name: np.fmin(count, counts["as it is"]) for name, count in counts.items()}  # else by the draws alone
@@ -233,10 +233,10 @@ def _needed(powers: np.ndarray, power: float) -> list[float]:
 
 def _criticals(spreads: Sequence[Spread], root: np.ndarray, settings: Planning) -> np.ndarray:
     """Return the critical p of some studies of every size, shape (size, study)."""
-    exact = np.log([critical_of_studies(Drawing(spreads, root, settings, size)) for size in _JUDGED])
+    exact = np.log([critical_of_studies(PlannedStudies(spreads, root, settings, size)) for size in _JUDGED])
     return np.exp([np.interp(np.log(_SIZES), np.log(_JUDGED), one) for one in exact.T]).T
 
 
-def _power(asked: Drawing, critical: np.ndarray) -> np.ndarray:
+def _power(asked: PlannedStudies, critical: np.ndarray) -> np.ndarray:
     """Return how often each quantity's effect is shown, over studies' critical p."""
     return np.array([np.mean(np.searchsorted(np.sort(one), critical)) / len(one) for one in p_of_effect(asked)])

@@ -22,7 +22,7 @@ Drawn = Iterator[tuple[np.ndarray, float, np.ndarray]]
 """Of each quantity its values without an effect (study, group, animal), the error of one, what moves the groups."""
 
 
-class Drawing(NamedTuple):
+class PlannedStudies(NamedTuple):
     """Studies of one size that are drawn: groups of independent animals, animals recorded again, or pairs.
 
     Attributes
@@ -41,7 +41,7 @@ class Drawing(NamedTuple):
     size: int
 
 
-def p_of_effect(asked: Drawing) -> np.ndarray:
+def p_of_effect(asked: PlannedStudies) -> np.ndarray:
     """Return p of the effect in drawn studies, shape (quantity, study), as the primary comparison of such studies."""
     settings, effect = asked.settings, np.log(asked.settings.effect)
     found = []
@@ -60,7 +60,7 @@ def p_of_effect(asked: Drawing) -> np.ndarray:
     return np.array(found)
 
 
-def critical_of_studies(asked: Drawing) -> np.ndarray:
+def critical_of_studies(asked: PlannedStudies) -> np.ndarray:
     """Return of some studies the p of one row below which the family's is below its level, from low to high."""
     if asked.settings.pairs is not None:
         own = [one._replace(shared=0.0) for one in asked.spreads]  # what pairs share cancels
@@ -71,7 +71,7 @@ def critical_of_studies(asked: Drawing) -> np.ndarray:
     return np.sort(_critical_of_groups(asked))
 
 
-def _critical_of_groups(asked: Drawing) -> list[float]:
+def _critical_of_groups(asked: PlannedStudies) -> list[float]:
     drawn, animals = list(_groups(asked, _STUDIES)), np.arange(2 * asked.size)
     found = []
     for study in range(_STUDIES):
@@ -83,7 +83,7 @@ def _critical_of_groups(asked: Drawing) -> list[float]:
     return found
 
 
-def _critical_of_subjects(asked: Drawing) -> list[float]:
+def _critical_of_subjects(asked: PlannedStudies) -> list[float]:
     """Return the same with subjects; more than two occasions count as two, of which each is the mean of a half."""
     size, half = asked.size, (asked.settings.occasions / 2) ** 0.5
     halves = [one._replace(error=one.error / half, within=one.within / half) for one in asked.spreads]
@@ -112,7 +112,7 @@ def _critical_of_models(
     return found
 
 
-def _groups(asked: Drawing, count: int) -> Drawn:
+def _groups(asked: PlannedStudies, count: int) -> Drawn:
     rng, root = np.random.default_rng(asked.settings.seed), asked.root  # the same for every scenario
     shape = count, 2 * asked.size, len(asked.spreads)
     scores = (rng.standard_normal(shape) @ root.T).reshape(count, 2, asked.size, -1)
@@ -122,7 +122,7 @@ def _groups(asked: Drawing, count: int) -> Drawn:
         yield scores[..., place] * spread[:, np.newaxis], one.error, one.shared * common[:, place]
 
 
-def _repeated(asked: Drawing, count: int) -> Drawn:
+def _repeated(asked: PlannedStudies, count: int) -> Drawn:
     """Values have an axis more, of the occasions."""
     rng, quantities = np.random.default_rng(asked.settings.seed), len(asked.spreads)
     own = rng.standard_normal((count, 2, asked.size, 1, quantities)) @ asked.root.T
@@ -133,7 +133,7 @@ def _repeated(asked: Drawing, count: int) -> Drawn:
         yield between + np.hypot(one.within, one.error) * each[..., place], one.error, one.shared * common[:, place]
 
 
-def _pairs(asked: Drawing, count: int) -> Drawn:
+def _pairs(asked: PlannedStudies, count: int) -> Drawn:
     """Recordings are averaged on each of the two occasions; what a pair shares, an image for instance, cancels."""
     rng, alike = np.random.default_rng(asked.settings.seed), asked.settings.pairs or 0.0
     shapes = ((count, group, asked.size, len(asked.spreads)) for group in (1, 2, 2))

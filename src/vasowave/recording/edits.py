@@ -73,15 +73,9 @@ def read_edits(path: Path) -> tuple[BeatEdit, ...]:
     to = table.find("to")
     edits = []
     for line, cells in zip(table.lines, table.cells, strict=True):
-        word = cells[action].strip()
-        if word not in get_args(Action):
-            hint = did_you_mean(word, get_args(Action))
-            raise InputError(f"{path}, line {line}, column 'action': '{word}' is no action{hint}; there are: "
-                             f"{', '.join(get_args(Action))}")  # fmt: skip
-        target = cells[to].strip() if to is not None else ""
-        if (word == "move") != bool(target):
-            needed = "a move needs a time in" if word == "move" else f"'{word}' leaves empty"
-            raise InputError(f"{path}, line {line}: {needed} the column 'to [s]'")
+        word, target = cells[action].strip(), cells[to].strip() if to is not None else ""
+        if slip := _slip(word, bool(target)):
+            raise InputError(f"{path}, line {line}: {slip}")
         edits.append(BeatEdit(cast(Action, word), _seconds(path, line, "time [s]", cells[time]),
                               _seconds(path, line, "to [s]", target) if target else None))  # fmt: skip
     return tuple(edits)
@@ -115,11 +109,18 @@ def moved(times: np.ndarray, edits: Sequence[BeatEdit]) -> tuple[np.ndarray, lis
 def require_decisions(edits: Sequence[BeatEdit]) -> None:
     """Raise `InputError` if one of them decides nothing: an unknown action, or a move that leads nowhere."""
     for one in edits:
-        if one.action not in get_args(Action):
-            hint = did_you_mean(str(one.action), get_args(Action))
-            raise InputError(f"{one}: no such action{hint}; there are: {', '.join(get_args(Action))}")
-        if (one.action == "move") != (one.to is not None):
-            raise InputError(f"{one}: a move needs `to`, the time at which the beat begins, and nothing else has it")
+        if slip := _slip(str(one.action), one.to is not None):
+            raise InputError(f"{one}: {slip}")
+
+
+def _slip(action: str, has_target: bool) -> str:
+    """Return what is wrong with a decision, empty if nothing is."""
+    known = get_args(Action)
+    if action not in known:
+        return f"'{action}' is no action{did_you_mean(action, known)}; there are: {', '.join(known)}"
+    if action == "move" and not has_target:
+        return "a move needs 'to', the time at which the beat begins"
+    return f"'{action}' leaves empty the time of a move, 'to'" if action != "move" and has_target else ""
 
 
 def judged(
