@@ -9,7 +9,7 @@ uv run python benchmarks/kills.py --docs
 
 Of ten kills, four fall at any moment of the run and six after its first finished animal. Every second one kills the
 program alone, whose workers must notice, the others all its processes. A moment that comes too late, because the run
-had ended, is drawn again. In a row, a run that went on is killed again within a quarter of the time a whole one takes,
+had ended, is drawn again. In a row, a run that went on is killed again, at first within a quarter of the time of a whole one,
 until it reaches its end; what it then holds has been through all of these kills. Exit code 1: a run that went on did
 not find the same values.
 """
@@ -136,7 +136,13 @@ def struck_in_a_row(
     """Kill a run, let it go on and kill it again until it ends; each of the kills has what that end shows."""
     for number in count():
         folder, finished = written_as(place / f"row {number}"), []
-        while killed(folder, rng.uniform(0.0, lasts[False] / PARTS), late=False, whole=len(finished) % 2 == 1):
+        # Later ones come later, so that a run gets on that takes most of the time to begin.
+        while killed(
+            folder,
+            rng.uniform(0.0, lasts[False] / PARTS * (1 + len(finished) / PARTS)),
+            late=False,
+            whole=len(finished) % 2 == 1,
+        ):
             finished.append(len(list(folder.glob(FINISHED))))
         end = went_on(folder, sound)
         yield from (end._replace(finished=one) for one in finished)
