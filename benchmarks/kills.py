@@ -9,9 +9,9 @@ uv run python benchmarks/kills.py --docs
 
 Of ten kills, four fall at any moment of the run and six after its first finished animal. Every second one kills the
 program alone, whose workers must notice, the others all its processes. A moment that comes too late, because the run
-had ended, is drawn again. In a row, a run that went on is killed again, at first within a quarter of the time of a whole one,
-until it reaches its end; what it then holds has been through all of these kills. Exit code 1: a run that went on did
-not find the same values.
+had ended, is drawn again. In a row, a run that went on is killed again, at first within a quarter of the time of a
+whole one, until it reaches its end; what it then holds has been through all of these kills. Exit code 1: a run that
+went on did not find the same values.
 """
 
 import argparse
