@@ -44,7 +44,10 @@ def write_tables(solved: Solved, folder: Path) -> list[str]:
     time = np.arange(len(inflow.flow)) * (inflow.period / len(inflow.flow))
     flows = [f"flow into {name} [ml/s]" for name in network.inlet_names if inflow.flow.ndim > 1] or ["flow [ml/s]"]
     _write(folder / INFLOW, ["time [s]", *flows], np.column_stack([time, inflow.flow]).tolist())
-    return [f"{NETWORK} is the network that every command takes; {PARAMETERS} holds wall and outlets of each vessel."]
+    return [
+        f"{NETWORK} is the network that every command takes; {PARAMETERS} holds wall, losses and outlets of "
+        "each vessel, for which it has no columns."
+    ]
 
 
 def _further(model: Model) -> dict[str, np.ndarray]:

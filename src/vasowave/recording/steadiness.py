@@ -36,7 +36,7 @@ APART = look_kind(
 ALTERNATING = look_kind(
     "recording.alternating",
     "{what} alternates from beat to beat, by {percent:.0f} %; the averaged beats may be of one kind, and the others be "
-    "called beats of inspiration",
+    "called beats of inspiration. {remedy}",
     "Turn off averaging.reject_ventilation, so that both kinds are averaged.",
 )
 
