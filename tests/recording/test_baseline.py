@@ -231,3 +231,42 @@ def test_a_zero_far_from_all_beats_is_taken_at_the_nearest():
     assert made.baseline.zero == pytest.approx(40.0, abs=0.3)
     assert made.recording.mean_pressure == pytest.approx(15.43 + 4.0, abs=0.2)
     assert "right at 40" in said[0]
+
+
+@pytest.mark.parametrize(
+    ("begins", "left"),
+    [
+        (lambda t: np.where(t < 0.5, 1.0, 0.0), 0.0),
+        (lambda t: np.where(t < 1.5, -1.0, 0.0), 0.0),
+        (lambda t: 2.0 * np.exp(-t / 0.3), 0.0),
+        (lambda t: 2.0 * np.exp(-t), 2.0 * np.exp(-2.1)),  # what has not settled when the first beats end
+    ],
+)
+@pytest.mark.parametrize("lasts", [12.0, 40.0])
+def test_a_level_that_begins_elsewhere_says_nothing_of_the_zero(begins, left, lasts):
+    raw = recorded(18, begins, duration=lasts)
+    made, said = average(raw)
+    assert made.recording.mean_pressure == pytest.approx(15.43 + left, abs=0.1)
+    assert made.recording.pressure_error[0] > abs(made.baseline.settling.height) > 0.9
+    assert "when a catheter settles" in said[0]
+    assert not made.baseline.steps
+    early = [cause(beat.rejected) for beat in made.beats if beat.start < 1.9]
+    assert set(early) == {"settling"}
+
+
+def test_a_zero_that_a_person_names_is_believed_whatever_follows_it():
+    raw = recorded(19, lambda t: np.where(t < 1.5, -1.0, 0.0))
+    made, _ = average(raw, zero_time=0.0)
+    assert made.baseline.settling is None
+    assert made.recording.mean_pressure == pytest.approx(15.43 - 1.0, abs=0.15)
+    late, said = average(raw, zero_time=20.0)
+    assert late.recording.mean_pressure == pytest.approx(15.43, abs=0.15)
+    assert late.recording.pressure_error[0] < 0.1
+    assert not any("settles" in one for one in said)
+
+
+@pytest.mark.parametrize("drift", [lambda t: 0.1 * t, lambda t: 5.0 * (1 - np.exp(-t / 15.0)), lambda t: 0.0 * t])
+def test_a_drift_from_the_start_on_is_no_level_that_settles(drift):
+    for seed in range(20, 24):
+        heavy = replace(USUAL, ventilation_pressure=3.0)
+        assert average(recorded(seed, drift, disturbances=heavy))[0].baseline.settling is None

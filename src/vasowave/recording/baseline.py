@@ -18,7 +18,7 @@ SAID = 0.3
 """Baselines that move less than this, mmHg, are followed without a warning."""
 
 _SURE = 4.0
-"""A drift, a step or a change of pulse counts from this many standard errors on."""
+"""A drift, a step, a change of pulse or what the first beats lie apart counts from this many standard errors on."""
 
 _LOW = 0.15
 """The part of the mean beat, its lowest, that is taken for the diastolic level."""
@@ -34,6 +34,15 @@ _SIDE = 8
 
 _GAPPY = 1.5
 """A window of beats that lasts this many times as long as usual has a gap in it."""
+
+_FIRST = 2.0
+"""The first so many s of a recording, or eight beats, do not say against all others where the zero was right."""
+
+_BEYOND = 1.5
+"""The first beats lie apart from this many times what the first after any later beginning do."""
+
+_LATER = 0.4
+"""Eight later beginnings: evenly from the end of the first beats to this part of all good ones."""
 
 _STANDS_OUT = 7.0
 """A step is this many times the usual height of what the same windows find elsewhere."""
@@ -61,6 +70,13 @@ DRIFTS = look_kind("baseline.drifts", _DRIFT, _WATCH)
 DRIFTS_LITTLE = note_kind("baseline.drifts-little", _DRIFT)
 STEPS = look_kind("baseline.steps", _STEP, _WATCH)
 STEPS_LITTLE = note_kind("baseline.steps-little", _STEP)
+SETTLES = look_kind(
+    "baseline.settles",
+    "baseline: the level begins {height:+.2g} mmHg off that of all beats after {until:.3g} s, as when a catheter "
+    "settles; the beats before are left out, and the zero is taken to be right after them. The difference counts as an "
+    "error of the mean pressure",
+    "Say with `zero_time` when the zero was right.",
+)
 CHANGED_BESIDE = look_kind(
     "baseline.changed-beside",
     "baseline: beside the stretch that is read the level moves, and with it {what}, as when the animal itself changes; "
@@ -82,6 +98,22 @@ class Step:
     """
 
     time: float
+    height: float
+
+
+@dataclass(frozen=True)
+class Settling:
+    """A level that begins apart from that of all beats that follow.
+
+    Attributes
+    ----------
+    until : float
+        The first beat that follows, s since the start of the recording.
+    height : float
+        How far apart it begins, mmHg: the beat that lies farthest.
+    """
+
+    until: float
     height: float
 
 
@@ -111,6 +143,8 @@ class Baseline:
         Why only the stretch that is averaged was judged: what changes with the level beside it.
     removed : bool
         Whether the trend was subtracted before the beats were averaged.
+    settling : Settling, optional
+        How the first beats lie apart, if they do.
     """
 
     time: np.ndarray
@@ -122,6 +156,7 @@ class Baseline:
     own: str = ""
     elsewhere: str = ""
     removed: bool = False
+    settling: Settling | None = None
 
     @property
     def size(self) -> float:
@@ -171,17 +206,21 @@ class Baseline:
         return float(np.mean(self.drift_at(np.linspace(first, last, 50))))
 
     def error_left(self, first: float, last: float) -> float:
-        """Return how far off a drift that stays in leaves the mean of the beats from first to last, mmHg.
+        """Return how far off the baseline leaves the mean of the beats from first to last, mmHg.
 
-        Its own size: whether it is the transducer's or the animal's is not known.
+        The size of a drift that stays in, since it may be the transducer's or the animal's, and what the first beats
+        lie apart, since they or the others show where the zero was right.
         """
-        return abs(self.mean_drift(first, last)) if self.sure and not self.removed else 0.0
+        stays = self.mean_drift(first, last) if self.sure and not self.removed else 0.0
+        return float(np.hypot(stays, self.settling.height if self.settling else 0.0))
 
 
 def baseline_findings(baseline: Baseline, first: float, last: float) -> list[Finding]:
     """Return the drift, what was done about it, and its size in the beats averaged from first to last."""
     far = float(baseline.time[np.argmax(np.abs(baseline.trend))])
     apart = [CHANGED_BESIDE(what=baseline.elsewhere, zero=baseline.zero)] if baseline.elsewhere else []
+    if baseline.settling:
+        apart.append(SETTLES(until=baseline.settling.until, height=baseline.settling.height))
     if not baseline.sure:
         return [*apart, STEADY(within=float(max(abs(baseline.size), baseline.error)))]
     done = "removed" if baseline.removed else "left in"
@@ -198,7 +237,7 @@ def baseline_findings(baseline: Baseline, first: float, last: float) -> list[Fin
     return [*apart, drift, *said]
 
 
-def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: float) -> Baseline:
+def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: float | None) -> Baseline:
     """Return the trend of the diastolic level, from beats cut to equal numbers of samples.
 
     Level = smooth trend + breaths + steps + scatter; steps are added one by one while one stands out.
@@ -210,19 +249,21 @@ def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: fl
         The median beat of the pressure, mmHg.
     good : bool array, shape (beat,)
         Beats whose length and shape are usual.
-    zero_time : float
-        The instant at which the transducer's zero is taken to be right, s.
+    zero_time : float, optional
+        The instant at which the transducer's zero is taken to be right, s; by default the start of the recording, and
+        first beats that lie apart from all others do not count.
     """
     starts, ends, pressure, flow = cuts
     if good.sum() < _FEWEST:
         none = np.zeros(len(starts))
-        return Baseline(0.5 * (starts + ends), pressure.min(axis=1), none, (), np.inf, zero_time)
+        return Baseline(0.5 * (starts + ends), pressure.min(axis=1), none, (), np.inf, zero_time or 0.0)
     low = np.argsort(usual)[: max(2, int(_LOW * pressure.shape[1]))]
     level = pressure[:, low].mean(axis=1)
     time = starts + (ends - starts) * low.mean() / (pressure.shape[1] - 1)
-    zero_time = _known_zero(zero_time, time[good])
+    settling = _settling(time, level, good) if zero_time is None else None
+    good = good & (time >= settling.until) if settling else good.copy()
+    zero_time = settling.until if settling else _known_zero(zero_time or 0.0, time[good])
     first: list[int] = []
-    good = good.copy()
     while True:
         shifts = (np.arange(len(time))[:, None] >= np.array(first, dtype=int)).astype(float)
         breathless, curve = _without_breaths(time, level, good, shifts, zero_time)
@@ -238,7 +279,37 @@ def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: fl
     if first or abs(trend[far]) > _SURE * curve.error[far]:
         own = _own_change(pressure[good], flow[good], trend[good])
     steps = (Step(float(t), float(h)) for t, h in sorted(zip(times, curve.extra, strict=True)))
-    return Baseline(time, level, trend, tuple(steps), float(curve.error[far]), zero_time, own)
+    return Baseline(time, level, trend, tuple(steps), float(curve.error[far]), zero_time, own, settling=settling)
+
+
+def _settling(time: np.ndarray, level: np.ndarray, good: np.ndarray) -> Settling | None:
+    """Return how the first beats lie apart from the level of all others carried back to them; None if none does.
+
+    What is carried back is as wrong as the breaths and the drift make it: the same is tried from later beats on.
+    """
+    here = np.flatnonzero(good)
+    if len(here) < 6 * _SIDE or time[here[_SIDE]] - time[here[0]] > _REACH * np.ptp(time[here]):
+        return None
+    apart, settling = _begins_apart(time[here], level[here])
+    if apart < SAID:
+        return None
+    later = np.linspace(np.searchsorted(time[here], settling.until), _LATER * len(here), 8).astype(int)
+    usual = max(_begins_apart(time[here[at:]], level[here[at:]])[0] for at in later)
+    return settling if apart > _BEYOND * usual else None
+
+
+def _begins_apart(time: np.ndarray, level: np.ndarray) -> tuple[float, Settling]:
+    """Return how far, mmHg, a first of good beats surely lies from the level of the others carried back to it, and how.
+
+    Carried back, the level follows the drift; the difference that is told is that from the level where it begins.
+    """
+    rest = (time >= time[0] + _FIRST) & (np.arange(len(time)) >= _SIDE)
+    until = float(time[rest][0])
+    breathless, curve = _without_breaths(time, level, rest, np.zeros((len(time), 0)), until)
+    left = np.where(rest, 0.0, np.abs(breathless - curve.values))
+    left[left < _SURE * curve.error] = 0.0
+    farthest = int(np.argmax(left))
+    return float(left[farthest]), Settling(until, float(breathless[farthest] - curve.at_anchor))
 
 
 def _known_zero(zero_time: float, known: np.ndarray) -> float:

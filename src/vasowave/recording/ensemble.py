@@ -21,7 +21,15 @@ from vasowave.recording.plateaus import plateau_findings, saturated
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
 from vasowave.recording.prepared import Averaging, Prepared, prepare
 from vasowave.recording.raw import RawRecording
-from vasowave.recording.rejection import Rejection, choose_run, lost_in_run, mark_inspiration, mark_steps, summarize
+from vasowave.recording.rejection import (
+    Rejection,
+    choose_run,
+    lost_in_run,
+    mark_inspiration,
+    mark_settling,
+    mark_steps,
+    summarize,
+)
 from vasowave.recording.steadiness import unsteady
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
 from vasowave.settings import given_values
@@ -258,6 +266,8 @@ def levelled(prepared: Prepared, reasons: list[Rejection]) -> Baseline:
     baseline = _baseline(prepared, reasons)
     here = baseline.time[np.searchsorted(baseline.time, cut.starts)]
     mark_steps(reasons, [int(np.searchsorted(here, step.time)) for step in baseline.steps])
+    if baseline.settling:
+        mark_settling(reasons, np.flatnonzero(here < baseline.settling.until))
     if how.reject_ventilation:
         pressure, flow = prepared.means
         level = pressure - baseline.mean_within(cut.starts, cut.ends, cut.pressure.shape[1])

@@ -59,9 +59,10 @@ class Averaging:
     """Whether the drift of the transducer and its steps are subtracted, or only told. A trend that comes with a change
     of pulse or flow may be the animal's own and is never subtracted. A drift that stays in counts as an error of the
     mean pressure, as large as it is in the averaged beats."""
-    zero_time: Annotated[float, Ge(0)] = 0.0
+    zero_time: Annotated[float, Ge(0)] | None = None
     """The instant at which the transducer's zero is taken to be right, s since the start of the recording: the start by
-    default, since catheters are zeroed before they record."""
+    default, since catheters are zeroed before they record. Without it, first beats (2 s or eight) whose level lies
+    apart from that of all others are left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +120,7 @@ class Prepared:
 def prepare(raw: RawRecording, how: Averaging, edits: Sequence[BeatEdit] = ()) -> Prepared:
     """Return the beats of a recording, begun where `edits` move them; raises as `average_beats`."""
     lasts = max(one.origin + one.duration for one in (raw, *raw.beside))
-    if how.zero_time > lasts:
+    if how.zero_time is not None and how.zero_time > lasts:
         raise InputError(f"zero_time={how.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
     heartbeats = find_beats(raw, how.fiducial, _rates(how))
     if len(heartbeats.times) - 1 < how.beats:

@@ -30,6 +30,7 @@ MANY_REJECTED = look_kind(
 _LENGTH = note_kind("beat.length", "length {length:.1f} ms, {usual:.1f} ms around it")
 _SHAPE = note_kind("beat.correlation", "correlation of {signal} {correlation:.2f} with the median beat")
 _STEP = note_kind("beat.step", "step of the pressure")
+_SETTLING = note_kind("beat.settling", "before the pressure settles")
 _VENTILATION = note_kind("beat.ventilation", "ventilation: mean {signal} {off:+.3g} {unit} from end-expiration")
 
 Rejection = Finding | None
@@ -79,6 +80,12 @@ def mark_steps(reasons: list[Rejection], first_beats: list[int]) -> None:
     for first in first_beats:
         for beat in (first - 1, first) if 0 < first < len(reasons) else ():
             reasons[beat] = reasons[beat] or _STEP()
+
+
+def mark_settling(reasons: list[Rejection], beats: np.ndarray) -> None:
+    """Reject the first beats, given by their numbers, whose level lies apart from that of all others."""
+    for beat in beats:
+        reasons[beat] = reasons[beat] or _SETTLING()
 
 
 def mark_inspiration(
