@@ -369,11 +369,12 @@ def test_a_title_of_another_place_in_another_language_is_not_taken_for_the_pulmo
         read_raw_recording(path)
 
 
-def test_the_pressure_of_the_lung_is_taken_by_its_title_in_another_language(tmp_path):
+@pytest.mark.parametrize("missing", ["#NV", "NA", "n/a", "-", ""])
+def test_the_pressure_of_the_lung_is_taken_by_its_title_in_another_language_and_no_value_is_a_gap(tmp_path, missing):
     path = tmp_path / "a.csv"
-    rows = "\n".join(f"{i / 500:.3f};{i % 50};{'#NV' if i == 100 else i % 7}" for i in range(2000))
+    rows = "\n".join(f"{i / 500:.3f};{i % 50};{missing if i == 100 else i % 7}" for i in range(2000))
     path.write_text(f"Zeit [s];Pulmonalarteriendruck [mmHg];Fluss [ml/s]\n{rows}\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"'Fluss': no samples from 0.2 to 0.202 s"):  # as a spreadsheet marks no value
+    with pytest.raises(InputError, match=r"'Fluss': no samples from 0.2 to 0.202 s"):
         read_raw_recording(path)
-    path.write_text(path.read_text("utf-8").replace("#NV", "3"), encoding="utf-8")
+    path.write_text(path.read_text("utf-8").replace(f"0.200;0;{missing}\n", "0.200;0;3\n"), encoding="utf-8")
     assert read_raw_recording(path).pressure.max() == 49

@@ -52,6 +52,14 @@ def test_a_new_study_says_what_to_fill_in(tmp_path):
     assert "networks/ and recordings/" in check.output
 
 
+def test_a_recording_in_place_of_a_study_is_answered_with_what_takes_one(tmp_path):
+    recording = tmp_path / "mouse 3.csv"
+    recording.write_text("time [s],pressure [mmHg]\n0,12\n", encoding="utf-8")
+    said = CliRunner().invoke(app, ["check", str(recording)])
+    assert isinstance(said.exception, InputError)
+    assert f"study.yaml; `vasowave new FOLDER` makes one, `vasowave add '{recording}'` in it" in str(said.exception)
+
+
 def test_titles_of_columns_are_known_in_any_case_and_never_become_free_ones(make_study):
     folder = make_study()
     text = (folder / "animals.csv").read_text("utf-8")

@@ -143,9 +143,9 @@ def _tell_problems(problems: "Sequence[Problem]") -> None:
 def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
     """Return the study and the files; where the first name is no study but the current folder is, all are files."""
     from vasowave.errors import InputError
-    from vasowave.study.reading import STUDY_FILE, study_path
+    from vasowave.study.reading import STUDY_FILE, YAML, study_path
 
-    is_study = study_path(study).is_file() and (study.is_dir() or study.suffix in (".yaml", ".yml"))
+    is_study = study_path(study).is_file() and (study.is_dir() or study.suffix.lower() in YAML)
     if not is_study and Path(STUDY_FILE).is_file():
         return Path(), [study, *paths]
     if study.is_file() and not is_study:

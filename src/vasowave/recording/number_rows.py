@@ -16,8 +16,8 @@ _TOGETHER = 4096
 """Rows that are read cell by cell are stored this many at once."""
 
 
-_GAPS = frozenset({"", "#NV", "#N/A", "#NULL!", "#WERT!", "#VALUE!", "#DIV/0!"})
-"""Cells without a number, as spreadsheets write them too."""
+_GAPS = frozenset({"", "NA", "N/A", "-", "--", "#NV", "#N/A", "#NULL!", "#WERT!", "#VALUE!", "#DIV/0!"})
+"""Cells without a number, as R and spreadsheets write them too."""
 _CLOCK = re.compile(r"\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?")
 _NO_CLOCK = (
     "; a time of day is not read: write seconds since the start, or leave the column out and say how many samples a "

@@ -5,6 +5,7 @@ stays the text that was written (``1e-7`` and ``no`` are what they look like); w
 business of the settings. Anchors and aliases are refused.
 """
 
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +21,7 @@ from vasowave.study.problems import Problem
 from vasowave.study.settings import StudyFile
 
 STUDY_FILE = "study.yaml"
+YAML = (".yaml", ".yml")
 Path_ = tuple[str | int, ...]
 _NOTHING = ("", "~", "null", "Null", "NULL")
 _DEEPEST = 20  # nesting of a document, beyond any study's
@@ -85,8 +87,14 @@ def read_document(path: Path) -> Document:
     Raises
     ------
     InputError
-        The file cannot be read at all.
+        The file cannot be read at all, or is no YAML by its name.
     """
+    if path.is_file() and path.suffix.lower() not in YAML:
+        typed = shlex.quote(str(path))
+        raise InputError(
+            f"{path}: a study is a folder or its {STUDY_FILE}; `vasowave new FOLDER` makes one, `vasowave add {typed}` "
+            f"in it takes up files, and `vasowave open {typed}` shows a recording or an image"
+        )
     try:
         raw = path.read_bytes()
     except OSError as error:

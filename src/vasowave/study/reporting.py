@@ -16,7 +16,7 @@ from vasowave.study.executors import side_by_side
 from vasowave.study.loading import animal_key
 from vasowave.study.physiology import looks_of
 from vasowave.study.plan import Study, inspect_study
-from vasowave.study.reading import study_path
+from vasowave.study.reading import YAML, study_path
 from vasowave.study.results import Results, read_results
 from vasowave.study.status import outdated
 
@@ -64,7 +64,7 @@ def report_study(
     VasowaveWarning
         The study's files changed since it was run; the report shows what was run.
     """
-    if not Path(study).exists() and Path(study).suffix not in (".yaml", ".yml"):
+    if not Path(study).exists() and Path(study).suffix.lower() not in YAML:
         raise InputError(f"{study}: there is no such folder")
     path = study_path(Path(study))
     folder, stored = path.parent, read_results(path.parent)
