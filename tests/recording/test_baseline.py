@@ -270,3 +270,13 @@ def test_a_drift_from_the_start_on_is_no_level_that_settles(drift):
     for seed in range(20, 24):
         heavy = replace(USUAL, ventilation_pressure=3.0)
         assert average(recorded(seed, drift, disturbances=heavy))[0].baseline.settling is None
+
+
+def test_a_flush_after_the_first_beats_leaves_the_zero_of_the_start():
+    raw = recorded(25, lambda t: 0.1 * t + np.where((t > 0.4) & (t < 0.9), 40.0, 0.0))
+    made, said = average(raw)
+    assert made.recording.mean_pressure == pytest.approx(15.43, abs=0.1)
+    assert made.baseline.zero == pytest.approx(0.0, abs=0.1)
+    assert made.recording.pressure_error[0] < 0.1
+    assert not any("settles" in one for one in said)
+    assert all(beat.rejected for beat in made.beats if 0.3 < beat.start < 0.9)

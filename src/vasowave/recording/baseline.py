@@ -110,11 +110,16 @@ class Settling:
     until : float
         The first beat that follows, s since the start of the recording.
     height : float
-        How far apart it begins, mmHg: the beat that lies farthest.
+        How far apart the first beat lies, mmHg: small where beats after it are those that lie apart, by a flush.
     """
 
     until: float
     height: float
+
+    @property
+    def error(self) -> float:
+        """What is unknown of the zero, mmHg: the first beat or all others show where it was right."""
+        return abs(self.height) if abs(self.height) >= SAID else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,14 +217,14 @@ class Baseline:
         lie apart, since they or the others show where the zero was right.
         """
         stays = self.mean_drift(first, last) if self.sure and not self.removed else 0.0
-        return float(np.hypot(stays, self.settling.height if self.settling else 0.0))
+        return float(np.hypot(stays, self.settling.error if self.settling else 0.0))
 
 
 def baseline_findings(baseline: Baseline, first: float, last: float) -> list[Finding]:
     """Return the drift, what was done about it, and its size in the beats averaged from first to last."""
     far = float(baseline.time[np.argmax(np.abs(baseline.trend))])
     apart = [CHANGED_BESIDE(what=baseline.elsewhere, zero=baseline.zero)] if baseline.elsewhere else []
-    if baseline.settling:
+    if baseline.settling and baseline.settling.error:
         apart.append(SETTLES(until=baseline.settling.until, height=baseline.settling.height))
     if not baseline.sure:
         return [*apart, STEADY(within=float(max(abs(baseline.size), baseline.error)))]
@@ -262,7 +267,7 @@ def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: fl
     time = starts + (ends - starts) * low.mean() / (pressure.shape[1] - 1)
     settling = _settling(time, level, good) if zero_time is None else None
     good = good & (time >= settling.until) if settling else good.copy()
-    zero_time = settling.until if settling else _known_zero(zero_time or 0.0, time[good])
+    zero_time = settling.until if settling and settling.error else _known_zero(zero_time or 0.0, time[good])
     first: list[int] = []
     while True:
         shifts = (np.arange(len(time))[:, None] >= np.array(first, dtype=int)).astype(float)
@@ -301,15 +306,14 @@ def _settling(time: np.ndarray, level: np.ndarray, good: np.ndarray) -> Settling
 def _begins_apart(time: np.ndarray, level: np.ndarray) -> tuple[float, Settling]:
     """Return how far, mmHg, a first of good beats surely lies from the level of the others carried back to it, and how.
 
-    Carried back, the level follows the drift; the difference that is told is that from the level where it begins.
+    Carried back, the level follows the drift; the height that is told is that above the level where the others begin.
     """
     rest = (time >= time[0] + _FIRST) & (np.arange(len(time)) >= _SIDE)
     until = float(time[rest][0])
     breathless, curve = _without_breaths(time, level, rest, np.zeros((len(time), 0)), until)
     left = np.where(rest, 0.0, np.abs(breathless - curve.values))
     left[left < _SURE * curve.error] = 0.0
-    farthest = int(np.argmax(left))
-    return float(left[farthest]), Settling(until, float(breathless[farthest] - curve.at_anchor))
+    return float(left.max()), Settling(until, float(breathless[0] - curve.at_anchor))
 
 
 def _known_zero(zero_time: float, known: np.ndarray) -> float:
