@@ -45,7 +45,7 @@ def network_table(path: Path, counted: bool = True) -> None:
         Network(tuple(f"v{i}" for i in range(9)), np.array(parent), 0.4 * sizes, 0.05 * sizes, pressure=6.3), path
     )
     if not counted:
-        lines = (line.rsplit(",", len(COUNTED))[0] for line in path.read_text().splitlines())
+        lines = (line.rsplit(",", 2)[0] for line in path.read_text().splitlines())
         path.write_text("\n".join(lines) + "\n")
         assert not any(title in path.read_text() for title in COUNTED)
 

@@ -31,7 +31,7 @@ _END = "radius end"
 _TITLES = "name, parent, length [cm], radius [cm]"
 _QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope"}
 
-COUNTED = ("vessels", "outlets")
+COUNTED = ("vessels", "outlets", "inlets")
 """Columns that say in every row how many there are, so that lost rows and changed ends are noticed."""
 
 OTHER_COUNT = look_kind(
@@ -56,7 +56,8 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
     """Read a network from CSV, TSV or Excel, and why it may not be whole.
 
     Columns: ``name, parent, length [cm], radius [cm], radius_sd [cm], taper [cm/cm], taper_sd [cm/cm], pressure [mmHg],
-    vessels, outlets``; where vessels form loops or have several inlets, ``from, to`` in place of ``parent``.
+    vessels, outlets``; where vessels form loops or have several inlets, ``from, to`` in place of ``parent``, and
+    ``inlets`` beside ``outlets``.
 
     The root's parent is empty. ``from`` and ``to`` name the nodes in which a vessel begins and ends, in any words;
     vessels with a node in common meet there. Sizes and pressure may be in any unit that the header names. The pressure
@@ -75,8 +76,8 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
     -------
     network : Network
     found : list of Finding
-        What looks like lost rows: other numbers than the columns ``vessels`` and ``outlets`` say, a vessel with one
-        daughter, a last line without an end.
+        What looks like lost rows: other numbers than the columns ``vessels``, ``outlets`` and ``inlets`` say, a vessel
+        with one daughter, a last line without an end.
     """
     table = read_columns(path, _ALIASES)
     if not table.names:
@@ -126,8 +127,9 @@ def write_network(network: Network, path: str | Path) -> None:
 
 
 def counted(network: Network) -> dict[str, str]:
-    """Return what the columns `COUNTED` hold in every row of a network's table."""
-    return {title: str(count) for title, count in zip(COUNTED, (len(network), len(network.terminals)), strict=True)}
+    """Return what the columns `COUNTED` hold in every row of a network's table; a tree has one inlet by its parents."""
+    counts = zip(COUNTED, (len(network), len(network.terminals), len(network.inlets)), strict=True)
+    return {title: str(count) for title, count in counts if title != "inlets" or network.nodes is not None}
 
 
 def measured_columns(network: Network) -> dict[str, list[str]]:
@@ -164,9 +166,9 @@ def _known_in(table: Columns, field: str, quantity: str) -> np.ndarray | None:
 
 def _lost(table: Columns, network: Network) -> list[Finding]:
     """Return every sign that rows are missing."""
-    said = {title: column for title in COUNTED if (column := table.find(title)) is not None}
+    found = counted(network)
+    said = {title: column for title in found if (column := table.find(title)) is not None}
     if said:
-        found = counted(network)
         return [OTHER_COUNT(found=found[title], column=title, count=count) for title, column in said.items()
                 for count in sorted({row[column] for row in table.cells} - {found[title], ""})]  # fmt: skip
     alone = [network.name[one.ending[0]] for one in network.junctions if len(one.ending) == len(one.beginning) == 1]
