@@ -11,7 +11,7 @@ from vasowave.errors import InputError
 from vasowave.settings import settings_of
 from vasowave.study.reading import parse_settings
 from vasowave.study.settings import StudyFile
-from vasowave.study.template import FOLDERS, new_study, schema_text, study_text, with_groups, written
+from vasowave.study.template import FOLDERS, new_study, schema_text, study_text, with_groups, with_value, written
 
 
 def said(text: str) -> list[str]:
@@ -201,3 +201,17 @@ def test_a_species_that_is_not_known_is_named_before_anything_is_written(tmp_pat
     with pytest.raises(InputError, match=r"'guinea pig' is not known; .* other \(any that is not named before it\)"):
         new_study(tmp_path / "s", species="guinea pig")
     assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "changed"),
+    [
+        ('title: "Lab #1 study"   # of 2026', 'title: "New"   # of 2026'),
+        ("title: 'it''s #3'", 'title: "New"'),
+        ("title: a # b", 'title: "New" # b'),
+    ],
+)
+def test_a_value_is_replaced_whole_and_the_remark_behind_it_stays(tmp_path, line, changed):
+    path = tmp_path / "study.yaml"
+    path.write_text(f"groups: [CTL]\n{line}\n", encoding="utf-8")
+    assert with_value(path, ("title",), '"New"') == f"groups: [CTL]\n{changed}\n"

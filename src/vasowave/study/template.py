@@ -1,7 +1,6 @@
 """A new study: a commented study file, its schema for editors, a table of animals that is empty or of virtual mice."""
 
 import json
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import wrap
@@ -100,9 +99,9 @@ def with_value(path: Path, key: Sequence[str], value: str) -> str:
     known = any(at == tuple(key) for at in before.keys)
     if known:
         number = before.place(key, key=True).line - 1
-        remark = re.search(r"\s#.*$", lines[number])
+        remark = _remark(lines[number])
         indent = lines[number][: len(lines[number]) - len(lines[number].lstrip())]
-        lines[number] = f"{indent}{line.lstrip()}{remark.group() if remark else ''}"
+        lines[number] = f"{indent}{line.lstrip()}{remark}"
     elif len(key) > 1 and tuple(key[:-1]) in before.keys:
         lines.insert(before.place(key[:-1], key=True).line, line)
     else:
@@ -115,6 +114,18 @@ def with_value(path: Path, key: Sequence[str], value: str) -> str:
     if after.problems or not rest_is_same or _at(after.values, key) != wished.values.get("value"):
         raise InputError(f"{path}: '{'.'.join(key)}' is written over several lines; write there: {line.lstrip()}")
     return changed
+
+
+def _remark(line: str) -> str:
+    """Return what stands behind the value of a line of YAML, empty where the value does not end on it."""
+    import yaml
+
+    behind = yaml.BlockEndToken, yaml.StreamEndToken
+    try:
+        ends = [one.end_mark.column for one in yaml.scan(line) if not isinstance(one, behind)]
+    except yaml.YAMLError:
+        return ""
+    return line[max(ends) :].rstrip()
 
 
 def _at(values: Any, key: Sequence[str]) -> Any:
