@@ -16,7 +16,9 @@ from vasowave.species import ANY_HEART_RATES
 PHASE = np.arange(512) / 512
 SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)
 CYCLE = Recording(
-    8.4 + 10.5 * np.sin(np.pi * np.clip((PHASE - 0.08) / 0.8, 0, 1)) ** 2 * np.exp(-1.2 * PHASE) * 1.5,
+    8.4
+    + 10.5 * np.sin(np.pi * np.clip((PHASE - 0.08) / 0.8, 0, 1)) ** 2 * np.exp(-1.2 * PHASE) * 1.5
+    + 0.3 * np.cos(2 * np.pi * PHASE),
     0.55 * np.sin(np.pi * SYSTOLE) ** 2 * (1 - 0.4 * SYSTOLE),
     0.11,
     "smooth synthetic cycle",

@@ -38,12 +38,17 @@ def upstroke_line(result: AnimalResult, flow: np.ndarray) -> np.ndarray:
 
 
 def fitted_decay(result: AnimalResult) -> tuple[np.ndarray, np.ndarray]:
-    """Return time (s) and pressure (mmHg) of the exponential fitted to the diastolic decay (eq. 12)."""
+    """Return time (s) and pressure (mmHg) of the exponential fitted to the diastolic decay (eq. 12).
+
+    It decays to the pressure behind the beds. A decay that reaches below that has none; its line is that to 0 mmHg.
+    """
     nominal = result.nominal
-    time, tau = nominal["decay_time"].values, float(nominal["tau"])
+    time, tau, falling = nominal["decay_time"].values, float(nominal["tau"]), nominal["decay_pressure"].values
+    behind = float(result.recording.get("wedge_pressure", 0.0))
+    behind = behind if falling.min() > behind else 0.0
     # A log-linear fit passes through the means, so the amplitude follows from them.
-    level = np.exp(np.mean(np.log(nominal["decay_pressure"].values)) + np.mean(time - time[0]) / tau)
-    return time, level * np.exp(-(time - time[0]) / tau)
+    level = np.exp(np.mean(np.log(falling - behind)) + np.mean(time - time[0]) / tau)
+    return time, behind + level * np.exp(-(time - time[0]) / tau)
 
 
 def largest_waves(waves: xr.Dataset) -> dict[str, int]:

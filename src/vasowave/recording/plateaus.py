@@ -1,6 +1,6 @@
-"""Stretches in which a signal stands still: a transducer open to air, or set to known pressures, or peaks cut off.
+"""Stretches in which a signal stands still: a transducer open to air, or set to known pressures, or a wave cut off.
 
-Peaks are cut off at one value where an amplifier or a converter was at the end of its range.
+Peaks or troughs are cut off at one value where an amplifier or a converter was at the end of its range.
 """
 
 from typing import NamedTuple
@@ -42,10 +42,12 @@ CALIBRATION = note_kind(
 )
 SATURATED = look_kind(
     "recording.saturated",
-    "{what}: {percent:.1f} % of the samples stand at its largest value, {value:.4g} {unit}: peaks are cut off there, "
+    "{what}: {percent:.1f} % of the samples stand at its {end} value, {value:.4g} {unit}: {parts} are cut off there, "
     "by an amplifier or a converter at the end of its range",
-    "Record it again with a wider range, or choose with `start` and `end` a stretch below it.",
+    "Record it again with a wider range, or choose with `start` and `end` a stretch that is not cut off.",
 )
+_LONGER_THAN_BEATS = 1.0  # s; what stands still for longer is no part of a wave
+_AT_REST = 0.02  # of the range: a flow that stands nearer to zero rests there
 _SHARE = 0.003  # of all samples that stand at the largest value
 _PILED = 4.0  # times as many samples stand there as in the next step below; of a sine's peak 2.4 times
 _NEAR, _FINEST = 0.05, 1e-4  # of the range: where the steps of a converter are looked for, and the finest of them
@@ -105,18 +107,29 @@ def plateau_findings(
     return found
 
 
-def saturated(raw: RawRecording) -> list[Finding]:
-    """Return a finding for each of pressure and flow whose peaks are cut off at one value."""
+def saturated(raw: RawRecording, plateaus: tuple[Plateau, ...]) -> list[Finding]:
+    """Return a finding for each of pressure and flow whose peaks or troughs are cut off at one value.
+
+    Plateaus that are longer than a beat are no part of the wave.
+    """
+    time = raw.time
+    wave = np.ones(len(time), dtype=bool)
+    for one in plateaus:
+        wave &= (time < one.start) | (time > one.end) | (one.end - one.start < _LONGER_THAN_BEATS)
     found = []
-    for what, unit, values in (("pressure", "mmHg", raw.pressure), ("flow", "ml/s", raw.flow)):
-        share = _cut_off(values)
-        if share:
-            found.append(SATURATED(what=what, unit=unit, percent=100 * share, value=float(values.max())))
+    for what, unit, values in (("pressure", "mmHg", raw.pressure[wave]), ("flow", "ml/s", raw.flow[wave])):
+        for sign, end, parts in ((1.0, "largest", "peaks"), (-1.0, "smallest", "troughs")):
+            share, value = _cut_off(sign * values), sign * float(np.max(sign * values, initial=-np.inf))
+            rests = what == "flow" and sign < 0 and abs(value) < _AT_REST * np.ptp(values)
+            if share and not rests:
+                found.append(SATURATED(what=what, unit=unit, percent=100 * share, value=value, end=end, parts=parts))
     return found
 
 
 def _cut_off(values: np.ndarray) -> float:
     """Return the share of samples at the largest value; 0 if they are no more than a peak that is rounded has."""
+    if not len(values):
+        return 0.0
     below = values.max() - values
     steps = np.diff(np.unique(below[below <= _NEAR * np.ptp(values)]))
     step = max(float(np.median(steps)) if len(steps) else 0.0, _FINEST * float(np.ptp(values)))

@@ -18,6 +18,8 @@ SHORTEST = 1.0
 """A shorter recording than this (s) holds too few beats to average."""
 
 
+ZEROED = note_kind("recording.zeroed", "the given zero of {zero:+.3g} mmHg was subtracted from the pressure")
+GAINS = note_kind("recording.gains", "the {what} was multiplied by the given gain of {gain:.4g}")
 STRETCH = note_kind("recording.stretch", "{start:g} to {end:g} s of the recording")
 
 
@@ -160,7 +162,9 @@ class RawRecording:
         if (zero, gain, flow_gain) == (0.0, 1.0, 1.0):
             return self
         beside = tuple(one.calibrated(zero, gain, flow_gain) for one in self.beside)
-        return replace(self, pressure=(self.pressure - zero) * gain, flow=self.flow * flow_gain, beside=beside)
+        notes = (*self.notes, *calibration_notes(zero, gain, flow_gain))
+        pressure = (self.pressure - zero) * gain
+        return replace(self, pressure=pressure, flow=self.flow * flow_gain, beside=beside, notes=notes)
 
     def _cut(self, start: float, end: float) -> "RawRecording":
         """Return a stretch alone."""
@@ -176,3 +180,9 @@ class RawRecording:
             origin=origin,
             beside=(),
         )
+
+
+def calibration_notes(zero: float, gain: float, flow_gain: float) -> list[Finding]:
+    """Return what a zero (mmHg) and gains that a person gave did to a recording; nothing where they are 0 and 1."""
+    found = [ZEROED(zero=zero)] if zero else []
+    return [*found, *(GAINS(what=what, gain=by) for what, by in (("pressure", gain), ("flow", flow_gain)) if by != 1.0)]

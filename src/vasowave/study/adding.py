@@ -96,7 +96,7 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     before = read_rows(table)
     sorted_files = _sorted(path.parent, table, paths, network, cells or {})
     networks = _networks(path.parent, sorted_files.networks, before.rows, network)
-    known = Known(path.parent, before.rows)
+    known, had = Known(path.parent, before.rows), {row["group"] for row in before.rows}
     found = [_Row(one, _cells(one, path.parent, cells or {}), known.row_of(one)) for one in sorted_files.recordings]
     touched = [one for one in found if one.old is not None]
     new, said = _without_copies([one for one in found if one.old is None], known)
@@ -115,6 +115,11 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     all_new = [*rows, *(one.old for one in touched if one.old is not None)]
     in_use = {*settings.groups, *(row["group"] for row in all_new)}
     marks = {label: own for label, own in marks.items() if label != group or label in in_use}  # no row takes it
+    if groups:
+        given = parsed_groups(groups)
+        left = {row["group"] for row in [*before.rows, *rows]} | given.keys()  # not what rows were called until now
+        marks = {label: own for label, own in marks.items() if label in left or label not in had}
+        marks = given if marks.keys() == given.keys() else marks
     other = with_groups(path, list(marks)) if list(marks) != settings.groups else ""
     write_file(table, written_rows(before, rows))
     if other:
@@ -231,8 +236,9 @@ def _grouped(
     used = {row.get("group", "") for row in before} & set(settings.groups)
     free = not used and settings.groups == StudyFile().groups
     marks: dict[str, tuple[str, ...]] = {label: (label,) for label in settings.groups}
-    if groups:
-        marks = _regrouped([] if free else settings.groups, used, parsed_groups(groups))
+    given = parsed_groups(groups) if groups else {}
+    if given:
+        marks = _regrouped([] if free else settings.groups, used, given)
     elif group and group not in marks:
         if not free and (hint := did_you_mean(group, marks)):
             raise InputError(f"'{group}' is not a group of the study{hint}; its groups: {', '.join(marks)}")
@@ -240,7 +246,8 @@ def _grouped(
 
     def tell() -> list[_Row]:
         for one in found:
-            one.cells["group"] = group or told_group(one.recorded.files[0], path.parent, marks)
+            ways = (told_group(one.recorded.files[0], path.parent, by) for by in (given, marks))
+            one.cells["group"] = group or next(filter(None, ways), "")
         return [one for one in found if not (one.cells["group"] or (one.old and one.old.get("group")))]
 
     lost = tell()

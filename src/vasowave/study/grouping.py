@@ -76,6 +76,7 @@ def proposed_groups(files: Sequence[Path], beside: Path) -> Proposal | None:
     """Return the groups that the names of files, or of their folders, speak of; None if they do not.
 
     Some, two or more, words of the same place in every name share the files among them, each in the mean two or more.
+    Words that tell the group of every file come before those that leave some in doubt (LE in ``LE pig``, beside pig).
     """
     stems = [_letters(file.stem) for file in files]
     folders = [_names(file, beside)[1:] for file in files]
@@ -85,7 +86,9 @@ def proposed_groups(files: Sequence[Path], beside: Path) -> Proposal | None:
     sources += [("names end with", [one[-1] for one in stems])] if shortest else []
     good = [(where, said) for where, said in sources if _shares(said)]
     good.sort(key=lambda one: not any(is_reference(word) for word in one[1]))
-    return _proposal(*good[0]) if good else None
+    proposals = [_proposal(*one) for one in good]
+    sure = [one for one in proposals if all(told_group(file, beside, one.marks) for file in files)]
+    return next(iter([*sure, *proposals]), None)
 
 
 def parsed_groups(text: str) -> dict[str, tuple[str, ...]]:

@@ -39,6 +39,7 @@ from vasowave.recording import (
     suspect_catheter,
 )
 from vasowave.recording.describe import kind_of
+from vasowave.recording.raw import calibration_notes
 from vasowave.solver.practice import PAPER
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings, averaging_settings
@@ -163,7 +164,8 @@ def _calibrated(cycle: Recording, zero: float, gain: float, flow_gain: float) ->
         "pressure_error": None if cycle.pressure_error is None else cycle.pressure_error * gain,
         "flow_error": None if cycle.flow_error is None else cycle.flow_error * flow_gain,
     }
-    return replace(cycle, pressure=(cycle.pressure - zero) * gain, flow=cycle.flow * flow_gain, **errors)
+    notes = (*cycle.notes, *calibration_notes(zero, gain, flow_gain))
+    return replace(cycle, pressure=(cycle.pressure - zero) * gain, flow=cycle.flow * flow_gain, notes=notes, **errors)
 
 
 def read_stretch(row: AnimalRow) -> RawRecording:
