@@ -1,11 +1,13 @@
 """Gaps and times of recordings, by values counted by hand."""
 
+import warnings
+
 import numpy as np
 import pytest
 
 from vasowave.errors import InputError
 from vasowave.io.textfile import Lines
-from vasowave.recording import gaps, number_rows, signal
+from vasowave.recording import gaps, number_rows, read_raw_recording, signal
 from vasowave.recording.gaps import Span
 
 NAN = np.nan
@@ -194,3 +196,21 @@ def test_a_row_that_is_too_short_or_too_long_and_a_cell_that_is_no_number_are_na
         rows.add_row(3, ["1", "12:30:01"], False)
     with pytest.raises(InputError, match="'1,5' is not a number"):
         rows.add_row(3, ["1", "1,5"], False)
+
+
+@pytest.mark.parametrize(("code", "unit", "missing"), [(-999, "mmHg", True), (-9999, "kPa", True), (-999, "Pa", False)])
+def test_a_code_far_from_all_others_is_a_missing_value_and_one_among_them_a_number(tmp_path, code, unit, missing):
+    rows = [
+        f"{i / 500:.3f},{code if i == 100 else i % 50 + (-980 if unit == 'Pa' else 0)},{i % 7}" for i in range(2000)
+    ]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([f"time [s],pressure [{unit}],flow [ml/s]", *rows, ""]), encoding="utf-8")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        if missing:
+            with pytest.raises(InputError, match=r"'pressure': no samples from 0.2 to 0.202 s"):
+                read_raw_recording(path)
+            assert f"'pressure': 1 samples are {code}, far from all others" in str(caught[0].message)
+        else:
+            assert read_raw_recording(path).pressure.min() == pytest.approx(-999 * 760 / 101325, rel=1e-5)
+            assert not caught

@@ -1,6 +1,6 @@
 """Continuous channels as a file holds them, before anyone says which is pressure, flow or ECG."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,13 @@ CUT_OFF = look_kind(
     "the last line has no line end, so the file may have been cut off; {what} was left out",
     "Export the file again.",
 )
+MISSING = look_kind(
+    "recording.missing-codes",
+    "'{title}': {count} samples are {code:g}, far from all others, as programs write a missing value; they are gaps",
+    "Leave such cells empty, and choose with `start` and `end` a stretch without them.",
+)
+_CODES = (-999.0, -9999.0, -99999.0)
+_FAR = 3.0  # times the range of all others below them
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,3 +85,18 @@ class Block:
     def duration(self) -> float:
         """Length of the longest channel, s."""
         return max((channel.duration for channel in self.channels), default=0.0)
+
+
+def without_codes(block: Block) -> Block:
+    """Return a block in which samples that stand for a missing value, as -999 does, are gaps, and say so."""
+    channels, found = [], list(block.suspicions)
+    for channel in block.channels:
+        code = float(np.nanmin(channel.values, initial=np.inf))
+        if code in _CODES:
+            missing = channel.values == code
+            others = channel.values[~missing & np.isfinite(channel.values)]
+            if len(others) and others.min() - code > _FAR * np.ptp(others):
+                found.append(MISSING(title=channel.title, count=int(missing.sum()), code=code))
+                channel = replace(channel, values=np.where(missing, np.nan, channel.values))
+        channels.append(channel)
+    return replace(block, channels=tuple(channels), suspicions=tuple(found))

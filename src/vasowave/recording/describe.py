@@ -11,7 +11,7 @@ from vasowave.io.remembered import remembered
 from vasowave.io.textfile import Progress, look
 from vasowave.recording.channels import Block
 from vasowave.recording.choosing import quantity_of
-from vasowave.recording.formats import RECORDINGS
+from vasowave.recording.formats import RECORDINGS, read_blocks
 from vasowave.recording.gaps import Span, gaps_in
 from vasowave.recording.plausibility import PERIODS
 
@@ -108,10 +108,8 @@ def describe_recording(path: str | Path, progress: Progress | None = None) -> Fi
 @remembered
 def _described(path: Path, progress: Progress | None = None) -> FileDescription:
     form = RECORDINGS.of(path)
-    blocks = form.read(path, math.nan, progress)
+    blocks = read_blocks(path, math.nan, progress)
     described = tuple(_block(block) for block in blocks if block.channels)
-    if not described:
-        raise InputError(f"{path}: headers and no samples")
     suspicions = tuple(dict.fromkeys(one for block in blocks for one in block.suspicions))
     kind = "raw" if form.continuous else _kind(described)
     return FileDescription(str(path), form.name, kind, described, suspicions)

@@ -10,7 +10,7 @@ from vasowave.errors import InputError
 from vasowave.findings import Finding
 from vasowave.io.formats import Format, Registry
 from vasowave.io.textfile import Progress
-from vasowave.recording.channels import Block
+from vasowave.recording.channels import Block, without_codes
 from vasowave.recording.choosing import TAKEN, choose
 from vasowave.recording.signal import Signal, given_unit
 
@@ -46,7 +46,7 @@ RECORDINGS = Registry[RecordingFormat](__name__, "table")
 def read_blocks(path: str | Path, sampling_rate: float | None = None, progress: Progress | None = None) -> list[Block]:
     """Return the blocks of a continuous recording of any format; the arguments are those of `read_raw_recording`."""
     path = Path(path)
-    blocks = list(RECORDINGS.of(path).read(path, sampling_rate, progress))
+    blocks = [without_codes(block) for block in RECORDINGS.of(path).read(path, sampling_rate, progress)]
     if not any(block.channels for block in blocks):
         raise InputError(f"{path}: headers and no samples")
     return blocks
