@@ -1,0 +1,259 @@
+"""Numbers of a result by arithmetic: errors and shares of quantities, readings of datasets, what is stored of beats."""
+
+import warnings
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from made_cohort import bare_law, bare_result
+from made_fit import made_fit, made_recording
+from vasowave.animal import datasets, pipeline, quantities, reading, signals
+from vasowave.animal.failure import Failure, Stage, as_plain, from_plain
+from vasowave.animal.result import as_chosen
+from vasowave.descriptions import Quantity
+from vasowave.errors import InputError, VasowaveWarning
+
+KNOWN = {"x": Quantity("mmHg", "X", "an x", "eq. 3"), "y": Quantity("1", "Y", "a y")}
+
+
+def test_a_quantity_has_its_error_its_interval_and_the_shares_of_what_is_known_of_it():
+    effects = pd.DataFrame(
+        {"radius_scale": [0.3, np.nan], "flow_gain": [0.4, 0.1], "zero": [0.0, 0.1]}, index=["x", "y"]
+    )
+    found = quantities.quantities_dataset({"x": 2.0, "y": 5.0}, KNOWN, {"x": (0.5, 1.0), "y": (0.2, 0.4)}, effects)
+    one = found["x"].attrs
+    error = np.sqrt(0.25 + 0.25)
+    reach = np.sqrt(1.0 + 1.959964**2 * 0.25)
+    assert one["standard_error"] == pytest.approx(2 * error)
+    assert (one["interval_low"], one["interval_high"]) == pytest.approx((2 * np.exp(-reach), 2 * np.exp(reach)))
+    assert (one["share_image"], one["share_probe"], one["share_calibration"]) == pytest.approx((0.18, 0.32, 0.0))
+    assert (one["units"], one["symbol"], one["long_name"], one["equation"]) == ("mmHg", "X", "an x", "eq. 3")
+    assert one["interval_level"] == 0.95
+    other = found["y"].attrs  # an effect that is not known counts for none
+    assert other["standard_error"] == pytest.approx(1.0)
+    assert "share_image" not in other
+    assert "equation" not in other
+    bare = quantities.quantities_dataset({"x": 2.0, "z": 1.0}, KNOWN)
+    assert list(bare) == ["x"]
+    assert "standard_error" not in bare["x"].attrs
+    far = quantities.quantities_dataset({"y": 1.0}, KNOWN, {"y": (1.0, 1e9)})["y"].attrs
+    assert far["interval_high"] == pytest.approx(np.exp(200))
+
+
+def test_errors_of_what_is_derived_go_through_its_slopes_on_logarithms():
+    fit = made_fit("linear")
+    found = quantities.errors_of(fit, lambda values: {"product": values["beta"] * values["r1"] ** 2, "one": 1.0})
+    spread = 0.3 * np.ones(len(fit.correlation))
+    covariance = fit.correlation.to_numpy() * np.outer(spread, spread)
+    slope = np.array([1.0, 2.0, 0.0, 0.0])
+    error = np.sqrt(slope @ covariance @ slope)
+    assert found["product"] == pytest.approx((error, 1.959964 * error), rel=1e-6)
+    assert found["one"] == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_quantities_of_laws_are_averaged_where_each_has_an_error():
+    def one(value, error, name="R_T", **more):
+        attrs = {"units": "1", "long_name": "n", "symbol": "s", "standard_error": error} | more
+        return xr.DataArray(value, name=name, attrs=attrs)
+
+    mean = quantities._mean_of_laws([one(100.0, 10.0), one(300.0, 90.0)], np.array([0.25, 0.75]))
+    assert 100 < float(mean) < 300
+    assert mean.attrs["interval_low"] < float(mean) < mean.attrs["interval_high"]
+    log = np.log([100.0, 300.0])
+    middle = log @ [0.25, 0.75]
+    between = (log - middle) ** 2 @ [0.25, 0.75]
+    within = 0.25 * 0.01 + 0.75 * 0.09
+    assert mean.attrs["between_laws"] == pytest.approx(between / (between + within))
+    share = quantities._mean_of_laws([one(0.9, 0.4, "a"), one(0.8, 0.4, "a")], np.array([0.5, 0.5]))
+    assert share.attrs["interval_high"] == 1.0
+    assert quantities._log_error(one(4.0, 1.0)) == 0.25
+    assert quantities._log_error(one(4.0, 0.0)) is None
+
+
+def test_intervals_of_sites_end_at_the_bounds_of_their_quantities():
+    ends = {"low": [1.0, 0.5], "high": [900.0, 9.0]}
+    sites = xr.Dataset(
+        {name: ("quantity", values) for name, values in {"value": [50.0, 3.0], **ends}.items()}
+        | {f"{name}_without": (("site", "quantity"), [one]) for name, one in {"value": [200.0, 3.0], **ends}.items()},
+        {"quantity": ["beta", "other"]},
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(quantities, "_bounds", lambda fit, settings: {"beta": (10.0, 140.0)})
+        found = quantities.sites_within_bounds(SimpleNamespace(sites=sites), None)
+    assert (found["low"].values.tolist(), found["high"].values.tolist()) == ([10.0, 0.5], [140.0, 9.0])
+    assert (found["low_without"].values.tolist(), found["high_without"].values.tolist()) == (
+        [[10.0, 0.5]],
+        [[200.0, 9.0]],
+    )
+    assert quantities.sites_within_bounds(SimpleNamespace(sites=None), None) is None
+
+
+def test_the_noise_of_a_flow_is_the_scatter_of_its_beats_or_its_highest_harmonics():
+    kept = [SimpleNamespace(averaged=one) for one in (True, False, True, True)]
+    beats = SimpleNamespace(beats=kept, flow_sd=np.array([0.1, 0.2, 0.1, 0.3, 0.2]))
+    variance = np.mean(np.square(beats.flow_sd)) / 3
+    assert signals.flow_noise(None, beats) == pytest.approx(np.sqrt(2 * variance / 2))
+    none = SimpleNamespace(beats=[], flow_sd=np.array([0.1, 0.2]))
+    assert signals.flow_noise(None, none) == pytest.approx(np.sqrt(2 * 0.025))
+    t = np.arange(64) / 64
+    flow = 0.2 + 0.1 * np.cos(2 * np.pi * t) + 0.03 * np.cos(2 * np.pi * 20 * t) + 0.01 * np.sin(2 * np.pi * 21 * t)
+    assert signals.flow_noise(SimpleNamespace(flow=flow), None) == pytest.approx(0.01)
+    assert signals.flow_noise(SimpleNamespace(flow=flow[:41]), None) == 0.0
+
+
+def test_the_autocorrelation_of_a_residual_is_that_of_its_cycle():
+    r = np.array([1.0, -2.0, 0.5, 3.0, 1.0, -1.0])
+    centered = r - r.mean()
+    expected = [centered @ np.roll(centered, lag) / (centered @ centered) for lag in range(4)]
+    assert reading.autocorrelation(r) == pytest.approx(expected)
+    with pytest.raises(InputError, match="the residuals do not vary"):
+        reading.autocorrelation(np.ones(5))
+    calibration = xr.Dataset({"pressure_residual": ("time", r)})
+    result = bare_result(
+        recording=xr.Dataset(attrs={"period": 0.12}), laws={"linear": bare_law("linear", calibration=calibration)}
+    )
+    rho = reading.residual_autocorrelation(result, "linear")
+    assert rho["lag"].values == pytest.approx([0, 0.02, 0.04, 0.06])
+    assert rho.attrs["white_noise"] == pytest.approx(1.959964 / np.sqrt(6))
+
+
+def test_a_cycle_is_turned_to_the_foot_of_its_pressure_and_closed():
+    cycle = made_recording()
+    recording = datasets.recording_dataset(cycle)
+    result = bare_result(recording=recording)
+    foot = reading.cycle_foot(cycle.pressure)
+    share, pressure = reading.from_foot(result, "pressure")
+    assert len(share) == 129
+    assert share[0] == pytest.approx((0 - foot * 128) % 1 / 128, abs=1e-9)
+    assert share[-1] == pytest.approx(share[0] + 1)
+    assert pressure[0] == pressure[-1]
+    first = int(np.ceil(foot * 128 - 1e-9)) % 128
+    assert pressure[:-1] == pytest.approx(np.roll(cycle.pressure, -first))
+    assert reading.from_foot(result, "flow")[1][:-1] == pytest.approx(np.roll(cycle.flow, -first))
+
+
+def test_flow_is_told_at_its_own_times():
+    size = 64
+    time = np.arange(size) / size
+    later = (time[::2] + 0.25) % 1.0
+    recording = {
+        "time": xr.DataArray(time), "flow_time": xr.DataArray(later), "flow": xr.DataArray(later.copy()),
+        "pressure": xr.DataArray(20 + 5 * np.sin(2 * np.pi * time)),
+    }  # fmt: skip
+    foot = reading.cycle_foot(recording["pressure"].values)
+    share, flow = reading.from_foot(SimpleNamespace(recording=recording, period=1.0), "flow")
+    assert len(share) == 33
+    assert flow == pytest.approx((share + foot) % 1.0)
+    assert share[-1] == pytest.approx(share[0] + 1)
+
+
+def test_the_error_of_an_impedance_joins_those_of_pressure_and_flow():
+    turn = 2 * np.pi * np.arange(8) / 8
+    recording = xr.Dataset({
+        "pressure": ("time", 10 + 4 * np.cos(turn) + np.cos(2 * turn)),
+        "flow": ("flow_time", 0.2 + 0.1 * np.cos(turn) + 0.05 * np.cos(2 * turn)),
+        "pressure_error": ("k", [0.5, 0.2, 0.1]), "flow_error": ("f", [0.01, 0.02]),
+    })  # fmt: skip
+    measured = SimpleNamespace(impedance=xr.Dataset(coords={"harmonic": [0, 1]}))
+    found = reading.impedance_error(SimpleNamespace(recording=recording, measured=measured))
+    assert found == pytest.approx([np.hypot(0.05, 0.05), np.hypot(0.2 / 4, 0.02 / 0.1)])
+    more = SimpleNamespace(impedance=xr.Dataset(coords={"harmonic": [0, 1, 2]}))
+    assert reading.impedance_error(SimpleNamespace(recording=recording, measured=more))[2] == 0.0  # it is not known
+    none = SimpleNamespace(recording=recording.drop_vars("flow_error"), measured=measured)
+    assert reading.impedance_error(none) is None
+
+
+def average(*beats, rate=100.0, **more):
+    made = [SimpleNamespace(start=start, end=end, averaged=kept, rejected=None) for start, end, kept in beats]
+    return SimpleNamespace(beats=made, **more)
+
+
+def test_the_excerpt_of_a_recording_is_six_seconds_around_the_middle_of_the_averaged_beats():
+    signal = np.arange(2000.0)
+    raw = SimpleNamespace(
+        pressure=signal, flow=-signal, ecg=None, sampling_rate=100.0, origin=2.0, time=2 + signal / 100
+    )
+    part = datasets._excerpt(average((2.5, 3.0, False), (9.0, 9.5, True), (14.5, 15.0, True), (20.0, 21.0, False)), raw)
+    assert len(part["trace_pressure"]) == 600
+    assert (
+        part["trace_pressure"].values[0] == 700
+    )  # 12 s is the middle: a thousand samples after 2 s, less three hundred
+    assert part["trace_time"].values[0] == pytest.approx(9.0)
+    assert "trace_ecg" not in part
+    early = datasets._excerpt(average((2.0, 2.5, True)), raw)
+    assert early["trace_pressure"].values[0] == 0
+    late = datasets._excerpt(average((21.0, 22.0, True)), raw)
+    assert late["trace_pressure"].values[-1] == 1999
+    raw.pressure = raw.flow = raw.ecg = signal[:90]
+    raw.time = raw.time[:90]
+    short = datasets._excerpt(average((2.1, 2.4, True)), raw)
+    assert len(short["trace_ecg"]) == 90
+
+
+def test_what_is_stored_of_a_wedge_is_what_is_known_of_it():
+    cycle = made_recording(count=64)
+    bare = datasets.recording_dataset(cycle)
+    assert "wedge_pressure" not in bare
+    assert "wedge_pulsation" not in bare
+    full = datasets.recording_dataset(replace(cycle, wedge_pressure=4.0, wedge_pulsation=np.tile([1.0, -1.0], 16)))
+    assert float(full["wedge_pressure"]) == 4.0
+    assert full["wedge_pulsation"].values.tolist() == [1.0, -1.0] * 16
+    assert float(bare["mPAP"]) == pytest.approx(cycle.mean_pressure)
+    assert bare["flow_time"].values == pytest.approx(np.arange(64) * cycle.period / 64)
+    assert "pressure_sd" not in datasets.recording_with_scatter(cycle, None)
+    scattered = datasets.recording_with_scatter(
+        cycle, SimpleNamespace(pressure_sd=np.full(64, 0.5), flow_sd=np.full(64, 0.01))
+    )
+    assert scattered["pressure_sd"].values == pytest.approx(np.full(64, 0.5))
+    assert scattered["flow_sd"].dims == ("flow_time",)
+
+
+def test_laws_stand_as_they_were_chosen_by_name_or_by_module():
+    laws = {
+        name: bare_law(name, calibration=xr.Dataset(attrs={"law": law}))
+        for name, law in (("a", "m:A"), ("b", "m:B"), ("c", ""))
+    }
+    assert list(as_chosen(laws, ("m:B", "c"))) == ["b", "c", "a"]
+    assert list(as_chosen(laws, ())) == ["a", "b", "c"]
+
+
+def test_a_failure_is_of_the_whole_animal_where_nothing_of_it_was_computed():
+    whole = {stage: Failure("a", "CTL", "", stage, "why").whole for stage in Stage}
+    assert [stage for stage, one in whole.items() if one] == [Stage.READING, Stage.COMPUTING]
+    one = Failure("a", "CTL", "linear", Stage.FIT, "why", 15.0)
+    assert str(one) == "linear wall, fit: why"
+    assert str(Failure("a", "CTL", "", Stage.COMPARISON, "why")) == "comparison: why"
+    assert from_plain(as_plain([one])) == (one,)
+
+
+def test_warnings_of_ours_are_kept_as_findings():
+    with pipeline._collected() as found:
+        warnings.warn("noted", VasowaveWarning, stacklevel=1)
+    assert [str(one) for one in found] == ["noted"]
+    with pytest.warns(UserWarning, match="of others"), pipeline._collected() as none:
+        warnings.warn("of others", UserWarning, stacklevel=1)
+    assert none == []
+
+
+def test_a_posteriors_answers_are_its_quantiles_and_others_stay_those_of_the_fit():
+    draws = np.arange(1.0, 1000)[np.newaxis]
+    posterior = SimpleNamespace(
+        groups={"posterior": xr.Dataset({"R_T": (("chain", "draw"), draws)})}, draws=lambda name: draws
+    )
+    fitted = xr.Dataset({"R_T": ((), 5.0, {"units": "x", "interval_low": 0.0}), "S": 7.0})
+    law = bare_law("linear", quantities=fitted, posterior=posterior)
+    answer = law.answers["R_T"]
+    assert (float(answer), answer.attrs["interval_low"], answer.attrs["interval_high"]) == (500.0, 25.0, 975.0)
+    assert answer.attrs["units"] == "x"
+    assert float(law.answers["S"]) == 7.0
+    assert law.origin == "posterior under the linear wall"
+    plain = bare_law("linear", quantities=fitted)
+    assert float(plain.answers["R_T"]) == 5.0
+    assert plain.origin == "linear wall"
+    assert plain.compared == "pressure"
+    assert bare_law("x", calibration=xr.Dataset(attrs={"enters": "pressure"})).compared == "flow"
+    assert bare_law("x").stiffness == "stiffness"
