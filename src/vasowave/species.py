@@ -1,7 +1,9 @@
 """Plausible values of a species: heart rate, pressures, output, decay and the size of its main pulmonary artery."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, cast, get_args
+
+from vasowave.errors import InputError, did_you_mean
 
 SpeciesName = Literal["mouse", "rat", "rabbit", "dog", "pig", "human", "other"]
 """Species by name; of any other nothing is compared."""
@@ -73,3 +75,14 @@ ANY_HEART_RATES: Range = (30.0, 900.0)
 def heart_rates_of(species: str) -> Range:
     """Return between which heart rates, beats/min, the beats of a species are looked for."""
     return SPECIES[species].heart_rates if species in SPECIES else ANY_HEART_RATES
+
+
+def known_species(name: str) -> SpeciesName:
+    """Return the name of a species; raises `InputError` where it is none."""
+    known = get_args(SpeciesName)
+    if name not in known:
+        raise InputError(
+            f"species '{name}' is not known{did_you_mean(name, known)}; there are: {', '.join(known)} (any that is not "
+            "named before it)"
+        )
+    return cast(SpeciesName, name)

@@ -273,3 +273,13 @@ def test_the_euler_number_is_that_of_another_library():
     ring = np.ones((3, 5, 5), dtype=bool)
     ring[:, 2, 2] = False
     assert euler_number(ring) == 0  # one tunnel
+
+
+def test_one_length_that_is_wrong_mirrors_no_tree():
+    """Two unlike sides; the length of one tip is lost, which is nearer to that of another side's tip."""
+    names, parent = ("root", "left", "right", "l1", "l2", "r1", "r2"), np.array([-1, 0, 0, 1, 1, 2, 2])
+    length, radius = np.array([3.5, 3.0, 3.2, 2.2, 2.5, 1.5, 2.4]), np.array([7.5, 5.5, 6.0, 3.5, 4.2, 4.7, 3.9]) / 10
+    shorter = length.copy()
+    shorter[3] = 0.005
+    pairs = match(Network(names, parent, length, radius), Network(names, parent, shorter, radius))
+    assert pairs == {row: row for row in range(7)}

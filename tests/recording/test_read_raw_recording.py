@@ -378,3 +378,16 @@ def test_the_pressure_of_the_lung_is_taken_by_its_title_in_another_language_and_
         read_raw_recording(path)
     path.write_text(path.read_text("utf-8").replace(f"0.200;0;{missing}\n", "0.200;0;3\n"), encoding="utf-8")
     assert read_raw_recording(path).pressure.max() == 49
+
+
+def test_a_zero_and_gains_that_were_given_are_noted():
+    raw = RawRecording(np.full(2000, 23.0), np.full(2000, 2.0), 1000.0)
+    right = raw.calibrated(3.0, 1.1, 0.5)
+    np.testing.assert_allclose(right.pressure, 22.0)
+    np.testing.assert_allclose(right.flow, 1.0)
+    assert [str(note) for note in right.notes] == [
+        "the given zero of +3 mmHg was subtracted from the pressure",
+        "the pressure was multiplied by the given gain of 1.1",
+        "the flow was multiplied by the given gain of 0.5",
+    ]
+    assert raw.calibrated().notes == ()

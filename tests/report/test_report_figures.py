@@ -6,9 +6,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from made_cohort import made_results
+from made_cohort import bare_result, made_results
 from made_fit import made_fit
+from vasowave.animal.reading import fitted_decay
 from vasowave.cohort import gathered
 from vasowave.datasets import control_network
 from vasowave.figures import modeled
@@ -75,6 +77,20 @@ def test_the_fitted_decay_falls_by_e_in_one_time_constant(cohort, result):
     nominal = result.nominal
     assert 1 / slope == pytest.approx(float(nominal["tau"]), rel=1e-12)
     np.testing.assert_allclose(np.mean(np.log(pressure)), np.mean(np.log(nominal["decay_pressure"])), rtol=1e-12)
+
+
+def test_a_decay_to_a_wedge_pressure_is_drawn_above_it():
+    time = np.linspace(0.0, 0.1, 41)
+    falling = 7.0 + 12.0 * np.exp(-time / 0.25)
+    nominal = xr.Dataset({"tau": 0.25, "decay_time": ("decay", time), "decay_pressure": ("decay", falling)})
+    above = bare_result(nominal=nominal, recording=xr.Dataset({"wedge_pressure": 7.0}))
+    np.testing.assert_allclose(fitted_decay(above)[1], falling, rtol=1e-12)
+    below = bare_result(
+        nominal=nominal, recording=xr.Dataset({"wedge_pressure": 15.5})
+    )  # it falls beneath: none is told
+    drawn = fitted_decay(below)[1]
+    np.testing.assert_allclose(drawn[0] / drawn[-1], np.exp(0.1 / 0.25), rtol=1e-12)
+    np.testing.assert_allclose(np.mean(np.log(drawn)), np.mean(np.log(falling)), rtol=1e-12)
 
 
 def test_the_thin_line_of_the_loop_is_the_wall_law_itself(result):

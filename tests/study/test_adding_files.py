@@ -184,6 +184,43 @@ def test_groups_may_be_given_to_new_as_they_are_to_add(tmp_path):
     assert "say the whole to `vasowave add --groups`" in done.output
 
 
+@pytest.fixture
+def pigs(tmp_path):
+    """Return a folder of two folders; the names of the files in the second hold the word of the first, too."""
+    for folder, name in (("Kontrolltiere", "Ferkel"), ("Lungenembolie", "LE-Ferkel")):
+        (tmp_path / folder).mkdir()
+        for number in (1, 2, 3):
+            text = exported(10 * number + len(name), 15.0)
+            (tmp_path / folder / f"{name} {number}.txt").write_text(text, encoding="cp1252", errors="replace")
+    return tmp_path
+
+
+def groups_of(study):
+    with (study / "animals.csv").open(encoding="utf-8") as file:
+        rows = csv.DictReader(line for line in file if not line.startswith("#"))
+        return {row["animal"]: row["group"] for row in rows}
+
+
+def test_words_that_tell_the_group_of_every_file_are_proposed_before_those_that_leave_some_in_doubt(pigs):
+    study = pigs / "s"
+    new_study(study)
+    add_files(study, [pigs / "Kontrolltiere", pigs / "Lungenembolie"])
+    assert groups_of(study) == {f"Ferkel {i}": "Kontrolltiere" for i in (1, 2, 3)} | {
+        f"LE-Ferkel {i}": "Lungenembolie" for i in (1, 2, 3)
+    }
+
+
+def test_what_is_said_of_groups_comes_before_what_rows_and_groups_were_called(pigs):
+    study = pigs / "s"
+    new_study(study, ["Ferkel", "LE"])
+    files = [pigs / "Kontrolltiere", pigs / "Lungenembolie"]
+    add_files(study, files)
+    assert set(groups_of(study).values()) == {"Ferkel", ""}  # the names of the others hold both words
+    add_files(study, files, groups="Sham=Kontrolltiere,LE=Lungenembolie")
+    assert groups_of(study) == {f"Ferkel {i}": "Sham" for i in (1, 2, 3)} | {f"LE-Ferkel {i}": "LE" for i in (1, 2, 3)}
+    assert "\ngroups: [Sham, LE]" in (study / "study.yaml").read_text("utf-8")  # nothing is called Ferkel any more
+
+
 def test_one_cause_is_one_error_with_all_its_lines(tmp_path):
     study = tmp_path / "s"
     CliRunner().invoke(app, ["new", str(study)])

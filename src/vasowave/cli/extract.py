@@ -102,15 +102,14 @@ def centerlines(
     from vasowave.imaging.revise.parts import wanted_part
     from vasowave.network.remarks import unlike_the_species
     from vasowave.report.extraction import check_centerlines_folder, write_centerline_network
-    from vasowave.species import SPECIES
+    from vasowave.species import known_species
 
     check_wishes(generations, vessels, min_radius)
     if cut not in ("axes", "tube", "identical"):
         raise InputError(f"cut '{cut}'; vessels meet where 'axes' do, or part at a 'tube' or where 'identical'")
     if ends not in ("auto", "ball", "wall"):
         raise InputError(f"ends '{ends}'; lines end a 'ball' before the wall or at the 'wall', or 'auto'")
-    if species not in (*SPECIES, "other"):
-        raise InputError(f"species '{species}'; there are {', '.join(SPECIES)}, and 'other', which is not checked")
+    known_species(species)
     if surface is not None and cut != "axes":
         raise InputError(f"a surface says where axes meet; leave it out with --cut {cut}")
     check_centerlines_folder(output)
@@ -163,7 +162,7 @@ def _pair_lines(one: "Network", other: "Network", pairs: dict[int, int]) -> list
     lines = ["first,second,length_first [cm],length_second [cm],radius_first [cm],radius_second [cm]"]
     for row, same in sorted(pairs.items()):
         sizes = (one.length[row], other.length[same], one.radius[row], other.radius[same])
-        lines.append(",".join([one.name[row], other.name[same], *(repr(float(size)) for size in sizes)]))
+        lines.append(",".join([one.name[row], other.name[same], *(f"{size:.10g}" for size in sizes)]))
     return lines
 
 

@@ -34,6 +34,7 @@ def _not_empty(context: typer.Context, option: typer.CallbackParam, value: str) 
 
 
 PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
+SPECIES = typer.Option(help="mouse, rat, rabbit, dog, pig, human or other: at which heart rates beats are looked for.")
 ANIMAL = typer.Option(help="Animal of a study.")
 WALL = typer.Option(
     help="Wall law by name (another word lists them), or module:Class; of a fit, the first fitted.", callback=_not_empty
@@ -57,11 +58,13 @@ _OPENBF = (".yaml", ".yml")
 
 
 def model_from(
-    network: Path, recording: Sequence[Path], period: float | None, animal: str, kinds: tuple[str, str], friction: str
-) -> "tuple[Model, Recording | Inflow]":
+    network: Path, recording: Sequence[Path], of_cycle: tuple[float | None, str], animal: str, kinds: tuple[str, str],
+    friction: str,
+) -> "tuple[Model, Recording | Inflow]":  # fmt: skip
     """Return the nominal model of a network and a cycle, the fitted one of a folder, or openBF's, and what flows in.
 
-    `kinds` are the wall law and the beds, each empty unless it was given.
+    `of_cycle` are its period, if that was given, and the species; `kinds` are the wall law and the beds, each empty
+    unless it was given.
     """
     from vasowave.errors import InputError, did_you_mean
     from vasowave.model.blood import FRICTIONS, Blood
@@ -71,7 +74,7 @@ def model_from(
         raise InputError(f"unknown friction '{friction}'{hint}; there are: {', '.join(FRICTIONS)}")
     blood = Blood(friction=FRICTIONS[friction]()) if friction else None
     if not brings_its_model(network):
-        return _nominal(network, recording, period, kinds, blood or Blood())
+        return _nominal(network, recording, of_cycle, kinds, blood or Blood())
     if recording:
         raise InputError(f"{network} brings the flow into it along; leave the recording out")
     wall, bed = kinds
@@ -130,15 +133,18 @@ def _openbf(file: Path, wall: str) -> "tuple[Model, Inflow]":
     return read_openbf(file)
 
 
-def _nominal(network: Path, recording: Sequence[Path], period: float | None, kinds: tuple[str, str], blood: "Blood"
-             ) -> "tuple[Model, Recording]":  # fmt: skip
+def _nominal(
+    network: Path, recording: Sequence[Path], of_cycle: tuple[float | None, str], kinds: tuple[str, str], blood: "Blood"
+) -> "tuple[Model, Recording]":
     from vasowave.model.laws import find_bed, find_law
     from vasowave.model.model import Model
     from vasowave.model.nominal import estimate_nominal
+    from vasowave.species import known_species
     from vasowave.study.settings import StudyFile
 
+    period, species = of_cycle
     cells = {} if period is None else {"period [s]": repr(period)}
-    one = animal_from(network, recording, cells, StudyFile())
+    one = animal_from(network, recording, cells, StudyFile(species=known_species(species)))
     wall, bed = kinds
     nominal = estimate_nominal(one.network, one.recording, blood, find_bed(bed or "windkessel"))
     law = find_law(wall or "linear")

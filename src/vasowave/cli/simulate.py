@@ -34,6 +34,7 @@ def simulate(
     recording: Annotated[list[Path] | None, models.RECORDING] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="netCDF file to write.")] = Path("waveforms.nc"),
     period: Annotated[float | None, models.PERIOD] = None,
+    species: Annotated[str, models.SPECIES] = "mouse",
     animal: Annotated[str, models.ANIMAL] = "",
     wall: Annotated[str, models.WALL] = "",
     bed: Annotated[str, models.BED] = "",
@@ -49,7 +50,7 @@ def simulate(
     from vasowave.io.files import check_file
 
     check_file(output, models.DATA)
-    model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
+    model, cycle = models.model_from(network, recording or [], (period, species), animal, (wall, bed), friction)
     model = models.narrowed_model(solver.changed_model(model, _pairs(values or [])), narrow or [])
     with waiting("simulating"):
         result = solver.simulate(model, cycle, models.numerics_from(cell_size, accuracy))
@@ -88,6 +89,7 @@ def sweep(
     ] = Path("sweep.nc"),
     plot: Annotated[Path | None, typer.Option(help="Picture to draw: .png, .pdf or .svg.")] = None,
     period: Annotated[float | None, models.PERIOD] = None,
+    species: Annotated[str, models.SPECIES] = "mouse",
     animal: Annotated[str, models.ANIMAL] = "",
     wall: Annotated[str, models.WALL] = "",
     bed: Annotated[str, models.BED] = "",
@@ -107,7 +109,7 @@ def sweep(
         check_file(plot, *_PICTURES)
     if not vary:
         raise InputError("nothing to vary; give --vary NAME=VALUES, for example --vary beta=40,60,80")
-    model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
+    model, cycle = models.model_from(network, recording or [], (period, species), animal, (wall, bed), friction)
     grid = {name: _numbers(name, text) for name, text in _split(vary)}
     numerics, made, begun = models.numerics_from(cell_size, accuracy), [0, 0], time.monotonic()
 
@@ -245,6 +247,7 @@ def export(
         Path | None, typer.Option(help="centerlines.csv of the extraction, for ParaView; without it, a flat tree.")
     ] = None,
     period: Annotated[float | None, models.PERIOD] = None,
+    species: Annotated[str, models.SPECIES] = "mouse",
     animal: Annotated[str, models.ANIMAL] = "",
     wall: Annotated[str, models.WALL] = "",
     bed: Annotated[str, models.BED] = "",
@@ -256,7 +259,7 @@ def export(
     """Write a model and its waves for ParaView, MATLAB, openBF or svZeroDSolver."""
     from vasowave.exchange import export_model
 
-    model, flow = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
+    model, flow = models.model_from(network, recording or [], (period, species), animal, (wall, bed), friction)
     model, numerics = models.narrowed_model(model, narrow or []), models.numerics_from(cell_size, accuracy)
     said = export_model(model, flow, program, output, centerlines=centerlines, numerics=numerics)
     typer.echo(repr(model))

@@ -132,7 +132,10 @@ def circuit(model: Model, program: str, whole: bool = False) -> Circuit:
     If `whole`, it knows only three-element Windkessels, with a resistance before and behind each capacitor.
     """
     if whole and np.any(model.outlet_pressure):
-        raise InputError(f"{program} knows no pressure behind its outlets; this model has {model.outlet_pressure} mmHg")
+        raise InputError(
+            f"{program} knows no pressure behind its outlets; this model has {np.max(model.outlet_pressure):g} mmHg. "
+            "Fit without a wedge pressure for it, or export to svZeroDSolver, which knows it (--to svzerod)"
+        )
     if model.outlet_pulsation is not None:
         raise InputError(f"{program} knows no pressure behind its outlets that changes over the cycle; leave it out")
     parts = model.outlets.circuit() if isinstance(model.outlets, Bed) else None

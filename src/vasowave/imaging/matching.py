@@ -11,14 +11,15 @@ def match(first: Network, second: Network) -> dict[int, int]:
     """Return rows of `first` to rows of `second`, from the roots down; vessels left out have no counterpart.
 
     Among all ways to pair the daughters of matched vessels the one that pairs the most vessels counts, and among
-    these the one with the least sum of squared log ratios of lengths and radii. Up to six daughters a vessel.
+    these the one with the least sum of log ratios of lengths and radii, in size: squares would let one wrong length
+    decide about all. Up to six daughters a vessel.
     """
     size_a, size_b = np.log([first.length, first.radius]), np.log([second.length, second.radius])
     known: dict[tuple[int, int], tuple[int, float, dict[int, int]]] = {}
 
     def best(a: int, b: int) -> tuple[int, float, dict[int, int]]:
         if (a, b) not in known:
-            own = float(((size_a[:, a] - size_b[:, b]) ** 2).sum())
+            own = float(np.abs(size_a[:, a] - size_b[:, b]).sum())
             fewer, more = first.daughters[a], second.daughters[b]
             swap = len(fewer) > len(more)
             if swap:

@@ -79,8 +79,8 @@ class RawRecording:
         rate = float(self.sampling_rate)
         if not (np.isfinite(rate) and rate >= 250.0):
             raise InputError(
-                f"{self.source}: {rate:g} samples/s; at 600 beats/min a cycle of 0.1 s needs at least 250 samples/s "
-                "(1000 or more is usual); export at the full rate"
+                f"{self.source}: {rate:g} samples/s; at least 250 are needed, of any species (1000 or more are usual); "
+                "export at the full rate"
             )
         object.__setattr__(self, "sampling_rate", rate)
         for name in ("pressure", "flow", "ecg"):

@@ -8,11 +8,11 @@ from typing import Any
 
 from vasowave.datasets.virtual import virtual_cohort
 from vasowave.datasets.virtual_files import SYNTHETIC, write_virtual_cohort
-from vasowave.errors import InputError, did_you_mean
+from vasowave.errors import InputError
 from vasowave.io.files import made_inside, write_file, write_folder
 from vasowave.io.textfile import read_bytes
 from vasowave.settings import Setting, schema_of, settings_of, summary
-from vasowave.species import SPECIES
+from vasowave.species import known_species
 from vasowave.study.problems import refuse
 from vasowave.study.reading import STUDY_FILE, parse_document, parse_settings
 from vasowave.study.rows import COLUMNS, NEEDED
@@ -33,12 +33,8 @@ def new_study(folder: Path, groups: Sequence[str] = ("CTL", "HPH"), species: str
         One of them exists already; nothing was written then. The folder cannot be written. A label that cannot be one.
         An unknown species.
     """
-    folder, known = Path(folder), (*SPECIES, "other")
-    if species not in known:
-        raise InputError(
-            f"species '{species}' is not known{did_you_mean(species, known)}; there are: {', '.join(known)} (any that "
-            "is not named before it)"
-        )
+    folder = Path(folder)
+    known_species(species)
     texts = {STUDY_FILE: study_text(groups, species), SCHEMA_FILE: schema_text(), "animals.csv": animals_text()}
     refuse(parse_settings(texts[STUDY_FILE].encode())[1])
     for name in texts:
