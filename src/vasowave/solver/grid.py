@@ -249,7 +249,7 @@ class Grid:
         share = np.linspace(left, right, len(_SIMPSON))
         A = model.image_area(np.broadcast_to(self.vessel[cells], share.shape), share)
         drag = (k0 + k1 * np.sqrt(A)) / A
-        with np.errstate(invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):  # of blood without viscosity
             factor = (A[0] + A[-1]) / (drag[0] + drag[-1]) * np.tensordot(_SIMPSON, drag / A, axes=1)
         return np.where(drag[0] > 0, factor, 1.0)
 

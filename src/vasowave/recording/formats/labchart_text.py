@@ -111,7 +111,8 @@ class _TextBlock:
         if remark is not None:
             self._comments.append((self.rows.count if self.rows else 0, cells[remark:]))
             del cells[remark:]
-        while len(cells) > len(titles) and not cells[-1].strip():
+        width = len(self.rows.titles if self.rows else titles)
+        while len(cells) > width and not cells[-1].strip():
             cells.pop()
         if not cells:
             return

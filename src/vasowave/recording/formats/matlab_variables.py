@@ -73,7 +73,7 @@ def _named(path: str | Path, variables: Mapping[str, Any]) -> dict[str, Any]:
     """Return the variables of a ``.mat`` file under vasowave's names."""
     named: dict[str, Any] = {}
     for name, value in variables.items():
-        key = ALIASES.get(name.lower(), name.lower())
+        key = _plain(name)
         if key in named and key in ("time", "pressure", "flow"):
             raise InputError(f"{path}: two variables hold {key}; keep one of them")
         named[key] = value
