@@ -154,6 +154,11 @@ def question_of(name: str) -> str:
     return next((question for question, names in QUESTIONS.items() if name in names), name)
 
 
+def short_symbol(name: str) -> str:
+    """Return the symbol of a quantity, without what it is equal to; a name that is none stays as it is."""
+    return QUANTITIES[name].symbol.split(" = ")[0] if name in QUANTITIES else name
+
+
 def lacking(outlets: Outlets) -> frozenset[str]:
     """Return the quantities that beds do not have: a ratio where one resistance is all, shares of no compliance."""
     split, compliant = outlets.resistance_ratio() not in (0, 1), np.sum(outlets.weighted_compliance()) > 0

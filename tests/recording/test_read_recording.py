@@ -227,7 +227,7 @@ def test_marks_between_thousands_are_refused(tmp_path):
     first, second, rest = path.read_text().split("\n", 2)
     path.write_text("\n".join([first, second.replace("15500.000", "15,500"), rest]))
     assert "15,500" in path.read_text()
-    with pytest.raises(InputError, match="decimal comma and with a decimal point"):
+    with pytest.raises(InputError, match="a number with a comma in line 2, one with a point in line 2"):
         read_recording(path)
 
 

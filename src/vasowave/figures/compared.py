@@ -22,6 +22,7 @@ from vasowave.figures.style import (
     style,
 )
 from vasowave.io.columns import split_unit
+from vasowave.quantities import short_symbol
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -124,7 +125,8 @@ def planned_figure(plan: "Plan") -> "Figure":
         colors = color_stops(1 + len(plan.powers.columns))
         for place, (name, powers) in enumerate(plan.powers.items()):
             red, green, blue = (part / 255 for part in colors[place])
-            ax.plot(powers.index, powers, color=(red, green, blue), ls=_DASHES[place % len(_DASHES)], label=str(name))
+            ax.plot(powers.index, powers, color=(red, green, blue), ls=_DASHES[place % len(_DASHES)],
+                    label=short_symbol(str(name)))  # fmt: skip
         ax.set_xscale("log")
         ax.set_xticks([3, 5, 10, 20, 40, 60], ["3", "5", "10", "20", "40", "60"])
         ax.minorticks_off()

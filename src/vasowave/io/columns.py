@@ -338,8 +338,8 @@ def _with_points(path: str | Path, rows: list[list[str]], lines: Sequence[int]) 
         first[mark] = next((n for row, n in zip(rows, lines) if any(map(form.fullmatch, row))), 0)
     if first[","] and first["."]:
         raise InputError(
-            f"{path}, line {max(first.values())}: numbers with a decimal comma and with a decimal point in one file; "
-            "write all of them alike, without marks between thousands"
+            f"{path}: a number with a comma in line {first[',']}, one with a point in line {first['.']}; write all "
+            "decimal marks alike, and no marks between thousands"
         )
     if not first[","]:
         return rows

@@ -28,7 +28,7 @@ _ALIASES = {
 _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
 
 _END = "radius end"
-_TITLES = "name, parent, length [cm], radius [cm]"
+_TITLES = "name, parent, length [cm], radius [cm] or diameter [cm]"
 _QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope"}
 
 COUNTED = ("vessels", "outlets", "inlets")

@@ -78,7 +78,8 @@ def even_step(time: np.ndarray, quantum: float, file: str, place: Callable[[int]
     if quantum >= step and np.ptp(steps) > _EXACT * step:  # equal steps were not rounded
         raise InputError(
             f"{file}, column 'time': written to {quantum:g} s, coarser than the sampling interval "
-            f"({step:.3g} s); write more decimals, or leave the column out and give the period"
+            f"({step:.3g} s); write more decimals, or leave the column out and give the period of "
+            "a cycle (--period) or the rate of a continuous recording (--sampling-rate)"
         )
     uneven = np.flatnonzero(np.abs(steps - step) > quantum + 1e-3 * step)
     if len(uneven):

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.cohort.planning import Plan
+from vasowave.cohort.planning import Plan, Spread
 from vasowave.io.files import write_file
 from vasowave.provenance import provenance
-from vasowave.quantities import QUANTITIES
+from vasowave.quantities import short_symbol
 from vasowave.report.blocks import Block, Columns, Drawing, Paragraph, Report, Section, Table
 from vasowave.report.glossary import words
 from vasowave.report.html import page
@@ -38,7 +38,9 @@ def plan_texts(plan: Plan) -> list[str]:
     """Return what a plan comes to, in sentences."""
     asked, needed = plan.settings, plan.needed["as it is"]
     shown = needed[np.isfinite(needed)]
-    each = listed([f"{count:.0f} for {words(str(name), {})} {_symbol(str(name))}" for name, count in shown.items()])
+    each = listed(
+        [f"{count:.0f} for {words(str(name), {})} {short_symbol(str(name))}" for name, count in shown.items()]
+    )
     most = plan.powers.index[-1]
     aim = f"a ratio of {asked.effect:g} with a power of {number(asked.power, 2)}"
     paired = asked.pairs is not None
@@ -47,7 +49,7 @@ def plan_texts(plan: Plan) -> list[str]:
         f"No quantity shows a ratio of {asked.effect:g} with {most} {'pairs' if paired else 'animals in each group'}."
     )
     said = [need if len(shown) else none]
-    beyond = [_symbol(str(name)) for name in needed.index[~np.isfinite(needed)]]
+    beyond = [short_symbol(str(name)) for name in needed.index[~np.isfinite(needed)]]
     if beyond and len(shown):
         said.append(f"More than {plan.powers.index[-1]} for {listed(beyond)}.")
     more = f"more beats; {'' if paired else _OWN}{_AGAIN[paired]}"
@@ -64,7 +66,7 @@ def plan_texts(plan: Plan) -> list[str]:
         )
     told = [one for one in plan.spreads if one.within]
     if told:
-        each = listed([f"{_symbol(one.quantity)} {one.alike:.2f}" for one in told])
+        each = listed([f"{short_symbol(one.quantity)} {one.alike:.2f}" for one in told])
         said.append(f"In this study true values of one animal on two occasions are correlated by: {each}.")
     elif not paired:
         said.append(
@@ -87,14 +89,9 @@ _AGAIN = {
 """What more recordings do, of groups and of pairs."""
 
 
-def _symbol(name: str) -> str:
-    one = QUANTITIES.get(name)
-    return one.symbol.split(" = ")[0] if one else name
-
-
 def _needed(plan: Plan) -> Table:
     frame = plan.needed.reset_index(names="quantity")
-    frame["quantity"] = [_symbol(str(name)) for name in frame["quantity"]]
+    frame["quantity"] = [short_symbol(str(name)) for name in frame["quantity"]]
     cells = [
         (row[0], *("more" if not np.isfinite(one) else f"{one:.0f}" for one in row[1:]))
         for row in frame.itertuples(index=False)
@@ -111,10 +108,12 @@ def _needed(plan: Plan) -> Table:
 
 
 def _spreads(plan: Plan) -> Table:
-    cells = [
-        (_symbol(one.quantity), *(f"{100 * part:.0f} %" for part in (*one.between, one.within, one.error, one.shared)))
-        for one in plan.spreads
-    ]
+    told = any(one.within for one in plan.spreads)
+
+    def cells_of(one: Spread) -> tuple[str, ...]:
+        parts = (*one.between, one.within if told else None, one.error, one.shared)
+        return short_symbol(one.quantity), *("not known" if part is None else f"{100 * part:.0f} %" for part in parts)
+
     header = ("quantity", "between animals, first group", "second group", "one animal between occasions",
               "error of one", "shared error of the ratio")  # fmt: skip
-    return Table("Spreads", "What the plan rests on: SD of logarithms", header, cells)
+    return Table("Spreads", "What the plan rests on: SD of logarithms", header, [cells_of(one) for one in plan.spreads])
