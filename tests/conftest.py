@@ -23,6 +23,11 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.fast)
 
 
+def pytest_make_parametrize_id(val, argname):
+    """Name bytes by their argument and number: their own escapes are no name, and packed ones hold the time."""
+    return argname if isinstance(val, bytes) else None
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _linear_algebra_on_one_thread():
     """Let small matrices cost what they cost: threads that wait for each other spin, beside another worker above all.
