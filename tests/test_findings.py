@@ -16,7 +16,7 @@ from vasowave.animal.law_result import OVERSTRAINED, SITE_DOUBTS
 from vasowave.cli import app
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import VasowaveWarning
-from vasowave.findings import KINDS, OTHER, Finding, Place, Severity, as_json, finding_of, from_json, kind, warn
+from vasowave.findings import KINDS, OTHER, Finding, Kind, Place, Severity, as_json, finding_of, from_json, kind, warn
 from vasowave.study.checking import check_study
 
 
@@ -178,3 +178,17 @@ def test_other_words_change_nothing_of_a_study(tmp_path, monkeypatch):
     assert {"recording.zero-off", "fit.harmonics-with-signal"} <= {code for code, *_ in before[-1]}
     say_nothing(monkeypatch)
     assert seen(tmp_path / "after") == before
+
+
+def test_a_finding_that_another_version_stored_with_other_values_keeps_its_text_and_severity(monkeypatch):
+    now = Kind("test.asks-for-more", Severity.LOOK, "{what} stands at its {end} value. {remedy}", "Look.")
+    monkeypatch.setitem(KINDS, now.code, now)
+    (stored,) = json.loads(as_json([now(what="the flow", end="largest")]))
+    stored |= {"text": "the flow stands at its largest value", "values": {"what": "the flow"}}
+    (found,) = from_json(json.dumps([stored]))
+    assert str(found) == "the flow stands at its largest value"
+    assert (found.code, found.severity) == ("test.asks-for-more", Severity.LOOK)
+    (again,) = from_json(as_json([found]))  # and stored once more
+    assert again == found
+    (same,) = from_json(as_json([now(what="the flow", end="largest")]))
+    assert str(same) == "the flow stands at its largest value. Look."

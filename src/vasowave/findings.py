@@ -14,6 +14,7 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from string import Formatter
 from typing import Any, NamedTuple
 
 from vasowave.errors import VasowaveWarning
@@ -172,8 +173,10 @@ class Finding:
 
     def __str__(self) -> str:
         """Return its text; of the place it holds what the text of its kind asks for."""
-        kind = _kind_of(self)
-        return kind.text.format(**self.place._asdict() | dict(self.values) | {"remedy": kind.remedy})
+        kind, values = _kind_of(self), dict(self.values)
+        if _STORED_TEXT in values:
+            return str(values[_STORED_TEXT])
+        return kind.text.format(**self.place._asdict() | values | {"remedy": kind.remedy})
 
 
 OTHER = kind("other", Severity.LOOK, "{text}")
@@ -232,7 +235,10 @@ def as_json(findings: Iterable[Finding]) -> str:
 
 
 def from_json(text: str) -> tuple[Finding, ...]:
-    """Return the findings of a JSON list; one whose kind is not declared here keeps its code, severity and text."""
+    """Return the findings of a JSON list; one whose kind is not declared here keeps its code, severity and text.
+
+    One of a kind that asks for other values here, as it was stored by another version, keeps its text.
+    """
     return tuple(_stored(row) for row in json.loads(text))
 
 
@@ -242,9 +248,12 @@ def _stored(row: Mapping[str, Any]) -> Finding:
     if code not in KINDS:
         _STORED[code] = Kind(code, Severity(row["severity"]), "{text}")
         values = values | {"text": row["text"]}
+    elif {name for _, name, *_ in Formatter().parse(KINDS[code].text) if name} - {*values, *Place._fields, "remedy"}:
+        values = values | {_STORED_TEXT: row["text"]}
     return Finding(code, tuple(values.items()), Place(**place))
 
 
+_STORED_TEXT = "text as stored"
 _STORED: dict[str, Kind] = {}
 """Kinds that results speak of, of modules that are not loaded, or of another version."""
 
