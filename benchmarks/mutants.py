@@ -223,9 +223,9 @@ class _Begun:
 
 def _hanging(file: Path, limit: float) -> str:
     """Return the test that took the rest of the time though it usually takes a small part of that."""
-    if not file.exists():
+    since, _, test = file.read_text(encoding="utf-8").partition(" ") if file.exists() else ("", "", "")
+    if not since:  # ended as it was written
         return ""
-    since, _, test = file.read_text(encoding="utf-8").partition(" ")
     usual = record()["seconds"].get(test, limit)
     return test if limit - float(since) > LONGER * usual + 5 else ""
 
