@@ -16,6 +16,7 @@ from vasowave.animal.failure import Failure, Stage, as_plain, from_plain
 from vasowave.animal.result import as_chosen
 from vasowave.descriptions import Quantity
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.recording import Recording
 
 KNOWN = {"x": Quantity("mmHg", "X", "an x", "eq. 3"), "y": Quantity("1", "Y", "a y")}
 
@@ -257,3 +258,11 @@ def test_a_posteriors_answers_are_its_quantiles_and_others_stay_those_of_the_fit
     assert plain.compared == "pressure"
     assert bare_law("x", calibration=xr.Dataset(attrs={"enters": "pressure"})).compared == "flow"
     assert bare_law("x").stiffness == "stiffness"
+
+
+@pytest.mark.parametrize(("samples", "asked", "last"), [(33, 50, 16), (32, 50, 15), (200, 12, 12)])
+def test_an_impedance_has_the_harmonics_that_are_asked_for_or_all_that_so_many_samples_tell(samples, asked, last):
+    pressure, flow = np.random.default_rng(1).uniform(0.1, 1.0, (2, samples))  # which has all harmonics
+    recording = Recording(15 + pressure, flow, 0.11)
+    found = signals.impedance_dataset(signals.Station(recording, 0.007, 300.0, "mean pressure"), asked, 0.0)
+    assert found["harmonic"].values.tolist() == list(range(last + 1))

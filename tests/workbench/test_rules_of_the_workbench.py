@@ -471,6 +471,9 @@ def test_names_inside_a_study_lead_nowhere_else(at):
     for wrong in ("..", "", ".", "../x", "/etc/x", "a\0b", "n" * 300 + "/../../.."):
         with pytest.raises(InputError, match="is no file inside this study"):
             at.desk.inside(wrong)
+    (at.desk.folder / "loop").symlink_to("loop")
+    with pytest.raises(InputError, match="'loop/x' is no file inside this study"):
+        at.desk.inside("loop/x")
 
 
 def test_the_mark_of_a_study_changes_with_each_of_its_files(at):
