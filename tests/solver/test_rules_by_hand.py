@@ -255,7 +255,10 @@ def test_failures_name_the_vessel_the_time_and_the_cause():
         in steep
     )
     calm = str(failures.no_balance(grid, fine, 0, 0.01))
-    assert "no pressure balances the flows at its end; the wall is too soft, or an outlet too narrow, for" in calm
+    assert (
+        "no pressure balances the flows at its end; the wall is too soft, or an outlet or a narrowing too tight, for"
+        in calm
+    )
     fast = str(failures.no_balance(grid, state(grid, 1.2, 50.0), 0, 0.01))
     assert "; the flow passes the wave speed there (|u|/c = " in fast
     assert "too soft" not in fast
