@@ -56,11 +56,8 @@ def no_balance(grid: Grid, state: State, vessel: int, time: float) -> Lost:
     """Return the error for a node at the end of a vessel whose flows balance at no pressure."""
     name = grid.model.network.name[vessel]
     speed = _speed(grid, state, vessel)
-    advice = (
-        ""
-        if speed
-        else "; the wall is too soft, or an outlet or a narrowing too tight, for the flow that arrives there"
-    )
+    soft = "; the wall is too soft, or an outlet or a narrowing too tight, for the flow that arrives there"
+    advice = "" if speed else soft
     if grid.model.total_pressure and vessel not in grid.model.network.terminals and not speed:
         advice = (
             "; at one total pressure a flow passes a junction no faster than its waves: check radius and taper of this "
