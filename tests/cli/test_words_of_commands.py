@@ -1,8 +1,10 @@
 """What commands make of the words that are typed, and what they say, without computing anything."""
 
+import os
 import resource
 from importlib import import_module
 from types import SimpleNamespace
+from unittest import mock
 
 import pandas as pd
 import pytest
@@ -15,6 +17,13 @@ from vasowave.network.network import Network
 from vasowave.settings import Setting
 
 app_module = import_module("vasowave.cli.app")  # in the package itself this name is the program
+
+
+@pytest.fixture(autouse=True)
+def environment_of_its_own():
+    """Put back what a program sets for all that it starts."""
+    with mock.patch.dict(os.environ):
+        yield
 
 
 @pytest.mark.parametrize(("count", "words"), [(0, "0 rows"), (1, "1 row"), (2, "2 rows")])
