@@ -10,7 +10,7 @@ from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.findings import Severity
 from vasowave.recording import RawRecording, Recording, average_beats
-from vasowave.recording.baseline import _own_change
+from vasowave.recording.baseline import _own_change, _settling
 from vasowave.recording.plateaus import Plateau, plateau_findings
 from vasowave.recording.rejection import cause
 
@@ -280,3 +280,12 @@ def test_a_flush_after_the_first_beats_leaves_the_zero_of_the_start():
     assert made.recording.pressure_error[0] < 0.1
     assert not any("settles" in one for one in said)
     assert all(beat.rejected for beat in made.beats if 0.3 < beat.start < 0.9)
+
+
+@pytest.mark.parametrize(("beats", "rate"), [(48, 15.0), (60, 9.0), (49, 1.0)])
+def test_first_beats_that_are_a_large_part_of_all_are_no_level_that_begins_elsewhere(beats, rate):
+    """Of 3 s and of 7 s the first 2 s are too much; of 48 s the first eight beats are not."""
+    time = np.arange(beats) / rate
+    level = np.where(np.arange(beats) < 4, 9.0, 8.0) + np.random.default_rng(1).normal(0, 0.01, beats)
+    found = _settling(time, level, np.ones(beats, dtype=bool))
+    assert (found is not None) == (rate == 1.0)

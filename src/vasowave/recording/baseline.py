@@ -292,14 +292,14 @@ def _settling(time: np.ndarray, level: np.ndarray, good: np.ndarray) -> Settling
 
     What is carried back is as wrong as the breaths and the drift make it: the same is tried from later beats on.
     """
-    here = np.flatnonzero(good)
-    if len(here) < 6 * _SIDE or time[here[_SIDE]] - time[here[0]] > _REACH * np.ptp(time[here]):
+    time, level = time[good], level[good]
+    if len(time) < 6 * _SIDE or max(_FIRST, time[_SIDE] - time[0]) > _REACH * np.ptp(time):
         return None
-    apart, settling = _begins_apart(time[here], level[here])
+    apart, settling = _begins_apart(time, level)
     if apart < SAID:
         return None
-    later = np.linspace(np.searchsorted(time[here], settling.until), _LATER * len(here), 8).astype(int)
-    usual = max(_begins_apart(time[here[at:]], level[here[at:]])[0] for at in later)
+    later = np.linspace(np.searchsorted(time, settling.until), _LATER * len(time), 8).astype(int)
+    usual = max(_begins_apart(time[at:], level[at:])[0] for at in later)
     return settling if apart > _BEYOND * usual else None
 
 

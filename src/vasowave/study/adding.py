@@ -100,7 +100,8 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     found = [_Row(one, _cells(one, path.parent, cells or {}), known.row_of(one)) for one in sorted_files.recordings]
     touched = [one for one in found if one.old is not None]
     new, said = _without_copies([one for one in found if one.old is None], known)
-    marks, more = _grouped([*new, *touched], before.rows, path, settings, group, groups, ask)
+    given = parsed_groups(groups) if groups else {}
+    marks, more = _grouped([*new, *touched], before.rows, path, settings, group, given, ask)
     serves_all = len(networks) == 1 and (network is not None or not sorted_files.refused)
     for one in [*new, *touched]:
         group_of_it = one.cells["group"] or (one.old or {}).get("group", "")
@@ -115,8 +116,7 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     all_new = [*rows, *(one.old for one in touched if one.old is not None)]
     in_use = {*settings.groups, *(row["group"] for row in all_new)}
     marks = {label: own for label, own in marks.items() if label != group or label in in_use}  # no row takes it
-    if groups:
-        given = parsed_groups(groups)
+    if given:
         left = {row["group"] for row in [*before.rows, *rows]} | given.keys()  # not what rows were called until now
         marks = {label: own for label, own in marks.items() if label in left or label not in had}
         marks = given if marks.keys() == given.keys() else marks
@@ -229,14 +229,13 @@ def _cells(recorded: Recorded, folder: Path, given: Mapping[str, str]) -> dict[s
 
 
 def _grouped(
-    found: Sequence[_Row], before: Sequence[dict[str, str]], path: Path, settings: StudyFile, group: str, groups: str,
-    ask: Ask | None,
+    found: Sequence[_Row], before: Sequence[dict[str, str]], path: Path, settings: StudyFile, group: str,
+    given: dict[str, tuple[str, ...]], ask: Ask | None,
 ) -> tuple[dict[str, tuple[str, ...]], list[str]]:  # fmt: skip
     """Fill the column `group` of what was found; return the groups of the study with their marks, and what to say."""
     used = {row.get("group", "") for row in before} & set(settings.groups)
     free = not used and settings.groups == StudyFile().groups
     marks: dict[str, tuple[str, ...]] = {label: (label,) for label in settings.groups}
-    given = parsed_groups(groups) if groups else {}
     if given:
         marks = _regrouped([] if free else settings.groups, used, given)
     elif group and group not in marks:
@@ -251,7 +250,7 @@ def _grouped(
         return [one for one in found if not (one.cells["group"] or (one.old and one.old.get("group")))]
 
     lost = tell()
-    proposal = proposed_groups([one.recorded.files[0] for one in lost], path.parent) if lost and not groups else None
+    proposal = proposed_groups([one.recorded.files[0] for one in lost], path.parent) if lost and not given else None
     if proposal is None:
         return marks, []
     kept = {label: own for label, own in marks.items() if label in used or len(lost) < len(found)}
