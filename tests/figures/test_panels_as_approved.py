@@ -19,23 +19,14 @@ from vasowave.figures.measured import ventricle_figure
 from vasowave.figures.modeled import plot_vessel, sites_figure
 from vasowave.figures.network import plot_network
 from vasowave.figures.signals import draw_average, draw_raw
-from vasowave.figures.style import group_looks, new_figure, source_looks, style
+from vasowave.figures.style import group_looks, source_looks
 from vasowave.network.network import Network
 from vasowave.recording import Recording, average_beats
 
+pytestmark = pytest.mark.usefixtures("in_style")
+
 SHARE = np.arange(64) / 64
 PRESSURE = 15 + 5 * np.sin(2 * np.pi * SHARE)
-
-
-@pytest.fixture(autouse=True)
-def in_style():
-    with style():
-        yield
-
-
-@pytest.fixture
-def ax():
-    return new_figure(8.5, 6.0).subplots()
 
 
 def test_approved_a_network_with_two_inlets_and_a_loop(ax):

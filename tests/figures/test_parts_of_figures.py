@@ -17,21 +17,12 @@ from vasowave.figures import fit, forest, groups, look, measured, modeled, netwo
 from vasowave.figures import style as looks
 from vasowave.figures.compared import planned_figure
 from vasowave.figures.forest import NARROW, WIDE, Dot, Point, Row
-from vasowave.figures.style import new_figure, style
+from vasowave.figures.style import new_figure
 from vasowave.imaging.places import Frame
 from vasowave.imaging.read.volume import Volume
 from vasowave.network.network import Network
 
-
-@pytest.fixture(autouse=True)
-def in_style():
-    with style():
-        yield
-
-
-@pytest.fixture
-def ax():
-    return new_figure(8.5, 6.0).subplots()
+pytestmark = pytest.mark.usefixtures("in_style")
 
 
 @pytest.mark.parametrize(

@@ -20,24 +20,6 @@ def model():
     return vw.Model(NETWORK, vw.LinearWall(57.0), nominal.outlets)
 
 
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ({"area_lost": 0.0}, "closes 0 of the area"),
-        ({"area_lost": 1.0}, "closes 1 of the area"),
-        ({"stiffer": 0.0}, "0 times as stiff"),
-        ({"stiffer": np.inf}, "inf times as stiff"),
-        ({"length": 0.0}, "a narrowing of 0 cm"),
-        ({"place": 0.03}, "does not fit into vessel '2'"),
-        ({"place": 0.97}, "does not fit into vessel '2'"),
-    ],
-)
-def test_a_narrowing_is_refused_that_is_none_or_leaves_nothing(model, more, said):
-    given = {"area_lost": 0.5, "length": 0.1 * float(NETWORK.length[1])} | more
-    with pytest.raises(InputError, match=said):
-        vw.narrowed(model, "2", **given)
-
-
 def test_a_narrowing_leaves_what_it_says_before_and_beyond_it(model):
     whole = float(NETWORK.length[1])
     found = vw.narrowed(model, "2", area_lost=0.75, length=0.2 * whole, place=0.3).network
