@@ -212,7 +212,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         *plateau_findings(prepared.plateaus, *_beating(baseline, cut.starts, reasons)),
         *baseline_findings(baseline, first, last),
         *unsteady(cut.chosen(shaped), np.isin(np.flatnonzero(shaped), used), first, last),
-        *saturated(raw, prepared.plateaus),
+        *saturated(raw, prepared.plateaus, period),
         *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, how.beats),
     ]  # fmt: skip
     errors = [harmonic_error(values[:, :-1]) for values in (chosen.pressure, chosen.flow)]

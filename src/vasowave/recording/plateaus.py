@@ -46,7 +46,7 @@ SATURATED = look_kind(
     "by an amplifier or a converter at the end of its range",
     "Record it again with a wider range, or choose with `start` and `end` a stretch that is not cut off.",
 )
-_LONGER_THAN_BEATS = 1.0  # s; what stands still for longer is no part of a wave
+_NO_WAVE = 1.5  # beats; what stands still for longer, as in a flush, is no part of a wave
 _AT_REST = 0.02  # of the range: a flow that stands nearer to zero rests there
 _SHARE = 0.003  # of all samples that stand at the largest value
 _PILED = 4.0  # times as many samples stand there as in the next step below; of a sine's peak 2.4 times
@@ -107,15 +107,15 @@ def plateau_findings(
     return found
 
 
-def saturated(raw: RawRecording, plateaus: tuple[Plateau, ...]) -> list[Finding]:
+def saturated(raw: RawRecording, plateaus: tuple[Plateau, ...], beat: float) -> list[Finding]:
     """Return a finding for each of pressure and flow whose peaks or troughs are cut off at one value.
 
-    Plateaus that are longer than a beat are no part of the wave.
+    Plateaus that are longer than a `beat`, s, are no part of the wave.
     """
     time = raw.time
     wave = np.ones(len(time), dtype=bool)
     for one in plateaus:
-        wave &= (time < one.start) | (time > one.end) | (one.end - one.start < _LONGER_THAN_BEATS)
+        wave &= (time < one.start) | (time > one.end) | (one.end - one.start < _NO_WAVE * beat)
     found = []
     for what, unit, values in (("pressure", "mmHg", raw.pressure[wave]), ("flow", "ml/s", raw.flow[wave])):
         for sign, end, parts in ((1.0, "largest", "peaks"), (-1.0, "smallest", "troughs")):
