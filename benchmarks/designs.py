@@ -1,15 +1,18 @@
 """How often the model of a design finds what is not there, holds what is, and finds it: beside a lab's usual tests.
 
-Run: python benchmarks/designs.py [--cohorts 500] [--draws 999] [--only NAME] [--docs]
+Run: python benchmarks/designs.py [--cohorts 500] [--draws 999] [--only NAME] [--guard] [--docs]
 
 Cohorts are drawn at the level of logarithms, each animal's known error emulating its posterior's. Three quantities,
 correlated by 0.6 in animals, litters and errors of images alike. The method was chosen on the rows that are not called
-unseen; those were looked at once, after that.
+unseen; those were looked at once, after that. With --guard: what the page says of animals that are not what the test
+takes them for, beside what the method does with such animals. They are drawn here in another way than there: skewed
+quantities are often the same value, responders respond in all quantities at once.
 """
 
 import argparse
 import zlib
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +22,7 @@ from scipy import stats
 
 from robustness_page import put
 from vasowave.cohort.design import Design, Layout, laid_out
+from vasowave.cohort.guard import RULES, Shape, doubts_of
 from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.cohort.simultaneous import Fitted, joint
 from vasowave.cohort.two_groups import holm
@@ -53,6 +57,9 @@ class Kind(NamedTuple):
         Factor by which these differ between animals.
     image : float
         SD of the error of an image that a group shares.
+    serial : float
+        Correlation of a subject's true values from one time to the next, beside what they have in common; 1: a random
+        walk. Rows stand time by time.
     usual : callable
         Returns p of each quantity and effect from table and values, as a lab computes them.
     noise : callable
@@ -68,6 +75,7 @@ class Kind(NamedTuple):
     error: float
     unlike: float
     image: float
+    serial: float
     usual: Callable[[pd.DataFrame, np.ndarray], np.ndarray]
     noise: Noise
 
@@ -147,6 +155,7 @@ def kind(design: Design, table: pd.DataFrame, effect: Any, **more: Any) -> Kind:
         "error": 0.4,
         "unlike": 1.5,
         "image": 0.0,
+        "serial": 0.0,
         "usual": t_tests,
         "noise": normal,
     }
@@ -176,6 +185,9 @@ def kinds() -> dict[str, Kind]:
     weeks = pd.DataFrame({"group": (["A"] * 6 + ["B"] * 6) * 3, "mouse": [*range(12)] * 3,
                           "time": np.repeat(["0", "3", "6"], 12)})  # fmt: skip
     later = ((weeks["time"] == "6") & (weeks["group"] == "B")).to_numpy(float)
+    months = pd.DataFrame({"group": (["A"] * 5 + ["B"] * 5) * 4, "mouse": [*range(10)] * 4,
+                           "time": np.repeat(["0", "1", "2", "6"], 10)})  # fmt: skip
+    last = ((months["time"] == "6") & (months["group"] == "B")).to_numpy(float)
     twice = pd.concat([groups(7, 5).assign(mouse=range(12))] * 2, ignore_index=True)
     dose = groups(5, 5, 5, 5).assign(dose=np.repeat([0.0, 1, 2, 3], 5))
     both = pd.DataFrame({"group": ["A"] * 12 + ["B"] * 12, "oxygen": (["air"] * 6 + ["low"] * 6) * 2})
@@ -202,6 +214,10 @@ def kinds() -> dict[str, Kind]:
         "pairs, 8": kind(by_time, pairs, 1.2 * after, subject=1.5, usual=paired),
         "before and after, 7 + 6": kind(by_time, changes, 2.2 * changed, subject=1.5, usual=of_changes),
         "three weeks of the same mice, 6 + 6": kind(by_time, weeks, 2.2 * later, subject=1.5, usual=repeated),
+        "three weeks, correlated by 0.8 a time, 6 + 6": kind(
+            by_time, weeks, 2.2 * later, subject=1.5, usual=repeated, serial=0.8
+        ),
+        "three weeks, a random walk, 6 + 6": kind(by_time, weeks, 2.2 * later, subject=1.5, usual=repeated, serial=1.0),
         "two recordings of each mouse, 7 + 5": kind(
             Design(subject="mouse"), twice, 2.2 * (twice["group"] == "B"), spread=0.5, subject=1.0
         ),
@@ -225,6 +241,9 @@ def kinds() -> dict[str, Kind]:
         "unseen: litters across groups, 5 + 5": kind(by_litter, few_litters, 2.2 * in_second["few"], litter=mixed),
         "unseen: sex and litters, 14 + 9, SD × 2": kind(
             sex_and_litter, large_sex, 1.6 * of_large, litter=mixed, spread=1 + of_large
+        ),
+        "unseen: weeks 0, 1, 2, 6, correlated by 0.6 a time, 5 + 5": kind(
+            by_time, months, 2.2 * last, subject=1.0, usual=repeated, serial=0.6
         ),
         "unseen: large errors, sex, 8 + 8": kind(by_sex, sex, 2.4 * other, error=1.2),
     }
@@ -254,7 +273,13 @@ def drawn(one: Kind, layout: Layout, rng: np.random.Generator) -> tuple[np.ndarr
         return np.asarray((one.noise(rng, (len(names), COUNT)) @ ROOT.T)[which])
 
     errors = one.error * np.exp(np.log(one.unlike) * rng.standard_normal((count, COUNT)))
-    values = scores(range(count)) * one.spread[:, np.newaxis] + errors * rng.standard_normal((count, COUNT))
+    own = scores(range(count)) * one.spread[:, np.newaxis]
+    if one.serial:
+        times = own.reshape(one.table["time"].nunique(), -1, COUNT)  # a view
+        for earlier, later in pairwise(times):
+            later *= np.sqrt(1 - one.serial**2) if one.serial < 1 else 1.0
+            later += one.serial * earlier
+    values = own + errors * rng.standard_normal((count, COUNT))
     if one.litter:
         values += one.litter * scores(one.table["litter"])
     if one.subject:
@@ -315,6 +340,51 @@ def line(name: str, one: Kind, options: argparse.Namespace) -> str:
     return f"| {name} | {shares[0]:.3f} | {shares[1]:.3f} | {shares[2]:.3f} | {shares[3]:.2f} | {shares[4]:.2f} |"
 
 
+def guarded() -> dict[str, Kind]:
+    """Return designs of few animals; the second group varies more, or responds in part."""
+    sizes = {"7 + 5": (7, 5), "5 + 5": (5, 5), "3 + 3": (3, 3), "12 + 12": (12, 12)}
+    cases = {name: kind(Design(), groups(*each), 0.0) for name, each in sizes.items()}
+    for one, other in ((7, 4), (9, 8)):
+        table = groups(one, other).assign(sex=[*"fmfmfmffmfmfmfmfm"[: one + other]])
+        cases[f"sex, {one} + {other}"] = kind(Design(covariates=("sex",)), table, 0.0)
+    return {name: one._replace(error=0.0) for name, one in cases.items()}
+
+
+def unlike_animals(shape: Shape, one: Kind, ratio: float, rng: np.random.Generator) -> np.ndarray:
+    """Return values without an effect, shape (animal, quantity)."""
+    second = (one.table["group"] == "B").to_numpy()
+    values = rng.standard_normal((len(second), COUNT)) @ ROOT.T
+    if shape is Shape.SKEWED:
+        shared = rng.random(values.shape) < np.sqrt(0.6)  # correlates exponential values by 0.6
+        values = np.where(shared, rng.exponential(size=(len(second), 1)), rng.exponential(size=values.shape)) - 1
+        values[second] *= ratio
+    else:
+        respond = (rng.random(len(second)) < RULES.respond) & second
+        values += RULES.shift * (respond - RULES.respond * second)[:, np.newaxis]
+    return values + 0.8 * (one.table.get("sex", pd.Series([""] * len(second))) == "m").to_numpy()[:, np.newaxis]
+
+
+def guard_lines(name: str, one: Kind, options: argparse.Namespace) -> list[str]:
+    """Return a line for each shape: what the page says, and how often the method finds what is not there."""
+    layout, lines = layout_of(one), []
+    doubts = {doubt.shape: doubt for doubt in doubts_of(layout, COUNT)}
+    contrasts = np.array([(c.second - c.first) @ layout.means for c in layout.contrasts])
+    structure = Structure(layout.fixed, [*layout.random.values()], np.zeros((len(one.table),) * 2))
+    for shape, ratio in ((Shape.SKEWED, RULES.spread_ratios[0]), (Shape.SKEWED, RULES.spread_ratios[-1]),
+                         (Shape.RESPONDERS, 1.0)):  # fmt: skip
+        rng = np.random.default_rng([options.seed, zlib.crc32(f"{name} {shape} {ratio}".encode())])
+        found = 0
+        for number in range(options.cohorts):
+            values = unlike_animals(shape, one, ratio, rng).T
+            models = [Fitted(fit_mixed(y, structure), np.arange(len(y)), contrasts) for y in values]
+            found += bool(joint(models, options.draws, number).p.min() < 0.05)
+        rates = doubts[shape].rates if shape in doubts else ()
+        words = f"{rates[0 if ratio == RULES.spread_ratios[0] else -1]:.3f}" if rates else "nothing"
+        kind_of = f"skewed, SD × {ratio:g}" if shape is Shape.SKEWED else "responders"
+        lines.append(f"| {name} | {kind_of} | {words} | {found / options.cohorts:.3f} |")
+    return lines
+
+
 def main() -> None:
     """Print the table, and write it into the documentation if asked."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -322,8 +392,19 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=999)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="Rows whose name contains this; -unseen: the others.")
+    parser.add_argument("--guard", action="store_true", help="Rows of the guard, in place of the others.")
     parser.add_argument("--docs", action="store_true")
     options = parser.parse_args()
+    if options.guard:
+        header = ("design", "animals of the second group", "the page says", "the method")
+        lines = [f"| {' | '.join(header)} |", "|---" * len(header) + "|"]
+        for name, one in guarded().items():
+            if options.only in name:
+                lines += guard_lines(name, one, options)
+                print(*lines[-3:], sep="\n", flush=True)
+        if options.docs:
+            put("guard", "\n".join(lines), PAGE)
+        return
     header = ("design", "false positives", "usual tests", "holds all truths", "power", "usual tests' power")
     lines = [f"| {' | '.join(header)} |", "|---" * len(header) + "|"]
     for name, one in kinds().items():

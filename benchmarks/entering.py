@@ -17,8 +17,11 @@ import numpy as np
 from known_animals import heart
 from posterior_modes import tree
 from robustness_page import put, shown
+from vasowave.animal.animal import Animal, Settings
+from vasowave.animal.pipeline import result_of
 from vasowave.calibration import Search, calibrate
 from vasowave.inference import posterior
+from vasowave.inference.known_errors import columns
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.walls import LinearWall
@@ -70,9 +73,12 @@ def held(network, recording, truth, enters, drawn):
     if drawn:
         table = posterior(network, recording, "linear", draws=150, workers=1, **how).summary
     else:
-        table = calibrate(network, recording, "linear", **how).summary()
-    columns = ("interval_low", "interval_high") if drawn else ("low", "high")
-    ends = {name: [float(table.loc[name, one]) for one in columns] for name in TOLD}
+        fit = calibrate(network, recording, "linear", **how)
+        exact = Settings(walls=("linear",), enters=enters, model_selection=False, **dict.fromkeys(columns(), 0.0))
+        result = result_of(Animal("mouse", "CTL", network, recording), [fit], exact)
+        table = result.laws["linear"].summary()
+    names = ("interval_low", "interval_high") if drawn else ("low", "high")
+    ends = {name: [float(table.loc[name, one]) for one in names] for name in TOLD}
     return [(low < truth[name] < high, 50 * np.log(high / low)) for name, (low, high) in ends.items()]
 
 

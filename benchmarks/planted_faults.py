@@ -231,8 +231,8 @@ FAULTS = [
         "imaging/measure/measurement.py",
         (
             (
-                "for line, (begin, end) in zip(tree.lines, clear_stretches(tree), strict=True)",
-                "for line, (begin, end) in zip(tree.lines, free_stretches(tree), strict=True)",
+                "enumerate(zip(tree.lines, clear_stretches(tree), strict=True))",
+                "enumerate(zip(tree.lines, free_stretches(tree), strict=True))",
             ),
             ("clear_stretches, free_length\n", "clear_stretches, free_length, free_stretches\n"),
         ),
@@ -293,7 +293,12 @@ FAULTS = [
     Fault(
         "junctions of the total pressure take it for the static one",
         "solver/nodes.py",
-        (("0.5 * by_speed * u - nodes", "0.25 * by_speed * u - nodes"),),
+        (("head = (0.5 * by_speed + ends.viscous[e]) * u\n", "head = (0.25 * by_speed + ends.viscous[e]) * u\n"),),
+    ),
+    Fault(
+        "narrowings that take the drag of their cells twice",
+        "model/model.py",
+        (("np.maximum(wanted - own, 0.0)", "wanted"),),
     ),
     Fault(
         "losses that give energy",

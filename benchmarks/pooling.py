@@ -2,12 +2,13 @@
 
 Run: python benchmarks/pooling.py [--cohorts 1000] [--seed 5]
 
-Cohorts are drawn at the level of estimates: nothing is simulated. The method (each group by itself, standard
-errors as stored, never less than the errors alone) was chosen among eight on the kinds `CHOSEN_ON`; the others were not
-looked at before.
+Cohorts are drawn at the level of estimates: nothing is simulated. The method (each group by itself, never less than
+the errors alone) was chosen among eight on the kinds `CHOSEN_ON`; that each animal's error is the typical one of its
+group was chosen on these and on the ratios 1 to 3 of `NATURAL`; the others were not looked at before.
 """
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from robustness_page import put
 from vasowave.cohort import pooled_ratio
+from vasowave.cohort.estimates import typical_errors
 
 TRUE_RATIO = 2.6
 PAGE = Path(__file__).parents[1] / "docs" / "comparisons.md"
@@ -67,13 +69,13 @@ def group(rng: np.random.Generator, kind: Kind, which: int) -> tuple[np.ndarray,
     return logs, kind.said * error * estimated
 
 
-def row(kind: Kind, cohorts: int, seed: int) -> tuple[float, float, float, float]:
-    """Return coverage of the pooled and of Welch's interval, median ends over the ratio of both."""
+def row(kind: Kind, cohorts: int, seed: int) -> tuple[float, ...]:
+    """Return coverage by typical errors, by own errors and of Welch's interval, and median ends over their ratio."""
     rng, inside, width = np.random.default_rng(seed), [], []
     for _ in range(cohorts):
         groups = group(rng, kind, 0), group(rng, kind, 1)
         plain = tuple((logs, np.zeros(len(logs))) for logs, _ in groups)
-        found = pooled_ratio(*groups), pooled_ratio(*plain)
+        found = pooled_ratio(*typical(groups)), pooled_ratio(*groups), pooled_ratio(*plain)
         inside.append([one.low <= TRUE_RATIO <= one.high for one in found])
         width.append([np.log(one.high / one.low) / 2 for one in found])
     return (*np.mean(inside, axis=0), *np.exp(np.median(width, axis=0)))
@@ -92,16 +94,81 @@ def one_image(kind: Kind, cohorts: int, seed: int) -> tuple[float, ...]:
     return (*np.mean(inside, axis=0), *np.exp(np.median(width, axis=0)))
 
 
+def typical(groups: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return groups with the errors that the primary comparison takes: the typical ones of each."""
+    return [(logs, typical_errors(errors, [""] * len(errors))) for logs, errors in groups]
+
+
+class Natural(NamedTuple):
+    """Groups whose values, or their inverses, are known to an error that is constant in their unit.
+
+    The reference mean is 1; a value below a twentieth of it is drawn again.
+    """
+
+    ratio: float
+    spread: float = 0.3
+    error: float = 0.3
+    inverse: bool = False
+    sizes: tuple[int, int] = (7, 5)
+
+
+NATURAL = {
+    **{f"ratio {ratio:g}": Natural(ratio) for ratio in (1, 2, 3)},
+    **{f"ratio {ratio:g}, errors of 0.4": Natural(ratio, error=0.4) for ratio in (1, 2, 3)},
+    "unseen: inverse of ratio 3": Natural(3, inverse=True),
+    "unseen: ratio 3, animals differ by 50 %": Natural(3, spread=0.5),
+    "unseen: ratio 3, animals differ by 10 %": Natural(3, spread=0.1),
+    "unseen: ratio 1/2": Natural(0.5, error=0.15),
+    "unseen: ratio 3, 12 + 12 animals": Natural(3, sizes=(12, 12)),
+    "unseen: ratio 3, 4 + 4 animals": Natural(3, sizes=(4, 4)),
+}
+
+
+def natural_groups(rng: np.random.Generator, kind: Natural) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return logarithms and their errors of both groups."""
+    groups = []
+    for which, count in enumerate(kind.sizes):
+        true = kind.ratio**which * np.exp(kind.spread * rng.standard_normal(count))
+        seen = true + kind.error * rng.standard_normal(count)
+        while (low := seen < 0.05).any():
+            seen[low] = true[low] + kind.error * rng.standard_normal(low.sum())
+        groups.append(((-1 if kind.inverse else 1) * np.log(seen), kind.error / seen))
+    return groups
+
+
+def weights_table(options: argparse.Namespace) -> str:
+    """Return misses and median of the ratio: weights by own errors, by the group's typical error, and Welch's."""
+    lines = [
+        "| errors constant in the unit | own errors: misses | median | typical errors: misses | median | Welch: misses "
+        "| median | × ÷ of the three |",
+        "|---" * 8 + "|",
+    ]
+    for name, kind in NATURAL.items():
+        rng, truth = np.random.default_rng(options.seed), kind.ratio ** (-1 if kind.inverse else 1)
+        found = []
+        for _ in range(options.cohorts):
+            own = natural_groups(rng, kind)
+            plain = [(logs, 0 * errors) for logs, errors in own]
+            found.append([pooled_ratio(*groups)[:3] for groups in (own, typical(own), plain)])
+        values = np.array(found)  # (cohort, method, value and ends)
+        misses = 1 - np.mean((values[..., 1] <= truth) & (truth <= values[..., 2]), axis=0)
+        median, width = np.median(values[..., 0], axis=0), np.sqrt(np.median(values[..., 2] / values[..., 1], axis=0))
+        cells = " | ".join(f"{miss:.3f} | {middle:.2f}" for miss, middle in zip(misses, median, strict=True))
+        lines.append(f"| {name} | {cells} | {', '.join(f'{one:.2f}' for one in width)} |")
+    return "\n".join(lines)
+
+
 def pooling_table(options: argparse.Namespace) -> str:
     """Return the table of the kinds whose animals have errors of their own only."""
     lines = [
-        "| cohorts | pooled: holds the truth | Welch: holds the truth | pooled: × ÷ | Welch: × ÷ |",
+        "| cohorts | typical errors: holds the truth | own errors | Welch | × ÷ of the three |",
         "|---|---|---|---|---|",
     ]
     for title, kinds in (("chosen on", CHOSEN_ON), ("unseen", UNSEEN)):
         for name, kind in kinds.items():
-            pooled, welch, width, plain = row(kind, options.cohorts, options.seed)
-            lines.append(f"| {title}: {name} | {pooled:.3f} | {welch:.3f} | {width:.2f} | {plain:.2f} |")
+            held, widths = np.split(np.array(row(kind, options.cohorts, options.seed)), 2)
+            cells = " | ".join(f"{one:.3f}" for one in held)
+            lines.append(f"| {title}: {name} | {cells} | {', '.join(f'{one:.2f}' for one in widths)} |")
     return "\n".join(lines)
 
 
@@ -125,7 +192,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=5)
     parser.add_argument("--docs", action="store_true", help="put the tables into docs/comparisons.md")
     options = parser.parse_args()
-    for name, table in (("pooling", pooling_table(options)), ("one image", image_table(options))):
+    for name, make in (("pooling", pooling_table), ("weights", weights_table), ("one image", image_table)):
+        table = make(options)
         print(table, flush=True)
         if options.docs:
             put(name, table, PAGE)

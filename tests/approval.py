@@ -201,6 +201,8 @@ class _Page(HTMLParser):
             self.lines.append(f"{tag}{'#' * ('id' in values)}{values.get('id', '')}{hidden}: ")
         elif tag in ("td", "th"):
             self.lines[-1] += " | "
+        elif tag == "sub":
+            self.lines[-1] += "_"
 
     def handle_endtag(self, tag: str) -> None:
         self.unseen -= tag in UNSEEN
@@ -228,10 +230,15 @@ def table(path: Path) -> Iterator[str]:
 
 
 def tree(result: "xr.DataTree") -> Iterator[str]:
-    """Describe results by their variables: dimensions, what they say of themselves, and their values."""
+    """Describe results by their variables: dimensions, what they say of themselves, and their values.
+
+    How many simulations a search took is left out: at its end the last digit of another processor decides.
+    """
     for group in result.subtree:
         yield f"== {group.path}: {', '.join(sorted(map(str, group.attrs)))}"
         for name, variable in group.to_dataset(inherit=False).variables.items():
+            if name == "start_simulations":
+                continue
             said = "; ".join(f"{key} {value}" for key, value in variable.attrs.items())
             yield f"{name} ({', '.join(map(str, variable.dims))}): {values(variable.to_numpy())}; {said}"
 

@@ -20,7 +20,8 @@ from vasowave.findings import Finding, Place, Severity, as_json, from_json, shar
 from vasowave.notebook import card
 from vasowave.provenance import provenance
 from vasowave.runtime import kernels, memory, threads
-from vasowave.runtime.kept import program, put
+from vasowave.runtime.kept import program
+from vasowave.runtime.writing import put
 from vasowave.settings import Example, Positive, Range, given_values, is_true, read_values, settings_class, settings_of
 from vasowave.species import SPECIES
 
@@ -368,7 +369,7 @@ def test_a_lock_that_another_holds_is_waited_for_as_long_as_patience_lasts(monke
 
 
 def test_what_is_put_has_its_mode_and_a_part_of_the_program_its_own_digest(tmp_path):
-    put(tmp_path / "x", [b"ab", np.array([99], np.uint8)])
+    put(tmp_path / "x", [b"ab", np.array([99], np.uint8)], 0o600)
     assert (tmp_path / "x").read_bytes() == b"abc"
     assert (tmp_path / "x").stat().st_mode & 0o777 == 0o600
     put(tmp_path / "y", [b""], 0o644)

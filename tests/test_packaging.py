@@ -1,15 +1,19 @@
 """The package as others get it: wheel, conda recipe, container, and what stands on the index's page."""
 
+import hashlib
+import json
 import re
 import shutil
 import subprocess
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+import parts
 import vasowave as vw
 from programs_by_others import environment_with
 
@@ -52,6 +56,17 @@ def test_the_conda_recipe_asks_for_what_the_project_asks_for():
     assert recipe["about"]["license"] == PROJECT["license"]
 
 
+def test_wheel_recipe_and_container_start_the_same_function():
+    recipe = yaml.safe_load((ROOT / "recipe" / "recipe.yaml").read_text(encoding="utf-8"))
+    started = [f"{name} = {function}" for name, function in PROJECT["scripts"].items()]
+    assert started == ["vasowave = vasowave.__main__:main"]  # whose file alone takes the current folder off the path
+    assert recipe["build"]["python"]["entry_points"] == started
+    lines = (ROOT / "Containerfile").read_text(encoding="utf-8").splitlines()
+    assert [line for line in lines if line.startswith("ENTRYPOINT")] == [
+        'ENTRYPOINT ["vasowave"]'
+    ]  # the wheel's script
+
+
 def test_the_citation_is_of_this_project_and_version():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert {"cff-version", "message", "title", "authors", "version", "license"} <= set(citation)
@@ -88,6 +103,21 @@ def test_the_wheel_stands_alone(tmp_path):
     where = subprocess.run([python, "-c", "import vasowave; print(vasowave.__file__)"], capture_output=True, text=True,
                            check=True, cwd=tmp_path).stdout  # fmt: skip
     assert str(tmp_path) in where
+
+
+@pytest.mark.validation
+def test_what_is_shipped_is_listed_with_versions_and_hashes(tmp_path):
+    if shutil.which("uv") is None:
+        pytest.skip("uv, which builds the wheel, is not on the path")
+    built = {path.name: path for path in parts.build(tmp_path)}
+    sums = dict(reversed(line.split()) for line in built["SHA256SUMS"].read_text("utf-8").splitlines())
+    assert len(sums) == 3
+    assert all(hashlib.sha256(built[name].read_bytes()).hexdigest() == found for name, found in sums.items())
+    components = json.loads(built["parts.cdx.json"].read_text("utf-8"))["components"]
+    listed = {(part["name"], part["version"]): part["hashes"] for part in components}
+    needed = {re.split(r"[<>=\[ ]", one)[0] for one in PROJECT["dependencies"]}
+    assert needed
+    assert all(listed[name, version(name)] for name in needed)  # what these tests run with
 
 
 @pytest.mark.validation

@@ -11,6 +11,7 @@ from lab_files import exported, recorded
 from vasowave.network.vessel_table import write_network
 from vasowave.study.plan import read_study
 from vasowave.study.reporting import report_study
+from vasowave.study.run_status import running
 from vasowave.study.running import run_alone
 
 SOURCE = Path(vw.__file__).parent
@@ -75,7 +76,8 @@ def test_from_a_labchart_file_to_beats(tmp_path):
 
 @pytest.mark.validation
 def test_from_a_study_to_its_results_and_to_its_page(study):
-    modules = called(lambda: run_alone(read_study(study)))
+    with running(study) as run:
+        modules = called(lambda: run_alone(run, read_study(study)))
     steps = drawn("study to results")
     assert [one for one in modules if one in steps] == steps
     modules = called(lambda: report_study(study))

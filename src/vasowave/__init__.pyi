@@ -33,6 +33,7 @@ from vasowave.model.blood import Blood as Blood
 from vasowave.model.blood import BoundaryLayer as BoundaryLayer
 from vasowave.model.blood import Poiseuille as Poiseuille
 from vasowave.model.blood import PowerLaw as PowerLaw
+from vasowave.model.losses import Stenosis as Stenosis
 from vasowave.model.losses import angle_losses as angle_losses
 from vasowave.model.losses import narrowed as narrowed
 from vasowave.model.model import Model as Model
@@ -44,6 +45,7 @@ from vasowave.model.outlets import ImpedanceSpectrum as ImpedanceSpectrum
 from vasowave.model.outlets import ReflectionCoefficient as ReflectionCoefficient
 from vasowave.model.outlets import Resistance as Resistance
 from vasowave.model.outlets import Windkessel as Windkessel
+from vasowave.model.repairs import tidy as tidy
 from vasowave.model.shape import Shape as Shape
 from vasowave.model.structured_tree import BloodTree as BloodTree
 from vasowave.model.structured_tree import StructuredTree as StructuredTree
@@ -53,7 +55,6 @@ from vasowave.model.walls import PowerWall as PowerWall
 from vasowave.model.walls import TangentWall as TangentWall
 from vasowave.model.walls import VeinWall as VeinWall
 from vasowave.network.network import Network as Network
-from vasowave.network.tidying import tidy as tidy
 from vasowave.network.vessel_table import write_network as write_network
 from vasowave.network_formats import read_network as read_network
 from vasowave.recording import Averaging as Averaging
@@ -83,8 +84,10 @@ from vasowave.solver import simulate as simulate
 from vasowave.solver import sweep as sweep
 from vasowave.study.plan import read_study as read_study
 from vasowave.study.planning import plan as plan
+from vasowave.study.programs import trust_study as trust_study
 from vasowave.study.results import read_results as read_results
 from vasowave.study.running import run_study as run_study
+from vasowave.study.status import study_status as study_status
 
 __version__: str
 __all__: list[str]

@@ -7,8 +7,8 @@ imports before anything else is imported, here and in all processes that are sta
 import os
 import sys
 
-_STEERING = ".numba_config.yaml"
-"""A file of the current folder by which Numba would let itself be steered."""
+_STEERING = {".numba_config.yaml": "how the solver is compiled", "matplotlibrc": "how figures are drawn, and by what"}
+"""Files of the current folder by which Numba and Matplotlib would let themselves be steered, and in what."""
 
 
 def leave_folder() -> None:
@@ -22,8 +22,9 @@ def leave_folder() -> None:
 def main() -> None:
     """Run the command line."""
     leave_folder()
-    if os.path.lexists(_STEERING):
-        sys.exit(f"Error: {os.path.abspath(_STEERING)}: would change how the solver is compiled; remove it")
+    for file, what in _STEERING.items():
+        if os.path.lexists(file):
+            sys.exit(f"Error: {os.path.abspath(file)}: would change {what}; remove it")
     try:
         from vasowave.cli import run
 

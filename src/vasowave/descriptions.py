@@ -12,8 +12,20 @@ NORMAL = 1.959964
 TAILS = (0.025, 0.5, 0.975)
 """Shares below the lower end of such an interval, the median, and the upper end."""
 
+MOST_LEFT = 0.1
+"""Share of the pulse pressure; a model that leaves more of it as root-mean-square residual misses its data."""
+
+FORBIDDEN, AT_BOUND, OPEN = "*", "†", "‡"
+"""Marks behind a number that must not be used, that rests on a parameter at a bound of its search, or that the data do
+not determine."""
+
 ROUNDING = 1e-9
 """Share of a value by which an end of its interval may differ from it by rounding alone."""
+
+
+def parameter_mark(free: bool, at_bound: bool, determined: bool) -> str:
+    """Return the mark behind a parameter: at a bound, free and not determined, or none."""
+    return AT_BOUND if at_bound else OPEN if free and not determined else ""
 
 
 class Quantity(NamedTuple):

@@ -11,6 +11,7 @@
 Every message says what is wrong, where, and what to do next.
 """
 
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
@@ -19,8 +20,20 @@ EXTRAS = "`uv tool install '.[imaging,pdf,workbench]'` in a copy of the reposito
 """How a program gets the libraries that not everybody needs."""
 
 
+_UNSEEN = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+
+
+def printable(text: str) -> str:
+    """Return a text that steers no terminal: names in files from elsewhere may hold signs that do."""
+    return _UNSEEN.sub("?", text)
+
+
 class VasowaveError(Exception):
     """Base of every error that vasowave raises on purpose."""
+
+    def __str__(self) -> str:
+        """Return what is wrong, where, and what to do next."""
+        return printable(super().__str__())
 
 
 class InputError(VasowaveError, ValueError):

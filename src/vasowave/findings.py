@@ -17,7 +17,8 @@ from enum import StrEnum
 from string import Formatter
 from typing import Any, NamedTuple
 
-from vasowave.errors import VasowaveWarning
+from vasowave.errors import VasowaveWarning, printable
+from vasowave.stores import parsed_as
 
 Value = float | int | str | bool
 
@@ -175,8 +176,8 @@ class Finding:
         """Return its text; of the place it holds what the text of its kind asks for."""
         kind, values = _kind_of(self), dict(self.values)
         if _STORED_TEXT in values:
-            return str(values[_STORED_TEXT])
-        return kind.text.format(**self.place._asdict() | values | {"remedy": kind.remedy})
+            return printable(str(values[_STORED_TEXT]))
+        return printable(kind.text.format(**self.place._asdict() | values | {"remedy": kind.remedy}))
 
 
 OTHER = kind("other", Severity.LOOK, "{text}")
@@ -238,8 +239,19 @@ def from_json(text: str) -> tuple[Finding, ...]:
     """Return the findings of a JSON list; one whose kind is not declared here keeps its code, severity and text.
 
     One of a kind that asks for other values here, as it was stored by another version, keeps its text.
+
+    Raises
+    ------
+    ValueError
+        They are none, or cannot be put into words.
     """
-    return tuple(_stored(row) for row in json.loads(text))
+    try:
+        found = tuple(_stored(row) for row in parsed_as(list[dict[str, Any]], text))
+        for one in found:
+            str(one), hash(one)
+    except (ArithmeticError, LookupError, AttributeError, TypeError) as error:
+        raise ValueError(f"a finding without its values ({error})") from None
+    return found
 
 
 def _stored(row: Mapping[str, Any]) -> Finding:

@@ -20,8 +20,11 @@ INDICES = ("HR", "CO", "mPAP", "sPAP", "dPAP", "pPAP", "PVR")
 COUPLING = ("E_es", "E_a", "coupling")
 """What the pressure in the ventricle tells beside the recording, see `analysis.coupling`."""
 
-MEASURED = (*INDICES, *COUPLING)
-"""Quantities that are no law's."""
+RECORDED = {"measured_Z_c": "Z_c", "measured_C_T": "C_T", "measured_tau": "tau", "measured_I_R": "I_R"}
+"""What recording and model both tell, by the recording alone, and the name under which each of both keeps its own."""
+
+MEASURED = (*INDICES, "pPAP_over_SV", *COUPLING, *RECORDED)
+"""Quantities that are no law's, and need no image of vessels."""
 
 ACROSS_LAWS = ("wave_speed", "area_compliance", "R_T", "a", "C_p")
 """Quantities that are averaged over wall laws: those of the beds, and those of the wall where pressure was measured."""
@@ -34,9 +37,9 @@ OF_PARAMETERS = ("stiffness", *ACROSS_LAWS)
 
 QUESTIONS = {
     "Pressure and flow": INDICES,
-    "Large arteries": ("stiffness", "wave_speed", "C_v", "C_v_plain"),
-    "Small vessels": ("R_T", "C_p", "C_T", "C_T_plain", "tau", "tau_plain", "a"),
-    "Waves": ("I_R",),
+    "Large arteries": ("measured_Z_c", "pPAP_over_SV", "stiffness", "wave_speed", "C_v", "C_v_plain"),
+    "Small vessels": ("measured_C_T", "measured_tau", "R_T", "C_p", "C_T", "C_T_plain", "tau", "tau_plain", "a"),
+    "Waves": ("measured_I_R", "I_R"),
     "Ventricle and artery": COUPLING,
 }
 """What a quantity tells of; a quantity that is none of these tells of itself."""
@@ -75,9 +78,12 @@ QUANTITIES: dict[str, Quantity] = {
         _RESISTANCE, "PVR", "vascular resistance, mean pressure above the wedge pressure over mean flow", "Table 1",
         "vascular resistance",
     ),
+    "pPAP_over_SV": Quantity(
+        _ELASTANCE, "PP/SV", "pulse pressure over stroke volume", "", "pulse pressure / stroke volume",
+    ),
     "Z_c": Quantity(_RESISTANCE, "Z_c", "characteristic impedance, up-slope", "8"),
     "Z_0": Quantity(_RESISTANCE, "Z_0", "impedance at zero frequency, mean pressure over mean flow", "19"),
-    "I_R": Quantity("1", "I_R", "wave reflection coefficient", "17", "wave reflection"),
+    "I_R": Quantity("1", "I_R", "wave reflection coefficient", "17", "model wave reflection"),
     "E_es": Quantity(_ELASTANCE, "E_es", "end-systolic elastance of the ventricle", "", "elastance of the ventricle"),
     "E_a": Quantity(
         _ELASTANCE, "E_a", "effective elastance of the artery, end-systolic pressure over stroke volume", "",
@@ -141,6 +147,18 @@ QUANTITIES: dict[str, Quantity] = {
     "tau_plain": Quantity(
         "s", "R_T C_T (sum)", "time constant R_T C_T, with the sum over vessels", "12", "",
         lambda at: at.diastole.time_constant(published=False),
+    ),
+    "measured_Z_c": Quantity(
+        _RESISTANCE, "Z_c (measured)", "characteristic impedance of the recording, up-slope", "8",
+        "characteristic impedance",
+    ),
+    "measured_C_T": Quantity(
+        _COMPLIANCE, "C_T (measured)", "compliance of the recording, τ of the diastolic decay over PVR", "12",
+        "total compliance",
+    ),
+    "measured_tau": Quantity("s", "τ (measured)", "time constant of the diastolic decay", "12", "time constant"),
+    "measured_I_R": Quantity(
+        "1", "I_R (measured)", "wave reflection coefficient of the recording", "17", "wave reflection"
     ),
     "pressure_drop": Quantity("mmHg", "Δp", "fall of the mean pressure to the terminals, their average"),
     "S": Quantity("mmHg2", "S", "objective at the optimum", "14"),

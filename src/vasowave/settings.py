@@ -59,8 +59,9 @@ NOT_VALID = _error("not-valid", "{given}: {why}")
 _NO_WHOLE = _error("no-whole-number", "{given} is not a whole number")
 _NO_NUMBER = _error("no-number", "{given} is not a number")
 _NO_TRUTH = _error("neither-true-nor-false", "{given} is neither true nor false")
-_NO_PAIR = _error("no-pair", "{remedy}", "write a list of two numbers: [lower, upper]")
-_NO_LIST = _error("no-list", "{remedy}", "write a list: [one, other]")
+_NO_PAIR = _error("no-pair", "write a list of two numbers: {form}")
+_TOO_MANY = _error("too-many", "{actual_length} values are too many at once; at most {max_length:g}")
+_NO_LIST = _error("no-list", "write a list: {form}")
 _NO_SECTION = _error("no-section", "{remedy}", "write its keys in indented lines 'key: value' below")
 _NO_NAMES = _error("no-names", "{remedy}", "write 'name: value' in indented lines below, or {name: value}")
 _CODES = {
@@ -74,6 +75,8 @@ _CODES = {
     "int_parsing_size": _error("too-large", "{given} is too large"),
     "string_type": _error("no-text", "{given} is not text; {remedy}", "put it between quotation marks"),
     "string_too_short": _error("empty-text", "{given} is empty"),
+    "string_too_long": _error("long-text", "{given} is too long; at most {max_length:g} letters"),
+    "too_short": _error("too-few", "at least {min_length:g} must be given"),
     "finite_number": _error("not-finite", "{given} is not a number; {remedy}", "give a finite one"),
     "greater_than": _error("not-above", "{given} is too small; it must be above {gt:g}"),
     "greater_than_equal": _error("below-least", "{given} is too small; at least {ge:g}"),
@@ -81,6 +84,9 @@ _CODES = {
     "less_than_equal": _error("above-most", "{given} is too large; at most {le:g}"),
 }
 """By pydantic's codes."""
+
+_MAX_LETTERS = 80  # of a value in a message
+_LONGEST_PAIR = 3  # values that stand together, the coordinates of a place; what may hold more is a list
 
 _OF_SHAPE = (_NO_SECTION, _NO_NAMES, _NO_LIST, _NO_PAIR)
 """What is said of an empty value, too."""
@@ -283,17 +289,22 @@ def _finding(owner: type, refused: Mapping[str, Any]) -> Finding:
     if code == "missing" and isinstance(at[-1], str):  # a whole setting, and no part of a pair
         return MISSING_VALUE(key=key)
     kind = _CODES.get(code, NOT_VALID)
+    if code == "too_long" and told["max_length"] > _LONGEST_PAIR:
+        return _TOO_MANY(key=key, actual_length=len(given), max_length=told["max_length"])
     if given is None and kind not in _OF_SHAPE:
         return EMPTY(key=key)
     if code == "float_parsing" and isinstance(given, str) and "," in given:
         return DECIMAL_COMMA(key=key, given=_shown(given))
     limits = {name: limit for name, limit in told.items() if isinstance(limit, int | float)}
+    if kind in (_NO_PAIR, _NO_LIST):
+        form = "[lower, upper]" if kind is _NO_PAIR else "[one, other]"
+        return kind(key=key, form=_list_at(owner, at) or form)
     return kind(key=key, given=_shown(given), **limits | ({"why": str(refused["msg"])} if kind is NOT_VALID else {}))
 
 
 def _shown(given: Any) -> str:
     if isinstance(given, str):
-        return f"'{given}'"
+        return f"'{given if len(given) <= _MAX_LETTERS else given[:_MAX_LETTERS] + '…'}'"
     return f"{given:g}" if isinstance(given, float) else str(given) if isinstance(given, int) else "the value"
 
 
@@ -317,6 +328,18 @@ def _kind_at(owner: type, at: Iterable[Any]) -> Any:
             break
         kind = settings_of(kind)[name].kind  # type: ignore[arg-type]
     return kind
+
+
+def _list_at(owner: Any, at: Iterable[Any]) -> str:
+    """Return the example of the setting that a value belongs to, if that is a list."""
+    for name in at:
+        if not is_dataclass(owner) or not isinstance(name, str):
+            break
+        setting = settings_of(owner)[name]  # type: ignore[arg-type]
+        if isinstance(setting.example, tuple):
+            return str([*setting.example])
+        owner = setting.kind
+    return ""
 
 
 def _words(kind: Any) -> Iterator[str]:

@@ -98,6 +98,7 @@ def vasowave_programs(tree):
         "synthetic",
         "interrupted",
         "noticed",
+        "assumed_errors",
         "findings",
         "failures",
         "settings",

@@ -25,6 +25,7 @@ def test_a_quantity_has_its_error_its_interval_and_the_shares_of_what_is_known_o
     effects = pd.DataFrame(
         {"radius_scale": [0.3, np.nan], "flow_gain": [0.4, 0.1], "zero": [0.0, 0.1]}, index=["x", "y"]
     )
+    effects.attrs["sd"] = {"radius_scale": 0.1, "flow_gain": 0.07, "zero": 0.5}
     found = quantities.quantities_dataset({"x": 2.0, "y": 5.0}, KNOWN, {"x": (0.5, 1.0), "y": (0.2, 0.4)}, effects)
     one = found["x"].attrs
     error = np.sqrt(0.25 + 0.25)
@@ -34,6 +35,7 @@ def test_a_quantity_has_its_error_its_interval_and_the_shares_of_what_is_known_o
     assert (one["share_image"], one["share_probe"], one["share_calibration"]) == pytest.approx((0.18, 0.32, 0.0))
     assert (one["units"], one["symbol"], one["long_name"], one["equation"]) == ("mmHg", "X", "an x", "eq. 3")
     assert one["interval_level"] == 0.95
+    assert one["per_radius"] == pytest.approx(3.0)
     other = found["y"].attrs  # an effect that is not known counts for none
     assert other["standard_error"] == pytest.approx(1.0)
     assert "share_image" not in other

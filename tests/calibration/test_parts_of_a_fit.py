@@ -26,6 +26,7 @@ from vasowave.noise.spectrum import fourier, harmonics
 from vasowave.recording import HarmonicErrors, Inflow, InletPressure, Observation
 from vasowave.solver.places import Places, Waves
 from vasowave.solver.simulate import Numerics
+from vasowave.solver.validity import STRAINED
 
 NETWORK, MOUSE = vw.control_network(), vw.virtual_mouse()
 NOMINAL = estimate_nominal(NETWORK, MOUSE)
@@ -589,21 +590,40 @@ def test_a_trial_that_fails_counts_more_than_all_before(monkeypatch):
     assert one.best is None
 
 
-def test_a_fit_shows_its_numbers():
+def shown_fit(pulse, findings=(), at_bound=False):
     table = pd.DataFrame(
         {"value": [50.123, 2.0], "unit": ["mmHg", "1"], "free": [True, False], "interval_low": [40.0, 1.0],
-         "interval_high": [60.0, 3.0]}, index=["beta", "c1"],
+         "interval_high": [60.0, 3.0], "at_bound": [at_bound, False], "determined": [not at_bound, False]},
+        index=["beta", "c1"],
     )  # fmt: skip
-    compared = SimpleNamespace(harmonics=9, recording=SimpleNamespace(notes=()))
+    cycle = SimpleNamespace(notes=(), pulse_pressure=pulse)
+    compared = SimpleNamespace(harmonics=9, recording=cycle, error_power=lambda: np.zeros(10))
     model = SimpleNamespace(wall=SimpleNamespace(law=lambda: SimpleNamespace(formula="p = A")))
     begun = pd.DataFrame({"agrees": [True, True, False]})
     residual = np.array([3.0, 4.0, 0.0, 0.0])
-    one = Fit("linear", model, compared, None, table, pd.DataFrame(), begun, None, residual, 25.0, ())
+    return Fit("linear", model, compared, None, table, pd.DataFrame(), begun, None, residual, 25.0, findings)
+
+
+def test_a_fit_shows_its_numbers():
+    one = shown_fit(100.0)
     assert repr(one) == "Fit(linear wall: beta 50.12, c1 2; S 25, N 4, RMSE 2.5 mmHg)"
-    assert (one.mean_square, one.rmse) == (6.25, 2.5)
+    assert (one.mean_square, one.rmse, one.misses) == (6.25, 2.5, "")
     shown = one._repr_html_()
     for said in (
         "beta [mmHg]", "50.12 [40, 60]<", "2 [1, 3] (held)", "25 mmHg² over 4 samples (harmonics 0 to 9)",
         "root mean square 2.5 mmHg", "2 of 3 came to this optimum", "<strong>Fit, linear wall: p = A</strong>",
     ):  # fmt: skip
         assert said in shown, said
+
+
+def test_a_fit_says_first_that_it_misses_the_data_and_marks_what_stopped_at_a_bound():
+    one = shown_fit(7.5, at_bound=True)
+    assert repr(one) == (
+        "Fit(linear wall, misses the data by 33 % of the pulse pressure; do not use its numbers: beta 50.12†, c1 2; "
+        "S 25, N 4, RMSE 2.5 mmHg; † at a bound of its search)"
+    )
+    shown = one._repr_html_()
+    assert "misses the data by 33 %" in shown
+    assert shown.index("misses the data") < shown.index("beta")
+    strained = shown_fit(100.0, (STRAINED(vessel="1", percent=300.0, time=0.1),))
+    assert "strains a vessel beyond what an artery survives; do not use" in repr(strained)

@@ -110,3 +110,20 @@ except KeyboardInterrupt:
 """
     done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True, timeout=30)
     assert (done.returncode, done.stderr) == (130, "")
+
+
+def test_an_interruption_that_falls_into_an_import_ends_the_program_as_any_other():
+    code = """
+import signal
+import vasowave.cli as cli
+signal.signal(signal.SIGINT, signal.default_int_handler)
+class Named:
+    def __set_name__(self, *place):
+        signal.raise_signal(signal.SIGINT)
+def imported():
+    type("Importing", (), {"name": Named()})
+cli.app = imported
+cli.run()
+"""
+    done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True, timeout=30)
+    assert (done.returncode, done.stderr) == (130, "Interrupted; nothing half-written was left.\n")

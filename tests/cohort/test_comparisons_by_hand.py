@@ -42,7 +42,7 @@ def estimates(logs, errors, image, label, told=False):
     count = len(logs)
     shared = np.array([image, np.zeros(count), np.zeros(count)])
     labels = np.array([label, np.arange(count), np.arange(count)])
-    return Estimates(np.array(logs, float), np.array(errors, float), shared, labels, "fit", told)
+    return Estimates(np.array(logs, float), np.array(errors, float), shared, labels, "fit", told, np.zeros(len(logs)))
 
 
 ONE = estimates([1.0, 2.0, 4.0, 5.0, 9.0], [0.1, 0.2, 0.3, 0.4, 0.5], [0.3, 0.5, 0.2, 0.4, 0.6], [0, 0, 1, 1, 1])
@@ -85,7 +85,7 @@ def test_an_image_is_unknown_where_it_moves_groups_more_than_animals_of_their_ow
 def test_an_error_is_divided_into_what_is_shared_by_several_and_the_rest():
     label = np.array([[0, 0, 1], [0, 1, 2], [0, 1, 2]])
     share = np.array([[0.64, 0.36, 0.5], [0.1, 0.1, 0.1], [0, 0, 0]])
-    found = _estimates(np.zeros(3), np.array([0.5, 1.0, 2.0]), share, label, "fit", True)
+    found = _estimates((np.zeros(3), np.array([0.5, 1.0, 2.0]), np.ones(3)), share, label, "fit", True)
     assert found.shared[0] == pytest.approx([0.4, 0.6, 0.0])
     assert found.shared[1:] == pytest.approx(np.zeros((2, 3)))
     assert found.errors == pytest.approx([0.3, 0.8, 2.0])
@@ -519,13 +519,13 @@ def test_one_image_of_animals_does_not_touch_what_changes_within_them():
 
 def test_how_far_rows_can_be_relied_on_is_of_the_smallest_group_and_the_greatest_ratio_of_spreads():
     rows = [
-        ("CTL", compared([1, 2, 3, 1, 7], [0, 0, 0, 1, 1])),
-        ("CTL", compared([1, 2, 3, 4, 5, 6], [0] * 3 + [1] * 3)),
+        compared([1, 2, 3, 1, 7], [0, 0, 0, 1, 1]),
+        compared([1, 2, 3, 4, 5, 6], [0] * 3 + [1] * 3),
     ]
     found = primary._assurance(rows, SimpleNamespace(rate=0.06, critical=0.01))
     assert (found.rate, found.alone, found.smallest) == (0.06, 0.99, 2)
     assert found.spread_ratio == pytest.approx(18**0.5)
-    turned = [("CTL", compared([1, 7, 1, 2, 3], [0, 0, 1, 1, 1]))]
+    turned = [compared([1, 7, 1, 2, 3], [0, 0, 1, 1, 1])]
     assert primary._assurance(turned, SimpleNamespace(rate=0.06, critical=0.01)).spread_ratio == pytest.approx(18**0.5)
 
 

@@ -14,7 +14,9 @@ from vasowave.cohort.two_groups import importance_index, importance_interval
 
 def known(logs, errors=0.0, shared=0.0):
     n = len(logs)
-    return Estimates(np.asarray(logs), np.full(n, errors), np.full((1, n), shared), np.zeros((1, n), int), "fit", True)
+    return Estimates(
+        np.asarray(logs), np.full(n, errors), np.full((1, n), shared), np.zeros((1, n), int), "fit", True, np.zeros(n)
+    )
 
 
 def test_without_errors_it_is_the_geometric_mean_with_students_interval():

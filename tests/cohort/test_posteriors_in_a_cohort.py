@@ -56,6 +56,18 @@ def test_the_supplement_says_which_values_come_from_posteriors(results):
         assert float(cells[8]) == float(f"{row['smallest p']:.2g}")
 
 
+def test_what_the_fits_say_stands_beside_a_row_by_posteriors(results):
+    cohort = gathered([with_posterior(result) for result in results])
+    family = Family("linear", (*NAMES, "C_p"))
+    by_posterior = primary_comparison(cohort, family).rows.set_index("quantity")
+    fits = primary_comparison(gathered(results), family).rows.set_index("quantity")
+    for name in NAMES:
+        assert by_posterior["fits ratio"][name] == pytest.approx(fits["ratio"][name])
+        assert by_posterior["fits low"][name] < by_posterior["fits ratio"][name] < by_posterior["fits high"][name]
+    assert by_posterior["fits ratio"].isna()["C_p"]
+    assert fits["fits ratio"].isna().all()
+
+
 def test_posteriors_give_a_p_where_fits_of_one_image_do_not(results):
     assert primary_comparison(gathered(results), FAMILY).rows["p"].isna().all()
     rows = primary_comparison(gathered([with_posterior(result) for result in results]), FAMILY).rows

@@ -4,10 +4,11 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
-from made_cohort import made_results
+from made_cohort import changed, made_results
 from relabelings import family_p
 from vasowave.cohort import Family, contrasts, gathered, pooled_mean, pooled_ratio, primary_comparison
 from vasowave.cohort.primary import Untested, smallest_p
@@ -177,7 +178,8 @@ def test_the_means_of_the_groups_stand_in_the_unit_of_the_table_and_make_the_rat
               for group, results in cohort.groups.items()}  # fmt: skip
     assert row["mean reference"] == pytest.approx(stats.gmean(values["CTL"]))
     assert row["mean other"] == pytest.approx(stats.gmean(values["HPH"]))
-    assert set(rows["quantity"] + " [" + rows["unit"] + "]") <= set(cohort.table.columns)
+    stored = rows["quantity"].str.removeprefix("measured_")
+    assert set(stored + " [" + rows["unit"] + "]") <= set(cohort.table.columns)
 
 
 def test_an_interval_excludes_one_exactly_where_p_is_below_its_level(cohort):
@@ -202,6 +204,44 @@ def test_with_one_image_a_group_the_models_quantities_have_no_p_from_fits(cohort
     rows = primary_comparison(gathered(own)).rows
     assert rows["p"].notna().all()
     assert set(rows["untested"]) == {""}
+
+
+def test_rows_without_a_test_make_the_tested_no_wider_and_hold_by_themselves(cohort):
+    tested = ("mPAP", "CO", "PVR")
+    alone = primary_comparison(cohort, Family(quantities=tested)).rows
+    found = primary_comparison(cohort, Family(quantities=(*tested, "stiffness", "C_p", "I_R"))).rows
+    pd.testing.assert_frame_equal(found[found["quantity"].isin(tested)].reset_index(drop=True), alone)
+    row = found.set_index("quantity").loc["I_R"]
+    logs = {group: np.log([float(result.laws["linear"].quantities["I_R"]) for result in results])
+            for group, results in cohort.groups.items()}  # fmt: skip
+    interval = stats.ttest_ind(logs["HPH"], logs["CTL"], equal_var=False).confidence_interval()
+    assert np.isnan(row["p"])
+    np.testing.assert_allclose(np.log([row["low"], row["high"]]), [interval.low, interval.high])
+    none = primary_comparison(cohort, Family(quantities=("stiffness",)))
+    assert none.assurance is None
+    assert len(none.rows) == 1
+
+
+def test_what_the_recording_alone_tells_stands_beside_the_models_with_a_p(cohort):
+    names = ("measured_Z_c", "measured_C_T", "measured_tau", "measured_I_R", "pPAP_over_SV", "I_R", "tau")
+    results = [changed(one, "measured/quantities", tau=0.2 + 0.01 * place, I_R=0.3 - 0.02 * place)
+               for place, one in enumerate(cohort.results)]  # fmt: skip
+    cohort = gathered(results)
+    found = primary_comparison(cohort, Family(quantities=names))
+    rows = found.rows.set_index("quantity")
+    assert rows["source"].tolist() == [*["measured"] * 5, "linear", "linear"]
+    assert rows["p"].notna().tolist() == [*[True] * 5, False, False]
+
+    def pulse_over_stroke(result):  # the stroke volume is the integral of the flow over a beat
+        pressure, flow = (result.recording[one].values for one in ("pressure", "flow"))
+        return np.ptp(pressure) / (flow.mean() * result.period)
+
+    values = {f"measured_{name}": lambda one, name=name: float(one.measured.quantities[name])
+              for name in ("Z_c", "C_T", "tau", "I_R")}  # fmt: skip
+    for name, value in (values | {"pPAP_over_SV": pulse_over_stroke}).items():
+        means = {group: stats.gmean([value(one) for one in results]) for group, results in cohort.groups.items()}
+        assert rows["ratio"][name] == pytest.approx(means["HPH"] / means["CTL"], rel=1e-6)
+    assert set(found.others["quantity"]) == {"I_R", "tau"}
 
 
 def test_a_family_says_how_far_it_can_be_relied_on(cohort):

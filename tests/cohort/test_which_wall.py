@@ -16,7 +16,6 @@ from vasowave.cohort.votes import DECISIVE, differences, stored
 from vasowave.cohort.walls import CLEAR, Evidence, evidences, exponent_of, pooled_censored
 from vasowave.inference import laws
 from vasowave.report.answer.walls import wall_answer
-from vasowave.report.wording import with_interval
 from vasowave.selection import UNDECIDED, aicc
 
 PRICE = aicc(0.0, 5, 512) - aicc(0.0, 4, 512)  # of the parameters that `voting` gives the second law
@@ -64,10 +63,7 @@ def test_the_difference_of_aicc_is_the_price_of_parameters_and_what_the_residual
     assert (row["residuals low"], row["residuals high"]) == pytest.approx((own.low, own.high))
     assert row["residuals SD"] == pytest.approx(np.std(gaps, ddof=1))
     said = wall_answer(cohort, "linear")[1]
-    assert said.startswith("The residuals do not decide between the linear and the tangent wall. AICc against that of")
-    whole = with_interval(2.5, test.low, test.high)
-    size = with_interval(2.5 - PRICE, own.low, own.high)
-    assert f"per animal (n = 3): tangent +{whole}, of it +{size} by what the residuals say and +2.0 by" in said
+    assert said.startswith("The residuals do not decide between the linear and the tangent wall (AICc).")
     assert "can look like curvature" in said
 
 
@@ -86,7 +82,7 @@ def test_residuals_that_say_more_than_the_price_decide_for_either_law(cohort_res
     cohort = compared(cohort_results, shift + np.array([-1.0, 0.0, 1.0]))
     said = wall_answer(cohort, "linear")[1]
     other = {"linear": "tangent", "tangent": "linear"}[law]
-    assert said.startswith(f"The residuals speak for the {law} wall against the {other} wall.")
+    assert said.startswith(f"The residuals speak for the {law} wall against the {other} wall (AICc).")
 
 
 def test_of_one_animal_the_margin_of_the_comparisons_own_verdicts_decides(cohort_results):

@@ -39,9 +39,10 @@ def test_the_true_parameters_lie_inside_the_intervals_as_often_as_they_should(st
 
 def test_intervals_of_the_linear_wall_say_something(study):
     counts = coverage(study[0]).set_index(["wall", "quantity"])["half_width"]
-    assert counts["linear", "wave_speed"] < 15
-    assert counts["linear", "R_T"] < 8
-    assert counts["linear", "beta"] < 35
+    # Usual errors are part of them: 5 % of the flow's gain and 0.5 mmHg of 13 to 21 make 12 % of R_T alone.
+    assert counts["linear", "wave_speed"] < 25
+    assert counts["linear", "R_T"] < 16
+    assert counts["linear", "beta"] < 55
 
 
 def test_importance_indices_have_the_signs_of_the_paper(study):

@@ -120,3 +120,24 @@ def test_notes_of_a_file_say_how_far_it_leaves_the_model():
     assert note.endswith("their pressures differ by up to 0.26 mmHg (vessel 'b').")
     assert _friction_note(9e-10) == "Friction is the model's."
     assert "to 1.2 %; mu alone" in _friction_note(0.0123)
+
+
+def test_a_bed_inside_the_tree_and_every_value_that_nothing_takes_are_told(tmp_path):
+    bed = {"R1": 2e8, "R2": 8e8, "Cc": 1e-11}
+    root = ROOT | bed | {"Rp": 1.1e-3, "inlet": "Q"}
+    with pytest.warns(VasowaveWarning) as heard:
+        model, _ = read_openbf(written(tmp_path, (root, LEFT | {"inlet_file": "b.dat", "outlet": "wk3"}, RIGHT)))
+    words = sorted(str(one.message).partition("m.yaml: ")[2] for one in heard)
+    assert words[0].startswith("'Rp' of 'a' is given and not used")
+    assert words[1].startswith("'inlet_file' of 'b' is given and not used")
+    assert words[2].startswith("a bed is given where other vessels follow (Cc, R1, R2 of 'a'); it is left out")
+    assert len(words) == 3
+    assert len(model.outlets.R1) == 2  # of the two vessels that end
+
+
+def test_beds_beside_a_reflection_coefficient_and_more_of_blood_are_told(tmp_path):
+    ends = [one | {"Rt": 0.4} for one in (LEFT, RIGHT)]
+    with pytest.warns(VasowaveWarning) as heard:
+        read_openbf(written(tmp_path, (ROOT, *ends), blood=BLOOD | {"Cp": 3e3}))
+    words = {str(one.message).partition("m.yaml: ")[2].split(" is given")[0] for one in heard}
+    assert {"'R1' of 'b', 'c'", "'R2' of 'b', 'c'", "'Cc' of 'b', 'c'", "'Cp' of 'blood'"} <= words

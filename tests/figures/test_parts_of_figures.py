@@ -3,6 +3,7 @@
 import json
 from types import SimpleNamespace
 
+import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -17,7 +18,8 @@ from vasowave.figures import fit, forest, groups, look, measured, modeled, netwo
 from vasowave.figures import style as looks
 from vasowave.figures.compared import planned_figure
 from vasowave.figures.forest import NARROW, WIDE, Dot, Point, Row
-from vasowave.figures.style import new_figure
+from vasowave.figures.rendering import svg
+from vasowave.figures.style import new_figure, style
 from vasowave.imaging.places import Frame
 from vasowave.imaging.read.volume import Volume
 from vasowave.network.network import Network
@@ -586,3 +588,15 @@ def test_an_image_is_seen_along_its_axes_in_a_page_of_its_shape():
         volume, SimpleNamespace(mask=np.ones((2, 2, 5)), origin=np.array([1.2, 2.6, 3.2]), spacing=0.2)
     )
     assert (low.tolist(), high.tolist()) == ([0, 2, 0], [4, 6, 7])
+
+
+def test_a_file_of_settings_that_matplotlib_found_in_a_study_neither_runs_latex_nor_changes_a_figure():
+    def drawn():
+        with style():
+            figure = new_figure(8, 5)
+            figure.subplots().set_xlabel(r"$\beta$ [mmHg]")
+            return svg(figure)
+
+    expected = drawn()
+    with matplotlib.rc_context({"text.usetex": True, "text.latex.preamble": r"\input{evil}", "font.size": 40}):
+        assert drawn() == expected

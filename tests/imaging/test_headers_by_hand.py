@@ -447,6 +447,13 @@ def test_cubes_have_the_smallest_side_and_grey_levels_between_the_neighbors():
     assert isotropic(Volume(GREY, np.array([0.01, 0.010011, 0.01]), PLACE)).grey.shape == (3, 4, 5)
 
 
+@pytest.mark.parametrize("sizes", [(4.9, 4.9, 1e-6), (0.01, 4.9, 1e-6), (0.02, 0.02, 3.8e-7 * 2.7)])
+def test_a_slip_of_a_unit_asks_for_no_memory(sizes):
+    """7e14, 1e12 and 9.3e9 cubes, told before one of them is made."""
+    with pytest.raises(InputError, match=r"e\+\d+ cubes of 1(\.03)?e-06 cm.*is the unit right\? Otherwise resample"):
+        isotropic(Volume(GREY, np.array(sizes), PLACE))
+
+
 def test_labels_go_to_the_nearest_voxel_of_another_grid():
     image = Volume(GREY, SIZES, PLACE)
     cubes = isotropic(image)

@@ -119,12 +119,16 @@ def test_an_end_that_may_be_either_is_put_in_the_middle_and_its_sd_holds_both():
     assert (middle[1][1:] > ball[1][1:]).all()
 
 
-def test_an_end_of_an_appended_point_of_the_wall_is_not_prolonged():
+@pytest.mark.parametrize("pieces", [1, 2, 5])
+def test_an_end_of_an_appended_point_of_the_wall_is_not_prolonged_in_how_many_pieces_the_step_may_be(pieces):
     lines = fork_lines(missing=1.0, rough=0.9)
     appended = []
     for line, end in zip(lines, ENDS, strict=True):
         touching = np.linalg.norm(end - line.points[-1])  # the radius of the last ball
-        appended.append(Line(ROOT[None], RADII[:1]).then(line, Line(end[None], np.array([touching]))))
+        line = Line(line.points, np.append(line.radius[:-1], touching))
+        first = np.linspace(ROOT, line.points[0], pieces + 1)[:-1], np.full(pieces, line.radius[0])
+        last = np.linspace(line.points[-1], end, pieces + 1)[1:], np.full(pieces, touching)
+        appended.append(Line(*first).then(line, Line(*last)))
     bare, whole = (lengths(as_extracted(cut_at_junctions(merged(one)))) for one in (lines, appended))
     ways = [one[0][0] + one[0][1:] for one in (bare, whole)]  # from the root to the ends, wherever they part
     np.testing.assert_allclose(*ways, rtol=0.01)

@@ -286,3 +286,33 @@ def test_without_a_point_that_can_be_simulated_a_search_begins_at_the_medians():
     looked = Screened(np.ones((3, 2)), np.full((3, 5), np.nan))
     (start,) = _chosen(lambda points: np.full((len(points), 5), np.nan), np.zeros(5), None, looked)
     assert start.tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("inertia", [0.0, 7e-6])
+def test_lag_and_inertia_of_the_pressure_are_a_catheter_between_model_and_recording(inertia):
+    lagging = problem(Priors(pressure_lag_sd=0.003, pressure_inertia_sd=inertia))
+    point = np.zeros(len(lagging.unknowns.all))
+    late = lagging.unknowns.scores({"pressure_lag": 0.0036, "pressure_inertia": 0.5 * inertia})
+    outputs = lagging.simulate([point, late])
+    plain, filtered = (np.fft.rfft(one) for one in lagging.in_time(outputs))
+    rate = 2 * np.pi * np.arange(len(plain)) / lagging.recording.period
+    passed = 1 + 1j * rate * 0.0036 - rate**2 * 0.5 * inertia
+    np.testing.assert_allclose(filtered * passed, plain, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(lagging.through_amplifier([late], outputs[1:], back=True), outputs[:1], atol=1e-9)
+    theory = [np.fft.rfft(one) for one in lagging.in_time(lagging.linear(np.array([point, late])))]
+    np.testing.assert_allclose(theory[1] * passed, theory[0], rtol=1e-9, atol=1e-9)
+
+
+def test_a_gain_of_the_pressure_divides_what_is_compared_at_the_inlet():
+    loud = problem(Priors(pressure_gain_sd=0.1))
+    point = 1.5 * np.eye(len(loud.unknowns.all))[list(loud.unknowns.all).index("pressure_gain")]
+    plain, seen = loud.simulate([0 * point, point])
+    np.testing.assert_allclose(seen * np.exp(0.15), plain, rtol=1e-9)
+    found = loud.quantities(np.array([point]), seen[np.newaxis], np.zeros(1))
+    assert found["mPAP"] == pytest.approx(loud.recording.mean_pressure * np.exp(0.15))
+
+
+def test_a_zero_of_the_flow_moves_its_mean_alone():
+    unknowns = problem(Priors(flow_zero_sd=0.01)).unknowns
+    point = -2.0 * np.eye(len(unknowns.all))[list(unknowns.all).index("flow_zero")]
+    np.testing.assert_allclose(unknowns.posed(point)[1].flow, unknowns.recording.flow + 0.02)

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pandas as pd
@@ -11,6 +12,7 @@ import pytest
 from vasowave.errors import InputError
 from vasowave.io.files import PART, check_folder, made_inside, remove_parts, write_file, write_folder
 from vasowave.report.files import write_tables
+from vasowave.runtime.writing import Part
 
 
 def full(*arguments, **options):
@@ -49,6 +51,17 @@ def test_what_a_killed_program_left_of_a_folder_goes_at_once_and_what_is_being_f
         fill(tmp_path, "c")
         assert (fresh / "b").exists()
     assert content(tmp_path) == {"b": "new", "c": "new"}
+
+
+def test_what_a_killed_program_left_of_a_file_goes_after_seconds_and_what_is_being_written_stays(tmp_path):
+    (tmp_path / f"{PART}left.csv").write_text("half")
+    with Part(tmp_path / "a.csv") as part:
+        for path in tmp_path.iterdir():
+            os.utime(path, (time.time() - 10, time.time() - 10))
+        remove_parts(tmp_path, 3600.0)
+        assert [path.name for path in tmp_path.iterdir()] == [part.path.name]
+        part.take_place()
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
 
 
 def test_a_file_that_cannot_be_finished_leaves_the_earlier_one_whole(tmp_path, monkeypatch):

@@ -1,11 +1,14 @@
 """Narrowings and angles: what they lose, against Young and Tsai, Poiseuille and the change of momentum."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.errors import InputError
-from vasowave.model.blood import Poiseuille
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.model.blood import BoundaryLayer, Poiseuille
+from vasowave.model.linear import linear_solution
 from vasowave.model.nominal import windkessels
 from vasowave.recording import Inflow
 from vasowave.solver.simulate import simulate_run
@@ -20,26 +23,104 @@ def tube(**parts) -> vw.Model:
     return vw.Model(network, RIGID, vw.Resistance([100.0]), vw.Blood(friction=Poiseuille()), **parts)
 
 
-def fall(model: vw.Model) -> float:
+def fall(model: vw.Model, flow: float = Q) -> float:
     """Return the fall of the mean pressure from inlet to bed, mmHg, at steady flow."""
-    waves = vw.simulate(model, Inflow(np.full(64, Q), 0.1), vw.Numerics(samples=64))
+    waves = vw.simulate(model, Inflow(np.full(64, flow), 0.1), vw.Numerics(samples=64))
     mean = waves.pressure.mean("time")
     return float(mean.isel(vessel=0).sel(station="inlet") - mean.isel(vessel=-1).sel(station="outlet"))
 
 
+def by_the_sources(radius, area_lost, length, flow, blood):
+    """Fall of pressure, mmHg, of Young and Tsai (1973) with the K_v of Seeley and Young (1976)."""
+    D, areas = 2 * radius, 1 / (1 - area_lost)
+    U = flow / (np.pi * radius**2)
+    K_v = 32 * (0.83 * length + 1.64 * D / np.sqrt(areas)) / D * areas**2
+    return blood.inertia * (K_v * blood.viscosity * U / D + 0.5 * 1.52 * (areas - 1) ** 2 * U**2)
+
+
+@pytest.mark.parametrize("friction", [Poiseuille(), BoundaryLayer()])
 @pytest.mark.parametrize("junctions", ["static", "total"])
-@pytest.mark.parametrize(("area_lost", "length"), [(0.5, 0.1), (0.75, 0.05), (0.85, 0.1)])
-def test_a_narrowing_takes_what_young_and_tsai_say_of_its_jet_and_poiseuille_of_its_length(
-    area_lost, length, junctions
+@pytest.mark.parametrize(
+    ("radius", "area_lost", "length", "flow"),  # Reynolds numbers 11 to 826
+    [(0.05, 0.5, 0.1, 0.2), (0.05, 0.75, 0.05, 0.1), (0.05, 0.85, 0.1, 0.04), (0.03, 0.8, 0.02, 0.2),
+     (0.3, 0.6, 0.4, 4.0), (0.3, 0.4, 0.2, 18.0)],
+)  # fmt: skip
+def test_a_narrowing_takes_what_its_sources_say_whatever_the_drag_of_its_cells(
+    radius, area_lost, length, flow, junctions, friction
 ):
-    whole = tube(junctions=junctions)
-    with_it = vw.narrowed(whole, "only", area_lost, length)
-    area0, blood = np.pi * 0.05**2, whole.blood
-    areas = area0 / (area0 * (1 - area_lost))
-    jet = 1.52 * 0.5 * blood.inertia * (areas - 1) ** 2 * (Q / area0) ** 2
-    along = 8 * np.pi * blood.inertia * blood.viscosity * Q * length / area0**2  # of the vessel itself, before
-    expected = jet + along * (areas**2 - 1)
-    assert fall(with_it) - fall(whole) == pytest.approx(expected, rel=0.02)
+    network = vw.Network(("only",), [-1], [20 * radius], [radius])
+    blood = vw.Blood(friction=friction)
+    whole = vw.Model(network, RIGID, vw.Resistance([10.0 / flow]), blood, junctions=junctions)
+    cut = vw.Model(replace(network, length=network.length - length), RIGID, whole.outlets, blood)  # without that piece
+    expected = by_the_sources(radius, area_lost, length, flow, blood)
+    assert fall(vw.narrowed(whole, "only", area_lost, length), flow) - fall(cut, flow) == pytest.approx(
+        expected, rel=0.02
+    )
+
+
+@pytest.mark.parametrize(
+    ("area_lost", "length", "flow", "expected"),
+    [(0.5, 0.06, 0.05, 2.93), (0.8, 0.02, 0.05, 11.7), (0.8, 0.02, 0.2, 83.1)],
+)
+def test_steady_falls_of_a_stenosis_and_of_a_web_are_those_worked_out_by_hand(area_lost, length, flow, expected):
+    """Radius 0.03 cm, blood of 1.057 g/ml and 0.0462 cm²/s: 50 % over 0.06 cm has K_v 254.8 and loses 2.75 + 0.19."""
+    assert by_the_sources(0.03, area_lost, length, flow, vw.Blood()) == pytest.approx(expected, rel=0.004)
+
+
+def test_coefficients_of_a_narrowing_may_be_given():
+    whole = tube()
+    rest = fall(vw.narrowed(whole, "only", 0.8, 0.02, coefficients=vw.Stenosis(turbulent=0.0)))
+    jets = [
+        fall(vw.narrowed(whole, "only", 0.8, 0.02, coefficients=vw.Stenosis(turbulent=k))) - rest for k in (1.0, 2.0)
+    ]
+    assert jets[0] == pytest.approx(0.5 * whole.blood.inertia * 16 * (Q / (np.pi * 0.05**2)) ** 2, rel=0.02)
+    assert jets[1] == pytest.approx(2 * jets[0], rel=0.01)
+    with pytest.raises(InputError, match="Stenosis: turbulent = -1"):
+        vw.Stenosis(turbulent=-1.0)
+
+
+def test_the_inertia_of_a_narrowing_is_that_of_its_blood_or_what_was_measured():
+    """A flow that grows by ΔQ/Δt in a stiff tube without viscosity needs K_u ρ L/A of it in the narrow piece."""
+    network, t = vw.Network(("only",), [-1], [1.0], [0.05]), 2 * np.pi * np.arange(256) / 256
+    blood = vw.Blood(viscosity=1e-9, friction=Poiseuille())
+    whole = vw.Model(network, RIGID, vw.Resistance([100.0]), blood)
+    inflow, area = Inflow(0.1 + 1e-3 * np.sin(t), 0.5), np.pi * 0.05**2
+    numerics = vw.Numerics(samples=256, tolerance=1e-8)
+
+    def inertance(model):
+        run = simulate_run(model, inflow, numerics)
+        first = (
+            np.fft.rfft(run.pressure[:, 0, 0] - run.pressure[:, 2, -1])[1] / np.fft.rfft(run.recorded[1, :, 0, 0])[1]
+        )
+        return float(first.imag / (2 * np.pi / 0.5)) * run.recorded.shape[1] / len(run.pressure)
+
+    plain = inertance(whole)
+    assert plain == pytest.approx(blood.inertia / area, rel=0.02)
+    for given, K_u in ((None, 2.0), (1.2, 1.2)):
+        coefficients = vw.Stenosis(turbulent=0.0, inertial=given)
+        found = inertance(vw.narrowed(whole, "only", 0.5, 0.2, coefficients=coefficients)) - 0.8 * plain
+        assert found == pytest.approx(K_u * 0.2 * blood.inertia / area, rel=0.03)
+
+
+def test_a_flow_outside_the_range_of_the_sources_is_told():
+    for flow, told in ((0.001, True), (0.1, False), (6.0, True)):
+        network = vw.Network(("only",), [-1], [1.0], [0.05])
+        model = vw.narrowed(vw.Model(network, RIGID, vw.Resistance([10 / flow])), "only", 0.3, 0.1)
+        notes = simulate_run(model, Inflow(np.full(64, flow), 0.1), vw.Numerics(samples=64)).notes
+        seen = [one for one in notes if one.code == "solver.stenosis-beyond-its-source"]
+        assert bool(seen) == told
+        if told:
+            reynolds = flow / (np.pi * 0.05**2) * 0.1 / model.blood.viscosity
+            assert dict(seen[0].values)["value"] == pytest.approx(reynolds, rel=0.01)
+
+
+def test_linear_theory_has_the_resistance_of_a_narrowing():
+    model = vw.narrowed(tube(), "only", 0.8, 0.05, coefficients=vw.Stenosis(turbulent=0.0))
+    t = 2 * np.pi * np.arange(128) / 128
+    inflow = Inflow(0.01 + 1e-3 * np.sin(t), 0.1)
+    theory = linear_solution(model, inflow)
+    run = simulate_run(model, inflow, vw.Numerics(samples=128, tolerance=1e-8))
+    np.testing.assert_allclose(run.pressure[:, 0, 0], theory.over_cycle(theory.pressure, 128)[:, 0], rtol=3e-3)
 
 
 @pytest.mark.parametrize("vessel", ["1", "3", "21"])
@@ -65,7 +146,8 @@ def test_a_narrowing_within_a_loop_slows_the_half_in_which_it_is(inflow):
     ring = vw.Network(("in", "a", "b", "out"), None, [1.0, 0.5, 0.5, 1.0], [0.05, 0.035, 0.035, 0.05],
                       nodes=[[0, 1], [1, 2], [1, 2], [2, 3]])  # fmt: skip
     model = vw.Model(ring, vw.LinearWall(57.0), windkessels(ring, 76.0, 0.11, a=0.12), loss=0.3)
-    waves = vw.simulate(vw.narrowed(model, "b", 0.9, 0.1), inflow, vw.Numerics(samples=64))
+    with pytest.warns(VasowaveWarning, match=r"before 'b narrow' reaches a Reynolds number of 3\.11"):
+        waves = vw.simulate(vw.narrowed(model, "b", 0.9, 0.1), inflow, vw.Numerics(samples=64))
     mean = waves.flow.sel(station="middle").mean("time")
     assert float(mean.sel(vessel="b narrow")) == pytest.approx(float(mean.sel(vessel="b beyond")), rel=1e-3)
     assert float(mean.sel(vessel="b")) < 0.2 * float(mean.sel(vessel="a"))
@@ -138,3 +220,17 @@ def test_a_vessel_that_tapers_has_no_narrowing_and_angles_are_degrees():
         vw.angle_losses(vw.control_network(), 190.0)
     with pytest.raises(InputError, match="one for each of the 21 vessels"):
         vw.angle_losses(vw.control_network(), [1.0, 2.0])
+
+
+def test_a_resistance_of_the_root_has_no_effect_and_that_of_others_is_that_of_a_narrowing():
+    network, t = vw.Network(("a", "b"), [-1, 0], [0.5, 0.5], [0.05, 0.05]), np.arange(64)
+    inflow, numerics = Inflow(0.1 + 0.02 * np.sin(2 * np.pi * t / 64), 0.1), vw.Numerics(samples=64)
+
+    def mean_fall(resistance):
+        model = vw.Model(network, RIGID, vw.Resistance([100.0]), vw.Blood(friction=Poiseuille()), resistance=resistance)
+        run = simulate_run(model, inflow, numerics)
+        return float(np.mean(run.pressure[:, 0, 0] - run.pressure[:, 2, -1]))
+
+    own = 8 * np.pi * vw.Blood().inertia * vw.Blood().viscosity * 0.5 / (np.pi * 0.05**2) ** 2
+    assert mean_fall([20.0, 0.0]) == pytest.approx(mean_fall(0.0), rel=1e-10)
+    assert mean_fall([20.0, 20.0]) - mean_fall(0.0) == pytest.approx(0.1 * (20.0 - own), rel=0.01)

@@ -9,9 +9,11 @@ from scipy.special import jv
 
 import vasowave as vw
 from vasowave.errors import InputError
+from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.model.structured_tree import relative_viscosity, unsteady
 from vasowave.solver import Numerics, simulate
+from vasowave.solver.simulate import simulate_run
 from vasowave.units import MMHG
 
 INERTIA = 1.057 / MMHG
@@ -170,6 +172,59 @@ def test_a_human_tree_of_three_vessels_is_that_of_the_authors_program(shared):
     model, _, inflow, theirs = authors(shared, *HUMAN, slower=10.0)
     waves = simulate(model, inflow, Numerics(cell_size=0.2, samples=512, tolerance=1e-6))["pressure"].values
     assert apart(waves[:, 0, 0], theirs["p_in_a"]) < 0.05  # they put asymptotes in place of Bessel functions
+
+
+def wide(radius=(0.25,), **values):
+    """Trees so wide and short that they reflect: of a human, down to 1 mm."""
+    said = {"length_ratio": 50.0, "stiffness": 300.0, "smallest": 0.1, "viscosity": 0.0303} | values
+    return vw.StructuredTree.of_factors(0.82, 0.66, root_radius=list(radius), **said)
+
+
+@pytest.mark.parametrize("values", [{}, {"viscosity": 0.0462, "radius": (0.9, 1.1), "length_ratio": 30.0}])
+def test_trees_that_reflect_get_as_many_poles_as_their_impedance_needs(values):
+    beds, period = wide(**values), 0.9
+    omega = 2 * np.pi / period * np.arange(1, 11)
+    Z = beds.impedance(omega)
+    met = beds.rational(period).impedance(1j * omega)
+    np.testing.assert_allclose(met, Z, atol=0, rtol=0.008)
+    worst = np.max(np.abs(met - Z) / np.abs(Z), axis=0)
+    np.testing.assert_allclose(beds.misfit(period), worst, rtol=1e-9)
+
+
+def test_small_waves_before_a_tree_that_reflects_are_those_of_its_impedance():
+    network, period = vw.Network(("a",), [-1], [2.0], [0.25]), 0.9
+    t = 2 * np.pi * np.arange(512) / 512
+    inflow = vw.Inflow(1e-3 * (1.0 + np.cos(t) + 0.5 * np.sin(3 * t) + 0.2 * np.cos(7 * t)), period)
+    model = Model(network, vw.LinearWall(300.0), wide())
+    waves = simulate(model, inflow, Numerics(cell_size=0.1, samples=512, tolerance=1e-9))["pressure"].values[:, 0, 0]
+    theory = linear_solution(model, inflow, 32)  # with the impedance of the tree itself
+    expected = theory.over_cycle(theory.pressure, 512)[:, 0]
+    assert np.sqrt(np.mean((waves - expected) ** 2)) < 0.003 * np.ptp(expected)
+
+
+def test_a_run_starts_from_one_whose_trees_have_another_number_of_modes():
+    network, inflow = vw.Network(("a",), [-1], [2.0], [0.25]), vw.Inflow(1.0 + np.cos(np.arange(64) * np.pi / 32), 0.9)
+    other, many = (Model(network, vw.LinearWall(300.0), wide(smallest=r)) for r in (0.24, 0.1))
+    numerics = Numerics(cell_size=0.5, tolerance=1e-6)
+    near = simulate_run(other, inflow, numerics)
+    assert near.end.memory.shape[1] != many.outlets.rational(0.9).poles.shape[1]
+    fresh, led = simulate_run(many, inflow, numerics), simulate_run(many, inflow, numerics, near)
+    np.testing.assert_allclose(led.pressure, fresh.pressure, atol=1e-4)
+
+
+def test_a_bed_that_is_not_met_is_told_from_half_a_percent_on():
+    network = vw.Network(("a",), [-1], [2.0], [0.05])
+    inflow = vw.Inflow(0.1 + 0.1 * np.cos(np.arange(64) * np.pi / 32), 0.11)
+    Z = vw.Windkessel([20.0], [130.0], [1e-3]).impedance_at(20, 0.11)
+    noise = 1.0 + 0.03 * np.random.default_rng(1).standard_normal(Z.shape) * (np.arange(20) > 0)[:, np.newaxis]
+    bed = vw.ImpedanceSpectrum(Z * noise)
+    run = simulate_run(Model(network, vw.LinearWall(60.0), bed), inflow, Numerics())
+    (told,) = [one for one in run.notes if one.code == "solver.bed-approximated"]
+    percent = dict(told.values)["percent"]
+    assert percent == pytest.approx(100 * bed.misfit(0.11)[0])
+    assert 1.0 < percent < 20.0
+    clean = simulate_run(Model(network, vw.LinearWall(60.0), vw.ImpedanceSpectrum(Z)), inflow, Numerics())
+    assert not any(one.code == "solver.bed-approximated" for one in clean.notes)
 
 
 @pytest.mark.parametrize("fine", [False, True])

@@ -309,12 +309,12 @@ def test_a_short_vessel_hands_its_resistance_and_compliance_to_its_daughters():
     found = tidy(whole)
     assert [one.code for one in found.repairs] == ["joined"]
     (joined,) = found.repairs
-    assert str(joined) == "'b' (0.005 cm) continues 'a', where nothing divides; both are 'a' now"
+    assert str(joined) == "nothing divides between 'a' and 'b' (0.005 cm); both are 'a' now"
     R, C = 1 / 0.1**4 + 0.005 / 0.08**4, 0.1**2 + 0.005 * 0.08**2
     radius = (C / R) ** (1 / 6)
     assert found.network.radius[1] == pytest.approx(radius)
     assert found.network.length[1] == pytest.approx(C / radius**2)
-    assert (found.added_volume, tidy(whole, 0.0, chains=False).repairs) == (0.0, ())
+    assert (found.added_volume, tidy(whole, 0.0, alike=-1.0).repairs) == (0.0, ())
     fork = Network(
         tuple("abcdef"), [-1, 0, 0, 1, 1, 0], [1.0, 0.005, 1, 0.5, 0.4, 1], [0.2, 0.08, 0.1, 0.05, 0.06, 0.1]
     )
@@ -355,3 +355,15 @@ def test_ends_that_are_too_short_are_lengthened_and_the_volume_is_told():
     many = Network(tuple("abcdefg"), [-1, *[0] * 6], [9.0, *[0.001] * 6], [0.5, *[0.05] * 6])
     assert str(repaired(many)[1][0]).count(";") >= 5
     assert "and 2 more" in str(repaired(many)[1][0])
+
+
+def test_whatever_a_file_gives_and_no_network_takes_is_listed(tmp_path):
+    more = EDGES.replace("length[SI]\n", "length[SI],k1[SI],k2[SI]\n") + "vis,A1,n1,n2,0.002,0.002,0.01,3,\n"
+    _, (columns, _) = read_edges(file(tmp_path, more), 1.0)
+    assert str(columns) == "columns k1[SI]: given and not used, as no part of a network"
+    loss = "SEGMENT a 0 2 5 0 1 0.04 0.04 0.0 MAT1 STENOSIS 0.0 0 0 NOBOUND NONE\n"
+    _, (found,) = read_input(file(tmp_path, loss, "a.in"), 1.0)
+    assert str(found).startswith("STENOSIS of SEGMENT a: given and not used")
+    table = "name,parent,length [cm],radius [cm],tapr [cm/cm],doubts,empty\n1,,1,0.1,0.01,x,\n2,1,1,0.1,0.01,,\n"
+    _, (first, *_) = read_vessel_table(file(tmp_path, table + "3,1,1,0.1,0,,\n"))
+    assert str(first).startswith("column 'tapr' (did you mean 'taper'?): given and not used")

@@ -39,7 +39,7 @@ def network(**changes):
         ({"name": ("a", " ", "c", "d")}, "row 2: the vessel has no name"),
         ({"name": ("a", "b", " =c", "d")}, "row 3: ' =c' is no name of a vessel: a spreadsheet would run it; rename"),
         ({"name": ("a", "b", "c", "@d")}, "row 4: '@d' is no name of a vessel"),
-        ({"name": ("a", "b\x07", "c", "d")}, "row 2: 'b\x07' is no name of a vessel"),
+        ({"name": ("a", "b\x07", "c", "d")}, "row 2: 'b?' is no name of a vessel"),
         ({"name": ("a", "b", "c", "b")}, "row 4: vessel 'b' is already defined in row 2; rename one"),
         ({"parent": [-1, 0, 4, 1]}, "row 3 (vessel 'c'): parent row 4 does not exist"),
         ({"parent": [-1, 0, 0, -2]}, "row 4 (vessel 'd'): parent row -2 does not exist"),

@@ -114,7 +114,7 @@ def test_one_of_two_plain_tables_alone_is_not_enough(tmp_path):
 
 def test_segments_of_svonedsolver_become_a_network(tmp_path):
     (tmp_path / "tree.in").write_text(SEGMENTS, "utf-8")
-    with pytest.warns(VasowaveWarning, match="walls are no part of a network"):
+    with pytest.warns(VasowaveWarning, match="walls, beds are no part of a network"):
         network = vw.read_network(tmp_path / "tree.in")
     assert network.name == ("main", "left", "right")
     assert network.parent.tolist() == [-1, 0, 0]

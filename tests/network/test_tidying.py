@@ -6,7 +6,7 @@ import pytest
 import vasowave as vw
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.model.linear import linear_solution
-from vasowave.model.nominal import estimate_nominal
+from vasowave.model.nominal import estimate_nominal, windkessels
 from vasowave.network.network import Network
 from vasowave.network.tidying import SHORTEST, repaired, tidy
 
@@ -62,10 +62,12 @@ def cut(network, row, share):
 def test_a_vessel_cut_in_two_becomes_one_again(row):
     network = made(np.random.default_rng(row))
     again = tidy(cut(network, row, 0.3))
-    assert [(one.code, one.vessel, one.into) for one in again.repairs] == [("joined", "piece", network.name[row])]
+    parts = ["piece", network.name[row]]
+    kept = "piece" if row in network.terminals else network.name[row]  # a terminal's bed may be called by its name
+    assert [(one.code, one.vessel, one.into) for one in again.repairs] == [("joined", *sorted(parts, key=kept.__eq__))]
     np.testing.assert_allclose(again.network.length, network.length, rtol=1e-12)
     np.testing.assert_allclose(again.network.radius, network.radius, rtol=1e-12)
-    assert again.network.name == network.name
+    assert again.network.name == tuple(kept if name == network.name[row] else name for name in network.name)
     np.testing.assert_array_equal(again.network.parent, network.parent)
 
 
@@ -222,4 +224,74 @@ def test_a_vessel_with_one_daughter_is_warned_about_and_repaired(tmp_path):
     (tmp_path / "chain.csv").write_text("name,parent,length [cm],radius [cm]\na,,0.4,0.04\nb,a,0.3,0.03\n", "utf-8")
     with pytest.warns(VasowaveWarning, match="one daughter"):
         network = vw.read_network(tmp_path / "chain.csv")
-    assert tidy(network).network.name == ("a",)
+    assert tidy(network).network.name == ("b",)  # the bed's vessel keeps its name
+
+
+def chains(rng, fall, links=4):
+    """A tree of seven chains, whose links narrow by `fall`, more or less."""
+    names, parent, length, radius = [], [], [], []
+
+    def chain(above, first, depth):
+        for _ in range(links):
+            names.append(f"v{len(names)}")
+            parent.append(above)
+            length.append(rng.uniform(2, 5) * first)
+            radius.append(first)
+            above, first = len(names) - 1, first * (1 - fall * rng.uniform(0.5, 1.5))
+        for _ in range(2 if depth < 2 else 0):
+            chain(above, radius[above] * rng.uniform(0.6, 0.85), depth + 1)
+
+    chain(-1, 0.05, 0)
+    return Network(tuple(names), parent, length, radius)
+
+
+def impedance(network, beds):
+    """Input impedance at ten harmonics of a mouse's usual heart rate, with a linear wall and Windkessels by name."""
+    flow = 0.15 * (1 + sum(np.cos(2 * np.pi * k * np.arange(64) / 64) for k in range(1, 11)))
+    own = [beds[network.name[row]] for row in network.terminals]
+    model = vw.Model(network, vw.LinearWall(57.0), vw.Windkessel(*np.array(own).T))
+    return linear_solution(model, vw.Inflow(flow, 60 / np.sqrt(300 * 800)), 10).input_impedance[1:, network.root]
+
+
+@pytest.mark.parametrize("fall", [0.0, 0.005, 0.05, 0.2])
+def test_terminals_keep_their_names_and_the_impedance_stays_within_a_hundredth(fall):
+    for seed in range(5):
+        network = chains(np.random.default_rng(seed), fall)
+        tidied = vw.tidy(network)
+        ends = [one.name[row] for one in (network, tidied.network) for row in one.terminals]
+        assert sorted(ends[:4]) == sorted(ends[4:])
+        total = {name: 400.0 + 100 * place for place, name in enumerate(ends[:4])}
+        beds = {name: (0.1 * R, 0.9 * R, 0.1 / R) for name, R in total.items()}
+        change = np.abs(impedance(tidied.network, beds) / impedance(network, beds) - 1)
+        assert change.max() < 0.015  # with other beds than the nominal ones, for which 0.01 holds
+        assert tidied.change is None or tidied.change.max() <= 0.01
+        assert len(tidied.network) >= 7
+        assert fall or len(tidied.network) == 7
+        assert fall < 0.05 or len(tidied.network) > 20  # unlike vessels stay
+
+
+def test_unlike_vessels_in_line_are_joined_where_that_is_allowed_and_the_change_is_told():
+    network = chains(np.random.default_rng(1), 0.2)
+    tidied = vw.tidy(network, change=np.inf, species="mouse")
+    assert len(tidied.network) == 7
+    nominal = windkessels(network, np.sqrt(7 * 45 / (0.05 * 0.45)), np.sqrt(0.02 * 0.6))
+    ends = [network.name[row] for row in network.terminals]
+    beds = dict(zip(ends, np.transpose([nominal.R1, nominal.R2, nominal.C]), strict=True))
+    change = np.abs(impedance(tidied.network, beds) / impedance(network, beds) - 1)
+    # Their mean pressures differ by what the mean of another inflow is taken over.
+    np.testing.assert_allclose(tidied.change, change, rtol=0.05)
+    assert change.max() > 0.1
+    assert f"changes its input impedance by {100 * tidied.change.max():.3g} %" in tidied.summary()
+
+
+def test_short_vessels_whose_repair_changes_the_impedance_are_refused_until_more_is_allowed():
+    short = Network(("main", "stub", "left", "right"), [-1, 0, 1, 1], [0.3, 0.02, 0.3, 0.2], [0.05, 0.015, 0.04, 0.03])
+    with pytest.raises(
+        InputError, match=r"changes the input impedance by [\d.]+ %, more than the 1 % that are allowed"
+    ):
+        vw.tidy(short, 2.0)
+    assert len(vw.tidy(short, 2.0, change=np.inf).network) == 3
+    with pytest.raises(InputError, match="a share of at least 0"):
+        vw.tidy(short, change=np.nan)
+    with pytest.raises(InputError, match="needs a species with a heart rate"):
+        vw.tidy(short, 2.0, species="other")

@@ -10,7 +10,8 @@ from vasowave.datasets.raw import Disturbances, SyntheticRecording, synthetic_ra
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.recording import RawRecording, Recording, average_beats, find_beats
 from vasowave.recording.beats import _align, _foot_before, _peaks
-from vasowave.recording.rejection import cause, mark_inspiration
+from vasowave.recording.rejection import cause
+from vasowave.recording.ventilation import mark_inspiration
 from vasowave.species import ANY_HEART_RATES
 
 PHASE = np.arange(512) / 512
@@ -155,6 +156,7 @@ def test_the_indices_of_the_average_are_those_of_the_cycle_within_one_percent():
 
 
 @pytest.mark.validation
+@pytest.mark.filterwarnings("ignore:.*and rests at neither end")  # which some of these breaths do
 @pytest.mark.parametrize("fiducial", ["ecg", "pressure"])
 def test_the_indices_of_200_averages_are_those_of_the_cycle(fiducial):
     errors = np.abs(index_errors(range(2000, 2200), fiducial))
@@ -192,7 +194,7 @@ def test_beats_of_inspiration_are_rejected_and_those_of_expiration_averaged():
     blown = np.array([bool(beat.rejected and cause(beat.rejected) == "ventilation") for beat in average.beats])
     assert kept.sum() == 20
     assert blown[height > 0.5].all()
-    assert height[kept].max() < 0.2
+    assert height[kept].max() < 0.25
     without = average_beats(made.raw, reject_ventilation=False)
     assert without.recording.mean_pressure > average.recording.mean_pressure + 0.3
 
@@ -203,7 +205,8 @@ def test_beats_that_differ_by_less_than_a_thousandth_of_the_pulse_show_no_breath
     levels = 3e-4 * rng.standard_normal(60)
     levels[[20, 40]] += (0.01, 0.05)  # 0.07 and 0.3 % of the pulse, both far beyond the scatter of the others
     reasons = [None] * 60
-    mark_inspiration(reasons, (wave.mean() + levels, np.full(60, wave.mean())), (wave, wave))
+    starts = 0.1 * np.arange(60)
+    mark_inspiration(reasons, starts, starts + 0.1, (wave.mean() + levels, np.full(60, wave.mean())), (wave, wave))
     assert [beat for beat, reason in enumerate(reasons) if reason] == [40]
 
 
@@ -287,8 +290,9 @@ def test_pressure_in_the_wrong_unit_is_refused():
 
 def test_a_recording_of_mostly_inspiration_warns():
     made = make(10, Disturbances(breaths_per_minute=160), heart_rate=300.0, duration=20.0)
-    with pytest.warns(VasowaveWarning, match="were rejected"):
+    with pytest.warns(VasowaveWarning) as told:
         average_beats(made.raw)
+    assert {one.message.finding.code for one in told} == {"recording.breath-without-plateau", "recording.many-rejected"}
 
 
 def test_beats_too_near_the_ends_to_be_matched_stay_where_they_are():

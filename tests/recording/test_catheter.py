@@ -1,12 +1,21 @@
 """Catheters that ring: recognized behind waves of an independent solver, undone on request, not seen where none is."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vasowave.errors import InputError
-from vasowave.recording import Catheter, Recording, correct_catheter, read_recording, suspect_catheter
+from vasowave.recording import (
+    Catheter,
+    LowPass,
+    Recording,
+    correct_catheter,
+    read_recording,
+    suspect_catheter,
+    without_delays,
+)
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 PHASE = 2 * np.pi * np.arange(512) / 512
@@ -16,7 +25,7 @@ CYCLE = Recording(16 + 4 * WAVES, 0.2 + 0.1 * WAVES, 0.11)
 needs_data = pytest.mark.skipif(not DATA.exists(), reason="needs shared/data beside the project")
 
 
-def through(recording: Recording, catheter: Catheter) -> Recording:
+def through(recording: Recording, catheter: Catheter | LowPass) -> Recording:
     frequency = np.arange(len(recording.pressure) // 2 + 1) / recording.period
     spectrum = np.fft.rfft(recording.pressure) * catheter.response(frequency)
     pressure = np.fft.irfft(spectrum, len(recording.pressure))
@@ -74,7 +83,7 @@ def test_a_known_catheter_is_undone_on_request():
     corrected = correct_catheter(distorted, catheter)
     np.testing.assert_allclose(corrected.pressure, CYCLE.pressure, atol=0.05)
     assert corrected.mean_pressure == pytest.approx(CYCLE.mean_pressure, abs=1e-9)
-    assert any("corrected for a catheter of 50 Hz" in str(note) for note in corrected.notes)
+    assert any("corrected for a response of second order, 50 Hz" in str(note) for note in corrected.notes)
 
 
 def test_what_a_catheter_lost_is_not_invented():
@@ -82,3 +91,55 @@ def test_what_a_catheter_lost_is_not_invented():
         correct_catheter(CYCLE, Catheter(5.0, 0.5))
     with pytest.raises(InputError, match="must be positive"):
         correct_catheter(CYCLE, Catheter(50.0, 0.0))
+
+
+def test_a_filter_of_first_order_lets_through_what_a_resistor_and_a_capacitor_do():
+    step, cutoff, drive = 1e-5, 40.0, 2 * np.pi * 25.0
+    time, charge, recorded = step * np.arange(40_000), 0.0, []
+    for moment in time:
+        charge += step * 2 * np.pi * cutoff * (np.cos(drive * moment) - charge)
+        recorded.append(charge)
+    late = time >= 0.2
+    measured = 2 * np.mean(np.array(recorded)[late] * np.exp(-1j * drive * (time[late] + step)))
+    assert LowPass(cutoff).response(np.array(25.0)) == pytest.approx(measured, rel=0.01)
+
+
+@pytest.mark.parametrize("signal", ["pressure", "flow"])
+def test_a_known_filter_is_undone_in_its_own_signal_alone_and_errors_grow_with_what_it_lost(signal):
+    errors = {"pressure_error": np.full(257, 1e-3), "flow_error": np.full(257, 1e-5)}
+    whole, filtered = Recording(CYCLE.pressure, CYCLE.flow, CYCLE.period, **errors), LowPass(50.0)
+    frequency = np.arange(257) / CYCLE.period
+    spectrum = np.fft.rfft(getattr(whole, signal)) * filtered.response(frequency)
+    seen = replace(whole, **{signal: np.fft.irfft(spectrum, 512)})
+    corrected = correct_catheter(seen, filtered, signal)
+    for name in ("pressure", "flow"):
+        np.testing.assert_allclose(getattr(corrected, name), getattr(CYCLE, name), atol=1e-6)
+    growth = getattr(corrected, f"{signal}_error")[1:15] / getattr(whole, f"{signal}_error")[1:15]
+    np.testing.assert_allclose(growth, np.sqrt(1 + (frequency[1:15] / 50.0) ** 2))
+    assert any(
+        f"the {signal} was corrected for a filter of first order at 50 Hz" in str(one) for one in corrected.notes
+    )
+
+
+def test_a_harmonic_of_which_a_filter_let_less_than_a_twentieth_through_is_left_as_it_is():
+    seen = through(CYCLE, LowPass(2.0))
+    before, after = (np.fft.rfft(one.pressure) for one in (seen, correct_catheter(seen, LowPass(2.0))))
+    harmonic = np.arange(15)
+    lets = 1 / np.hypot(1, harmonic / CYCLE.period / 2.0)
+    np.testing.assert_allclose(np.abs(after[:15] / before[:15]), np.where(lets < 1 / 20, 1.0, 1 / lets), rtol=1e-6)
+    with pytest.raises(InputError, match="must be positive"):
+        correct_catheter(CYCLE, LowPass(0.0))
+
+
+@pytest.mark.parametrize("signal", ["pressure", "flow"])
+def test_a_given_delay_of_a_signal_is_taken_off_and_told(signal):
+    late = replace(CYCLE, **{signal: np.roll(getattr(CYCLE, signal), 16)})
+    seen = without_delays(late, **{signal: 16 / 512 * CYCLE.period})
+    for name in ("pressure", "flow"):
+        np.testing.assert_allclose(getattr(seen, name), getattr(CYCLE, name), atol=1e-9)
+    assert [str(one) for one in seen.notes] == [f"the {signal} was made 3.44 ms earlier, by its given delay"]
+
+
+def test_a_delay_in_milliseconds_is_refused():
+    with pytest.raises(InputError, match="flow delay of 4 s is half a cycle or more"):
+        without_delays(CYCLE, flow=4.0)

@@ -37,7 +37,8 @@ def test_the_error_of_each_harmonic_is_the_noise_that_was_added():
     expected = noise * np.sqrt(2.0 / (440 * beats))
     # 60 beats give each of 25 harmonics to 1/sqrt(2*59), their mean to a fifth of that; jitter of beats adds below.
     assert np.mean(errors.error[10:35]) == pytest.approx(expected, rel=0.06)
-    assert errors.error[0] == pytest.approx(expected / np.sqrt(2), rel=0.3)
+    # The mean carries besides what is unknown of the baseline: less than a thirtieth of the noise.
+    assert 0.7 * expected / np.sqrt(2) < errors.error[0] < noise / 30
 
 
 def test_the_errors_cover_what_the_harmonics_are_wrong_by():

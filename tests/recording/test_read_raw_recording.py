@@ -164,7 +164,8 @@ def test_the_interval_may_be_in_any_unit_of_time(tmp_path, interval):
 
 def test_comments_stand_at_their_times_and_channels(tmp_path):
     text = labchart_block(remarks={100: "\t#* ventilator off, 5.3 mg", 700: "\t#1 catheter in MPA"})
-    raw = read_raw_recording(write(tmp_path / "raw.txt", text), start=0.05, end=1.4)
+    with pytest.warns(VasowaveWarning, match="5.3 mg' is noted at 0.1 s, within the stretch that is read"):
+        raw = read_raw_recording(write(tmp_path / "raw.txt", text), start=0.05, end=1.4)
     assert [(round(c.time, 6), c.text, c.channel) for c in raw.comments] == [
         (0.1, "ventilator off, 5.3 mg", 0),
         (0.7, "catheter in MPA", 1),

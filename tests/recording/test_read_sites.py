@@ -44,6 +44,10 @@ def test_numbers_and_waveforms_are_read_in_the_unit_of_the_table(tmp_path):
         ("quantity,vessel,unit,error,file\nflow,a,ul/s,1,wave.csv\n", "its header says ml/s, the table of sites says"),
         ("quantity,vessel,unit,error\nflow,a,ml/s,1\n", "give a waveform, or at least one of mean"),
         ("quantity,vessel,place,unit,error,mean\nflow,a,1.5,ml/s,1,2\n", "lies outside the vessel"),
+        (
+            "quantity,vessel,place,unit,error,mean\nflow,a,,ml/s,1,2\nflow,b,,ml/s,1,2\nFlow,a,0.5,ml/s,3,2\n",
+            "line 4: the same values of the same place stand in line 2 already",
+        ),
     ],
 )
 def test_what_is_wrong_is_named_with_its_line(tmp_path, text, message):
@@ -99,3 +103,8 @@ def test_a_waveform_that_rests_at_both_ends_keeps_its_last_sample_and_so_its_per
     (one,) = vw.read_sites(path)
     assert len(one.waveform) == 40
     assert one.period == pytest.approx(0.1)
+
+
+def test_two_measurements_of_one_place_are_two(tmp_path):
+    path = written(tmp_path, "quantity,vessel,place,unit,error,mean\nflow,a,0.5,ml/s,1,2\nflow,a,0.5,ml/s,1,2.1\n")
+    assert [one.mean for one in vw.read_sites(path)] == [2.0, 2.1]

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from vasowave.report.answer.groups import _weights
-from vasowave.report.answer.walls import _MOST_RATIOS, _range, _ratio, _signed, _times
+from vasowave.report.answer.design import _weights
+from vasowave.report.answer.walls import _MOST_RATIOS, _range, _ratio, _times
 from vasowave.report.wording import (
     ERROR_OF_DRAWS,
     listed,
@@ -103,7 +103,6 @@ def test_ratios_of_evidence_are_counted_to_a_thousand():
     few, many = np.full(_MOST_RATIOS, 2.0), np.arange(1.0, _MOST_RATIOS + 2)
     assert _times(few) == f"{listed(['2.0'] * _MOST_RATIOS)} times"
     assert _times(many).endswith(f"times (median; 1.0 to {_ratio(many.max())})")
-    assert (_signed(1.0), _signed(0.0), _signed(-1.0)) == ("+1.0", "0", "-1.0")
 
 
 def test_the_range_of_an_exponent_says_which_end_is_known():

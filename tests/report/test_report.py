@@ -13,7 +13,7 @@ from vasowave.cohort import Design, Primary, cohort_table, compare, contrasts, g
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError
 from vasowave.figures.style import new_figure, style
-from vasowave.report.blocks import SUPPLEMENT, Answers, Columns, Drawing, Fold, Report, Section
+from vasowave.report.blocks import SUPPLEMENT, Answers, Columns, Drawing, Fold, Paragraph, Report, Section
 from vasowave.report.documents import supplement_of
 from vasowave.report.pdf import markup
 from vasowave.report.sections.groups import groups_section
@@ -80,7 +80,7 @@ def column_of(rows, start):
 
 def test_the_values_of_the_page_come_from_the_trees(results, tables):
     rows = tables["table-Parameters-linear"]
-    place = column_of(rows, "R_T")
+    place = column_of(rows, "RT")
     assert rows[2][0] == "CTL 2"
     assert rows[2][place] == "98.8"
     for row, result in zip(rows[1:], results, strict=True):
@@ -104,7 +104,7 @@ def test_eta_and_p_of_the_page_are_those_of_the_cohort_functions(results, tables
     linear = table[table["source"] == "linear"]
     found = contrasts(linear, ["R_T [mmHg s/ml]", "C_T [ml/mmHg]"], "CTL", "HPH")
     rows = {row[0].split(" [")[0]: row for row in tables["table-Contrasts-linear"][1:]}
-    for name, (_, expected) in zip(("R_T", "C_T"), found.iterrows(), strict=True):
+    for name, (_, expected) in zip(("RT", "CT"), found.iterrows(), strict=True):
         assert rows[name][1] == number(expected["eta"], 2)
         assert float(rows[name][2].split()[0]) == pytest.approx(expected["ratio"], rel=0.05)
         assert rows[name][4] == number(expected["p"], 2)
@@ -164,7 +164,7 @@ def test_failed_animals_stand_on_the_first_page_notes_and_settings_behind_it(pag
     assert "Synthetic data." in page
     assert "Synthetic data." in answer
     assert "bounded least squares" in page
-    assert "No rank or permutation test can fall below p = 0.10 with 3 + 3 animals" in answer
+    assert "A test by ranks cannot come below p = 0.10 with 3 + 3 animals" in answer
 
 
 def test_the_pages_load_nothing_and_their_ids_are_unique(page, cohort_answer, folder):
@@ -277,7 +277,7 @@ def test_three_groups_of_any_label_are_compared_two_by_two():
 def test_three_groups_of_any_label_get_a_report(tmp_path):
     path = write_report(three_groups(), tmp_path / "three", reference="2 weeks")
     assert "sham &amp; co" in path.read_text(encoding="utf-8")
-    assert re.search(r"No rank or permutation test.* can fall below p = .* with 2 \+ 2", path.read_text("utf-8"))
+    assert re.search(r"A test by ranks.* cannot come below p = .* with 2 \+ 2", path.read_text("utf-8"))
     assert (path.parent / "report.pdf").read_bytes().startswith(b"%PDF")
 
 
@@ -290,13 +290,17 @@ def test_contents_and_provenance_stand_in_the_pdf_of_the_supplement_alone():
     assert all(f'"{word}"' in second.partition("== Provenance")[2] for pair in origin.items() for word in pair)
 
 
-@pytest.mark.parametrize(("height", "pages"), [(10, 1), (17, 1), (20, 1), (30, 2)])
-def test_a_figure_stands_on_the_page_of_its_words_where_it_can(height, pages, tmp_path):
-    """24.7 cm of a page are for the text, and the words take about 6 of them; a figure shrinks to 0.7 at most."""
+@pytest.mark.parametrize(("height", "after", "pages"), [(10, 0, 1), (17, 0, 1), (20, 0, 1), (30, 0, 2), (30, 8, 2)])
+def test_a_figure_stands_on_the_page_of_its_words_where_it_can(height, after, pages, tmp_path):
+    """25.7 cm of a page are for the text, and the words take about 6 of them; a figure shrinks to 0.7 at most.
+
+    The words after one that stands on the next page fill the first.
+    """
     with style():
         drawing = Drawing("Forest", "A caption of the figure.", new_figure(17, height))
     answers = Answers([(f"Question {k}?", "An answer of more than one line. " * 6) for k in range(5)])
-    sections = [Section("answer", "The answer", [Columns([answers], [drawing])])]
+    blocks = [Columns([answers], [drawing]), *[Paragraph("A paragraph of more than one line. " * 6)] * after]
+    sections = [Section("answer", "The answer", blocks)]
     (tmp_path / "Forest.svg").write_text(drawing.svg, encoding="utf-8")
     (tmp_path / "page.typ").write_text(markup(Report("report", "Mice", "two", "", sections)), encoding="utf-8")
     typst = pytest.importorskip("typst")

@@ -16,8 +16,9 @@ from vasowave.figures.compared import means_figure
 from vasowave.figures.measured import hemodynamics_figure
 from vasowave.figures.overview import waveforms_figure
 from vasowave.figures.style import style
+from vasowave.report.answer.design import design_text
 from vasowave.report.answer.forest import animals_of
-from vasowave.report.answer.groups import design_text, influence
+from vasowave.report.answer.groups import influence
 from vasowave.report.answer.page import decay
 from vasowave.report.documents import report_of, supplement_of
 from vasowave.report.html import page

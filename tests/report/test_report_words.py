@@ -11,10 +11,13 @@ from made_posterior import NAMES, with_posterior
 from vasowave.cohort import Family, gathered, primary_comparison
 from vasowave.cohort.votes import ballots, differences, stored
 from vasowave.findings import as_json
-from vasowave.report.answer.groups import group_answers, influence, other_laws
-from vasowave.report.answer.limits import model_limits, one_geometry
+from vasowave.report.answer.forest import group_rows
+from vasowave.report.answer.groups import group_answer, influence, other_laws
+from vasowave.report.answer.limits import model_limits, shared_images
+from vasowave.report.answer.marks import Marks
 from vasowave.report.answer.page import answer_sections
 from vasowave.report.answer.problems import problem_blocks, problems
+from vasowave.report.blocks import Report
 from vasowave.report.documents import report_of
 from vasowave.report.glossary import _OWN, explained
 from vasowave.report.tables.models import selection_table
@@ -68,29 +71,34 @@ def test_three_and_three_animals_far_apart_are_told_their_effect_and_that_no_tes
         for result in results
     ]
     primary = primary_comparison(gathered(results), Family(quantities=("PVR",)))
-    (question, said), (_, said_once) = group_answers(primary, plain)
+    (first,), ((question, said),), (_, said_once) = group_answer(primary, plain)
     assert question == "Pressure and flow"
     row = primary.rows.iloc[0]
     low, high = (f"{row[end]:.2f}" for end in ("low", "high"))
     p = probability(row["p"])
     effect = f"PVR 90.0 → 259 mmHg s/ml (2.88 times [{low}, {high}], {p})"
-    apart = "the groups do not overlap, which chance alone does in 10 % of quantities"
-    assert said == f"HPH against CTL: {effect}; {apart}."
-    assert said_once.startswith("No rank or permutation test can fall below p = 0.10 with 3 + 3 animals; p and")
+    apart = "The groups do not overlap, which chance alone does in 10 % of quantities."
+    higher = "igher vascular resistance{} in HPH than in CTL."
+    assert first == f"If logarithms are normal, h{higher.format(' (× 2.88)')}"
+    assert said == f"H{higher.format('')} Measured: {effect}. {apart}"
+    assert said_once.startswith("A test by ranks cannot come below p = 0.10 with 3 + 3 animals: p and")
     assert float(low) > 1
 
 
 def test_what_is_shown_stands_apart_from_what_is_not_and_every_effect_has_interval_and_p():
-    primary = primary_comparison(gathered(made_results({"CTL": 6, "HPH": 6}, walls=())))
-    ((_, said),) = group_answers(primary, plain)
-    shown, _, rest = said.partition("; not shown: ")
+    primary = primary_comparison(
+        gathered(made_results({"CTL": 6, "HPH": 6}, walls=())), Family(quantities=("mPAP", "CO", "PVR"))
+    )
+    _, ((_, said),), _ = group_answer(primary, plain)
+    shown, _, rest = said.partition(" No effect larger than a factor of ")
     clear = set(primary.rows.loc[primary.rows["p"] < 0.05, "quantity"])
-    assert shown.startswith("Higher in HPH than in CTL: ")
+    assert re.match("Higher .* in HPH than in CTL. Measured: ", shown)
     assert {name for name in ("mPAP", "CO", "PVR") if name in shown} == clear
-    assert len(
-        re.findall(r"[\d.]+ → [\d.]+ (mmHg|ml/s|mmHg s/ml) \([\d.]+ times \[[\d.]+, [\d.]+\], p [=<] [\d.]+\)", said)
-    ) == len(primary.rows)
-    assert rest.startswith("CO ")
+    effect = r"[\d.]+ → [\d.]+ (?:mmHg|ml/s|mmHg s/ml) \([\d.]+ times \[[\d.]+, [\d.]+\], p [=<] [\d.]+\)"
+    assert len(re.findall(effect, shown)) == len(clear)
+    ends = primary.rows.set_index("quantity").loc["CO", ["low", "high"]]
+    assert rest.startswith(f"{max(1 / ends['low'], ends['high']):.2f}: CO ")
+    assert re.fullmatch(rf"[\d.]+: CO {effect}\.", rest)
 
 
 def test_the_animal_that_moves_an_effect_most_is_named_and_other_laws_only_where_they_differ(cohort_results):
@@ -154,25 +162,46 @@ def test_a_law_of_arteries_that_no_animal_survives_is_a_problem_and_no_yardstick
     assert "no law misses" not in quiet
 
 
-def test_answers_that_rest_on_numbers_not_to_be_used_are_marked(cohort_results):
+def test_numbers_that_are_not_to_be_used_are_marked(cohort_results):
     bad = [overstrained(cohort_results[1], "tangent"), cohort_results[0], *cohort_results[2:]]
     marked = dict(answers_of(bad, Family("tangent", ("mPAP", "stiffness"))))
-    assert marked["Large arteries"].endswith(" *")
-    assert not marked["Pressure and flow"].endswith("*")
-    assert marked["What does * mean?"] == (
-        "The answer rests on the tangent wall's numbers of CTL 2, and these must not be used: see Problems."
+    assert re.search(r"wall stiffness β\(0\) .*\)\*†\.", marked["Large arteries"])
+    assert "*" not in marked["Pressure and flow"]
+    assert marked["What do marks mean?"] == (
+        "* rests on the tangent wall's numbers of CTL 2, and these must not be used: see Problems. † rests on a value "
+        "at a bound of the search (p₁ (half-width pressure of the wall) in 1 of 6): it may lie beyond."
     )
     assert "*" not in str(answers_of(bad, Family("linear", ("mPAP", "stiffness"))))
     alone = dict(answers_of(bad[:1], Family("tangent", ("mPAP", "stiffness"))))
-    assert alone["Large arteries"].endswith(" *")
-    assert not alone["Pressure and flow"].endswith("*")
+    assert re.search(r"all stiffness β\(0\) \S+ \[\S+ \S+\] mmHg\*", alone["Large arteries"])
+    assert "*" not in alone["Pressure and flow"]
+
+
+def test_a_value_at_a_bound_of_the_search_is_marked_beside_each_number_that_rests_on_it(cohort_results):
+    """A compliance of the beds at its bound says nothing wrong of stiffness, and of R_T C_T it does."""
+    fit = cohort_results[3].laws["linear"].calibration
+    stopped = changed(cohort_results[3], "linear/calibration", at_bound=fit["parameter"].values == "c1")
+    results = [*cohort_results[:3], stopped, *cohort_results[4:]]
+    family = Family("linear", ("mPAP", "stiffness", "tau", "I_R"))
+    cohort = gathered(results)
+    primary = primary_comparison(cohort, family)
+    marks = {row["quantity"]: Marks(cohort, "linear").of_row(row) for _, row in primary.rows.iterrows()}
+    assert marks == {"mPAP": "", "stiffness": "", "tau": "†", "I_R": "†"}
+    drawn = {row.label: row.effect for row in group_rows(cohort, primary, str, Marks(cohort, "linear").of_row)}
+    assert {name for name, text in drawn.items() if text.endswith("]†")} == {"tau", "I_R"}
+    assert Marks(cohort, "linear").of("tau", cohort_results[:3]) == ""
+    said = dict(answers_of(results, family))
+    meant = "† rests on a value at a bound of the search (c₁ (factor of the nominal C of all beds) in 1 of 6)"
+    assert said["What do marks mean?"].startswith(meant)
+    drawn = [with_posterior(result) for result in results]
+    assert Marks(gathered(drawn), "linear").of("tau", drawn) == ""  # draws do not stop at a search's bound
 
 
 def answers_of(results, family):
     """Return the answers of the first page."""
     cohort = gathered(results)
-    (answers,) = answer_sections(cohort, primary_comparison(cohort, family), family)[0].blocks[0].left
-    return answers.items
+    (section, *_) = answer_sections(cohort, primary_comparison(cohort, family), family)
+    return Report("report", "", "", "", [section]).answers()
 
 
 def test_the_models_time_constant_is_not_called_that_of_the_measured_decay(cohort_results):
@@ -190,15 +219,13 @@ def test_the_models_time_constant_is_not_called_that_of_the_measured_decay(cohor
     said = dict(answers_of(far, family))["Small vessels"]
     assert "model time constant R_T C_T" in said
     measured = [float(one.measured.quantities["tau"]) for one in cohort_results[:3]]
-    assert f"The measured diastolic decay has τ = {np.exp(np.log(measured).mean()):.3g} s in CTL and " in said
-    assert "R_T C_T is 0.56 times it in CTL and 0.56 times it in HPH" in said
-    summed = [float(one.laws["linear"].quantities["tau_plain"]) for one in far[:3]]
-    assert f"With the compliances of all vessels summed it is {np.exp(np.log(summed).mean()):.3g} s in CTL" in said
+    assert f"falls in diastole with τ = {np.exp(np.log(measured).mean()):.3g} s in CTL and " in said
+    assert "The model's R_T C_T is not the time of this decay" in said
     (alone,) = (text for question, text in answers_of(far[1:2], family) if question == "Small vessels")
-    assert f"The measured diastolic decay has τ = {measured[1]:.3g} s. R_T C_T is 0.56 times it: " in alone
+    assert f"falls in diastole with τ = {measured[1]:.3g} s. The model's R_T C_T is not the time of this decay" in alone
     alike = dict(answers_of(alike, family))["Small vessels"]
-    assert "The measured diastolic decay has τ" in alike
-    assert "times it" not in alike
+    assert "falls in diastole with τ" in alike
+    assert "not the time of this decay" not in alike
 
 
 def test_a_held_parameter_and_one_at_its_bound_are_called_so(cohort_results):
@@ -220,31 +247,35 @@ def test_the_pressure_of_the_image_is_said_or_that_nobody_knows_it(cohort_result
         return " ".join(model_limits(gathered(animals), "linear", {}))
 
     assert "The image's pressure is not known" in said(0.0, 0.0)
-    assert "at the image's pressure, 6.30 mmHg, taken as exact" in said(6.3, 6.3)
+    assert "at the image's pressure, 6.30 mmHg." in said(6.3, 6.3)
     assert "at the image's pressure, 6.30 to 17.2 mmHg" in said(6.3, 17.2)
-    assert "6.30 mmHg, taken as exact. Of 1 of 2 animals it is not known: their radii" in said(0.0, 6.3)
+    assert "6.30 mmHg. Of 1 of 2 animals it is not known: their radii" in said(0.0, 6.3)
 
 
 def test_what_is_said_of_one_image_is_what_intervals_and_p_do():
     """Of fits no p where a group has one image, and no interval with its error; posteriors contain it in both."""
     results = made_results({"CTL": 4, "HPH": 3}, walls=("linear",))
     by_fits, by_draws = page_of(results), page_of([with_posterior(result) for result in results])
-    contained = "Intervals and p from posteriors contain the error of the image."
-    not_tested = "fits take it as exact, so that their intervals do not contain its error"
-    assert not_tested in by_fits
-    assert contained not in by_fits
-    assert contained in by_draws
-    assert not_tested not in by_draws
+    assert "Without p between HPH and CTL, by the model (linear wall)" in by_fits
+    assert "Without p" not in by_draws
     for said in (by_fits, by_draws):
-        assert "Within CTL and HPH all animals have one network: of its geometry n is 1." in said
+        assert (
+            "Each group has one imaged lung, which stands for all its animals; how lungs differ is not measured."
+            in said
+        )
+        assert "ourth power" not in said
 
 
 def test_one_network_of_all_animals_is_said_to_move_them_alike(cohort_results):
     same = [replace(result, network=cohort_results[0].network) for result in cohort_results]
-    cohort = gathered(same)
-    (said,) = one_geometry(cohort, primary_comparison(cohort))
-    assert said.startswith("All animals have one network: of its geometry n is 1.")
-    assert "times" not in said
+    assert shared_images(gathered(same)) == [
+        "One imaged lung stands for all animals: errors of its measurement are the same in all; how lungs of "
+        "animals differ is not measured."
+    ]
+    one_group = [replace(result, network=same[0].network) if result.group == "CTL" else
+                 replace(result, network=replace(result.network, radius=result.network.radius * (1 + 0.01 * place)))
+                 for place, result in enumerate(cohort_results)]  # fmt: skip
+    assert shared_images(gathered(one_group))[0].startswith("One imaged lung stands for all animals of CTL: ")
 
 
 def page_of(results, family=None):
@@ -290,7 +321,8 @@ def test_the_page_says_no_sentence_twice(sizes):
         table = results[0].laws[wall].calibration
         results[0] = changed(results[0], f"{wall}/calibration", at_bound=table["parameter"].values == "c1")
     cohort = gathered(results, reference=next(iter(sizes)))
-    document = report_of(cohort, primary_comparison(cohort), Family(), {})
+    family = Family(quantities=("mPAP", "CO", "PVR", "stiffness", "wave_speed", "C_p", "tau", "a", "I_R"))
+    document = report_of(cohort, primary_comparison(cohort, family), family, {})
     sentences = [
         sentence.strip(" .")
         for section in document.sections

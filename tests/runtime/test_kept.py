@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from vasowave.runtime.kept import PART, digest_of, keep, program, put, recall
+from vasowave.runtime.kept import digest_of, keep, program, recall
+from vasowave.runtime.writing import PART, put
 
 
 @dataclass(frozen=True)

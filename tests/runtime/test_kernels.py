@@ -43,7 +43,7 @@ def installed(folder, writable=True):
     """A copy of what keeps kernels, where nothing can be written beside it unless it is writable."""
     package = folder / "vasowave"
     (package / "runtime").mkdir(parents=True)
-    modules = ("__init__.py", "kept.py", "kernels.py", "locks.py")
+    modules = ("__init__.py", "kept.py", "kernels.py", "locks.py", "writing.py")
     for name in ("__init__.py", "__init__.pyi", "errors.py", *(f"runtime/{module}" for module in modules)):
         shutil.copy(Path(vasowave.__file__).parent / name, package / name)
     if not writable:

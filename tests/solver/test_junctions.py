@@ -143,7 +143,7 @@ def test_small_waves_about_a_fast_flow_are_those_of_linear_theory(shape, loss, c
 @pytest.mark.parametrize("shape", [None, Shape([1.1, 0.9])], ids=["straight", "tapering"])
 @pytest.mark.parametrize("practice", [{}, {"cycles_from_rest": 2}], ids=["periodic", "from rest"])
 def test_derivatives_with_total_pressure_are_those_of_differences(inflow, wall, shape, practice):
-    numerics = Numerics(samples=64, steps_per_cycle=1024, tolerance=1e-11, **practice)
+    numerics = Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-11, **practice)
     beds, radii = windkessels(FORK, 76.0, 0.11, a=0.2), np.array([0.3, 1.0, -0.5])
 
     def changed(name, by):
@@ -162,7 +162,7 @@ def test_derivatives_with_total_pressure_are_those_of_differences(inflow, wall, 
     found = pressure_derivatives(run, inflow, directions, numerics, 1e-10)
     for name, derivative in zip(names, found, strict=True):
         p = [
-            simulate_run(changed(name, k * 1e-3), inflow, numerics, None if practice else run).inlet_pressure(1024)
+            simulate_run(changed(name, k * 1e-3), inflow, numerics, None if practice else run).inlet_pressure(2048)
             for k in (1, -1, 2, -2)
         ]
         expected = (8 * (p[0] - p[1]) - (p[2] - p[3])) / 12e-3

@@ -80,7 +80,7 @@ def test_slots_of_a_grid_are_cells_and_ghosts():
     assert [one.tolist() for one in grid.changing] == [[], [5], [5, 6, 7], [2, 4], [5]]
     start, vessel, side = grid.joined_ends
     assert (start.tolist(), vessel.tolist(), side.tolist()) == ([0, 4, 5, 6], [0, 0, 1, 2, 1, 2], [1, -1, 1, 1, -1, -1])
-    ends = grid.ends(0.002)
+    ends = grid.ends(0.002, 0.1)
     assert (ends.inlet, ends.first_terminal) == (1, 2)
     assert ends.face.tolist() == [4, 0, 6, 10, 5, 8]
     assert ends.cell.tolist() == [3, 0, 5, 9, 5, 8]

@@ -12,7 +12,7 @@ from vasowave.animal.pipeline import analyze
 from vasowave.animal.stored import stored_model, stored_recording
 from vasowave.cli import app
 from vasowave.datasets import control_network, virtual_mouse
-from vasowave.errors import InputError
+from vasowave.errors import InputError, NumericalError
 from vasowave.figures.rendering import svg
 from vasowave.figures.style import style
 from vasowave.figures.sweep import sweep_figure
@@ -156,6 +156,14 @@ def test_simulate_and_sweep_take_any_wall_and_value(tmp_path):
     assert found.sizes["a"] == 2
     wrong = CliRunner().invoke(app, ["sweep", *given, "--vary", "beta:40"])
     assert "write NAME=VALUE" in str(wrong.exception)
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # which no command shows
+@pytest.mark.parametrize("values", [{"beta": 1e-300}, {"beta": 1e308}, {"R_T": 1e300}, {"beta": 1e150}])
+def test_a_value_that_is_no_animals_fails_in_a_sentence_before_anything_is_simulated(model, inflow, values):
+    with pytest.raises(NumericalError, match=r"too fast, too slow or too high for any number|steps a cycle") as failed:
+        simulate(changed_model(model, values), inflow)
+    assert len(str(failed.value)) < 500
 
 
 @pytest.mark.validation  # derivatives by viscous walls are kernels of their own

@@ -42,6 +42,7 @@ def study(tmp_path_factory, mice) -> Path:
     )
     folder = make_study_in(tmp_path_factory.mktemp("own") / "study", mice[:1], settings)
     (folder / "our_laws.py").write_text(printed_law(), "utf-8")
+    vw.trust_study(folder)
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as here:
         patch.setattr(pipeline, "posterior", partial(posterior, draws=40))
         done = vw.run_study(vw.read_study(folder), executor=here)

@@ -29,6 +29,7 @@ from vasowave.study.physiology import blood_findings, physiology_findings
 from vasowave.study.plan import read_study
 from vasowave.study.reading import parse_settings
 from vasowave.study.rows import COLUMNS
+from vasowave.study.run_status import running
 from vasowave.study.running import run_alone, run_study
 from vasowave.study.settings import BloodSection
 
@@ -236,7 +237,12 @@ def test_a_viscosity_a_hundred_times_that_of_blood_is_told_before_anything_is_co
         (folder / f"recordings/{number}.csv").write_text("nothing\n", "utf-8")  # so that nothing can be computed
     study = read_study(folder)
     alone = replace(study, animals=study.animals[:1])
-    for run in (lambda: run_study(study), lambda: run_alone(alone)):
+
+    def run_it_alone():
+        with running(study.folder) as begun:
+            run_alone(begun, alone)
+
+    for run in (lambda: run_study(study), run_it_alone):
         with (
             pytest.warns(VasowaveWarning, match=r"blood\.viscosity: 4\.62 cm²/s is no blood's"),
             pytest.raises(InputError),
@@ -512,3 +518,24 @@ def test_a_slip_of_the_exponent_is_told_with_its_factor_in_either_direction(said
     (found,) = _known(row, nominal)  # τ/R_T is 0.00125 ml/mmHg
     assert f"0.00125 from the τ/R_T: a factor of {factor};" in str(found)
     assert not _known(SimpleNamespace(R_T=90.0, tau=0.1, C_T=0.0012), nominal)
+
+
+@pytest.mark.parametrize("place", ["study.yaml", "animals.csv", "n.csv"])
+def test_a_pipe_in_place_of_a_file_of_the_study_is_named_and_nobody_waits(make_study, place):
+    folder = make_study(animals=1)
+    (folder / place).unlink()
+    os.mkfifo(folder / place)
+    try:
+        said = [str(one) for one in check_study(folder).problems if one.error]
+    except InputError as error:
+        said = [str(error)]
+    assert any(place in one and "is a pipe or a device" in one for one in said), said
+
+
+def test_a_name_that_would_steer_a_terminal_is_told_without_doing_so(make_study):
+    folder = make_study(animals=1)
+    table = (folder / "animals.csv").read_text("utf-8").replace("mouse 0", "mo\x1b]0;evil\x07use\u202e")
+    (folder / "animals.csv").write_text(table, "utf-8")
+    done = CliRunner().invoke(app, ["check", str(folder)], color=True)
+    assert "'mo?]0;evil?use?': a name consists of letters" in done.output
+    assert not {"\x1b", "\x07", "\u202e"} & set(done.output)

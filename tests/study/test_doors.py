@@ -111,7 +111,7 @@ def test_an_implausible_flow_is_said_by_add_run_fit_and_in_front_of_the_page(lab
         front = shown.partition("Recordings to look at")[2]
         assert "SuHx_2: mean flow" in front
         assert "is implausible for a mouse (0.05 to 0.45)" in front
-        assert "No problem was found" not in shown
+        assert "All fits succeeded" not in shown
     (event,) = [json.loads(line) for line in typed("run", study, "--json").splitlines() if '"done", "results"' in line]
     assert {one["code"] for one in event["warnings"]} >= {"recording.odd-flow", "physiology.implausible"}
     assert {one["animal"] for one in event["warnings"]} == {"SuHx_2"}
@@ -156,7 +156,7 @@ def test_adding_a_file_says_nothing_of_the_errors_of_others(lab, tmp_path):
     (lab / "Nx_1.csv").unlink()
     said = typed("add", study, lab / "SuHx_1.csv", status=1)  # as check has it
     assert "'../lab/Nx_1.csv' does not exist" not in said
-    assert "1 problem of animals that were there: see vasowave check" in said
+    assert "1 finding of animals that were there: see vasowave check" in said
 
 
 def test_a_group_is_given_to_what_is_added_alone_and_a_new_one_is_said(lab, tmp_path):

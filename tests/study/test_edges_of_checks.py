@@ -54,11 +54,21 @@ def said_of(text, title="wedge [mmHg]"):
         ("0", "wedge [mmHg]", 0.0, []),
         ("-0.1", "wedge [mmHg]", None, ["-0.1 is not a positive number"]),
         ("-3", "zero [mmHg]", -3.0, []),
+        ("-1", "flow gain [1]", -1.0, []),
+        (
+            "1e-300",
+            "flow gain [1]",
+            None,
+            ["'1e-300' is beyond any size that this can have; check its digits and its unit"],
+        ),
+        ("0", "flow gain [1]", None, ["a gain of 0 leaves no flow; leave the cell empty if it is not known"]),
+        ("-0.01", "flow zero [ml/s]", -0.01, []),
+        ("-0.004", "pressure delay [s]", -0.004, []),
         ("-inf", "zero [mmHg]", None, ["-inf is not a positive number"]),
         ("inf", "end [s]", None, ["inf is not a positive number"]),
         ("0", "end [s]", None, ["0 is not a positive number"]),
         ("0", "start [s]", 0.0, []),
-        ("1e-300", "end [s]", 1e-300, []),
+        ("1e-11", "end [s]", 1e-11, []),
         ("2", "block", 2.0, []),
         ("2.5", "block", None, ["2.5 is not a positive whole number"]),
         ("0", "block", None, ["0 is not a positive whole number"]),
@@ -139,12 +149,12 @@ def test_a_zero_before_and_after_is_their_mean_and_its_error_that_of_a_drift_bet
     assert (row.zero, row.errors) == (2.5, {"zero_sd": pytest.approx(3 / math.sqrt(12))})
     row = rowed(folder, **{"zero after [mmHg]": "-3"})[0]
     assert (row.zero, row.errors["zero_sd"]) == (-1.5, pytest.approx(3 / math.sqrt(12)))
-    assert row.calibration == (-1.5, 1.0, 1.0)
+    assert row.calibration == (-1.5, 1.0, 1.0, 0.0)
     said = next(title for title, name in ERRORS.items() if name == "zero_sd")
     row = rowed(folder, **{"zero [mmHg]": "1", "zero after [mmHg]": "4", said: "0.25"})[0]
     assert row.errors == {"zero_sd": 0.25}
     row = rowed(folder, **{"pressure gain [1]": "1.5", "flow gain [1]": "0.5"})[0]
-    assert row.calibration == (0.0, 1.5, 0.5)
+    assert row.calibration == (0.0, 1.5, 0.5, 0.0)
 
 
 def test_animals_are_told_apart_by_more_than_capitals_and_groups_have_two(folder):
@@ -537,7 +547,8 @@ def test_settings_and_columns_that_say_something_else_are_named():
 
 def test_a_parameter_is_told_with_its_unit_or_what_it_means():
     one = pd.DataFrame({"x": [1]}).to_xarray()
-    said = {"parameter": "R1", "value": 0.123456, "unit": "1", "meaning": "of the bed"}
+    said = {"parameter": "R1", "value": 0.123456, "unit": "1", "meaning": "of the bed", "free": True, "at_bound": False,
+            "determined": True}  # fmt: skip
     assert _parameter(one.isel(index=0, drop=True).assign(said)) == "R1 0.1235 (of the bed)"
     assert _parameter(one.isel(index=0, drop=True).assign({**said, "unit": "mmHg"})) == "R1 0.1235 mmHg"
 
@@ -582,9 +593,12 @@ def test_a_piece_carries_its_digest_and_lines_without_their_sum_are_no_entries(t
     assert piece_digest(Path("a/key-part-abc.nc")) == "abc"
     path = tmp_path / "j.jsonl"
     assert read_journal(path) == []
-    text = '{"a": 1}'
-    path.write_text(f"{zlib.crc32(text.encode()):08x} {text}\n00000000 {text}\n")
-    assert read_journal(path) == [{"a": 1}]
+    text = (
+        '{"wall": "linear", "stage": "scout", "start": 0, "starts": 2, "x": [0.5], "S": 1.0, "simulations": 3, '
+        '"converged": true, "message": "", "residual": [1.0], "joined": false}'
+    )
+    path.write_text(f"{zlib.crc32(f'j {text}'.encode()):08x} {text}\n00000000 {text}\n")
+    assert [(one.wall, one.starts) for one in read_journal(path)] == [("linear", 2)]
 
 
 def test_published_spreads_are_those_of_the_published_tables():

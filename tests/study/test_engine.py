@@ -270,12 +270,15 @@ def test_the_bytes_of_one_piece_under_the_key_of_another_are_no_piece(tmp_path):
 
 
 def test_a_lock_on_a_full_disk_holds_all_the_same(tmp_path, monkeypatch):
-    """What could not be written is not written again when the file is closed."""
+    def full(handle, content):
+        raise OSError(28, "No space left on device")
+
     lock = tmp_path / "running.lock"
-    lock.symlink_to("/dev/full")
-    monkeypatch.setattr("vasowave.study.store._OPEN", os.O_RDWR)
+    monkeypatch.setattr(os, "write", full)
     with locked(lock):
-        pass
+        monkeypatch.undo()
+        with pytest.raises(InputError, match="being run by another program"), locked(lock):
+            pass
 
 
 def test_a_program_killed_while_it_writes_leaves_no_piece(tmp_path):

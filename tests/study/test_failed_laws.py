@@ -93,7 +93,7 @@ def test_a_law_and_an_animal_that_failed_are_told_everywhere(study, mice):
 
 def test_the_commands_tell_what_failed_and_end_with_status_3(study, monkeypatch):
     done = run(study)
-    monkeypatch.setattr(running, "run_study", lambda *given, **more: done)
+    monkeypatch.setattr(running, "analyze_study", lambda *given, **more: done)
     told = CliRunner().invoke(app, ["run", str(study), "--json", "--no-report"])
     assert told.exit_code == 3
     last = [json.loads(line) for line in told.stdout.splitlines() if line.startswith("{")][-1]

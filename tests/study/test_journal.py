@@ -44,7 +44,7 @@ def test_a_line_that_was_cut_off_or_damaged_counts_for_nothing_and_the_next_one_
     first, second, third = text.splitlines()
     path.write_text(f"{first}\n{second.replace('12.5', '12.4')}\n{third[:-20]}")
     Journal(path).of("linear", 4).keep("scout", 3, END)
-    assert [one["start"] for one in read_journal(path)] == [0, 3]
+    assert [one.start for one in read_journal(path)] == [0, 3]
 
 
 def test_a_journal_that_cannot_be_written_does_not_stop_the_fit(tmp_path):
@@ -60,11 +60,13 @@ def test_a_fit_that_goes_on_from_a_journal_is_the_same_fit_and_makes_only_the_se
     whole = Journal(tmp_path / "whole.jsonl")
     first = calibrate(network, mouse, search=search, ends=whole.of("linear", 3))
     lines = (tmp_path / "whole.jsonl").read_text().splitlines(keepends=True)
-    (tmp_path / "part.jsonl").write_text("".join(lines[:2]))
-    again = calibrate(network, mouse, search=search, ends=Journal(tmp_path / "part.jsonl").of("linear", 3))
+    part = tmp_path / "part" / "whole.jsonl"  # a journal counts under its own name alone
+    part.parent.mkdir()
+    part.write_text("".join(lines[:2]))
+    again = calibrate(network, mouse, search=search, ends=Journal(part).of("linear", 3))
     assert np.array_equal(first.parameters["value"], again.parameters["value"])
     assert first.starts.equals(again.starts)
-    assert (tmp_path / "part.jsonl").read_text().count('"scout"') == 3
+    assert part.read_text().count('"scout"') == 3
 
 
 def test_the_simulations_of_a_posterior_are_told_as_they_are_made(tmp_path, capsys):
@@ -96,11 +98,11 @@ def test_how_far_a_fit_of_one_animal_is_stands_in_its_folder_even_while_it_is_ne
         last.of("linear", 4).keep("scout", start, END)
     last.of("tangent", 3).keep("scout", 0, END)
     (results / SEARCHES / "c.jsonl").touch()
-    (one,), runner = fit_status(tmp_path)
+    (one,), runner, _ = fit_status(tmp_path)
     assert runner is None
     assert (one.animal, str(one)) == ("the animal", "linear 2 of 4 searches, tangent 1 of 3 searches")
     with locked(results / LOCK):
-        (one,), runner = fit_status(tmp_path)
+        (one,), runner, _ = fit_status(tmp_path)
     assert one.state == "begun"
     assert str(os.getpid()) in runner
 
@@ -126,8 +128,8 @@ def test_a_run_that_is_killed_after_its_third_search_keeps_three_and_ends_with_t
     assert study_status(read_study(folder)).runner.startswith("process")
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
-    (status,), runner = study_status(read_study(folder))
-    assert runner is None
+    (status,), runner, run = study_status(read_study(folder))
+    assert (runner, run.ended) == (None, "killed")
     kept = status.searches["tangent"][0]
     assert status.state == "begun"
     assert 3 <= kept <= 8

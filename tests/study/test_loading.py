@@ -16,6 +16,7 @@ from vasowave.recording.beats import find_beats
 from vasowave.species import heart_rates_of
 from vasowave.study.loading import animal_key, load_animal
 from vasowave.study.plan import read_study
+from vasowave.study.programs import trust_study
 
 
 def test_a_recording_that_says_it_is_synthetic_is_synthetic_whatever_the_table_says(tmp_path):
@@ -44,9 +45,11 @@ def test_a_law_in_the_folder_of_a_study_is_found_and_a_changed_one_asks_for_new_
     (tmp_path / "animals.csv").write_text("animal,group,network,recording,period [s]\nm,CTL,n.csv,r.csv,0.11\n")
     for name in ("n.csv", "r.csv"):
         (tmp_path / name).write_text("pressure [mmHg],flow [ml/s]\n1,2\n")
+    trust_study(tmp_path)
     study = read_study(tmp_path)
     before = animal_key(study.animals[0], study.settings, tmp_path)
     law.write_text(law.read_text() + "# changed\n")
+    trust_study(tmp_path)
     again = read_study(tmp_path)
     assert animal_key(again.animals[0], again.settings, tmp_path) != before
 

@@ -335,7 +335,8 @@ def test_fit_reads_what_add_reads_says_how_to_cut_a_gap_and_status_knows_it(lab,
     assert "best fit, linear wall: beta" in said
     (result,) = read_results(tmp_path / "fit").in_order()
     assert float(result.recording["mPAP"]) == pytest.approx(MICE["HOX_1"], abs=0.25)
-    assert typed("status", "fit") == "HOX_1: done\n1 of 1 animal done; not being run\n"
+    told = r"HOX_1: done\n1 of 1 animal done; not being run\nThe last run, of [-\d]+ [:\d]+: finished\n"
+    assert re.fullmatch(told, typed("status", "fit"))
     wrong = CliRunner().invoke(app, [*map(str, words), "--channel", "presure=Pressure 1"])
     assert "--channel presure=Pressure 1: write pressure=… or flow=… or ecg=…" in str(wrong.exception)
     missing = CliRunner().invoke(app, [*map(str, words), *proposed, "--channel", "flow=Pressure 2"])

@@ -11,8 +11,10 @@ from scipy import stats
 from made_cohort import made_results
 from vasowave.animal.files import to_bytes
 from vasowave.cohort import primary_comparison, variables
+from vasowave.cohort.design import laid_out
+from vasowave.cohort.guard import Shape, doubts_of
 from vasowave.errors import InputError
-from vasowave.report.answer.groups import group_answers
+from vasowave.report.answer.groups import group_answer
 from vasowave.report.documents import report_of, supplement_of
 from vasowave.report.sections.methods import methods_section
 from vasowave.study.checking import check_study
@@ -85,10 +87,7 @@ def test_the_page_says_what_the_design_says(tmp_path, results):
     stored = run(make(tmp_path, results), results)
     cohort = stored.gathered(stored.in_order(), "CTL")
     primary = primary_comparison(cohort, stored.settings.report)
-    (answers,) = [
-        block for block in walk(report_of(cohort, primary, stored.settings.report)) if block.kind == "answers"
-    ]
-    said = dict(answers.items)
+    said = dict(report_of(cohort, primary, stored.settings.report).answers())
     assert said["How were animals compared?"] == (
         "Ratios and means of groups are adjusted for sex: they are those of groups with the same mean of it (of a "
         "category: with as many animals of each kind); animals of one "
@@ -214,7 +213,7 @@ def test_a_declaration_of_an_earlier_version_is_read_and_methods_say_what_it_did
     study = make(tmp_path, results)
     declare(study)
     path = tmp_path / RECORD
-    (kept,) = json.loads(path.read_text(encoding="utf-8"))
+    (kept,) = json.loads(path.read_text(encoding="utf-8"))["declared"]
     for name in ("animals", "reference"):
         del kept["content"][name]
     path.write_text(json.dumps([kept]), encoding="utf-8")
@@ -312,10 +311,7 @@ def test_an_occasion_that_a_group_lacks_is_named_and_the_page_compares_what_is_l
     cohort = stored.gathered(stored.in_order(), "CTL")
     primary = primary_comparison(cohort, stored.settings.report)
     assert set(primary.rows["within"]) == {"at time before", "in HPH"}
-    (answers,) = [
-        block for block in walk(report_of(cohort, primary, stored.settings.report)) if block.kind == "answers"
-    ]
-    said = dict(answers.items)
+    said = dict(report_of(cohort, primary, stored.settings.report).answers())
     assert (
         "HPH against CTL in the change after/before: not compared, for nothing is known of CTL, after"
         in (said["Not compared"])
@@ -352,7 +348,7 @@ def test_a_design_that_leaves_few_degrees_of_freedom_says_so_in_check_and_on_the
     assert set(few["what"]) == {"groups"}
     reach = stats.t.isf(stats.t.sf(np.log(few["high"] / few["ratio"]) / few["standard error"], few["df"]), few["df"])
     least = np.exp(float((reach * few["standard error"]).iloc[0]))  # a ratio that would be shown
-    said = dict(group_answers(primary, str))["How sure is this?"]
+    said = " ".join(group_answer(primary, str).sureness)
     assert f"HPH / CTL: {len(few)} of 6 ratios rest on" in said
     assert f"differs from 1 by about {100 * (least - 1):.2g} " in said
 
@@ -520,3 +516,30 @@ def test_a_study_file_stores_its_design_and_reads_it_back():
     study = StudyFile(design=design)
     assert json.loads(json.dumps(study.design.contrasts)) == design["contrasts"]
     assert np.isclose(sum(study.design.contrasts["high"].values()), 0)
+
+
+def test_litters_that_the_design_does_not_name_are_told_by_check_and_on_the_page(tmp_path, results):
+    """Without them two mice of each litter are alike in a group: Welch's test finds too much."""
+    study = make(tmp_path, results, "design: {subject: mouse, occasion: time}\nreport: {quantities: [mPAP]}\n")
+    with_cell(study, "litter", lambda row: f"L{(int(row['mouse'][1:]) + 1) // 3}")
+    with_cell(study, "sex", lambda row: "f" if row["group"] == "CTL" else "m")
+    litter, sex = (found(tmp_path)[f"design.{code}"] for code in ("unit-unused", "column-is-group"))
+    assert (litter.place.part, sex.place.part) == ("column 'litter'", "column 'sex'")
+    assert "5 CTL from 2 (L0, L1), 5 HPH from 2" in str(litter)
+    stored = run(read_study(tmp_path), results)
+    cohort = stored.gathered(stored.in_order(), "CTL")
+    report = report_of(cohort, primary_comparison(cohort, stored.settings.report), stored.settings.report)
+    text = str([block.items for block in walk(report) if block.kind == "notice"])
+    assert "all CTL are f, all HPH are m" in text
+    assert "name it under blocks" in text
+
+
+def test_the_page_says_how_often_few_animals_show_what_is_not_there(tmp_path, results):
+    stored = run(make(tmp_path, results), results)
+    cohort = stored.gathered(stored.in_order(), "CTL")
+    primary = primary_comparison(cohort, stored.settings.report)
+    text = dict(report_of(cohort, primary, stored.settings.report).answers())["How sure is this?"]
+    layout = laid_out(cohort.design, cohort.variables, cohort.members, ["CTL", "HPH"])
+    (skewed,) = [doubt for doubt in doubts_of(layout, 2) if doubt.shape is Shape.SKEWED]
+    low, high = (f"{100 * rate:.0f}" for rate in (min(skewed.rates), max(skewed.rates)))
+    assert f"in {low} to {high} if they are skewed and {skewed.cells[0]}" in text

@@ -10,8 +10,10 @@ import pytest
 from small_study import SETTINGS
 
 from own_laws import EXPONENTIAL
+from vasowave.model.law_files import plain
 from vasowave.study.checking import check_study
 from vasowave.study.plan import read_study
+from vasowave.study.programs import trust_study
 from vasowave.study.results import read_results
 from vasowave.study.running import run_study
 
@@ -24,6 +26,7 @@ OPTIONAL = ("dask", "pyarrow", "bottleneck", "numexpr", "coverage", "typst", "st
 def study(make_study):
     folder = make_study(animals=2, settings=SETTINGS.replace("[linear]", f"[{NAME}]").replace("starts: 2", "starts: 1"))
     (folder / "our_laws.py").write_text(EXPONENTIAL, "utf-8")
+    trust_study(folder)
     return folder
 
 
@@ -35,6 +38,7 @@ def test_check_says_which_program_a_study_runs(study, monkeypatch):
 
 def test_a_law_that_cannot_be_run_is_an_error_of_the_study_file(study):
     (study / "our_laws.py").write_text("1 / 0", "utf-8")
+    trust_study(study)
     said = [str(problem) for problem in check_study(study).problems]
     assert any("study.yaml, line" in one and "our_laws.py, line 1: ZeroDivisionError" in one for one in said)
 
@@ -49,6 +53,7 @@ def test_a_law_stands_in_the_key_of_an_animal_by_its_content(study):
     before = keys()
     assert keys() == before
     (study / "our_laws.py").write_text(EXPONENTIAL + "# changed\n", "utf-8")
+    trust_study(study)
     assert not set(keys()) & set(before)
 
 
@@ -79,6 +84,7 @@ def test_results_from_elsewhere_run_nothing(study, monkeypatch, named):
     from vasowave.study.settings import StudyFile
 
     (study / "evil.py").write_text("raise SystemExit('ran')", "utf-8")
+    (study / "study.yaml").write_text("groups: [CTL]\n", "utf-8")
     (study / "results").mkdir()
     index = write_results(study / "results", {}, {}, StudyFile(groups=["CTL"]))
     content = json.loads(index.read_text("utf-8"))
@@ -86,7 +92,7 @@ def test_results_from_elsewhere_run_nothing(study, monkeypatch, named):
     content["settings"]["calibration"]["walls"] = [named]
     index.write_text(json.dumps(content | {"sha256": _digest(content)}), "utf-8")
     monkeypatch.chdir(study)
-    assert read_results(study).settings.calibration.walls == (named,)
+    assert {plain(one) for one in read_results(study).settings.calibration.walls} == {"evil:Wall"}
 
 
 @pytest.fixture
@@ -120,9 +126,14 @@ def test_modules_that_are_planted_would_leave_their_mark(planted):
     assert (planted / "ran").read_text("utf-8") == "dask\n"
 
 
-def test_a_file_that_would_steer_the_compiler_ends_the_program_in_words(planted):
-    (planted / ".numba_config.yaml").write_text("disable_jit: 1", "utf-8")
+@pytest.mark.parametrize(
+    ("file", "text", "what"),
+    [(".numba_config.yaml", "disable_jit: 1", "how the solver is compiled"),
+     ("matplotlibrc", "text.usetex: True", "how figures are drawn, and by what")],
+)  # fmt: skip
+def test_a_file_that_would_steer_compiler_or_figures_ends_the_program_in_words(planted, file, text, what):
+    (planted / file).write_text(text, "utf-8")
     command = [sys.executable, "-m", "vasowave", "check"]
     done = subprocess.run(command, cwd=planted, capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    assert ".numba_config.yaml: would change how the solver is compiled" in done.stderr
+    assert f"{file}: would change {what}" in done.stderr

@@ -267,7 +267,7 @@ def test_an_animal_that_goes_on_from_kept_searches_is_counted_as_such(make_study
         piece.unlink()
     again = finish(folder)
     assert (again.computed, again.resumed) == (("mouse 0",), ("mouse 0",))
-    monkeypatch.setattr("vasowave.study.running.run_study", lambda *given, **more: again)
+    monkeypatch.setattr("vasowave.study.running.analyze_study", lambda *given, **more: again)
     said = CliRunner().invoke(app, ["run", str(folder), "--no-report"]).output
     assert "1 animal computed (1 from searches that were kept), 0 kept from earlier, 1 failed." in said
 

@@ -57,7 +57,8 @@ def test_all_slips_are_named_at_once_with_line_column_and_nearest_key():
     assert sorted(said(text)) == [
         "study.yaml, line 1, column 1: unknown key 'speces' (did you mean 'species'?); known here: "
         "title, animals, species, groups, image_pressure, catheter, practice, averaging, calibration, "
-        "radius_scale_sd, length_scale_sd, k_sd, image_pressure_sd, flow_gain_sd, flow_delay_sd, zero_sd, "
+        "radius_scale_sd, length_scale_sd, k_sd, taper_sd, image_pressure_sd, flow_gain_sd, flow_delay_sd, zero_sd, "
+        "flow_zero_sd, pressure_lag_sd, pressure_inertia_sd, flow_lag_sd, pressure_gain_sd, "
         "viscosity_sd, model_selection, noise_models, waves_at, inference, blood, numerics, design, report",
         "study.yaml, line 3, column 11: calibration.starts: 'four' is not a whole number",
         "study.yaml, line 4, column 19: calibration.walls.1: unknown wall law 'tangnt' "
@@ -75,6 +76,14 @@ def test_all_slips_are_named_at_once_with_line_column_and_nearest_key():
         ("starts: 4", "line 1, column 1", "belongs under 'calibration:'"),
         ("blood:\n  groups: [A]", "line 2, column 3", "belongs to the top level"),
         ("title:", "line 1, column 7", "empty"),
+        (f"title: {'x' * 1001}", "line 1, column 8", "x…' is too long; at most 1000 letters"),
+        ("groups: []", "line 1, column 9", "at least 1 must be given"),
+        ("catheter: 60 Hz", "line 1, column 11", "write a list: [60, 0.4]"),
+        ("catheter: [60]", "line 1, column 11", "write a list of two numbers: [60, 0.4]"),
+        ("catheter: [1e-300, 0.4]", "line 1, column 12", "at least 0.1"),
+        ("catheter: [60, 1e300]", "line 1, column 16", "at most 100"),
+        ("averaging:\n  samples: 100000000", "line 2, column 12", "too large; at most 65536"),
+        ("#" + "x" * (1 << 20), "", "larger than 1 MiB"),
         ("calibration:\n  bounds: {c1: [3, 2]}", "line 2, column 16", "3 is not below 2"),
         ("groups: [A, B, A]", "line 1, column 9", "'A' is listed twice"),
         ("groups: [Sham, HPH, sham]", "line 1, column 9", "groups 'Sham' and 'sham' differ by capitals alone"),
@@ -169,10 +178,11 @@ def test_every_example_of_the_template_is_read_as_it_was_meant():
     lines, read = study_text().splitlines(), 0
     for section in [StudyFile, *(one.section for one in settings_of(StudyFile).values() if one.section)]:
         for name, one in settings_of(section).items():
-            found = [line.strip()[2:] for line in lines if line.strip().startswith(f"# {name}: {{")]
+            found = [line.strip()[2:] for line in lines if line.strip().startswith((f"# {name}: {{", f"# {name}: ["))]
             if one.example is not None:
                 (example,) = found
-                assert yaml.safe_load(example) == {name: one.example}
+                plain = [*one.example] if isinstance(one.example, tuple) else one.example
+                assert yaml.safe_load(example) == {name: plain}
                 read += 1
     assert read > 2
 

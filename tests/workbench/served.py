@@ -13,10 +13,11 @@ from vasowave.workbench.server import Workbench, server_of
 class Asker:
     """A page's questions, without a page."""
 
-    def __init__(self, address, workbench):
-        self.address, self.workbench = address, workbench
+    def __init__(self, address, guard, workbench):
+        self.address, self.guard, self.workbench = address, guard, workbench
         parts = urlsplit(address)
         self.port, self.root = parts.port, parts.path
+        self.of_report = f"/{guard.report_token}/" if guard else ""
         self.origin = f"http://127.0.0.1:{self.port}"
 
     def raw(self, method, path, body=None, **headers):
@@ -64,12 +65,12 @@ def served(folder):
     workbench, found, ready = Workbench(folder), [], threading.Event()
     with socket.socket() as door:
         door.bind(("127.0.0.1", 0))
-        server = server_of(workbench, door, lambda address: (found.append(address), ready.set()))
+        server = server_of(workbench, door, lambda *opened: (found.extend(opened), ready.set()))
         thread = threading.Thread(target=server.run, kwargs={"sockets": [door]}, daemon=True)
         thread.start()
         assert ready.wait(30)
         try:
-            yield Asker(found[0], workbench)
+            yield Asker(*found, workbench)
         finally:
             server.should_exit = True
             thread.join(20)

@@ -4,16 +4,21 @@ import errno
 import json
 import re
 import socket
+import stat
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 from served import served
 
 from vasowave.errors import InputError
+from vasowave.io.files import STUDY_LOCK
 from vasowave.workbench import access, server
-from vasowave.workbench.desk import _LOCK, Desk
+from vasowave.workbench.browser import in_a_browser
+from vasowave.workbench.desk import Desk
 
 PAGE = Path(server.__file__).parent / "page"
 
@@ -80,6 +85,47 @@ def test_a_key_that_is_nearly_right_is_wrong(door):
         assert door.raw("GET", path)[0] == 404
 
 
+@pytest.fixture
+def started(monkeypatch, tmp_path):
+    """The addresses that a browser was started with."""
+    found = []
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr("webbrowser.open", found.append)
+    return found
+
+
+def test_a_browser_is_started_with_a_file_of_its_user_alone_and_without_the_key(door, started):
+    file = in_a_browser(door.address, "#lung", door.guard)
+    assert started == [file.as_uri()]
+    assert door.root.strip("/") not in started[0] + file.read_text()
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+
+
+def test_the_files_address_leads_to_the_page_once_and_the_file_is_gone_then(door, started):
+    file = in_a_browser(door.address, "#recording/a", door.guard)
+    ticket = urlsplit(re.search('url=([^"]*)"', file.read_text())[1]).path
+    status, _, body = door.raw("GET", ticket, Sec_Fetch_Site="cross-site")  # a file's link is of another site
+    assert (status, file.exists()) == (200, False)
+    assert re.search(b'url=([^"]*)"', body)[1].decode() == f"{door.root}#recording/a"
+    assert door.raw("GET", ticket)[0] == 404
+
+
+def test_a_ticket_is_none_for_another_host_or_origin_or_anything_but_a_look(door):
+    path = door.guard.ticket("", lambda: None)
+    assert door.raw("GET", path, Host="evil.example")[0] == 421
+    assert door.raw("GET", path, Origin="http://evil.example")[0] == 403
+    assert door.raw("POST", path, b"{}")[0] == 404
+    assert door.raw("GET", path + "state")[0] == 404
+    assert door.raw("GET", path)[0] == 200
+
+
+def test_where_the_users_folder_cannot_be_written_the_file_lies_elsewhere(door, started, monkeypatch, tmp_path):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "file"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    assert in_a_browser(door.address, "", door.guard).parent == tmp_path / "state" / "vasowave"
+
+
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1", "127.0.0.1:1", "evil.example:{port}", "", None])
 def test_another_host_is_refused(door, host):
     """A page of another site whose name leads here (DNS rebinding) asks under its own name."""
@@ -124,7 +170,7 @@ def test_a_websocket_is_no_way_in(door):
      "report/" + "a/" * 3000],
 )  # fmt: skip
 def test_no_path_leads_out_of_the_study_or_the_page(door, path):
-    status, _, body = door.raw("GET", door.root + path)
+    status, _, body = door.raw("GET", (door.of_report if path.startswith("report/") else door.root) + path)
     assert status in (400, 404)
     assert b"groups" not in body
     assert b"root:" not in body
@@ -136,9 +182,11 @@ def test_a_link_out_of_the_report_is_not_followed(study):
     (study.parent / "secret.html").write_text("secret", encoding="utf-8")
     (study / "report" / "report.html").symlink_to(study.parent / "secret.html")
     (study / "report" / "inner.html").symlink_to(study / "study.yaml")
+    (study / "report" / "second.html").hardlink_to(study.parent / "secret.html")
     with served(study) as door:
-        assert door.raw("GET", door.root + "report/report.html")[0] == 404
-        assert door.raw("GET", door.root + "report/inner.html")[0] == 404
+        assert door.raw("GET", door.of_report + "report/second.html")[0] == 404
+        assert door.raw("GET", door.of_report + "report/report.html")[0] == 404
+        assert door.raw("GET", door.of_report + "report/inner.html")[0] == 404
 
 
 @pytest.mark.parametrize("name", ["../out.csv", "/etc/passwd", "..", ".", "a/../../out.csv", "away/out.csv", "a\0b"])
@@ -265,7 +313,7 @@ BODIES = [*NO_MESSAGES, *(json.dumps(one).encode() for one in MALFORMED)]
 
 
 def content(folder):
-    files = (path for path in folder.rglob("*") if path.is_file() and path.name != _LOCK)
+    files = (path for path in folder.rglob("*") if path.is_file() and path.name != STUDY_LOCK)
     return {path: path.read_bytes() for path in files}
 
 
@@ -331,6 +379,7 @@ def test_a_thousand_sockets_do_not_end_it(door):
         while sum(map(ended, sockets)) < 790:  # a browser opens six, and two hundred are let in
             assert time.monotonic() < end
             time.sleep(0.05)
+        assert alive(door)
     finally:
         for one in sockets:
             one.close()
@@ -366,11 +415,28 @@ def test_a_report_cannot_ask_the_workbench_anything(study):
     (study / "report").mkdir()
     (study / "report" / "report.html").write_text("<script>1</script>", encoding="utf-8")
     with served(study) as door:
-        _, headers, _ = door.raw("GET", door.root + "report/report.html")
+        _, headers, _ = door.raw("GET", door.of_report + "report/report.html")
     policy = headers["content-security-policy"]
     assert "sandbox" in policy
     assert "allow-same-origin" not in policy
     assert "default-src 'none'" in policy
+
+
+def test_a_report_stands_at_an_address_with_which_nothing_else_can_be_asked(study):
+    (study / "report").mkdir()
+    (study / "report" / "a b.html").write_text("all", encoding="utf-8")
+    with served(study) as door:
+        status, headers, _ = door.raw("GET", door.root + "report/a%20b.html")
+        assert (status, headers["location"]) == (307, door.of_report + "report/a%20b.html")
+        assert door.raw("GET", headers["location"])[::2] == (200, b"all")
+        key = door.of_report
+        assert door.root.strip("/") not in headers["location"]
+        encoded = door.raw("GET", f"{door.root.rstrip('/')}%2freport%2fa%20b.html")
+        assert (encoded[0], encoded[1]["location"]) == (307, door.of_report + "report/a%20b.html")
+        for path in ("state", "", "page/ask.js", "report/../state", "reports/"):
+            assert door.raw("GET", key + path)[0] == 404, path
+        for method, path in (("POST", "act"), ("PUT", "upload"), ("POST", "report/a%20b.html")):
+            assert door.raw(method, key + path, b"{}")[0] == 404, path
 
 
 def test_the_page_has_no_script_or_style_within_and_names_no_other_address():
@@ -382,3 +448,92 @@ def test_the_page_has_no_script_or_style_within_and_names_no_other_address():
         )
         if path.suffix == ".html":
             assert re.findall(r"<script(?![^>]*src)|<style|\sstyle=|\son\w+=", text) == []
+
+
+def sending(door, method, what):
+    """Return a connection on which a body of 100 000 bytes is announced, and nothing of it has come."""
+    one = socket.create_connection(("127.0.0.1", door.port), timeout=20)
+    head = f"{method} {door.root}{what} HTTP/1.1\r\nHost: 127.0.0.1:{door.port}\r\nOrigin: {door.origin}\r\n"
+    one.sendall(f"{head}Content-Length: 100000\r\n\r\n".encode())
+    return one
+
+
+@pytest.mark.parametrize(("method", "what"), [("PUT", "upload?name=slow.txt"), ("POST", "act"), ("POST", "nothing")])
+def test_a_body_of_which_nothing_more_comes_is_given_up(study, monkeypatch, method, what):
+    monkeypatch.setattr(access, "_PATIENCE", 0.3)
+    with served(study) as door:
+        before = sorted(study.rglob("*"))
+        with sending(door, method, what) as one:
+            one.sendall(b"1 2\n")
+            answer = b"".join(iter(lambda: one.recv(1000), b""))
+        assert (b" 404 " if what == "nothing" else b" 408 ") in answer[:20]
+        assert (b"too little of this came" in answer) == (what != "nothing")
+        assert sorted(study.rglob("*")) == before
+        assert alive(door)
+
+
+def test_a_hundred_and_fifty_uploads_that_trickle_are_ended_and_the_page_is_answered_beside_them(study, monkeypatch):
+    monkeypatch.setattr(access, "_PATIENCE", 3.0)
+    with served(study) as door:
+        before, begun, slow = sorted(study.rglob("*")), time.monotonic(), []
+        try:
+            slow += [sending(door, "PUT", f"upload?name=slow{i}.txt") for i in range(150)]
+            assert alive(door)
+            while not all(map(ended_with_word, slow)):  # a byte each, well within the patience
+                assert time.monotonic() - begun < 60
+                time.sleep(0.2)
+            assert alive(door)
+        finally:
+            for one in slow:
+                one.close()
+        assert sorted(study.rglob("*")) == before
+
+
+def ended_with_word(one):
+    """Send a byte more; whether the server has answered before all came."""
+    try:
+        one.setblocking(False)
+        one.send(b"1")
+        return b" 408 " in one.recv(100, socket.MSG_PEEK)
+    except BlockingIOError:
+        return False
+    except OSError:  # closed since
+        return True
+
+
+def test_what_comes_slowly_but_steadily_is_taken(study, monkeypatch):
+    """For three times as long as nothing may come."""
+    monkeypatch.setattr(access, "_PATIENCE", 0.5)
+    with served(study) as door, sending(door, "PUT", "upload?name=steady.txt") as one:
+        for _ in range(10):
+            one.sendall(10_000 * b"1")
+            time.sleep(0.15)
+        assert b" 200 " in one.recv(20)
+    assert (study / "recordings" / "steady.txt").stat().st_size == 100_000
+
+
+def test_an_answer_that_nobody_takes_is_given_up(study, monkeypatch):
+    monkeypatch.setattr(access, "_PATIENCE", 0.5)
+    (study / "report").mkdir()
+    with (study / "report" / "large.pdf").open("wb") as file:
+        file.truncate(200 << 20)  # more than a system holds for a connection
+    with served(study) as door, socket.create_connection(("127.0.0.1", door.port), timeout=20) as one:
+        one.sendall(f"GET {door.of_report}report/large.pdf HTTP/1.1\r\nHost: 127.0.0.1:{door.port}\r\n\r\n".encode())
+        time.sleep(2.0)
+        came = 0
+        with suppress(ConnectionResetError):
+            while part := one.recv(1 << 20):
+                came += len(part)
+        assert came < 200 << 20
+        assert alive(door)
+
+
+def test_a_second_request_that_trickles_is_given_up_too(kept_study, monkeypatch):
+    monkeypatch.setattr(access, "_PATIENCE", 0.5)
+    with served(kept_study) as door, socket.create_connection(("127.0.0.1", door.port), timeout=10) as one:
+        one.sendall(f"GET {door.root}page/no HTTP/1.1\r\nHost: 127.0.0.1:{door.port}\r\n\r\n".encode())
+        assert b" 404 " in one.recv(2000)
+        one.sendall(b"GET / HTTP/1.1\r\nX-Slow: ")
+        begun = time.monotonic()
+        assert one.recv(10) == b""
+        assert 0.2 < time.monotonic() - begun < 8

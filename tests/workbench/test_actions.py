@@ -22,6 +22,7 @@ from hypothesis.stateful import (
 import vasowave as vw
 from lab_files import SMALL
 from vasowave.errors import InputError
+from vasowave.io.files import write_files
 from vasowave.network.vessel_table import write_network
 from vasowave.study.checking import check_study
 from vasowave.study.loading import load_animal, read_stretch
@@ -87,6 +88,25 @@ def test_the_desk_says_what_check_says(study):
     assert {name: tuple(row) for name, row in said["read"].items()} == {one.animal: one.row() for one in found.read}
     at = next(one for one in said["problems"] if one["error"])
     assert (at["column"], at["animals"]) == ("group", ["mouse_h1"])
+
+
+def test_the_page_shows_a_program_of_the_study_and_lets_it_run_as_it_was_shown(study, tmp_path):
+    settings = (study / "study.yaml").read_text("utf-8").replace("walls: [linear]", "walls: [evil:Wall]")
+    (study / "study.yaml").write_text(settings, "utf-8")
+    text = f"import pathlib; pathlib.Path({str(tmp_path / 'ran')!r}).touch()"
+    (study / "evil.py").write_text(text, "utf-8")
+    at = place(study)
+    (program,) = shown(at.desk)["programs"]
+    assert (program["text"], program["path"]) == (text, str(study / "evil.py"))
+    (study / "evil.py").write_text(f"{text}  # more", "utf-8")
+    with pytest.raises(InputError, match="changed meanwhile"):
+        do(at, "trust-programs", programs={program["name"]: program["sha256"]})
+    (study / "evil.py").write_text(text, "utf-8")
+    checked(at.desk)
+    assert not (tmp_path / "ran").exists()
+    do(at, "trust-programs", programs={program["name"]: program["sha256"]})
+    assert shown(at.desk)["programs"] == []
+    assert (tmp_path / "ran").exists()  # a study that is shown is checked, and a law that may run is tried
 
 
 def test_two_who_share_a_recording_are_mended_by_a_click(study):
@@ -278,13 +298,16 @@ def test_undo_puts_back_the_bytes_and_refuses_where_another_hand_wrote(study):
 
 
 def test_a_disk_that_is_full_by_the_second_file_changes_neither(study, monkeypatch):
-    from vasowave.workbench import study_actions
+    written = []
 
-    def full(path, content):
-        raise InputError("no space left")
+    def full_by_the_second(contents, seen):
+        written.append(contents)
+        if len(written) == 2:
+            raise InputError("no space left")
+        write_files(contents, seen)
 
     at, before = place(study), texts(study)
-    monkeypatch.setattr(study_actions, "write_file", full)
+    monkeypatch.setattr("vasowave.workbench.desk.write_files", full_by_the_second)
     with pytest.raises(InputError, match="no space"):
         do(at, "edit-beats", animal="mouse_c1", edits=[["reject", 3.0, None]])
     assert texts(study) == before

@@ -11,6 +11,7 @@ from served import served
 
 import vasowave as vw
 from vasowave.study.table import read_rows
+from vasowave.workbench.browser import in_a_browser
 
 READ = "document.querySelector('#checking')?.textContent === ''"
 CANVAS = "canvas.signals"
@@ -218,3 +219,14 @@ def test_six_raw_files_and_a_lung_become_a_report_by_few_clicks_and_the_same_as_
 
 def names(folder):
     return sorted(path.relative_to(folder) for path in folder.rglob("*"))
+
+
+@pytest.mark.validation
+def test_the_file_that_a_browser_is_started_with_leads_to_the_page(program, asker, monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr("webbrowser.open", lambda address: True)
+    file = in_a_browser(asker.address, "#recording/mouse_c1", asker.guard)
+    page = program.page(file.as_uri())
+    page.until(f"Number(document.querySelector('{CANVAS}')?.dataset.drawn) > 0")
+    assert page.js("location.href") == f"{asker.address}#recording/mouse_c1"
+    assert (page.errors, file.exists()) == ([], False)

@@ -100,6 +100,21 @@ def test_an_edit_that_cannot_be_made_is_refused_and_the_file_stays(at, lab):
         act(at, {"do": "edit-tree", "image": "../mouse 6", "action": "root", "point": ROOT})
 
 
+def test_edits_that_are_no_text_are_named_and_stay(at, lab):
+    path, content = lab / "edits" / "mouse 6.txt", b"# von J\xfcrgen\nroot 1 2 3\n"
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(content)
+    at.lungs.reduced(at.desk, "mouse 6")
+    for wrong in (
+        lambda: at.lungs.described(at.desk, "mouse 6"),
+        lambda: do(at, "edit-tree", action="root", point=ROOT),
+        lambda: do(at, "forget-edit", line=2, text="root 1 2 3"),
+    ):
+        with pytest.raises(InputError, match=r"mouse 6\.txt: is no text in UTF-8; save it as that"):
+            wrong()
+    assert path.read_bytes() == content
+
+
 @pytest.mark.validation
 def test_edits_are_undone_and_forgotten_and_what_another_hand_wrote_stays(at, lab):
     shown, point = begun(at)

@@ -13,7 +13,7 @@ import pytest
 
 from vasowave.errors import InputError
 from vasowave.recording import RawRecording
-from vasowave.workbench import desk, figures, recordings, server
+from vasowave.workbench import figures, recordings, server
 from vasowave.workbench.access import Guarded
 
 RATE = 1000.0
@@ -158,12 +158,6 @@ def test_a_port_that_is_taken_is_named():
         port = taken.getsockname()[1]
         with pytest.raises(InputError, match=f"port {port}: address already in use; give another"), server._door(port):
             pass
-
-
-def test_a_file_that_is_absent_has_no_content_and_a_folder_is_no_file(tmp_path):
-    assert desk._content(tmp_path / "none") is None
-    with pytest.raises(InputError, match=r"is a directory|permission denied"):
-        desk._content(tmp_path)
 
 
 def test_the_line_of_python_beside_a_figure_writes_the_same(tmp_path):

@@ -32,6 +32,8 @@ class Form(NamedTuple):
         From that to what the reader says of it.
     text : bool
         Whether a person could read the file: then no change of structure may go unsaid.
+    exact : bool
+        Whether it has a check sum, or belongs to something that has: then no change at all may go unsaid.
     """
 
     write: Callable[[Path], object]
@@ -43,3 +45,4 @@ class Form(NamedTuple):
     values: Callable[[Any], list[Any]]
     notes: Callable[[Any], set[str]] = lambda found: set()
     text: bool = False
+    exact: bool = False

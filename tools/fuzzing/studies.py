@@ -16,10 +16,12 @@ from vasowave.animal.law_result import Measured
 from vasowave.animal.result import AnimalResult
 from vasowave.datasets import control_network
 from vasowave.errors import VasowaveWarning
+from vasowave.model.law_files import learn
 from vasowave.model.laws import find_law
 from vasowave.study.checking import check_study
 from vasowave.study.plan import Study, inspect_study
 from vasowave.study.problems import refuse
+from vasowave.study.programs import programs_of
 from vasowave.study.results import Results, read_results, write_results
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import Store
@@ -61,7 +63,8 @@ def study_with_a_law(folder: Path) -> None:
 
 
 def checked_law(folder: Path) -> Any:
-    """Return the law of a study that `check` finds nothing wrong with."""
+    """Return the law of a study that `check` finds nothing wrong with; its program, a mutant of ours, may run here."""
+    learn(programs_of(folder))
     found = check_study(folder)
     refuse([problem for problem in found.problems if problem.error])
     assert found.settings is not None
@@ -96,11 +99,12 @@ def _stored(folder: Path) -> tuple[Results, list[Any]]:
     return stored, stored.in_order()
 
 
-def _results(damaged: str, text: bool) -> Form:
+def results_form(damaged: str, text: bool) -> Form:
     return Form(
         results, ".", damaged, mutate_text if text else mutate_binary, _stored,
         lambda pair: (pair[0].animals, pair[0].settings, pair[0].failures),
         lambda pair: [result.recording["pressure"].values for result in pair[1]], text=text,
+        exact=True,
     )  # fmt: skip
 
 
@@ -117,6 +121,4 @@ FORMS = {
         study, ".", "animals.csv", mutate_text, read,
         lambda found: sorted(row.group for row in found.animals), lambda found: [_rows(found)],
     ),
-    "results, index": _results("index.json", True),
-    "results, animal": _results("animals/m 0-*.nc", False),
 }  # fmt: skip

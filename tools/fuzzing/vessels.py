@@ -234,7 +234,7 @@ def _lines(name: str, write: Callable, mutate: Mutate, text: bool) -> Form:
     )  # fmt: skip
 
 
-def _edits() -> Form:
+def edits_form() -> Form:
     def places(found: Any) -> list[np.ndarray]:
         return [edit.point for edit in found]
 
@@ -260,5 +260,4 @@ FORMS = {
     "swc": _lines("c.swc", lambda path: write_swc(tree().times(0.1), path), mutate_text, True),
     "slicer's curves": _lines("c.mrk.json", markups, mutate_text, True),
     "flat table": _lines("c.csv", flat_table, mutate_text, True),
-    "edits": _edits(),
 }

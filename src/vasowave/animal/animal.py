@@ -175,8 +175,9 @@ class Settings(Analysis, Calibration):
         if len(set(names)) < len(names):
             raise InputError(f"{', '.join(names)}: two of these wall laws have one name; give each law() its own")
         known = known_parameters(self.walls, self.beds, self.viscous) if self.bounds or self.fixed else []
+        unread = any(map(is_unread, (*self.walls, self.beds)))  # whose parameters nobody knows
         for name in (*self.bounds, *self.fixed):
-            if name not in known:
+            if name not in known and not (unread and "." in name):
                 raise InputError(f"no parameter '{name}'{did_you_mean(name, known)}; there are: {', '.join(known)}")
 
     def search(self, wall: str | type) -> Search:
@@ -200,5 +201,9 @@ class Settings(Analysis, Calibration):
 
 
 def known_parameters(walls: Sequence[str], bed: str = "windkessel", viscous: bool | None = None) -> list[str]:
-    """Return the parameters that the beds, and the wall laws `walls` or those of `laws.LAWS`, have."""
-    return list(dict.fromkeys(name for wall in (*LAWS, *walls) for name in fitted_parameters(wall, bed, viscous)))
+    """Return the parameters that the beds, and the wall laws `walls` or those of `laws.LAWS`, have.
+
+    A law or bed whose program must not run adds none.
+    """
+    read, bed = [wall for wall in walls if not is_unread(wall)], "windkessel" if is_unread(bed) else bed
+    return list(dict.fromkeys(name for wall in (*LAWS, *read) for name in fitted_parameters(wall, bed, viscous)))

@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import Any, TypeVar
 
 from vasowave.errors import VasowaveError
+from vasowave.runtime.interrupts import is_interrupt
 from vasowave.runtime.memory import is_starved
 
 _LONGEST = 300  # letters of what a foreign error says; a compiler's goes on for pages
@@ -77,12 +78,12 @@ def from_plain(entries: Iterable[Mapping[str, Any]]) -> tuple[Failure, ...]:
 def attempted(work: Callable[[], T], failed: Callable[[str], None]) -> T | None:
     """Return what `work` returns; where it fails, tell `failed` why, and return nothing.
 
-    A disk that is full and a lack of memory are not of the animal, and end the work.
+    A disk that is full, a lack of memory and Ctrl-C are not of the animal, and end the work.
     """
     try:
         return work()
     except Exception as error:
-        if is_starved(error) or _is_of_a_disk(error):
+        if is_starved(error) or _is_of_a_disk(error) or is_interrupt(error):
             raise
         failed(str(error) if isinstance(error, VasowaveError) else unforeseen(error))
         return None

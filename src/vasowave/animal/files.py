@@ -6,7 +6,6 @@ by the system and not by the library, and bytes can be checked before the librar
 """
 
 import hashlib
-import json
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -14,10 +13,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vasowave.animal.failure import Failure, from_plain
+from vasowave.animal.failure import Failure
 from vasowave.animal.result import FAILURES, AnimalResult
 from vasowave.errors import InputError
 from vasowave.io.files import write_file
+from vasowave.io.textfile import regular_file
+from vasowave.stores import parsed_as, stored
 
 _ROOM = 1 << 20  # bytes to begin with; the library takes more as it needs
 _LIBRARY = Lock()  # two threads in it at once end the process
@@ -34,6 +35,7 @@ def write_result(result: AnimalResult, path: Path) -> None:
     write_file(Path(path), to_bytes(result.to_datatree()))
 
 
+@stored("result of an animal", "results/animals/*.nc")
 def read_result(path: Path, sha256: str | None = None, laws: bool = True) -> AnimalResult:
     """Return the result of one animal from a file that `write_result` made, wholly in memory; the file is closed again.
 
@@ -52,7 +54,7 @@ def read_result(path: Path, sha256: str | None = None, laws: bool = True) -> Ani
     """
     path = Path(path)
     try:
-        content = path.read_bytes()
+        content = (path if not path.exists() else regular_file(path)).read_bytes()
     except OSError as error:
         lost = isinstance(error, FileNotFoundError)
         reason = "there is no such file; `vasowave run` makes it anew" if lost else error.strerror
@@ -60,10 +62,12 @@ def read_result(path: Path, sha256: str | None = None, laws: bool = True) -> Ani
     if sha256 is not None and hashlib.sha256(content).hexdigest() != sha256:
         raise InputError(f"{path}: damaged or changed since it was written (SHA-256); run again, it is made anew")
     try:
-        return AnimalResult.from_datatree(from_bytes(content, laws))
+        result = AnimalResult.from_datatree(from_bytes(content, laws))
+        _ = result.findings, *map(str, result.assumed_errors)  # which are read where they are shown, too late then
+        return result
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except (OSError, RuntimeError, ValueError, LookupError, AttributeError, TypeError) as error:
+    except (OSError, RuntimeError, ValueError, LookupError, ArithmeticError, AttributeError, TypeError) as error:
         raise InputError(f"{path}: not a netCDF-4 file, or damaged ({error}); make it again") from None
 
 
@@ -87,8 +91,8 @@ def failures_in(path: Path) -> tuple[Failure, ...]:
 
     try:
         with _LIBRARY, netCDF4.Dataset(path, "r") as file:
-            return from_plain(json.loads(file.getncattr(FAILURES)))
-    except (OSError, AttributeError, ValueError, TypeError, KeyError):
+            return parsed_as(tuple[Failure, ...], file.getncattr(FAILURES))
+    except (OSError, AttributeError, ValueError, TypeError):
         return ()
 
 

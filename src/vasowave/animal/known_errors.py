@@ -2,43 +2,60 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from vasowave.analysis import characteristic_impedances, operating_point, wave_intensity
 from vasowave.animal.animal import Settings
 from vasowave.calibration import Fit
-from vasowave.errors import NumericalError
+from vasowave.errors import InputError
+from vasowave.findings import look_kind, warn
 from vasowave.inference import Priors, Sampling
 from vasowave.inference.known_errors import Seen, kinds
 from vasowave.inference.posterior import problem_of
 from vasowave.inference.problem import Problem
 from vasowave.model.model import Model
+from vasowave.network.network import Network
+from vasowave.recording import Recording
 
+_ROUNDING = 1e-9  # below it a difference of logarithms is none
 _STEP = 0.02  # of differences, in the logarithm of a parameter and in SD of an error
+
+_SIMULATED = ("I_R", "Z_c", "Z_0")  # quantities of the waves at the inlet
+
+UNKNOWN = look_kind(
+    "fit.errors-unknown",
+    "{law} wall: a model beside the optimum cannot be simulated, so that its intervals take image, probe and zero for "
+    "exact; between groups it has the errors of the other animals.",
+    "Look at the fit: its wall is near the end of its law.",
+)
 
 Derive = Callable[[Mapping[str, float], Model, float], dict[str, float]]
 """Quantities of a model, from its parameters, itself, and the mean pressure (mmHg)."""
 
 
-def effects_on_measured(seen: Seen, settings: Settings, quantities: Callable[[Seen], dict[str, float]]) -> pd.DataFrame:
-    """Return what one SD of each error that is said moves in the logarithm of what the recording alone says.
+def effects_on_measured(
+    seen: Seen, spreads: Mapping[str, float], quantities: Callable[[Seen], dict[str, float]]
+) -> pd.DataFrame:
+    """Return what one SD of each error moves in the logarithm of what the recording alone says.
 
     Parameters
     ----------
     seen : Seen
-    settings : Settings
+    spreads : mapping of str to float
+        SD of the errors, by unknown.
     quantities : callable
         Returns the positive quantities of what was seen.
 
     Returns
     -------
     DataFrame
-        Index: quantity; columns: unknown. NaN of what is not positive.
+        Index: quantity; columns: unknown; attribute ``sd``: the SD by unknown. NaN of what is not positive.
     """
     effects = {}
-    for name, sd in settings.said().items():
+    for name, sd in spreads.items():
         one = kinds()[name]
         center = one.center(seen)
         if one.positive and center == 0:
@@ -48,11 +65,23 @@ def effects_on_measured(seen: Seen, settings: Settings, quantities: Callable[[Se
             value = center * np.exp(sd * score) if one.positive else center + sd * score
             ends.append(_logs(quantities(one.without(seen, value))))
         effects[name] = (ends[1] - ends[0]) / (2 * _STEP)
-    return pd.DataFrame(effects)
+    table = pd.DataFrame(effects)
+    return _with_spreads(table.where(~(table.abs() < _ROUNDING), 0.0), spreads)
 
 
-def effects_on_fit(fit: Fit, settings: Settings, derive: Derive) -> pd.DataFrame:
-    """Return what one SD of each error that is said moves in the logarithms of a fit's quantities.
+class FitEffects(NamedTuple):
+    """What moves the logarithms of a fit's quantities; index: quantity.
+
+    `errors`: one SD of each assumed error, by unknown, NaN of what is not positive. `parameters`: the logarithm of each
+    free parameter, of the quantities that need a simulation (I_R, Z_c, Z_0).
+    """
+
+    errors: pd.DataFrame = pd.DataFrame()
+    parameters: pd.DataFrame = pd.DataFrame()
+
+
+def effects_on_fit(fit: Fit, settings: Settings, derive: Derive) -> FitEffects:
+    """Return what one SD of each assumed error moves in the logarithms of a fit's quantities.
 
     Had the error been known, least squares would have made up for it by the free parameters: to first order their
     shift is ``-J⁺ E``, J and E being the derivatives of the simulated pressure by parameters and errors.
@@ -63,54 +92,91 @@ def effects_on_fit(fit: Fit, settings: Settings, derive: Derive) -> pd.DataFrame
     settings : Settings
     derive : callable
 
-    Raises
-    ------
-    NumericalError
-        A model beside the optimum cannot be simulated.
+    Returns
+    -------
+    FitEffects
+        Empty where every error is said to be none, and, with a warning, where a model beside the optimum cannot be
+        simulated.
     """
-    said = settings.said()
-    if not said:
-        return pd.DataFrame()
-    problem = _problem(fit, settings)
+    spreads = spreads_of(fit.model.network, settings)
+    if not spreads:
+        return FitEffects()
+    problem = _problem(fit, settings, spreads)
     unknowns, names = problem.unknowns, list(problem.unknowns.all)
     values = {str(name): float(row["value"]) for name, row in fit.parameters.iterrows()}
-    middle, steps = unknowns.scores(values), _STEP * np.eye(len(names))
-    outputs = problem.simulate([*(middle + steps), *(middle - steps)])
+    fitted = {name: one.value for name, one in fit.response.items()}  # beside the parameters: no error is left of it
+    middle, taper = unknowns.scores(values | fitted), np.array(names) == "taper"
+    up, down = np.where(taper, 1.0, _STEP), np.where(taper, 0.0, _STEP)  # only a tree that tapers has other junctions
+    points = np.array([*(middle + np.diag(up)), *(middle - np.diag(down)), middle])
+    outputs = problem.simulate(points)
+    whole = np.flatnonzero(taper)
+    if not np.isfinite(outputs[whole]).all():  # a flow as fast as its waves: what two smaller tapers say goes on
+        half, quarter = (problem.simulate(middle[np.newaxis] + share * taper) for share in (0.5, 0.25))
+        outputs[whole] = 3 * half - 2 * quarter
     if not np.isfinite(outputs).all():
-        raise NumericalError("a model beside the optimum cannot be simulated; what the errors do cannot be told")
-    slopes = (outputs[: len(names)] - outputs[len(names) :]).T / (2 * _STEP)
+        warn(UNKNOWN(law=fit.wall))
+        return FitEffects()
+    waves = problem.through_amplifier(points, outputs, back=True)
+    ups, downs = np.split(np.arange(2 * len(names)), 2)
+    slopes = (outputs[ups] - outputs[downs]).T / (up + down)
     open_ = fit.parameters["free"] & ~fit.parameters["at_bound"]
-    parameters = [i for i, name in enumerate(names) if name in open_.index and open_[name]]
-    mean = fit.recording.mean_pressure
+    parameters = [i for i, name in enumerate(names) if name in fitted or (name in open_.index and open_[name])]
 
-    def at(point: np.ndarray, mean: float = mean) -> pd.Series:
-        at_point = unknowns.values(point)
+    def at(place: int, zero: float = 0.0) -> pd.Series:
+        at_point = unknowns.values(points[place])
         known = {name: float(value) for name, value in at_point.items() if name in values}
-        return _logs(derive(known, unknowns.model(point), mean - float(at_point.get("zero", 0.0))))
+        mean = fit.recording.mean_pressure - float(at_point.get("zero", 0.0)) - zero
+        mean *= float(at_point["pressure_gain"])
+        model, recorded = unknowns.posed(points[place])
+        return _logs(derive(known, model, mean) | _simulated(problem, model, recorded, waves[place], mean))
 
-    ends = [(at(middle + step), at(middle - step)) for step in steps]
-    direct = pd.DataFrame({name: (up - down) / (2 * _STEP) for name, (up, down) in zip(names, ends, strict=True)})
+    ends = zip(names, map(at, ups), map(at, downs), up + down, strict=True)
+    direct = pd.DataFrame({name: (after - before) / apart for name, after, before, apart in ends})
     inverse = np.linalg.pinv(slopes[:, parameters])
     by_parameter = direct.iloc[:, parameters].to_numpy()
     effects = {}
-    for name, sd in said.items():
+    for name, sd in spreads.items():
         if name == "zero" and name not in names:
             moved = np.zeros(problem.samples)
             moved[0] = sd * np.sqrt(problem.samples)  # which the pressure of the animal does not have
-            up, down = (at(middle, mean - side * sd * _STEP) for side in (1, -1))
-            own = ((up - down) / (2 * _STEP)).to_numpy()
-        elif name in names:
+            own = ((at(-1, sd * _STEP) - at(-1, -sd * _STEP)) / (2 * _STEP)).to_numpy()
+        elif name in names and name not in fitted:
             moved, own = slopes[:, names.index(name)], direct[name].to_numpy()
         else:
             continue
         effects[name] = own - by_parameter @ (inverse @ moved)
-    return pd.DataFrame(effects, index=direct.index)
+    simulated = direct.loc[[*_SIMULATED], [name for name in names if name in values]]
+    return FitEffects(_with_spreads(pd.DataFrame(effects, index=direct.index), spreads), simulated.dropna())
 
 
-def _problem(fit: Fit, settings: Settings) -> Problem:
-    """Return the animal as a problem whose unknowns are the fit's parameters and the errors that are said."""
-    said = settings.said()
-    errors: dict[str, Any] = {f"{name}_sd": said.get(name, 0.0) for name in kinds()}
+def _with_spreads(effects: pd.DataFrame, sd: Mapping[str, float]) -> pd.DataFrame:
+    """Return effects of one SD with the SD themselves as attributes, so that derivatives can be told."""
+    effects.attrs["sd"] = dict(sd)
+    return effects
+
+
+def _simulated(
+    problem: Problem, model: Model, recorded: Recording, output: np.ndarray, mean: float
+) -> dict[str, float]:
+    """Return the quantities of the simulated waves at the inlet."""
+    (pressure,), (flow,) = problem.inlet_waves(recorded.flow[np.newaxis], output[np.newaxis])
+    waves = wave_intensity(pressure, flow, recorded.period, *operating_point(model, mean), model.blood.inertia)
+    try:
+        Z_c = float(characteristic_impedances(Recording(pressure, flow, recorded.period))["up-slope"])
+    except InputError:  # a flow without an upstroke
+        Z_c = np.nan
+    found = float(waves.reflection_coefficient), Z_c, float(pressure.mean() / flow.mean())
+    return dict(zip(_SIMULATED, found, strict=True))
+
+
+def spreads_of(network: Network, settings: Settings, source: str = "") -> dict[str, float]:
+    """Return the SD of every error that there is and that the `source` tells, by default any, by unknown."""
+    return {one.name: one.sd for one in settings.assumed(network) if one.sd > 0 and source in ("", one.source)}
+
+
+def _problem(fit: Fit, settings: Settings, spreads: Mapping[str, float]) -> Problem:
+    """Return the animal as a problem whose unknowns are the fit's parameters and its errors."""
+    errors: dict[str, Any] = {f"{name}_sd": spreads.get(name, 0.0) for name in kinds()}
     free = fit.parameters[fit.parameters["free"]]
     priors = Priors(
         parameters={str(name): (float(row["nominal"]), 1.0) for name, row in free.iterrows()},
@@ -121,7 +187,10 @@ def _problem(fit: Fit, settings: Settings) -> Problem:
     search = replace(settings.search(law), fixed=held)
     how = Sampling(bed=type(fit.model.outlets), blood=settings.blood, search=search, numerics=settings.numerics,
                    priors=priors)  # fmt: skip
-    return problem_of(fit.model.network, fit.recording, law, how)
+    network = fit.model.network
+    if fit.model.profile is None:  # measured tapers within their errors: its vessels are straight
+        network = replace(network, taper=None, taper_sd=None)
+    return problem_of(network, fit.recording, law, how)
 
 
 def _logs(values: Mapping[str, float]) -> pd.Series:

@@ -3,7 +3,6 @@
 A fit or posterior that fails is recorded, and the others go on.
 """
 
-import json
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -23,7 +22,7 @@ from vasowave.animal.datasets import (
     ventricle_dataset,
 )
 from vasowave.animal.failure import Failure, Stage, attempted
-from vasowave.animal.known_errors import effects_on_measured
+from vasowave.animal.known_errors import effects_on_measured, spreads_of
 from vasowave.animal.law_result import LawResult, Measured
 from vasowave.animal.quantities import (
     compared_laws,
@@ -44,6 +43,7 @@ from vasowave.model.laws import find_bed, find_law, identity
 from vasowave.model.nominal import estimate_nominal
 from vasowave.provenance import provenance
 from vasowave.selection import profiled, stiffening
+from vasowave.stores import parsed
 
 Progress = Callable[[str, int, int, float], None]
 """Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²)."""
@@ -104,6 +104,8 @@ def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progres
         blood=settings.blood,
         search=settings.search(wall),
         numerics=settings.numerics,
+        pressure_lag_sd=settings.pressure_lag_sd or 0.0,
+        pressure_inertia_sd=settings.pressure_inertia_sd or 0.0,
         progress=say,
         ends=kept.of(wall, settings.starts) if kept is not None else None,
     )
@@ -210,7 +212,8 @@ def result_of(
         interrupted=interrupted,
         noticed=tuple(dict.fromkeys([*warned, *more])),
         failures=tuple(failed),
-        settings=json.loads(settings.as_json()),
+        settings=parsed(settings.as_json()),
+        assumed_errors=settings.assumed(animal.network),
         origin={program: version for program, version in provenance().items() if program != "created"},
         **measured,
         **compared,
@@ -242,7 +245,8 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
         of_ventricle = found if seen.recording is recording else coupled(seen.recording, animal.ventricle)[0]
         return measured_values(seen.recording, start, place, waves_dataset(place, seen.blood.inertia), of_ventricle)
 
-    effects = effects_on_measured(Seen(network, recording, blood), settings, values)
+    told = spreads_of(network, settings, "lab")  # what is usual is part of the scatter of animals
+    effects = effects_on_measured(Seen(network, recording, blood), told, values)
     values_here = measured_values(recording, nominal, station, waves, found)
     quantities = measured_quantities(values_here, station, effects, found)
     return {

@@ -13,7 +13,7 @@ import xarray as xr
 
 from vasowave.analysis.coupling import Coupling
 from vasowave.animal.animal import Settings
-from vasowave.animal.known_errors import effects_on_fit, effects_on_measured
+from vasowave.animal.known_errors import effects_on_fit, effects_on_measured, spreads_of
 from vasowave.animal.signals import Station
 from vasowave.calibration import Fit
 from vasowave.descriptions import LEVEL, NORMAL, Quantity
@@ -28,6 +28,7 @@ from vasowave.recording import Recording, harmonic_errors
 from vasowave.selection import Comparing, averaged, compare_models, law_weights
 
 _LOG_STEP = 1e-4  # of the central differences, in the logarithm of a parameter
+_RADII = "radius_scale"  # error of all radii
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 
 
@@ -54,6 +55,7 @@ def measured_values(
         recording.indices()
         | of_ventricle
         | {
+            "pPAP_over_SV": recording.pulse_pressure / (recording.cardiac_output * recording.period),
             "Z_c": nominal.characteristic_impedance,
             "Z_0": recording.input_resistance,
             "I_R": float(waves["I_R"]),
@@ -84,10 +86,7 @@ def measured_quantities(
 def model_quantities(
     fit: Fit, station: Station, waves: xr.Dataset, impedance: xr.Dataset, vessels: xr.Dataset, settings: Settings
 ) -> xr.Dataset:
-    """Return what the calibrated model says; what follows from the parameters alone carries its 95 % interval.
-
-    The interval allows for the errors that the settings say.
-    """
+    """Return what the calibrated model says, with 95 % intervals that allow for the errors that the settings assume."""
     diastolic = vessels["diastolic_pressure"].to_numpy()
     derive = partial(derived_of, fit, diastolic=diastolic)
 
@@ -105,7 +104,9 @@ def model_quantities(
         "RMSE": fit.rmse,
     }
     described = quantities_of(type(fit.model.wall), type(fit.model.outlets), WALL_VISCOSITY in fit.parameters.index)
-    dataset = quantities_dataset(values, described, errors_of(fit, derive), effects_on_fit(fit, settings, of_model))
+    effects = effects_on_fit(fit, settings, of_model)
+    errors = errors_of(fit, derive) | errors_by(fit, effects.parameters)
+    dataset = quantities_dataset(values, described, errors, effects.errors)
     bounds = _bounds(fit, settings)
     for name, value in dataset.data_vars.items():
         low, high = bounds.get(str(name), (0.0, np.inf))
@@ -144,7 +145,8 @@ def _most_resistance(fit: Fit, settings: Settings) -> float:
     errors have widened.
     """
     seen = Seen(fit.model.network, fit.recording, fit.model.blood)
-    moved = effects_on_measured(seen, settings, lambda one: {"PVR": one.recording.vascular_resistance})
+    spreads = spreads_of(fit.model.network, settings)
+    moved = effects_on_measured(seen, spreads, lambda one: {"PVR": one.recording.vascular_resistance})
     error, recording = float(np.linalg.norm(moved.fillna(0.0).to_numpy())), fit.recording
     if fit.compared.enters != "flow":
         of_flow, of_pressure = (float(harmonic_errors(recording, one).error[0]) for one in ("flow", "pressure"))
@@ -178,19 +180,24 @@ def errors_of(fit: Fit, derive: Callable[[Mapping[str, float]], dict[str, float]
 
     By the delta method from those of the parameters.
     """
+    values, slopes = _values(fit), {}
+    for name in fit.correlation.index:
+        up, down = (derive(values | {name: values[name] * np.exp(step)}) for step in (_LOG_STEP, -_LOG_STEP))
+        slopes[name] = {key: np.log(up[key] / down[key]) / (2 * _LOG_STEP) for key in up}
+    return errors_by(fit, pd.DataFrame(slopes))
+
+
+def errors_by(fit: Fit, slopes: pd.DataFrame) -> dict[str, tuple[float, float]]:
+    """Return the same from the derivatives of the quantities' logarithms by those of the free parameters."""
+    if slopes.empty:
+        return {}
     names = list(fit.correlation.index)
     table = fit.parameters.loc[names]
     spread = (table["standard_error_correlated"] / table["value"]).to_numpy(float)
     cov = fit.correlation.to_numpy(float) * np.outer(spread, spread)
-    values = _values(fit)
-    up = [derive(values | {name: values[name] * np.exp(_LOG_STEP)}) for name in names]
-    down = [derive(values | {name: values[name] * np.exp(-_LOG_STEP)}) for name in names]
-    errors = {}
-    for key in up[0]:
-        slope = np.array([np.log(one[key] / other[key]) / (2 * _LOG_STEP) for one, other in zip(up, down)])
-        error = float(np.sqrt(max(0.0, slope @ cov @ slope)))
-        errors[key] = (error, NORMAL * error)
-    return errors
+    slope = slopes[names].to_numpy(float)
+    errors = np.sqrt(np.maximum(0.0, np.einsum("qi,ij,qj->q", slope, cov, slope)))
+    return {str(name): (float(error), float(NORMAL * error)) for name, error in zip(slopes.index, errors, strict=True)}
 
 
 def _values(fit: Fit) -> dict[str, float]:
@@ -206,10 +213,11 @@ def quantities_dataset(
     """Return the values as labelled scalars, in the order of `quantities`.
 
     `errors` are as from `errors_of`; `effects`, by quantity and unknown, are what one SD of each known error moves in
-    its logarithm. Of these come the shares of the variance that animals may share.
+    its logarithm. Of these come the shares of the variance that animals may share, and ``per_radius``, the change of
+    the logarithm per change of the logarithm of all radii.
     """
     variables = {}
-    known = pd.DataFrame() if effects is None else effects.dropna()
+    known = pd.DataFrame() if effects is None or effects.empty else effects.dropna()
     for name, what in quantities.items():
         if name not in values:
             continue
@@ -225,6 +233,8 @@ def quantities_dataset(
             sources = np.array([kinds()[str(one)].source for one in squares.index])
             shared = {source: float(squares[sources == source].to_numpy().sum()) for source in SHARED}
             attrs |= {f"share_{source}": one / error**2 for source, one in shared.items() if error > 0}
+            if spread := known.attrs.get("sd", {}).get(_RADII):
+                attrs["per_radius"] = float(known[_RADII][name]) / spread
         if np.isfinite(error) and np.isfinite(reach):
             factor = float(np.exp(min(reach, _FARTHEST)))
             attrs |= {"standard_error": value * error, "interval_low": value / factor, "interval_high": value * factor}

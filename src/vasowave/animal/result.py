@@ -21,13 +21,15 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.failure import Failure, as_plain, from_plain
+from vasowave.animal.failure import Failure, as_plain
 from vasowave.animal.labelled import labelled
 from vasowave.animal.law_result import LawResult, Measured, PosteriorResult
 from vasowave.errors import InputError
 from vasowave.findings import Finding, as_json, from_json, shared
+from vasowave.inference.known_errors import AssumedError
 from vasowave.network.network import MEASURED, Network
 from vasowave.notebook import upstairs
+from vasowave.stores import parsed_as
 
 if TYPE_CHECKING:
     from vasowave.figures.fitted import FitPlots
@@ -38,10 +40,14 @@ KIND = "vasowave animal"
 FAILURES = "failures"
 """Attribute that holds what failed, a JSON list."""
 
+ERRORS = "assumed_errors"
+"""Attribute that holds the errors that intervals allow for, a JSON list of name, SD, unit and source."""
+
 TIDY = ("animal", "group", "law", "quantity", "value", "low", "high", "unit")
 """Columns of a table of single numbers."""
 
-_ATTRIBUTES = ("title", "Conventions", "animal", "group", "synthetic", "interrupted", "findings", FAILURES, "settings")
+_ATTRIBUTES = ("title", "Conventions", "animal", "group", "synthetic", "interrupted", "findings", FAILURES, "settings",
+               ERRORS)  # fmt: skip
 _WHOLE = ("recording", "nominal")  # groups of an animal that are a field of the same name
 _OPTIONAL = {"beats": "beats", "ventricle": "ventricle", "evidence": "laws", "selection": "selection",
              "averages": "averages"}  # field: group  # fmt: skip
@@ -93,6 +99,9 @@ class AnimalResult:
         Those it was analyzed with.
     origin : dict of str to str
         Versions of the programs, SHA-256 of the inputs.
+    assumed_errors : tuple of AssumedError
+        The errors of image, probe, transducer and wall that intervals and standard errors of fits allow for: what it
+        is, its SD, and whether the lab, the image or nobody told it.
     looks : tuple of Finding
         What asks for a look at its files, as `check` says; it is not stored.
 
@@ -127,6 +136,7 @@ class AnimalResult:
     failures: tuple[Failure, ...] = ()
     settings: Mapping[str, Any] = field(default_factory=dict)
     origin: Mapping[str, str] = field(default_factory=dict)
+    assumed_errors: tuple[AssumedError, ...] = ()
     looks: tuple[Finding, ...] = ()
 
     def __repr__(self) -> str:
@@ -221,7 +231,7 @@ class AnimalResult:
         measured = {name: _data(tree, f"measured/{name}") for name in ("waves", "impedance", "quantities")}
         parts: dict[str, Any] = {name: _data(tree, name) for name in _WHOLE}
         parts |= {part: _data(tree, group) for part, group in _OPTIONAL.items() if group in tree.children}
-        settings = json.loads(attrs.get("settings", "{}"))
+        settings = parsed_as(dict[str, Any], attrs.get("settings", "{}"))
         laws = {name: _law(tree, name) for name, node in tree.children.items() if "calibration" in node.children}
         return cls(
             name=str(attrs["animal"]),
@@ -232,8 +242,9 @@ class AnimalResult:
             synthetic=bool(int(attrs.get("synthetic", 0))),
             interrupted=bool(int(attrs.get("interrupted", 0))),
             noticed=from_json(attrs.get("findings", "[]")),
-            failures=from_plain(json.loads(attrs.get(FAILURES, "[]"))),
+            failures=parsed_as(tuple[Failure, ...], attrs.get(FAILURES, "[]")),
             settings=settings,
+            assumed_errors=parsed_as(tuple[AssumedError, ...], attrs.get(ERRORS, "[]")),
             origin={str(key): value for key, value in attrs.items() if key not in _ATTRIBUTES},
             **parts,
         )
@@ -253,7 +264,7 @@ def _attributes(result: AnimalResult) -> dict[str, Any]:
     values = (
         KIND, "CF-1.11", result.name, result.group, int(result.synthetic), int(result.interrupted),
         as_json(result.noticed), json.dumps(as_plain(result.failures), ensure_ascii=False),
-        json.dumps(result.settings, sort_keys=True),
+        json.dumps(result.settings, sort_keys=True), json.dumps(result.assumed_errors),
     )  # fmt: skip
     return dict(zip(_ATTRIBUTES, values, strict=True)) | dict(result.origin)
 

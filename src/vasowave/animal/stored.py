@@ -1,7 +1,7 @@
 """From stored results back to the model that was fitted: it can be simulated, changed and swept again."""
 
-import json
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import from_json
 from vasowave.model.blood import FRICTIONS, Blood
-from vasowave.model.law_files import plain
+from vasowave.model.law_files import looking_in, plain
 from vasowave.model.laws import bed_quantities, find_bed, find_law, parameter_names
 from vasowave.model.model import Model
 from vasowave.model.walls import WALL_VISCOSITY
@@ -19,6 +19,7 @@ from vasowave.recording import Inflow, Observation, Recording, resample
 from vasowave.recording.cycle import FEWEST_SAMPLES
 from vasowave.recording.observation import NUMBERS
 from vasowave.solver import Numerics
+from vasowave.stores import parsed
 
 
 def stored_recording(result: AnimalResult) -> Recording:
@@ -56,6 +57,7 @@ def stored_sites(result: AnimalResult) -> tuple[Observation, ...]:
     return tuple(found)
 
 
+@looking_in(Path())  # what results name was typed by nobody
 def stored_settings(result: AnimalResult) -> Settings:
     """Return the settings that an animal was analyzed with."""
     data = dict(result.settings)
@@ -68,6 +70,7 @@ def _blood(data: Mapping[str, Any]) -> Blood:
     return Blood(float(data["density"]), float(data["viscosity"]), kind(**friction))
 
 
+@looking_in(Path())
 def stored_law(result: AnimalResult, wall: str | type = "") -> tuple[str, Any]:
     """Return the name under which a law that was fitted is stored, and its class.
 
@@ -92,6 +95,7 @@ def stored_law(result: AnimalResult, wall: str | type = "") -> tuple[str, Any]:
     return name, find_law(stored[name] if isinstance(asked, str) else asked)
 
 
+@looking_in(Path())
 def stored_model(result: AnimalResult, wall: str | type = "") -> Model:
     """Return the model that was fitted to an animal, to the last bit.
 
@@ -120,7 +124,7 @@ def stored_model(result: AnimalResult, wall: str | type = "") -> Model:
         {
             "density": data.attrs["blood_density_g_per_ml"],
             "viscosity": data.attrs["blood_viscosity_cm2_per_s"],
-            "friction": json.loads(data.attrs["friction"]),
+            "friction": parsed(data.attrs["friction"]),
         }
     )
     bed = find_bed(str(data.attrs["bed"]))

@@ -13,8 +13,11 @@ from pydantic import BeforeValidator
 from vasowave.calibration import search as searching
 from vasowave.calibration.beside import what_sites_add
 from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, Enters, checked_harmonics, compared_part
+from vasowave.calibration.instruments import instrument_findings
 from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
+from vasowave.calibration.response import RESPONSE, estimates, fit_response, response_columns
+from vasowave.calibration.response import findings as response_findings
 from vasowave.calibration.result import Fit
 from vasowave.calibration.search import SearchEnd
 from vasowave.calibration.sites import sites_of
@@ -123,6 +126,11 @@ class Fitting(Search):
     1e-6."""
     sites: tuple[Any, ...] = ()
     """What was observed elsewhere over the cycle of the recording, an `Observation` each; see `read_sites`."""
+    pressure_lag_sd: Annotated[float, Ge(0)] = 0.0
+    """SD of the lag of the pressure, s, as of `KnownErrors`: where it is not 0 and the pressure is compared, the lag is
+    fitted, too."""
+    pressure_inertia_sd: Annotated[float, Ge(0)] = 0.0
+    """SD of the inertia of the catheter, s², likewise."""
 
 
 @in_words()
@@ -193,25 +201,35 @@ def calibrate(
     if alone is not None:
         compared = _weighted(compared, alone)
     objective, best = _polish(space, compared, numerics, plan, searched)
+    sds = {name: getattr(plan, f"{name}_sd") for name in RESPONSE if compared.what == "pressure"}
+    priors = {name: sd for name, sd in sds.items() if sd > 0}
+    if priors:
+        objective, best = fit_response(objective, best, priors, plan.method)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
-    compared = compared.with_flow_error(space.model(space.values(best.x)))
-    spread = spread_of(space, best.x, jacobian, residual, compared)
+    compared = objective.compared.with_flow_error(space.model(space.values(best.x)))
+    of_response = response_columns(objective, best.x, priors) if priors else None
+    spread = spread_of(space, best.x, jacobian, residual, compared, of_response)
+    response = estimates(compared.response, spread.response, priors)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
     table_of_starts = _starts_table(space, searched, len(residual))
     run = objective.run(best.x)
     found = [INTERRUPTED(done=len(searched), starts=plan.starts)] if stopped else []
     found += [*compared.findings(), *unknown_pressure(network), *oddities(nominal, recording.flow)]
     found += [*fit_findings(table, correlation, table_of_starts, spread), *run.notes]
+    found += response_findings(response)
+    if not response:
+        at_inlet = residual[: compared.samples], jacobian[: compared.samples]
+        found += instrument_findings(space, best.x, *at_inlet, compared)
     added = (
         (None, [])
         if alone is None
         else what_sites_add(space, compared, objective.numerics, plan.method, best.x, alone.x)
     )
     found += added[1]
-    at_inlet = residual[: compared.samples]
+    left = residual[: compared.samples]
     return Fit(
         space.law.law().name, run.model, compared, nominal, table, correlation, table_of_starts, as_dataset(run),
-        at_inlet, float(at_inlet @ at_inlet), tuple(found), added[0],
+        left, float(left @ left), tuple(found), added[0], response,
     )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ Where the pressure enters, the flow is compared. It is counted in mmHg, so that 
 then all that is known of residuals holds for both.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, NamedTuple
@@ -26,6 +27,7 @@ from vasowave.recording import (
     harmonic_errors,
     resample,
     samples_needed,
+    second_order,
 )
 from vasowave.recording.waveform import amplitudes
 from vasowave.solver.result import Run, at_samples
@@ -109,6 +111,8 @@ class Compared:
         What enters the model; see `Enters`.
     passed_on : PassedOn, optional
         What the error of the flow that enters adds to that of the pressure.
+    response : (float, float)
+        Lag (s) and inertia (s²) of what the pressure was recorded through; see `second_order`.
     """
 
     recording: Recording
@@ -118,6 +122,7 @@ class Compared:
     sites: "Sites | None" = None
     enters: Enters = "flow"
     passed_on: PassedOn | None = None
+    response: tuple[float, float] = 0.0, 0.0
 
     @property
     def harmonics(self) -> int:
@@ -194,10 +199,18 @@ class Compared:
         return self.scale * solved.flow[:, inlet] if self.what == "flow" else solved.pressure[:, inlet]
 
     def sampled(self, signal: np.ndarray) -> np.ndarray:
-        """Return what is known at every step of a cycle, in the same harmonics, shape (N,)."""
+        """Return what is known at every step of a cycle, in the same harmonics, shape (N,), as it is recorded."""
         if self.choice == "all":  # sample by sample, as the paper: a cycle that is not periodic has no harmonics
-            return at_samples(signal, self.samples)
-        return resample(signal, self.samples)
+            return self.behind(at_samples(signal, self.samples), self.response)
+        return self.behind(resample(signal, self.samples), self.response)
+
+    def behind(self, values: np.ndarray, response: Sequence[float] | np.ndarray) -> np.ndarray:
+        """Return samples of a cycle, shape (N, ...), behind a response."""
+        if not np.any(response):
+            return values
+        lag, inertia = response
+        passed = second_order(lag, inertia, np.arange(len(values) // 2 + 1) / self.recording.period)
+        return np.fft.irfft((np.fft.rfft(values, axis=0).T * passed).T, len(values), axis=0)
 
     def error_power(self) -> np.ndarray:
         """Mean square of the measurement's error in harmonics 0 … n, mmHg²; their sum is its own."""

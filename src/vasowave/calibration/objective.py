@@ -5,7 +5,7 @@ the other's remains (`Compared`). What was observed at further sites adds its ow
 """
 
 import threading
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -65,6 +65,10 @@ class Objective:
     def driven(self) -> Inflow | InletPressure:
         """What enters the root."""
         return self.compared.driven
+
+    def compared_with(self, compared: Compared) -> "Objective":
+        """Return the objective of the same models against other data."""
+        return replace(self, compared=compared, best=None)
 
     def run(self, x: np.ndarray) -> Run:
         """Simulate at the logarithms `x` of the free parameters; raises `NumericalError` where that cannot be."""

@@ -1,6 +1,6 @@
 """What a calibration returns: the optimum, how well the data determine it, and how it was found."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,11 +10,14 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.calibration.compared import Compared
+from vasowave.calibration.response import Response, in_words
+from vasowave.descriptions import AT_BOUND, MOST_LEFT, parameter_mark
 from vasowave.findings import Finding, texts
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
 from vasowave.notebook import card, upstairs
 from vasowave.recording import Recording
+from vasowave.solver.validity import STRAINED
 
 if TYPE_CHECKING:
     from vasowave.animal.result import AnimalResult
@@ -59,6 +62,9 @@ class Fit:
     sites : Dataset, optional
         What was observed at further sites, simulated, and predicted by the fit without each of them; and what that fit
         says of the parameters. See `beside.what_sites_add`.
+    response : dict
+        Lag (``pressure_lag``, s) and inertia (``pressure_inertia``, s²) of amplifier and catheter where fitted
+        (`Fitting`): ``value, error, prior``. The simulation is the pressure before them, the residual behind them.
 
     Examples
     --------
@@ -84,17 +90,23 @@ class Fit:
     S: float
     findings: tuple[Finding, ...]
     sites: xr.Dataset | None = None
+    response: Response = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        values = ", ".join(f"{name} {value:.4g}" for name, value in self.parameters["value"].items())
-        return f"Fit({self.wall} wall: {values}; S {self.S:.4g}, N {self.N}, RMSE {self.rmse:.3g} mmHg)"
+        values = ", ".join(f"{name} {row['value']:.4g}{_mark(row)}" for name, row in self.parameters.iterrows())
+        stopped = f"; {AT_BOUND} at a bound of its search" if AT_BOUND in values else ""
+        values += in_words(self.response)
+        first = f", {self.misses}; do not use its numbers" if self.misses else ""
+        return f"Fit({self.wall} wall{first}: {values}; S {self.S:.4g}, N {self.N}, RMSE {self.rmse:.3g} mmHg{stopped})"
 
     def _repr_html_(self) -> str:
-        facts = {
-            f"{name} [{row['unit']}]" if row["unit"] != "1" else str(name): f"{row['value']:.4g} "
+        facts = {"do not use": self.misses} if self.misses else {}
+        facts |= {
+            f"{name} [{row['unit']}]" if row["unit"] != "1" else str(name): f"{row['value']:.4g}{_mark(row)} "
             f"[{row['interval_low']:.3g}, {row['interval_high']:.3g}]{'' if row['free'] else ' (held)'}"
             for name, row in self.parameters.iterrows()
         }
+        facts["intervals"] = "by the recording alone; fit.summary() allows for errors of image, probe and zero, too"
         facts["S"] = (
             f"{self.S:.4g} mmHg² over {self.N} samples (harmonics 0 to {self.compared.harmonics}); root mean square "
             f"{self.rmse:.3g} mmHg"
@@ -132,6 +144,19 @@ class Fit:
     def rmse(self) -> float:
         """Root-mean-square residual, mmHg."""
         return float(np.sqrt(np.mean(self.residual**2)))
+
+    @property
+    def misses(self) -> str:
+        """Why its numbers must not be used, in words, as the report says; empty where they may be.
+
+        It leaves more than `MOST_LEFT` of the pulse pressure, and more than the error of the cycle, or strains a vessel
+        beyond what an artery survives.
+        """
+        share = self.rmse / self.recording.pulse_pressure
+        if share > MOST_LEFT and self.mean_square > self.compared.error_power().sum():
+            return f"misses the data by {100 * share:.2g} % of the pulse pressure"
+        strained = any(one.code == STRAINED.code for one in self.findings)
+        return "strains a vessel beyond what an artery survives" if strained else ""
 
     @property
     def total_resistance(self) -> float:
@@ -177,6 +202,9 @@ class Fit:
         own = {"bed": type(self.model.outlets), "fit": self, "blood": self.model.blood, "search": search}
         sites = self.compared.sites
         own["sites"] = () if sites is None else sites.observations
+        if self.response:
+            sds = {f"{name}_sd": one.prior for name, one in self.response.items()}
+            own["priors"] = upstairs("inference:Priors")(**sds)
         drawn: Posterior = upstairs("inference:posterior")(
             self.model.network, self.recording, type(self.model.wall), **own | settings
         )
@@ -205,3 +233,7 @@ class Fit:
         """
         page: Path = upstairs("report.write:write_report")([self.result], Path(folder), pdf=pdf)
         return page
+
+
+def _mark(row: pd.Series) -> str:
+    return parameter_mark(*row[["free", "at_bound", "determined"]])

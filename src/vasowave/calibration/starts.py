@@ -20,6 +20,7 @@ from vasowave.calibration.parameters import Space
 from vasowave.calibration.screening import knows, screened
 from vasowave.calibration.search import ROUGH, SearchEnd, search
 from vasowave.errors import NumericalError
+from vasowave.findings import look_kind, warn
 from vasowave.runtime.threads import threads
 from vasowave.solver.simulate import Numerics
 
@@ -31,12 +32,18 @@ SCOUT = "scout"
 UNSCREENED = "unscreened"
 """The same from where it was, where the linear model leads to what cannot be simulated."""
 
+NOT_KEPT = look_kind(
+    "fit.searches-not-kept",
+    "searches that an interrupted run had kept do not come out again ({count}), and were made anew; {remedy}",
+    "look who else writes into results/searches; nothing of it is in these results",
+)
 SAME = 1e-3
 """Share by which the S of starts may differ that ended at the same optimum."""
 
 DERIVATIVES = 3e-3
 """Exactness of derivatives while searching."""
 
+_AGAIN = 0.01  # mmHg, and share of the residual, by which an end that was kept may differ from its simulation here
 _NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
 _GAIN = 1e-2  # relative gain of S below which a start waits
 _BEYOND = 1.1  # ratio to the best S above which a start is left that its linear model does not lead below it either
@@ -103,11 +110,28 @@ def search_all(
     except KeyboardInterrupt:
         if not any(np.isfinite(one.S) for one in searched.values()):
             raise
+    if stages.refused:
+        warn(NOT_KEPT(count=len(stages.refused)), stacklevel=3)
     if not any(np.isfinite(one.S) for one in searched.values()):
         raise NumericalError(f"no start of the fit could be simulated; the first: {searched[0].message}")
     led = {number: _led(searched[lead], lead) for number, lead in enumerate(leads) if lead in searched}
     searched = led | searched
     return [searched[number] for number in sorted(searched)], stages.stop.is_set()
+
+
+def comes_again(objective: Objective, end: SearchEnd, begin: np.ndarray) -> bool:
+    """Whether the end of a search that was kept is one of this fit: simulated again it leaves the same residual.
+
+    One that could not be simulated is where its search began, and cannot be simulated now either.
+    """
+    if end.x.shape != begin.shape:
+        return False
+    if not np.isfinite(end.S):
+        return bool(end.S == np.inf and np.array_equal(end.x, begin) and not objective.can_be(begin))
+    if not objective.can_be(end.x) or end.residual.shape != (again := objective.residuals(end.x)).shape:
+        return False
+    size, off = (float(np.sqrt(np.mean(one**2))) for one in (again, end.residual - again))
+    return off <= _AGAIN * (1.0 + size) and bool(np.isclose(end.S, end.residual @ end.residual, rtol=1e-9, atol=0.0))
 
 
 def _led(end: SearchEnd, lead: int) -> SearchEnd:
@@ -128,6 +152,7 @@ class _Stages:
     progress: Progress | None
     ends: Ends | None
     reached: dict[int, SearchEnd] = field(default_factory=dict)
+    refused: list[int] = field(default_factory=list)
     stop: threading.Event = field(default_factory=threading.Event)
 
     def objective(self) -> Objective:
@@ -147,8 +172,11 @@ class _Stages:
     def end(self, stage: str, number: int, tolerance: float, enough: float) -> SearchEnd:
         """Return where a search ends, from what is known or by searching."""
         known = self.ends.find(stage, number) if self.ends is not None else None
+        begin = self.places[number] if stage in (SCOUT, UNSCREENED) else self.reached[number].x
+        if known is not None and not comes_again(self.objective(), known, begin):
+            self.refused.append(number)
+            known = None
         if known is None:
-            begin = self.places[number] if stage in (SCOUT, UNSCREENED) else self.reached[number].x
             known = search(self.objective(), begin, self.method, tolerance, enough)
             if self.ends is not None:
                 self.ends.keep(stage, number, known)

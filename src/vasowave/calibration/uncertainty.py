@@ -67,30 +67,46 @@ class Spread:
         Standard errors if every sample had independent noise.
     assumed : bool
         Whether the prior of the size of the noise decides; see `noise.spectrum`.
+    response : sequence of float
+        Standard errors of what is fitted of the response of the pressure, in SD of the prior.
     """
 
     covariance: np.ndarray
     independent: np.ndarray
     assumed: bool
+    response: Sequence[float] = ()
 
 
-def spread_of(space: Space, x: np.ndarray, jacobian: np.ndarray, residual: np.ndarray, compared: Compared) -> Spread:
+def spread_of(
+    space: Space,
+    x: np.ndarray,
+    jacobian: np.ndarray,
+    residual: np.ndarray,
+    compared: Compared,
+    of_response: np.ndarray | None = None,
+) -> Spread:
     """Return the spread of least-squares estimates under the error of the measurement and the model's discrepancy.
 
     The error is known from the beats; of the spectrum of the discrepancy the residual tells the rest. Its mean is
-    bounded by what the pressure falls along the vessels (`outlets.OF_DROP`).
+    bounded by what the pressure falls along the vessels (`outlets.OF_DROP`). `of_response` are the derivatives of
+    the residual by what was fitted of the response of the pressure, in SD of the prior.
     """
-    count = compared.samples
+    count, free = compared.samples, len(x)
     pressure, flow = compared.mean_state(residual[:count])
     drop = pressure - space.outlet_pressure - flow * total_resistance(space, x)
     of_mean = OF_DROP * max(drop, 0.0) * compared.per_pressure
     low, high = space.log_bounds
+    ranges = high - low
+    if of_response is not None:
+        jacobian = np.column_stack([jacobian, of_response])
+        ranges = np.append(ranges, np.full(jacobian.shape[1] - free, np.sqrt(12.0)))  # variance 1, as the prior
     known = known_variance(compared.error_power(), count)
     pulse, beside = compared.recording.pulse_pressure, _beside(compared, jacobian, residual)
     at_inlet = jacobian[:count]
     spectra = likely_spectra(residual[:count], at_inlet, pulse, known, of_mean, beside)
     independent = np.sqrt(np.diag(covariance(jacobian, residual)))
-    return Spread(least_squares_covariance(at_inlet, spectra, high - low, beside), independent, spectra.assumed)
+    whole = least_squares_covariance(at_inlet, spectra, ranges, beside)
+    return Spread(whole[:free, :free], independent[:free], spectra.assumed, tuple(np.sqrt(np.diag(whole)[free:])))
 
 
 def _beside(compared: Compared, jacobian: np.ndarray, residual: np.ndarray) -> Beside | None:

@@ -1,15 +1,14 @@
 """The command line. Heavy modules are imported where they are used, so that help answers at once."""
 
-import _thread
-import signal
 import sys
 import threading
 import warnings
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import typer
 
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
+from vasowave.runtime.interrupts import interrupt_main, is_interrupt
 
 # The order of import is the order of the help.
 # isort: off
@@ -42,6 +41,8 @@ def run() -> None:
         typer.echo(f"Error: {error}", err=True)
         sys.exit(WRONG_INPUT if isinstance(error, InputError) else FAILED)
     except Exception as error:
+        if is_interrupt(error):
+            _leave_interrupted()
         if not is_starved(error):
             raise
         typer.echo(
@@ -50,21 +51,18 @@ def run() -> None:
         sys.exit(FAILED)
     except SystemExit as leaving:
         if leaving.code == _INTERRUPTED:
-            typer.echo("Interrupted; nothing half-written was left.", err=True)
+            _leave_interrupted()
         raise
+
+
+def _leave_interrupted() -> NoReturn:
+    typer.echo("Interrupted; nothing half-written was left.", err=True)
+    sys.exit(_INTERRUPTED)
 
 
 def interrupt_again(lost: "UnraisableHookArgs") -> None:
     """Interrupt the program once more if Ctrl-C fell into a destructor, where Python drops every exception."""
     if issubclass(lost.exc_type, KeyboardInterrupt):
-        threading.Timer(_AGAIN, _interrupt_main).start()
+        threading.Timer(_AGAIN, interrupt_main).start()
     else:
         sys.__unraisablehook__(lost)
-
-
-def _interrupt_main() -> None:
-    """Interrupt the main thread, also while it sleeps or waits: only a signal to that thread wakes it."""
-    if hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
-    else:
-        _thread.interrupt_main()

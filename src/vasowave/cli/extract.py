@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import isfinite
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -53,7 +54,9 @@ def extract(
     from vasowave.imaging.extraction import extract as extracted
     from vasowave.imaging.kept.stages import Stages, forget_stages
     from vasowave.imaging.options import Options
+    from vasowave.io.files import alone_in
     from vasowave.report.extraction import check_extraction_folder, write_extraction
+    from vasowave.study.reading import home_of
 
     check_extraction_folder(output)
     options = Options(**given or {})
@@ -61,8 +64,9 @@ def extract(
     with _stages() as say:
         extraction = extracted(volume, options, say, stages)
         say("results")
-        page = write_extraction(extraction, output)
-        stages.save()
+        with alone_in(home_of(output)):
+            page = write_extraction(extraction, output)
+            stages.save()
     if not keep:
         forget_stages(output)
     typer.echo(repr(extraction.network))
@@ -217,19 +221,31 @@ def tidy(
     shortest: Annotated[
         float | None, typer.Option(help="Shortest vessel that is kept, in its own radii.", show_default="0.25", min=0.0)
     ] = None,
+    change: Annotated[
+        float | None,
+        typer.Option(help="Change of the input impedance that repairs may make, %.", show_default="1", min=0.0),
+    ] = None,
+    species: Annotated[
+        str, typer.Option(help="Whose heart rate and pressures it is computed for; by default by the root's size.")
+    ] = "",
 ) -> None:
     """Repair a network: join what does not divide, merge what is too short for a wave; every repair is listed."""
     from vasowave.errors import InputError
     from vasowave.io.files import check_file
-    from vasowave.network.tidying import SHORTEST, tidy
+    from vasowave.model.repairs import PROOF, tidy
+    from vasowave.network.tidying import SHORTEST
     from vasowave.network.vessel_table import write_network
     from vasowave.network_formats import read_network
 
     check_file(output)
     if output.exists() and output.samefile(network):
         raise InputError(f"{output}: would overwrite the network that is read; name another file with --output")
-    found = tidy(read_network(network, unit), SHORTEST if shortest is None else shortest)
+    allowed = PROOF.change if change is None else change / 100.0
+    least = SHORTEST if shortest is None else shortest
+    found = tidy(read_network(network, unit), least, change=allowed, species=species)
     write_network(found.network, output)
     for repair in found.repairs:
         typer.echo(f"{repair.code}: {repair}")
-    typer.echo(f"{found.summary() or 'Nothing had to be repaired'}. {found.network!r}: {output}")
+    if isfinite(found.alike):
+        typer.echo(f"Vessels in line whose radii differ by more than {100 * found.alike:g} % stay apart.")
+    typer.echo(f"{found.summary() or 'Nothing was repaired'}. {found.network!r}: {output}")

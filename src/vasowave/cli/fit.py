@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from vasowave.network.network import Network
     from vasowave.recording import Observation, Recording
     from vasowave.study.plan import Study
+    from vasowave.study.running import Done
 
 _OUTPUT = typer.Option("--output", "-o", help="Folder for results and report.")
 
@@ -46,23 +47,32 @@ def fit(
 def _fit(study: "Study") -> None:
     from vasowave.cli.progress import alive, tell
     from vasowave.cli.watching import watched
+    from vasowave.runtime.interrupts import interruptible
     from vasowave.study.reporting import report_study
-    from vasowave.study.results import read_results
+    from vasowave.study.run_status import running
     from vasowave.study.running import run_alone
-    from vasowave.study.single_animal import fit_sentences
 
-    with watched(study, as_json=False):
-        done = run_alone(study)
-    typer.echo(f"Results: {done.results}{'' if done.computed else ' (kept from earlier)'}")
-    (result,) = read_results(study.folder).in_order()
-    for sentence in fit_sentences(result, done.warnings.get(result.name, ())):
-        typer.echo(f"  {sentence}")
-    with alive("writing the report"):
-        page = report_study(study.folder)
+    with interruptible(), running(study.folder, 1) as run:
+        with watched(study, as_json=False):
+            done = run_alone(run, study)
+        _say_fit(done, study)
+        run.write(stage="writing the report")
+        with alive("writing the report"):
+            page = report_study(study.folder)
     typer.echo(f"Report: {page}")
     for one in done.failures:
         tell(f"failed: {one}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)
+
+
+def _say_fit(done: "Done", study: "Study") -> None:
+    from vasowave.study.results import read_results
+    from vasowave.study.single_animal import fit_sentences
+
+    typer.echo(f"Results: {done.results}{'' if done.computed else ' (kept from earlier)'}")
+    (result,) = read_results(study.folder).in_order()
+    for sentence in fit_sentences(result, done.warnings.get(result.name, ())):
+        typer.echo(f"  {sentence}")
 
 
 _DRAWS = typer.Option("--output", "-o", help="netCDF file of the draws, which arviz.from_netcdf reads.")
@@ -80,6 +90,7 @@ def posterior(
     bed: Annotated[str, models.BED] = "",
     animal: Annotated[str, models.ANIMAL] = "",
     draws: Annotated[int, typer.Option(help="Draws that are simulated and weighted.")] = 400,
+    trust: Annotated[bool, models.TRUST] = False,
     given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Say which parameters are compatible with one animal's recording when image and model are uncertain, too."""
@@ -88,6 +99,7 @@ def posterior(
     from vasowave.io.files import check_file
 
     check_file(output, models.DATA)
+    models.trust_programs(network, trust)
     (name, law), vessels, cycle, sites, settings = _known(
         network, recording or [], animal, (wall, bed), dict(given or {})
     )

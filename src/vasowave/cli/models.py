@@ -52,9 +52,20 @@ NARROW = typer.Option(
     help="A stenosis, web or band: share of the vessel's area that is closed, its length, and how many times stiffer "
     "it is (1, or of a suture 20). May be repeated.",
 )
+TRUST = typer.Option(
+    "--trust", help="Allow the programs that the study names (laws of its own) to run: read them first."
+)
 DATA = ".nc"
 """How the name of a netCDF file ends."""
 _OPENBF = (".yaml", ".yml")
+
+
+def trust_programs(study: Path, trust: bool) -> None:
+    """Allow the programs of a study to run, if that was asked for; say which."""
+    from vasowave.study.programs import trust_study
+
+    for path in trust_study(study) if trust else ():
+        typer.echo(f"allowed to run for this study: {path}", err=True)
 
 
 def model_from(

@@ -29,6 +29,8 @@ _REPEATED = {"outlets": "--outlet"}
 _CELLS = (
     *("period [s]", "wedge [mmHg]", "wedge wave", "sites", "ventricle"),
     *("block", "start [s]", "end [s]", "sampling rate [1/s]"),
+    *("zero [mmHg]", "pressure gain [1]", "pressure cutoff [Hz]", "pressure damping [1]", "pressure delay [s]"),
+    *("flow zero [ml/s]", "flow gain [1]", "flow cutoff [Hz]", "flow damping [1]", "flow delay [s]"),
 )
 """Columns of the table of animals that are options too."""
 

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import typer
 from rich.console import Console
 
+from vasowave.errors import printable
+
 if TYPE_CHECKING:
     from vasowave.study.overview import AnimalRead
     from vasowave.study.settings import StudyFile
@@ -44,7 +46,7 @@ def terminal_width() -> int:
 
 def tell(text: str, err: bool = False) -> None:
     """Print a sentence in lines that a terminal does not break within words; whole where there is no terminal."""
-    console = Console(stderr=err)
+    console, text = Console(stderr=err), printable(text)
     lines = textwrap.wrap(text, max(20, terminal_width()), subsequent_indent="  ", break_long_words=False,
                           break_on_hyphens=False)  # fmt: skip
     typer.echo("\n".join(lines) if console.is_terminal else text, err=err)

@@ -43,6 +43,7 @@ def simulate(
     friction: Annotated[str, models.FRICTION] = "",
     cell_size: Annotated[float | None, models.CELL] = None,
     accuracy: Annotated[float | None, models.ACCURACY] = None,
+    trust: Annotated[bool, models.TRUST] = False,
 ) -> None:
     """Simulate a network with nominal, given or fitted parameters and write the waveforms of every vessel."""
     from vasowave import solver
@@ -50,6 +51,7 @@ def simulate(
     from vasowave.io.files import check_file
 
     check_file(output, models.DATA)
+    models.trust_programs(network, trust)
     model, cycle = models.model_from(network, recording or [], (period, species), animal, (wall, bed), friction)
     model = models.narrowed_model(solver.changed_model(model, _pairs(values or [])), narrow or [])
     with waiting("simulating"):
@@ -97,6 +99,7 @@ def sweep(
     friction: Annotated[str, models.FRICTION] = "",
     cell_size: Annotated[float | None, models.CELL] = None,
     accuracy: Annotated[float | None, models.ACCURACY] = None,
+    trust: Annotated[bool, models.TRUST] = False,
 ) -> None:
     """Simulate every combination of parameter values; keeps the root's pressure and what each vessel has of it."""
     from vasowave import solver
@@ -109,6 +112,7 @@ def sweep(
         check_file(plot, *_PICTURES)
     if not vary:
         raise InputError("nothing to vary; give --vary NAME=VALUES, for example --vary beta=40,60,80")
+    models.trust_programs(network, trust)
     model, cycle = models.model_from(network, recording or [], (period, species), animal, (wall, bed), friction)
     grid = {name: _numbers(name, text) for name, text in _split(vary)}
     numerics, made, begun = models.numerics_from(cell_size, accuracy), [0, 0], time.monotonic()
@@ -255,10 +259,12 @@ def export(
     friction: Annotated[str, models.FRICTION] = "",
     cell_size: Annotated[float | None, models.CELL] = None,
     accuracy: Annotated[float | None, models.ACCURACY] = None,
+    trust: Annotated[bool, models.TRUST] = False,
 ) -> None:
     """Write a model and its waves for ParaView, MATLAB, openBF or svZeroDSolver."""
     from vasowave.exchange import export_model
 
+    models.trust_programs(network, trust)
     model, flow = models.model_from(network, recording or [], (period, species), animal, (wall, bed), friction)
     model, numerics = models.narrowed_model(model, narrow or []), models.numerics_from(cell_size, accuracy)
     said = export_model(model, flow, program, output, centerlines=centerlines, numerics=numerics)

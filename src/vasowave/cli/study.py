@@ -1,5 +1,7 @@
-"""Commands on a study: demo, new, check, run, report."""
+"""Commands on a study: demo, new, check, run, status, stop, report."""
 
+import os
+import platform
 import shlex
 import sys
 import time
@@ -9,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vasowave.cli import models
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
 from vasowave.cli.progress import alive, show_read, tell, waiting
 from vasowave.runtime.threads import cores
@@ -18,6 +21,8 @@ if TYPE_CHECKING:
 
     from vasowave.study.plan import Study
     from vasowave.study.problems import Problem
+    from vasowave.study.run_status import RunRecord
+    from vasowave.study.running import Done
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
 _STATUS = typer.Argument(help="The folder of a study or of a fit, or a study.yaml.")
@@ -120,7 +125,7 @@ def add(
         tell(f"error: not added: {why}")
     errors = sum(problem.error for problem in problems)
     if len(own) < len(problems):
-        tell(f"{_counted(len(problems) - len(own), 'problem')} of animals that were there: see vasowave check "
+        tell(f"{_counted(len(problems) - len(own), 'finding')} of animals that were there: see vasowave check "
              f"{_typed(place)}")  # fmt: skip
     if errors:
         tell(f"{_counted(errors, 'error')} to mend in the study: see vasowave check {_typed(place)}")
@@ -166,7 +171,7 @@ def _ask(question: str, proposal: str) -> str:
 
 
 @app.command(epilog="Example: vasowave check my-study")
-def check(study: Annotated[Path, _STUDY] = Path()) -> None:
+def check(study: Annotated[Path, _STUDY] = Path(), trust: Annotated[bool, models.TRUST] = False) -> None:
     """Say everything that is wrong or odd about a study. Exit status 1 if it cannot run like this.
 
     When nothing is wrong, what the study will compare is written with the time into declared.json.
@@ -174,6 +179,7 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
     from vasowave.study.checking import check_study
     from vasowave.study.plan import declare, read_study
 
+    models.trust_programs(study, trust)
     problems, read, settings, design = check_study(study)
     errors = [problem for problem in problems if problem.error]
     if settings is not None and read:
@@ -201,8 +207,10 @@ def run(
     report: Annotated[bool, typer.Option(help="Make the report too.")] = True,
     pdf: Annotated[bool | None, typer.Option(help="Write the report as PDF too.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Tell every step as a line of JSON, for programs.")] = False,
+    trust: Annotated[bool, models.TRUST] = False,
 ) -> None:
     """Do the study. After an interruption of any kind, run it again: it goes on where it was."""
+    models.trust_programs(study, trust)
     _run(study, workers, scheduler, report, pdf, as_json)
 
 
@@ -214,6 +222,7 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
     """
     from vasowave.study.plan import inspect_study
     from vasowave.study.problems import refuse
+    from vasowave.study.programs import NOT_RUN
     from vasowave.study.reading import study_path
     from vasowave.study.status import fit_status, study_status
 
@@ -222,7 +231,7 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
     errors = [problem for problem in problems if problem.error]
     if plan is None:
         refuse(errors)
-    animals, runner = study_status(plan) if plan is not None else alone or ((), None)
+    animals, runner, run = study_status(plan) if plan is not None else alone or ((), None, None)
     for one in animals:
         tell(f"{one.animal}: {one}")
     done, lost = (sum(one.state == state for one in animals) for state in ("done", "failed"))
@@ -230,11 +239,26 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
         f"{done} of {_counted(len(animals), _row_of(plan))} done; "
         + (f"{lost} failed; " if lost else "")
         + (f"being run by {runner}" if runner else "not being run")
+        + (f": {run.stage}" if run is not None and run.ended is None else "")
     )
+    if run is not None and (run.ended or run.stopped_by):
+        tell(str(run))
     if plan is not None and not errors and (said := _earlier(plan)):
         tell(f"The results are of an earlier {said}; vasowave run {_typed(study)} writes them anew, with the report")
-    _tell_problems(errors)
+    _tell_problems(errors + [one for one in problems if one.finding.code == NOT_RUN.code])
     raise typer.Exit(1 if errors else 0)
+
+
+@app.command(epilog="Example: vasowave stop my-study")
+def stop(study: Annotated[Path, _STATUS] = Path()) -> None:
+    """Ask the run of a study to stop, wherever it runs; once more, some seconds later, end it at once."""
+    from vasowave.study.plan import RESULTS
+    from vasowave.study.reading import study_path
+    from vasowave.study.run_status import ask_to_stop
+
+    folder = study if study.is_dir() else study_path(study).parent
+    said = ask_to_stop(folder / RESULTS, f"vasowave stop (process {os.getpid()} on {platform.node()})")
+    typer.echo(f"{said[0].upper()}{said[1:]}.")
 
 
 def _row_of(plan: "Study | None") -> str:
@@ -265,38 +289,24 @@ def _run(
     as_json: bool = False,
 ) -> None:
     from vasowave.animal.failure import as_plain
-    from vasowave.cli.watching import event, watched
+    from vasowave.cli.watching import event
+    from vasowave.runtime.interrupts import interruptible
     from vasowave.study.checking import doubled_animals
     from vasowave.study.plan import read_study
     from vasowave.study.problems import refuse
-    from vasowave.study.reporting import missing_of, report_study
-    from vasowave.study.running import run_study
+    from vasowave.study.reporting import missing_of
+    from vasowave.study.run_status import running
 
     plan = read_study(study)
     refuse(doubled_animals(plan))
     say = (lambda text: None) if as_json else typer.echo
     say(f"{_counted(len(plan.animals), _row_of(plan))}.")
-    begun = time.monotonic()
     try:
-        with watched(plan, as_json) as show:
-            done = run_study(plan, workers=workers, scheduler=scheduler, progress=show.step)
+        with interruptible(), running(plan.folder, len(plan.animals)) as run:
+            done, page = _run_and_report(run, plan, workers, scheduler, report, pdf, as_json)
     except KeyboardInterrupt:
         typer.echo("What had finished is kept, every search of a fit too; run it again to go on.", err=True)
         raise typer.Exit(130) from None
-    say(
-        f"{_counted(len(done.computed), _row_of(plan))} computed"
-        + (f" ({len(done.resumed)} from searches that were kept)" if done.resumed else "")
-        + f", {len(done.kept)} kept from earlier, {len(done.lost)} failed."
-    )
-    computed = time.monotonic()
-    say(f"Results: {done.results} ({computed - begun:.0f} s)")
-    answers: list[tuple[str, str]] = []
-    with nullcontext() if as_json else alive("writing the report"):
-        page = report_study(plan.path, pdf, workers or cores(), tell=answers.extend) if report else None
-    for question, answer in answers:
-        say(f"{question}{'' if question.endswith('?') else ':'} {answer}")
-    if page is not None:
-        say(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
     if as_json:
         missing = [one.as_plain() for one in missing_of(plan.path)] if done.failures else []
         warned = [{"animal": name, "code": one.code, "text": str(one)}
@@ -310,6 +320,36 @@ def _run(
     for one in done.failures:
         typer.echo(f"failed: {one.animal}: {one}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)
+
+
+def _run_and_report(
+    run: "RunRecord", plan: "Study", workers: int | None, scheduler: str | None, report: bool, pdf: bool | None,
+    as_json: bool,
+) -> "tuple[Done, Path | None]":  # fmt: skip
+    """Do a study within a run that has begun, and write its report; say both."""
+    from vasowave.cli.watching import watched
+    from vasowave.study.reporting import report_study
+    from vasowave.study.running import analyze_study
+
+    say, begun = (lambda text: None) if as_json else typer.echo, time.monotonic()
+    with watched(plan, as_json) as show:
+        done = analyze_study(run, plan, workers=workers, scheduler=scheduler, progress=show.step)
+    say(
+        f"{_counted(len(done.computed), _row_of(plan))} computed"
+        + (f" ({len(done.resumed)} from searches that were kept)" if done.resumed else "")
+        + f", {len(done.kept)} kept from earlier, {len(done.lost)} failed."
+    )
+    computed = time.monotonic()
+    say(f"Results: {done.results} ({computed - begun:.0f} s)")
+    answers: list[tuple[str, str]] = []
+    run.write(stage="writing the report" if report else run.status.stage)
+    with nullcontext() if as_json else alive("writing the report"):
+        page = report_study(plan.path, pdf, workers or cores(), tell=answers.extend) if report else None
+    for question, answer in answers:
+        say(f"{question}{'' if question.endswith('?') else ':'} {answer}")
+    if page is not None:
+        say(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
+    return done, page
 
 
 @app.command("report", epilog="Example: vasowave report my-study")

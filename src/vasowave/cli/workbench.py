@@ -26,7 +26,6 @@ def open_workbench(
     """
     import os
     import sys
-    import webbrowser
     from importlib.util import find_spec
 
     from vasowave.errors import EXTRAS, InputError
@@ -34,6 +33,8 @@ def open_workbench(
     missing = [name for name in ("starlette", "uvicorn") if find_spec(name) is None]
     if missing:
         raise InputError(f"the workbench needs {' and '.join(missing)}, the extra 'workbench': {EXTRAS}")
+    from vasowave.workbench.access import Guarded
+    from vasowave.workbench.browser import in_a_browser, remove
     from vasowave.workbench.opening import opened
     from vasowave.workbench.server import serve
 
@@ -41,12 +42,16 @@ def open_workbench(
     for sentence in said:
         typer.echo(sentence)
 
-    def tell(address: str) -> None:
+    files: list[Path | None] = []
+
+    def tell(address: str, guard: Guarded) -> None:
         typer.echo(f"Workbench: {address}{desk}\nCtrl-C ends it. The address carries a key; give it to nobody.")
         if browser:
-            webbrowser.open(address + desk)
+            files.append(in_a_browser(address, desk, guard))
 
     goes_on = serve(folder, port, tell, image)
+    for file in filter(None, files):  # of a browser that never came
+        remove(file)
     typer.echo("Ended." + (f" The run goes on; see vasowave status {folder}" if goes_on else ""))
     sys.stdout.flush()
     os._exit(0)  # at once: nobody waits for what is still being read, and files are written whole or not at all

@@ -14,11 +14,12 @@ from vasowave.animal.law_result import LawResult
 from vasowave.animal.result import AnimalResult, as_chosen, network_dataset
 from vasowave.cohort.declared import Declaration
 from vasowave.cohort.design import Design
+from vasowave.cohort.lungs import Lungs, lungs_of
 from vasowave.cohort.table import cohort_table, columns, rows_of
 from vasowave.cohort.variables import Variable
 from vasowave.cohort.votes import Ballots, misfits, stored
 from vasowave.errors import InputError
-from vasowave.quantities import INDICES
+from vasowave.quantities import INDICES, QUANTITIES, RECORDED
 
 _MOST_LEVELS = 6
 """Levels of a column that are described one by one; a dose or time of more is a number, not a few classes."""
@@ -85,6 +86,8 @@ class Cohort:
         How they were laid out.
     declared : tuple of Declaration
         What the study said that it would compare, and when.
+    lung_sd : float, optional
+        How much the lungs of one group differ, as the lab tells it; see `lungs`.
     """
 
     groups: dict[str, list[AnimalResult]]
@@ -94,6 +97,18 @@ class Cohort:
     variables: Mapping[str, Variable] = field(default_factory=dict)
     design: Design = field(default_factory=Design)
     declared: tuple[Declaration, ...] = ()
+    lung_sd: float | None = None
+
+    @cached_property
+    def lungs(self) -> Lungs:
+        """How much the lungs of one group differ, by one result of each animal."""
+        first = {subject: name for name, subject in reversed(self.subjects.items())}
+        groups = {
+            group: [result for result in results if first[self.subjects[result.name]] == result.name]
+            for group, results in self.groups.items()
+        }
+        words = self.variables["image"].levels if "image" in self.variables else {}
+        return lungs_of(groups, words, self.lung_sd)
 
     @cached_property
     def results(self) -> list[AnimalResult]:
@@ -121,6 +136,11 @@ class Cohort:
         known = self.variables.get(self.design.subject or "")
         levels = {} if known is None else known.levels
         return {result.name: levels.get(result.name, result.name) for result in self.results}
+
+    @property
+    def members(self) -> dict[str, str]:
+        """The group of every result, by the result's name."""
+        return {result.name: result.group for result in self.results}
 
     @property
     def repeated(self) -> bool:
@@ -180,12 +200,12 @@ class Cohort:
     @cached_property
     def symbols(self) -> dict[str, str]:
         """Symbol of every quantity, as stored."""
-        return self._said("symbol")
+        return self._said("symbol") | {name: QUANTITIES[name].symbol for name in RECORDED}
 
     @cached_property
     def meanings(self) -> dict[str, str]:
         """What every quantity is, in words; a model's go before those of a measured index, which are special."""
-        return self._said("long_name")
+        return {name: QUANTITIES[name].meaning for name in RECORDED} | self._said("long_name")
 
     def _said(self, attribute: str) -> dict[str, str]:
         said: dict[str, str] = {}

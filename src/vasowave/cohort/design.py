@@ -21,6 +21,12 @@ def _as_titled(name: Any) -> Any:
     return name.lower() if isinstance(name, str) else name
 
 
+MIN_TIMES = 3
+"""Times of a design from which on recordings of a subject that are near in time may be more alike than those far
+apart."""
+DRIFT = "subjects: drift"
+"""The variance component of what they have in common beyond their subject."""
+
 Column = Annotated[str, BeforeValidator(_as_titled), MinLen(1)]
 
 
@@ -203,7 +209,8 @@ def laid_out(
     basis = turned[sizes > 1e-9 * sizes[0]].T
     means = np.column_stack([coefficients, np.zeros((len(pairs), len(covariates)))])
     subject = tuple(known[design.subject].levels[one] for one in animals) if design.subject else animals
-    random = _random(design, known, animals, cell, subject, whole @ basis)
+    near = _nearness(second, animals) if design.subject and not design.factor else None
+    random = _random(design, known, animals, cell, subject, whole @ basis, near)
     owners = [name for name in design.covariates for _ in covariate_columns(known[name], animals)]
     table = Cells(pairs, np.bincount(cell, minlength=len(pairs)) > 0, means, whole, owners, design.second or "")
     asked = list(_contrasts(design, groups, levels, pairs, cells, second))
@@ -252,22 +259,40 @@ def covariate_columns(one: Variable, animals: Sequence[str]) -> list[np.ndarray]
             for here in one.order[:-1] if here in levels]  # fmt: skip
 
 
+def _nearness(occasion: Variable | None, animals: Sequence[str]) -> np.ndarray | None:
+    """Return 1 for rows of one time down to 0 for the first and the last, by the time between; None of few times.
+
+    Times that are words are equally far apart, in their order.
+    """
+    if occasion is None or len(occasion.order) < MIN_TIMES:
+        return None
+    place = {level: float(number) for number, level in enumerate(occasion.order)}
+    times = np.array([occasion.numbers.get(animal, place[occasion.levels[animal]]) for animal in animals])
+    between = np.abs(np.subtract.outer(times, times))
+    return np.asarray(1 - between / max(float(between.max()), 1e-300))
+
+
 def _random(
     design: Design, known: Mapping[str, Variable], animals: Sequence[str], cell: np.ndarray, subject: Sequence[str],
-    fixed: np.ndarray,
+    fixed: np.ndarray, near: np.ndarray | None,
 ) -> dict[str, np.ndarray]:  # fmt: skip
-    """Return the variance components; cells have each their own where no subject is in two and each tells enough."""
+    """Return the variance components; cells have each their own where no subject is in two and each tells enough.
+
+    Subjects that are recorded three times or more also drift: their recordings are the more alike the nearer they are,
+    by a covariance, linear in a variance, that falls in a straight line with the time between them. All cells share it.
+    """
     blocks = {name: _same([known[name].levels[animal] for animal in animals]) for name in design.blocks}
     same = _same(subject)
+    drifts = [] if near is None else [{DRIFT: same * near}]
     strata = _strata(cell, subject)
     found: dict[str, np.ndarray] = {}
-    for parts in (strata, np.zeros_like(strata)):
+    for drift, parts in product([*drifts, {}], (strata, np.zeros_like(strata))):
         found = {}
         for part in np.unique(parts):
             inside = np.outer(parts == part, parts == part)
             found[f"animals {part}"] = np.eye(len(animals)) * inside
             found[f"subjects {part}"] = same * inside
-        found |= blocks
+        found |= drift | blocks
         found = {name: one for name, one in found.items() if name.startswith("animals") or not is_diagonal(one)}
         if min(np.bincount(parts)[np.unique(parts)]) > 2 and not _confounded(found, fixed):
             return found

@@ -8,10 +8,10 @@ import numpy as np
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.contrast import Contrast
-from vasowave.cohort.design import Layout, covariate_columns, laid_out
+from vasowave.cohort.design import DRIFT, Layout, covariate_columns, laid_out
 from vasowave.cohort.estimates import Estimates
 from vasowave.cohort.mixed import Effect, MixedFit, Structure, fit_mixed
-from vasowave.cohort.simultaneous import Fitted, joint
+from vasowave.cohort.simultaneous import Fitted, Joint, joint
 from vasowave.cohort.variables import Variable
 from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError
@@ -93,24 +93,36 @@ def occasions_apart(cohort: Cohort, values: Values | None) -> float:
         return 0.0
     if len(set(one.layout.subject)) == len(one.layout.subject):
         return 0.0
-    own = [place for place, name in enumerate(one.layout.random) if name.startswith("animals")]
-    rows = [float(np.trace(one.structure.random[place])) for place in own]
-    return float(np.sqrt(np.average(one.fit.components[own], weights=rows)))
+    labels = np.array(one.layout.subject)
+    again = (labels[:, np.newaxis] == labels) & ~np.eye(len(labels), dtype=bool)
+    return float(np.sqrt(sum(
+        component * (np.trace(random) / len(labels) - random[again].mean())
+        for name, component, random in zip(one.layout.random, one.fit.components, one.structure.random, strict=True)
+        if name.startswith("animals") or name == DRIFT
+    )))  # fmt: skip
 
 
 def rows_of_design(found: Sequence[Modeled]) -> tuple[list[dict[str, object]], float]:
-    """Return a row for every effect of every quantity, and the critical p of one row by itself."""
+    """Return a row for every effect of every quantity, and the critical p of one row by itself.
+
+    Effects that are not tested are outside the family, and each of their intervals holds by itself.
+    """
+    tested = [[not _image_unknown(one, contrast) for contrast in one.contrasts] for one in found]
     animals = {
         name: place for place, name in enumerate(dict.fromkeys(name for one in found for name in one.layout.animals))
     }
     models = [
         Fitted(one.fit, np.array([animals[name] for name in one.layout.animals]),
-               np.array([one.weights(contrast) for contrast in one.contrasts]))
-        for one in found
+               np.array([one.weights(contrast) for contrast in one.contrasts])[own])
+        for one, own in zip(found, tested, strict=True) if any(own)
     ]  # fmt: skip
-    together = joint(models)
-    p = iter(together.p.tolist())
-    rows = [_row(one, contrast, next(p), together.critical) for one in found for contrast in one.contrasts]
+    together = joint(models) if models else Joint(np.empty(0), 1 - LEVEL)
+    p, alone = iter(together.p.tolist()), (np.nan, 1 - LEVEL)
+    rows = [
+        _row(one, contrast, *((next(p), together.critical) if asked else alone))
+        for one, own in zip(found, tested, strict=True)
+        for contrast, asked in zip(one.contrasts, own, strict=True)
+    ]
     return rows, together.critical
 
 
@@ -136,15 +148,14 @@ def _row(one: Modeled, contrast: Contrast, p: float, critical: float) -> dict[st
             for side in (contrast.first, contrast.second)
         ]
     first, second = (_subjects(layout, side) for side in (contrast.first, contrast.second))
-    untested = _image_unknown(one, contrast)
     row = {
         "reference": contrast.reference, "other": contrast.other, "question": question_of(one.values.name),
         "quantity": one.values.name, "source": one.values.source, "n reference": len(first), "n other": len(second),
         "n both": len(first & second),
         "mean reference": means[0], "mean other": means[1],
         "unit": one.values.unit if contrast.of_values else "1", "ratio": value, "low": low, "high": high,
-        "standard error": effect.error, "df": effect.freedom, "p": np.nan if untested else p,
-        "untested": "one image" if untested else "", "smallest p": np.nan,
+        "standard error": effect.error, "df": effect.freedom, "p": p,
+        "untested": "one image" if np.isnan(p) else "", "smallest p": np.nan,
         "apart": False, "estimates": one.values.known.origin, "what": contrast.what,
         "change": contrast.change, "within": contrast.within,
     }  # fmt: skip

@@ -10,7 +10,10 @@ from vasowave.animal.law_result import PosteriorResult
 from vasowave.animal.result import AnimalResult
 from vasowave.descriptions import NORMAL
 from vasowave.inference.known_errors import SHARED
-from vasowave.quantities import INDICES
+from vasowave.quantities import INDICES, RECORDED
+
+UNDETERMINED = 1.0
+"""Standard error of a logarithm above which an estimate tells nothing: its interval of 95 % spans a factor of 50."""
 
 
 class Estimates(NamedTuple):
@@ -31,6 +34,10 @@ class Estimates(NamedTuple):
         ``posterior``, ``fit``, or ``plain`` without errors.
     told : bool
         Whether the error of the image is part of the errors.
+    per_radius : array, shape (animal,)
+        Change of the logarithm per change of the logarithm of all radii; 0 where nothing tells it.
+    lung_sd : float
+        How much the lungs of one group differ, as far as `shared` allows for it; see `of_lungs`.
     """
 
     logs: np.ndarray
@@ -39,11 +46,29 @@ class Estimates(NamedTuple):
     label: np.ndarray
     origin: str
     told: bool
+    per_radius: np.ndarray
+    lung_sd: float = 0.0
+
+    def of_lungs(self, sd: float) -> "Estimates":
+        """Return the same estimates where the lung of a shared image differs by `sd` from those of its animals.
+
+        The SD is that of the logarithm of all radii between lungs. It moves all animals of the image alike; that of an
+        animal with an image of its own lung is a part of what animals differ.
+        """
+        several = np.bincount(self.label[0])[self.label[0]] > 1
+        more = np.where(several, (sd**2 - self.lung_sd**2) * self.per_radius**2, 0.0)
+        image = np.sqrt(np.maximum(self.shared[0] ** 2 + more, 0.0))
+        return self._replace(shared=np.vstack([image, self.shared[1:]]), lung_sd=sd)
+
+    def alike_within(self, cell: Sequence[str]) -> "Estimates":
+        """Return the same estimates with the `typical_errors` of the cell (group, occasion) of each animal."""
+        return self._replace(errors=typical_errors(self.errors, cell))
 
     def of(self, kept: np.ndarray | slice) -> "Estimates":
         """Return the estimates of some animals."""
         shared, label = self.shared[:, kept], self.label[:, kept]
-        return self._replace(logs=self.logs[kept], errors=self.errors[kept], shared=shared, label=label)
+        logs, errors, slopes = self.logs[kept], self.errors[kept], self.per_radius[kept]
+        return self._replace(logs=logs, errors=errors, shared=shared, label=label, per_radius=slopes)
 
     def by_animal(self, names: Sequence[str]) -> "Estimates":
         """Return one estimate for each animal, the mean of its recordings, from whose each recording is."""
@@ -53,7 +78,8 @@ class Estimates(NamedTuple):
         errors = np.sqrt(np.bincount(animal, self.errors**2)) / count  # those of each recording alone
         shared = np.array([np.bincount(animal, row) / count for row in self.shared])
         logs = np.bincount(animal, self.logs) / count
-        return self._replace(logs=logs, errors=errors, shared=shared, label=self.label[:, first])
+        slope = np.bincount(animal, self.per_radius) / count
+        return self._replace(logs=logs, errors=errors, shared=shared, label=self.label[:, first], per_radius=slope)
 
     @property
     def covariance(self) -> np.ndarray:
@@ -64,36 +90,72 @@ class Estimates(NamedTuple):
 
 
 def estimates_of(
-    results: Sequence[AnimalResult], source: str, name: str, shares: Mapping[str, Mapping[str, str]] | None = None
+    results: Sequence[AnimalResult],
+    source: str,
+    name: str,
+    shares: Mapping[str, Mapping[str, str]] | None = None,
+    posteriors: bool = True,
 ) -> Estimates:
     """Return what is known of a quantity of a source, a wall law or ``measured``, in animals that have it.
 
-    `shares` says by column of `SHARED` and animal what it shares with others of the same word.
+    `shares` says by column of `SHARED` and animal what it shares with others of the same word. Without `posteriors`
+    fits tell it even where all animals have a posterior.
     """
-    label = np.array([_labels(results, column, (shares or {}).get(column, {})) for column in SHARED])
+    label = np.array([numbered(results, column, (shares or {}).get(column, {})) for column in SHARED])
     drawn = [one for result in results if (one := _posterior(result, source, name)) is not None]
-    if results and len(drawn) == len(results):
+    if posteriors and results and len(drawn) == len(results):
         middle, spread, share = (np.array(part) for part in zip(*(_drawn(one, name) for one in drawn), strict=True))
-        return _estimates(middle, spread, share.T, label, "posterior", told=True)
-    values = [result.sources[source].quantities[name] for result in results]
+        slopes = np.array([_drawn_per_radius(one, name) for one in drawn])
+        return _estimates((middle, spread, slopes), share.T, label, "posterior", told=True)
+    values = [result.sources[source].quantities[RECORDED.get(name, name)] for result in results]
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(np.array([float(value) for value in values]))
     errors = np.array([_log_error(value) for value in values])
+    slopes = np.array([float(value.attrs.get("per_radius", 0.0)) for value in values])
     if not np.all(np.isfinite(errors)):
-        return _estimates(logs, np.zeros(len(logs)), np.zeros(label.shape), label, "plain", told=False)
+        return _estimates((logs, np.zeros(len(logs)), slopes), np.zeros(label.shape), label, "plain", told=False)
     share = np.array([[float(value.attrs.get(f"share_{column}", 0.0)) for value in values] for column in SHARED])
-    told = all("share_image" in value.attrs for value in values) and bool(np.all(share[0] > 0))
-    return _estimates(logs, errors, share, label, "fit", told)
+    known = np.array(["share_image" in value.attrs for value in values], dtype=bool)
+    told = 2 * known.sum() >= len(known) and bool(np.all(share[0, known] > 0))
+    if told and not known.all():  # an animal beside whose optimum no model runs has the errors that are usual here
+        errors[~known] = np.maximum(errors[~known], np.median(errors[known]))
+        slopes[~known] = np.median(slopes[known])
+        share[:, ~known] = np.median(share[:, known], axis=1, keepdims=True)
+    return _estimates((logs, errors, slopes), share, label, "fit", told)
 
 
 def _estimates(
-    logs: np.ndarray, spread: np.ndarray, share: np.ndarray, label: np.ndarray, origin: str, told: bool
+    values: tuple[np.ndarray, np.ndarray, np.ndarray], share: np.ndarray, label: np.ndarray, origin: str, told: bool
 ) -> Estimates:
-    """Return estimates whose errors are split into those that several animals share and each animal's own."""
+    """Return estimates whose errors are split into those that several animals share and each animal's own.
+
+    `values` are the logarithms, their standard errors, and their changes with the radii.
+    """
+    logs, spread, slopes = values
     several = np.array([np.bincount(row)[row] > 1 for row in label])
     shared = np.where(several, spread * np.sqrt(share), 0.0)
     own = np.sqrt(np.maximum(spread**2 - (shared**2).sum(axis=0), 0.0))
-    return Estimates(logs, own, shared, label, origin, told)
+    return Estimates(logs, own, shared, label, origin, told, slopes)
+
+
+def typical_errors(errors: np.ndarray, cell: Sequence[str]) -> np.ndarray:
+    """Return for every animal the median error of its cell, so that its weight does not know its value.
+
+    An error that is constant in the quantity's unit (of a share near 0), or in that of its inverse (of a compliance),
+    is large in the logarithm where the value is small, or large; weights by such errors move a mean towards the other
+    animals. Errors above `UNDETERMINED` stay: of such an animal the data tell nothing, and it counts as little.
+
+    Parameters
+    ----------
+    errors : array, shape (animal,)
+        Standard errors of logarithms.
+    cell : sequence of str
+        Group, or group and occasion, of each.
+    """
+    number = np.unique(cell, return_inverse=True)[1]
+    medians = np.array([np.median(errors[number == place]) for place in range(1 + number.max(initial=-1))])
+    typical = medians[number] if len(number) else errors
+    return np.where(errors > UNDETERMINED, errors, typical)
 
 
 def shared_error(one: Estimates, other: np.ndarray) -> float:
@@ -146,7 +208,16 @@ def _drawn(posterior: PosteriorResult, name: str) -> tuple[float, float, list[fl
     return float(logs.mean()), float(logs.std(ddof=1)), [float(one.get(f"share_{column}", 0.0)) for column in SHARED]
 
 
-def _labels(results: Sequence[AnimalResult], column: str, words: Mapping[str, str]) -> np.ndarray:
+def _drawn_per_radius(posterior: PosteriorResult, name: str) -> float:
+    """Return the slope of the logarithms of a quantity's draws over those of the factor of all radii, 0 without it."""
+    if "radius_scale" not in posterior.table["quantity"].values:
+        return 0.0
+    logs, radii = (np.log(posterior.draws(one)).ravel() for one in (name, "radius_scale"))
+    spread = float(radii.var())
+    return float(np.mean((logs - logs.mean()) * (radii - radii.mean()))) / spread if spread > 0 else 0.0
+
+
+def numbered(results: Sequence[AnimalResult], column: str, words: Mapping[str, str]) -> np.ndarray:
     """Return a number for what each animal has of a column, the same for equal words.
 
     Without a word an image is that of equal networks, and anything else the animal's own.

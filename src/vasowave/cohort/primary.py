@@ -4,15 +4,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import comb
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pandas as pd
+from annotated_types import Ge, Le
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.designed import Modeled, Values, beside, covariate_effects, modeled, rows_of_design
 from vasowave.cohort.estimates import Estimates, estimates_of, image_unknown, shared_error
+from vasowave.cohort.lungs import Lungs, tipping_radius
 from vasowave.cohort.missing import Missing, missing_animals
 from vasowave.cohort.pooling import Ratio, pooled_ratio
 from vasowave.cohort.simultaneous import Row, Simultaneous, simultaneous
@@ -33,9 +35,17 @@ class Family:
     law: str | None = None
     """Wall law whose quantities are primary. Empty: the first of `calibration.walls`, by default the law with the
     fewest parameters, which recordings determine best; the other laws stand beside it without a p."""
-    quantities: tuple[str, ...] = ("mPAP", "CO", "PVR", "stiffness", "wave_speed", "C_p", "tau", "a", "I_R")
-    """Of the recording (HR, CO, mPAP, …) and of the model, one family for one p. By default one or a few for each
-    question: pressure and flow, stiffness of the large arteries, small vessels, waves."""
+    quantities: tuple[str, ...] = (
+        "mPAP", "CO", "PVR", "measured_Z_c", "pPAP_over_SV", "stiffness", "wave_speed", "measured_C_T", "C_p", "tau",
+        "a", "measured_I_R", "I_R",
+    )  # fmt: skip
+    """Of the recording (HR, CO, mPAP, …, measured_Z_c, measured_C_T, measured_tau, measured_I_R, pPAP_over_SV) and of
+    the model, one family for one p. By default a few for each question (pressure and flow, large arteries, small
+    vessels, waves), by the recording alone, which needs no image of vessels, and by the model."""
+    lung_sd: Annotated[float, Ge(0), Le(1)] | None = None
+    """How much the lungs of one group differ: SD of the logarithm of all radii between them. An image that animals
+    share is of one lung, so that this moves all of them alike. Empty: 0.09, of mice of one strain, or nearer to what
+    the roots' radii show where several lungs of a group were imaged. 0: every lung is like the imaged one."""
 
 
 class Compared(NamedTuple):
@@ -48,6 +58,8 @@ class Compared(NamedTuple):
         Animals of both groups that have it.
     known : Estimates
     other : array of bool, shape (animal,)
+    fits : Estimates, optional
+        What the fits tell where `known` is of posteriors.
     """
 
     name: str
@@ -56,11 +68,17 @@ class Compared(NamedTuple):
     results: list[AnimalResult]
     known: Estimates
     other: np.ndarray
+    fits: Estimates | None = None
 
     @property
     def names(self) -> list[str]:
         """Names of the animals."""
         return [result.name for result in self.results]
+
+    @property
+    def untested(self) -> "Untested":
+        """Why its row has no p."""
+        return Untested.ONE_IMAGE if image_unknown(self.known, self.other, self.source) else Untested.NO
 
     @property
     def shared(self) -> float:
@@ -72,6 +90,29 @@ class Compared(NamedTuple):
         one, other = self.known.of(kept), self.other[kept]
         reference = one.logs[~other], one.errors[~other]
         return pooled_ratio(reference, (one.logs[other], one.errors[other]), level, shared_error(one, other))
+
+    def tipping_lung_sd(self, critical: float) -> float:
+        """Return how much the lungs of one group may differ for the interval still to exclude 1.
+
+        SD of the logarithm of all radii. NaN where the interval holds 1 even if all lungs are alike, infinite where it
+        excludes 1 though lungs differ by `_MOST_LUNGS`.
+        """
+
+        def excludes(sd: float) -> bool:
+            ratio = self._replace(known=self.known.of_lungs(sd)).ratio(level=1 - critical)
+            return not ratio.low <= 1 <= ratio.high
+
+        if not excludes(0.0) or excludes(_MOST_LUNGS):
+            return np.inf if excludes(0.0) else np.nan
+        low, high = 0.0, _MOST_LUNGS
+        while high - low > _LUNG_STEP:
+            middle = (low + high) / 2
+            low, high = (middle, high) if excludes(middle) else (low, middle)
+        return low
+
+
+_MOST_LUNGS, _LUNG_STEP = 0.5, 1e-3
+"""SD of the logarithm of radii between lungs: the largest that is tried, and how exactly a tipping point is told."""
 
 
 class Untested(StrEnum):
@@ -135,23 +176,27 @@ class Primary:
         ``mean reference, mean other, unit, ratio, low, high, standard error, df, p, untested, smallest p, apart``,
         ``without, ratio without, estimates``. `standard error` is that of the ratio's logarithm, and `df` its degrees
         of freedom. The means are the groups' pooled geometric means, in the unit of the cohort's table; their ratio
-        is `ratio`. Intervals and `p` hold for all quantities and pairs at once and have one reference distribution
+        is `ratio`. Intervals and `p` hold for all tested rows at once and have one reference distribution
         (`simultaneous`): an interval excludes 1 exactly if p < 0.05. `p` is NaN where `untested`, an `Untested`, says
-        why; the interval then is the same, but is without what `untested` names. `smallest p` is the smallest that a
-        test by ranks or relabelings alone could give, without any assumption about distributions. `apart`: no animal of
-        one group lies among the other. `without` is the animal that moves the ratio most when it is left out (empty for
-        fewer than three), and the ratio is then `ratio without`. `estimates` says what the animals' values and errors
-        are of: their ``posterior`` where all have one that can be trusted, their ``fit``, or ``plain`` values without
-        errors. With a design one per effect and quantity, ``what`` the effect is and ``within`` what it is compared
-        (`contrast.Contrast`); of effects that are ratios of ratios the means are the ratios, and ``n both`` animals
-        stand on both sides. `smallest p` and `apart` then say nothing.
+        why; such a row is outside the family, and its interval holds in 95 % by itself, without what `untested` names.
+        `smallest p` is the smallest that a test by ranks or relabelings alone could give, without any assumption about
+        distributions. `tipping radius` is by what share the images of the groups must be wrong against each other for
+        the interval to hold 1, `tipping lung sd` how much lungs of one group may differ for it still to exclude 1; see
+        `lungs.tipping_radius` and `Compared.tipping_lung_sd`. Of rows by posteriors `fits ratio, fits low, fits high`
+        are what the fits say, without limits where they take the image as exact. `apart`: no animal of one group lies
+        among the other. `without` is the animal that moves the ratio most when it is left out (empty for fewer than
+        three), and the ratio is then `ratio without`.
+        `estimates` says what the animals' values and errors are of: their ``posterior`` where all have one that can be
+        trusted, their ``fit``, or ``plain`` values without errors. With a design one per effect and quantity, ``what``
+        the effect is and ``within`` what it is compared (`contrast.Contrast`); of effects that are ratios of ratios the
+        means are the ratios, and ``n both`` animals stand on both sides. `smallest p` and `apart` then say nothing.
     others : DataFrame
         The same effects by the other laws, their intervals to the same level, without a test:
         ``reference, other, quantity, source, ratio, low, high``.
     left_out : dict of str to str
         Quantities and groups that could not be compared, and why.
     assurance : Assurance, optional
-        How far p and intervals can be relied on; none without rows.
+        How far p and intervals can be relied on; none without a tested row.
     missing : tuple of Missing
         Of each group that misses any, the animals without a result or without the primary law: how many, of how many,
         and where their measured mPAP lies among the others'.
@@ -160,6 +205,8 @@ class Primary:
     adjusted : DataFrame
         What the covariates of a design do, each interval by itself, without a test: ``quantity, source, covariate,
         ratio, low, high``; see `designed.covariate_effects`.
+    lungs : Lungs, optional
+        How much the lungs of one group differ, which intervals and p of what an image is behind allow for.
     """
 
     law: str
@@ -170,6 +217,7 @@ class Primary:
     missing: tuple[Missing, ...] = ()
     untold: tuple[Missed, ...] = ()
     adjusted: pd.DataFrame = field(default_factory=pd.DataFrame)
+    lungs: Lungs | None = None
 
     def of(self, group: str) -> "Primary":
         """Return what is said of one group; intervals and p still hold for all groups at once."""
@@ -186,6 +234,7 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
         A law that no animal was calibrated with, or a quantity that no source has.
     """
     family = family or Family()
+    cohort = with_lungs(cohort, family)
     law = primary_law(cohort, family)
     _check(cohort, family, law)
     names = family.quantities if law else tuple(name for name in family.quantities if name in MEASURED)
@@ -196,18 +245,28 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
     pairs = {other: _usable(cohort, names, law, other, left_out) for other in list(cohort.groups)[1:]}
     found = [(other, one) for other, usable in pairs.items() for one in usable]
     if not found:
-        return Primary(law, pd.DataFrame(), pd.DataFrame(), left_out, missing=missing)
-    together = simultaneous(_joint([one for _, one in found]))
+        return Primary(law, pd.DataFrame(), pd.DataFrame(), left_out, missing=missing, lungs=cohort.lungs)
+    tested = [one for _, one in found if not one.untested]
+    together = simultaneous(_joint(tested)) if tested else None
+    p = iter([] if together is None else together.p.tolist())
+    critical = 1 - LEVEL if together is None else together.critical
     rows = [
-        _row(cohort.reference, other, one, p, together.critical, len(pairs))
-        for (other, one), p in zip(found, together.p.tolist(), strict=True)
+        _row(cohort.reference, other, one, (np.nan, 1 - LEVEL) if one.untested else (next(p), critical), len(pairs))
+        for other, one in found
     ]
-    beside = _beside(cohort, law, pairs, 1 - together.critical)
-    return Primary(law, pd.DataFrame(rows), pd.DataFrame(beside), left_out, _assurance(found, together), missing)
+    beside = _beside(cohort, law, pairs, critical)
+    assurance = _assurance(tested, together) if together is not None else None
+    return Primary(law, pd.DataFrame(rows), pd.DataFrame(beside), left_out, assurance, missing, lungs=cohort.lungs)
+
+
+def with_lungs(cohort: Cohort, family: Family) -> Cohort:
+    """Return the cohort whose lungs differ as the family says, where it says anything."""
+    return cohort if family.lung_sd is None else replace(cohort, lung_sd=family.lung_sd)
 
 
 def comparable(cohort: Cohort, family: Family) -> list[Compared]:
     """Return the quantities of the family in the first two groups that can be compared."""
+    cohort = with_lungs(cohort, family)
     law, others = primary_law(cohort, family), list(cohort.groups)[1:2]
     names = [name for name in family.quantities if law or name in MEASURED]
     return [one for other in others for one in _usable(cohort, names, law, other, {})]
@@ -229,7 +288,10 @@ def _by_design(cohort: Cohort, law: str, names: Sequence[str], missing: tuple[Mi
         animal: f"its cell of '{column}' is empty" for one in found for animal, column in one.layout.left_out.items()
     }
     adjusted = pd.DataFrame(covariate_effects(cohort, found))
-    return Primary(law, pd.DataFrame(rows), further, left_out | gaps, missing=missing, untold=untold, adjusted=adjusted)
+    return Primary(
+        law, pd.DataFrame(rows), further, left_out | gaps, missing=missing, untold=untold, adjusted=adjusted,
+        lungs=cohort.lungs,
+    )  # fmt: skip
 
 
 def _models(
@@ -255,11 +317,13 @@ def _models(
     return models
 
 
-def _beside(cohort: Cohort, law: str, pairs: Mapping[str, Sequence[Compared]], level: float) -> list[dict[str, object]]:
+def _beside(
+    cohort: Cohort, law: str, pairs: Mapping[str, Sequence[Compared]], critical: float
+) -> list[dict[str, object]]:
     """Return the effects by the other laws."""
     return [
         {"reference": cohort.reference, "other": other, "quantity": one.name, "source": further}
-        | dict(zip(("ratio", "low", "high"), one.ratio(level=level)[:3], strict=True))
+        | dict(zip(("ratio", "low", "high"), one.ratio(level=LEVEL if one.untested else 1 - critical)[:3], strict=True))
         for other, usable in pairs.items()
         for further in cohort.walls
         if further != law
@@ -326,13 +390,25 @@ def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | 
     if found is None:
         return None
     of_other = np.array([result.group == other for result in found.results], dtype=bool)
-    return Compared(name, source, found.unit, found.results, found.known, of_other)
+    one = Compared(name, source, found.unit, found.results, found.known, of_other)
+    if found.known.origin != "posterior" or source == "measured":
+        return one
+    fits = known_values(cohort, source, name, (cohort.reference, other), found.results, posteriors=False)
+    return one._replace(fits=fits and fits.known)
 
 
 def known_values(
-    cohort: Cohort, source: str, name: str, groups: Sequence[str], among: Sequence[AnimalResult] | None = None
+    cohort: Cohort,
+    source: str,
+    name: str,
+    groups: Sequence[str],
+    among: Sequence[AnimalResult] | None = None,
+    posteriors: bool = True,
 ) -> Values | None:
-    """Return a quantity of the animals of some groups (`among` some) that have it; None if it is unknown."""
+    """Return a quantity of the animals of some groups (`among` some) that have it; None if it is unknown.
+
+    Errors are those of `Estimates.alike_within` the cells of the cohort, with its lungs; see `estimates_of`.
+    """
     rows = rows_of(cohort.table, source)
     label = column(rows, name)
     if not label:
@@ -346,7 +422,10 @@ def known_values(
         and np.isfinite(values[result.name])
     ]
     shares = {one: cohort.variables[one].levels for one in SHARED if one in cohort.variables}
-    return Values(name, source, split_unit(label)[1], results, estimates_of(results, source, name, shares))
+    cell = {result.name: called for called, one in cohort.cells.items() for result in one.results}
+    known = estimates_of(results, source, name, shares, posteriors)
+    known = known.alike_within([cell[result.name] for result in results])
+    return Values(name, source, split_unit(label)[1], results, known.of_lungs(cohort.lungs.sd))
 
 
 def _refusal(one: Compared) -> str:
@@ -360,20 +439,31 @@ def _refusal(one: Compared) -> str:
     return ""
 
 
-def _row(reference: str, other: str, one: Compared, p: float, critical: float, pairs: int) -> dict[str, object]:
-    """Return one row: a quantity of one pair of groups."""
-    sizes = int((~one.other).sum()), int(one.other.sum())
+def _row(reference: str, other: str, one: Compared, judged: tuple[float, float], pairs: int) -> dict[str, object]:
+    """Return one row: a quantity of one pair of groups, with its p and the p by itself that its interval belongs to."""
+    sizes, (p, critical) = (int((~one.other).sum()), int(one.other.sum())), judged
     ratio = one.ratio(level=1 - critical)
-    untested = Untested.ONE_IMAGE if image_unknown(one.known, one.other, one.source) else Untested.NO
     row = {
         "reference": reference, "other": other, "question": question_of(one.name), "quantity": one.name,
         "source": one.source, "n reference": sizes[0], "n other": sizes[1], "mean reference": ratio.reference,
         "mean other": ratio.other, "unit": one.unit, "ratio": ratio.value, "low": ratio.low, "high": ratio.high,
-        "standard error": ratio.error, "df": ratio.freedom, "p": np.nan if untested else p,
-        "untested": str(untested), "smallest p": smallest_p(sizes, pairs),
+        "standard error": ratio.error, "df": ratio.freedom, "p": p,
+        "untested": str(one.untested), "smallest p": smallest_p(sizes, pairs),
         "apart": _apart(one), "estimates": one.known.origin,
-    }  # fmt: skip
+        "tipping radius": tipping_radius(ratio.low, ratio.high, float(one.known.per_radius.mean())),
+        "tipping lung sd": one.tipping_lung_sd(critical),
+    } | _by_fits(one, critical)  # fmt: skip
     return row | _influence(one, ratio)
+
+
+def _by_fits(one: Compared, critical: float) -> dict[str, object]:
+    """Return the ratio by the fits, where the row's is by posteriors, with its interval of the same level."""
+    if one.fits is None or not np.all(np.isfinite(one.fits.logs)):
+        return dict.fromkeys(("fits ratio", "fits low", "fits high"), np.nan)
+    fits = one._replace(known=one.fits)
+    value, low, high, *_ = fits.ratio(level=1 - critical)
+    low, high = (0.0, np.inf) if fits.untested else (low, high)
+    return {"fits ratio": value, "fits low": low, "fits high": high}
 
 
 def _joint(found: Sequence[Compared]) -> list[Row]:
@@ -387,9 +477,9 @@ def _joint(found: Sequence[Compared]) -> list[Row]:
     ]  # fmt: skip
 
 
-def _assurance(found: Sequence[tuple[str, Compared]], together: Simultaneous) -> Assurance:
+def _assurance(tested: Sequence[Compared], together: Simultaneous) -> Assurance:
     """Return how far the rows can be relied on."""
-    groups = [(one.known.logs[~one.other], one.known.logs[one.other]) for _, one in found]
+    groups = [(one.known.logs[~one.other], one.known.logs[one.other]) for one in tested]
     apart = max(abs(float(np.log(x.std(ddof=1) / y.std(ddof=1)))) for x, y in groups)
     smallest = min(min(len(x), len(y)) for x, y in groups)
     return Assurance(together.rate, 1 - together.critical, float(np.exp(apart)), smallest)

@@ -9,6 +9,7 @@ import xarray as xr
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError
 from vasowave.io.columns import split_unit
+from vasowave.quantities import RECORDED
 
 
 def cohort_table(results: Sequence[AnimalResult]) -> pd.DataFrame:
@@ -48,8 +49,11 @@ def _labelled(quantities: xr.Dataset, units: dict[str, str], animal: str) -> dic
 
 
 def column(table: pd.DataFrame, name: str) -> str:
-    """Return the column of a quantity, ``NAME [unit]``; empty if there is none."""
-    return next((label for label in table.columns if split_unit(label)[0] == name), "")
+    """Return the column of a quantity, ``NAME [unit]``; empty if there is none, or these are no measured rows."""
+    if name in RECORDED and not (table["source"] == "measured").all():
+        return ""
+    stored = RECORDED.get(name, name)
+    return next((label for label in table.columns if split_unit(label)[0] == stored), "")
 
 
 def columns(table: pd.DataFrame, names: Sequence[str]) -> list[str]:

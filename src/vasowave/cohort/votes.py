@@ -8,14 +8,11 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.animal.result import AnimalResult
-from vasowave.descriptions import TAILS
+from vasowave.descriptions import MOST_LEFT, TAILS
 
 WORSE_THAN_BEST = 2.0
 """A law that leaves more than this times the residual of the animal's best law misses its data; a law whose vessels are
 strained beyond what an artery survives is no best law."""
-
-WORST_SHARE = 0.1
-"""So does one that leaves more than this share of the pulse pressure."""
 
 UNDECIDED, DISCARDED = "undecided", "discarded"
 CRITERIA = ("AICc", "BIC")
@@ -30,7 +27,7 @@ def misfits(results: Iterable[AnimalResult]) -> pd.DataFrame:
 
     Columns ``animal, group, wall, RMSE, error, share, over best, missed, growth``: the root-mean-square residual, mmHg;
     the standard error of the averaged cycle, mmHg (NaN if a cycle was given); the residual over the pulse pressure and
-    over that of the animal's best law (NaN if there is none); whether it exceeds `WORSE_THAN_BEST` or `WORST_SHARE`,
+    over that of the animal's best law (NaN if there is none); whether it exceeds `WORSE_THAN_BEST` or `MOST_LEFT`,
     and the error of the cycle; how much a vessel's area grows beyond what an artery survives, % (NaN if none does).
     """
     rows = []
@@ -41,7 +38,7 @@ def misfits(results: Iterable[AnimalResult]) -> pd.DataFrame:
         best = min((left[wall] for wall in left if wall not in strained), default=np.nan)
         for wall, rmse in left.items():
             share, over = rmse / pulse, rmse / best
-            missed = (over > WORSE_THAN_BEST or share > WORST_SHARE) and not rmse < error
+            missed = (over > WORSE_THAN_BEST or share > MOST_LEFT) and not rmse < error
             growth = float(dict(strained[wall].values)["percent"]) if wall in strained else np.nan
             rows.append((result.name, result.group, wall, rmse, error, share, over, missed, growth))
     return pd.DataFrame(rows, columns=_COLUMNS)

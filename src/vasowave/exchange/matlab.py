@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from vasowave.exchange.solved import Solved, losses
+from vasowave.io.files import write_file
 from vasowave.model.outlets import Bed
 from vasowave.solver.dataset import STATIONS, as_dataset
 
@@ -25,7 +26,7 @@ def write_matlab(solved: Solved, folder: Path) -> list[str]:
     variables = _variables(solved)
     content = io.BytesIO()
     savemat(content, variables, oned_as="column", long_field_names=True)
-    (folder / FILE).write_bytes(content.getvalue())
+    write_file(folder / FILE, content.getvalue())
     return [
         f"In MATLAB: load('{FILE}'); plot(time, waves.pressure(:, 1, 1)) is the pressure at the inlet of the first "
         f"vessel. Stations are {', '.join(STATIONS)}; rows in network.parent count from 1, 0 is no parent."
@@ -50,6 +51,7 @@ def _variables(solved: Solved) -> dict[str, Any]:
             "radius": network.radius, "image_pressure": network.pressure, "area0": model.area0,
             **({} if network.nodes is None else {"start_node": network.start, "end_node": network.end}),
             **({"loss": losses(model)} if np.any(losses(model)) else {}),
+            **({"resistance": model.narrowings} if np.any(model.resistance) else {}),
         },
         "wall": {"law": model.wall.law().name, **model.wall._asdict(), **viscosity},
         "outlets": {"vessel": _cells([network.name[row] for row in network.terminals]), **outlets,

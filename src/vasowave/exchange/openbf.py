@@ -15,6 +15,7 @@ import yaml
 from vasowave.errors import InputError
 from vasowave.exchange.solved import Solved, circuit, losses, require_elastic
 from vasowave.findings import look_kind, warn
+from vasowave.io.files import write_file
 from vasowave.model import walls
 from vasowave.model.outlets import ReflectionCoefficient
 from vasowave.units import MMHG
@@ -99,7 +100,7 @@ def write_openbf(solved: Solved, folder: Path) -> list[str]:
         A junction of more than three vessels, which earlier versions of openBF refuse.
     """
     require_elastic(solved.model, "openBF")
-    lost = losses(solved.model)
+    lost = losses(solved.model) + solved.model.narrowings
     if lost.any():
         lossy = solved.network.name[int(np.argmax(lost))]
         raise InputError(
@@ -123,11 +124,11 @@ def write_openbf(solved: Solved, folder: Path) -> list[str]:
     }
     notes = [_law_note(tube, network.name), _friction_note(error)]
     header = "".join(f"# {line}\n" for line in ["Made by vasowave. SI units: m, s, Pa.", *notes])
-    (folder / FILE).write_text(header + yaml.safe_dump(content, sort_keys=False, width=120), encoding="utf-8")
+    write_file(folder / FILE, header + yaml.safe_dump(content, sort_keys=False, width=120))
     flow = 1e-6 * np.append(solved.inflow.flow, solved.inflow.flow[0])
     time = np.linspace(0.0, solved.inflow.period, len(flow))
     rows = (f"{t!r} {q!r}\n" for t, q in zip(time.tolist(), flow.tolist(), strict=True))
-    (folder / INLET).write_text("".join(rows), encoding="ascii")
+    write_file(folder / INLET, "".join(rows))
     return notes
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,9 @@ _KEYS = ("project_name", "inlet_file", "output_directory", "write_results", "blo
 _VESSEL_KEYS = ("label", "sn", "tn", "L", "M", "E", "R0", "Rp", "Rd", "h0", "Pext", "gamma_profile", "visco-elastic",
                 "phi", "Rt", "R1", "R2", "Cc", "inlet_impedance_matching", "to_save", "initial_pressure",
                 "initial_flow", "outlet", "inlet", "inlet number", "inlet file", "inlet_file")  # fmt: skip
+_BED_KEYS = ("Rt", "R1", "R2", "Cc", "inlet_impedance_matching", "outlet")
+_NUMERICS = ("M", "to_save", "initial_pressure", "initial_flow", "inlet number")  # of openBF's own run
+_NAMED = 5  # vessels that a finding names
 _STRAIGHT = 1e-9  # two radii so near to each other differ by rounding
 _ALONG = np.linspace(0.0, 1.0, 9)  # places along a vessel that tapers
 _DEFAULT_THICKNESS = (0.2802, -505.3, 0.1324, -11.14)  # a, b, c, d of h0 = R0 (a exp(b R0) + c exp(d R0)), R0 in m
@@ -57,6 +60,12 @@ DISORDERED = look_kind(
     "{count} of its times lie before the one above them, by up to {most:.2g} ms; the rows were sorted",
     "Sort the rows yourself, and look at the curve.",
 )
+INNER_BED = look_kind(
+    "openbf.bed-inside",
+    "a bed is given where other vessels follow ({keys} of {some}); it is left out",
+    "Give the bed to a vessel at whose end nothing follows, or put a vessel there that leads to it.",
+)
+UNUSED_KEY = note_kind("openbf.unused-key", "'{key}' of {some} is given and not used")
 UNKNOWN_KEY = note_kind("openbf.unknown-key", "'{key}' means nothing to openBF and was left out{hint}")
 
 
@@ -122,7 +131,9 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     outlets = _reflections(ends) or Windkessel(*np.array([_bed(*one) for one in ends]).T)
     stiffness, width = np.moveaxis(along / along[:, :, [len(_ALONG) // 2]], 1, 0)
     model = Model(network, LinearWall(beta / PA), outlets, blood, shape=Shape(width, stiffness), junctions="static")
-    return model, _inflow(path, config, [vessels[row] for row in network.inlets])
+    inflow = _inflow(path, config, [vessels[row] for row in network.inlets])
+    _say_unused(path, fluid, vessels, network.terminals.tolist())
+    return model, inflow
 
 
 class _Vessel:
@@ -132,15 +143,19 @@ class _Vessel:
         self.place = f"{path}, vessel {number}" if number else f"{path}, blood"
         if not isinstance(values, Mapping):
             raise InputError(f"{self.place}: is not a list of keys and values, as openBF's files have it")
-        self.values = values
-        self.name = _word(self.place, "label", values.get("label", ""))
+        self.values, self.used = values, set[str]()
+        self.name = _word(self.place, "label", self.get("label", ""))
         self.place += f" ('{self.name}')" if self.name else ""
 
     def has(self, key: str) -> bool:
         return key in self.values
 
+    def get(self, key: str, default: Any = None) -> Any:
+        self.used.add(key)
+        return self.values.get(key, default)
+
     def number(self, key: str, default: float | None = None, least: float = 0.0) -> float:
-        value = self.values.get(key, default)
+        value = self.get(key, default)
         if value is None:
             raise InputError(f"{self.place}: no '{key}'; openBF needs it")
         text = _word(self.place, key, value)
@@ -198,6 +213,29 @@ def _say_unknown(path: Path, config: Mapping[str, Any], vessels: list[_Vessel]) 
         warn(UNKNOWN_KEY(key=key, hint=did_you_mean(key, _VESSEL_KEYS)).at(place), stacklevel=3)
 
 
+def _say_unused(path: Path, fluid: _Vessel, vessels: list[_Vessel], terminals: Sequence[int]) -> None:
+    """Say which keys of openBF were given a value that nothing here took, with the vessels that have it."""
+    inner: dict[tuple[str, ...], list[str]] = {}
+    other: dict[str, list[str]] = {}
+    for row, one in enumerate(vessels):
+        unused = [key for key in one.values if key in _VESSEL_KEYS and key not in {*one.used, *_NUMERICS}]
+        beds = tuple(key for key in unused if key in _BED_KEYS and row not in terminals)
+        if beds:
+            inner.setdefault(beds, []).append(one.name or str(row + 1))
+        for key in unused:
+            if key not in beds and not (key == "outlet" and row in terminals):
+                other.setdefault(key, []).append(one.name or str(row + 1))
+    other |= {str(key): ["blood"] for key in fluid.values if key not in fluid.used}
+    for beds, names in inner.items():
+        warn(INNER_BED(keys=", ".join(beds), some=_several(names)).at(str(path)), stacklevel=3)
+    for key, names in other.items():
+        warn(UNUSED_KEY(key=key, some=_several(names)).at(str(path)), stacklevel=3)
+
+
+def _several(names: list[str]) -> str:
+    return ", ".join(f"'{name}'" for name in names[:_NAMED]) + (", …" if len(names) > _NAMED else "")
+
+
 def _wall(one: _Vessel) -> tuple[np.ndarray, np.ndarray]:
     """Return β (Pa) and the radius at no pressure (m) along a vessel, the external pressure taken into the law."""
     proximal = one.number("Rp" if one.has("Rp") and not one.has("R0") else "R0")
@@ -206,7 +244,8 @@ def _wall(one: _Vessel) -> tuple[np.ndarray, np.ndarray]:
     radius = proximal + (0.0 if straight else distal - proximal) * _ALONG
     if not radius.min() > 0:
         raise InputError(f"{one.place}: its radius is zero")
-    if one.values.get("visco-elastic") or one.number("phi", 0.0) > 0:
+    viscosity = one.number("phi", 0.0)
+    if one.get("visco-elastic") or viscosity > 0:
         one.warn(VISCOELASTIC())
     a, b, c, d = _DEFAULT_THICKNESS
     middle = 0.5 * (proximal + distal)
@@ -243,7 +282,7 @@ def _bed(one: _Vessel, density: float, beta: float, radius: float) -> tuple[floa
     if not (one.has("R1") and one.has("Cc")):
         raise InputError(f"{one.place}: ends without a Windkessel; give it R1, R2 and Cc, or Rt")
     first, second = one.number("R1"), one.number("R2", 0.0)
-    matched = one.values.get("inlet_impedance_matching", False) is True
+    matched = one.get("inlet_impedance_matching", False) is True
     if matched or not second:
         whole = first + second
         first = _impedance(density, beta, radius)
@@ -282,9 +321,9 @@ def _inflow(path: Path, config: Mapping[str, Any], inlets: list[_Vessel]) -> Inf
 
 def _inlet_file(path: Path, config: Mapping[str, Any], one: _Vessel, alone: bool) -> Path:
     """Return the file of the flow into a vessel, which lies beside the configuration."""
-    if _word(one.place, "inlet", one.values.get("inlet", "Q")) != "Q":
+    if _word(one.place, "inlet", one.get("inlet", "Q")) != "Q":
         raise InputError(f"{one.place}: its inlet is '{one.values['inlet']}', not a flow (Q); give it the flow into it")
-    given = one.values.get("inlet file", one.values.get("inlet_file"))
+    given = one.get("inlet file", one.get("inlet_file"))
     if given is None and not alone:
         raise InputError(f"{one.place}: one of several inlets, and names no 'inlet file'; give it the flow into it")
     if given is None:

@@ -15,6 +15,7 @@ from vasowave.figures.network import layout
 from vasowave.imaging.exchange.polydata import data_array
 from vasowave.imaging.tree import distance_along
 from vasowave.io.columns import read_columns
+from vasowave.io.files import make_folder, write_file
 from vasowave.network.network import Network
 
 FILE, FRAMES = "waves.pvd", "frames"
@@ -119,16 +120,16 @@ def write_paraview(solved: Solved, folder: Path, axes: list[np.ndarray]) -> list
     faces = np.concatenate([quadrilaterals(len(tube.points), start) for tube, start in zip(tubes, first, strict=False)])
     owner = np.concatenate([np.full(SIDES * len(tube.points), row) for row, tube in enumerate(tubes)])
     samples = len(tubes[0].waves["area_cm2"])
-    (folder / FRAMES).mkdir()
+    make_folder(folder / FRAMES)
     listed = []
     for frame in range(_COUNT):
         sample, name = frame * samples // _COUNT, f"{FRAMES}/{frame:03d}.vtp"
         time = sample * solved.inflow.period / samples
-        (folder / name).write_text(_frame(tubes, faces, owner, sample, time), encoding="ascii")
+        write_file(folder / name, _frame(tubes, faces, owner, sample, time))
         listed.append(f'<DataSet timestep="{time!r}" part="0" file="{name}"/>')
-    (folder / FILE).write_text(
+    write_file(folder / FILE,
         '<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian"><Collection>\n'
-        + "\n".join(listed) + "\n</Collection></VTKFile>\n", encoding="ascii")  # fmt: skip
+        + "\n".join(listed) + "\n</Collection></VTKFile>\n")  # fmt: skip
     return [f"Open {FILE} in ParaView and press play: {_COUNT} frames of one cycle, coordinates in cm, time in s. The "
             "array 'vessel' is the row of the vessel in its table, from 0."]  # fmt: skip
 

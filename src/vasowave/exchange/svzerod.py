@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.exchange.solved import Solved, circuit, losses, require_elastic
+from vasowave.io.files import write_file
 from vasowave.model import walls
 from vasowave.units import MMHG
 
@@ -52,7 +53,7 @@ def write_svzerod(solved: Solved, folder: Path) -> list[str]:
             for one in network.junctions
         ],
     }
-    (folder / FILE).write_text(json.dumps(content, indent=1), encoding="utf-8")
+    write_file(folder / FILE, json.dumps(content, indent=1))
     return [
         f"Run it with: svzerodsolver {FILE} result.csv. Its vessels are linear and lumped, taken at their mean "
         "pressure: no wave travels in them, and pressures are dyn/cm²."
@@ -97,13 +98,14 @@ def _vessels(solved: Solved) -> list[dict[str, Any]]:
     network, model, area = solved.network, solved.model, solved.mean_area
     inertance = network.length * model.blood.density / area
     compliance = network.length * np.asarray(walls.area_compliance(model.wall, solved.mean_pressure, model.area0))
-    jets = _jets(solved)
+    jets, (inlet_area, flow) = _jets(solved), np.abs(solved.run.stations[:2, :, :, 0])
+    narrow = model.narrowing_drag(solved.run.period) * (flow / inlet_area).mean(0) / flow.mean(0)
     terminals, inflows = set(network.terminals.tolist()), _inflow_names(solved)
     vessels = []
     for row, name in enumerate(network.name):
         ends = {"inlet": inflows[row]} if row in inflows else {}
         ends |= {"outlet": f"OUT{row}"} if row in terminals else {}
-        values = {"R_poiseuille": solved.resistance[row] * MMHG, "L": inertance[row],
+        values = {"R_poiseuille": (solved.resistance[row] + narrow[row]) * MMHG, "L": inertance[row],
                   "C": compliance[row] / MMHG, "stenosis_coefficient": jets[row]}  # fmt: skip
         vessel: dict[str, Any] = {"vessel_id": row, "vessel_name": name, "vessel_length": float(network.length[row])}
         vessel |= {"zero_d_element_type": "BloodVessel", "zero_d_element_values": values}

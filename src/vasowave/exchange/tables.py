@@ -10,6 +10,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.exchange.solved import Solved, losses
+from vasowave.io.files import write_file
 from vasowave.model.laws import bed_quantities, parameter_names
 from vasowave.model.model import Model
 from vasowave.model.outlets import Bed
@@ -52,7 +53,11 @@ def write_tables(solved: Solved, folder: Path) -> list[str]:
 
 def _further(model: Model) -> dict[str, np.ndarray]:
     """Return what vessels have beside the wall law's parameters, by title, where any has it."""
-    values = {"loss [1]": losses(model), "wall_viscosity [mmHg s]": model.wall_viscosity}
+    values = {
+        "loss [1]": losses(model),
+        "resistance [mmHg s/ml]": model.narrowings,
+        "wall_viscosity [mmHg s]": model.wall_viscosity,
+    }
     return {title: np.broadcast_to(value, len(model.network)) for title, value in values.items() if np.any(value)}
 
 
@@ -61,4 +66,4 @@ def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) 
     writer = csv.writer(text)
     writer.writerow(header)
     writer.writerows([repr(float(cell)) if isinstance(cell, float) else cell for cell in row] for row in rows)
-    path.write_text(text.getvalue(), encoding="utf-8")
+    write_file(path, text.getvalue())

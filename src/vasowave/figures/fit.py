@@ -27,6 +27,7 @@ from vasowave.figures.style import (
     source_looks,
     wall_lines,
 )
+from vasowave.recording import resample
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,6 +38,7 @@ ON_A_SHEET = 48  # animals
 _ABREAST = 6  # fits in a row of a sheet
 _POINTS = 128  # of a curve of 2.5 cm
 _PANEL = 2.7  # cm, height of a panel with its title
+_FITTED_RESPONSES = {"fit.lag", "fit.inertia"}
 
 
 def plot_pressure(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
@@ -56,8 +58,19 @@ def plot_flow(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool =
 def _plot_inlet(ax: "Axes", result: AnimalResult, quantity: str, color: str, shaded: bool) -> "Axes":
     plot_cycle(ax, result.recording[quantity], result.period, color=DATA, label="measured")
     for wall, line in wall_lines(result.laws, color, shaded).items():
-        plot_cycle(ax, result.laws[wall].simulated(quantity, result.root), result.period, **line)
+        plot_cycle(ax, _as_recorded(result, wall, quantity), result.period, **line)
     return label_axes(ax, "time [s]", LABELS[quantity])
+
+
+def _as_recorded(result: AnimalResult, wall: str, quantity: str) -> "xr.DataArray":
+    """Return what a wall law gives of a quantity at the inlet, behind a response of the pressure that was fitted."""
+    law = result.laws[wall]
+    if quantity != "pressure" or _FITTED_RESPONSES.isdisjoint(one.code for one in law.findings):
+        return law.simulated(quantity, result.root)
+    left = law.residual.to_numpy()  # of what was recorded and is compared
+    measured = result.recording[quantity]
+    compared = resample(measured.to_numpy(), len(left)) - left
+    return measured.copy(data=resample(compared, measured.size))
 
 
 def plot_residuals(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":

@@ -127,7 +127,7 @@ def forest_figure(
 
 def _beside(figure: "Figure", places: Sequence[float], rows: Sequence[Row], columns: tuple[str, str]) -> "Axes":
     """Write the words of the rows left and right of a panel, and return the panel."""
-    widths = [4.5, 6.5, 5.2] if columns[1] else [4.5, 5.5, 6.2]  # values with their units are long
+    widths = [5.1, 6.1, 5.0] if columns[1] else [5.1, 5.1, 6.0]  # values with their units are long
     left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=widths)
     for ax in (left, right):
         ax.set_axis_off()

@@ -162,6 +162,28 @@ def plot_mean_waveform(ax: "Axes", results: "Sequence[AnimalResult]", quantity: 
     mark(line, f"mean of {results[0].group}")
 
 
+def plot_mean_impedance(ax: "Axes", results: "Sequence[AnimalResult]", quantity: str, look: GroupLook) -> "Axes":
+    """Draw mean and SD (band) of a group's modulus (geometric) or phase at harmonics whose flow all animals tell."""
+    spectra = [result.measured.impedance for result in results]
+    count = min(one.sizes["harmonic"] for one in spectra)
+    heard = np.all([one["reliable"].values[:count] != 0 for one in spectra], axis=0)
+    values = np.array([one[quantity].values[:count] for one in spectra])[:, heard]
+    frequency = np.mean([one["frequency"].values[:count] for one in spectra], axis=0)[heard]
+    if quantity == "phase":  # angles have no mean across a whole turn; their directions have
+        direction = np.exp(1j * values).mean(axis=0)
+        mean, spread = np.unwrap(np.angle(direction)), np.sqrt(-2 * np.log(np.minimum(np.abs(direction), 1.0)))
+        low, high = mean - spread, mean + spread
+    else:
+        mean, spread = np.log(values).mean(axis=0), np.log(values).std(axis=0)
+        low, mean, high = np.exp(mean - spread), np.exp(mean), np.exp(mean + spread)
+    (line,) = ax.plot(frequency, mean, color=darker(look.color, 0.2), marker=look.marker, ms=4, lw=1.6, zorder=5)
+    mark(line, f"mean of {results[0].group}")
+    if len(results) > 1:
+        ax.fill_between(frequency, low, high, color=look.color, alpha=0.25, lw=0, zorder=1)
+    unit = "mmHg s/ml" if quantity == "modulus" else "rad"
+    return label_axes(ax, "frequency [Hz]", f"{quantity} [{unit}]")
+
+
 def _animals(
     ax: "Axes", at: float, rows: "pd.DataFrame", quantity: str, look: GroupLook, source: SourceLook,
     mean: GroupMean | None,

@@ -24,8 +24,9 @@ _SPREAD = np.radians(75.0)
 
 
 def plot_network(
-    ax: "Axes", network: Network, color: str | Sequence[str] = CTL, tips: Sequence[str] = (), share: bool = True
-) -> "Axes":
+    ax: "Axes", network: Network, color: str | Sequence[str] = CTL, tips: Sequence[str] = (), share: bool = True,
+    widest: float | None = None,
+) -> "Axes":  # fmt: skip
     """Draw the network from the inlet at the left; width is the radius, to the scale drawn below, arrows are the flow.
 
     Lengths are not to scale, as in the paper's graph. Labels are names and shares of the flow; where there is no room
@@ -42,10 +43,14 @@ def plot_network(
         Words for each vessel, shown by a page.
     share : bool
         Whether labels hold the share of the flow.
+    widest : float, optional
+        Radius that is drawn widest, cm, which networks beside each other have in common; by default the network's own
+        largest.
     """
+    widest = widest or float(network.radius.max())
     colors = [color] * len(network) if isinstance(color, str) else color
     x, y = layout(network)
-    scale = _WIDEST / network.radius.max()
+    scale = _WIDEST / widest
     widths = np.maximum(_THINNEST, scale * network.radius)
     labels = _labels(ax, network, (x, y), widths, share)
     for row in range(len(network)):
@@ -63,7 +68,7 @@ def plot_network(
         ax.plot([x[row]], [y[row]], "o", color=DATA, ms=5, zorder=5)
         ax.annotate("inlet", (x[row], y[row]), (0.0, -2.0 - _WIDEST / 2), textcoords="offset points", ha="left",
                     va="top", fontsize=SMALL, fontstyle="italic")  # fmt: skip
-    _draw_key(ax, y.min() - _KEY + 0.2, x.max() + 1.0, network.radius.max(), scale)
+    _draw_key(ax, y.min() - _KEY + 0.2, x.max() + 1.0, widest, scale)
     ax.set_xlim(-0.1, x.max() + 1.05)
     ax.set_ylim(y.min() - _KEY, y.max() + 0.8)
     ax.set_axis_off()

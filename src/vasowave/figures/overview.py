@@ -1,16 +1,28 @@
 """The figures of the first page: measured waveforms of all animals, and the network with what the model says of it."""
 
+from functools import partial
+from operator import mul
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vasowave.animal.result import AnimalResult
-from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.cohort import Cohort, common_level
 from vasowave.figures.fit import plot_flow, plot_pressure
-from vasowave.figures.groups import plot_mean_waveform, plot_waveforms
+from vasowave.figures.groups import plot_mean_impedance, plot_mean_waveform, plot_waveforms
 from vasowave.figures.network import plot_network
 from vasowave.figures.rendering import mark, readable
-from vasowave.figures.style import NARROW, SCALE, WIDEST, columns_that_fit, darker, group_looks, new_figure, short
+from vasowave.figures.style import (
+    NARROW,
+    SCALE,
+    WIDEST,
+    columns_that_fit,
+    darker,
+    group_looks,
+    new_figure,
+    plain_log,
+    short,
+)
 from vasowave.network.network import Network
 
 if TYPE_CHECKING:
@@ -48,6 +60,29 @@ def waveforms_figure(cohort: Cohort) -> "Figure":
         ax.set_xlabel("")
     for ax in axes[:, 1:].flat:
         ax.set_ylabel("")
+    return figure
+
+
+def impedances_figure(cohort: Cohort) -> "Figure":
+    """Measured impedance of each group, mean and SD over frequency, with the harmonics of the first above.
+
+    Of occasions, or levels of a second factor, at the first that all groups have.
+    """
+    figure = new_figure(NARROW, 9.5)
+    axes = figure.subplots(2, 1, sharex=True)
+    looks = group_looks(cohort.groups)
+    level = common_level(cohort.groups, cohort.second)
+    for group, _, results in (cell for cell in cohort.cells.values() if cell.level == level or not level):
+        for ax, quantity in zip(axes, ("modulus", "phase"), strict=True):
+            plot_mean_impedance(ax, results, quantity, looks[group])
+    axes[0].set_yscale("log")
+    plain_log(axes[0].yaxis)
+    axes[0].set_xlabel("")
+    rate = np.mean([1 / one.period for one in next(iter(cohort.groups.values()))])
+    above = axes[0].secondary_xaxis("top", functions=(partial(mul, 1 / rate), partial(mul, rate)))
+    above.set_xlabel(f"harmonic of {short(cohort.reference, 18)}")
+    handles = _legend(cohort)
+    figure.legend(handles=handles, loc="outside upper center", ncols=2)
     return figure
 
 
@@ -103,11 +138,12 @@ def tree_figure(cohort: Cohort, wall: str) -> "Figure":
     axes = figure.subplots(len(results), 1, squeeze=False, height_ratios=heights)[:, 0]
     falls = {group: inlets[group] - means[group] for group in results}
     every = np.concatenate(list(falls.values()))
+    widest = max(float(result.network.radius.max()) for result in results.values())
     scale = ScalarMappable(Normalize(float(every.min()), float(every.max())), SCALE)
     for ax, (group, result) in zip(axes, results.items(), strict=True):
         whole = result.network
         colors = [to_hex(tuple(color)) for color in scale.to_rgba(falls[group])]
-        plot_network(ax, whole, colors, _tips(result, wall, whole, means[group]), share=False)
+        plot_network(ax, whole, colors, _tips(result, wall, whole, means[group]), share=False, widest=widest)
         who = "" if cohort.single else f"{short(cohort.name(group), _TITLE)},"
         apart = "\n" if len(who) > _TITLE - len(at_inlet := f"{inlets[group]:.1f} mmHg at the inlet") else " "
         ax.set_title(f"{who}{apart}{at_inlet}".strip())

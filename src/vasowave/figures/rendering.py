@@ -10,6 +10,8 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from vasowave.figures.style import style
+from vasowave.figures.subscripts import as_mathtext, lowered
+from vasowave.stores import parsed
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -53,7 +55,7 @@ def _note(artist: "Artist", said: dict[str, Any]) -> None:
 
 
 def _written(match: re.Match[str]) -> str:
-    said = json.loads(html.unescape(match[2]))
+    said = parsed(html.unescape(match[2]))
     tip = said.pop("tip", "")
     data = "".join(f' data-{key}="{html.escape(value)}"' for key, value in said.items())
     return f"<g{data}><title>{html.escape(tip)}</title>" if tip else f"<g{data}>"
@@ -61,7 +63,7 @@ def _written(match: re.Match[str]) -> str:
 
 def described(text: str, title: str, description: str) -> str:
     """Return SVG text that says to screen readers what it shows."""
-    words = f"<title>{escape(title)}</title><desc>{escape(description)}</desc>"
+    words = lowered(f"<title>{escape(title)}</title><desc>{escape(description)}</desc>")
     return re.sub(r"<svg\b[^>]*", lambda tag: f'{tag[0]} role="img"', text, count=1).replace(
         'role="img">', f'role="img">{words}', 1
     )
@@ -72,7 +74,7 @@ def svg(figure: "Figure") -> str:
     text = io.StringIO()
     with style(), _placed(figure):
         figure.savefig(text, format="svg", metadata=_NO_METADATA)
-    return with_marks(text.getvalue())
+    return lowered(with_marks(text.getvalue()))
 
 
 @contextmanager
@@ -102,5 +104,6 @@ def as_file(figure: "Figure", kind: str) -> bytes:
     if kind == "svg":
         return svg(figure).encode()
     content = io.BytesIO()
-    figure.savefig(content, format=kind, transparent=False)
+    with as_mathtext(figure):
+        figure.savefig(content, format=kind, transparent=False)
     return content.getvalue()

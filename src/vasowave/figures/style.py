@@ -95,6 +95,9 @@ _FURTHER = (
 )
 
 
+_OF_A_WINDOW = ("backend", "backend_fallback", "interactive", "toolbar")
+
+
 class GroupLook(NamedTuple):
     """The look of a group of animals."""
 
@@ -110,10 +113,14 @@ def group_looks(labels: Iterable[str]) -> dict[str, GroupLook]:
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw and save in the style of vasowave within this block."""
+    """Draw and save in the style of vasowave within this block, whatever a file ``matplotlibrc`` says.
+
+    Matplotlib reads one from the current folder, which may be a study from elsewhere, and LaTeX is a program.
+    """
     import matplotlib
 
-    with matplotlib.rc_context(_SETTINGS):
+    defaults = {name: value for name, value in matplotlib.rcParamsDefault.items() if name not in _OF_A_WINDOW}
+    with matplotlib.rc_context(defaults | _SETTINGS):
         yield
 
 

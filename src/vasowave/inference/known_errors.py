@@ -3,14 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, Any, Literal, NamedTuple, get_type_hints
 
 import numpy as np
 from annotated_types import Ge, Le
 
 from vasowave.model.blood import Blood
-from vasowave.network.network import Network
-from vasowave.recording import Recording
+from vasowave.network.network import Network, measured_falls
+from vasowave.recording import Recording, harmonic_errors, second_order
 from vasowave.settings import settings_class, settings_of
 
 SHARED = {
@@ -28,11 +28,12 @@ probe; geometry; discrepancy and structure; parameters that the data leave where
 
 
 class Seen(NamedTuple):
-    """What was measured of an animal."""
+    """What was measured of an animal; and the lag, s, that its pressure had before it was undone."""
 
     network: Network
     recording: Recording
     blood: Blood
+    lag: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +45,7 @@ class Kind:
     unit, meaning : str
         Of the unknown; `unit` is that of the error, too, where it is not a share.
     usual : float
-        SD that posteriors assume where nothing is said.
+        SD that is assumed where nothing is said.
     source : str
         Where it comes from: a key of `SHARED`, or ``model``, of which every animal has its own.
     positive : bool
@@ -53,6 +54,10 @@ class Kind:
         Returns what would have been seen without the error, from what was seen and the unknown's value.
     center : callable
         Returns the unknown's median; 0 of a positive one where an animal does not have it.
+    sampled : bool
+        Whether posteriors assume the usual SD, too; else theirs is 0 where nothing is said.
+    of_image : callable
+        Returns the SD that the measurement of a network tells in place of the usual one, None where it tells none.
     """
 
     unit: str
@@ -62,6 +67,43 @@ class Kind:
     positive: bool
     without: Callable[[Seen, float], Seen]
     center: Callable[[Seen], float]
+    sampled: bool = True
+    of_image: Callable[[Network], float | None] = lambda _: None
+
+
+_WORDS = {
+    "radius_scale": "radii {percent:.3g} %", "length_scale": "lengths {percent:.3g} %",
+    "k": "exponent of stiffness along the tree {sd:.3g}", "taper": "taper of vessels {percent:.3g} %",
+    "image_pressure": "pressure of the image {percent:.3g} %", "flow_gain": "gain of the flow {percent:.3g} %",
+    "flow_delay": "delay of the flow {sd:.3g} s", "zero": "zero of the pressure {sd:.3g} mmHg",
+    "flow_zero": "zero of the flow {sd:.3g} ml/s", "pressure_lag": "lag of the pressure {sd:.3g} s",
+    "pressure_inertia": "inertia of the catheter {sd:.3g} s²", "flow_lag": "lag of the flow {sd:.3g} s",
+    "pressure_gain": "gain of the pressure {percent:.3g} %",
+    "viscosity": "viscosity of blood {percent:.3g} %",
+}  # fmt: skip
+
+
+class AssumedError(NamedTuple):
+    """An error that the fits of an animal allow for; ``str`` of it says what it is: ``radii 5 %``.
+
+    Attributes
+    ----------
+    name : str
+        A key of `kinds`.
+    sd, unit : float, str
+        SD and its unit, ``1`` of a share; 0 where the lab says that there is none.
+    source : str
+        ``lab`` (the study, its practice, or the animal's row tells it), ``image`` (its network does), ``usual`` (nobody
+        does).
+    """
+
+    name: str
+    sd: float
+    unit: str
+    source: Literal["usual", "lab", "image"]
+
+    def __str__(self) -> str:
+        return _WORDS[self.name].format(sd=self.sd, percent=100 * self.sd)
 
 
 def _one(_: Seen) -> float:
@@ -95,17 +137,69 @@ def _later_flow(seen: Seen, delay: float) -> Seen:
     return seen._replace(recording=replace(seen.recording, flow=np.fft.irfft(turned, len(flow))))
 
 
+def _lower_flow(seen: Seen, zero: float) -> Seen:
+    return seen._replace(recording=replace(seen.recording, flow=seen.recording.flow - zero))
+
+
+def _sooner_pressure(seen: Seen, lag: float) -> Seen:
+    return _passed(seen, "pressure", (lag, 0.0))._replace(lag=lag)
+
+
+def _sooner_flow(seen: Seen, lag: float) -> Seen:
+    return _passed(seen, "flow", (lag, 0.0))
+
+
+def _calmer_pressure(seen: Seen, inertia: float) -> Seen:
+    """Return what was seen without inertia; the lag of the same response may have been undone before."""
+    return _passed(seen, "pressure", (seen.lag, inertia), seen.lag)
+
+
+def _passed(seen: Seen, signal: str, response: tuple[float, float], undone: float = 0.0) -> Seen:
+    """Return a signal without a response whose lag was `undone`, up to the last harmonic that carries signal."""
+    values, period = getattr(seen.recording, signal), seen.recording.period
+    counted = np.minimum(np.arange(len(values) // 2 + 1), harmonic_errors(seen.recording, signal).with_signal)
+    turned = second_order(undone, 0.0, counted / period) / second_order(*response, counted / period)
+    changed: dict[str, Any] = {signal: np.fft.irfft(np.fft.rfft(values) * turned, len(values))}
+    return seen._replace(recording=replace(seen.recording, **changed))
+
+
 def _lower_pressure(seen: Seen, zero: float) -> Seen:
     return seen._replace(recording=replace(seen.recording, pressure=seen.recording.pressure - zero))
+
+
+def _more_pressure(seen: Seen, factor: float) -> Seen:
+    return seen._replace(recording=replace(seen.recording, pressure=seen.recording.pressure * factor))
 
 
 def _thicker(seen: Seen, factor: float) -> Seen:
     return seen._replace(blood=replace(seen.blood, viscosity=seen.blood.viscosity * float(factor)))
 
 
+def _of_radii(network: Network) -> float | None:
+    """Return the root mean square of the SD of the radii, as shares of them, where it exceeds what is usual.
+
+    A smaller one knows of threshold and noise, and not of the size of the voxels or of what became of the lung.
+    """
+    if network.radius_sd is None or not np.isfinite(network.radius_sd).any():
+        return None
+    spread = float(np.sqrt(np.nanmean((network.radius_sd / network.radius) ** 2)))
+    return spread if spread > _RADIUS else None
+
+
+def _of_tapers(network: Network) -> float | None:
+    """Return how far measured tapers may be wrong all alike: their common factor, and the mean of their SD."""
+    if network.taper is None or not np.isfinite(network.taper).any():
+        return None
+    falls, errors = measured_falls(network, _TAPER)
+    return float(np.sqrt(np.mean((_TAPER_FACTOR * falls) ** 2 + errors**2)))
+
+
 def _same(seen: Seen, _: float) -> Seen:
     return seen
 
+
+_RADIUS = 0.05  # usual SD of a common factor of all radii
+_TAPER, _TAPER_FACTOR = 0.3, 0.1  # SD of a vessel's fall before it is measured, of the measured ones' common factor
 
 _Share = Annotated[float, Ge(0), Le(2)]
 _SD = Annotated[float, Ge(0)]
@@ -113,9 +207,9 @@ _SD = Annotated[float, Ge(0)]
 
 @settings_class
 class KnownErrors:
-    """How far image, probe and transducer may be wrong: the SD of each error. Where nothing is said fits take the
-    number for exact, and posteriors assume what is usual; a column of the table of animals of the same name takes the
-    place of a key here.
+    """How far image, probe and transducer may be wrong: the SD of each error. Where nothing is said the usual SD is
+    assumed, in fits and posteriors; 0 says that a number is exact. A column of the table of animals of the same name
+    takes the place of a key here.
 
     Examples
     --------
@@ -124,10 +218,11 @@ class KnownErrors:
     0.07
     """
 
-    radius_scale_sd: Annotated[_Share | None, Kind("1", "factor of all radii", 0.05, "image", True, _wider, _one)] = (
-        None
-    )
-    """Of a factor common to all radii, as a share: threshold and voxel size of the image. Usual: 0.05."""
+    radius_scale_sd: Annotated[
+        _Share | None, Kind("1", "factor of all radii", _RADIUS, "image", True, _wider, _one, of_image=_of_radii)
+    ] = None
+    """Of a factor common to all radii, as a share: threshold and voxel size of the image. Usual: 0.05, for fits the
+    root mean square of the network's ``radius_sd`` where that is larger."""
     length_scale_sd: Annotated[
         _Share | None, Kind("1", "factor of all lengths", 0.05, "image", True, _longer, _one)
     ] = None
@@ -137,6 +232,12 @@ class KnownErrors:
     ] = None
     """Of the exponent k of a wall stiffness that varies with the radius, β ∝ (r/r_root)^-k, around 0. Usual: 0.5; in
     pulmonary arteries distensibility is nearly uniform (k = 0), down the systemic ones k near 0.7 is usual."""
+    taper_sd: Annotated[
+        _Share | None, Kind("1", "fall of all radii along their vessels", 0.1, "image", False, _same, _none, False,
+                            _of_tapers)
+    ] = None  # fmt: skip
+    """Of what the radius of all vessels falls from inlet to outlet alike, as a share of it, and nobody knows. Usual:
+    0.1, in fits; less where the network's ``taper`` is measured."""
     image_pressure_sd: Annotated[
         _Share | None,
         Kind("mmHg", "pressure at which the image was taken", 0.3, "image", True, _filled,
@@ -144,9 +245,10 @@ class KnownErrors:
     ] = None  # fmt: skip
     """Of the pressure at which the image was taken, as a share of it, where it is known. Usual: 0.3."""
     flow_gain_sd: Annotated[
-        _Share | None, Kind("1", "true over measured flow", 0.0, "probe", True, _more_flow, _one)
+        _Share | None, Kind("1", "true over measured flow", 0.05, "probe", True, _more_flow, _one, False)
     ] = None
-    """Of the gain of the flow probe, as a share. Usual: 0, the probe is taken to be calibrated."""
+    """Of the gain of the flow probe, as a share. Usual: 0.05, in fits: makers of transit-time probes state ±10 %.
+    Posteriors take an untold gain for exact."""
     flow_delay_sd: Annotated[
         _SD | None, Kind("s", "delay of the measured flow", 0.0, "probe", False, _later_flow, _none)
     ] = None
@@ -156,20 +258,46 @@ class KnownErrors:
     ] = None
     """Of the zero of the pressure, mmHg. Usual: 0.5, for a transducer that was zeroed before it recorded; more for
     averaged cycles whose drift nobody saw."""
+    flow_zero_sd: Annotated[_SD | None, Kind("ml/s", "zero of the flow", 0.0, "probe", False, _lower_flow, _none)] = (
+        None
+    )
+    """Of the zero of the flow, ml/s. Usual: 0."""
+    pressure_lag_sd: Annotated[
+        _SD | None, Kind("s", "lag of the pressure", 0.0, "calibration", False, _sooner_pressure, _none)
+    ] = None
+    """Of the lag τ of a filter of first order in the pressure's amplifier, whose cut-off frequency is 1/(2π τ), s:
+    0.003 where it may be 50 Hz. Usual: 0."""
+    pressure_inertia_sd: Annotated[
+        _SD | None, Kind("s2", "inertia of the catheter", 0.0, "calibration", False, _calmer_pressure, _none)
+    ] = None
+    """Of the inertia θ that lets a fluid-filled catheter ring with the natural frequency 1/(2π √θ), s²: 7e-6 where that
+    may be 60 Hz. Its damping ratio ζ is a lag τ = 2ζ√θ: `pressure_lag_sd` of 0.003 beside it. Usual: 0."""
+    flow_lag_sd: Annotated[_SD | None, Kind("s", "lag of the flow", 0.0, "probe", False, _sooner_flow, _none)] = None
+    """Likewise of the flow meter's filter, s. Usual: 0."""
+    pressure_gain_sd: Annotated[
+        _Share | None, Kind("1", "true over measured pressure", 0.0, "calibration", True, _more_pressure, _one)
+    ] = None
+    """Of the gain of the pressure, as a share. Usual: 0."""
     viscosity_sd: Annotated[
         _Share | None, Kind("1", "true over assumed viscosity", 0.0, "model", True, _thicker, _one)
     ] = None
     """Of the viscosity of the blood, as a share: hematocrit and temperature. Usual: 0."""
 
     def sd(self, name: str) -> float:
-        """Return the SD of an unknown: what is said, else what is usual."""
-        said = getattr(self, f"{name}_sd")
-        return kinds()[name].usual if said is None else float(said)
+        """Return the SD of an unknown of posteriors: what is said, else what is usual."""
+        value, kind = getattr(self, f"{name}_sd"), kinds()[name]
+        return (kind.usual if kind.sampled else 0.0) if value is None else float(value)
 
-    def said(self) -> dict[str, float]:
-        """Return the errors that are said to be there, by unknown."""
-        values = {name: getattr(self, f"{name}_sd") for name in kinds()}
-        return {name: float(value) for name, value in values.items() if value}
+    def assumed(self, network: Network) -> tuple[AssumedError, ...]:
+        """Return the errors that fits of a network allow for, and those of which the lab says that there are none."""
+        errors = []
+        for name, kind in kinds().items():
+            sds = {"lab": getattr(self, f"{name}_sd"), "image": kind.of_image(network), "usual": kind.usual or None}
+            source: Any = next((one for one, sd in sds.items() if sd is not None), "")
+            if source and (name != "image_pressure" or network.pressure):
+                unit = "1" if kind.positive else kind.unit
+                errors.append(AssumedError(name, float(sds[source] or 0.0), unit, source))
+        return tuple(errors)
 
 
 @cache

@@ -164,7 +164,8 @@ def _scores(unknowns: Unknowns, fit: Fit) -> np.ndarray:
         raise InputError(
             f"the fit is one of the {fit.wall} wall, or with other beds, not of {unknowns.space.law.law().name}"
         )
-    return unknowns.scores({str(name): float(value) for name, value in fit.parameters["value"].items()})
+    response = {name: one.value for name, one in fit.response.items()}
+    return unknowns.scores({str(name): float(value) for name, value in fit.parameters["value"].items()} | response)
 
 
 def _optimum(target: Target, problem: Problem, fit: Fit) -> Optimum:

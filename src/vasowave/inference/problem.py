@@ -19,7 +19,7 @@ from vasowave.model.model import Model
 from vasowave.model.outlets import OF_DROP
 from vasowave.noise.spectrum import fourier, harmonics
 from vasowave.quantities import OF_PARAMETERS, derived
-from vasowave.recording import Recording, resample
+from vasowave.recording import Recording, resample, second_order
 from vasowave.runtime.kept import digest_of
 from vasowave.solver.places import Waves, waves_at, with_areas
 from vasowave.solver.result import Run
@@ -126,7 +126,8 @@ class Problem:
         unknowns = self.unknowns
         sd = unknowns.priors.sd("zero")
         zero = unknowns.values(points)["zero"] if unknowns.zero_enters else sd * zeros
-        means = self.recording.mean_pressure - np.broadcast_to(zero, len(points))
+        gain = unknowns.values(points)["pressure_gain"]
+        means = (self.recording.mean_pressure - np.broadcast_to(zero, len(points))) * gain
         rows, flows, places = [], [], []
         for point, mean in zip(points, means.tolist(), strict=True):
             model, seen = unknowns.posed(point)
@@ -136,8 +137,13 @@ class Problem:
             places.append(operating_point(model, mean))
         names = [name for name in (*OF_PARAMETERS, "tau") if name in found]
         every = dict(zip(names, np.array(rows).T, strict=True))
-        every["I_R"] = self._reflections(np.array(flows), outputs, np.array(places), model.blood.inertia)
-        moved = {"mPAP": sd > 0, "CO": "flow_gain" in unknowns.all}
+        every["I_R"] = self._reflections(
+            np.array(flows), self.through_amplifier(points, outputs, back=True), np.array(places), model.blood.inertia
+        )
+        moved = {
+            "mPAP": sd > 0 or "pressure_gain" in unknowns.all,
+            "CO": not {"flow_gain", "flow_zero"}.isdisjoint(unknowns.all),
+        }
         moved["PVR"] = any(moved.values()) or "wedge" in unknowns.all
         CO = np.mean(flows, axis=1)
         indices = {"mPAP": means, "CO": CO, "PVR": (means - unknowns.values(points)["wedge"]) / CO}
@@ -148,17 +154,23 @@ class Problem:
         found = np.full(len(flows), np.nan)
         good = np.isfinite(outputs[:, : self.samples]).all(axis=1) & np.isfinite(places).all(axis=1)
         if good.any():
-            pressure = resample(self.in_time(outputs[good]).T, _WAVES).T
-            if self.compared.what == "flow":  # without the errors of the probe, which `outputs` have and `flows` do not
-                wrong = flows[good] - self.recording.flow
-                flow = pressure / self.compared.scale + resample(resample(wrong.T, self.samples), _WAVES).T
-                pressure = np.tile(resample(resample(self.recording.pressure, self.samples), _WAVES), (len(flow), 1))
-            else:
-                flow = resample(resample(flows[good].T, self.samples), _WAVES).T
             areas, speeds = places[good].T[:, :, np.newaxis]
+            pressure, flow = self.inlet_waves(flows[good], outputs[good])
             waves = wave_intensity(pressure, flow, self.recording.period, areas, speeds, inertia)
             found[good] = waves.reflection_coefficient
         return found
+
+    def inlet_waves(self, flows: np.ndarray, outputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return pressure and flow at the inlet, shape (point, time), of coefficients and flows without errors.
+
+        In the harmonics that are compared.
+        """
+        pressure = resample(self.in_time(outputs).T, _WAVES).T
+        if self.compared.what == "flow":  # without the errors of the probe, which `outputs` have and `flows` do not
+            wrong = flows - self.recording.flow
+            flow = pressure / self.compared.scale + resample(resample(wrong.T, self.samples), _WAVES).T
+            return np.tile(resample(resample(self.recording.pressure, self.samples), _WAVES), (len(flow), 1)), flow
+        return pressure, resample(resample(flows.T, self.samples), _WAVES).T
 
     def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
         """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""
@@ -195,7 +207,7 @@ class Problem:
         posed = [self._posed(point)]
         for kind, errors in zip(("radii", "lengths", "falls"), self.unknowns.own_errors, strict=True):
             posed += [self._posed(point, **{kind: one}) for one in np.diag(errors) if one.any()]
-        outputs = self._simulated(posed)
+        outputs = self.through_amplifier([point] * len(posed), self._simulated(posed))
         if not np.isfinite(outputs).all():
             raise NumericalError(
                 "a model with one vessel wider or longer by its assumed error cannot be simulated; give smaller errors "
@@ -236,7 +248,25 @@ class Problem:
 
     def simulate(self, points: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
         """Return the coefficients at points, shape (point, coefficient); NaN where a point cannot be simulated."""
-        return self._simulated([self._posed(point) for point in points])
+        return self.through_amplifier(points, self._simulated([self._posed(point) for point in points]))
+
+    def through_amplifier(
+        self, points: Sequence[np.ndarray] | np.ndarray, outputs: np.ndarray, back: bool = False
+    ) -> np.ndarray:
+        """Return coefficients (point, coefficient) as the pressure's amplifier gives them, or back."""
+        response = {"pressure_lag", "pressure_inertia"}
+        if (response | {"pressure_gain"}).isdisjoint(self.unknowns.all) or self.compared.what == "flow":
+            return outputs
+        values, K, seen = self.unknowns.values(np.asarray(points)), self.samples // 2, outputs.copy()
+        gain = np.broadcast_to(values["pressure_gain"], len(outputs))[:, np.newaxis]
+        seen[:, : self.samples] *= gain if back else 1 / gain
+        if response.isdisjoint(self.unknowns.all):
+            return seen
+        outputs, frequency = seen.copy(), np.arange(1, K + 1) / self.recording.period
+        passing = second_order(values["pressure_lag"][..., None], values["pressure_inertia"][..., None], frequency)
+        passed = (outputs[:, 1 : K + 1] - 1j * outputs[:, K + 1 : self.samples]) * passing ** (-1 if back else 1)
+        seen[:, 1 : K + 1], seen[:, K + 1 : self.samples] = passed.real, -passed.imag
+        return seen
 
     def linear(self, points: np.ndarray) -> np.ndarray:
         """Return the coefficients at points as the network in the frequency domain has them; NaN where it has none."""
@@ -248,7 +278,7 @@ class Problem:
                     solved = linear_solution(model, self.compared.driven_by(recorded), self.samples // 2)
                     at_inlet = solved.over_cycle(self.compared.of_linear(solved, model.network.root), self.samples)
                     outputs[i] = self._whole(at_inlet, recorded, self._linear_waves(model, solved))
-        return outputs
+        return self.through_amplifier(points, outputs)
 
     def _whole(self, at_inlet: np.ndarray, recorded: Recording, waves: Waves | None) -> np.ndarray:
         """Return all coefficients: of what is compared at the inlet, mmHg, and of the waves at the sites.

@@ -1,6 +1,7 @@
 """Simulations that are kept as they are made, so that a run that was killed goes on where it stopped."""
 
 import io
+import random
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -8,12 +9,25 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.io.files import write_file
+from vasowave.findings import look_kind, warn
+from vasowave.io.files import check_home, write_file
+from vasowave.io.textfile import regular_file
+from vasowave.stores import stored
 
 Simulate = Callable[[np.ndarray], np.ndarray]
 """Maps points (point, unknown) to outputs (point, output); a row of NaN where a point cannot be simulated."""
 
-_UNREADABLE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
+NOT_KEPT = look_kind(
+    "posterior.simulations-not-kept",
+    "simulations that an interrupted run had kept do not come out again ({count}), and were made anew; {remedy}",
+    "look who else writes into results/searches; nothing of it is in these results",
+)
+_UNREADABLE = (
+    InputError, OSError, ValueError, KeyError, EOFError, MemoryError, NotImplementedError, RuntimeError,
+    zipfile.BadZipFile,
+)  # fmt: skip
+_TRIED = 8  # of the simulations that were kept, by chance
+_AGAIN = 1e-3  # mmHg, and share of an output, by which they may differ from those made here
 _BATCH = 32  # simulations between two writes of the file: less than a second of work, more than a write
 
 
@@ -42,7 +56,10 @@ class Simulations:
         progress: Callable[[int], None] | None = None,
     ) -> None:
         self._simulate, self._path, self._key, self._progress = simulate, path, key, progress
-        self._known: dict[bytes, np.ndarray] = {} if path is None or not path.exists() else _read(path, key)
+        self._known: dict[bytes, np.ndarray] = {} if path is None or not path.exists() else read_simulations(path, key)
+        if not self._come_again():
+            warn(NOT_KEPT(count=len(self._known)))
+            self._known = {}
         self.asked = 0
         self.computed = 0
 
@@ -62,28 +79,47 @@ class Simulations:
                 self._progress(self.asked)
         return np.array([self._known[point.tobytes()] for point in points])
 
+    def _come_again(self) -> bool:
+        """Whether some of what was kept, which nobody can foresee, are the same when they are simulated here."""
+        tried = random.SystemRandom().sample(sorted(self._known), min(_TRIED, len(self._known)))
+        if not tried:
+            return True
+        again, kept = self._simulate(np.array(list(map(np.frombuffer, tried)))), [self._known[one] for one in tried]
+        return again.shape == np.shape(kept) and np.allclose(kept, again, _AGAIN, _AGAIN, equal_nan=True)
+
     def _save(self) -> None:
         if self._path is None:
             return
         points = np.array([np.frombuffer(one) for one in self._known])
         content = io.BytesIO()
         np.savez(content, key=np.array(self._key), points=points, outputs=np.array(list(self._known.values())))
+        check_home(self._path, 2)
         write_file(self._path, content.getvalue())
 
 
 def simulations_in(path: Path) -> int:
     """Return how many simulations a file holds; 0 if it cannot be read, as when it is damaged or just removed."""
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+        with regular_file(path).open("rb") as file, np.load(file, allow_pickle=False) as kept:
             return len(kept["points"])
     except _UNREADABLE:
         return 0
 
 
-def _read(path: Path, key: str) -> dict[bytes, np.ndarray]:
+@stored("simulations of a posterior", "results/searches/*.npz")
+def read_simulations(path: Path, key: str) -> dict[bytes, np.ndarray]:
+    """Return the outputs at points by the bytes of the points.
+
+    Raises
+    ------
+    InputError
+        A file that is none, is damaged, or is of another problem than `key`.
+    """
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+        with regular_file(path).open("rb") as file, np.load(file, allow_pickle=False) as kept:
             own, points, outputs = str(kept["key"]), kept["points"], kept["outputs"]
+        if points.ndim != 2 or len(points) != len(outputs) or not points.dtype == outputs.dtype == float:
+            raise ValueError("no outputs at points")
     except _UNREADABLE:
         raise InputError(f"{path}: not a file of simulations, or damaged; remove it or give another path") from None
     if own != key:

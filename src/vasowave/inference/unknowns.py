@@ -181,9 +181,11 @@ class Unknowns:
         viscosity = value[WALL_VISCOSITY] * stiffer if WALL_VISCOSITY in value else 0.0
         outlets, behind = beds.scaled(*factors), float(value["wedge"])
         kept: dict[str, Any] = {"wall_viscosity": viscosity, "outlet_pulsation": self.space.outlet_pulsation}
+        untold = float(value["taper"])
         if not self.fall.any():
-            return Model(network, wall, outlets, blood, behind, **kept), seen.recording
-        fall = value["taper_scale"] * (self.fall + (0.0 if falls is None else falls))
+            shape = Shape.falling(np.full(len(network), untold)) if untold else None
+            return Model(network, wall, outlets, blood, behind, shape, **kept), seen.recording
+        fall = untold + value["taper_scale"] * (self.fall + (0.0 if falls is None else falls))
         shape = Shape.falling(fall)
         model = Model(network, wall, outlets, blood, behind, shape, junctions="total", **kept)
         return model, seen.recording

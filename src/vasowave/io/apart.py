@@ -20,6 +20,7 @@ from typing import Any, BinaryIO, NamedTuple
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.stores import parsed
 
 MEMORY = 7 << 28
 """Bytes of addresses that reading may take beside eight times what the files are long."""
@@ -121,7 +122,7 @@ def _asked(
     line = process.stdout.readline()
     if not line.endswith(b"\n"):
         raise EOFError
-    answer: dict[str, Any] = json.loads(line)
+    answer: dict[str, Any] = parsed(line)
     if "error" in answer:
         raise InputError(answer["error"].replace(str(path.absolute()), str(path)))
     if "damage" in answer:
@@ -165,7 +166,7 @@ def main() -> None:
     out = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what libraries print is no answer
     for line in sys.stdin.buffer:
-        _answer(json.loads(line), out)
+        _answer(parsed(line), out)
 
 
 def _answer(asked: dict[str, Any], out: BinaryIO) -> None:

@@ -1,24 +1,32 @@
-"""The one way into files and folders: whole or not at all.
+"""The one way into files and folders: whole or not at all, and only where nobody else wrote meanwhile.
 
 What is written stands first under a hidden name beside its place, is flushed to the disk, and then takes its place by
-renaming. A link is replaced, never written through.
+renaming (see `runtime.writing`). A link is replaced, never written through. Whoever writes into a study is alone in it
+(`alone_in`), and what was read before is compared with what is there, for an editor takes no lock.
 """
 
 import errno
 import os
 import shutil
 import tempfile
+import threading
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.runtime.kept import PART, put
 from vasowave.runtime.locks import lock_open_file
+from vasowave.runtime.writing import PART, Part, flush, open_regular, opened, put
+
+STUDY_LOCK = ".vasowave.lock"
+"""A file in a study, locked by whoever writes into its table, its settings or its edits."""
 
 _HELD = "held"  # a file in an unfinished folder, locked by the program that fills it
 _FORGOTTEN = 3600.0  # s; an unfinished piece that is older belongs to no program that still runs
+_BEGUN = 2.0  # s; a file that is younger may be about to be locked
+_PATIENCE_SECONDS = 10.0  # to wait for another program that writes into the same study
+_POLL_SECONDS = 0.005  # between two tries
 _FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 _REASONS = {
     errno.EFBIG: "it is larger than this system or its limits allow",
@@ -29,6 +37,8 @@ _REASONS = {
     errno.ENOTDIR: "something on the way to it is a file; choose another place",
     errno.EISDIR: "it is a folder; give the name of a file",
     errno.ELOOP: "it is a link; remove it",
+    errno.EMLINK: "the file has a second name elsewhere (a hard link); remove it, or put a copy in its place",
+    errno.ENXIO: "it is a pipe or a device; remove it",
     errno.ENAMETOOLONG: "its name is too long",
 }
 
@@ -48,13 +58,161 @@ def write_file(path: Path, content: bytes | str) -> Path:
     InputError
         It could not be written; what stood there before still does.
     """
-    path = Path(path)
+    write_files({Path(path): content})
+    return Path(path)
+
+
+def write_files(contents: Mapping[Path, bytes | str | None], seen: Mapping[Path, bytes | None] | None = None) -> None:
+    """Put several files in their places, all or none; None removes a file.
+
+    Parameters
+    ----------
+    contents : mapping of Path to bytes, str or None
+    seen : mapping of Path to bytes or None, optional
+        What files held when they were read, from which the new contents were made.
+
+    Raises
+    ------
+    InputError
+        A file does not hold any more what was seen; something could not be written. All are as they were.
+    """
+    seen, before, done, parts = seen or {}, dict[Path, bytes | None](), list[Path](), dict[Path, Part]()
+    with ExitStack() as left:
+        try:
+            for path, content in contents.items():
+                if content is not None:
+                    parts[path] = left.enter_context(Part(path))
+                    parts[path].write(content.encode() if isinstance(content, str) else content)
+                    parts[path].end()
+            before |= {path: content_of(path) for path in {**contents, **seen} if seen or len(contents) > 1}
+            if other := [path for path, content in seen.items() if before[path] != content]:
+                raise InputError(f"{other[0]} was changed elsewhere meanwhile; nothing was written; do it again")
+            for path in contents:
+                done.append(path)
+                parts[path].take_place() if path in parts else path.unlink(missing_ok=True)
+            for folder in {path.parent for path in contents}:
+                flush(folder)
+        except OSError as error:
+            for path in filter(before.__contains__, done):
+                with suppress(OSError):
+                    path.unlink(missing_ok=True) if (was := before[path]) is None else put(path, [was])
+            raise not_written([*contents][max(0, len(done) - 1)], error) from None
+
+
+def content_of(path: Path) -> bytes | None:
+    """Return what a file holds, None where there is none; `InputError` where it cannot be read."""
     try:
-        put(path, [content.encode() if isinstance(content, str) else content], 0o644)
-        flush(path.parent)
+        with opened(path, links=True) as handle, open(handle, "rb", closefd=False) as file:
+            return file.read()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise InputError(f"{path}: {(error.strerror or 'cannot be read').lower()}") from None
+
+
+@contextmanager
+def in_words(path: Path) -> Iterator[None]:
+    """Make an error of the system inside one of ours, which says why `path` could not be written."""
+    try:
+        yield
     except OSError as error:
         raise not_written(path, error) from None
-    return path
+
+
+def copy_file(source: Path, place: Path) -> None:
+    """Put a file that is never changed in a further place; linked, where the file system can."""
+    with in_words(place):
+        place.unlink(missing_ok=True)
+        try:
+            os.link(source, place)
+        except OSError:  # no links on this file system
+            put(place, [source.read_bytes()])
+
+
+def take_free_place(part: Path, place: Path) -> None:
+    """Move a file to a place where none is; `FileExistsError` where one is."""
+    try:
+        os.link(part, place)  # unlike a renaming it never takes another's place
+    except OSError:
+        if os.path.lexists(place):
+            raise
+        os.rename(part, place)  # a file system without links
+
+
+def remove_file(path: Path) -> None:
+    """Remove a file, or the link in its place, if one is there; `InputError` where that fails."""
+    with in_words(path):
+        path.unlink(missing_ok=True)
+
+
+def make_folder(folder: Path, mode: int = 0o777) -> Path:
+    """Return a folder, made with those above it where it is missing; `InputError` where that fails."""
+    with in_words(folder):
+        folder.mkdir(mode, parents=True, exist_ok=True)
+    return folder
+
+
+class _Turn:
+    """Whose turn it is among the threads of this program, and how often it entered."""
+
+    def __init__(self) -> None:
+        self.lock, self.depth = threading.RLock(), 0
+
+
+_TURNS: dict[Path, _Turn] = {}
+
+
+@contextmanager
+def alone_in(folder: Path | None) -> Iterator[None]:
+    """Be the only thread, and the only program, that writes into a study, if there is one; within itself it is one.
+
+    Raises
+    ------
+    InputError
+        Another program writes into it for longer than one waits; the lock cannot be made, or is a link, a pipe or a
+        device.
+    """
+    if folder is None:
+        yield
+        return
+    turn = _TURNS.setdefault(folder.resolve(), _Turn())
+    with turn.lock:
+        turn.depth += 1
+        try:
+            with _program_alone(folder) if turn.depth == 1 and folder.is_dir() else nullcontext():
+                yield
+        finally:
+            turn.depth -= 1
+
+
+@contextmanager
+def _program_alone(folder: Path) -> Iterator[None]:
+    path, ends = folder / STUDY_LOCK, time.monotonic() + _PATIENCE_SECONDS
+    with in_words(path):
+        try:
+            handle = open_regular(path, os.O_RDWR | os.O_CREAT)
+        except PermissionError:  # made by another user of a folder that is shared
+            handle = open_regular(path)
+    try:
+        while not _is_locked(handle):
+            if time.monotonic() > ends:
+                raise InputError(f"{folder}: another program is writing into this study; try again")
+            time.sleep(_POLL_SECONDS)
+        remove_parts(folder, _FORGOTTEN)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _is_locked(handle: int) -> bool:
+    """Lock a file, if nobody else has it; a file system without locks lets everybody."""
+    try:
+        lock_open_file(handle)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+    return True
 
 
 @contextmanager
@@ -70,11 +228,14 @@ def write_folder(folder: Path) -> Iterator[Path]:
         `folder` cannot be written; what stood there before still does.
     """
     folder = Path(folder)
-    made = not folder.exists()
+    made = not os.path.exists(folder)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         remove_parts(folder, _FORGOTTEN)
-        with tempfile.TemporaryDirectory(prefix=PART, dir=folder) as name, _held(Path(name)):
+        with (
+            tempfile.TemporaryDirectory(prefix=PART, dir=folder, ignore_cleanup_errors=True) as name,
+            _held(Path(name)),
+        ):
             fresh, aside = Path(name) / "new", Path(name) / "old"
             fresh.mkdir()
             aside.mkdir()
@@ -86,8 +247,9 @@ def write_folder(folder: Path) -> Iterator[Path]:
     except OSError as error:
         raise not_written(folder, error) from error
     finally:
-        if made and folder.is_dir() and not any(folder.iterdir()):
-            folder.rmdir()
+        if made:
+            with suppress(OSError):  # it holds something
+                folder.rmdir()
 
 
 def _move(fresh: Path, folder: Path, aside: Path) -> None:
@@ -111,17 +273,17 @@ def _move(fresh: Path, folder: Path, aside: Path) -> None:
 @contextmanager
 def _held(part: Path) -> Iterator[None]:
     """Show others, as long as this program lives, that an unfinished folder is being filled."""
-    with (part / _HELD).open("ab") as file:
-        with suppress(OSError):  # a file system without locks
-            lock_open_file(file.fileno())
+    with opened(part / _HELD, os.O_RDWR | os.O_CREAT) as handle:
+        _is_locked(handle)
         yield
 
 
 def _is_left(part: Path) -> bool:
-    """Whether an unfinished folder belonged to a program that has ended."""
+    """Whether an unfinished file or folder belonged to a program that has ended."""
     try:
-        with (part / _HELD).open("rb+") as file:
-            lock_open_file(file.fileno())
+        place = part / _HELD if part.is_dir() else part
+        with opened(place, os.O_RDWR, links=not part.is_symlink()) as handle:
+            lock_open_file(handle)
     except OSError:
         return False
     return True
@@ -129,13 +291,15 @@ def _is_left(part: Path) -> bool:
 
 def remove_parts(folder: Path, age: float = 0.0) -> None:
     """Remove what a killed program left unfinished in `folder`, if that is known or it is older than `age` (s)."""
-    for rest in folder.glob(f"{PART}*"):
-        if time.time() - rest.lstat().st_mtime < age and not _is_left(rest):
-            continue
-        if rest.is_dir() and not rest.is_symlink():
-            shutil.rmtree(rest, ignore_errors=True)
-        else:
-            rest.unlink(missing_ok=True)
+    with suppress(OSError):  # what stays is removed another time
+        for rest in folder.glob(f"{PART}*"):
+            since = time.time() - rest.lstat().st_mtime
+            if since < age and not ((since > _BEGUN or rest.is_dir()) and _is_left(rest)):
+                continue
+            if rest.is_dir() and not rest.is_symlink():
+                shutil.rmtree(rest, ignore_errors=True)
+            else:
+                rest.unlink(missing_ok=True)
 
 
 def check_folder(folder: Path, marks: Mapping[str, bytes]) -> None:
@@ -158,12 +322,10 @@ def check_folder(folder: Path, marks: Mapping[str, bytes]) -> None:
 
 def check_writable(folder: Path) -> None:
     """Raise `InputError` now, not after hours, if nothing can be written into `folder`, which may have to be made."""
-    place = next(one for one in (folder.absolute(), *folder.absolute().parents) if one.exists())
-    try:
-        with tempfile.TemporaryDirectory(prefix=PART, dir=place):
-            pass
-    except OSError as error:
-        raise not_written(folder, error) from None
+    place = next(one for one in (folder.absolute(), *folder.absolute().parents) if os.path.exists(one))
+    remove_parts(place, _FORGOTTEN)
+    with in_words(folder), Part(place / "tried"):
+        pass
 
 
 def check_file(path: Path, *endings: str) -> None:
@@ -173,6 +335,8 @@ def check_file(path: Path, *endings: str) -> None:
     """
     if path.is_dir():
         raise InputError(f"{path} is a folder; give the name of a file")
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path} is a pipe or a device; give the name of a file")
     if not path.parent.is_dir():
         raise InputError(f"{path}: there is no folder {path.parent}; make it first")
     if endings and path.suffix.lower() not in endings:
@@ -180,14 +344,24 @@ def check_file(path: Path, *endings: str) -> None:
     check_writable(path.parent)
 
 
-def made_inside(folder: Path, name: str) -> Path:
-    """Return the folder `name` inside `folder`, made if missing.
+def lies_inside(folder: Path, name: str) -> bool:
+    """Whether a name, and all links on its way, stay inside a folder."""
+    try:
+        home, path = folder.resolve(), (folder / name).resolve()
+    except (OSError, RuntimeError, ValueError):
+        return False
+    return path != home and path.is_relative_to(home)
 
-    Raises
-    ------
-    InputError
-        It is a link that leads out of `folder`, or cannot be made.
-    """
+
+def made_inside(folder: Path, name: str) -> Path:
+    """Return the folder `name` inside `folder`, made if missing; `InputError` as `inside`, or if it cannot be made."""
+    inner = make_folder(inside(folder, name))
+    remove_parts(inner, _FORGOTTEN)
+    return inner
+
+
+def inside(folder: Path, name: str) -> Path:
+    """Return the place of the folder `name` inside `folder`; `InputError` if it is a link that leads out of it."""
     inner = folder / name
     try:
         inner.resolve().stat()
@@ -197,16 +371,23 @@ def made_inside(folder: Path, name: str) -> Path:
         raise InputError(f"{inner}: cannot be opened ({error}); is it a link to itself? Remove it") from None
     if not inner.resolve().is_relative_to(folder.resolve()):
         raise InputError(f"{inner} is a link that leads out of {folder}; put a folder in its place, or move the whole")
-    try:
-        inner.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise not_written(inner, error) from None
     return inner
 
 
+def check_home(file: Path, folders: int) -> None:
+    """Raise `InputError` if one of the last `folders` on the way to a file is a link that leads out of what is above.
+
+    A folder that was one when a run began may have been replaced since.
+    """
+    above = file.absolute().parents
+    home = above[min(folders, len(above) - 1)]
+    inside(home, str(above[0].relative_to(home)))
+
+
 def is_full(error: BaseException) -> bool:
-    """Whether an error says that the disk, or the quota on it, is full."""
-    return isinstance(error, OSError) and error.errno in _FULL
+    """Whether an error, or what it came of, says that the disk, or the quota on it, is full."""
+    before = error.__cause__ or error.__context__
+    return (isinstance(error, OSError) and error.errno in _FULL) or (before is not None and is_full(before))
 
 
 def not_written(path: Path, error: OSError) -> InputError:
@@ -215,21 +396,6 @@ def not_written(path: Path, error: OSError) -> InputError:
         return InputError(f"{path}: no space left; what had finished is kept, make room and run again")
     reason = _REASONS.get(error.errno or 0) or error.strerror or str(error)
     return InputError(f"{path}: cannot be written: {reason} (what had finished is kept)")
-
-
-def flush(path: Path) -> None:
-    """Wait until a file or folder is on the disk, not only in memory."""
-    if path.is_symlink():
-        return
-    flags = os.O_RDONLY if path.is_dir() or os.name != "nt" else os.O_RDWR
-    try:
-        handle = os.open(path, flags)
-    except PermissionError:  # Windows does not open folders
-        return
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def _has_mark(path: Path, mark: bytes) -> bool:

@@ -3,7 +3,7 @@
 A study may come from anybody, so nothing that lies beside it is ever on the path of imports. Only the file of a law
 that it names is run: ``our_laws:Class`` is the class in ``our_laws.py`` beside the study, and from then on is called
 ``our_laws@0123456789abcdef:Class``, by the beginning of the file's SHA-256. Other processes get the source, not the
-place: a worker on another machine runs the same law.
+place: a worker on another machine runs the same law. What a study names runs only where its user has allowed it.
 """
 
 import hashlib
@@ -14,14 +14,21 @@ import traceback
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
 from vasowave.errors import InputError, VasowaveError
 from vasowave.io.textfile import read_bytes
+from vasowave.io.trusted import is_allowed
 from vasowave.runtime.kept import BY_CONTENT
 
+ALLOW = "read it, then allow it with --trust, with `vasowave.trust_study`, or on the page of the workbench"
+"""What to do about a program that a study names."""
+
+_INSTALLED = "@installed"
 _LARGEST = 1 << 20  # bytes; no law is longer
 _NUMBAS_PLACE = re.compile(r'File "([^"]*)", line (\d+)')
 
@@ -42,61 +49,132 @@ class LawFile(NamedTuple):
     path: str
     source: bytes
 
+    @property
+    def sha256(self) -> str:
+        """The SHA-256 of the source."""
+        return hashlib.sha256(self.source).hexdigest()
 
+
+class Where(NamedTuple):
+    """How names of laws are to be understood.
+
+    Attributes
+    ----------
+    folder : Path or None
+        Where their files lie; None: no file is looked for, and nothing is run for a name.
+    typed : bool
+        Whether a person has typed them: whoever names a program in a command or a script has asked for it. What a study
+        or its results name runs where it is allowed only, see `io.trusted`.
+    """
+
+    folder: Path | None
+    typed: bool = False
+
+
+_TYPED = Where(Path(), typed=True)
 _known: dict[str, LawFile] = {}
-_folder: ContextVar[Path | None] = ContextVar("folder", default=Path())
+_studies: dict[str, set[Path]] = {}  # folders of the studies that name a file, by its name
+_typed: set[bytes] = set()  # programs that a person has named
+_where: ContextVar[Where] = ContextVar("where", default=_TYPED)
 
 
 @contextmanager
 def looking_in(folder: Path | None) -> Iterator[None]:
-    """Let laws be named that lie in `folder`, in place of the folder one is in; None: no file is run for a name."""
-    token = _folder.set(folder)
+    """Understand names of laws as those of the study in `folder`, or of results (None), not as typed ones."""
+    token = _where.set(Where(folder))
     try:
         yield
     finally:
-        _folder.reset(token)
+        _where.reset(token)
 
 
 def named(wall: str) -> str:
-    """Return a law's name with that of its file, if it has one here: ``our_laws@0123456789abcdef:Class``."""
+    """Return a law's name with that of its file, if it has one here: ``our_laws@0123456789abcdef:Class``.
+
+    In a study, the class of an installed module is called ``package.module@installed:Class``.
+    """
     if not isinstance(wall, str):
         raise InputError(f"{wall!r} is no name; write one name")
-    stem, colon, attribute = wall.partition(":")
-    stem, folder = stem.removesuffix(".py"), _folder.get()
-    if not (colon and stem.isidentifier() and folder is not None and (folder / f"{stem}.py").is_file()):
+    stem, colon, attribute = (part.strip() for part in wall.partition(":"))
+    where = _where.get()
+    if not colon or "@" in stem:
         return wall
-    path = (folder / f"{stem}.py").absolute()
-    source = read_bytes(path)
-    if len(source) > _LARGEST:
-        raise InputError(f"{path}: larger than {_LARGEST >> 20} MB; no wall law is")
-    name = f"{stem}@{_digest(source)}"
-    _known[name] = LawFile(name, str(path), source)
-    return f"{name}:{attribute}"
+    module = stem.removesuffix(".py")
+    if module.isidentifier() and where.folder is not None and (path := where.folder / f"{module}.py").is_file():
+        if path.stat().st_size > _LARGEST:
+            raise InputError(f"{path}: larger than {_LARGEST >> 20} MB; no wall law is")
+        source = read_bytes(path)
+        file = LawFile(f"{module}@{_digest(source)}", str(path.absolute()), source)
+    elif where.typed or not stem:
+        return wall
+    elif where.folder is not None and not _is_installed(module):
+        raise InputError(
+            f"'{wall}': no such module is installed, and there is no {module}.py in the folder of the study"
+        )
+    else:
+        file = _installed(module)
+    _know(file, where.folder)
+    if where.typed:
+        _typed.add(file.source)
+    return f"{file.name}:{attribute}"
+
+
+def _know(file: LawFile, folder: Path | None) -> None:
+    _known[file.name] = file
+    _studies.setdefault(file.name, set()).update([] if folder is None else [folder.absolute()])
+
+
+def _installed(module: str) -> LawFile:
+    """Return what stands for an installed module that a study, or its results, name."""
+    return LawFile(f"{module}{_INSTALLED}", f"the installed module {module}", f"import {module}\n".encode())
+
+
+def _is_installed(module: str) -> bool:
+    try:
+        return find_spec(module.partition(".")[0]) is not None  # of the first part: to find the others, it is run
+    except (ImportError, ValueError):
+        return False
+
+
+def may_run(name: str) -> bool:
+    """Whether the program of a law, by the name of its file, was typed by a person or is allowed for its study.
+
+    Of a study that is being read it must be allowed for this one.
+    """
+    file, here = _known.get(name), _where.get()
+    if file is None:
+        return False
+    studies = _studies[name] if here.typed or here.folder is None else {here.folder}
+    return file.source in _typed or any(is_allowed(study, file.source) for study in studies)
 
 
 def is_unread(wall: str) -> bool:
-    """Whether a name was only read back, from results: to read them nothing is run."""
+    """Whether a name is only read, and what it names not run: of results, or a program that nobody has allowed."""
     stem, colon, _ = wall.partition(":")
-    return bool(colon) and (_folder.get() is None or ("@" in stem and stem not in _known))
+    return bool(colon) and (_where.get().folder is None or ("@" in stem and not may_run(stem)))
 
 
 def plain(wall: str) -> str:
     """Return a law's name as a person writes it, without what stands for its file's content."""
-    return re.sub(r"@[0-9a-f]*:", ":", wall)
+    return re.sub(r"@\w*:", ":", wall)
 
 
 def file_behind(module: str) -> str:
     """Return the name of the file behind a module that was made of one, else the module's own."""
-    return next((name for name in _known if module == _module_name(name)), module)
+    return next((name for name in _known if module in (_module_name(name), name.removesuffix(_INSTALLED))), module)
 
 
 def remember(walls: Iterable[str], folders: Iterable[Path]) -> None:
     """Know the files of these laws, where one with the content that is named lies in a folder; nothing is run."""
-    for wall in walls:
-        stem, _, digest = wall.partition(":")[0].partition("@")
-        for path in (folder / f"{stem}.py" for folder in folders if digest and stem.isidentifier()):
-            if path.is_file() and (name := f"{stem}@{_digest(source := read_bytes(path))}") == f"{stem}@{digest}":
-                _known.setdefault(name, LawFile(name, str(path.absolute()), source))
+    for stem, _, digest in (wall.partition(":")[0].partition("@") for wall in walls if ":" in wall):
+        for folder in folders:
+            path = folder / f"{stem}.py"
+            if digest in ("", _INSTALLED[1:]):
+                _know(_installed(stem), folder)
+            elif stem.isidentifier() and path.is_file() and path.stat().st_size <= _LARGEST:
+                source = read_bytes(path)
+                if _digest(source) == digest:
+                    _know(LawFile(f"{stem}@{digest}", str(path.absolute()), source), folder)
 
 
 def _digest(source: bytes) -> str:
@@ -104,7 +182,7 @@ def _digest(source: bytes) -> str:
 
 
 def _module_name(name: str) -> str:
-    return f"{BY_CONTENT}{name.rpartition('@')[2]}"
+    return f"{BY_CONTENT}{name.replace('@', '_')}"
 
 
 def files_of(walls: Iterable[str]) -> tuple[LawFile, ...]:
@@ -114,8 +192,10 @@ def files_of(walls: Iterable[str]) -> tuple[LawFile, ...]:
 
 
 def learn(files: Iterable[LawFile]) -> None:
-    """Know these files by their names; nothing is run before a law is asked for."""
-    _known.update({file.name: file for file in files})
+    """Know these files, which may run where they come from, by their names; nothing is run before it is asked for."""
+    for file in files:
+        _know(file, None)
+        _typed.add(file.source)
 
 
 def module_of(name: str, wall: str) -> ModuleType:
@@ -126,7 +206,7 @@ def module_of(name: str, wall: str) -> ModuleType:
     InputError
         The file is not here, or cannot be run: says which line and why.
     """
-    if name not in _known and (folder := _folder.get()) is not None:
+    if name not in _known and (folder := _where.get().folder) is not None:
         remember([wall], [folder])
     file = _known.get(name)
     if file is None:
@@ -135,6 +215,15 @@ def module_of(name: str, wall: str) -> ModuleType:
             "What is stored can be read; to simulate or fit with the law, read the study that names it, or put the "
             "file into the folder you are in"
         )
+    if not may_run(name):
+        raise InputError(
+            f"'{plain(wall)}' is a program that a study names, {file.path}, and nobody has allowed it to run; {ALLOW}"
+        )
+    if name.endswith(_INSTALLED):
+        try:
+            return import_module(name.removesuffix(_INSTALLED))
+        except Exception as error:
+            raise InputError(f"'{plain(wall)}': {file.path} cannot be loaded: {_words(error)}") from None
     key = _module_name(name)
     if key not in sys.modules:
         sys.modules[key] = _run(key, file)

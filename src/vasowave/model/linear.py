@@ -279,9 +279,11 @@ def _motions(model: Model, pressure: np.ndarray, flow: np.ndarray, count: int, p
         dynamic = inertia * u / A * model.total_pressure
         keeps = np.where(half < 1.0, 1.0, 1.0 - _slower((u / c) ** 2 / delay) * model.total_pressure)
         loss = np.where(model.network.parent < 0, 0.0, model.loss)
-        lost = loss * inertia * np.abs(u) / A / keeps
-        left = np.where(half < 1.0, 1.0, 1.0 - loss * u * np.abs(u) / c**2 / delay / keeps)
-        ends.append(Motion(keeps, half * dynamic, left, half * lost))
+        viscous = np.where(model.network.parent < 0, 0.0, model.narrowing_drag(period))
+        lost = (half * loss * inertia * np.abs(u) + viscous) / A / keeps
+        by_area = (loss * u * np.abs(u) + viscous * u / inertia) / c**2
+        left = np.where(half < 1.0, 1.0, 1.0 - by_area / delay / keeps)
+        ends.append(Motion(keeps, half * dynamic, left, lost))
     return ends[0], ends[1]
 
 

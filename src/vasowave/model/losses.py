@@ -1,6 +1,6 @@
 """Where vessels lose energy beside their drag: a stenosis, a web or a band, and branches that leave at an angle."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any
 
@@ -10,21 +10,84 @@ from vasowave.errors import InputError
 from vasowave.model.model import Model
 from vasowave.network.network import MEASURED, Network
 
-TURBULENT = 1.52
-"""What a jet loses behind a stenosis, in ½ρ(u_s - u_0)² (Young and Tsai, J Biomech 6, 1973)."""
+
+@dataclass(frozen=True)
+class Stenosis:
+    """Coefficients of the fall of pressure along a narrowing; a result has a note where their source measured nothing.
+
+    Δp = K_v μU/D + ½K_t (A/A_s - 1)² ρ|U|U + K_u ρL dU/dt, with velocity, diameter and area before it, and
+    K_v = 32 (length·L + diameter·D_s)/D (A/A_s)² (Young and Tsai, J Biomech 6, 1973; the lengths of K_v: Seeley and
+    Young, J Biomech 9, 1976).
+
+    Attributes
+    ----------
+    turbulent : float
+        K_t.
+    length, diameter : float
+        Shares of the narrowing's length and of its own diameter D_s in the length along which Poiseuille's flow would
+        lose as much: the second is what the flow loses to contract and to spread again, and most of it in a web.
+    inertial : float, optional
+        K_u, at most A/A_s. By default the blood of the narrow part has its own inertia, ρL/A_s, which is K_u = A/A_s;
+        the source measured 1.2, for which the cells of the narrow part, and the steps, become shorter.
+    least_lost : float
+        Share of the area that is lost, below which the viscous term falls in proportion, so that nothing takes nothing:
+        milder stenoses were not measured.
+
+    Raises
+    ------
+    InputError
+        A coefficient that is negative or not finite.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Stenosis(turbulent=1.2).viscous_length(0.1, 0.05)  # 0.83 L + 1.64 D_s, cm
+    0.165
+    """
+
+    turbulent: float = 1.52
+    length: float = 0.83
+    diameter: float = 1.64
+    inertial: float | None = None
+    least_lost: float = 0.4
+
+    def __post_init__(self) -> None:
+        """Check the coefficients."""
+        for name in ("turbulent", "length", "diameter", "inertial", "least_lost"):
+            value = getattr(self, name)
+            if value is not None and not (np.isfinite(value) and value >= 0):
+                raise InputError(f"Stenosis: {name} = {value!r}; give 0 or more")
+        if self.inertial == 0 or self.least_lost == 0:
+            raise InputError("Stenosis: inertial and least_lost are above 0; give more, or leave them out")
+
+    def viscous_length(self, length: float, diameter: float) -> float:
+        """Return the length, cm, along which Poiseuille's flow would lose as much, of a narrowing's own (cm)."""
+        return self.length * length + self.diameter * diameter
+
+
+STENOSIS = Stenosis()
+"""The coefficients of the sources."""
 
 _TURN = 0.75  # share of a branch's angle by which its stream has turned where it leaves (Mynard, Valen-Sendstad 2015)
 
 
 def narrowed(
-    model: Model, vessel: str, area_lost: float, length: float, place: float = 0.5, stiffer: float = 1.0
+    model: Model,
+    vessel: str,
+    area_lost: float,
+    length: float,
+    place: float = 0.5,
+    stiffer: float = 1.0,
+    *,
+    coefficients: Stenosis = STENOSIS,
 ) -> Model:
     """Return a model with a stenosis, a web or a band in one vessel.
 
     The vessel becomes three: up to the narrowing, the narrowing, and what lies beyond it, where the jet loses
-    1.52 (A/A_s - 1)² ½ρu² with the velocity u there (Young and Tsai 1973). Drag and inertia of the narrow part are
-    those of a vessel of its radius, and it stretches as the vessel does, unless it is `stiffer`, as a suture is. The
-    pressure within it is lower only where junctions share the total pressure; before and behind it is the same.
+    1.52 (A/A_s - 1)² ½ρu² with the velocity u there. What viscosity takes, 8πμ (0.83 L + 1.64 D_s)/A_s² of the flow, is
+    the drag of the narrow part, and at its inlet the rest (see `Stenosis`). The narrow part stretches as the vessel
+    does, unless it is `stiffer`, as a suture is. Where junctions share the total pressure, that of its own velocity is
+    taken from the pressure within it.
 
     Parameters
     ----------
@@ -39,6 +102,8 @@ def narrowed(
         Its middle, as a share of the vessel's length.
     stiffer : float
         How many times as stiff as the vessel the narrow part is.
+    coefficients : Stenosis
+        Others than those of the sources, as ``Stenosis(turbulent=1.2)``, where they were measured.
 
     Returns
     -------
@@ -71,6 +136,8 @@ def narrowed(
     if not (np.isfinite(stiffer) and stiffer > 0):
         raise InputError(f"a narrowing that is {stiffer:g} times as stiff; give a positive number")
     whole = float(network.length[row])
+    inertial = coefficients.inertial
+    share = 1.0 if inertial is None else min(1.0, inertial * (1.0 - area_lost))  # of its length, in cells
     before, beyond = place * whole - 0.5 * length, (1.0 - place) * whole - 0.5 * length
     if not length > 0:
         raise InputError(f"a narrowing of {length:g} cm; give its length, above 0 cm")
@@ -80,7 +147,9 @@ def narrowed(
     rows = np.insert(np.arange(len(network)), row + 1, [row, row])  # of every new vessel, that which it is a part of
     parts = slice(row, row + 3)
     loss: Any = np.broadcast_to(model.loss, len(network))[rows].copy()
-    loss[parts] = loss[row], 0.0, TURBULENT * (1.0 / (1.0 - area_lost) - 1.0) ** 2
+    loss[parts] = loss[row], 0.0, coefficients.turbulent * (1.0 / (1.0 - area_lost) - 1.0) ** 2
+    resistance: Any = np.broadcast_to(model.resistance, len(network))[rows].copy()
+    resistance[parts] = resistance[row], _viscous(model, row, area_lost, length, coefficients), 0.0
     factor = np.where(np.arange(len(rows)) == row + 1, stiffer, 1.0)
     parameters = zip(model.wall, model.wall.law().parameters, strict=True)
     shape = model.shape
@@ -89,12 +158,21 @@ def narrowed(
         shape = type(shape)(*(table[rows] if len(table) > 1 else table for table in tables))
     return replace(
         model,
-        network=_in_three(network, row, rows, (before, length, beyond), np.sqrt(1.0 - area_lost)),
+        network=_in_three(network, row, rows, (before, share * length, beyond), np.sqrt(1.0 - area_lost)),
         wall=type(model.wall)(*(value[rows] * one.scale(factor) for value, one in parameters)),
         shape=shape,
         loss=loss,
+        resistance=resistance,
         wall_viscosity=np.broadcast_to(model.wall_viscosity, len(network))[rows],
     )
+
+
+def _viscous(model: Model, row: int, area_lost: float, length: float, coefficients: Stenosis) -> float:
+    """Return the viscous resistance of a narrowing, mmHg s/ml."""
+    area = (1.0 - area_lost) * model.network.area[row]
+    along = coefficients.viscous_length(length, 2.0 * np.sqrt(area / np.pi))
+    share = min(1.0, area_lost / coefficients.least_lost)
+    return float(share * 8.0 * np.pi * model.blood.inertia * model.blood.viscosity * along / area**2)
 
 
 def _in_three(network: Network, row: int, rows: np.ndarray, lengths: tuple[float, ...], factor: float) -> Network:

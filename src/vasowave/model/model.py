@@ -54,6 +54,10 @@ class Model:
     loss : float or array, shape (vessel,)
         Loss coefficient K of each vessel's inlet: what enters or leaves it there loses K ½ρu², with its own velocity u.
         That of the root is not used.
+    resistance : float or array, shape (vessel,)
+        Steady viscous resistance of a vessel that is a narrowing, mmHg s/ml at the areas of the image: where its own
+        drag takes less, its inlet takes the rest. 0, the default, leaves a vessel its own drag alone; so does any of
+        the root.
     wall_viscosity : float or array, shape (vessel,)
         Viscosity η of the wall, mmHg s, with any law: a wall that stretches meets η ∂√(A/A0)/∂t beside the pressure of
         its law, so that p = (β + η ∂/∂t)(√(A/A0) - 1) with the linear one (Kelvin and Voigt). 0 is an elastic wall.
@@ -84,6 +88,7 @@ class Model:
     loss: float | np.ndarray = 0.0
     wall_viscosity: float | np.ndarray = 0.0
     outlet_pulsation: np.ndarray | None = None
+    resistance: float | np.ndarray = 0.0
 
     def __post_init__(self) -> None:
         """Expand every parameter to one value per vessel or terminal, and check it."""
@@ -105,6 +110,7 @@ class Model:
         if self.junctions not in (None, "static", "total"):
             raise InputError(f"junctions: {self.junctions!r} is not known; give 'static' or 'total'")
         object.__setattr__(self, "loss", _not_negative("loss", self.loss, self.network.name))
+        object.__setattr__(self, "resistance", _not_negative("resistance", self.resistance, self.network.name))
         viscosity = _not_negative("wall_viscosity", self.wall_viscosity, self.network.name)
         object.__setattr__(self, "wall_viscosity", viscosity)
         bad = np.flatnonzero(~(np.isfinite(self.area0) & (self.area0 > 0)))
@@ -147,7 +153,27 @@ class Model:
     @cached_property
     def dynamic(self) -> bool:
         """Whether velocities count where vessels meet: where the total pressure is shared, or some of it lost."""
-        return self.total_pressure or bool(np.any(self.loss))
+        return self.total_pressure or bool(np.any(self.loss)) or bool(np.any(self.resistance))
+
+    @cached_property
+    def narrowings(self) -> np.ndarray:
+        """The resistance of every vessel that is a narrowing, mmHg s/ml, shape (vessel,): 0 of others and of inlets."""
+        values = np.array(np.broadcast_to(self.resistance, len(self.network)), dtype=float)
+        values[self.network.inlets] = 0.0
+        return values
+
+    def narrowing_drag(self, period: float) -> np.ndarray:
+        """Return what inlets take of pressure beside the drag of their vessels to make `resistance`.
+
+        In proportion to the velocity, mmHg s/cm, shape (vessel,).
+        """
+        wanted = self.narrowings
+        if not wanted.any():
+            return wanted
+        k0, k1 = self.blood.friction.coefficients(self.blood.viscosity, period)
+        area = self.network.area
+        own = self.blood.inertia * self.network.length * (k0 + k1 * np.sqrt(area)) / area**2
+        return area * np.where(wanted > 0, np.maximum(wanted - own, 0.0), 0.0)
 
     @cached_property
     def stiffening(self) -> np.ndarray:

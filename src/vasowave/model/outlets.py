@@ -17,7 +17,7 @@ from vasowave.descriptions import BedLaw, Parameter, Quantity
 from vasowave.errors import InputError
 from vasowave.model.blood import Blood
 from vasowave.model.per_vessel import one_per_vessel
-from vasowave.model.rational import Rational, bare, fitted, importance, joined, worth_fitting
+from vasowave.model.rational import MOST, Rational, bare, fitted, importance, joined, misfit, refined, worth_fitting
 from vasowave.network.network import Network
 
 Values = float | np.ndarray
@@ -52,6 +52,13 @@ class Outlets(Protocol):
         """Return the impedance as the solver steps it in a cycle of `period` (s).
 
         What is only approximated is found anew, or from what was found for beds that are `near`, as derivatives need.
+        """
+        ...
+
+    def misfit(self, period: float) -> np.ndarray:
+        """Return by how much the solver's function misses the impedance at the signal's harmonics, (terminal,).
+
+        The largest of the harmonics 1 to 10 of the period (s), as a share of the impedance.
         """
         ...
 
@@ -218,6 +225,10 @@ class Bed:
     def rational(self, period: float, near: Self | None = None) -> Rational:
         """Return the circuit, whatever the period: exact."""
         return self._circuit.rational()
+
+    def misfit(self, period: float) -> np.ndarray:
+        """Return zeros: a circuit is stepped exactly."""
+        return np.zeros(len(self.fast_resistance()))
 
     def fast_resistance(self) -> np.ndarray:
         """Resistance that a sudden change of flow meets, mmHg s/ml, shape (terminal,)."""
@@ -519,19 +530,17 @@ class ImpedanceSpectrum:
             )
         worst = int(np.argmax(self.error))
         if self.error[worst] > _FAR:
-            raise InputError(
-                f"vessel '{names[worst]}': no passive bed has this impedance (the nearest is "
-                f"{100 * self.error[worst]:.0f} % away); check its unit, its order (from the mean on) and the sign of "
-                "its phase"
-            )
+            raise InputError(f"vessel '{names[worst]}': {_refusal(Z[:, worst], self.error[worst])}")
         return self
 
     @cached_property
     def unscaled(self) -> Rational:
         """The rational function for a period of 2π, at which the harmonics are the angular frequencies."""
         Z = np.asarray(self.Z, dtype=complex)
-        rows = worth_fitting(len(Z))
-        return joined([fitted(rows.astype(float), one) for one in Z[rows].T])
+        rows, some = worth_fitting(len(Z)), Z[:MOST]
+        every = np.arange(len(some), dtype=float)
+        few = [fitted(rows.astype(float), one) for one in Z[rows].T]
+        return joined([refined(every, 1.0, one, near, noise=True) for one, near in zip(some.T, few, strict=True)])
 
     @cached_property
     def error(self) -> np.ndarray:
@@ -543,6 +552,11 @@ class ImpedanceSpectrum:
         weight = importance(k)[:, np.newaxis]
         apart = weight * np.abs(self.unscaled.impedance(1j * k) - Z)
         return np.asarray(np.sqrt(np.sum(apart**2, axis=0) / np.sum((weight * np.abs(Z))[1:] ** 2, axis=0)))
+
+    def misfit(self, period: float) -> np.ndarray:
+        """Return the largest error of the rational function at the harmonics of the signal, a share, (terminal,)."""
+        Z = np.asarray(self.Z)
+        return misfit(Z, self.unscaled.impedance(1j * np.arange(len(Z))))
 
     def rational(self, period: float, near: Self | None = None) -> Rational:
         """Return the rational function for this period (s)."""
@@ -572,3 +586,24 @@ class ImpedanceSpectrum:
     def weighted_compliance(self) -> np.ndarray:
         """Raise `InputError`: a spectrum names no capacitor."""
         raise InputError("compliance needs Windkessel outlets; an impedance spectrum names no capacitor")
+
+
+def _refusal(Z: np.ndarray, error: float) -> str:
+    """Return why the impedance of one bed cannot be stepped, where the nearest rational function is far from it."""
+    away = f"the nearest that the solver can step is {100 * error:.0f} % away"
+    lowest = int(np.argmin(Z.real))
+    if Z[lowest].real < 0:
+        return (
+            f"no passive bed has this impedance, whose real part is {Z[lowest].real:.3g} mmHg s/ml at harmonic "
+            f"{lowest} ({away}); check the sign of its phase, its unit and its order (from the mean on)"
+        )
+    turned = ImpedanceSpectrum(Z.conj()[:, np.newaxis]).error[0]
+    if turned < 0.5 * error:
+        return (
+            f"the sign of this impedance's phase looks turned: {away}, and {100 * turned:.1f} % with the other sign; "
+            "where a bed stores blood, the phase is negative"
+        )
+    return (
+        f"this impedance has more resonances than the solver can step: {away}; give more harmonics, or a tube with "
+        "resonances as a vessel of the network"
+    )

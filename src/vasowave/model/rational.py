@@ -10,7 +10,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+SIGNAL = 10
+"""Harmonics that carry the pulse of pressure and flow."""
+
+CLOSE = 0.002
+"""Largest error of the impedance there, as a share of it, that ends the search for more poles."""
+
+MOST = 64
+"""Harmonics to which more poles are fitted, at most."""
+
 _ORDERS = 1, 2, 4, 7, 10, 13
+_MORE = 20, 30, 44, 60  # where those miss the harmonics that carry the signal
 _ENOUGH = 1e-5  # root mean square error, as a share of the impedance, that ends the search for more poles
 _BETTER, _STALLED = 0.8, 2  # the poles are moved until this often in turn the error is no longer multiplied by less
 _SINGULAR = 1e-4  # singular values below this share of the largest move nothing when a bed changes a little
@@ -109,18 +119,73 @@ def fitted(omega: np.ndarray, Z: np.ndarray, order: int | None = None) -> Ration
         if found[0] < _ENOUGH:
             break
     _, poles, coefficients = best
-    residues = _residues(poles, _passive(s, z, poles, coefficients))
+    return _made(poles, _passive(s, z, poles, coefficients)[0], unit, scale)
+
+
+def _made(poles: np.ndarray, coefficients: np.ndarray, unit: float, scale: float) -> Rational:
+    """Return the function of these poles and coefficients, with its units: rad/s and mmHg s/ml."""
+    residues = _residues(poles, coefficients)
     direct = 1.0 + np.sum((residues / poles).real)
     return Rational(np.array([max(direct, 0.0) * scale]), poles[np.newaxis] * unit, residues[np.newaxis] * unit * scale)
 
 
-def nearby(omega: np.ndarray, change: np.ndarray, near: Rational) -> Rational:
+def misfit(Z: np.ndarray, by: np.ndarray) -> np.ndarray:
+    """Return the largest error of impedances at the harmonics that carry the signal, as a share, shape (terminal,).
+
+    Both have the shape (harmonic, terminal), from the mean on.
+    """
+    few = slice(1, SIGNAL + 1)
+    return np.asarray(np.max(np.abs(by[few] - Z[few]) / np.abs(Z[few]), axis=0))
+
+
+def refined(harmonic: np.ndarray, heart: float, Z: np.ndarray, near: Rational, noise: bool) -> Rational:
+    """Return `near` or, of one bed, the passive function of so many more poles that it meets the signal's harmonics.
+
+    Parameters
+    ----------
+    harmonic : array, shape (frequency,)
+        Frequencies in multiples of the heart's, the first of them 0; those between harmonics tell what poles are to do
+        there.
+    heart : float
+        Angular frequency of the heart, rad/s.
+    Z : complex array, shape (frequency,)
+        mmHg s/ml.
+    near : Rational
+        Of this bed alone.
+    noise : bool
+        Whether the impedance may be measured: then more poles must leave less than half of what they leave of noise.
+    """
+    scale, s = Z[0].real, 1j * harmonic
+    z, weight, best = Z / scale, _weights(s, Z)[:, np.newaxis], near
+    whole = np.flatnonzero(harmonic == np.round(harmonic))
+
+    def errors(one: Rational) -> tuple[float, float]:
+        met = one.impedance(s * heart) - Z[:, np.newaxis]
+        return float(np.linalg.norm(weight * met)), misfit(Z[whole, np.newaxis], met[whole] + Z[whole, np.newaxis])[0]
+
+    left, off = errors(best)
+    free = 2 * len(z) - 1 - 2 * np.count_nonzero(best.residues)  # numbers that are fitted, less those that are found
+    for count in _MORE:
+        if count > len(z) - 2 or off <= CLOSE:
+            break
+        started = (_moved(s, z, begun(count, harmonic[-1])) for begun in (_begun, _begun_damped))
+        _, poles, coefficients = min(started, key=lambda one: one[0])
+        coefficients, passive = _passive(s, z, poles, coefficients)
+        found = _made(poles, coefficients, heart, scale)
+        apart, worst = errors(found)
+        of_noise = np.sqrt((2 * len(z) - 1 - 2 * count) / free)
+        if passive and (apart < 0.5 * of_noise * left if noise else worst < off):
+            best, left, off = found, apart, worst
+    return best
+
+
+def nearby(omega: np.ndarray, change: np.ndarray, near: Rational, heart: float | None = None) -> Rational:
     """Return `near` with poles and residues moved so that it changes by the least squares that are linear in them.
 
-    Angular frequencies (rad/s) begin with 0; the change has the shape (frequency, terminal), that of the resistance is
-    kept.
+    Angular frequencies (rad/s) begin with 0, and the second is the heart's if none is given; the change has the shape
+    (frequency, terminal), that of the resistance is kept.
     """
-    s, beds = 1j * omega, []
+    s, beds, weight = 1j * omega, [], importance(omega / (heart or omega[1]))[1:]
     for j, by in enumerate(change.T):
         used = near.residues[j] != 0
         p, r = near.poles[j, used], near.residues[j, used]
@@ -129,8 +194,8 @@ def nearby(omega: np.ndarray, change: np.ndarray, near: Rational) -> Rational:
         pair = p.imag != 0
         moves = [one + other, twice + twice_other, 1j * (one - other)[:, pair], 1j * (twice - twice_other)[:, pair]]
         matrix = 0.5 * np.concatenate(moves, axis=1)
-        matrix = importance(omega / omega[1])[1:, np.newaxis] * (matrix[1:] - matrix[0])
-        wanted = importance(omega / omega[1])[1:] * (by[1:] - by[0])
+        matrix = weight[:, np.newaxis] * (matrix[1:] - matrix[0])
+        wanted = weight * (by[1:] - by[0])
         found = _solved(_split(matrix), _split(wanted), _SINGULAR)
         (dr, dp), turned = found[: 2 * len(p)].reshape(2, -1) + 0j, found[2 * len(p) :].reshape(2, -1)
         dr[pair] += 1j * turned[0]
@@ -162,6 +227,13 @@ def _begun(count: int, highest: float) -> np.ndarray:
     single = count if count < 4 else count % 2
     rates = -np.geomspace(0.3, max(0.6, 0.5 * highest), count if count < 4 else 2)[:single]
     pairs = np.geomspace(0.7, max(1.4, min(highest, 64.0)), (count - single) // 2)
+    return np.concatenate([rates.astype(complex), (-_DAMPED + 1j) * pairs])
+
+
+def _begun_damped(count: int, highest: float) -> np.ndarray:
+    """Return starting poles of which a quarter are relaxations and the pairs evenly spread, as a tube's resonances."""
+    pairs = np.linspace(0.7, max(1.4, min(highest, 40.0)), 3 * count // 8)
+    rates = -np.geomspace(0.05, 3.0 * highest, count - 2 * len(pairs))
     return np.concatenate([rates.astype(complex), (-_DAMPED + 1j) * pairs])
 
 
@@ -245,19 +317,19 @@ def _zeros(poles: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
     return np.concatenate([reals.astype(complex), pairs[np.argsort(pairs.imag)]])
 
 
-def _passive(s: np.ndarray, z: np.ndarray, poles: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-    """Return the coefficients nearest to the impedance with which its real part is positive everywhere."""
+def _passive(s: np.ndarray, z: np.ndarray, poles: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, bool]:
+    """Return the coefficients nearest to the impedance with a real part positive everywhere, and whether it is."""
     if not np.any(poles.imag) and np.all(coefficients >= 0) and 1.0 + np.sum(coefficients / poles.real) >= 0:
-        return coefficients  # relaxations, all positive
+        return coefficients, True  # relaxations, all positive
     watched, held = _watched(poles, np.abs(s[-1])), np.empty((0, len(coefficients)))
     for _ in range(_REPAIRS):
         rows = _deepest(watched, poles, coefficients)
         low = 1.0 + rows @ coefficients < 0.5 * _PASSIVE
         if not low.any():
-            break
+            return coefficients, True
         held = np.concatenate([held, rows[low]])
         coefficients = _constrained(*_problem(s, z, poles), held, np.full(len(held), 2 * _PASSIVE - 1.0))
-    return coefficients
+    return coefficients, False
 
 
 def _real_rows(omega: np.ndarray, poles: np.ndarray) -> np.ndarray:

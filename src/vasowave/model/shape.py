@@ -1,5 +1,6 @@
 """How radius and stiffness change along the vessels: a vessel that tapers, or any other shape given by points."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -95,6 +96,22 @@ class Shape:
     def stiffens(self) -> np.ndarray:
         """The same of the stiffness alone."""
         return np.any(np.asarray(self.stiffness) != 1.0, axis=1)
+
+    @property
+    def pieces(self) -> int:
+        """Number of equal pieces of every vessel in which radius and stiffness change evenly."""
+        return math.lcm(*(max(np.shape(table)[1] - 1, 1) for table in (self.radius, self.stiffness)))
+
+    @cached_property
+    def bend(self) -> np.ndarray:
+        """Largest change of log radius, or of half the log of the stiffness, in a piece; shape (vessel,) or (1,).
+
+        Both change the wave speed by as much.
+        """
+        places = np.linspace(0.0, 1.0, self.pieces + 1)
+        rows = np.arange(max(self.rows))[:, np.newaxis]
+        radius, stiffness = self.at(*np.broadcast_arrays(rows, places))
+        return np.max(np.abs(np.diff([np.log(radius), 0.5 * np.log(stiffness)])), axis=(0, 2))
 
     def at(self, vessel: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the factors of radius and stiffness in vessels (rows), at a share of their length from the inlet."""

@@ -18,7 +18,7 @@ from scipy.special import jve
 from vasowave.descriptions import BedLaw, Parameter, Quantity
 from vasowave.errors import InputError
 from vasowave.model.outlets import KNOWN, Bed, Site, Values
-from vasowave.model.rational import Rational, fitted, joined, nearby, worth_fitting
+from vasowave.model.rational import CLOSE, SIGNAL, Rational, fitted, joined, misfit, nearby, refined, worth_fitting
 from vasowave.network.network import Network
 from vasowave.units import MMHG
 
@@ -190,8 +190,14 @@ class StructuredTree(Bed):
         """Return the rational function nearest to the impedance at the harmonics of a period (s)."""
         if near is None:
             return _rational(self, period)
-        omega = _frequencies(period)
-        return nearby(omega, self.impedance(omega) - near.impedance(omega), _rational(near, period))
+        base, heart = _rational(near, period), 2 * np.pi / period
+        omega = heart * _between(few=base.poles.shape[1] <= _POLES)
+        return nearby(omega, self.impedance(omega) - near.impedance(omega), base, heart)
+
+    def misfit(self, period: float) -> np.ndarray:
+        """Return the largest error of the rational function at the harmonics of the signal, a share, (terminal,)."""
+        omega = 2 * np.pi / period * np.arange(SIGNAL + 1)
+        return misfit(self.impedance(omega), self.rational(period).impedance(1j * omega))
 
     def fast_resistance(self) -> np.ndarray:
         """Characteristic impedance of the first vessels at high frequencies, mmHg s/ml, shape (terminal,)."""
@@ -370,11 +376,20 @@ def _table() -> CubicSpline:
     return CubicSpline(_LOGS, np.log(exact))
 
 
-def _frequencies(period: float) -> np.ndarray:
-    return 2 * np.pi / period * worth_fitting(_HARMONICS + 1)
+def _between(few: bool) -> np.ndarray:
+    """Return the multiples of the heart's frequency to which a few poles are fitted, or many."""
+    return worth_fitting(_HARMONICS + 1) if few else 0.5 * np.arange(2 * _HARMONICS + 1)
 
 
 @lru_cache(maxsize=32)
 def _rational(beds: StructuredTree, period: float) -> Rational:
-    omega = _frequencies(period)
-    return joined([fitted(omega, one, _POLES) for one in beds.impedance(omega).T], _POLES)
+    heart, rows = 2 * np.pi / period, _between(few=True)
+    some = beds.impedance(heart * rows)
+    trees = [fitted(heart * rows, one, _POLES) for one in some.T]
+    poor = misfit(some, joined(trees).impedance(1j * heart * rows)) > CLOSE
+    if poor.any():
+        fine = _between(few=False)
+        Z = beds.impedance(heart * fine)
+        each = zip(Z.T, trees, poor, strict=True)
+        trees = [refined(fine, heart, one, tree, noise=False) if bad else tree for one, tree, bad in each]
+    return joined(trees, _POLES)

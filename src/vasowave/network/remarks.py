@@ -36,6 +36,7 @@ NO_PRESSURE = look_kind(
 )
 
 LEFT_OUT = note_kind("network.left-out", "{what} are no part of a network and were left out")
+UNUSED = note_kind("network.unused", "{what}: given and not used, as no part of a network")
 UNKNOWN_VARIABLE = note_kind("network.unknown-variable", "the variable '{name}' is not known and was left out")
 
 

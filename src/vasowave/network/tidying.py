@@ -2,7 +2,8 @@
 
 A segmentation leaves vessels of a micrometer and points at which nothing divides. A vessel that is far shorter than it
 is wide carries no wave, yet it asks for steps as short as itself, and Poiseuille's division of the flow (eq. 11) gives
-it nearly all. What is repaired keeps its resistance to steady flow and its compliance.
+it nearly all. What is repaired keeps its resistance to steady flow and its compliance; what waves meet, `model.repairs`
+knows.
 """
 
 from collections import Counter
@@ -24,6 +25,7 @@ LOST = 0.01
 """Volume, as a share of the network's, that lengthened vessels may add where a network is repaired unasked."""
 
 _NAMED = 4  # repairs that a finding names
+_NONE, _ROUNDING = -1.0, 1e-9
 
 REPAIRED = look_kind(
     "network.repaired",
@@ -40,7 +42,7 @@ NOT_REPAIRED = look_kind(
 Code = Literal["joined", "merged", "lengthened"]
 
 _MEANING: dict[Code, str] = {
-    "joined": "'{vessel}' ({length:.3g} cm) continues '{into}', where nothing divides; both are '{into}' now",
+    "joined": "nothing divides between '{into}' and '{vessel}' ({length:.3g} cm); both are '{into}' now",
     "merged": "'{vessel}' ({length:.3g} cm long, {radius:.3g} cm in radius) is too short for a wave; its daughters "
     "carry its resistance and compliance and start where it did",
     "lengthened": "'{vessel}' ({length:.3g} cm long, {radius:.3g} cm in radius) is too short for a wave; it is "
@@ -59,7 +61,8 @@ class Repair:
     vessel : str
         As it was called.
     into : str
-        The vessel that took it up: the one before it if it was joined, else the first daughter; empty if it is there.
+        The vessel that took it up: the one before it if it was joined, or a terminal behind it, whose bed may be called
+        by its name; else the first daughter; empty if it is there.
     length, radius : float
         As they were, cm.
     shortest : float
@@ -89,11 +92,19 @@ class Tidied:
         In the order in which they were made; empty if nothing was wrong.
     added_volume : float
         Volume that lengthening added, as a share of the whole network's. All other repairs change no compliance.
+    alike : float
+        By how much the radii of vessels that were joined differ at most, largest over smallest less 1.
+    change, split : float array, shape (harmonic,), optional
+        By how much repairs change the input impedance, as a share of it, from the first harmonic on: with the same
+        beds, and with those that share the flow anew (eq. 11). None where it was not asked.
     """
 
     network: Network
     repairs: tuple[Repair, ...]
     added_volume: float
+    alike: float = np.inf
+    change: np.ndarray | None = None
+    split: np.ndarray | None = None
 
     def summary(self) -> str:
         """Return the repairs in one sentence; empty if there are none."""
@@ -102,7 +113,13 @@ class Tidied:
         counts = Counter(one.code for one in self.repairs)
         parts = [f"{count} {code}" for code, count in counts.items()]
         end = f", which adds {100 * self.added_volume:.2g} % of its volume" if self.added_volume else ""
-        return f"{len(self.repairs)} vessels of the network were repaired ({', '.join(parts)}{end})"
+        counted = f"{len(self.repairs)} vessels of the network were repaired ({', '.join(parts)}{end})"
+        if self.change is None or self.split is None:
+            return counted
+        return (
+            f"{counted}; this changes its input impedance by {100 * self.change.max():.3g} % at most in "
+            f"{len(self.change)} harmonics, and by {100 * self.split.max():.3g} % with beds that share the flow anew"
+        )
 
 
 def repaired(network: Network) -> tuple[Network, list[Finding]]:
@@ -111,7 +128,7 @@ def repaired(network: Network) -> tuple[Network, list[Finding]]:
     Nothing is repaired where it would add more than `LOST` of the volume: all other repairs keep resistance and
     compliance.
     """
-    found = tidy(network, chains=False)
+    found = tidy(network, alike=_NONE)
     if found.added_volume > LOST:
         return network, [NOT_REPAIRED(percent=100 * found.added_volume)]
     if not found.repairs:
@@ -121,7 +138,7 @@ def repaired(network: Network) -> tuple[Network, list[Finding]]:
     return found.network, [REPAIRED(summary=found.summary(), repairs="; ".join(named))]
 
 
-def tidy(network: Network, shortest: float = SHORTEST, *, chains: bool = True) -> Tidied:
+def tidy(network: Network, shortest: float = SHORTEST, *, alike: float = np.inf) -> Tidied:
     """Return the network without chains of single daughters and without vessels too short to carry a wave.
 
     Two vessels in line become one with the sum of their resistances to Poiseuille flow, ∝ Σ L/r⁴, and of their
@@ -134,49 +151,40 @@ def tidy(network: Network, shortest: float = SHORTEST, *, chains: bool = True) -
     network : Network
     shortest : float
         Shortest vessel that is kept, in its own radii.
-    chains : bool
-        Whether two vessels in line are joined though both are long enough.
+    alike : float
+        Vessels in line that are long enough are joined if their radii, largest over smallest, differ by no more than
+        this share; below 0, none is.
 
     Raises
     ------
     InputError
         `shortest` is negative or not a number.
-
-    Examples
-    --------
-    >>> import vasowave as vw
-    >>> lung = vw.Network(("main", "stub", "left", "right"), [-1, 0, 1, 1], [0.4, 1e-4, 0.4, 0.3],
-    ...                   [0.05, 0.04, 0.03, 0.03])
-    >>> tidied = vw.tidy(lung)
-    >>> tidied.network
-    Network(3 vessels, 2 terminals, root 'main' r0 0.05 cm, total length 1.1 cm)
-    >>> print(*tidied.repairs, sep="\\n")
-    'stub' (0.0001 cm) continues 'main', where nothing divides; both are 'main' now
     """
     if not (np.isfinite(shortest) and shortest >= 0):
         raise InputError(f"the shortest vessel, {shortest:g} radii, must be a number of at least 0")
     vessels = _Vessels(network)
-    repairs = [*vessels.join_chains(shortest, chains)]
+    repairs = [*vessels.join_chains(shortest, alike)]
     before = float(network.length @ network.radius**2)
     while (row := vessels.shortest(shortest)) is not None:
-        repairs += [vessels.merge(row, shortest), *vessels.join_chains(shortest, chains)]
+        repairs += [vessels.merge(row, shortest), *vessels.join_chains(shortest, alike)]
     repairs += vessels.lengthen(shortest)
     if not repairs:
-        return Tidied(network, (), 0.0)
+        return Tidied(network, (), 0.0, alike)
     after = vessels.network()
     added = float(after.length @ after.radius**2) / before - 1.0
-    return Tidied(after, tuple(repairs), max(added, 0.0) if added > 1e-12 else 0.0)
+    return Tidied(after, tuple(repairs), max(added, 0.0) if added > 1e-12 else 0.0, alike)
 
 
 class _Vessels:
     """The vessels while they are repaired, by their rows in the network."""
 
     def __init__(self, network: Network) -> None:
-        self.given = network
+        self.given, self.name = network, list(network.name)
         self.start, self.end = (dict(enumerate(nodes.tolist())) for nodes in (network.start, network.end))
         self.met = {node: (list(one.ending), list(one.beginning))
                     for node, one in meetings(network.start, network.end).items()}  # fmt: skip
         self.length, self.radius = network.length.copy(), network.radius.copy()
+        self.low, self.high = network.radius.copy(), network.radius.copy()  # of what each vessel is made of
         self.measured = {name: None if (values := getattr(network, name)) is None else values.copy()
                          for name in MEASURED}  # fmt: skip
 
@@ -185,8 +193,8 @@ class _Vessels:
         ending, beginning = self.met[self.end[row]]
         return beginning if len(ending) == 1 else []
 
-    def join_chains(self, shortest: float, whole: bool) -> list[Repair]:
-        """Join every vessel that is the only daughter of another to it, all of them or if one of both is too short."""
+    def join_chains(self, shortest: float, alike: float) -> list[Repair]:
+        """Join every vessel that is the only daughter of another to it, if one is too short or both are alike."""
         repairs = []
         for rows in self.given.generations:
             for row in rows.tolist():
@@ -194,8 +202,12 @@ class _Vessels:
                     (next_row,) = self.daughters(row)
                     if self.end[next_row] == self.start[row]:  # both are a ring
                         break
-                    if not whole and all(self.length[one] >= shortest * self.radius[one] for one in (row, next_row)):
+                    both = [row, next_row]
+                    range_of = self.high[both].max() / self.low[both].min() - 1.0
+                    if range_of > alike + _ROUNDING and np.all(self.length[both] >= shortest * self.radius[both]):
                         break
+                    if not self.met[self.end[next_row]][1]:  # a bed, which may be called by its vessel's name
+                        self.name[row], self.name[next_row] = self.name[next_row], self.name[row]
                     repairs.append(self._repair("joined", next_row, row, shortest))
                     self._join(row, next_row)
         return repairs
@@ -239,17 +251,18 @@ class _Vessels:
         """Return what is left, in the order of the rows."""
         kept = sorted(self.end)
         return Network(
-            tuple(self.given.name[row] for row in kept), None, self.length[kept], self.radius[kept],
+            tuple(self.name[row] for row in kept), None, self.length[kept], self.radius[kept],
             pressure=self.given.pressure, nodes=np.array([[self.start[row], self.end[row]] for row in kept]),
             **{name: None if values is None else values[kept] for name, values in self.measured.items()},
         )  # fmt: skip
 
     def _repair(self, code: Code, row: int, into: int, shortest: float) -> Repair:
-        name, length, radius = self.given.name, float(self.length[row]), float(self.radius[row])
+        name, length, radius = self.name, float(self.length[row]), float(self.radius[row])
         return Repair(code, name[row], "" if into == row else name[into], length, radius, shortest * radius)
 
     def _join(self, row: int, next_row: int) -> None:
         """Join a vessel to the one before it."""
+        self.low[row], self.high[row] = self.low[[row, next_row]].min(), self.high[[row, next_row]].max()
         first, second = self.length[row], self.length[next_row]
         for values in self.measured.values():
             if values is not None:

@@ -14,6 +14,7 @@ from vasowave.io.columns import Columns, read_columns, read_titles
 from vasowave.io.files import write_file
 from vasowave.network.graph import numbered
 from vasowave.network.network import Network, image_pressure
+from vasowave.network.remarks import UNUSED
 from vasowave.units import CANONICAL
 
 _ALIASES = {
@@ -30,6 +31,9 @@ _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other p
 _END = "radius end"
 _TITLES = "name, parent, length [cm], radius [cm] or diameter [cm]"
 _QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope"}
+
+_OURS = ("radius_inscribed", "radius_densitometric", "radius_reliable", "doubts")
+"""Columns of an extraction that say where its radii come from."""
 
 COUNTED = ("vessels", "outlets", "inlets")
 """Columns that say in every row how many there are, so that lost rows and changed ends are noticed."""
@@ -64,7 +68,7 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
     is that of the image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and
     ``taper_sd`` are those of `Network`; their columns may be left out, and their cells be empty. In place of a taper,
     ``radius end`` may hold the radius at the outlet: ``radius`` is then that at the inlet. ``diameter`` may stand in
-    place of ``radius``. Other columns are ignored.
+    place of ``radius``. Other columns are not used, and named.
 
     Raises
     ------
@@ -77,7 +81,7 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
     network : Network
     found : list of Finding
         What looks like lost rows: other numbers than the columns ``vessels``, ``outlets`` and ``inlets`` say, a vessel
-        with one daughter, a last line without an end.
+        with one daughter, a last line without an end. Columns that are not used.
     """
     table = read_columns(path, _ALIASES)
     if not table.names:
@@ -99,7 +103,9 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
             known["taper"] = (radius - end) / length
         radius = np.where(np.isnan(end), radius, 0.5 * (radius + end))
     network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where), nodes=nodes, **known)
-    return network, [*table.suspicions, *_lost(table, network)]
+    topology = ("parent",) if nodes is None else ("from", "to")
+    taken = {"name", *topology, "length", "radius", "diameter", "pressure", _END, *_QUANTITIES, *COUNTED, *_OURS}
+    return network, [*table.suspicions, *_lost(table, network), *_unused(table, taken)]
 
 
 def write_network(network: Network, path: str | Path) -> None:
@@ -174,6 +180,14 @@ def _lost(table: Columns, network: Network) -> list[Finding]:
     alone = [network.name[one.ending[0]] for one in network.junctions if len(one.ending) == len(one.beginning) == 1]
     some = ", ".join(f"'{name}'" for name in alone[:5]) + (", …" if len(alone) > 5 else "")
     return [SINGLE_DAUGHTERS(count=len(alone), some=some)] if alone else []
+
+
+def _unused(table: Columns, taken: set[str]) -> list[Finding]:
+    """Return which columns hold values that nothing takes; what may have been meant stands with them."""
+    left = [name for column, name in enumerate(table.names)
+            if name and name not in taken and any(row[column].strip() for row in table.cells)]  # fmt: skip
+    words = [f"'{name}'{did_you_mean(name, sorted(taken))}" for name in left]
+    return [UNUSED(what=f"column {', '.join(words)}")] if left else []
 
 
 def _pressure_in(table: Columns, where: Callable[[int], str]) -> float:

@@ -11,7 +11,7 @@ from vasowave.io.columns import NO_END
 from vasowave.io.textfile import read_lines
 from vasowave.network.graph import numbered
 from vasowave.network.network import Network
-from vasowave.network.remarks import LEFT_OUT
+from vasowave.network.remarks import LEFT_OUT, UNUSED
 from vasowave.network_formats import NETWORKS, NetworkFormat, number_in, taper_of
 
 _VESSELS = ("vis", "vis_f")
@@ -19,6 +19,7 @@ _NODES = ("heart", "node", "perif")
 _TITLE = "type"  # the nodes have a header of their own
 _SIZES = ("start_diameter[SI]", "end_diameter[SI]", "length[SI]")
 _COLUMNS = ("type", "ID", "start_node", "end_node", *_SIZES)
+_WORDS = ("name", "division_points")  # of a table of edges, that no network needs
 _CM = 100.0  # a meter
 
 
@@ -65,6 +66,8 @@ def read_edges(path: Path, scale: float) -> tuple[Network, list[Finding]]:
         lambda row: f"{path}, line {lines[row]}", nodes=joined, taper=taper_of(0.5 * first, 0.5 * last, length),
     )  # fmt: skip
     left = ", ".join(sorted(set(nodes.values())))
+    unused = [title for title in titles if title not in (*_COLUMNS, *_WORDS) and any(one[title] for one in cells)]
+    looks += [UNUSED(what=f"columns {', '.join(unused)}")] if unused else []
     return network, [*looks, LEFT_OUT(what=f"rows of the types {left}, walls and beds" if left else "walls and beds")]
 
 

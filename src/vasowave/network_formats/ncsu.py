@@ -11,7 +11,7 @@ from vasowave.io.columns import number
 from vasowave.io.textfile import read_lines
 from vasowave.network.graph import numbered
 from vasowave.network.network import Network
-from vasowave.network.remarks import LEFT_OUT, UNKNOWN_VARIABLE
+from vasowave.network.remarks import LEFT_OUT, UNKNOWN_VARIABLE, UNUSED
 from vasowave.network_formats import NETWORKS, NetworkFormat, taper_of
 from vasowave.recording.matlab import is_mat, read_mat
 
@@ -40,8 +40,12 @@ def read_mat_network(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     names = tuple(f"{number:g}" for number in numbers)
     where = _placed(f"{path}, dim_mat row")
     read = {"alpha", "beta", "lrr", "net3D", "term", "dim_mat", "ves_conn", "r_std"}
+    more = variables["dim_mat"].shape[1] - 3
+    unused = [f"the last {more} column(s) of dim_mat"] if more else []
+    unused += ["net3D"] if np.size(variables.get("net3D", ())) else []
     left = [name for name in variables if name in ("alpha", "beta", "lrr")]
     found = [LEFT_OUT(what=f"{', '.join(left)} (of structured trees)")] if left else []
+    found += [UNUSED(what=", ".join(unused))] if unused else []
     found += [UNKNOWN_VARIABLE(name=name) for name in variables if name not in read]
     return Network(names, None, length, radius, where, radius_sd=spread, nodes=nodes), found
 

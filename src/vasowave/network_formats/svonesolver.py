@@ -10,10 +10,13 @@ from vasowave.findings import Finding
 from vasowave.io.textfile import read_lines
 from vasowave.network.graph import numbered
 from vasowave.network.network import Network
-from vasowave.network.remarks import LEFT_OUT
+from vasowave.network.remarks import LEFT_OUT, UNUSED
 from vasowave.network_formats import NETWORKS, NetworkFormat, number_in, taper_of
 
 _SEGMENT_WORDS = 8  # of a segment, that say its place and its size
+_LOSS, _BED = 10, 14  # words of a segment
+_NONE = ("NONE", "NOBOUND")
+_NAMED = 5  # words that a finding names
 _LEFT_OUT = {
     "MATERIAL": "walls",
     "DATATABLE": "inflow and beds",
@@ -30,6 +33,8 @@ class _Segment(NamedTuple):
     start: int
     end: int
     area: tuple[float, float]
+    loss: str  # empty for none
+    bed: str
 
 
 def is_input(path: Path, start: bytes) -> bool:
@@ -66,7 +71,13 @@ def read_input(path: Path, scale: float) -> tuple[Network, list[Finding]]:
         taper=taper_of(radii[:, 0], radii[:, 1], length),
     )  # fmt: skip
     left = [what for card, what in _LEFT_OUT.items() if card in cards]
-    return network, [LEFT_OUT(what=", ".join(left))] if left else []
+    left += ["beds"] if "DATATABLE" not in cards and any(one.bed for one in segments) else []
+    unused = [f"{one.loss} of SEGMENT {one.name}" for one in segments if one.loss]
+    more = ", …" if len(unused) > _NAMED else ""
+    return network, [
+        *([LEFT_OUT(what=", ".join(left))] if left else []),
+        *([UNUSED(what=", ".join(unused[:_NAMED]) + more)] if unused else []),
+    ]
 
 
 def _listed(path: Path, line: int, card: str, words: list[str]) -> list[int]:
@@ -87,7 +98,8 @@ def _segment(path: Path, line: int, words: list[str]) -> _Segment:
     length, first, last = (number_in(path, line, words[i]) for i in (2, 6, 7))
     if not (first > 0 and last > 0):
         raise InputError(f"{path}, line {line}: segment '{words[0]}' has areas {first:g} and {last:g} cm²")
-    return _Segment(line, words[0], number, length, start, end, (first, last))
+    loss, bed = ("" if len(words) <= i or words[i].upper() in _NONE else words[i] for i in (_LOSS, _BED))
+    return _Segment(line, words[0], number, length, start, end, (first, last), loss, bed)
 
 
 def _joined(

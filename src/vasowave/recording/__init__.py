@@ -2,7 +2,15 @@
 
 from vasowave.recording.baseline import Baseline, Step
 from vasowave.recording.beats import Beats, find_beats
-from vasowave.recording.catheter import Catheter, correct_catheter, ringing, suspect_catheter
+from vasowave.recording.catheter import (
+    Catheter,
+    LowPass,
+    correct_catheter,
+    ringing,
+    second_order,
+    suspect_catheter,
+    without_delays,
+)
 from vasowave.recording.cycle import Inflow, InletPressure, Recording, resample, samples_needed
 from vasowave.recording.describe import FileDescription, describe_recording
 from vasowave.recording.edits import BeatEdit, read_edits
@@ -29,6 +37,7 @@ __all__ = [
     "HarmonicErrors",
     "Inflow",
     "InletPressure",
+    "LowPass",
     "Observation",
     "RawRecording",
     "Reading",
@@ -50,5 +59,7 @@ __all__ = [
     "resample",
     "ringing",
     "samples_needed",
+    "second_order",
     "suspect_catheter",
+    "without_delays",
 ]

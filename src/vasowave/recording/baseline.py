@@ -4,56 +4,74 @@ A transducer that warms up or a catheter that clots shifts the pressure and noth
 instrument is over within a beat; and a pressure that the animal changes itself comes with another pulse or flow.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.recording.breaths import breathing
+from vasowave.recording.channels import Comment
 from vasowave.recording.cuts import Cuts
+from vasowave.recording.interventions import near
 from vasowave.recording.smooth import Curve, smooth_curve
 
-SAID = 0.3
-"""Baselines that move less than this, mmHg, are followed without a warning."""
 
-_SURE = 4.0
-"""A drift, a step, a change of pulse or what the first beats lie apart counts from this many standard errors on."""
+@dataclass(frozen=True)
+class BaselineRules:
+    """What counts as a drift, a step, a beginning apart.
 
-_LOW = 0.15
-"""The part of the mean beat, its lowest, that is taken for the diastolic level."""
+    Attributes
+    ----------
+    told : float
+        Baselines that move less than this, mmHg, are followed without a warning.
+    sure : float
+        A drift, a step, a change of pulse or what the first beats lie apart counts from this many standard errors on.
+    low_share : float
+        The part of the mean beat, its lowest, that is taken for the diastolic level.
+    knot_seconds, knot_beats : float
+        Distance of the knots of the trend, the longer of the two: about three breaths of a ventilated animal.
+    reach : float
+        A trend is carried on to the zero over this share of its own length, where no beats are.
+    side_beats : int
+        Beats on either side of a step by which it is judged.
+    gap : float
+        A window of beats that lasts this many times as long as usual has a gap in it.
+    first_seconds : float
+        The first so many s of a recording, or `side_beats`, do not say against all others where the zero was right.
+    beyond : float
+        The first beats lie apart from this many times what the first after any later beginning do.
+    later : float
+        Eight later beginnings: evenly from the end of the first beats to this part of all good ones.
+    stands_out : float
+        A step is this many times the usual height of what the same windows find elsewhere.
+    max_steps : int
+        Of the level in one recording.
+    min_beats : int
+        With fewer good beats no trend is followed.
+    own_change : float
+        The animal changes itself if pulse or flow changes by this fraction while the level moves.
+    """
 
-_KNOTS = 2.0
-"""Distance of the knots of the trend, s: about three breaths of a ventilated rodent."""
+    told: float = 0.3
+    sure: float = 4.0
+    low_share: float = 0.15
+    knot_seconds: float = 2.0
+    knot_beats: float = 18.0
+    reach: float = 0.25
+    side_beats: int = 8
+    gap: float = 1.5
+    first_seconds: float = 2.0
+    beyond: float = 1.5
+    later: float = 0.4
+    stands_out: float = 7.0
+    max_steps: int = 8
+    min_beats: int = 12
+    own_change: float = 0.05
 
-_REACH = 0.25
-"""A trend is carried on to the zero over this share of its own length, where no beats are."""
 
-_SIDE = 8
-"""Beats on either side of a step by which it is judged."""
-
-_GAPPY = 1.5
-"""A window of beats that lasts this many times as long as usual has a gap in it."""
-
-_FIRST = 2.0
-"""The first so many s of a recording, or eight beats, do not say against all others where the zero was right."""
-
-_BEYOND = 1.5
-"""The first beats lie apart from this many times what the first after any later beginning do."""
-
-_LATER = 0.4
-"""Eight later beginnings: evenly from the end of the first beats to this part of all good ones."""
-
-_STANDS_OUT = 7.0
-"""A step is this many times the usual height of what the same windows find elsewhere."""
-
-_MOST_STEPS = 8  # of the baseline's level in one recording
-
-_FEWEST = 12
-"""With fewer good beats no trend is followed."""
-
-_OWN = 0.05
-"""The animal changes itself if pulse or flow changes by this fraction while the level moves."""
+RULES = BaselineRules()
 
 
 STEADY = note_kind("baseline.steady", "baseline: the diastolic level is steady within {within:.2g} mmHg")
@@ -61,10 +79,7 @@ _DRIFT = (
     "baseline: the diastolic level drifts by {size:+.2g} ± {error:.1g} mmHg from {zero:.3g} to {far:.3g} s, breaths "
     "set apart ({here:+.2g} mmHg in the averaged beats); {done}. The zero is taken to be right at {zero:.3g} s"
 )
-_STEP = (
-    "baseline: a step of {height:+.2g} mmHg at {time:.4g} s within one beat: an instrument's (its zero or "
-    "calibration), not the animal's; {done}"
-)
+_STEP = "baseline: a step of {height:+.2g} mmHg at {time:.4g} s within one beat: {whose}; {done}"
 _WATCH = "Say with `zero_time` when the zero was right, or average a shorter stretch."
 DRIFTS = look_kind("baseline.drifts", _DRIFT, _WATCH)
 DRIFTS_LITTLE = note_kind("baseline.drifts-little", _DRIFT)
@@ -119,7 +134,7 @@ class Settling:
     @property
     def error(self) -> float:
         """What is unknown of the zero, mmHg: the first beat or all others show where it was right."""
-        return abs(self.height) if abs(self.height) >= SAID else 0.0
+        return abs(self.height) if abs(self.height) >= RULES.told else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +165,10 @@ class Baseline:
         Whether the trend was subtracted before the beats were averaged.
     settling : Settling, optional
         How the first beats lie apart, if they do.
+    persistence : float
+        By how much errors of means of neighboring beats are larger than if each level knew nothing of the one before.
+    errors : float array, shape (beat,), optional
+        Standard error of the drift at every beat, mmHg.
     """
 
     time: np.ndarray
@@ -162,6 +181,8 @@ class Baseline:
     elsewhere: str = ""
     removed: bool = False
     settling: Settling | None = None
+    persistence: float = 1.0
+    errors: np.ndarray | None = None
 
     @property
     def size(self) -> float:
@@ -171,12 +192,12 @@ class Baseline:
     @property
     def sure(self) -> bool:
         """Whether the level moved by more than its scatter explains."""
-        return bool(self.steps) or abs(self.size) > _SURE * self.error
+        return bool(self.steps) or abs(self.size) > RULES.sure * self.error
 
     @property
     def alarming(self) -> bool:
         """Whether it moved so far that somebody should look at it."""
-        return self.sure and abs(self.size) >= SAID
+        return self.sure and abs(self.size) >= RULES.told
 
     @cached_property
     def _smooth(self) -> np.ndarray:
@@ -213,14 +234,17 @@ class Baseline:
     def error_left(self, first: float, last: float) -> float:
         """Return how far off the baseline leaves the mean of the beats from first to last, mmHg.
 
-        The size of a drift that stays in, since it may be the transducer's or the animal's, and what the first beats
-        lie apart, since they or the others show where the zero was right.
+        The size of a drift that stays in, since it may be the transducer's or the animal's, the error of one that was
+        removed or not seen, and what the first beats lie apart, since they or the others show where the zero was right.
         """
-        stays = self.mean_drift(first, last) if self.sure and not self.removed else 0.0
+        unseen = 0.0 if self.errors is None else float(np.mean(np.interp([first, last], self.time, self.errors)))
+        stays = self.mean_drift(first, last) if self.sure and not self.removed else unseen
         return float(np.hypot(stays, self.settling.error if self.settling else 0.0))
 
 
-def baseline_findings(baseline: Baseline, first: float, last: float) -> list[Finding]:
+def baseline_findings(
+    baseline: Baseline, first: float, last: float, comments: Sequence[Comment] = ()
+) -> list[Finding]:  # fmt: skip
     """Return the drift, what was done about it, and its size in the beats averaged from first to last."""
     far = float(baseline.time[np.argmax(np.abs(baseline.trend))])
     apart = [CHANGED_BESIDE(what=baseline.elsewhere, zero=baseline.zero)] if baseline.elsewhere else []
@@ -238,8 +262,27 @@ def baseline_findings(baseline: Baseline, first: float, last: float) -> list[Fin
         size=float(baseline.size), error=float(baseline.error), zero=baseline.zero, far=far,
         here=float(baseline.mean_drift(first, last)), done=done,
     )  # fmt: skip
-    said = (steps(height=float(one.height), time=float(one.time), done=done) for one in baseline.steps)
+    said = (
+        steps(height=float(one.height), time=float(one.time), whose=_whose(one, comments), done=done)
+        for one in baseline.steps
+    )
     return [*apart, drift, *said]
+
+
+def _whose(step: Step, comments: Sequence[Comment]) -> str:
+    """Say who made a step: an instrument, or perhaps the animal where a comment stands beside it."""
+    comment = near(comments, step.time)
+    if comment is None:
+        return "an instrument's (its zero or calibration), not the animal's"
+    return f"beside the comment '{comment.text}' at {comment.time:.4g} s, so that it may be the animal's"
+
+
+def with_comments(baseline: Baseline, comments: Sequence[Comment]) -> Baseline:
+    """Return the baseline, whose steps beside a comment may be the animal's own."""
+    beside = next((one for one in (near(comments, step.time) for step in baseline.steps) if one), None)
+    if baseline.own or beside is None:
+        return baseline
+    return replace(baseline, own=f"'{beside.text}' is noted at {beside.time:.4g} s")
 
 
 def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: float | None) -> Baseline:
@@ -259,10 +302,10 @@ def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: fl
         first beats that lie apart from all others do not count.
     """
     starts, ends, pressure, flow = cuts
-    if good.sum() < _FEWEST:
+    if good.sum() < RULES.min_beats:
         none = np.zeros(len(starts))
         return Baseline(0.5 * (starts + ends), pressure.min(axis=1), none, (), np.inf, zero_time or 0.0)
-    low = np.argsort(usual)[: max(2, int(_LOW * pressure.shape[1]))]
+    low = np.argsort(usual)[: max(2, int(RULES.low_share * pressure.shape[1]))]
     level = pressure[:, low].mean(axis=1)
     time = starts + (ends - starts) * low.mean() / (pressure.shape[1] - 1)
     settling = _settling(time, level, good) if zero_time is None else None
@@ -273,7 +316,7 @@ def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: fl
         shifts = (np.arange(len(time))[:, None] >= np.array(first, dtype=int)).astype(float)
         breathless, curve = _without_breaths(time, level, good, shifts, zero_time)
         step = _sharpest_step(time, breathless - shifts @ curve.extra, good)
-        if step is None or len(first) == _MOST_STEPS:
+        if step is None or len(first) == RULES.max_steps:
             break
         first.append(step)
         good[step - 1 : step + 1] = False  # one of the two stands between the levels
@@ -281,10 +324,14 @@ def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: fl
     trend = curve.values + shifts @ curve.extra - curve.at_anchor - float((times <= zero_time) @ curve.extra)
     far = int(np.argmax(np.abs(trend)))
     own = ""
-    if first or abs(trend[far]) > _SURE * curve.error[far]:
+    if first or abs(trend[far]) > RULES.sure * curve.error[far]:
         own = _own_change(pressure[good], flow[good], trend[good])
     steps = (Step(float(t), float(h)) for t, h in sorted(zip(times, curve.extra, strict=True)))
-    return Baseline(time, level, trend, tuple(steps), float(curve.error[far]), zero_time, own, settling=settling)
+    persistence = _persistence((breathless - curve.values - shifts @ curve.extra)[good])
+    return Baseline(
+        time, level, trend, tuple(steps), float(curve.error[far]), zero_time, own, settling=settling,
+        persistence=persistence, errors=curve.error,
+    )  # fmt: skip
 
 
 def _settling(time: np.ndarray, level: np.ndarray, good: np.ndarray) -> Settling | None:
@@ -293,14 +340,16 @@ def _settling(time: np.ndarray, level: np.ndarray, good: np.ndarray) -> Settling
     What is carried back is as wrong as the breaths and the drift make it: the same is tried from later beats on.
     """
     time, level = time[good], level[good]
-    if len(time) < 6 * _SIDE or max(_FIRST, time[_SIDE] - time[0]) > _REACH * np.ptp(time):
+    if len(time) < 6 * RULES.side_beats or max(
+        RULES.first_seconds, time[RULES.side_beats] - time[0]
+    ) > RULES.reach * np.ptp(time):
         return None
     apart, settling = _begins_apart(time, level)
-    if apart < SAID:
+    if apart < RULES.told:
         return None
-    later = np.linspace(np.searchsorted(time, settling.until), _LATER * len(time), 8).astype(int)
+    later = np.linspace(np.searchsorted(time, settling.until), RULES.later * len(time), 8).astype(int)
     usual = max(_begins_apart(time[at:], level[at:])[0] for at in later)
-    return settling if apart > _BEYOND * usual else None
+    return settling if apart > RULES.beyond * usual else None
 
 
 def _begins_apart(time: np.ndarray, level: np.ndarray) -> tuple[float, Settling]:
@@ -308,18 +357,18 @@ def _begins_apart(time: np.ndarray, level: np.ndarray) -> tuple[float, Settling]
 
     Carried back, the level follows the drift; the height that is told is that above the level where the others begin.
     """
-    rest = (time >= time[0] + _FIRST) & (np.arange(len(time)) >= _SIDE)
+    rest = (time >= time[0] + RULES.first_seconds) & (np.arange(len(time)) >= RULES.side_beats)
     until = float(time[rest][0])
     breathless, curve = _without_breaths(time, level, rest, np.zeros((len(time), 0)), until)
     left = np.where(rest, 0.0, np.abs(breathless - curve.values))
-    left[left < _SURE * curve.error] = 0.0
+    left[left < RULES.sure * curve.error] = 0.0
     return float(left.max()), Settling(until, float(breathless[0] - curve.at_anchor))
 
 
 def _known_zero(zero_time: float, known: np.ndarray) -> float:
     """Return the instant of the zero, or the known instant nearest to it where a trend cannot be carried so far."""
     nearest = float(np.clip(zero_time, known[0], known[-1]))
-    return zero_time if abs(zero_time - nearest) <= _REACH * np.ptp(known) else nearest
+    return zero_time if abs(zero_time - nearest) <= RULES.reach * np.ptp(known) else nearest
 
 
 def _without_breaths(
@@ -327,10 +376,22 @@ def _without_breaths(
 ) -> tuple[np.ndarray, Curve]:
     """Return the levels without what returns with the breaths, and the curve through them."""
     breathless = level
+    spacing = max(RULES.knot_seconds, RULES.knot_beats * float(np.median(np.diff(time))))
     for _ in range(2):
-        curve = smooth_curve(time, breathless, good, _KNOTS, zero_time, shifts)
+        curve = smooth_curve(time, breathless, good, spacing, zero_time, shifts)
         breathless = level - breathing(time, level - curve.values - shifts @ curve.extra, good)
-    return breathless, smooth_curve(time, breathless, good, _KNOTS, zero_time, shifts)
+    curve = smooth_curve(time, breathless, good, spacing, zero_time, shifts)
+    left = (breathless - curve.values - shifts @ curve.extra)[good]
+    return breathless, curve._replace(error=curve.error * _persistence(left))
+
+
+def _persistence(left: np.ndarray) -> float:
+    """Return by how much the error of a mean is larger than of white scatter: that of an AR(1) process."""
+    left = left - left.mean()
+    power = float(left @ left)
+    correlation = float(left[1:] @ left[:-1]) / power if power > 0 else 0.0
+    correlation = min(max(correlation + 1.0 / len(left), 0.0), 0.9)  # a mean that was taken off lowers it by this
+    return float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
 
 
 def _sharpest_step(time: np.ndarray, level: np.ndarray, good: np.ndarray) -> int | None:
@@ -340,24 +401,24 @@ def _sharpest_step(time: np.ndarray, level: np.ndarray, good: np.ndarray) -> int
     the scatter and from all other windows. Over a gap the line goes on, and a step is the less sure the longer it is.
     """
     here = np.flatnonzero(good)
-    if len(here) < 4 * _SIDE:
+    if len(here) < 4 * RULES.side_beats:
         return None
-    place = np.arange(2 * _SIDE) - _SIDE + 0.5
-    design = np.stack([np.ones(2 * _SIDE), place, place > 0], axis=1)
+    place = np.arange(2 * RULES.side_beats) - RULES.side_beats + 0.5
+    design = np.stack([np.ones(2 * RULES.side_beats), place, place > 0], axis=1)
     weights = np.linalg.pinv(design)[2]
     heights = np.correlate(level[here], weights, "valid")
-    lasts = time[here[2 * _SIDE - 1 :]] - time[here[: len(heights)]]
-    for window in np.flatnonzero(lasts > _GAPPY * np.median(lasts)):
-        part = here[window : window + 2 * _SIDE]
+    lasts = time[here[2 * RULES.side_beats - 1 :]] - time[here[: len(heights)]]
+    for window in np.flatnonzero(lasts > RULES.gap * np.median(lasts)):
+        part = here[window : window + 2 * RULES.side_beats]
         design[:, 1] = time[part] - time[part].mean()
         own = np.linalg.pinv(design)[2]
         heights[window] = own @ level[part] * np.linalg.norm(weights) / np.linalg.norm(own)
     scatter = np.median(np.abs(np.diff(level[here]))) / 0.954
     usual = max(float(np.median(np.abs(heights))) / 0.6745, float(scatter * np.linalg.norm(weights)))
     best = int(np.argmax(np.abs(heights)))
-    if abs(heights[best]) < max(_STANDS_OUT * usual, SAID):
+    if abs(heights[best]) < max(RULES.stands_out * usual, RULES.told):
         return None
-    return int(here[best + _SIDE])
+    return int(here[best + RULES.side_beats])
 
 
 def _own_change(pressure: np.ndarray, flow: np.ndarray, trend: np.ndarray) -> str:
@@ -372,6 +433,6 @@ def _own_change(pressure: np.ndarray, flow: np.ndarray, trend: np.ndarray) -> st
         values = values / np.median(values)
         fitted = inverse @ values
         error = np.std(values - design @ fitted) * np.linalg.norm(inverse[1])
-        if abs(fitted[1]) > max(_OWN, _SURE * error):
+        if abs(fitted[1]) > max(RULES.own_change, RULES.sure * error):
             changes.append(f"{name} changes by {100 * np.sign(trend[np.argmax(np.abs(trend))]) * fitted[1]:+.0f} %")
     return " and ".join(changes)

@@ -11,6 +11,7 @@ import numpy as np
 
 from vasowave.errors import InputError, NumericalError
 from vasowave.findings import Finding, look_kind
+from vasowave.recording.hum import hum_of
 from vasowave.recording.raw import RawRecording
 from vasowave.species import SPECIES
 
@@ -26,8 +27,14 @@ _RODENT = 650.0
 _LARGE = 200.0
 """Heart rate, beats/min, below which no rodent is."""
 
+_BETWEEN, _AS_STRONG = 0.7, 0.4
+"""A beat length holds several beats if so many of all lengths have further peaks of so much of the beats' strength."""
+
 _MISSED = 1.6
 """An interval longer than this many beat lengths is searched again with a lower threshold."""
+
+_ABOVE_NOISE = 3.0
+"""What is found there is this many times as strong as the signal is half of the time: an ECG hums between its beats."""
 
 
 SILENT_ECG = look_kind(
@@ -121,11 +128,12 @@ def _find_by(raw: RawRecording, fiducial: str, heart_rates: tuple[float, float])
         strength = _smooth(np.gradient(shape) ** 2, 0.004 / slower * raw.sampling_rate) ** 0.5
         reach = 0.006 / slower
     else:
-        shape = np.gradient(_band(raw.pressure, raw.sampling_rate, slowest / 120.0, 60.0))
+        quiet = raw.pressure - hum_of(raw.pressure, raw.sampling_rate).course
+        shape = np.gradient(_band(quiet, raw.sampling_rate, slowest / 120.0, 60.0))
         strength = np.maximum(shape, 0.0)
         reach = 0.0
     length = _beat_length(strength, raw.sampling_rate, heart_rates, f"{raw.source}, {fiducial}")
-    peaks = _peaks(strength, length)
+    length, peaks = _without_subharmonic(strength, length, raw.sampling_rate * 60.0 / heart_rates[1])
     half = round(reach * raw.sampling_rate) if reach else round(0.2 * length)
     times, shape_of_beat = _align(shape, peaks, max(half, 3))
     offset = _extremum(shape_of_beat) if fiducial == "ecg" else -_foot_before(raw, times, length)
@@ -186,12 +194,31 @@ def _peaks(strength: np.ndarray, length: float) -> np.ndarray:
     typical = median_filter(blocks, 15, mode="nearest")
     height = typical[np.minimum(peaks // width, len(typical) - 1)]
     strong = peaks[strength[peaks] > 0.4 * height]
-    weak = peaks[(strength[peaks] > 0.15 * height) & (strength[peaks] <= 0.4 * height)]
+    above = np.maximum(0.15 * height, _ABOVE_NOISE * np.median(strength))
+    weak = peaks[(strength[peaks] > above) & (strength[peaks] <= 0.4 * height)]
     gaps = np.flatnonzero(np.diff(strong) > _MISSED * length)
     for gap in gaps[::-1]:
         inside = weak[(weak > strong[gap]) & (weak < strong[gap + 1])]
         strong = np.insert(strong, gap + 1, inside)
     return strong
+
+
+def _without_subharmonic(strength: np.ndarray, length: float, shortest: float) -> tuple[float, np.ndarray]:
+    """Return beat length and peaks; where every length holds several beats that are nearly as strong, those.
+
+    Beats that alternate in length or size repeat in pairs, and hum may let a pair repeat better than a beat.
+    """
+    peaks = _peaks(strength, length)
+    for parts in (2, 3):
+        if length / parts < shortest or len(peaks) < 3:
+            continue
+        more = _peaks(strength, length / parts)
+        between = np.setdiff1d(more, peaks)
+        if len(between) > _BETWEEN * (parts - 1) * len(peaks) and np.median(strength[between]) > _AS_STRONG * np.median(
+            strength[peaks]
+        ):
+            return length / parts, more
+    return length, peaks
 
 
 def _align(shape: np.ndarray, peaks: np.ndarray, half: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,14 +1,21 @@
 """The part of beat-by-beat levels that returns with every breath."""
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 _RATES = (0.5, 4.0)
-"""Breaths per second that are looked for: 30 to 240 a minute."""
+"""Breaths per second that are looked for in rodents: 30 to 240 a minute."""
+
+_BEATS_A_BREATH = (2.5, 14.0)
+"""Beats that a breath lasts: at least, and at most in animals whose hearts are slower than a rodent's."""
 
 _HARMONICS = 4
 """Harmonics of a breath: a hump of 40 % of it has few of size."""
+
+_AS_GOOD = 25.0
+"""A breath explains as much as several do if its likelihood is smaller by less than exp of half of this."""
 
 _STRETCH = 60.0
 """Longer recordings are taken in stretches of this length, s: no ventilator keeps its phase for hours."""
@@ -21,36 +28,99 @@ _WIDE = 14
 _STEEP = 2.3 * _WIDE  # of the bump, the best for that grid
 
 
+class Breath(NamedTuple):
+    """What returns with every breath in one stretch of beats.
+
+    Attributes
+    ----------
+    beats : int array, shape (beat,)
+        Which beats.
+    time : float array, shape (beat,)
+        Of their levels, s since the first of them.
+    rate : float
+        Breaths per second.
+    coefficients : float array, shape (1 + 2 harmonics,)
+        Level, cosines, sines.
+    noise : float
+        Square error of each coefficient.
+    """
+
+    beats: np.ndarray
+    time: np.ndarray
+    rate: float
+    coefficients: np.ndarray
+    noise: float
+
+    @property
+    def sine_share(self) -> float:
+        """Share of the first harmonic in the breath's power, noise set apart."""
+        first, *others = (self.coefficients[1:].reshape(2, -1) ** 2).sum(axis=0)
+        return float(first / (first + max(sum(others) - 4.0 * len(others) * self.noise, 0.0)))
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """Return the breath, of mean zero, at times in s since the first of its beats."""
+        return _columns(time, self.rate)[:, 1:] @ self.coefficients[1:]
+
+    def within_beats(self, length: float) -> np.ndarray:
+        """Return one breath at 200 even phases as it is where the levels are means over beats of a length, s."""
+        passed = np.maximum(np.sinc(np.arange(1, _HARMONICS + 1) * self.rate * length), 0.3)
+        breath = self._replace(coefficients=self.coefficients / np.concatenate([[1.0], passed, passed]))
+        return breath.at(np.arange(200) / (200 * self.rate))
+
+
 def breathing(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> np.ndarray:
     """Return the periodic part of the levels, of mean zero over a breath, shape (beat,); zeros if nothing repeats.
 
     Times (s) and levels without their trend are those of all beats, of which those that are `used` count.
     """
     breath = np.zeros(len(time))
-    count = max(1, round((time[-1] - time[0]) / _STRETCH))
-    for part in np.array_split(np.arange(len(time)), count):
-        if used[part].sum() >= 10 * _HARMONICS:
-            breath[part] = _in_stretch(time[part] - time[part[0]], level[part], used[part])
+    for one in find_breaths(time, level, used):
+        breath[one.beats] = one.at(one.time)
     return breath
 
 
-def _in_stretch(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> np.ndarray:
-    here, values = time[used], level[used] - level[used].mean()
+def find_breaths(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> list[Breath]:
+    """Return the breath of every stretch of a minute in which one is found; the arguments are those of `breathing`."""
+    found = []
+    count = max(1, round((time[-1] - time[0]) / _STRETCH))
+    for part in np.array_split(np.arange(len(time)), count):
+        if used[part].sum() >= 10 * _HARMONICS:
+            since = time[part] - time[part[0]]
+            breath = _in_stretch(since[used[part]], level[part][used[part]])
+            found += [Breath(part, since, *breath)] if breath else []
+    return found
+
+
+def _in_stretch(here: np.ndarray, level: np.ndarray) -> tuple[float, np.ndarray, float] | None:
+    """Return rate, coefficients and their square error of the breath in a stretch, None if nothing repeats."""
+    values = level - level.mean()
     step = 1.0 / (8.0 * (here[-1] - here[0]))
+    beat = float(np.median(np.diff(here)))
     # Faster than half the heart rate, breaths cannot be told from slower ones.
-    fastest = min(_RATES[1], 0.5 / float(np.median(np.diff(time))))
-    rates = np.arange(_RATES[0], fastest, step)
+    fastest = min(_RATES[1], 1.0 / (_BEATS_A_BREATH[0] * beat))
+    rates = np.arange(min(_RATES[0], 1.0 / (_BEATS_A_BREATH[1] * beat)), fastest, step)
     if len(rates) == 0:
-        return np.zeros(len(time))
+        return None
     best, left = _best_rate(here, values, rates, step)
     # Bayes' criterion, and the choice among all rates on top.
     gain = len(values) * np.log(float(values @ values) / max(left, 1e-300))
     if gain < (2 * _HARMONICS + 1) * np.log(len(values)) + 2 * np.log(len(rates)):
-        return np.zeros(len(time))
-    near = rates[best] + np.linspace(-1.0, 1.0, 17) * step
-    rate = near[_best_rate(here, values, near, step / 8.0)[0]]
-    coefficients = _fit(here, values, rate)
-    return _columns(time, rate)[:, 1:] @ coefficients[1:]
+        return None
+    near = np.linspace(-1.0, 1.0, 17) * step
+    rate, left = _nearest(here, values, rates[best] + near)
+    for times in (3, 2):  # several breaths repeat as one does; the shortest that explains as much is a breath
+        if times * rate < fastest:
+            faster, more = _nearest(here, values, times * rate + near)
+            if len(values) * np.log(more / left) < _AS_GOOD:
+                rate, left = faster, more
+                break
+    return rate, _fit(here, values, rate), 2.0 * left / len(values) ** 2
+
+
+def _nearest(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> tuple[float, float]:
+    """Return the best of some even rates, and the squares that it leaves."""
+    best, left = _best_rate(time, values, rates, float(rates[1] - rates[0]))
+    return float(rates[best]), left
 
 
 def _best_rate(time: np.ndarray, values: np.ndarray, rates: np.ndarray, step: float) -> tuple[int, float]:

@@ -1,13 +1,15 @@
-"""Fluid-filled catheters: a damped spring that lets some harmonics through too large, too small, and too late.
+"""Fluid-filled catheters: a damped spring that lets some harmonics through too large, too small, and too late; filters.
 
 Pressure at the transducer over pressure at the tip is 1 / (1 - (f/f_n)² + 2 i ζ f/f_n), with the natural frequency f_n
 and the damping ratio ζ (Gardner, Anesthesiology 1981;54:227). The flow is measured by another instrument. At high
 frequencies an artery's impedance tends to its characteristic one, a real constant, so that what the ratio of pressure
 to flow does there as this response does, with a delay between the instruments, is suspected to be the catheter's.
+
+Amplifiers and flow meters have filters, of first order 1 / (1 + i f/f_c) with the cut-off frequency f_c.
 """
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -15,6 +17,8 @@ from vasowave.errors import InputError
 from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.recording.cycle import Recording
 from vasowave.recording.harmonics import harmonic_errors
+from vasowave.recording.noise_spectrum import ROLLS_OFF
+from vasowave.recording.waveform import advance
 
 _FIRST = 3
 """Below this harmonic reflections rule the impedance."""
@@ -43,7 +47,10 @@ _LARGEST = 20.0
 
 _RANG = "the pressure looks as if its catheter rang at about {frequency:.0f} Hz (damping {damping:.2g}); if so, "
 _FLUSHED = ". Was it flushed and free of bubbles? `catheter: [natural frequency, damping]` of a flush test corrects it"
-_FLUSH = "Give natural frequency and damping of a flush test as `catheter` in the study file."
+_FLUSH = (
+    "Give natural frequency and damping of a flush test as `catheter` in the study file; where there is none, allow "
+    "for them by `pressure_inertia_sd` and `pressure_lag_sd`."
+)
 RINGS = look_kind(
     "recording.catheter-rings",
     f"{_RANG}the pulse pressure is {{true_pulse:.3g}} mmHg, not {{pulse:.3g}}{_FLUSHED}",
@@ -54,7 +61,17 @@ RINGS_BEYOND_REPAIR = look_kind(
 )
 CORRECTED = note_kind(
     "recording.catheter-corrected",
-    "the pressure was corrected for a catheter of {frequency:.3g} Hz and damping {damping:.2g}, up to harmonic {last}",
+    "the {signal} was corrected for a response of second order, {frequency:.3g} Hz and damping {damping:.2g}, up to "
+    "harmonic {last}",
+)
+FILTER_CORRECTED = note_kind(
+    "recording.filter-corrected",
+    "the {signal} was corrected for a filter of first order at {cutoff:.3g} Hz, up to harmonic {last}",
+)
+
+
+DELAY_CORRECTED = note_kind(
+    "recording.delay-corrected", "the {signal} was made {delay:.3g} ms earlier, by its given delay"
 )
 
 
@@ -66,8 +83,28 @@ class Catheter(NamedTuple):
 
     def response(self, frequency: np.ndarray) -> np.ndarray:
         """Return recorded over true pressure at frequencies in Hz, complex."""
-        ratio = np.asarray(frequency) / self.natural_frequency
-        return 1.0 / (1.0 - ratio**2 + 2j * self.damping * ratio)
+        time = 1.0 / (2 * np.pi * self.natural_frequency)
+        return second_order(2 * self.damping * time, time**2, frequency)
+
+
+class LowPass(NamedTuple):
+    """Cut-off frequency, Hz, of a filter of first order, where it lets 0.71 of an amplitude through."""
+
+    cutoff: float
+
+    def response(self, frequency: np.ndarray) -> np.ndarray:
+        """Return recorded over true signal at frequencies in Hz, complex."""
+        return second_order(1.0 / (2 * np.pi * self.cutoff), 0.0, frequency)
+
+
+def second_order(lag: float | np.ndarray, inertia: float | np.ndarray, frequency: np.ndarray) -> np.ndarray:
+    """Return recorded over true signal, 1 / (1 + iωτ - ω²θ), at frequencies in Hz; arrays are broadcast.
+
+    With a lag τ (s) and an inertia θ (s²): 1/(2π f_c) and 0 of a filter of first order, ζ/(π f_n) and 1/(2π f_n)² of a
+    catheter. What fits and posteriors say of an unknown response is this.
+    """
+    rate = 2j * np.pi * np.asarray(frequency)
+    return np.asarray(1.0 / (1.0 + rate * lag + rate**2 * inertia))
 
 
 def suspect_catheter(recording: Recording) -> Catheter | None:
@@ -122,34 +159,65 @@ def _misfit(impedance: np.ndarray, frequency: np.ndarray, responses: np.ndarray)
     return np.var(np.log(np.abs(ratios)), axis=1) + np.mean(angles**2, axis=2).min(axis=1)
 
 
-def correct_catheter(recording: Recording, catheter: Catheter) -> Recording:
-    """Return the recording with the catheter's response removed from the harmonics of the pressure that carry signal.
+def correct_catheter(
+    recording: Recording, catheter: Catheter | LowPass, signal: Literal["pressure", "flow"] = "pressure"
+) -> Recording:
+    """Return the recording with a catheter's or a filter's response removed from the harmonics that carry signal.
 
     Parameters
     ----------
     recording : Recording
-    catheter : Catheter
-        By a flush test, or as suspected; nothing is corrected unless it is asked for.
+    catheter : Catheter or LowPass
+        By a flush test, or as suspected; of an amplifier as its maker says. Nothing is corrected unless it is asked
+        for; of a filter nothing is that it lets less than a twentieth through of.
+    signal : {"pressure", "flow"}
 
     Raises
     ------
     InputError
         A frequency or damping that is not positive, or a response that would change a harmonic twentyfold.
     """
-    if not (catheter.natural_frequency > 0 and catheter.damping > 0):
-        raise InputError(f"{catheter}: natural frequency and damping must be positive")
-    last = harmonic_errors(recording, "pressure").with_signal
+    if min(catheter) <= 0:
+        what = "cut-off frequency" if isinstance(catheter, LowPass) else "natural frequency and damping"
+        raise InputError(f"{recording.source}: {what} must be positive, got {', '.join(f'{x:g}' for x in catheter)}")
+    last = harmonic_errors(recording, signal).with_signal
+    if isinstance(catheter, LowPass):
+        last = min(last, int(catheter.cutoff * recording.period * np.sqrt(_LARGEST**2 - 1)))
     response = catheter.response(np.arange(last + 1) / recording.period)
     if np.abs(response).max() > _LARGEST or np.abs(response).min() < 1.0 / _LARGEST:
         raise InputError(
             f"{recording.source}: {catheter} lets harmonics up to {last} through {np.abs(response).min():.2g} to "
             f"{np.abs(response).max():.2g} times; what is lost cannot be recovered. Average fewer harmonics"
         )
-    spectrum = np.fft.rfft(recording.pressure)
+    values, error = getattr(recording, signal), getattr(recording, f"{signal}_error")
+    spectrum = np.fft.rfft(values)
     spectrum[: last + 1] /= response
-    note = CORRECTED(frequency=catheter.natural_frequency, damping=catheter.damping, last=last)
-    corrected = np.fft.irfft(spectrum, len(recording.pressure))
-    error = recording.pressure_error
+    if isinstance(catheter, LowPass):
+        note = FILTER_CORRECTED(signal=signal, cutoff=catheter.cutoff, last=last)
+    else:
+        note = CORRECTED(signal=signal, frequency=catheter.natural_frequency, damping=catheter.damping, last=last)
+    changed: dict[str, Any] = {signal: np.fft.irfft(spectrum, len(values))}
     if error is not None:
-        error = np.append(error[: last + 1] / np.abs(response), error[last + 1 :])
-    return replace(recording, pressure=corrected, notes=(*recording.notes, note), pressure_error=error)
+        changed[f"{signal}_error"] = np.append(error[: last + 1] / np.abs(response), error[last + 1 :])
+    asked = [one for one in recording.notes if (one.code, *dict(one.values).values())[:2] != (ROLLS_OFF.code, signal)]
+    return replace(recording, notes=(*asked, note), **changed)
+
+
+def without_delays(recording: Recording, pressure: float = 0.0, flow: float = 0.0) -> Recording:
+    """Return the recording with each signal as much earlier as it was recorded too late, s; negative: later.
+
+    Raises
+    ------
+    InputError
+        A delay of half a cycle or more.
+    """
+    for signal, delay in (("pressure", pressure), ("flow", flow)):
+        if not abs(delay) < 0.5 * recording.period:
+            raise InputError(
+                f"{recording.source}: a {signal} delay of {delay:g} s is half a cycle or more; give it in s"
+            )
+        if delay:
+            moved: dict[str, Any] = {signal: advance(getattr(recording, signal), delay / recording.period)}
+            note = DELAY_CORRECTED(signal=signal, delay=1e3 * delay)
+            recording = replace(recording, notes=(*recording.notes, note), **moved)
+    return recording

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+MOST_SAMPLES = 65_536  # of an averaged cycle: the longest one, 3 s, at 20 kHz
 FEWEST_SAMPLES = 32
 """A cycle with fewer samples cannot carry the 14 harmonics that the impedance analysis reads."""
 

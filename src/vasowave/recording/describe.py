@@ -9,10 +9,11 @@ from vasowave.errors import InputError
 from vasowave.findings import Finding
 from vasowave.io.remembered import remembered
 from vasowave.io.textfile import Progress, look
-from vasowave.recording.channels import Block
+from vasowave.recording.channels import Block, Comment
 from vasowave.recording.choosing import quantity_of
 from vasowave.recording.formats import RECORDINGS, read_blocks
 from vasowave.recording.gaps import Span, gaps_in
+from vasowave.recording.interventions import listed
 from vasowave.recording.plausibility import PERIODS
 
 _LARGEST = 4 << 20  # bytes; no table of one cycle is larger
@@ -41,7 +42,7 @@ class BlockDescription(NamedTuple):
     duration: float
     samples: int
     channels: tuple[ChannelDescription, ...]
-    comments: int = 0
+    comments: tuple[Comment, ...] = ()
 
 
 class FileDescription(NamedTuple):
@@ -76,7 +77,8 @@ class FileDescription(NamedTuple):
         )
         what = {"raw": "continuous", "cycle": "one cycle", "": "cycle or continuous"}[self.kind]
         more = f", the longest of {len(self.blocks)} blocks" if len(self.blocks) > 1 else ""
-        return f"{RECORDINGS[self.format].title}, {what}: {lasts}{more}; {channels}"
+        comments = f"; comments: {listed(block.comments)}" if block.comments else ""
+        return f"{RECORDINGS[self.format].title}, {what}: {lasts}{more}; {channels}{comments}"
 
 
 def describe_recording(path: str | Path, progress: Progress | None = None) -> FileDescription:
@@ -140,7 +142,7 @@ def _block(block: Block) -> BlockDescription:
     )
     fastest = max(block.channels, key=lambda c: len(c.values))
     rate = fastest.sampling_rate
-    return BlockDescription(rate, len(fastest.values) / rate, len(fastest.values), channels, len(block.comments))
+    return BlockDescription(rate, len(fastest.values) / rate, len(fastest.values), channels, block.comments)
 
 
 def _kind(blocks: Sequence[BlockDescription]) -> str:

@@ -10,6 +10,7 @@ from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.io.columns import NoRowsError, read_columns
 from vasowave.recording.rejection import Rejection
+from vasowave.stores import stored
 
 Action = Literal["reject", "keep", "move"]
 
@@ -21,6 +22,9 @@ WITHOUT_BEAT = look_kind(
     "'{action}' at {time:g} s of the edited beats meets no beat",
     "Remove its line, or correct its time.",
 )
+MOST_EDITS = 100_000
+"""Of one recording: a mouse's beats in three hours."""
+
 _BY_HAND = note_kind("beat.hand", "rejected by hand")
 _HEAD = "# What a person decided of single beats; times in s since the start of the block, within the beat."
 
@@ -49,13 +53,14 @@ class BeatEdit(NamedTuple):
     to: float | None = None
 
 
+@stored("edits of beats", "edits/*.csv")
 def read_edits(path: Path) -> tuple[BeatEdit, ...]:
     """Return the edits of a file, a CSV with the columns ``action``, ``time [s]`` and ``to [s]``.
 
     Raises
     ------
     InputError
-        The file, line and column of what is wrong.
+        The file, line and column of what is wrong; more than `MOST_EDITS`.
 
     Examples
     --------
@@ -71,6 +76,7 @@ def read_edits(path: Path) -> tuple[BeatEdit, ...]:
         return ()
     action, time = table.require("action"), table.require("time")
     to = table.find("to")
+    require_few(path, len(table.lines))
     edits = []
     for line, cells in zip(table.lines, table.cells, strict=True):
         word, target = cells[action].strip(), cells[to].strip() if to is not None else ""
@@ -79,6 +85,15 @@ def read_edits(path: Path) -> tuple[BeatEdit, ...]:
         edits.append(BeatEdit(cast(Action, word), _seconds(path, line, "time [s]", cells[time]),
                               _seconds(path, line, "to [s]", target) if target else None))  # fmt: skip
     return tuple(edits)
+
+
+def require_few(path: Path, count: int) -> None:
+    """Raise `InputError` if a file would hold more edits than `MOST_EDITS`."""
+    if count > MOST_EDITS:
+        raise InputError(
+            f"{path}: {count} edits of beats; at most {MOST_EDITS}; average a shorter stretch, and decide on its beats "
+            "alone"
+        )
 
 
 def edits_text(edits: Sequence[BeatEdit]) -> str:
@@ -92,14 +107,15 @@ def edits_text(edits: Sequence[BeatEdit]) -> str:
 
 def moved(times: np.ndarray, edits: Sequence[BeatEdit]) -> tuple[np.ndarray, list[Finding]]:
     """Return the beginnings of the beats with those moved that a person moved, and which moves meet none."""
-    times, lost = times.copy(), []
-    for one in edits:
-        if one.to is None:
-            continue
-        i = int(np.argmin(np.abs(times - one.time)))
+    times, lost, moves = times.copy(), [], [one for one in edits if one.to is not None]
+    reach = 0.5 * float(np.median(np.diff(times))) if moves else 0.0
+    for one in moves:
+        assert one.to is not None
+        after = min(max(int(np.searchsorted(times, one.time)), 1), len(times) - 1)  # times stay in their order
+        i = after - 1 if one.time - times[after - 1] <= times[after] - one.time else after
         below = times[i - 1] if i > 0 else -np.inf
         above = times[i + 1] if i + 1 < len(times) else np.inf
-        if abs(times[i] - one.time) > 0.5 * float(np.median(np.diff(times))) or not below < one.to < above:
+        if abs(times[i] - one.time) > reach or not below < one.to < above:
             lost.append(WITHOUT_BEAT(action=one.action, time=one.time))
         else:
             times[i] = one.to
@@ -131,11 +147,11 @@ def judged(
     for one in edits:
         if one.to is not None:
             continue
-        hit = np.flatnonzero((starts <= one.time) & (one.time < ends))
-        if not len(hit):
+        i = int(np.searchsorted(starts, one.time, side="right")) - 1  # the last that has begun
+        if i < 0 or one.time >= ends[i]:
             lost.append(WITHOUT_BEAT(action=one.action, time=one.time))
         else:
-            reasons[int(hit[0])] = _BY_HAND() if one.action == "reject" else None
+            reasons[i] = _BY_HAND() if one.action == "reject" else None
     return reasons, lost
 
 

@@ -13,24 +13,29 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Severity, note_kind, warn
 from vasowave.notebook import upstairs
-from vasowave.recording.baseline import Baseline, baseline_findings, find_baseline
+from vasowave.recording.baseline import Baseline, baseline_findings, find_baseline, with_comments
 from vasowave.recording.cuts import Cuts
 from vasowave.recording.cycle import Recording
 from vasowave.recording.edits import BeatEdit, judged, require_decisions, told
+from vasowave.recording.lags import clocks_apart
 from vasowave.recording.plateaus import plateau_findings, saturated
-from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
+from vasowave.recording.plausibility import check_flow, check_pressure, odd_values, resting_flow
 from vasowave.recording.prepared import Averaging, Prepared, prepare
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.rejection import (
     Rejection,
+    cause,
     choose_run,
     lost_in_run,
-    mark_inspiration,
+    made_do,
     mark_settling,
     mark_steps,
+    passed_over,
     summarize,
+    unusual_beats,
 )
 from vasowave.recording.steadiness import unsteady
+from vasowave.recording.ventilation import Expiration, mark_inspiration
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
 from vasowave.settings import given_values
 
@@ -39,6 +44,9 @@ LOW_PASSED = note_kind("recording.low-passed", "harmonics above {harmonics} of t
 CLOSED = note_kind(
     "recording.closed", "{name}: a step of {percent:.2g} % of its range from end to start was spread over the cycle"
 )
+
+
+_SELDOM = 0.2  # of all beats are long or short where most are usual
 
 
 class Beat(NamedTuple):
@@ -192,12 +200,21 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
     raw, how, cut, heartbeats = prepared.raw, prepared.how, prepared.cut, prepared.heartbeats
     reasons, _ = judged(list(prepared.reasons), cut.starts, cut.ends, [one for one in edits if one.action == "reject"])
     shaped = np.array([not reason for reason in reasons])
-    baseline = levelled(prepared, reasons)
+    baseline, expiration = levelled(prepared, reasons)
     reasons, lost = judged(reasons, cut.starts, cut.ends, edits)
-    used, run = choose_run(reasons, how.beats, raw.source)
+    of_length = np.array([one is not None and cause(one) == "length" for one in reasons])
+    clocks = clocks_apart(cut, ~of_length, heartbeats.fiducial == "ecg")
+    good = reasons.count(None)
+    reasons, over = made_do(reasons, how.beats)
+    used, run = choose_run(reasons, len(reasons) if "length" in over else how.beats, raw.source, clocks)
+    if over:
+        baseline = replace(baseline, removed=baseline.removed and len(over) == 1)  # unlike beats share no level
+        expiration = Expiration(np.zeros(len(reasons)), float(cut.pressure[used].mean(axis=1).std()) * (len(over) == 1))
     chosen = _without_drift(cut.chosen(used), baseline)
+    chosen = chosen._replace(pressure=chosen.pressure - expiration.excess[used, None])
     period = float(np.mean(chosen.ends - chosen.starts))
-    cycles, notes = _mean_cycles({"pressure": chosen.pressure, "flow": chosen.flow}, how.harmonics)
+    lasts = chosen.ends - chosen.starts if "length" in over else None
+    cycles, notes = _mean_cycles({"pressure": chosen.pressure, "flow": chosen.flow}, how.harmonics, lasts)
     check_pressure(cycles[0], raw.source)
     check_flow(cycles[1], raw.source)
     delay = foot_delay(cycles[0], cycles[1], period)
@@ -206,17 +223,22 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         cycles[1], deviations[1] = (advance(values, delay / period) for values in (cycles[1], deviations[1]))
         notes.append(ADVANCED(delay=1e3 * delay))
     first, last = float(chosen.starts[0]), float(chosen.ends[-1])
+    unusual, moves = unusual_beats(reasons, cut.ends - cut.starts, prepared.means)
     found = [
-        *raw.notes, summarize(heartbeats.fiducial, reasons, how.beats, first, last), *told(edits), *prepared.lost,
+        *raw.notes, *summarize(heartbeats.fiducial, reasons, len(used), how.beats, first, last), *told(edits),
+        *prepared.lost,
         *lost, *notes, *heartbeats.notes,
         *plateau_findings(prepared.plateaus, *_beating(baseline, cut.starts, reasons)),
-        *baseline_findings(baseline, first, last),
+        *baseline_findings(baseline, first, last, raw.every_comment),
         *unsteady(cut.chosen(shaped), np.isin(np.flatnonzero(shaped), used), first, last),
-        *saturated(raw, prepared.plateaus, period),
-        *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, how.beats),
+        *saturated(raw, prepared.plateaus, period), *expiration.findings, *prepared.signs,
+        *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, len(used)),
+        *clocks, *unusual, *passed_over(over, good, len(used), expiration.error),
     ]  # fmt: skip
     errors = [harmonic_error(values[:, :-1]) for values in (chosen.pressure, chosen.flow)]
-    errors[0][0] = np.hypot(errors[0][0], baseline.error_left(first, last))
+    left = (baseline.error_left(first, last), expiration.error, moves[0])
+    errors[0][0] = np.linalg.norm([errors[0][0] * baseline.persistence, *left])
+    errors[1][0] = np.linalg.norm([errors[1][0], resting_flow(cycles[1]), moves[1]])  # either level may be the zero
     return EnsembleAverage(
         Recording(cycles[0], cycles[1], period, raw.source, tuple(found), errors[0], errors[1]),
         deviations[0],
@@ -238,11 +260,13 @@ def _without_drift(chosen: Cuts, baseline: Baseline) -> Cuts:
     return chosen._replace(pressure=chosen.pressure - baseline.drift_at(times))
 
 
-def _mean_cycles(cuts: dict[str, np.ndarray], harmonics: int | None) -> tuple[list[np.ndarray], list[Finding]]:
-    """Return the mean cycle of each signal, closed and smoothed, and what was done to it."""
+def _mean_cycles(
+    cuts: dict[str, np.ndarray], harmonics: int | None, lasts: np.ndarray | None = None
+) -> tuple[list[np.ndarray], list[Finding]]:
+    """Return the mean cycle of each signal, closed and smoothed, and what was done; beats weigh as they last, s."""
     cycles, notes = [], [] if harmonics is None else [LOW_PASSED(harmonics=harmonics)]
     for name, cut in cuts.items():
-        cycle, step = close_cycle(cut.mean(axis=0))
+        cycle, step = close_cycle(np.average(cut, axis=0, weights=lasts))
         cycles.append(cycle if harmonics is None else low_pass(cycle, harmonics))
         notes.append(CLOSED(name=name, percent=100 * step))
     return cycles, notes
@@ -261,24 +285,28 @@ def _listed(starts: np.ndarray, ends: np.ndarray, used: set[int], reasons: list[
     return tuple(Beat(start, end, i in used, reason) for i, (start, end, reason) in enumerate(each))
 
 
-def levelled(prepared: Prepared, reasons: list[Rejection]) -> Baseline:
-    """Return the baseline, and whether it is to be removed; more reasons to reject beats are added to `reasons`."""
+def levelled(prepared: Prepared, reasons: list[Rejection]) -> tuple[Baseline, Expiration]:
+    """Return the baseline, whether it is to be removed, and end-expiration; adds to `reasons` to reject beats."""
     how, cut = prepared.how, prepared.cut
-    baseline = _baseline(prepared, reasons)
+    baseline = with_comments(_baseline(prepared, reasons), prepared.raw.every_comment)
     here = baseline.time[np.searchsorted(baseline.time, cut.starts)]
     mark_steps(reasons, [int(np.searchsorted(here, step.time)) for step in baseline.steps])
     if baseline.settling:
         mark_settling(reasons, np.flatnonzero(here < baseline.settling.until))
+    expiration = Expiration(np.zeros(len(reasons)))
     if how.reject_ventilation:
         pressure, flow = prepared.means
         level = pressure - baseline.mean_within(cut.starts, cut.ends, cut.pressure.shape[1])
-        mark_inspiration(reasons, (level, flow), prepared.shapes)
-    return replace(baseline, removed=how.drift == "remove" and baseline.sure and not baseline.own)
+        expiration = mark_inspiration(reasons, cut.starts, cut.ends, (level, flow), prepared.shapes)
+    return replace(baseline, removed=how.drift == "remove" and baseline.sure and not baseline.own), expiration
 
 
 def _baseline(prepared: Prepared, reasons: Sequence[Rejection]) -> Baseline:
     """Return the baseline over the whole recording; over the stretch alone where the animal changes beside it."""
     good = ~np.array([bool(reason) for reason in reasons])
+    off_beat = np.array([reason is not None and cause(reason) == "length" for reason in reasons])
+    if off_beat.mean() < _SELDOM:  # the two beats after a long or a short one begin from another pressure
+        good &= ~(np.append(False, off_beat[:-1]) | np.append([False, False], off_beat[:-2]))
     usable = np.ones(len(prepared.own), dtype=bool)
     usable[prepared.own] = good
     whole = find_baseline(prepared.every, prepared.shapes[0], usable, prepared.how.zero_time)

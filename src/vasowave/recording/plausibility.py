@@ -4,6 +4,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import Finding, look_kind, note_kind
+from vasowave.recording.lags import late_pressure
 from vasowave.recording.waveform import foot_delay
 
 PERIODS = (0.04, 3.0)
@@ -24,7 +25,7 @@ _STILL = 0.05
 _LOW = 0.25
 """It rests within this share of its range above the lowest flow."""
 
-_OFF_ZERO = 0.1
+_OFF_ZERO = 0.02
 """A resting flow larger than this share of the mean flow is reported."""
 _NEVER_RESTS = 0.5  # of the mean: a flow that stays above this much flows all the time, as in a vein or a small artery
 
@@ -38,7 +39,7 @@ _AT_ZERO = 0.1
 _LATE = 0.025
 """Of the cycle by which a flow may begin after the pressure; in twelve simulated mice and one measured it begins 0.6 %
 before to 2 % after it. Before a bed of little proximal resistance a pressure rises up to 3 % after a flow that begins
-slowly, so that nothing is said of an early flow, and a late one may go unseen by as much."""
+slowly, so that feet say nothing of a late pressure (`lags` does), and a late flow may go unseen by as much."""
 
 _NEVER_LOW = 0.2
 """A flow that never falls below this share of its largest value is like a pressure."""
@@ -78,14 +79,14 @@ FLOW_OFF_ZERO = look_kind(
     "recording.flow-off-zero",
     "the flow rests at {level:+.2g} ml/s in diastole, {percent:.0f} % of its mean, though a closed valve lets nothing "
     "through; is the zero of the flow right? From its resting level the mean flow is {mean:.3g} ml/s",
-    "Correct the zero of the flow channel and export it again.",
+    "Correct the zero of the flow channel, or give it as `flow zero [ml/s]`.",
 )
 LATE_FLOW = look_kind(
     "recording.late-flow",
     "the upstroke of the flow begins {delay:.3g} ms after that of the pressure, {percent:.2g} % of the cycle; at one "
     "place none does, and stiffness, wave speed and impedance depend strongly on it",
-    "Find out the delay of flow probe and filters and shift the flow by it; what you do not know of it is a known "
-    "error, `flow_delay_sd`. The feet tell it within a few percent of the cycle.",
+    "Find out the delay of flow probe and filters and give it as `flow delay [s]`; what you do not know of it is a "
+    "known error, `flow_delay_sd`. The feet tell it within a few percent of the cycle.",
 )
 OPEN_END = note_kind("recording.cycle-open", "{what} ends {percent:.1f} % of its range away from its start")
 
@@ -97,7 +98,8 @@ def check_period(period: float, where: str) -> None:
         raise InputError(f"{where}: period {period:g} s is not a positive number")
     if not shortest <= period <= longest:
         hint = (
-            "is it in ms, or a continuous recording ('raw' in the column 'kind' of a study)?"
+            "is it in ms, or a continuous recording ('raw' in the column 'kind' of a study, with pressure and flow in "
+            "one table)?"
             if period > longest
             else "is the unit of time right, and is it one whole cycle?"
         )
@@ -135,7 +137,7 @@ def check_pressure(pressure: np.ndarray, where: str) -> None:
 def check_flow(flow: np.ndarray, where: str) -> None:
     """Raise `InputError` if `flow` (ml/s) runs backward or does not pulsate."""
     mean = float(flow.mean())
-    turn = "flow out of the heart is positive: turn its sign (probe direction)"
+    turn = "flow out of the heart is positive: turn its sign (a probe mounted backward has a `flow gain` of -1)"
     if np.ptp(flow) == 0:
         raise InputError(f"{where}: the flow is constant ({mean:g} ml/s); is this the right column?")
     if mean <= 0:
@@ -161,10 +163,14 @@ def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Fi
     level, mean = resting_flow(flow), float(flow.mean())
     if _OFF_ZERO * mean < abs(level) < _NEVER_RESTS * mean:
         found.append(FLOW_OFF_ZERO(level=level, percent=100 * level / mean, mean=mean - level))
+    return [*found, *odd_timing(pressure, flow, period)]
+
+
+def odd_timing(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Finding]:
+    """Return a finding if one signal of a cycle of a period, s, is late against the other."""
     delay = foot_delay(pressure, flow, period)
-    if delay > _LATE * period:
-        found.append(LATE_FLOW(delay=1e3 * delay, percent=100 * delay / period))
-    return found
+    late = [LATE_FLOW(delay=1e3 * delay, percent=100 * delay / period)] if delay > _LATE * period else []
+    return [*late, *late_pressure(pressure, flow, period)]
 
 
 def resting_flow(flow: np.ndarray) -> float:

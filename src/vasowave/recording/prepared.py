@@ -14,11 +14,14 @@ from vasowave.errors import InputError
 from vasowave.findings import Finding
 from vasowave.recording.beats import Beats, find_beats
 from vasowave.recording.cuts import Cuts, beats_beside, cut_again, cut_all, merged
-from vasowave.recording.cycle import FEWEST_SAMPLES
+from vasowave.recording.cycle import FEWEST_SAMPLES, MOST_SAMPLES
 from vasowave.recording.edits import BeatEdit, moved
+from vasowave.recording.hum import hum_findings
+from vasowave.recording.noise_spectrum import noise_findings
 from vasowave.recording.plateaus import Plateau, find_plateaus
 from vasowave.recording.raw import RawRecording
-from vasowave.recording.rejection import Rejection, misshapen_beats
+from vasowave.recording.rejection import Rejection, fewest, misshapen_beats
+from vasowave.recording.spikes import despiked
 from vasowave.settings import Range, settings_class
 from vasowave.species import SPECIES
 
@@ -36,7 +39,7 @@ class Averaging:
 
     beats: Annotated[int, Ge(2)] = 20
     """Number of beats to average, 20 in the paper."""
-    samples: Annotated[int, Ge(FEWEST_SAMPLES)] = 256
+    samples: Annotated[int, Ge(FEWEST_SAMPLES), Le(MOST_SAMPLES)] = 256
     """Samples of the cycle."""
     harmonics: Annotated[int, Ge(1)] | None = 20
     """Harmonics of the averaged cycle that are kept; None keeps all. What is above 20 is noise, which would push the
@@ -92,6 +95,8 @@ class Prepared:
     own : bool array, shape (beat of `every`,)
         Which of them are those of `cut`.
     plateaus : tuple of Plateau
+    signs : tuple of Finding
+        What the signals show of instruments.
     """
 
     raw: RawRecording
@@ -106,6 +111,7 @@ class Prepared:
     every: Cuts
     own: np.ndarray
     plateaus: tuple[Plateau, ...]
+    signs: tuple[Finding, ...]
 
     def with_moves(self, edits: Sequence[BeatEdit]) -> "Prepared":
         """Return the same for other moves among `edits`; beats whose ends stay are not cut again."""
@@ -114,7 +120,7 @@ class Prepared:
             return self
         times, lost = moved(self.heartbeats.times, moves)
         cut = cut_again(self.raw, self.cut, times)
-        return _compared(self.raw, self.how, self.heartbeats, moves, lost, cut, self.plateaus)
+        return _compared(self.raw, self.how, self.heartbeats, moves, lost, cut, (self.plateaus, self.signs))
 
 
 def prepare(raw: RawRecording, how: Averaging, edits: Sequence[BeatEdit] = ()) -> Prepared:
@@ -122,14 +128,18 @@ def prepare(raw: RawRecording, how: Averaging, edits: Sequence[BeatEdit] = ()) -
     lasts = max(one.origin + one.duration for one in (raw, *raw.beside))
     if how.zero_time is not None and how.zero_time > lasts:
         raise InputError(f"zero_time={how.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
+    raw, spiked = despiked(raw)
     heartbeats = find_beats(raw, how.fiducial, _rates(how))
-    if len(heartbeats.times) - 1 < how.beats:
+    if len(heartbeats.times) - 1 < fewest(how.beats):
         raise InputError(
             f"{raw.source}: {len(heartbeats.times) - 1} whole beats found, {how.beats} wanted; record longer or "
             "average fewer"
         )
     cut = cut_all(raw, heartbeats.times, how.samples)
-    return _compared(raw, how, heartbeats, (), [], cut, find_plateaus(raw)).with_moves(edits)
+    signals = (raw.pressure, raw.flow, raw.sampling_rate)
+    signs = (*spiked, *hum_findings(*signals), *noise_findings(*signals, heartbeats.times - raw.origin))
+    seen = (find_plateaus(raw), signs)
+    return _compared(raw, how, heartbeats, (), [], cut, seen).with_moves(edits)
 
 
 def _rates(how: Averaging) -> tuple[float, float]:
@@ -138,7 +148,7 @@ def _rates(how: Averaging) -> tuple[float, float]:
 
 def _compared(
     raw: RawRecording, how: Averaging, heartbeats: Beats, moves: tuple[BeatEdit, ...], lost: Sequence[Finding],
-    cut: Cuts, plateaus: tuple[Plateau, ...],
+    cut: Cuts, seen: tuple[tuple[Plateau, ...], tuple[Finding, ...]],
 ) -> Prepared:  # fmt: skip
     limits = (how.length_tolerance, how.least_correlation)
     shapes = (np.median(cut.pressure, axis=0), np.median(cut.flow, axis=0))
@@ -146,5 +156,5 @@ def _compared(
     every, own = merged(cut, beats_beside(raw, shapes, heartbeats.fiducial, _rates(how), *limits))
     means = (cut.pressure.mean(axis=1), cut.flow.mean(axis=1))
     return Prepared(
-        raw, how, heartbeats, moves, tuple(lost), cut, shapes, tuple(reasons), means, every, own, plateaus
+        raw, how, heartbeats, moves, tuple(lost), cut, shapes, tuple(reasons), means, every, own, *seen
     )  # fmt: skip

@@ -19,6 +19,7 @@ SHORTEST = 1.0
 
 
 ZEROED = note_kind("recording.zeroed", "the given zero of {zero:+.3g} mmHg was subtracted from the pressure")
+FLOW_ZEROED = note_kind("recording.flow-zeroed", "the given zero of {zero:+.3g} ml/s was subtracted from the flow")
 GAINS = note_kind("recording.gains", "the {what} was multiplied by the given gain of {gain:.4g}")
 STRETCH = note_kind("recording.stretch", "{start:g} to {end:g} s of the recording")
 
@@ -123,6 +124,11 @@ class RawRecording:
         return self.origin + np.arange(len(self.pressure)) / self.sampling_rate
 
     @property
+    def every_comment(self) -> tuple[Comment, ...]:
+        """Comments of the stretch and of those beside it."""
+        return tuple(comment for one in (self, *self.beside) for comment in one.comments)
+
+    @property
     def duration(self) -> float:
         """Length, s."""
         return len(self.pressure) / self.sampling_rate
@@ -157,14 +163,17 @@ class RawRecording:
         stretch = replace(self._cut(start, end), notes=(*self.notes, STRETCH(start=start, end=end)))
         return replace(stretch, beside=tuple(sorted(beside, key=lambda one: one.origin)))
 
-    def calibrated(self, zero: float = 0.0, gain: float = 1.0, flow_gain: float = 1.0) -> "RawRecording":
-        """Return the recording with its pressure counted from what the transducer reads at none (mmHg), and gains."""
-        if (zero, gain, flow_gain) == (0.0, 1.0, 1.0):
+    def calibrated(
+        self, zero: float = 0.0, gain: float = 1.0, flow_gain: float = 1.0, flow_zero: float = 0.0
+    ) -> "RawRecording":
+        """Return the recording counted from what the instruments read at none (mmHg, ml/s), and times gains."""
+        given = zero, gain, flow_gain, flow_zero
+        if given == (0.0, 1.0, 1.0, 0.0):
             return self
-        beside = tuple(one.calibrated(zero, gain, flow_gain) for one in self.beside)
-        notes = (*self.notes, *calibration_notes(zero, gain, flow_gain))
-        pressure = (self.pressure - zero) * gain
-        return replace(self, pressure=pressure, flow=self.flow * flow_gain, beside=beside, notes=notes)
+        beside = tuple(one.calibrated(*given) for one in self.beside)
+        notes = (*self.notes, *calibration_notes(*given))
+        pressure, flow = (self.pressure - zero) * gain, (self.flow - flow_zero) * flow_gain
+        return replace(self, pressure=pressure, flow=flow, beside=beside, notes=notes)
 
     def _cut(self, start: float, end: float) -> "RawRecording":
         """Return a stretch alone."""
@@ -182,7 +191,8 @@ class RawRecording:
         )
 
 
-def calibration_notes(zero: float, gain: float, flow_gain: float) -> list[Finding]:
-    """Return what a zero (mmHg) and gains that a person gave did to a recording; nothing where they are 0 and 1."""
+def calibration_notes(zero: float, gain: float, flow_gain: float, flow_zero: float) -> list[Finding]:
+    """Return what zeros and gains that a person gave did to a recording; nothing where they are 0 and 1."""
     found = [ZEROED(zero=zero)] if zero else []
+    found += [FLOW_ZEROED(zero=flow_zero)] if flow_zero else []
     return [*found, *(GAINS(what=what, gain=by) for what, by in (("pressure", gain), ("flow", flow_gain)) if by != 1.0)]

@@ -18,6 +18,8 @@ from vasowave.recording.plausibility import (
     odd_values,
     repeats_first,
 )
+from vasowave.recording.raw import calibration_notes
+from vasowave.recording.several_beats import beats_within, mean_beat, several_finding
 from vasowave.recording.signal import Signal, even_step
 
 _CHECKS = {"pressure": check_pressure, "flow": check_flow}
@@ -51,6 +53,7 @@ def read_recording(
     pressure_unit: str | None = None,
     flow_unit: str | None = None,
     wedge_pressure: float = 0.0,
+    calibration: tuple[float, float, float, float] = (0.0, 1.0, 1.0, 0.0),
 ) -> Recording:
     """Read one averaged cycle from one table, or from one file of pressure and one of flow.
 
@@ -69,6 +72,9 @@ def read_recording(
         in mmHg or ml/s, and the recording's notes say so.
     wedge_pressure : float
         Pressure behind the vascular beds, mmHg, see `Recording`.
+    calibration : tuple of float
+        What is subtracted from the pressure, mmHg, what pressure and flow are then multiplied by, and what is
+        subtracted from the flow, ml/s; a gain of the flow of -1 turns that of a probe mounted backward.
 
     Raises
     ------
@@ -99,8 +105,12 @@ def read_recording(
         signals = read_signals(paths[0], {"pressure": pressure_unit, "flow": flow_unit})
     else:
         signals = read_signals(paths[0], {"pressure": pressure_unit}) + read_signals(paths[1], {"flow": flow_unit})
+    zero, gain, flow_gain, flow_zero = calibration
+    how = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}
+    signals = [replace(one, values=(one.values - how[one.quantity][0]) * how[one.quantity][1]) for one in signals]
     recording = _assemble(signals, period, together=len(paths) == 1)
-    return replace(recording, wedge_pressure=wedge_pressure)
+    notes = (*recording.notes, *calibration_notes(*calibration))
+    return replace(recording, wedge_pressure=wedge_pressure, notes=notes)
 
 
 class _Last(Enum):
@@ -130,6 +140,17 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
             f"{signals[0].file} lasts {periods[0]:.5g} s and {signals[1].file} {periods[1]:.5g} s; "
             "pressure and flow must be of one cycle"
         )
+    said = _said_of_last(signals, lasts, periods)
+    beats = beats_within(cycles[0], cycles[1], periods[0])
+    if beats > 1:
+        if all(signal.time is None for signal in signals):
+            raise InputError(
+                f"{signals[0].file}: the table holds {beats} beats, and nothing tells whether the period of "
+                f"{periods[0]:g} s is that of one or of all; cut exactly one cycle, or add a column of time"
+            )
+        averaged = [mean_beat(cycle, beats) for cycle in cycles]
+        cycles, periods = [mean for mean, _ in averaged], [one / beats for one in periods]
+        said.append(several_finding(beats, periods[0], max(unlike for _, unlike in averaged)))
     notes: list[Finding] = []
     for signal, cycle in zip(signals, cycles):
         notes += signal.notes
@@ -137,7 +158,6 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
         if signal.assumed_unit:
             name = Path(signal.file).name
             notes.append(ASSUMED_UNIT(quantity=signal.quantity, unit=signal.assumed_unit, name=name))
-    said = _said_of_last(signals, lasts, periods)
     odd = odd_values(cycles[0], cycles[1], periods[0])
     for one in (*said, *odd):
         if one.severity is Severity.LOOK:

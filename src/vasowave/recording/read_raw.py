@@ -9,12 +9,13 @@ import numpy as np
 
 from vasowave import units
 from vasowave.errors import InputError
-from vasowave.findings import Finding, note_kind, warn
+from vasowave.findings import Finding, Severity, note_kind, warn
 from vasowave.io.textfile import Progress
 from vasowave.recording.channels import Block, Channel, Comment
 from vasowave.recording.choosing import DIMENSIONS, pick_channels
 from vasowave.recording.formats import read_blocks
 from vasowave.recording.gaps import Span, describe_gaps, free_between, gaps_in
+from vasowave.recording.interventions import comment_findings
 from vasowave.recording.raw import SHORTEST, RawRecording
 from vasowave.recording.signal import NAME_THE_RATE, UNIT_REPLACED
 from vasowave.settings import given_values, settings_class
@@ -100,7 +101,6 @@ def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **
     1000.0
     """
     how = given_values(Reading, None, settings)
-    start, end = how.start, how.end
     blocks = read_blocks(path, how.sampling_rate, progress)
     number, notes = _choose(path, blocks, how.block)
     chosen = blocks[number]
@@ -114,6 +114,13 @@ def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **
     if "ecg" not in picked:
         notes.append(NO_ECG())
     _check_lengths(list(picked.values()))
+    lasts = min(channel.duration for channel in picked.values())
+    part, around, said = comment_findings(chosen.comments, lasts, how.start, how.end)
+    start, end = (part.start or None, None if part.end == lasts else part.end) if said else (how.start, how.end)
+    notes += said
+    for one in said:
+        if one.severity is Severity.LOOK:
+            warn(one.at(str(path)))
     gaps = _gaps(list(picked.values()), start, end)
     rate = max(channel.sampling_rate for channel in picked.values())
     given = {"pressure": how.pressure_unit, "flow": how.flow_unit, "ecg": None}
@@ -132,9 +139,11 @@ def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **
     raw = _between(path, scaled, start, end, rate)
     raw = replace(raw, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration))
     here = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
-    lasts = min(channel.duration for channel in scaled.values())
-    rest = [one for one in free_between([*gaps, here], 0.0, lasts) if one.end - one.start > SHORTEST + 1 / rate]
-    return replace(raw, beside=tuple(_between(path, scaled, *one, rate) for one in rest))
+    rest = [one for one in free_between([*gaps, here], *around) if one.end - one.start > SHORTEST + 1 / rate]
+    beside = (_between(path, scaled, *one, rate) for one in rest)
+    return replace(
+        raw, beside=tuple(replace(one, comments=_comments(chosen, one.origin, one.duration)) for one in beside)
+    )
 
 
 def _between(

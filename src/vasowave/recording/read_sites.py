@@ -28,6 +28,7 @@ COLUMNS = {
 """Columns of a table of sites, and what they hold."""
 
 _ALIASES = {"what": "quantity", "observed": "quantity", "error sd": "error", "sd": "error", "waveform": "file"}
+_MIDDLE = "0.5"  # of the vessel, where no place is given
 _NEEDED = ("quantity", "vessel", "unit", "error")
 
 
@@ -45,7 +46,7 @@ def read_sites(path: str | Path) -> tuple[Observation, ...]:
     ------
     InputError
         File and line of: a column that is missing or unknown, a cell that is no number, a unit that is not of the
-        quantity, a file that is missing, uneven or names another unit than the table.
+        quantity, a file that is missing, uneven or names another unit than the table, a row that stands twice.
 
     Examples
     --------
@@ -67,7 +68,22 @@ def read_sites(path: str | Path) -> tuple[Observation, ...]:
             raise InputError(f"{path}, header, column '{name} [{unit}]': the column 'unit' says the unit of every row; "
                              f"call this one '{name}'")  # fmt: skip
     table.warn()
+    _check_repeats(table)
     return tuple(_site(table, row) for row in range(len(table.cells)))
+
+
+def _check_repeats(table: Columns) -> None:
+    """Refuse a row that stands twice: it would count as one more measurement, with an error of its own."""
+    lines: dict[tuple[str, ...], int] = {}
+    for line, cells in zip(table.lines, table.cells, strict=True):
+        cell = {name: text.strip() for name, text in zip(table.names, cells, strict=True)}
+        values = (cell.get(name, "") for name in ("file", *NUMBERS, "unit"))
+        site = (cell["quantity"].lower(), cell["vessel"], cell.get("place") or _MIDDLE, *values)
+        if (first := lines.setdefault(site, line)) != line:
+            raise InputError(
+                f"{table.source}, line {line}: the same values of the same place stand in line {first} already; remove "
+                "one of the rows (a second measurement has values of its own)"
+            )
 
 
 def site_files(path: Path) -> tuple[Path, ...]:

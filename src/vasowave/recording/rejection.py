@@ -1,21 +1,27 @@
 """The beats that may not be averaged, and the reasons: by their length, their shape, and the breath they fall into."""
 
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
 from vasowave.errors import NumericalError
 from vasowave.findings import Finding, look_kind, note_kind
 
-_BREATHS = 31
-"""Beats over which the end-expiratory level is followed: three breaths or more."""
+_UNUSUAL_SHARE = 0.3
+"""Of all beats: from here on rejections for length or shape ask for a look."""
 
-_OFF = 2.5
-"""A beat further off the end-expiratory level than this many SD is one of inspiration."""
+_UNLIKE = 0.45
+"""Of all beats: where so many are unlike the others, more in length than in shape, none is usual; all are averaged."""
 
-_NO_BREATH = 0.001
-"""Levels that differ by less than this share of the signal's pulse show no breath, however quiet the others are."""
+_CHANGES = 0.02
+"""Rejected beats with which mean flow, pressure or heart rate would change by so much ask for a look."""
 
+_HARMONICS = 12
+"""Shapes of beats are compared up to this harmonic; above there is noise."""
+
+_FEWEST_SHARE = 0.4
+"""Of the beats that are wanted: with fewer good ones there is no average."""
 
 AVERAGED = note_kind(
     "recording.averaged",
@@ -27,11 +33,35 @@ MANY_REJECTED = look_kind(
     "{lost} of the {beats} beats between the first and the last averaged were rejected",
     "Look at the beats, and choose a quieter stretch with `start` and `end`.",
 )
+FEW = look_kind(
+    "recording.few-beats",
+    "only {beats} good beats were found and averaged, {wanted} are wanted; errors count accordingly",
+    "Record longer, or choose a longer stretch.",
+)
+MANY_UNUSUAL = look_kind(
+    "recording.unusual-beats",
+    "{percent:.0f} % of all beats were rejected as unusual ({rejected}), and are not in the average: with them the "
+    "mean flow is {flow:.3g} ml/s ({flow_percent:+.0f} %), the mean pressure {pressure:.3g} mmHg "
+    "({pressure_percent:+.0f} %), the heart rate {rate:.0f} beats/min ({rate_percent:+.0f} %)",
+    "Look at the beats: if the rhythm has long, short or empty ones, these numbers are the animal's over time.",
+)
+OVER_BREATHS = look_kind(
+    "recording.over-breaths",
+    "only {good} beats stand at end-expiration, so that beats of all parts of the breath were averaged; the mean "
+    "pressure may be off that of end-expiration by {error:.2g} mmHg, the scatter of the beats",
+    "Record longer.",
+)
+OVER_RHYTHM = look_kind(
+    "recording.over-rhythm",
+    "only {good} beats are alike and at end-expiration, so that all {beats} were averaged, each by the time that it "
+    "lasts: mean pressure, flow and heart rate are those over time and breaths, but the cycle has no beat's shape, so "
+    "that its pulse, its impedance and all that fits find of walls and waves are not the animal's",
+    "Use the means alone, or choose with `start` and `end` a stretch in which beats are alike.",
+)
 _LENGTH = note_kind("beat.length", "length {length:.1f} ms, {usual:.1f} ms around it")
 _SHAPE = note_kind("beat.correlation", "correlation of {signal} {correlation:.2f} with the median beat")
 _STEP = note_kind("beat.step", "step of the pressure")
 _SETTLING = note_kind("beat.settling", "before the pressure settles")
-_VENTILATION = note_kind("beat.ventilation", "ventilation: mean {signal} {off:+.3g} {unit} from end-expiration")
 
 Rejection = Finding | None
 """Why a beat may not be averaged; None for a good one."""
@@ -88,46 +118,62 @@ def mark_settling(reasons: list[Rejection], beats: np.ndarray) -> None:
         reasons[beat] = reasons[beat] or _SETTLING()
 
 
-def mark_inspiration(
-    reasons: list[Rejection], means: tuple[np.ndarray, np.ndarray], shapes: tuple[np.ndarray, np.ndarray]
-) -> None:
-    """Reject the beats whose mean pressure or flow stands off the end-expiratory level.
+def fewest(beats: int) -> int:
+    """Return how many good beats make an average where so many are wanted: two fifths of them, eight of 20."""
+    return max(2, int(np.ceil(_FEWEST_SHARE * beats)))
 
-    Parameters
-    ----------
-    reasons : list of Finding or None
-        Are added to.
-    means : pair of float arrays, shape (beat,)
-        Mean pressure, mmHg, its drift removed, and mean flow, ml/s.
-    shapes : pair of float arrays, shape (sample,)
-        The usual beat of both.
+
+def made_do(reasons: list[Rejection], beats: int) -> tuple[list[Rejection], set[str]]:
+    """Return reasons that leave enough beats, and which causes were passed over: the breath, or length and shape, too.
+
+    Of beats that are unlike more often in shape than in length none are let in: that is no rhythm.
     """
-    for name, mean, shape, unit in zip(("pressure", "flow"), means, shapes, ("mmHg", "ml/s"), strict=True):
-        off, limit = _off_level(mean)
-        limit = max(limit, _NO_BREATH * float(np.ptp(shape)))
-        for i in np.flatnonzero(np.abs(off) > limit):
-            reasons[i] = reasons[i] or _VENTILATION(signal=name, off=float(off[i]), unit=unit)
+    causes = [cause(reason) if reason else "" for reason in reasons]
+    by_length, by_shape = causes.count("length"), causes.count("correlation")
+    options: list[set[str]] = [set(), {"ventilation"}]
+    if by_length >= by_shape:
+        options = options[: 2 * (by_length + by_shape < _UNLIKE * len(causes))]
+        options.append({"ventilation", "length", "correlation"})
+    for over in options:
+        left = [None if why in over else reason for why, reason in zip(causes, reasons, strict=True)]
+        if left.count(None) >= fewest(beats):
+            return left, over
+    return reasons, set()
 
 
-def choose_run(reasons: list[Rejection], beats: int, source: str) -> tuple[np.ndarray, range]:
-    """Return the indices of the beats to average, and the run of beats they come from."""
+def passed_over(over: set[str], good: int, beats: int, error: float) -> list[Finding]:
+    """Return what is said where causes were passed over as only so many beats are good; error of the mean, mmHg."""
+    if "length" in over:
+        return [OVER_RHYTHM(good=good, beats=beats)]
+    return [OVER_BREATHS(good=good, error=error)] if over else []
+
+
+def choose_run(
+    reasons: list[Rejection], beats: int, source: str, noticed: Sequence[Finding] = ()
+) -> tuple[np.ndarray, range]:
+    """Return the indices of the beats to average, and the run they come from; errors tell what was noticed."""
     good = np.array([i for i, reason in enumerate(reasons) if not reason], dtype=int)
-    if len(good) < beats:
+    if len(good) < fewest(beats):
         raise NumericalError(
             f"{source}: {len(good)} good beats of {len(reasons)}, {beats} wanted (rejected: {_counted(reasons)}); "
             "look at the beats (vasowave open), choose another stretch (start [s], end [s]) or average fewer "
             "(averaging.beats). Of an animal that breathes by itself, without a ventilator, or whose beats alternate, "
-            "turn averaging.reject_ventilation off"
+            f"turn averaging.reject_ventilation off{''.join(f'. Besides, {one}' for one in noticed)}"
         )
+    beats = min(beats, len(good))
     first = int(np.argmin(good[beats - 1 :] - good[: len(good) - beats + 1]))
     used = good[first : first + beats]
     return used, range(int(used[0]), int(used[-1]) + 1)
 
 
-def summarize(fiducial: str, reasons: list[Rejection], beats: int, start: float, end: float) -> Finding:
-    """Return which beats were averaged and how many were rejected for what."""
+def summarize(
+    fiducial: str, reasons: list[Rejection], beats: int, wanted: int, start: float, end: float
+) -> list[Finding]:  # fmt: skip
+    """Return which beats were averaged, how many were rejected for what, and whether they are few."""
     by = "R wave" if fiducial == "ecg" else "foot of the pressure"
-    return AVERAGED(beats=beats, start=start, end=end, by=by, found=len(reasons), rejected=_counted(reasons) or "none")
+    rejected = _counted(reasons) or "none"
+    found = [AVERAGED(beats=beats, start=start, end=end, by=by, found=len(reasons), rejected=rejected)]
+    return [*found, FEW(beats=beats, wanted=wanted)] if beats < wanted else found
 
 
 def _counted(reasons: list[Rejection]) -> str:
@@ -141,35 +187,42 @@ def lost_in_run(reasons: list[Rejection], run: range, beats: int) -> list[Findin
     return [MANY_REJECTED(lost=lost, beats=len(run))] if lost > beats else []
 
 
-def _correlation(beats: np.ndarray, median: np.ndarray) -> np.ndarray:
-    centred, reference = beats - beats.mean(axis=1, keepdims=True), median - median.mean()
-    scale = np.sqrt((centred**2).sum(axis=1) * (reference**2).sum())
-    return np.divide(centred @ reference, scale, out=np.zeros(len(beats)), where=scale > 0)
+def unusual_beats(
+    reasons: list[Rejection], lengths: np.ndarray, means: tuple[np.ndarray, np.ndarray]
+) -> tuple[list[Finding], np.ndarray]:  # fmt: skip
+    """Return how far the beats rejected for length or shape move mean pressure, mmHg, and mean flow, ml/s.
 
+    A finding comes with it if these beats are many, or would change mean values or heart rate.
 
-def _off_level(means: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return how far each beat's mean stands off the end-expiratory level nearby, and what is too far.
-
-    At end-expiration the level is a plateau, so its beats are the narrowest interval that holds a quarter of all; the
-    rest of the plateau is judged by their scatter. Then the level is followed through the plateau's beats alone.
+    Parameters
+    ----------
+    reasons : list of Finding or None
+    lengths : float array, shape (beat,)
+        Of all beats, s.
+    means : pair of float arrays, shape (beat,)
+        Mean pressure, mmHg, and mean flow, ml/s, of all beats.
     """
-    from scipy.ndimage import median_filter
+    unusual = [reason if reason and cause(reason) in ("length", "correlation") else None for reason in reasons]
+    usual = np.array([reason is None for reason in unusual])
+    if usual.all() or not usual.any():
+        return [], np.zeros(2)
+    pressure, flow = (float(values @ lengths / lengths.sum()) for values in means)
+    rate = 60.0 / float(lengths.mean())
+    of_usual = [float(values[usual] @ lengths[usual] / lengths[usual].sum()) for values in means]
+    moves = np.array([pressure - of_usual[0], flow - of_usual[1]])
+    changes = [*(moves / of_usual), lengths[usual].mean() / lengths.mean() - 1.0]
+    if usual.mean() >= 1.0 - _UNUSUAL_SHARE and max(map(abs, changes)) <= _CHANGES:
+        return [], moves
+    names = ("pressure_percent", "flow_percent", "rate_percent")
+    said = MANY_UNUSUAL(
+        percent=100 * float(1 - usual.mean()), rejected=_counted(unusual), pressure=pressure, flow=flow, rate=rate,
+        **{name: 100 * float(change) for name, change in zip(names, changes, strict=True)},
+    )  # fmt: skip
+    return [said], moves
 
-    here = np.arange(len(means))
-    plateau = here
-    for _ in range(3):
-        followed = median_filter(means[plateau], min(_BREATHS, len(plateau)), mode="reflect")
-        level = means - np.interp(here, plateau, followed)
-        middle, spread = _narrowest_quarter(level)
-        plateau = np.flatnonzero(np.abs(level - middle) <= _OFF * spread)
-    return level - middle, _OFF * spread
 
-
-def _narrowest_quarter(level: np.ndarray) -> tuple[float, float]:
-    """Return the middle of the narrowest interval with a quarter of the values, and the SD of a normal so narrow."""
-    ordered = np.sort(level)
-    count = max(2, (len(ordered) + 3) // 4)
-    widths = ordered[count - 1 :] - ordered[: len(ordered) - count + 1]
-    first = int(np.argmin(widths))
-    middle = 0.5 * (ordered[first] + ordered[first + count - 1])
-    return float(middle), 0.5 * float(widths[first]) / 0.319
+def _correlation(beats: np.ndarray, median: np.ndarray) -> np.ndarray:
+    """Return how far beats go with the median beat up to harmonic `_HARMONICS`, shape (beat,)."""
+    spectra, usual = (np.fft.rfft(values)[..., 1 : _HARMONICS + 1] for values in (beats, median))
+    scale = np.sqrt((np.abs(spectra) ** 2).sum(axis=1) * (np.abs(usual) ** 2).sum())
+    return np.divide((spectra @ usual.conj()).real, scale, out=np.zeros(len(beats)), where=scale > 0)

@@ -5,7 +5,7 @@ import numpy as np
 from vasowave.findings import Finding, look_kind
 from vasowave.recording.cuts import Cuts
 
-_CHANGES = 0.2
+_CHANGES = 0.14
 """A pulse or a mean flow that is lower by more than this share in one stretch of the beats than in another is told."""
 
 _PULSE_APART, _FLOW_APART = 0.1, 0.05

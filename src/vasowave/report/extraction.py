@@ -25,7 +25,7 @@ from vasowave.imaging.measure.measurement import Measurement, taper
 from vasowave.imaging.read.volume import isotropic
 from vasowave.imaging.tree import free_length
 from vasowave.imaging.witness.doubts import Doubt
-from vasowave.io.files import check_folder, write_folder
+from vasowave.io.files import check_folder, make_folder, write_file, write_folder
 from vasowave.network.network import Network
 from vasowave.provenance import provenance
 from vasowave.report.review import render, settings_rows
@@ -61,7 +61,7 @@ def write_extraction(extraction: Extraction, folder: Path) -> Path:
     check_extraction_folder(folder)
     figures = extraction_figures(extraction)
     origin = _provenance(extraction)
-    drawings = {name: _svg(figure) for name, figure in figures.items()}
+    drawings = {name: _picture(figure, "svg", {"Date": None}).decode() for name, figure in figures.items()}
     page = render(extraction, drawings, origin)
     with write_folder(folder) as fresh:
         write_network_files(extraction.measured, fresh, extraction.doubts)
@@ -70,19 +70,18 @@ def write_extraction(extraction: Extraction, folder: Path) -> Path:
         write_mask(extraction.lumen, extraction.image, fresh / "mask.nrrd")
         write_surface_vtp(surface, fresh / "surface.vtp")
         write_stl(surface, fresh / "surface.stl")
-        (fresh / FIGURES).mkdir()
+        drawn = make_folder(fresh / FIGURES)
         for name, figure in figures.items():
-            (fresh / FIGURES / f"{name}.svg").write_text(drawings[name], encoding="utf-8")
-            with style():
-                figure.savefig(fresh / FIGURES / f"{name}.png", metadata={"Software": None})
+            write_file(drawn / f"{name}.svg", drawings[name])
+            write_file(drawn / f"{name}.png", _picture(figure, "png", {"Software": None}))
         stored = {
             "settings": dict(settings_rows(extraction)),
             "notes": texts(extraction.notes),
             "doubts": _told(extraction),
             "provenance": origin,
         }
-        (fresh / SETTINGS).write_text(json.dumps(stored, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-        (fresh / PAGE).write_text(page, encoding="utf-8")
+        write_file(fresh / SETTINGS, json.dumps(stored, indent=1, ensure_ascii=False) + "\n")
+        write_file(fresh / PAGE, page)
     return folder / PAGE
 
 
@@ -100,11 +99,11 @@ def extraction_figures(extraction: Extraction) -> dict[str, "Figure"]:
     return {"projection": projection, "network": graph}
 
 
-def _svg(figure: "Figure") -> str:
-    text = io.StringIO()
+def _picture(figure: "Figure", kind: str, made: dict[str, str | None]) -> bytes:
+    content = io.BytesIO()
     with style():
-        figure.savefig(text, format="svg", metadata={"Date": None})
-    return text.getvalue()
+        figure.savefig(content, format=kind, metadata=made)
+    return content.getvalue()
 
 
 def vessel_rows(measured: Measurement) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
@@ -132,10 +131,9 @@ def write_network_files(measured: Measurement, folder: Path, doubts: Sequence[Do
     write_network_table(measured, folder / "network.csv", doubts)
     write_points(measured.tree, measured.network.name, folder / "centerlines.csv")
     header, rows = vessel_rows(measured)
-    with (folder / "vessels.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(header)
-        writer.writerows(["" if cell != cell else cell for cell in row] for row in rows)
+    text = io.StringIO()
+    csv.writer(text).writerows([header, *(["" if cell != cell else cell for cell in row] for row in rows)])
+    write_file(folder / "vessels.csv", text.getvalue())
     write_author_tables(measured.network, folder / "connectivity.csv", folder / "dimensions.csv")
     write_centerlines(measured.tree, folder / "centerlines.vtp", unit=0.1)
     write_swc(measured.tree, folder / "centerlines.swc")
@@ -207,10 +205,10 @@ def write_centerline_network(
     origin = provenance(list(sources))
     with write_folder(folder) as fresh:
         write_network_files(measured, fresh)
-        (fresh / FIGURES).mkdir()
+        drawn = make_folder(fresh / FIGURES)
         with style():
             figure = network_figure(measured.network)
-            for kind, made in (("svg", {"Date": None}), ("png", {"Software": None})):
-                figure.savefig(fresh / FIGURES / f"network.{kind}", metadata=made)
+        for kind, made in (("svg", "Date"), ("png", "Software")):
+            write_file(drawn / f"network.{kind}", _picture(figure, kind, {made: None}))
         stored = {"file": sources[0].name, "settings": dict(settings), "provenance": origin}
-        (fresh / CENTERLINES).write_text(json.dumps(stored, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        write_file(fresh / CENTERLINES, json.dumps(stored, indent=1, ensure_ascii=False) + "\n")

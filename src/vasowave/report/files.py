@@ -9,6 +9,7 @@ import pandas as pd
 
 from vasowave.figures.rendering import described
 from vasowave.io.columns import spreadsheet_cell
+from vasowave.io.files import make_folder, write_file
 from vasowave.report.blocks import Drawing, Table, drawn
 
 Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
@@ -33,20 +34,20 @@ _PIECE = re.compile(
 
 def write_figures(drawings: Sequence[Drawing], folder: Path, each: Each = map) -> None:
     """Write every figure to `folder` as SVG with editable letters; `each` may draw several at a time."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     for drawing, text in zip(drawings, each(drawn, [one.figure for one in drawings]), strict=True):
         drawing.keep(text)
         said = described(text, drawing.name, drawing.caption)
-        (folder / f"{drawing.name}.svg").write_text(said, encoding="utf-8")
+        write_file(folder / f"{drawing.name}.svg", said)
 
 
 def write_tables(tables: Sequence[Table], records: Mapping[str, pd.DataFrame], folder: Path) -> None:
     """Write tables as CSV (full precision, units in the headers) and LaTeX (package booktabs), records as CSV only."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     for table in tables:
         data = pd.DataFrame(table.rows, columns=list(table.header)) if table.data is None else table.data
         _write_csv(data, folder / f"{table.name}.csv")
-        (folder / f"{table.name}.tex").write_text(latex_table(table), encoding="utf-8")
+        write_file(folder / f"{table.name}.tex", latex_table(table))
     for name, data in records.items():
         _write_csv(data, folder / f"{name}.csv")
 
@@ -59,7 +60,7 @@ def _write_csv(data: pd.DataFrame, path: Path) -> None:
             column = data.iloc[:, place]
             texts = {one: spreadsheet_cell(one) for one in column.unique() if isinstance(one, str)}
             safe.isetitem(place, column.replace({one: cell for one, cell in texts.items() if one != cell}).to_numpy())
-    safe.to_csv(path, index=False, lineterminator="\n")
+    write_file(path, safe.to_csv(index=False, lineterminator="\n"))
 
 
 def latex_table(table: Table) -> str:

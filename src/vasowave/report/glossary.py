@@ -41,6 +41,15 @@ def caller(cohort: Cohort) -> Callable[[str], str]:
     return called
 
 
+def defined(cohort: Cohort) -> dict[str, str]:
+    """Return the symbol of every quantity with its meaning, ``r₁ (factor of the nominal R_1 of all beds)``."""
+    known, written = cohort.meanings, symbols(cohort)
+    meanings = {name: words(name, known) for name in written}
+    return {
+        name: sign if meanings[name] in (name, sign) else f"{sign} ({meanings[name]})" for name, sign in written.items()
+    }
+
+
 def glossary(cohort: Cohort) -> dict[str, str]:
     """Return the meaning of every symbol of the animals."""
     written, known = symbols(cohort), cohort.meanings

@@ -2,6 +2,7 @@
 
 import re
 
+from vasowave.figures.subscripts import lowered
 from vasowave.report.blocks import Drawing, Report, drawn, size_of
 from vasowave.report.environment import templates
 from vasowave.report.glossary import explained
@@ -21,7 +22,7 @@ def page(report: Report, others: dict[str, str]) -> str:
     environment = templates()
     environment.globals["drawn"] = lambda drawing: Markup(embedded(drawing))
     environment.filters["explained"] = explained(report.glossary)
-    return environment.get_template("report.html").render(report=report, others=others)
+    return lowered(environment.get_template("report.html").render(report=report, others=others))
 
 
 def embedded(drawing: Drawing) -> str:

@@ -3,9 +3,12 @@
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
 from vasowave.errors import EXTRAS
+from vasowave.figures.subscripts import pieces
 from vasowave.findings import look_kind, warn
+from vasowave.io.files import write_file
 from vasowave.report.blocks import (
     SUPPLEMENT,
     Answers,
@@ -38,14 +41,16 @@ _STYLE = """
   let above = query(selector(<words-end>).before(here())).last().location().position().y
   let below = measure(block(width: page.width - 3.6cm, caption)).height
   let share = (page.height - 2cm - above - below - 26pt) / height
-  let scale = if LEAST < share and share < 1 { share } else { 1 }
-  block(breakable: false)[#image(name, width: width * scale)
+  let drawn(scale) = block(breakable: false)[#image(name, width: width * scale)
 #caption]
+  if share > LEAST { drawn(calc.min(1, share)) } else {
+    place(top, float: true, drawn(calc.min(1, (page.height - 4cm - below - 26pt) / height)))
+  }
 }
 #let boxed(tint, edge, body) = block(fill: tint, stroke: (left: 3pt + edge), inset: 8pt, width: 100%, body)
 """
 _LEAST_SCALE = 0.7
-"""To which a figure shrinks at most to stand under its words; one that is still too tall stands on the next page."""
+"""To which a figure shrinks to stand under its words; one that is too tall then stands on top of the next page."""
 _UNBROKEN_ROWS = 24  # rows of a table that is not broken over pages
 _MAX_ROWS = 36  # rows of a table that paper holds, about a page
 _WIDE, _VERY_WIDE = 8, 12  # columns from which a table gets smaller letters
@@ -79,12 +84,12 @@ def write_pdf(reports: Sequence[Report], folder: Path, figures: Path) -> bool:
 
         def typeset(text: str, target: Path) -> None:
             source = drafts / f"{target.stem}.typ"
-            source.write_text(text, encoding="utf-8")
-            compiler.compile(str(source), output=str(target), format="pdf")
+            write_file(source, text)
+            write_file(target, cast(bytes, compiler.compile(str(source), format="pdf")))
 
         for report in reports:
             for drawing in report.drawings():
-                (drafts / f"{drawing.name}.svg").write_text(drawing.svg, encoding="utf-8")
+                write_file(drafts / f"{drawing.name}.svg", drawing.svg)
                 alone = f"#set page(width: auto, height: auto, margin: 0pt)\n#image({quoted(drawing.name + '.svg')})"
                 typeset(alone, figures / f"{drawing.name}.pdf")
             typeset(markup(report), folder / f"{report.name}.pdf")
@@ -96,7 +101,7 @@ def markup(report: Report) -> str:
     parts = [
         f"#set document(title: {quoted(report.title)})",
         _STYLE.replace("LEAST", str(_LEAST_SCALE)),
-        f"= #{quoted(report.title)}",
+        f"= #{written(report.title)}",
         f"#text(fill: luma(90), {quoted(report.subtitle)})",
     ]
     if report.synthetic:
@@ -105,7 +110,7 @@ def markup(report: Report) -> str:
     if report.name == SUPPLEMENT:
         parts.append("#outline(title: none, target: heading.where(level: 2), indent: 0pt)")
     for section in report.sections:
-        parts += [f"== #{quoted(section.title)}", *map(_block, section.blocks)]
+        parts += [f"== #{written(section.title)}", *map(_block, section.blocks)]
     if report.name != SUPPLEMENT:
         return "\n\n".join([*parts, ""])
     origin = Table("", "", ("program or input", "version or SHA-256"), list(report.provenance.items()))
@@ -118,32 +123,38 @@ def quoted(text: str) -> str:
     return f'"{escaped}"'
 
 
+def written(text: str) -> str:
+    """Return text as a value of Typst, its subscripts true ones."""
+    parts = [f"#{quoted(base)}" + (f"#sub({quoted(low)})" if low else "") for base, low in pieces(str(text))]
+    return quoted(text) if len(parts) == 1 else f"[{''.join(parts)}]"
+
+
 def _block(block: Block) -> str:
     match block:
         case Paragraph():
-            return f"#{quoted(block.text)}"
+            return f"#{written(block.text)}"
         case Heading():
-            return f"=== #{quoted(block.text)}"
+            return f"=== #{written(block.text)}"
         case Bullets():
             return _bullets(block.items)
         case Answers():
             ended = [(title if title.endswith("?") else f"{title}.", answer) for title, answer in block.items]
-            return "\n\n".join(f"*#{quoted(title)}* #{quoted(answer)}" for title, answer in ended)
+            return "\n\n".join(f"*#{written(title)}* #{written(answer)}" for title, answer in ended)
         case Columns():
             return _columns(block)
         case Notice():
-            return f'#boxed(rgb("fdecea"), rgb("a4262c"))[*#{quoted(block.title)}*\n{_bullets(block.items)}\n]'
+            return f'#boxed(rgb("fdecea"), rgb("a4262c"))[*#{written(block.title)}*\n{_bullets(block.items)}\n]'
         case Remarks():
-            return f'#boxed(rgb("f3f6f7"), rgb("90a4ae"))[*#{quoted(block.title)}*\n{_bullets(block.items)}\n]'
+            return f'#boxed(rgb("f3f6f7"), rgb("90a4ae"))[*#{written(block.title)}*\n{_bullets(block.items)}\n]'
         case Table():
             return _table(block)
         case Drawing():
             image = f"image({quoted(block.name + '.svg')}, width: {_size(block)[0]:.3f}in)"
-            return f"#block(breakable: false)[#{image}\n#text(7.5pt, {quoted(block.caption)})]"
+            return f"#block(breakable: false)[#{image}\n#text(7.5pt, {written(block.caption)})]"
         case Space() | OnScreen():
             return ""
         case Fold():
-            return "\n\n".join([f"=== #{quoted(block.title)}", *map(_block, block.blocks)])
+            return "\n\n".join([f"=== #{written(block.title)}", *map(_block, block.blocks)])
 
 
 def _columns(block: Columns) -> str:
@@ -154,11 +165,11 @@ def _columns(block: Columns) -> str:
         width, height = _size(pictures[0])
         ended = "\n\n".join(map(_block, words)) + "#metadata(none)<words-end>"
         drawn = f"{quoted(pictures[0].name + '.svg')}, {width:.3f}in, {height:.3f}in"
-        return f"{ended}\n\n#fitted({drawn}, text(7.5pt, {quoted(pictures[0].caption)}))"
+        return f"{ended}\n\n#fitted({drawn}, text(7.5pt, {written(pictures[0].caption)}))"
     if len(pictures) < 2 or len(pictures) < len(block.blocks):
         return "\n\n".join(map(_block, block.blocks))
     cells = ", ".join(
-        f"[#image({quoted(one.name + '.svg')}, width: 100%)\n#text(7.5pt, {quoted(one.caption)})]" for one in pictures
+        f"[#image({quoted(one.name + '.svg')}, width: 100%)\n#text(7.5pt, {written(one.caption)})]" for one in pictures
     )
     return f"#grid(columns: {len(pictures)}, gutter: 10pt, {cells})"
 
@@ -171,22 +182,22 @@ def _size(drawing: Drawing) -> tuple[float, float]:
 
 
 def _bullets(items: object) -> str:
-    return "#list(" + ", ".join(quoted(item) for item in items) + ",)"  # type: ignore[attr-defined]
+    return "#list(" + ", ".join(written(item) for item in items) + ",)"  # type: ignore[attr-defined]
 
 
 def _table(table: Table) -> str:
     if table.name and len(table.rows) > _MAX_ROWS:
         where = f"{len(table.rows)} rows: tables/{table.name}.csv, and the supplement's page."
-        return f"#block[*#{quoted(table.caption)}.* #{quoted(where)}]"
+        return f"#block[*#{written(table.caption)}.* #{written(where)}]"
     count = len(table.header)
     size = 7.5 if count < _WIDE else 6.2 if count < _VERY_WIDE else 5.2
-    header = ", ".join(f"[*#{quoted(cell)}*]" for cell in table.header)
-    cells = ",\n".join(", ".join(quoted(cell) for cell in row) for row in table.rows)
+    header = ", ".join(f"[*#{written(cell)}*]" for cell in table.header)
+    cells = ",\n".join(", ".join(written(cell) for cell in row) for row in table.rows)
     body = (
         f"#[#set text({size}pt)\n#table(columns: {count}, align: left, "
         f"table.header({header}, table.hline(stroke: 0.5pt)),\n{cells})]"
     )
-    caption = f"#block(below: 0.4em, sticky: true)[*#{quoted(table.caption)}*]\n" if table.caption else ""
-    note = f"\n#text(7pt, fill: luma(90), {quoted(table.note)})" if table.note else ""
+    caption = f"#block(below: 0.4em, sticky: true)[*#{written(table.caption)}*]\n" if table.caption else ""
+    note = f"\n#text(7pt, fill: luma(90), {written(table.note)})" if table.note else ""
     whole = f"{caption}{body}{note}"
     return f"#block(breakable: false)[{whole}]" if len(table.rows) <= _UNBROKEN_ROWS else whole

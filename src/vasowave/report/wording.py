@@ -83,13 +83,15 @@ def value_text(value: xr.DataArray, with_unit: bool = True) -> str:
 
 
 def p_value(p: float) -> str:
-    """Return ``0.023``, two digits, and ``≤ 0.0001`` where no cohort drawn without an effect looks as different.
+    """Return ``0.023``, two digits, or ``> 0.99``; ``≤ 0.0001`` where no cohort drawn without effects is as different.
 
     Where two standard errors of so many draws reach 0.05, so that other draws may put p on its other side: ``≈ 0.049``.
     """
     least = 1 / (DRAWS + 1)
     if p < 1.5 * least:
         return f"≤ {least:.4f}"
+    if p > 0.99:
+        return "> 0.99"
     return f"{'≈ ' if undecided(p) else ''}{number(float(p), 2)}"
 
 
@@ -101,7 +103,7 @@ def undecided(p: float) -> bool:
 def probability(p: float) -> str:
     """Return ``p = 0.023``, ``p ≤ 0.0001`` or ``p ≈ 0.049``, as `p_value`."""
     size = p_value(p)
-    return f"p {size}" if size[0] in "≤≈" else f"p = {size}"
+    return f"p {size}" if size[0] in "≤≈>" else f"p = {size}"
 
 
 def ratio_with_interval(value: float, low: float, high: float) -> str:

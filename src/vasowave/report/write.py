@@ -10,7 +10,7 @@ from vasowave.cohort.cohort import Cohort, gathered
 from vasowave.cohort.primary import primary_comparison
 from vasowave.errors import InputError
 from vasowave.figures.style import style
-from vasowave.io.files import write_folder
+from vasowave.io.files import remove_file, write_file, write_folder
 from vasowave.report.blocks import REPORT, SUPPLEMENT, Report
 from vasowave.report.documents import report_of, supplement_of
 from vasowave.report.files import Each, write_figures, write_tables
@@ -115,10 +115,10 @@ def _place(documents: Sequence[Report], folder: Path, pdf: bool, each: Each) -> 
             write_tables(document.tables(), document.records, fresh / TABLES)
         typeset = pdf and write_pdf(documents, fresh, fresh / FIGURES)
         for document in reversed(documents):
-            (fresh / f"{document.name}.html").write_text(page(document, _others(document, typeset)), encoding="utf-8")
+            write_file(fresh / f"{document.name}.html", page(document, _others(document, typeset)))
     if not typeset:
         for name in PDFS:
-            (folder / name).unlink(missing_ok=True)  # an earlier one would contradict the page
+            remove_file(folder / name)  # an earlier one would contradict the page
 
 
 def _others(document: Report, typeset: bool) -> dict[str, str]:

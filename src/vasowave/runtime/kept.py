@@ -5,9 +5,7 @@ date, and what is damaged, or not there, is made anew: a kept file saves time on
 """
 
 import hashlib
-import os
-import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -16,8 +14,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-PART = ".vasowave-part-"
-"""Beginning of the hidden names; what a killed program left under such a name may be removed."""
+from vasowave.runtime.writing import put
 
 PACKAGE = Path(__file__).parents[1]
 
@@ -25,6 +22,7 @@ BY_CONTENT = "vasowave_law_"
 """Beginning of the names of modules that go on with a digest of their source; see `model.law_files`."""
 
 _SEAL = hashlib.sha256().digest_size
+_PRIVATE_MODE = 0o600  # what is loaded and run is its user's alone
 
 
 def digest_of(*values: Any) -> str:
@@ -87,28 +85,12 @@ def _version(library: str) -> str:
         return "absent"
 
 
-def put(path: Path, parts: Iterable[bytes | np.ndarray], mode: int = 0o600) -> None:
-    """Write a file, whole or not at all; `OSError` where that fails, and nothing is left of it."""
-    handle, name = tempfile.mkstemp(prefix=PART, dir=path.parent)
-    part = Path(name)
-    try:
-        with open(handle, "wb") as file:
-            for piece in parts:
-                file.write(piece)
-            file.flush()
-            os.fsync(file.fileno())
-        part.chmod(mode)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
-
-
 def keep(path: Path, key: str, *parts: bytes | np.ndarray) -> None:
     """Write `parts` behind `key` and the SHA-256 of both, as `put` does; arrays are flat and of bytes."""
     seal = hashlib.sha256(key.encode())
     for part in parts:
         seal.update(part)
-    put(path, (seal.digest(), key.encode(), *parts))
+    put(path, (seal.digest(), key.encode(), *parts), _PRIVATE_MODE)
 
 
 def recall(file: BinaryIO, key: str) -> np.ndarray | None:

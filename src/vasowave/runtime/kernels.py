@@ -14,13 +14,12 @@ import platform
 import shutil
 import stat
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from types import ModuleType
-from typing import IO, Any
+from typing import Any, BinaryIO
 
 import numba
 import numpy as np
@@ -29,6 +28,7 @@ from numba.core.serialize import dumps
 
 from vasowave.runtime.kept import BY_CONTENT, digest_of, keep, recall
 from vasowave.runtime.locks import lock_open_file
+from vasowave.runtime.writing import Part, open_regular
 
 _PATIENCE = 300.0  # s that a process waits while another compiles the same
 _LOOK = 0.1  # s between two looks whether it is done
@@ -39,7 +39,6 @@ _IN_STAMP = (_PACKAGE, "numpy", "builtins", "math", "typing", "types")
 """What a law's file may be made of for its kernels to be kept: a folder's stamp holds the versions of these."""
 _OTHERS = stat.S_IRWXG | stat.S_IRWXO
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-_READ = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
 def kept(function: Any, *modules: ModuleType) -> Any:
@@ -90,7 +89,7 @@ def _folder(*sources: str) -> Path | None:
                 _tidy(place)
             if not _is_private(folder):
                 continue
-            with tempfile.TemporaryFile(dir=folder):
+            with Part(folder / "tried"):
                 return folder
         except OSError:
             continue
@@ -160,7 +159,7 @@ class _Kernels:
     def __init__(self, function: Any, folder: Path) -> None:
         self.cache_path, self._folder = str(folder), folder
         self._name = f"{function.__name__}.{sys.implementation.cache_tag}"
-        self._lock: IO[str] | None = None
+        self._lock: BinaryIO | None = None
         self._compiling = False
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -217,7 +216,7 @@ def _classes(kinds: Any) -> Iterator[type]:
 def _loaded(file: Path, target_context: Any) -> tuple[Any, bool]:
     """Return the kernel in a file, or None, and whether a file is there that is of no use."""
     try:
-        with os.fdopen(os.open(file, _READ), "rb") as opened:
+        with os.fdopen(open_regular(file), "rb") as opened:
             own = os.name == "nt" or _is_own(os.fstat(opened.fileno()), _OTHERS_WRITE)
             packed = recall(opened, file.name) if own else None
     except FileNotFoundError:
@@ -234,10 +233,10 @@ def _loaded(file: Path, target_context: Any) -> tuple[Any, bool]:
         return None, True
 
 
-def _waited_for(path: Path) -> IO[str] | None:
+def _waited_for(path: Path) -> BinaryIO | None:
     """Return the locked file; None where no lock is to be had, which costs time and nothing else."""
     try:
-        file = path.open("a", encoding="utf-8")
+        file = os.fdopen(open_regular(path, os.O_RDWR | os.O_CREAT), "rb+")
     except OSError:
         return None
     ends = time.monotonic() + _PATIENCE

@@ -4,6 +4,7 @@ import errno
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 _SIGNS = (
     "failed to map segment",  # a library that could not be loaded
@@ -37,3 +38,12 @@ def is_starved(error: BaseException | None) -> bool:
         return True
     words = str(error).lower()
     return any(sign in words for sign in _SIGNS) or is_starved(error.__cause__ or error.__context__)
+
+
+def kills_for_memory() -> int:
+    """Return how many programs the system has killed for lack of memory since it began; 0 where it does not say."""
+    try:
+        counted = Path("/proc/vmstat").read_text(encoding="ascii")
+    except OSError:
+        return 0
+    return next((int(line.split()[1]) for line in counted.splitlines() if line.startswith("oom_kill ")), 0)

@@ -8,6 +8,7 @@ import xarray as xr
 
 from vasowave.errors import InputError
 from vasowave.noise.models import CirculantNoise, Noise
+from vasowave.stores import parsed
 
 UNDECIDED = 5.0
 """Differences of AICc or BIC below this decide nothing."""
@@ -76,7 +77,7 @@ def scored(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int],
 
 def noise_bic(rows: list[dict]) -> float:
     """BIC of a noise model: minus twice its log-likelihood of all residuals, plus its hyperparameters' price."""
-    count = len(json.loads(rows[0]["hyperparameters"])) - (2 if rows[0]["covariance"] == "ARMA" else 0)
+    count = len(parsed(rows[0]["hyperparameters"])) - (2 if rows[0]["covariance"] == "ARMA" else 0)
     return sum(-2 * row["loglik"] for row in rows) + count * np.log(sum(row["N"] for row in rows))
 
 

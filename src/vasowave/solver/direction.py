@@ -70,7 +70,8 @@ def direction_between(before: Model, after: Model, apart: float) -> Direction:
         raise InputError("derivatives need beds of one kind with parameters; an impedance spectrum has none")
     if before.network.name != after.network.name or type(before.wall) is not type(after.wall):
         raise InputError("a direction leads between two models of the same vessels and the same wall law")
-    if before.total_pressure != after.total_pressure or not np.array_equal(before.loss, after.loss):
+    alike = (np.array_equal(getattr(before, one), getattr(after, one)) for one in ("loss", "resistance"))
+    if before.total_pressure != after.total_pressure or not all(alike):
         raise InputError("a direction leads between two models with the same junctions and losses")
     if not np.array_equal(before.changing, after.changing):
         raise InputError("derivatives need vessels that change in both models or in none; take differences of models")

@@ -83,6 +83,14 @@ def faster_than_allowed(grid: Grid, where: str, steps: int, most: int) -> Lost:
     )
 
 
+def no_waves(grid: Grid, vessel: int) -> NumericalError:
+    """Return the error for a model so far from any animal's that its waves cannot be computed, first in a vessel."""
+    return NumericalError(
+        f"vessel '{grid.model.network.name[vessel]}': the waves there are too fast, too slow or too high for any "
+        "number; check stiffness, resistance and compliance, and their units"
+    )
+
+
 def _fewer_steps(grid: Grid) -> str:
     """Return a clause with what asks for fewer steps where nothing is wrong with a vessel, if anything does."""
     if len(grid.counts) > 1:

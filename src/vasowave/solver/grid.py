@@ -5,6 +5,7 @@ its right one, and one loop over all slots serves the whole network. Faces 0 and
 The state of a vessel of one cell is a straight line: its ghost slot holds it a cell ahead, a second one a cell back.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -22,6 +23,7 @@ SHORTEST = 0.1  # cm: cells that nobody asked for are no shorter; they serve the
 _CELLS_A_WAVE = 32  # of the shortest wave that matters, at least: it then runs too slowly by 0.6 % at most
 _ENOUGH = 0.9  # of the known harmonics
 _MATTERS = 0.003  # of the pulse: harmonics whose root sum of squares is below it do not matter
+_BEND = 0.2  # change of the logarithm of a shape's radius within a cell, at most
 _SIMPSON = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24  # weights of nine places
 
 
@@ -66,6 +68,7 @@ class Ends(NamedTuple):
     dynamic: bool  # whether any end has a density below
     density: np.ndarray  # (end,) ρ where the node shares the total pressure, else 0, mmHg s²/cm²
     loss: np.ndarray  # (end,) K ρ by the loss coefficient of a vessel's inlet, else 0
+    viscous: np.ndarray  # (end,) what a vessel's inlet takes of pressure in proportion to the velocity, mmHg s/cm
 
 
 class Cells(NamedTuple):
@@ -140,15 +143,15 @@ class Grid:
         vessel, side = zip(*(end for ends in ranks for end in ends), strict=True)
         return np.cumsum([0, *map(len, ranks)]), np.array(vessel), np.array(side)
 
-    def ends(self, dt: float) -> Ends:
-        """Return the vessel ends' constants for the time step `dt` (s)."""
+    def ends(self, dt: float, period: float) -> Ends:
+        """Return the vessel ends' constants for the time step `dt` (s) and the period (s) of the friction."""
         start, vessel, side = self.joined_ends
         first_terminal = int(start[1]) - len(self.model.network.terminals)
         face = np.where(side > 0, self.vessels.last[vessel], self.vessels.first[vessel])
         cell = np.where(side > 0, face - 1, face)
         backward = np.where(self.counts[vessel] > 1, -1, 2)  # the slot behind the cell next to an outlet
         inner = cell + np.where(side > 0, backward, 1)
-        density, loss = self._densities(vessel, side)
+        density, loss, viscous = self._densities(vessel, side, period)
         return Ends(
             start=start.astype(np.uintp),
             inlet=first_terminal - len(self.model.network.inlets),
@@ -165,19 +168,21 @@ class Grid:
             dynamic=self.model.dynamic,
             density=density,
             loss=loss,
+            viscous=viscous,
         )
 
-    def _densities(self, vessel: np.ndarray, side: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Densities by which the ends' velocities make the dynamic pressure and the loss between end and junction."""
+    def _densities(self, vessel: np.ndarray, side: np.ndarray, period: float) -> np.ndarray:
+        """By what the ends' velocities make the dynamic pressure, and both losses between end and junction."""
         model, (start, *_) = self.model, self.joined_ends
-        density, loss = np.zeros((2, len(vessel)))
+        density, loss, viscous = by_velocity = np.zeros((3, len(vessel)))
         if model.dynamic:
             open_ends = len(model.network.inlets) + len(model.network.terminals)
             at_junction = np.r_[: start[1] - open_ends, start[1] : len(vessel)]
             density[at_junction] = model.blood.inertia * model.total_pressure
-            losses = model.blood.inertia * np.broadcast_to(model.loss, len(model.network))[vessel]
-            loss[at_junction] = np.where(side < 0, losses, 0.0)[at_junction]
-        return density, loss
+            losses = model.blood.inertia * np.broadcast_to(model.loss, len(model.network)), model.narrowing_drag(period)
+            for values, of_vessel in zip((loss, viscous), losses, strict=True):
+                values[at_junction] = np.where(side < 0, of_vessel[vessel], 0.0)[at_junction]
+        return by_velocity
 
     @cached_property
     def changing(self) -> Changing | None:
@@ -279,7 +284,8 @@ def cell_counts(model: Model, cell_size: float | None, linear: LinearSolution, l
 
     Cells are at most `cell_size` (cm) or, without one, a share of the shortest wave length that matters; with `longer`,
     that many times as long. They are so many that the mean flow of the linear solution loses the right pressure to
-    drag: where a thin vessel takes most of the pressure, one would not follow its fall.
+    drag: where a thin vessel takes most of the pressure, one would not follow its fall. Without a `cell_size` they also
+    follow how a shape changes along a vessel.
     """
     inlet = linear.pressure[0].real
     outlet = inlet - linear.resistance * model.network.length * linear.flow[0].real
@@ -291,7 +297,22 @@ def cell_counts(model: Model, cell_size: float | None, linear: LinearSolution, l
     for_drag = 0.5 * np.sqrt(_error_of_one_cell(model, inlet, outlet, level, linear.period) / _STEADY_ERROR)
     for_drag = np.where(flat & (for_drag <= 0.5), 1, 2 * np.maximum(1, np.ceil(for_drag)))  # even: a face in the middle
     count = np.maximum(count, for_drag)
-    return np.where(model.stiffening, 2 * np.ceil(count / 2), count).astype(np.int64)  # likewise
+    if model.profile is not None and cell_size is None:
+        by_shape = model.profile.pieces * np.ceil(model.profile.bend / (_BEND * longer))
+        count = np.where(model.changing, np.maximum(count, by_shape), count)
+    return aligned(model, count)
+
+
+def aligned(model: Model, count: np.ndarray) -> np.ndarray:
+    """Return so many cells or a few more, so that faces lie where a shape has a point, and in the middle of a vessel.
+
+    Where the radius bends within a cell, the scheme is of first order.
+    """
+    count = np.where(model.stiffening, 2 * np.ceil(count / 2), count)
+    if model.profile is not None and model.profile.pieces > 1:
+        each = math.lcm(2, model.profile.pieces)
+        count = np.where(model.changing, each * np.ceil(count / each), count)
+    return count.astype(np.int64)
 
 
 def wave_cells(linear: LinearSolution) -> np.ndarray:

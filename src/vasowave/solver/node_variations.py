@@ -70,7 +70,7 @@ def gather_slopes(ends, nodes, faces, cell_slopes, face_slopes, slopes):
     if ends.dynamic:
         for e in range(len(ends.face)):
             A, u = faces.area[ends.face[e]], faces.flow[ends.face[e]] / faces.area[ends.face[e]]
-            slopes.by_flow[e] = (ends.density[e] * u + ends.loss[e] * abs(u)) / A
+            slopes.by_flow[e] = (ends.density[e] * u + ends.loss[e] * abs(u) + ends.viscous[e]) / A
             slopes.compliance[e] /= 1.0 + slopes.compliance[e] * slopes.by_flow[e] * (nodes.slope[e] - u)
     for e in range(len(ends.face)):
         slopes.line[e] = ends.side[e] * nodes.slope[e] * slopes.compliance[e]

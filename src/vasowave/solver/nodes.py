@@ -1,8 +1,8 @@
 """The compiled scheme where vessels end: every node has one pressure, at which the flows into it balance.
 
 It is the static pressure or, at junctions that keep energy, the total one: p + ½ρu² at every end, with what an end
-loses between the two (`Ends.density`, `Ends.loss`). The dynamic pressure of an end is one more unknown of Newton's
-method, which is eliminated end by end.
+loses between the two (`density`, `loss`, `viscous` of `Ends`). The dynamic pressure of an end is one more unknown of
+Newton's method, which is eliminated end by end.
 
 Every vessel end gives a straight line q = α + m A from the characteristic that leaves its vessel. An inlet, a junction
 of any vessels' starts and ends, and an outlet are then the same equation for the node's pressure p::
@@ -114,7 +114,7 @@ def first_guess(step, ends, nodes):
         if step == 0:
             for e in range(len(ends.face)):
                 u = nodes.flow[e] / nodes.area[e]
-                nodes.dynamic[:, e] = 0.5 * (ends.density[e] * u + ends.loss[e] * abs(u)) * u
+                nodes.dynamic[:, e] = (0.5 * (ends.density[e] * u + ends.loss[e] * abs(u)) + ends.viscous[e]) * u
             for k in range(p.shape[1]):
                 p[0, k] += nodes.dynamic[0, k]
                 p[1:, k] = p[0, k]
@@ -156,8 +156,9 @@ def eliminate_dynamic(ends, nodes):
         u = nodes.intercept[e] / A + nodes.slope[e]
         by_speed = ends.density[e] * u + ends.loss[e] * abs(u)
         most = 5.0 + 0.5 * abs(nodes.trial[e])
-        nodes.missed[e] = min(max(0.5 * by_speed * u - nodes.dynamic[0, e], -most), most)
-        by_pressure = -by_speed * nodes.intercept[e] * nodes.compliance[e] / (A * A)
+        head = (0.5 * by_speed + ends.viscous[e]) * u
+        nodes.missed[e] = min(max(head - nodes.dynamic[0, e], -most), most)
+        by_pressure = -(by_speed + ends.viscous[e]) * nodes.intercept[e] * nodes.compliance[e] / (A * A)
         nodes.share[e] = 1.0 / max(1.0 + by_pressure, LEAST_GIVE)
         nodes.compliance[e] *= nodes.share[e]
         nodes.end_area[e] -= nodes.compliance[e] * nodes.missed[e]

@@ -1,5 +1,7 @@
 """Compiling before the work: all that a fit with one wall law asks of the solver, on the smallest model there is."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from vasowave.model.blood import Blood
@@ -7,6 +9,7 @@ from vasowave.model.law_files import in_words
 from vasowave.model.laws import find_law
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
+from vasowave.model.shape import Shape
 from vasowave.network.network import Network
 from vasowave.recording import Inflow
 from vasowave.solver.direction import direction_between
@@ -38,3 +41,4 @@ def compile_kernels(wall: str | type) -> None:
     inflow, numerics = Inflow(np.full(32, 0.1), 0.12), Numerics(samples=32)
     run = run_to_periodic(model, inflow, numerics)
     pressure_derivatives(run, inflow, [direction_between(model, model, 1.0)], numerics)
+    run_to_periodic(replace(model, shape=Shape([1.0, 0.99])), inflow, numerics)  # what an untold taper would do

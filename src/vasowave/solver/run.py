@@ -1,5 +1,6 @@
 """One simulation: choose the step, start well, run cycles, and refuse to return a number that cannot be trusted."""
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -11,19 +12,19 @@ from vasowave.model.model import Model
 from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.solver.discharge import common_discharge
 from vasowave.solver.failures import Lost, TooSteep, faster_than_allowed, not_periodic, runaway
-from vasowave.solver.grid import Grid, cell_counts, make_grid
+from vasowave.solver.grid import Grid, aligned, cell_counts, make_grid
 from vasowave.solver.middles import cells_for_middles
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import Convergence, fixed_point
-from vasowave.solver.result import Run, at_samples
+from vasowave.solver.result import Run, at_samples, difference, needs_two_grids
 from vasowave.solver.start import AIM, FromLinear, FromNeighbor, FromRest, Start
 from vasowave.solver.state import Scale, State
 from vasowave.solver.stepper import Stepper, TooFast
-from vasowave.solver.validity import require_subcritical
+from vasowave.solver.validity import SETTLED_SHARE, require_subcritical
 from vasowave.solver.valve import require_emptied
 
 _GROWTH = 8  # a model whose steps grow by more than this, and beyond those allowed, has no finite wave speed
-
+_REFINEMENTS = 2  # at most, by what two grids show
 _HALVED = 2  # parts of a cell that was too long for its wave
 
 
@@ -35,14 +36,48 @@ def run_to_periodic(
         if len(near.grid.counts) != len(model.network):
             raise NumericalError("the neighbouring run has another network; start without it")
         grid = make_grid(model, near.grid.counts)
-        return _from(FromNeighbor(grid, inflow, near), inflow, numerics)
+        return replace(_from(FromNeighbor(grid, inflow, near), inflow, numerics), two_grids=near.two_grids)
     linear = linear_solution(model, inflow)
     try:
-        return _run_by_waves(model, inflow, numerics, linear, refinement)
+        run = _run_by_waves(model, inflow, numerics, linear, refinement)
     except TooSteep:
         if numerics.cell_size is not None or refinement > 1:
             raise
-        return _run_by_waves(model, inflow, numerics, linear, _HALVED)  # or the reason why shorter cells do not help
+        run = _run_by_waves(model, inflow, numerics, linear, _HALVED)  # or the reason why shorter cells do not help
+    return _by_two_grids(run, inflow, numerics, linear) if refinement == 1 and needs_two_grids(run) else run
+
+
+def _by_two_grids(run: Run, inflow: Driven, numerics: Numerics, linear: LinearSolution) -> Run:
+    """Return the run with the error that another grid shows, or one on shorter cells where that error is large.
+
+    The other grid has half the cells, or where that is no grid, twice as many.
+    """
+    counts = run.grid.counts
+    half = aligned(run.model, np.ceil(counts / 2))
+    if np.all((half < counts) | ~run.model.changing) and np.any(half < counts):
+        coarser = _other_run(run, half, inflow, numerics, linear)
+        run = run if coarser is None else replace(run, two_grids=difference(run, coarser))
+    for _ in range(_REFINEMENTS):
+        shown = run.two_grids
+        if shown is not None and (
+            numerics.cell_size is not None or shown.value <= SETTLED_SHARE * run.largest_pressure
+        ):
+            break
+        finer = _other_run(run, 2 * run.grid.counts, inflow, numerics, linear)
+        if finer is None:
+            break
+        run = replace(finer, two_grids=difference(finer, run))
+    return run
+
+
+def _other_run(run: Run, counts: np.ndarray, inflow: Driven, numerics: Numerics, linear: LinearSolution) -> Run | None:
+    """Return the run on so many cells, or nothing where there is none within twice the steps that these should need."""
+    finer = max(1.0, float(np.max(counts / run.grid.counts)))
+    numerics = replace(numerics, most_steps=min(numerics.most_steps, math.ceil(2 * finer * run.steps)))
+    try:
+        return run_on_cells(run.model, inflow, numerics, counts, linear)
+    except (NumericalError, TooSteep):
+        return None
 
 
 def _run_by_waves(model: Model, inflow: Driven, numerics: Numerics, linear: LinearSolution, refinement: int) -> Run:
@@ -55,7 +90,7 @@ def _run_by_waves(model: Model, inflow: Driven, numerics: Numerics, linear: Line
         finer = refinement * cell_counts(model, numerics.cell_size, linear, longer)
         if numerics.cell_size is not None or np.all(finer <= run.grid.counts) or run.settled:
             break
-    needed = refinement * cells_for_middles(run)
+    needed = aligned(model, refinement * cells_for_middles(run))
     if np.any(needed > run.grid.counts):
         run = run_on_cells(model, inflow, numerics, np.maximum(needed, run.grid.counts), linear)
     return run

@@ -11,7 +11,7 @@ from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
 from vasowave.model.rational import Rational
 from vasowave.model.ventricle import Driven
-from vasowave.solver.failures import too_many_steps
+from vasowave.solver.failures import no_waves, too_many_steps
 from vasowave.solver.grid import Grid
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import Secants
@@ -62,6 +62,8 @@ class FromLinear:
         if numerics.steps_per_cycle is not None:
             return numerics.steps_per_cycle
         demand = self.demand()
+        if not np.all(possible := demand < 2**53):  # no number of steps is larger
+            raise no_waves(self.grid, int(np.argmin(possible)))
         if np.max(demand) > _UNSURE * numerics.most_steps:
             raise too_many_steps(self.grid, self.linear, demand, numerics.most_steps)
         return min(numerics.steps_for(float(np.max(demand))), numerics.largest_steps)
@@ -136,12 +138,18 @@ class FromNeighbor:
         """Return the neighbour's pressures, flows and memory at the end of its cycle."""
         grid, end, before = self.grid, self.run.end, self.run.grid
         area0 = grid.area0
-        if len(end.area) != len(area0) or end.memory.shape != beds.poles.shape:
+        if len(end.area) != len(area0) or len(end.memory) != len(beds.poles):
             raise NumericalError("the neighbouring run has another grid; start without it")
+        memory = end.memory
+        if memory.shape != beds.poles.shape:  # of beds that are stepped by another number of modes
+            leaving = self.run.recorded[1][:, grid.model.network.terminals, 2]
+            flow = np.fft.rfft(leaving, axis=0)[: len(leaving) // 2] / len(leaving)
+            flow[1:] *= 2.0
+            memory = beds.waves(flow, self.run.period, -0.5 * self.run.period / steps)
         pressure: walls.Values = np.zeros(len(area0))
         if type(before.wall) is type(grid.wall):
             pressure = walls.pressure(before.wall, end.area, before.area0)
-        return State(np.asarray(walls.area(grid.wall, pressure, area0)), end.flow, end.memory)
+        return State(np.asarray(walls.area(grid.wall, pressure, area0)), end.flow, memory)
 
 
 @dataclass(frozen=True, eq=False)

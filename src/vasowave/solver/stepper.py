@@ -51,7 +51,7 @@ class Stepper:
         self.fluid = Fluid(blood.inertia, *friction)
         cells = grid.cells(dt, friction)
         faces = grid.faces(dt) if grid.model.changing.any() else cells
-        self.parts = grid.vessels, cells, faces, grid.ends(dt)
+        self.parts = grid.vessels, cells, faces, grid.ends(dt, inflow.period)
         slots, vessels = len(grid.vessel), len(grid.model.network)
         self.law = grid.wall, grid.face_wall, grid.wall_at_ends()
         self.scratch = (

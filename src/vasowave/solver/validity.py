@@ -8,6 +8,7 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.findings import Finding, Kind, Value, look_kind
 from vasowave.model import walls
+from vasowave.model.model import Model
 from vasowave.solver.grid import Grid
 from vasowave.solver.grid_error import Judged
 
@@ -37,6 +38,23 @@ STRAINED = look_kind(
     "Stiffen the wall, or check pressure and radius.",
 )
 
+BED_SHARE = 0.005  # of the impedance at the signal's harmonics: a larger error of the function that is stepped is told
+BED_MISSED = look_kind(
+    "solver.bed-approximated",
+    "The bed behind vessel '{vessel}' is stepped as a function that misses its impedance by up to {percent:.2g} % at "
+    "the harmonics 1 to 10. {remedy}",
+    "Give its spectrum at more harmonics, or its widest vessels as vessels of the network; the noise of a measured "
+    "spectrum is smoothed and needs no remedy.",
+)
+
+REYNOLDS = 10.0, 1000.0  # U D/ν of the largest flow, of which Young and Tsai measured narrowings
+OUTSIDE_RANGE = look_kind(
+    "solver.stenosis-beyond-its-source",
+    "The flow before '{vessel}' reaches a Reynolds number of {value:.3g}; a narrowing's coefficients were measured "
+    "from {low:.3g} to {high:.3g}. {remedy}",
+    "Check flow and radius; other coefficients may hold there (vw.Stenosis).",
+)
+
 
 class Extreme(NamedTuple):
     """The most extreme value of one quantity, the vessel that has it and the time, s."""
@@ -59,7 +77,8 @@ class Extremes(NamedTuple):
         Largest area over that of the network, minus 1, at the output times.
     grid_error : Extreme
         Error of the pressure, mmHg: what the cells' dispersion leaves by the end of a vessel, summed from the root and
-        over echoes, and what a straight line across a cell misses of the pressure where drag bends it.
+        over echoes, and what a straight line across a cell misses of the pressure where drag bends it; or, where it is
+        more, what another grid shows of how a shape bends within cells.
     """
 
     steepness: Extreme
@@ -120,6 +139,32 @@ def notes_of(
     if strain.value > OVERSTRAINED:
         found.append(_of(STRAINED, strain, percent=100 * strain.value))
     return tuple(found)
+
+
+def notes_of_narrowings(model: Model, area: np.ndarray, flow: np.ndarray) -> tuple[Finding, ...]:
+    """Return where the flow before a narrowing leaves the range of its source, by area (cm²) and flow at outlets.
+
+    Both have the shape (time, vessel). Reynolds numbers are those of the largest flow in the cycle.
+    """
+    found, (low, high) = [], REYNOLDS
+    for row in np.flatnonzero(model.narrowings):
+        before = np.flatnonzero(model.network.end == model.network.start[row])[0]
+        diameter = np.sqrt(4.0 * area[:, before] / np.pi)
+        speed = np.abs(flow[:, before]) / area[:, before]
+        reynolds = float(np.max(speed * diameter)) / model.blood.viscosity
+        if not low <= reynolds <= high:
+            found.append(OUTSIDE_RANGE(value=reynolds, low=low, high=high).at(vessel=model.network.name[row]))
+    return tuple(found)
+
+
+def notes_of_beds(model: Model, period: float) -> tuple[Finding, ...]:
+    """Return what a reader must know of beds that are stepped as functions near to them: of the worst of them."""
+    missed = model.outlets.misfit(period)
+    worst = int(np.argmax(missed))
+    if not missed[worst] > BED_SHARE:
+        return ()
+    name = model.network.name[model.network.terminals[worst]]
+    return (BED_MISSED(percent=100 * float(missed[worst])).at(vessel=name),)
 
 
 def _of(which: Kind, extreme: Extreme, **values: Value) -> Finding:

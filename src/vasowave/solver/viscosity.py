@@ -263,10 +263,10 @@ def try_ends(ends, wall, nodes, viscous):
         A, C = ends.area0[e] * ratio_at(wall, e, p), ends.area0[e] * slope_at(wall, e, p)
         q = nodes.intercept[e] + nodes.slope[e] * A
         by_speed = ends.density[e] * q / A + ends.loss[e] * abs(q / A)
-        by_pressure = -by_speed * nodes.intercept[e] * C / (A * A)
+        by_pressure = -(by_speed + ends.viscous[e]) * nodes.intercept[e] * C / (A * A)
         nodes.share[e] = 1.0 / max(1.0 + by_pressure, LEAST_GIVE)
         nodes.end_area[e], nodes.compliance[e] = A, C
-        viscous.trial[e], viscous.head[e] = q, p + 0.5 * by_speed * q / A
+        viscous.trial[e], viscous.head[e] = q, p + (0.5 * by_speed + ends.viscous[e]) * q / A
         viscous.give[e] = -ends.side[e] * nodes.slope[e] * C * nodes.share[e]
         viscous.side[e] = q / viscous.give[e] + ends.side[e] * viscous.head[e]
 

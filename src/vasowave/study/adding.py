@@ -4,11 +4,12 @@ import os
 import shlex
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 
 from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import Place
-from vasowave.io.files import write_file
+from vasowave.io.files import alone_in, content_of, write_files
 from vasowave.report.wording import some_of
 from vasowave.study.animals import read_row
 from vasowave.study.grouping import Marks, Proposal, is_reference, parsed_groups, proposed_groups, told_group, within
@@ -88,16 +89,34 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
         animal can have, or a table that cannot be read or written; the table is then as it was.
     """
     path = study_path(Path(study))
-    settings = _settings(path)
+    table = path.parent / _settings(path).animals
     _check_cells(cells or {})
     cells = {title: seen_from(path.parent, Path(text)) if title in FILES and text else text
              for title, text in (cells or {}).items()}  # fmt: skip
+    sorted_files = _sorted(path.parent, table, paths, network, cells)
+    laid_out = partial(
+        _laid_out, path, sorted_files, cells, group, groups, network, None if ask is None else cache(ask)
+    )
+    seen = {one: content_of(one) for one in (table, path)}
+    contents, added = laid_out()
+    with alone_in(path.parent):  # for milliseconds: neither reading recordings nor a person's answer holds others up
+        if (now := {one: content_of(one) for one in seen}) != seen:
+            contents, added = laid_out()
+        write_files(contents, now)
+    return added
+
+
+def _laid_out(
+    path: Path, sorted_files: Sorted, cells: Mapping[str, str], group: str, groups: str, network: Path | None,
+    ask: Ask | None,
+) -> tuple[dict[Path, str], Added]:  # fmt: skip
+    """Return what table and study file are to hold with the files, and what is said of it; nothing is written."""
+    settings = _settings(path)
     table = path.parent / settings.animals
     before = read_rows(table)
-    sorted_files = _sorted(path.parent, table, paths, network, cells or {})
     networks = _networks(path.parent, sorted_files.networks, before.rows, network)
     known, had = Known(path.parent, before.rows), {row["group"] for row in before.rows}
-    found = [_Row(one, _cells(one, path.parent, cells or {}), known.row_of(one)) for one in sorted_files.recordings]
+    found = [_Row(one, _cells(one, path.parent, cells), known.row_of(one)) for one in sorted_files.recordings]
     touched = [one for one in found if one.old is not None]
     new, said = _without_copies([one for one in found if one.old is None], known)
     given = parsed_groups(groups) if groups else {}
@@ -109,7 +128,7 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
         one.cells["network"] = seen_from(path.parent, told) if told else ""
     more += _kept_networks(touched, networks)
     _name(new, [row["animal"] for row in before.rows])
-    explicit = {*(cells or {}), *(["group"] if groups else []), *(["network"] if network else [])}
+    explicit = {*cells, *(["group"] if groups else []), *(["network"] if network else [])}
     more += _kept_groups(touched, group)
     updated = [one for one in touched if _filled(one, explicit)]
     rows = [one.cells for one in new]
@@ -121,16 +140,16 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
         marks = {label: own for label, own in marks.items() if label in left or label not in had}
         marks = given if marks.keys() == given.keys() else marks
     other = with_groups(path, list(marks)) if list(marks) != settings.groups else ""
-    write_file(table, written_rows(before, rows))
+    contents = {table: written_rows(before, rows)}
     if other:
-        write_file(path, other)
+        contents[path] = other
         added = f"; --group adds '{group}'" if group and group not in settings.groups else ""
         more.append(f"{path.name}: groups are [{', '.join(marks)}] now, the first is the reference{added}")
     said = [*said, *_once([*new, *updated]), *more, *_missing(all_new, marks, networks, bool(sorted_files.refused))]
     if len(updated) < len(touched):
         said.append(f"{len(touched) - len(updated)} of these recordings are in the table already, with all this")
     names = tuple(one.old["animal"] for one in updated if one.old)
-    return Added(table, tuple(rows), names, tuple(dict.fromkeys(said)), sorted_files.refused)
+    return contents, Added(table, tuple(rows), names, tuple(dict.fromkeys(said)), sorted_files.refused)
 
 
 def _check_cells(cells: Mapping[str, str]) -> None:

@@ -25,10 +25,19 @@ _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start 
              "beat edits")  # fmt: skip
 _CYCLE_ONLY = ("flow", "period [s]")
 _CLOSE = 0.8  # of the letters of two titles are the same: a slip, and no column of one's own
-_LOWEST = {"start [s]": 0.0, "wedge [mmHg]": 0.0, "zero [mmHg]": -math.inf, "zero after [mmHg]": -math.inf,
-           **dict.fromkeys(ERRORS, 0.0)}  # fmt: skip
+_SIGNED = ("zero [mmHg]", "zero after [mmHg]", "flow zero [ml/s]", "flow gain [1]", "pressure delay [s]",
+           "flow delay [s]")  # fmt: skip
+_LOWEST = {"start [s]": 0.0, "wedge [mmHg]": 0.0, **dict.fromkeys(_SIGNED, -math.inf), **dict.fromkeys(ERRORS, 0.0)}
+_SMALLEST, _LARGEST = 1e-12, 1e12  # beyond what any number of the table can be in its unit
 Say = Callable[[str, Finding], None]
 
+MAX_ROWS = 10_000
+"""Of a table of animals: a larger one holds something else, and would keep every look at a study busy."""
+TOO_MANY = error_kind(
+    "animals.too-many",
+    "{rows} rows, and a study holds {most} at most; {remedy}",
+    "name the table of animals, or split it",
+)
 NO_ANIMALS = error_kind(
     "animals.none",
     "no animals yet; {remedy}",
@@ -41,6 +50,9 @@ UNKNOWN_COLUMN = error_kind(
 RESERVED = error_kind("animals.reserved", "is the name of a column of the tables of results; {remedy}", "rename it")
 WRONG_TYPE = error_kind("animals.wrong-type", "{text}; {remedy}", "correct the cell")
 COLUMN_TWICE = error_kind("animals.column-twice", "stands twice; {remedy}", "keep one")
+NO_SIZE = error_kind(
+    "animals.no-size", "'{text}' is beyond any size that this can have; {remedy}", "check its digits and its unit"
+)
 NO_COLUMN = error_kind("animals.no-column", "no column '{name}'")
 EMPTY_CELL = error_kind("animals.empty-cell", "the cell is empty")
 UNKNOWN_GROUP = error_kind("animals.unknown-group", "'{group}' is not a group of the study{hint}; its groups: {groups}")
@@ -62,6 +74,13 @@ NO_NUMBER = error_kind("animals.no-number", "'{text}' is not a number")
 DECIMAL_COMMA = error_kind(
     "animals.decimal-comma", f"{NO_NUMBER.text}; {{remedy}}", "write a decimal point instead of a comma"
 )
+NO_GAIN = error_kind(
+    "animals.no-gain", "a gain of 0 leaves no flow; {remedy}", "leave the cell empty if it is not known"
+)
+NO_FREQUENCY = error_kind(
+    "animals.no-frequency", "a damping needs its natural frequency in the column `{signal} cutoff [Hz]`; {remedy}",
+    "fill that column, or leave this one empty",
+)  # fmt: skip
 NOT_POSITIVE = error_kind("animals.not-positive", "{text} is not a positive {what}")
 ANIMAL_TWICE = error_kind(
     "animals.twice",
@@ -94,6 +113,8 @@ def read_animals(path: Path, groups: Sequence[str] | None, subject: str = "") ->
         return [], [Problem(NO_ANIMALS().at(str(path)))]
     except InputError as error:
         return [], [unreadable(error)]
+    if len(table.cells) > MAX_ROWS:
+        return [], [Problem(TOO_MANY(rows=len(table.cells), most=MAX_ROWS).at(str(path)))]
     titles = [f"{name} [{unit}]" if unit else name for name, unit in zip(table.names, table.units, strict=True)]
     where, own, problems = _columns(path, titles)
     problems += [Problem(suspicion.at(str(path))) for suspicion in table.suspicions]
@@ -231,6 +252,10 @@ def read_row(
         drift = after - (numbers["zero"] or 0.0)
         numbers["zero"] = (numbers["zero"] or 0.0) + drift / 2
         said.setdefault("zero_sd", abs(drift) / math.sqrt(12))
+    for signal in ("pressure", "flow"):
+        if numbers[f"{signal}_damping"] and not numbers[f"{signal}_cutoff"]:
+            say(f"{signal} damping [1]", NO_FREQUENCY(signal=signal))
+            return None, wrong
     try:
         KnownErrors(**said)
         relative_to_usual(numbers["hematocrit"], numbers["temperature"])
@@ -320,6 +345,12 @@ def _number(text: str, title: str, say: Say) -> float | None:
     lowest = _LOWEST.get(title, 5e-324)
     if not (math.isfinite(value) and value >= lowest) or (title == "block" and value != int(value)):
         say(title, NOT_POSITIVE(text=text, what="whole number" if title == "block" else "number"))
+        return None
+    if value and not _SMALLEST < abs(value) < _LARGEST:
+        say(title, NO_SIZE(text=text))
+        return None
+    if title == "flow gain [1]" and value == 0:
+        say(title, NO_GAIN())
         return None
     return value
 

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import InputError, VasowaveError, VasowaveWarning, did_you_mean
 from vasowave.findings import Finding, Kind, Place, Severity, Value, error_kind, look_kind
 from vasowave.io.textfile import look
-from vasowave.model.law_files import files_of, plain
+from vasowave.model.law_files import files_of, is_unread, looking_in, plain
 from vasowave.model.laws import find_bed, find_law
 from vasowave.model.nominal import Nominal, estimate_nominal
 from vasowave.quantities import INDICES, QUANTITIES, question_of
@@ -25,6 +26,7 @@ from vasowave.study.overview import AnimalRead, read_of
 from vasowave.study.physiology import blood_findings, physiology_findings
 from vasowave.study.plan import Study, inspect_study
 from vasowave.study.problems import Problem, one_per_cause, unreadable
+from vasowave.study.programs import without_unread
 from vasowave.study.reading import Document, read_document
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
@@ -129,7 +131,9 @@ def check_study(path: Path) -> Checked:
         return Checked(one_per_cause(problems), [], None)
     design = understood(study, whole=not any(problem.error and problem.place.line for problem in problems))
     document, read, cycles, traces = read_document(study.path), [], [], []
-    problems += [*_programs(study, document), *_settings(study, document)]
+    problems += _programs(study, document)
+    named, study = study, replace(study, settings=without_unread(study.settings, study.folder))
+    problems += _settings(study, document)
     for row in study.animals:
         place = Place(str(study.table), row.line, animal=row.animal)
         try:
@@ -147,7 +151,7 @@ def check_study(path: Path) -> Checked:
         problems.append(Problem(some.at(str(study.table), part="column 'wedge [mmHg]'")))
     problems += _half_known(study)
     problems += _once([*doubled_animals(study), *_alike(study, cycles), *_of_one_recording(study, traces)])
-    return Checked(one_per_cause(problems), read, study.settings, design)
+    return Checked(one_per_cause(problems), read, named.settings, design)
 
 
 def _half_known(study: Study) -> list[Problem]:
@@ -175,7 +179,9 @@ def _half_known(study: Study) -> list[Problem]:
 def _programs(study: Study, document: Document) -> list[Problem]:
     """Return which files beside the study are run as programs."""
     place, fitted = document.place(("calibration", "walls")), study.settings.calibration
-    return [Problem(PROGRAM(file=str(one.path)).placed(place)) for one in files_of((*fitted.walls, fitted.beds))]
+    with looking_in(study.folder):
+        files = files_of(one for one in (*fitted.walls, fitted.beds) if not is_unread(one))
+    return [Problem(PROGRAM(file=str(one.path)).placed(place)) for one in files]
 
 
 def _settings(study: Study, document: Document) -> list[Problem]:

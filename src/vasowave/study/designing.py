@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from vasowave.cohort.contrast import FEW, degrees_left, untold_findings
+from vasowave.cohort.unused import unused_columns
 from vasowave.cohort.variables import FIRST
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Place, error_kind, look_kind
@@ -66,8 +67,9 @@ def design_problems(study: "Study", place: Place, whole: bool) -> Iterator[Probl
     try:
         mixed = several_groups(study)
         yield from mixed
-        if whole and not mixed and study.layout is not None:
-            yield from _odd(study, place)
+        if whole and not mixed:
+            yield from _odd(study, place) if study.layout is not None else ()
+            yield from _unused(study)
     except InputError as error:
         if whole:
             yield Problem(AT_ODDS(text=str(error)).placed(place))
@@ -124,6 +126,13 @@ def _odd(study: "Study", place: Place) -> Iterator[Problem]:
     if design.subject and design.occasion:
         yield from _odd_occasions(study, design.subject, design.occasion)
     yield from subject_problems(study)
+
+
+def _unused(study: "Study") -> Iterator[Problem]:
+    """Yield what stands in columns that look like units or confounders and that the design does not name."""
+    columns, members = {one.name: one for one in study.variables}, {row.animal: row.group for row in study.animals}
+    for found in unused_columns(columns, study.settings.design, members, study.settings.groups):
+        yield Problem(found.at(str(study.table)))
 
 
 def _few_degrees(study: "Study", layout: "Layout") -> Iterator[Finding]:

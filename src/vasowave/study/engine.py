@@ -184,7 +184,7 @@ class _Run:
             else:
                 self.tell(job, "computed")
         elif is_full(error):
-            raise InputError(f"{job.name}: no space left where it was computed; make room and run again")
+            raise InputError(f"{job.name}: no space left where it was computed; make room and run again") from error
         else:
             self.failed(job, _why(error))
 

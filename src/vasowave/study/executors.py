@@ -180,7 +180,11 @@ def dask_cluster(address: str, patience: float = 30.0) -> Iterator[Executor]:
             "address, for example tcp://host:8786. What has finished is kept"
         ) from None
     with _quiet("distributed"), client, client.get_executor(pure=False) as executor:
-        yield executor
+        try:
+            yield executor
+        except BaseException:
+            executor.shutdown(wait=False)  # else it waits for all animals that were handed out
+            raise
 
 
 @contextmanager

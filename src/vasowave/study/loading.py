@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from vasowave.network_formats import read_network
 from vasowave.recording import (
     Catheter,
     EnsembleAverage,
+    LowPass,
     RawRecording,
     Recording,
     average_beats,
@@ -37,9 +38,11 @@ from vasowave.recording import (
     read_wedge,
     ringing,
     suspect_catheter,
+    without_delays,
 )
 from vasowave.recording.describe import kind_of
-from vasowave.recording.raw import calibration_notes
+from vasowave.recording.lags import LATE_PRESSURE
+from vasowave.recording.plausibility import LATE_FLOW, odd_timing
 from vasowave.solver.practice import PAPER
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings, averaging_settings
@@ -114,7 +117,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
         animal = Animal(row.animal, row.group, network, *read_measured(row, study))
     said = list(found_in(caught))
     synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_NEAR] for file in row.recordings)
-    recording = _through_catheter(_relative(animal.recording, said, folder), study)
+    recording = _through_instruments(_relative(animal.recording, said, folder), row, study)
     recording, behind = _wedged(recording, row)
     odd = _oddities(network, recording, study)
     recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *behind, *odd))))
@@ -150,22 +153,12 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
     `load_animal`.
     """
     if (row.kind or kind_of(row.recordings)) == "cycle":
-        cycle = read_recording(*row.recordings, period=row.period, **_units(row))
-        return _calibrated(cycle, *row.calibration), None, None
+        cycle = read_recording(*row.recordings, period=row.period, calibration=row.calibration, **_units(row))
+        return cycle, None, None
     raw = read_stretch(row)
     edits = read_edits(row.beat_edits) if row.beat_edits else ()
     beats = average_beats(raw, averaging=averaging_settings(study), edits=edits)
     return beats.recording, beats, raw
-
-
-def _calibrated(cycle: Recording, zero: float, gain: float, flow_gain: float) -> Recording:
-    """Return a cycle counted from the zero, and both gains applied, to errors too."""
-    errors: dict[str, Any] = {
-        "pressure_error": None if cycle.pressure_error is None else cycle.pressure_error * gain,
-        "flow_error": None if cycle.flow_error is None else cycle.flow_error * flow_gain,
-    }
-    notes = (*cycle.notes, *calibration_notes(zero, gain, flow_gain))
-    return replace(cycle, pressure=(cycle.pressure - zero) * gain, flow=cycle.flow * flow_gain, notes=notes, **errors)
 
 
 def read_stretch(row: AnimalRow) -> RawRecording:
@@ -185,14 +178,34 @@ def read_stretch(row: AnimalRow) -> RawRecording:
     return raw.calibrated(*row.calibration)
 
 
-def _through_catheter(recording: Recording, study: StudyFile) -> Recording:
-    """Return the recording corrected for the catheter of the study; where none is given, say if one rings."""
-    if study.catheter is not None:
-        return correct_catheter(recording, Catheter(*study.catheter))
-    suspected = suspect_catheter(recording)
-    if suspected is None:
+def _through_instruments(recorded: Recording, row: AnimalRow, study: StudyFile) -> Recording:
+    """Return the recording without known delays, filters and the study's catheter; else say if a catheter rings."""
+    recording = without_delays(recorded, row.pressure_delay or 0.0, row.flow_delay or 0.0)
+    signals: Sequence[Literal["pressure", "flow"]] = ("pressure", "flow")
+    responses = (row.pressure_cutoff, row.pressure_damping), (row.flow_cutoff, row.flow_damping)
+    for signal, (cutoff, damping) in zip(signals, responses, strict=True):
+        if cutoff and cutoff * recording.period < 1:
+            raise InputError(
+                f"{recording.source}: a {signal} cutoff of {cutoff:g} Hz is below the heart rate, "
+                f"{1 / recording.period:.3g} Hz, and leaves no pulse; give it in Hz"
+            )
+        if cutoff:
+            response = Catheter(cutoff, damping) if damping else LowPass(cutoff)
+            recording = correct_catheter(recording, response, signal)
+    if study.catheter is not None and not row.pressure_damping:
+        recording = correct_catheter(recording, Catheter(*study.catheter))
+    if recording is not recorded:
+        recording = _timed_anew(recording)
+    if study.catheter is not None or row.pressure_damping or (suspected := suspect_catheter(recording)) is None:
         return recording
     return replace(recording, notes=(*recording.notes, ringing(suspected, recording)))
+
+
+def _timed_anew(recording: Recording) -> Recording:
+    """Return a corrected recording with what its signals are late by now, in the place of what they were."""
+    notes = [one for one in recording.notes if one.code not in (LATE_FLOW.code, LATE_PRESSURE.code)]
+    late = odd_timing(recording.pressure, recording.flow, recording.period)
+    return replace(recording, notes=(*notes, *late))
 
 
 def _oddities(network: Network, recording: Recording, study: StudyFile) -> Sequence[Finding]:

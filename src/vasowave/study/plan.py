@@ -11,11 +11,15 @@ from vasowave.cohort.declared import Declaration
 from vasowave.cohort.design import Layout, laid_out
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError
-from vasowave.io.files import write_file
+from vasowave.findings import warn
+from vasowave.io.files import alone_in, lies_inside, write_file
 from vasowave.io.textfile import read_bytes
+from vasowave.runtime.kept import digest_of
+from vasowave.stores import parsed_as, stored
 from vasowave.study.animals import read_animals, variables_of
 from vasowave.study.designing import design_problems
 from vasowave.study.problems import Problem, refuse
+from vasowave.study.programs import NOT_RUN, programs_not_run
 from vasowave.study.reading import read_settings, study_path
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile
@@ -85,17 +89,25 @@ def inspect_study(path: Path) -> tuple[Study | None, list[Problem]]:
     settings, document = read_settings(path)
     groups = settings.groups if settings else None
     name = settings.animals if settings else document.values.get("animals") or StudyFile.animals
+    if not lies_inside(path.parent, str(name)):  # which is told, and not looked into
+        return None, document.problems
     rows, wrong = read_animals(path.parent / str(name), groups, (settings.design.subject or "") if settings else "")
     problems = [*document.problems, *wrong]
     if settings is None:
         return None, problems
     study = Study(path, settings, tuple(rows))
     whole = not any(problem.error for problem in problems)
+    problems += programs_not_run(settings, document)
     return study, [*problems, *design_problems(study, document.place(("design",), key=True), whole)]
 
 
 def read_study(path: Path) -> Study:
-    """Read ``study.yaml`` (or the folder that holds it) and its table of animals.
+    """Read ``study.yaml`` (or the folder that holds it) and its table of animals; no program that it names is run.
+
+    Warns
+    -----
+    VasowaveWarning
+        A program was not looked at, since nobody has allowed it to run (see `trust_study`).
 
     Raises
     ------
@@ -118,6 +130,9 @@ def read_study(path: Path) -> Study:
     study, problems = inspect_study(path)
     refuse(problems)
     assert study is not None
+    for one in problems:
+        if one.finding.code == NOT_RUN.code:
+            warn(one.finding, stacklevel=2)
     return study
 
 
@@ -129,14 +144,16 @@ def declare(study: Study) -> tuple[Declaration, ...]:
     InputError
         The record is damaged, or cannot be written.
     """
-    path = study.folder / RECORD
-    before = read_declared(path)
-    content = _declared_now(study)
-    if before and before[-1].content == content:
+    path, content = study.folder / RECORD, _declared_now(study)
+    if (before := read_declared(path)) and before[-1].content == content:
         return before
-    now = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-    after = (*before, Declaration(now, (study.results / "index.json").is_file(), content))
-    write_file(path, json.dumps([asdict(one) for one in after], indent=1, ensure_ascii=False) + "\n")
+    with alone_in(study.folder):
+        if (before := read_declared(path)) and before[-1].content == content:
+            return before
+        now = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+        after = (*before, Declaration(now, (study.results / "index.json").is_file(), content))
+        plain = {"sha256": digest_of(after), "declared": [asdict(one) for one in after]}
+        write_file(path, json.dumps(plain, indent=1, ensure_ascii=False) + "\n")
     return after
 
 
@@ -150,8 +167,7 @@ def _declared_now(study: Study) -> dict[str, Any]:
         "animals": _groups_and_cells(study),
         "reference": {one.name: one.order[0] for one in study.variables if one.name == settings.design.second},
     }
-    plain: dict[str, Any] = json.loads(json.dumps(said))
-    return plain
+    return parsed_as(dict[str, Any], json.dumps(said))
 
 
 def _groups_and_cells(study: Study) -> dict[str, dict[str, str]]:
@@ -163,6 +179,13 @@ def _groups_and_cells(study: Study) -> dict[str, dict[str, str]]:
     }
 
 
+@dataclass(frozen=True)
+class _Record:
+    sha256: str
+    declared: tuple[Declaration, ...]
+
+
+@stored("record of what was declared", RECORD)
 def read_declared(path: Path) -> tuple[Declaration, ...]:
     """Return what a record holds; nothing where there is none.
 
@@ -174,6 +197,12 @@ def read_declared(path: Path) -> tuple[Declaration, ...]:
     if not path.is_file():
         return ()
     try:
-        return tuple(Declaration(**one) for one in json.loads(read_bytes(path)))
-    except (ValueError, TypeError) as error:
+        content = read_bytes(path)
+        if content.startswith(b"["):  # of an earlier version, without a check sum
+            return parsed_as(tuple[Declaration, ...], content)
+        record = parsed_as(_Record, content)
+        if record.sha256 != digest_of(record.declared):
+            raise ValueError("its content does not match its SHA-256")
+        return record.declared
+    except ValueError as error:
         raise InputError(f"{path}: damaged ({error}); put back what it was, or remove it to declare anew") from None

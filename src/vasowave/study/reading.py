@@ -5,6 +5,8 @@ stays the text that was written (``1e-7`` and ``no`` are what they look like); w
 business of the settings. Anchors and aliases are refused.
 """
 
+import errno
+import os
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +16,9 @@ from typing import Any
 from vasowave.animal.animal import known_parameters
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Place, error_kind
-from vasowave.model.law_files import looking_in
+from vasowave.io.files import lies_inside
+from vasowave.io.textfile import regular_file
+from vasowave.model.law_files import is_unread, looking_in, named
 from vasowave.model.laws import find_bed, find_law
 from vasowave.settings import is_true, read_values, settings_of, unknown_word
 from vasowave.study.problems import Problem
@@ -24,15 +28,28 @@ STUDY_FILE = "study.yaml"
 YAML = (".yaml", ".yml")
 Path_ = tuple[str | int, ...]
 _NOTHING = ("", "~", "null", "Null", "NULL")
+_MAX_NAME_LETTERS = 110  # letters of the longest name among results
+_LARGEST = 1 << 20  # bytes
 _DEEPEST = 20  # nesting of a document, beyond any study's
 
 NOT_UTF8 = error_kind("yaml.encoding", "not UTF-8 text; {remedy}", "save the file as UTF-8")
+TOO_LARGE = error_kind(
+    "yaml.too-large", "larger than 1 MiB, which no study file is; {remedy}", "leave nothing but settings in it"
+)
 TOO_DEEP = error_kind("yaml.too-deep", "nested too deeply to be a study file")
 NO_MAPPING = error_kind("yaml.no-mapping", "expected lines of the form 'key: value'")
 _LOOK = "look for a missing colon, quotation mark or indentation"
 SYNTAX = error_kind("yaml.syntax", "not valid YAML: {what}; {remedy}", _LOOK)
 TAB = error_kind("yaml.tab", "not valid YAML: {what} (indent with blanks, not with tabs); {remedy}", _LOOK)
 ALIAS = error_kind("yaml.alias", "this is an alias; {remedy}", "write the value out")
+TABLE_OUTSIDE = error_kind(
+    "study.table-outside", "'{name}' lies outside of the study, where nothing is written; {remedy}",
+    "copy the table into the study's folder and name the copy here",
+)  # fmt: skip
+PATH_TOO_LONG = error_kind(
+    "study.path-too-long", "its path has {length} letters, and those of its results would be too long for this system; "
+    "{remedy}", "move the study, or give it and the folders above it shorter names",
+)  # fmt: skip
 NO_KEY = error_kind("yaml.no-key", "this cannot be a key; {remedy}", "write 'key: value'")
 NO_VALUE = error_kind(
     "yaml.no-value", "'{key}' has no value; {remedy}",
@@ -96,7 +113,8 @@ def read_document(path: Path) -> Document:
             f"in it takes up files, and `vasowave open {typed}` shows a recording or an image"
         )
     try:
-        raw = path.read_bytes()
+        with (path if path.is_dir() or not path.exists() else regular_file(path)).open("rb") as file:
+            raw = file.read(_LARGEST + 1)
     except OSError as error:
         reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
         around = next((one for one in path.absolute().parents[1:] if (one / path.name).is_file()), None)
@@ -110,6 +128,9 @@ def parse_document(raw: bytes, name: str) -> Document:
     import yaml
 
     document = Document(name)
+    if len(raw) > _LARGEST:
+        document.say(TOO_LARGE(), Place(name))
+        return document
     try:
         root = yaml.compose(raw.decode("utf-8-sig"), Loader=yaml.SafeLoader)
     except UnicodeDecodeError as error:
@@ -200,11 +221,34 @@ def study_path(study: Path) -> Path:
     return study / STUDY_FILE if study.is_dir() else study
 
 
+def home_of(folder: Path) -> Path | None:
+    """Return the study that a folder lies in, None if in none."""
+    places = (folder.absolute(), *folder.absolute().parents)
+    return next((place for place in places if (place / STUDY_FILE).is_file()), None)
+
+
 def read_settings(path: Path) -> tuple[StudyFile | None, Document]:
     """Return the settings (None if there are errors) and the document, whose `problems` hold what is wrong."""
     document = read_document(path)
     with looking_in(path.parent):
-        return validated(document), document
+        settings = validated(document)
+    if settings is not None and not lies_inside(path.parent, settings.animals):
+        document.say(TABLE_OUTSIDE(name=settings.animals), document.place(("animals",)))
+    if (length := too_long(path.parent)) is not None:
+        document.say(PATH_TOO_LONG(length=length), Place(str(path)))
+    return None if document.problems else settings, document
+
+
+def too_long(folder: Path) -> int | None:
+    """Return the length of a study's path, in letters, if this system has no room below it for names of results."""
+    place, name = folder.absolute(), _MAX_NAME_LETTERS * "x"
+    for longest in (place / name, place / name / name):
+        try:
+            os.lstat(longest)
+        except OSError as error:
+            if error.errno == errno.ENAMETOOLONG:
+                return len(str(place))
+    return None
 
 
 def parse_settings(raw: bytes, name: str = STUDY_FILE) -> tuple[StudyFile | None, list[Problem]]:
@@ -233,19 +277,27 @@ def _unknown_parameters(document: Document) -> list[Problem]:
     if not isinstance(calibration, dict):
         return []
     walls = calibration.get("walls")
-    named = [wall for wall in walls if _is_found(find_law, wall)] if isinstance(walls, list) else []
-    beds = str(calibration.get("beds", "windkessel"))
+    names = [wall for wall in map(_named, walls) if _is_found(find_law, wall)] if isinstance(walls, list) else []
+    beds = _named(calibration.get("beds", "windkessel"))
+    unread = any(map(is_unread, (beds, *map(_named, walls if isinstance(walls, list) else ()))))
     viscous = is_true(calibration.get("viscous"))
-    known = known_parameters(named, beds if _is_found(find_bed, beds) else "windkessel", viscous)
+    known = known_parameters(names, beds if _is_found(find_bed, beds) else "windkessel", viscous)
     problems = []
     for section in ("bounds", "fixed"):
         given = calibration.get(section)
         for name in given if isinstance(given, dict) else ():
-            if name not in known:
+            if name not in known and not (unread and "." in name):
                 at = ["calibration", section]
                 unknown = unknown_word(at, name, known)
                 problems.append(Problem(unknown.placed(document.place([*at, name], key=True))))
     return problems
+
+
+def _named(name: Any) -> str:
+    try:
+        return named(str(name))
+    except InputError:
+        return str(name)
 
 
 def _is_found(find: Callable[[str], Any], name: Any) -> bool:

@@ -9,6 +9,7 @@ from vasowave.cohort.missing import Missing, missing_animals
 from vasowave.cohort.primary import primary_law
 from vasowave.errors import InputError
 from vasowave.findings import look_kind, warn
+from vasowave.io.files import inside
 from vasowave.report.wording import some_of
 from vasowave.report.write import Tell, write_cohort_report, write_report
 from vasowave.runtime.memory import seldom_collected
@@ -70,16 +71,17 @@ def report_study(
     folder, stored = path.parent, read_results(path.parent)
     asked = stored.settings.report if pdf is None else replace(stored.settings.report, pdf=pdf)
     if animal:
-        own = folder / ONE_BY_ONE / stored.file_of(animal).stem
+        own = inside(folder, f"{ONE_BY_ONE}/{stored.file_of(animal).stem}")
         result = stored[animal]
         _tell_changed(path, stored, [result])
         return write_report(_warned(stored, [result]), own, pdf=asked.pdf)
+    place = inside(folder, REPORT_FOLDER)
     with side_by_side(workers, len(stored)) as each, seldom_collected():
         results = _warned(stored, stored.in_order(each, whole=False))
         _tell_changed(path, stored, results)
         return write_cohort_report(
             stored.gathered(results, results[0].group),
-            folder / REPORT_FOLDER,
+            place,
             asked,
             title=stored.settings.title,
             each=each,

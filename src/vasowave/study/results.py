@@ -18,7 +18,7 @@ import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -31,7 +31,7 @@ from vasowave.cohort.declared import Declaration
 from vasowave.cohort.primary import primary_comparison
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError, did_you_mean
-from vasowave.io.files import made_inside, write_file
+from vasowave.io.files import check_home, copy_file, made_inside, remove_file, write_file
 from vasowave.io.textfile import read_bytes
 from vasowave.model.law_files import looking_in, plain, remember
 from vasowave.notebook import card
@@ -39,6 +39,7 @@ from vasowave.provenance import provenance
 from vasowave.report.settings import ReportSettings
 from vasowave.report.wording import some_of
 from vasowave.settings import given_values
+from vasowave.stores import parsed_as, stored
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import piece_digest
 
@@ -291,6 +292,7 @@ def write_results(
     InputError
         Something cannot be written; the index, and so the results, are those of the run before.
     """
+    check_home(folder / INDEX, 1)
     inside = made_inside(folder, ANIMALS)
     animals = []
     for (animal, group), piece in pieces.items():
@@ -310,10 +312,11 @@ def write_results(
     index = write_file(folder / INDEX, json.dumps(content | {"sha256": _digest(content)}, indent=1, ensure_ascii=False))
     named = {Path(one.file).name for one in animals}
     for other in (one for one in inside.glob("*.nc") if one.name not in named):
-        other.unlink(missing_ok=True)
+        remove_file(other)
     return index
 
 
+@stored("index of results", f"results/{INDEX}")
 def read_results(folder: Path) -> Results:
     """Return the results of a study or of a fit.
 
@@ -352,22 +355,26 @@ def read_results(folder: Path) -> Results:
         raise InputError(_nothing(folder))
     index = where / INDEX
     try:
-        content = json.loads(index.read_text(encoding="utf-8"))
+        content = parsed_as(dict[str, Any], read_bytes(index))
         if content["form"] != FORM:
             raise InputError(f"{index}: of another version ('{content['form']}', not '{FORM}'); run it again")
         if content.pop("sha256") != _digest(content):
             raise ValueError("its content does not match its SHA-256")
         animals = tuple(StoredAnimal(**one) for one in content["animals"])
+        if any(PurePosixPath(one.file).parent != PurePosixPath(ANIMALS) for one in animals):
+            raise ValueError("a result lies elsewhere")
         failures = from_plain(content["failures"])
         with looking_in(None):
             fitted = content["settings"]["calibration"]
             remember([*map(str, fitted["walls"]), str(fitted.get("beds"))], (where.parent, where))
             settings = StudyFile(**content["settings"])
+        if not {one.group for one in animals} <= {*settings.groups}:
+            raise ValueError("an animal of no group")
         variables = tuple(Variable(**one) for one in content.get("variables", ()))
         declared = tuple(Declaration(**one) for one in content.get("declared", ()))
     except InputError:
         raise
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise InputError(f"{index}: damaged ({error}); run again, what had finished is kept") from None
     return Results(where, animals, failures, settings, content["versions"], variables, declared)
 
@@ -401,8 +408,4 @@ def _put(piece: Path, place: Path) -> None:
         raise InputError(f"{piece}: was removed while the study ran; run again, what is missing is computed anew")
     if place.is_file() and not place.is_symlink() and os.path.samefile(piece, place):
         return
-    try:
-        place.unlink(missing_ok=True)
-        os.link(piece, place)
-    except OSError:  # no links on this file system
-        write_file(place, read_bytes(piece))
+    copy_file(piece, place)

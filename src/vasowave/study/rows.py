@@ -44,7 +44,16 @@ COLUMNS = {
     "zero's SD is that of a drift between them, where no other is said.",
     "pressure gain [1]": "By what the pressure above the zero is multiplied, where a second point of calibration says "
     "that the transducer reads too much or too little.",
-    "flow gain [1]": "By what the flow is multiplied, likewise.",
+    "flow zero [ml/s]": "What the probe reads where nothing flows; it is subtracted.",
+    "flow gain [1]": "By what the flow is multiplied, likewise; -1 turns that of a probe mounted backward.",
+    "pressure cutoff [Hz]": "Cut-off frequency of the amplifier's filter, of first order, which is taken out of the "
+    "pressure again; empty: none.",
+    "pressure damping [1]": "Damping ratio where the response is of second order, with the cut-off as its natural "
+    "frequency: of a catheter (in place of the study's `catheter`), or 0.71 of a Butterworth filter.",
+    "flow cutoff [Hz]": "Likewise of the flow meter's.",
+    "flow damping [1]": "Likewise of the flow meter's.",
+    "pressure delay [s]": "By how much the pressure was recorded too late; negative: too early.",
+    "flow delay [s]": "Likewise of the flow.",
     "hematocrit [1]": "Share of cells in the blood, 0.2 to 0.8: the viscosity of study.yaml is that at 0.45.",
     "temperature [°C]": "Of the blood while it was recorded, 20 to 45: the viscosity of study.yaml is that at 37.",
     "sampling rate [1/s]": "raw: samples per second of a table without a time column.",
@@ -98,7 +107,14 @@ class AnimalRow:
     wedge_wave: Path | None = None
     zero: float | None = None
     pressure_gain: float | None = None
+    flow_zero: float | None = None
     flow_gain: float | None = None
+    pressure_cutoff: float | None = None
+    pressure_damping: float | None = None
+    flow_cutoff: float | None = None
+    flow_damping: float | None = None
+    pressure_delay: float | None = None
+    flow_delay: float | None = None
     sampling_rate: float | None = None
     image_pressure: float | None = None
     wedge: float | None = None
@@ -115,9 +131,11 @@ class AnimalRow:
     """Cells of the columns that are the lab's own, by title, and of those that say what animals share."""
 
     @property
-    def calibration(self) -> tuple[float, float, float]:
-        """What is subtracted from the pressure that was read, mmHg, and the factors of pressure and flow."""
-        return self.zero or 0.0, self.pressure_gain or 1.0, self.flow_gain or 1.0
+    def calibration(self) -> tuple[float, float, float, float]:
+        """What is subtracted from the pressure that was read, mmHg, the factors of pressure and flow, and what is
+        subtracted from the flow, ml/s.
+        """
+        return self.zero or 0.0, self.pressure_gain or 1.0, self.flow_gain or 1.0, self.flow_zero or 0.0
 
     @property
     def files(self) -> dict[str, Path]:

@@ -19,10 +19,12 @@ from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
 from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
 from vasowave.study.physiology import looks_of, tell_blood
-from vasowave.study.plan import RESULTS, Study, declare
+from vasowave.study.plan import Study, declare
+from vasowave.study.programs import refuse_unread
 from vasowave.study.results import ANIMALS, read_results, write_results
+from vasowave.study.run_status import RunRecord, running
 from vasowave.study.settings import animal_settings
-from vasowave.study.store import LOCK, SEARCHES, Store, locked, read_journal, remove_journals
+from vasowave.study.store import SEARCHES, Store, read_journal, remove_journals
 
 _ON_CLUSTER = 256  # animals that are handed to a cluster at once
 
@@ -102,7 +104,8 @@ def run_study(
     Raises
     ------
     InputError
-        Another run is going on in this study; a disk is full; the scheduler does not answer; every animal failed.
+        Another run is going on in this study; a disk is full; the scheduler does not answer; every animal failed; the
+        study names a program that nobody has allowed to run (see `trust_study`).
 
     Examples
     --------
@@ -120,46 +123,70 @@ def run_study(
     >>> done.computed
     ('mouse 6',)
     """
-    say = progress or (lambda step: None)
-    with locked(made_inside(study.folder, RESULTS) / LOCK):
-        _tell_lost(study)
-        tell_blood(study.settings.blood)
-        for place in (study.results, study.results / ANIMALS):
-            remove_parts(place)  # of a run that was killed while it wrote its results
-        store = Store(study.results)
-        pressures: dict[str, float] = {}
-        pieces, jobs, why = _plan(study, store, pressures)
-        kept = tuple(pieces)
-        begun = {job.name for job in jobs if read_journal(study.results / SEARCHES / f"{job.key}.jsonl")}
-        for number, name in enumerate(kept, 1):
-            say(Progress(name, "kept", number, len(study.animals)))
+    with running(study.folder, len(study.animals)) as run:
+        return analyze_study(run, study, executor=executor, scheduler=scheduler, workers=workers, progress=progress)
 
-        def keep(job: Job, content: bytes) -> None:
-            pieces[job.name] = store.keep(job.key, content)
 
-        def shifted(step: Progress) -> None:
-            say(replace(step, done=len(kept) + step.done, count=len(study.animals)))
+def analyze_study(
+    run: RunRecord,
+    study: Study,
+    *,
+    executor: Executor | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Done:
+    """Do what `run_study` does within a run that has begun (see `running`), to which its report belongs, too."""
+    refuse_unread(study.settings, study.folder)
+    _tell_lost(study)
+    tell_blood(study.settings.blood)
+    for place in (study.results, study.results / ANIMALS):
+        remove_parts(place)  # of a run that was killed while it wrote its results
+    store = Store(study.results)
+    pressures: dict[str, float] = {}
+    pieces, jobs, why = _plan(study, store, pressures)
+    kept = tuple(pieces)
+    begun = {job.name for job in jobs if read_journal(study.results / SEARCHES / f"{job.key}.jsonl")}
 
-        if jobs:
-            laws = study.settings.calibration.walls
-            pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs), laws)
-            why |= run_jobs(jobs, analyzed_bytes, keep, pools, at_once, threads, shifted)
-        results, failures, warnings = _write(study, pieces, _lost(study, why, pressures))
-        if not why:
-            remove_journals(study.results)
+    def say(step: Progress) -> None:
+        over = step.done == step.count
+        run.write(stage="writing the results" if over else "computing", done=step.done, left=step.left)
+        if progress is not None:
+            progress(step)
+        run.go_on()
+
+    def keep(job: Job, content: bytes) -> None:
+        pieces[job.name] = store.keep(job.key, content)
+
+    def shifted(step: Progress) -> None:
+        say(replace(step, done=len(kept) + step.done, count=len(study.animals)))
+
+    for number, name in enumerate(kept, 1):
+        say(Progress(name, "kept", number, len(study.animals)))
+    if jobs:
+        laws = study.settings.calibration.walls
+        run.write(stage="computing")
+        pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs), laws)
+        why |= run_jobs(jobs, analyzed_bytes, keep, pools, at_once, threads, shifted)
+    results, failures, warnings = _write(study, pieces, _lost(study, why, pressures))
+    if not why:
+        remove_journals(study.results)
     computed = tuple(job.name for job in jobs if job.name in pieces)
     resumed = tuple(name for name in computed if name in begun)
-    return Done(results, computed, kept, failures, warnings, resumed)
+    done = Done(results, computed, kept, failures, warnings, resumed)
+    run.write(message=f"{len(computed)} computed, {len(kept)} kept from earlier, {len(done.lost)} failed")
+    return done
 
 
-def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
-    """Analyze the one animal of a study in this process and write its results.
+def run_alone(run: RunRecord, study: Study, progress: FitProgress | None = None) -> Done:
+    """Analyze the one animal of a study in this process and write its results, within a run that has begun.
 
     After an interrupt (Ctrl-C) the results hold what the starts that had finished found, and say so; the next call
     computes the animal anew.
 
     Parameters
     ----------
+    run : RunRecord
     study : Study
         Of one animal.
     progress : callable, optional
@@ -173,23 +200,23 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
     Raises
     ------
     InputError
-        Another run is going on in this study; a file of the animal is wrong; the results cannot be written.
+        A file of the animal is wrong; the results cannot be written.
     """
     (row,) = study.animals
-    with locked(made_inside(study.folder, RESULTS) / LOCK):
-        tell_blood(study.settings.blood)
-        store = Store(study.results)
-        pieces, jobs, why = _plan(study, store, {})
-        if why:
-            raise InputError(why[row.animal])
-        for job in jobs:
-            animal, settings, hashes, journal, key, laws = job.load()
-            result = analyze_animal(animal, settings, hashes, journal, key, laws, progress)
-            name = f"interrupted-{key}" if result.interrupted else key
-            pieces[row.animal] = store.keep(name, to_bytes(result.to_datatree()))
-            if not result.interrupted:
-                remove_journals(study.results)
-        results, failures, warnings = _write(study, pieces, ())
+    tell_blood(study.settings.blood)
+    run.write(stage="computing")
+    store = Store(study.results)
+    pieces, jobs, why = _plan(study, store, {})
+    if why:
+        raise InputError(why[row.animal])
+    for job in jobs:
+        animal, settings, hashes, journal, key, laws = job.load()
+        result = analyze_animal(animal, settings, hashes, journal, key, laws, progress)
+        name = f"interrupted-{key}" if result.interrupted else key
+        pieces[row.animal] = store.keep(name, to_bytes(result.to_datatree()))
+        if not result.interrupted:
+            remove_journals(study.results)
+    results, failures, warnings = _write(study, pieces, ())
     computed = tuple(job.name for job in jobs)
     return Done(results, computed, () if computed else (row.animal,), failures, warnings)
 
@@ -211,7 +238,7 @@ def _tell_lost(study: Study) -> None:
         return
     lost = [name for name in before if name not in {row.animal for row in study.animals}]
     if lost:
-        warn(NO_LONGER_THERE(animals=", ".join(lost)).at(str(study.path)), stacklevel=3)
+        warn(NO_LONGER_THERE(animals=", ".join(lost)).at(str(study.path)), stacklevel=4)
 
 
 def _lost(study: Study, why: Mapping[str, str], pressures: Mapping[str, float]) -> list[Failure]:

@@ -6,12 +6,13 @@ The template, the editor's schema, the documentation and the options of `vasowav
 from dataclasses import field, replace
 from typing import Annotated, Any, Literal
 
-from annotated_types import Ge, Le, MinLen
+from annotated_types import Ge, Le, MaxLen, MinLen
 
 from vasowave.animal.animal import Analysis, Calibration, Settings
 from vasowave.calibration.calibrate import NUMERICS
 from vasowave.cohort.design import Design
 from vasowave.errors import InputError
+from vasowave.inference.known_errors import KnownErrors
 from vasowave.model.blood import (
     FRICTIONS,
     Blood,
@@ -25,7 +26,7 @@ from vasowave.network.network import HIGHEST
 from vasowave.noise.fitting import OF_PAPER
 from vasowave.recording import Averaging
 from vasowave.report.settings import ReportSettings
-from vasowave.settings import Check, Positive, settings_class, settings_of
+from vasowave.settings import Check, Example, Positive, settings_class, settings_of
 from vasowave.solver import Numerics
 from vasowave.solver.numerics import Resolution
 from vasowave.solver.practice import PAPER
@@ -33,7 +34,9 @@ from vasowave.species import SpeciesName, heart_rates_of
 from vasowave.study.names import checked_name
 from vasowave.study.rows import AnimalRow
 
-Text = Annotated[str, MinLen(1)]
+Text = Annotated[str, MinLen(1), MaxLen(1000)]
+Frequency = Annotated[float, Ge(0.1), Le(1e5)]
+Damping = Annotated[float, Ge(0.001), Le(100)]
 
 
 def _distinct(labels: list[str]) -> list[str]:
@@ -88,21 +91,21 @@ class Inputs:
     species: SpeciesName = "mouse"
     """Whose physiology `check` compares with, and whose heart rates are looked for: mouse, rat, rabbit, dog, pig,
     human, or other (no comparison)."""
-    groups: Annotated[list[Annotated[Text, Check(checked_name)]], MinLen(1), Check(_distinct)] = field(
+    groups: Annotated[list[Annotated[Text, Check(checked_name)]], MinLen(1), MaxLen(1000), Check(_distinct)] = field(
         default_factory=lambda: ["CTL", "HPH"]
     )
     """Group labels in the order of tables; the first is the reference."""
     image_pressure: Annotated[float, Ge(0), Le(HIGHEST)] = 0.0
     """Transmural pressure at which the vessels were filled for the image, mmHg, of the animals whose network or row
     does not say it; 0 where it is not known."""
-    catheter: tuple[Positive, Positive] | None = None
+    catheter: Annotated[tuple[Frequency, Damping] | None, Example((60, 0.4))] = None
     """Natural frequency (Hz) and damping ratio of the catheter, by a flush test: the pressures are corrected for it.
     Nothing is corrected unless this is given."""
     practice: Literal["vasowave", "paper"] = "vasowave"
     """paper: compute as the paper's program did, to compare with its tables: friction as at 0.07 cm everywhere, its
     constants and bounds, eight cycles from rest, lengths rounded down to 0.025 cm, all harmonics at the places of its
-    samples, radii as at zero pressure, its noise models beside ours; `blood`, `numerics`, `waves_at` and `noise_models`
-    are then its own."""
+    samples, radii as at zero pressure, its noise models beside ours, no error that is not said; `blood`, `numerics`,
+    `waves_at` and `noise_models` are then its own."""
     averaging: Averaging = field(default_factory=Averaging)
     calibration: Calibration = field(default_factory=Calibration)
 
@@ -144,9 +147,10 @@ def animal_settings(study: StudyFile, row: AnimalRow | None = None) -> Settings:
     numerics = {name: getattr(study.numerics, name) for name in settings_of(Resolution)}
     settings = Settings(**said, blood=study.blood.blood(), numerics=Numerics(**numerics))
     if study.practice == "paper":
+        exact: dict[str, Any] = {name: getattr(study, name) or 0.0 for name in settings_of(KnownErrors)}
         settings = replace(
             settings, paper_bounds=True, pressure_harmonics="all", waves_at="paper", blood=PAPER.blood,
-            numerics=PAPER.numerics, noise_models=OF_PAPER,
+            numerics=PAPER.numerics, noise_models=OF_PAPER, **exact,
         )  # fmt: skip
     if row is None:
         return settings

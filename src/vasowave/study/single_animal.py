@@ -6,15 +6,22 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from vasowave.animal.law_result import LawResult
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import gathered
 from vasowave.cohort.primary import Family
+from vasowave.descriptions import parameter_mark
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Place, Severity, texts
 from vasowave.io.files import check_writable
 from vasowave.network_formats import NETWORKS
 from vasowave.report.answer.animal import animal_answers
+from vasowave.report.answer.limits import assumed_errors
+from vasowave.report.answer.marks import Marks
+from vasowave.report.answer.problems import of_models
 from vasowave.report.glossary import caller
+from vasowave.report.tables.cells import symbols
+from vasowave.report.tables.models import MARKS
 from vasowave.study.animals import read_row
 from vasowave.study.loading import file_hashes
 from vasowave.study.names import checked_name
@@ -130,21 +137,23 @@ def _check_animal(folder: Path, row: AnimalRow) -> None:
 
 
 def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[str]:
-    """Return what a person at the terminal wants to know of an animal: answers, fits, and what to consider."""
-    called = caller(gathered([result]))
-    answers = [one for wall in result.laws for one in animal_answers(result, wall, TOLD, called)]
+    """Return what a person at the terminal wants to know of an animal: problems, answers, fits, what to consider.
+
+    What must not be used is said first, and numbers carry the marks that they have on the page.
+    """
+    cohort = gathered([result])
+    called, written, answers = caller(cohort), symbols(cohort), list[tuple[str, str]]()
+    for wall in result.laws:
+        marks = Marks(cohort, wall)
+        by_wall = animal_answers(result, wall, TOLD, called, marks)
+        answers += [*by_wall, *marks.legend(by_wall, written)]
     doubts = {(one.code, dict(one.values)["site"]): one for law in result.laws.values() for one in law.site_doubts}
     said = [f"warning: {one} Do not use the numbers below before that is settled." for one in doubts.values()]
+    said += [f"problem: {one}" for one in of_models(cohort, list(result.laws))]
     said += [f"warning: {one}" for one in warned]
     said += [f"{question}: {text}" for question, text in dict.fromkeys(answers)]
-    for wall, law in result.laws.items():
-        data = law.calibration
-        values = ", ".join(map(_parameter, (data.sel(parameter=name) for name in data["parameter"].values)))
-        S, count, agree = float(data["S"]), int(data["N"]), int(np.sum(data["start_agrees"].values))
-        said.append(
-            f"best fit, {wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {law.rmse:.3g} mmHg, "
-            f"{agree} starts agree"
-        )
+    said += assumed_errors([result]) if result.laws else []
+    said += [_best(wall, law) for wall, law in result.laws.items()]
     told = {code for code, _ in doubts}
     other = sorted(
         (one for one in result.findings if one not in warned and one.code not in told),
@@ -153,6 +162,19 @@ def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[
     return said + [f"{one.severity}: {text}" for one, text in zip(other, texts(other), strict=True)]
 
 
+def _best(wall: str, law: LawResult) -> str:
+    """Return the parameters of the best fit with their marks, what it leaves, and how many starts agree."""
+    data = law.calibration
+    values = ", ".join(_parameter(data.sel(parameter=name)) for name in data["parameter"].values)
+    S, count, agree = float(data["S"]), int(data["N"]), int(np.sum(data["start_agrees"].values))
+    meaning = [f" {text}" for text in MARKS.removesuffix(".").split("; ") if text[0] in values]
+    return (
+        f"best fit, {wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {law.rmse:.3g} mmHg, {agree} starts agree"
+        f"{';' if meaning else ''}{','.join(meaning)}"
+    )
+
+
 def _parameter(one: xr.Dataset) -> str:
     unit, meaning = str(one["unit"].item()), str(one["meaning"].item())
-    return f"{one['parameter'].item()} {float(one['value']):.4g} {f'({meaning})' if unit == '1' else unit}"
+    marked = parameter_mark(*(bool(one[name]) for name in ("free", "at_bound", "determined")))
+    return f"{one['parameter'].item()} {float(one['value']):.4g}{marked} {f'({meaning})' if unit == '1' else unit}"

@@ -12,6 +12,7 @@ from vasowave.inference.simulations import simulations_in
 from vasowave.study.loading import animal_key
 from vasowave.study.plan import RESULTS, Study
 from vasowave.study.results import INDEX, Results, read_results
+from vasowave.study.run_status import RunStatus, run_status
 from vasowave.study.store import CACHE, LOCK, SEARCHES, holder, read_journal
 
 POSTERIOR = " posterior"
@@ -50,10 +51,20 @@ class AnimalStatus(NamedTuple):
 
 
 class StudyStatus(NamedTuple):
-    """The progress of a study; `runner` says who is running it now, None if nobody is."""
+    """The progress of a study.
+
+    Attributes
+    ----------
+    animals : tuple of AnimalStatus
+    runner : str or None
+        Who is running it now; None if nobody is.
+    run : RunStatus or None
+        How far that run is, or how the last one ended; None where none was begun.
+    """
 
     animals: tuple[AnimalStatus, ...]
     runner: str | None
+    run: RunStatus | None = None
 
 
 def stage(name: str, counts: tuple[int, int]) -> str:
@@ -63,9 +74,22 @@ def stage(name: str, counts: tuple[int, int]) -> str:
 
 
 def study_status(study: Study) -> StudyStatus:
-    """Return how far a study is; animals whose files, settings or program changed since count as not begun.
+    """Return how far a study is, and how its run goes or the last one ended.
 
-    On a cluster without a common disk, searches are not kept: its animals are done, or waiting.
+    Animals whose files, settings or program changed since count as not begun. On a cluster without a common disk,
+    searches are not kept: its animals are done, or waiting.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> from pathlib import Path
+    >>> vw.write_network(vw.control_network(), "lung.csv")
+    >>> _ = Path("cycle.csv").write_text("time [s],pressure [mmHg],flow [ml/s]\\n")
+    >>> _ = Path("animals.csv").write_text("animal,group,network,recording\\nmouse 6,CTL,lung.csv,cycle.csv\\n")
+    >>> _ = Path("study.yaml").write_text("groups: [CTL]\\ncalibration: {walls: [linear], starts: 1}\\n")
+    >>> found = vw.study_status(vw.read_study("study.yaml"))
+    >>> found.animals[0].state, found.runner, found.run
+    ('waiting', None, None)
     """
     statuses, runner = [], holder(study.results / LOCK)
     lost = _lost(study.results) if runner is None else {}
@@ -76,7 +100,7 @@ def study_status(study: Study) -> StudyStatus:
             statuses.append(AnimalStatus(row.animal, "unreadable", {}, str(error)))
         else:
             statuses.append(_status(row.animal, key, study.results, lost))
-    return StudyStatus(tuple(statuses), runner)
+    return StudyStatus(tuple(statuses), runner, run_status(study.results))
 
 
 OF_PAGE = ("title", "groups", "design", "report")
@@ -114,7 +138,7 @@ def fit_status(folder: Path) -> StudyStatus | None:
     begun = [one for one in (_searches(results, key) for key in keys) if one]
     if begun and (runner or not statuses):
         statuses = {"animal": AnimalStatus(next(iter(statuses), "the animal"), "begun", begun[-1])}
-    return StudyStatus(tuple(statuses.values()), runner)
+    return StudyStatus(tuple(statuses.values()), runner, run_status(results))
 
 
 def searches_of(results: Path, keys: Mapping[str, str]) -> dict[str, dict[str, tuple[int, int]]]:
@@ -135,8 +159,8 @@ def _status(animal: str, key: str, results: Path, lost: Mapping[str, str]) -> An
 def _searches(results: Path, key: str) -> dict[str, tuple[int, int]]:
     searches: dict[str, tuple[int, int]] = {}
     for one in read_journal(results / SEARCHES / f"{key}.jsonl"):
-        before = searches.get(one["wall"], (0, 0))[0]
-        searches[one["wall"]] = (before + (one["stage"] == SCOUT), one["starts"])
+        before = searches.get(one.wall, (0, 0))[0]
+        searches[one.wall] = (before + (one.stage == SCOUT), one.starts)
     for path in sorted((results / SEARCHES).glob(f"{key}-*.npz")):
         if made := simulations_in(path):
             searches[path.stem.removeprefix(f"{key}-") + POSTERIOR] = (made, 0)

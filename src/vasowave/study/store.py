@@ -16,9 +16,11 @@ import os
 import platform
 import re
 import threading
+import time
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -28,10 +30,12 @@ import numpy as np
 from vasowave.calibration import SearchEnd
 from vasowave.errors import InputError
 from vasowave.findings import look_kind, warn
-from vasowave.io.files import made_inside, not_written, remove_parts, write_file
+from vasowave.io.files import check_home, in_words, made_inside, make_folder, remove_file, remove_parts, write_file
 from vasowave.io.textfile import look, read_bytes
 from vasowave.runtime.kept import digest_of, program
 from vasowave.runtime.locks import lock_open_file
+from vasowave.runtime.writing import append, open_regular, opened, write_all
+from vasowave.stores import parsed_as, stored
 
 CACHE, SEARCHES, LOCK = "cache", "searches", "running.lock"
 """Folders of the pieces and of the journals, and the lock file, in the folder of the results."""
@@ -43,7 +47,8 @@ _NOT_NUMERICAL = ("cli", "workbench", "exchange", "datasets", "imaging", "figure
 recomputation.
 """
 _DIGITS = 32  # of a key
-_OPEN = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0)
+_TRIES, _BETWEEN = 5, 0.05  # and s between them, of locking
+_MAX_LOCK_BYTES = 1000  # bytes of a lock that are read
 
 
 def source_digest() -> str:
@@ -72,6 +77,7 @@ class Store:
         self.folder = made_inside(results, CACHE)
         remove_parts(self.folder)
 
+    @stored("finished piece", f"results/{CACHE}/*.nc")
     def find(self, key: str) -> Path | None:
         """Return the piece of `key`; None if there is none, or only a damaged one, which is removed.
 
@@ -86,10 +92,7 @@ class Store:
                 return path
             if path.is_dir() and not path.is_symlink():
                 raise InputError(f"{path}: a folder where a finished piece should be; remove it and run again")
-            try:
-                path.unlink(missing_ok=True)
-            except OSError as error:
-                raise not_written(path, error) from None
+            remove_file(path)
         return None
 
     def keep(self, key: str, content: bytes) -> Path:
@@ -102,7 +105,9 @@ class Store:
         """
         if not self.folder.is_dir():
             raise InputError(f"{self.folder}: was removed while the study ran; run again, nothing else is lost")
-        return write_file(self.folder / f"{key}-{hashlib.sha256(content).hexdigest()}.nc", content)
+        piece = self.folder / f"{key}-{hashlib.sha256(content).hexdigest()}.nc"
+        check_home(piece, 2)
+        return write_file(piece, content)
 
 
 def piece_digest(path: Path) -> str:
@@ -119,8 +124,8 @@ def _is_whole(path: Path, key: str) -> bool:
 
 
 @contextmanager
-def locked(path: Path) -> Iterator[None]:
-    """Hold the lock file `path`.
+def locked(path: Path) -> Iterator[bool]:
+    """Hold the lock file `path`; gives False where the file system knows no locks.
 
     The operating system holds the lock, and lets go of it however the program ends; a file that a killed program left
     behind is therefore no lock.
@@ -135,41 +140,68 @@ def locked(path: Path) -> Iterator[None]:
     VasowaveWarning
         If the file system knows no locks; the run goes on without.
     """
+    make_folder(path.parent)
+    with in_words(path):
+        handle = open_regular(path, os.O_RDWR | os.O_CREAT)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle = os.open(path, _OPEN, 0o644)  # a link in its place is refused
-    except OSError as error:
-        raise not_written(path, error) from None
-    with os.fdopen(handle, "rb+", buffering=0) as file:  # without a buffer, which on a full disk closing writes again
+        held = True
         try:
-            lock_open_file(handle)
+            _lock_patiently(handle)
         except BlockingIOError:
             raise InputError(
-                f"{path.parent}: the study is being run by {_runner(file.read())}; wait for it, or stop it first"
+                f"{path.parent}: the study is being run by {_runner(handle)}; wait for it, or stop it first"
             ) from None
         except OSError as error:
             warn(NO_LOCKS(why=error.strerror or "").at(str(path)), stacklevel=3)
+            held = False
         with suppress(OSError):  # on a full disk nobody learns who holds the lock; it holds all the same
-            file.truncate(0)
-            file.write(f"process {os.getpid()} on {platform.node()} since {datetime.now():%Y-%m-%d %H:%M:%S}".encode())
-        yield
+            said = f"process {os.getpid()} on {platform.node()} since {datetime.now():%Y-%m-%d %H:%M:%S}"
+            os.ftruncate(handle, 0)
+            write_all(handle, said.encode())
+        yield held
+    finally:
+        os.close(handle)
+
+
+def _lock_patiently(handle: int) -> None:
+    """Lock an open file; who only looks whether it is locked (`holder`) holds it for a moment."""
+    for _ in range(_TRIES - 1):
+        with suppress(BlockingIOError):
+            return lock_open_file(handle)
+        time.sleep(_BETWEEN)
+    lock_open_file(handle)
 
 
 def holder(path: Path) -> str | None:
     """Return who holds the lock file `path`, as it wrote itself there; None if nobody does."""
-    try:
-        with path.open("rb+") as file:
-            try:
-                lock_open_file(file.fileno())
-            except BlockingIOError:
-                return _runner(file.read())
-    except OSError:
-        pass
+    with suppress(OSError), opened(path, os.O_RDWR) as handle:
+        try:
+            lock_open_file(handle)
+        except BlockingIOError:
+            return _runner(handle)
     return None
 
 
-def _runner(content: bytes) -> str:
-    return content.decode(errors="replace").strip() or "another program"
+def _runner(handle: int) -> str:
+    os.lseek(handle, 0, os.SEEK_SET)
+    return os.read(handle, _MAX_LOCK_BYTES).decode(errors="replace").strip() or "another program"
+
+
+@dataclass(frozen=True)
+class JournalEnd:
+    """A line of a journal: where the search of a stage from one of all starts ended, see `calibration.SearchEnd`."""
+
+    wall: str
+    stage: str
+    start: int
+    starts: int
+    x: list[float]
+    S: float
+    simulations: int
+    converged: bool
+    message: str
+    residual: list[float]
+    joined: bool
 
 
 class Journal:
@@ -183,7 +215,7 @@ class Journal:
 
     def __init__(self, path: Path) -> None:
         self.path, self._lock = path, threading.Lock()
-        self.known = {(one["wall"], one["stage"], one["start"]): _search_end(one) for one in read_journal(path)}
+        self.known = {(one.wall, one.stage, one.start): _search_end(one) for one in read_journal(path)}
 
     def of(self, wall: str, starts: int) -> "WallEnds":
         """Return where the ends of the searches of one wall law are found and kept."""
@@ -194,16 +226,12 @@ class Journal:
         name = re.sub(r"\W", "_", wall)
         return self.path.with_name(f"{self.path.stem}-{name}.npz") if self.path.parent.is_dir() else None
 
-    def write(self, entry: Mapping[str, Any]) -> None:
+    def write(self, end: JournalEnd) -> None:
         """Add an end; what cannot be written is not kept, and the work goes on."""
-        text = json.dumps(entry)
-        with self._lock:
-            try:
-                torn = self.path.exists() and not self.path.read_bytes().endswith(b"\n")
-                with self.path.open("a", encoding="utf-8") as file:
-                    file.write("\n" * torn + f"{_checksum(text):08x} {text}\n")
-            except OSError:
-                return
+        text = json.dumps(vars(end))
+        with self._lock, suppress(OSError, InputError):
+            check_home(self.path, 2)
+            append(self.path, f"{_checksum(self.path, text):08x} {text}".encode())
 
 
 class WallEnds:
@@ -218,31 +246,38 @@ class WallEnds:
 
     def keep(self, stage: str, start: int, end: SearchEnd) -> None:
         """Keep where the search of a stage from a start ended."""
-        entry = {"wall": self.wall, "stage": stage, "start": start, "starts": self.starts} | vars(end)
-        self.journal.write(entry | {"x": end.x.tolist(), "residual": end.residual.tolist()})
+        plain: Any = vars(end) | {"x": end.x.tolist(), "residual": end.residual.tolist()}
+        self.journal.write(JournalEnd(self.wall, stage, start, self.starts, **plain))
 
 
-def read_journal(path: Path) -> list[dict[str, Any]]:
+@stored("journal of searches", f"results/{SEARCHES}/*.jsonl")
+def read_journal(path: Path) -> list[JournalEnd]:
     """Return the whole lines of a journal, in order; none where there is no journal."""
     try:
-        lines = path.read_text("utf-8", errors="replace").splitlines()
+        with opened(path) as handle, open(handle, encoding="utf-8", errors="replace", closefd=False) as file:
+            lines = file.read().splitlines()
     except OSError:
         return []
-    split = (line.partition(" ") for line in lines)
-    return [json.loads(text) for check, _, text in split if check == f"{_checksum(text):08x}"]
+    ends = []
+    for check, _, text in (line.partition(" ") for line in lines):
+        if check == f"{_checksum(path, text):08x}":
+            with suppress(ValueError):
+                ends.append(parsed_as(JournalEnd, text))
+    return ends
 
 
 def remove_journals(folder: Path) -> None:
     """Remove the journals of animals that are done."""
     for kind in ("*.jsonl", "*.npz"):
         for path in (folder / SEARCHES).glob(kind):
-            path.unlink(missing_ok=True)
+            remove_file(path)
 
 
-def _search_end(entry: Mapping[str, Any]) -> SearchEnd:
-    values = {name: entry[name] for name in ("S", "simulations", "converged", "message", "joined")}
-    return SearchEnd(x=np.array(entry["x"]), residual=np.array(entry["residual"]), **values)
+def _search_end(one: JournalEnd) -> SearchEnd:
+    x, residual = np.array(one.x), np.array(one.residual)
+    return SearchEnd(x, one.S, one.simulations, one.converged, one.message, residual, one.joined)
 
 
-def _checksum(text: str) -> int:
-    return zlib.crc32(text.encode())
+def _checksum(journal: Path, text: str) -> int:
+    """Return the check sum of a line, which is none in the journal of another animal."""
+    return zlib.crc32(f"{journal.stem} {text}".encode())

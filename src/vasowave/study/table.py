@@ -57,6 +57,13 @@ def written_rows(table: Rows, new: Sequence[dict[str, str]]) -> str:
     return "\n".join([*table.comments, text.getvalue()])
 
 
+def check_written(path: Path, table: Rows) -> None:
+    """Raise `InputError` if a table that was just written, whose last title is new, is not read as it was meant."""
+    titles = read_rows(path).titles[: len(table.titles)]
+    if titles != table.titles:
+        raise InputError(f"the title '{table.titles[-1]}' would be read as '{titles[-1]}'; write it like that")
+
+
 def _title(written: str) -> str:
     exact = {title.casefold(): title for title in COLUMNS}
     return exact.get(written.strip().casefold(), written.strip())

@@ -1,8 +1,13 @@
 """Who may ask: this machine alone, through the address that was printed, with bodies of a bounded size."""
 
 import hmac
+import html
+import secrets
+from asyncio import TimerHandle, wait_for
 from collections.abc import Awaitable, Callable, MutableMapping
+from time import monotonic
 from typing import Any
+from urllib.parse import quote
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
@@ -18,7 +23,8 @@ LARGEST_ACTION = 4 << 20
 """Bytes of any other request; the edits of all beats of two hours are a tenth of it."""
 
 _CONNECTIONS = 200  # a browser opens six
-_PATIENCE = 20.0  # s that a connection may take until its first request is there
+_PATIENCE = 20.0  # s that a connection may take until a request is there, or more of its body, or of its answer goes
+_SLOWEST = 4096  # bytes a second of a body after that; a browser on the same machine sends a thousand times as many
 _PAGE = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
 _ALWAYS = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 PAGE_POLICY = _PAGE + _ALWAYS
@@ -28,6 +34,7 @@ REPORT_POLICY = (
 )
 """A report brings its scripts along; in a sandbox it is no page of the workbench's origin, and can ask it nothing."""
 
+_REPORT = "report/"
 _HEADERS = {
     "cache-control": "no-store",
     "cross-origin-opener-policy": "same-origin",
@@ -41,8 +48,15 @@ class TooLargeError(Exception):
     """A body is larger than allowed."""
 
 
+class TooSlowError(Exception):
+    """A body does not come, or trickles."""
+
+
 class Guarded:
     """An application behind its token; everything else is refused before the application sees it.
+
+    A report stands behind another one, `report_token`, with which nothing else can be asked: its scripts can read the
+    address that they stand at.
 
     Parameters
     ----------
@@ -54,8 +68,18 @@ class Guarded:
     """
 
     def __init__(self, app: App, token: str, port: int) -> None:
-        self.app, self.token = app, token
+        self.app, self.token, self.report_token = app, token, secrets.token_urlsafe(24)
         self.hosts = {f"{name}:{port}".encode() for name in ("127.0.0.1", "localhost")}
+        self._tickets: dict[str, tuple[str, Callable[[], None]]] = {}
+
+    def ticket(self, desk: str, used: Callable[[], None]) -> str:
+        """Return a path that leads to the page's desk (the address behind its ``#``) once; `used` is called then.
+
+        A program is started with it in place of the token, which stays out of the list of processes.
+        """
+        ticket = secrets.token_urlsafe(24)
+        self._tickets[ticket] = desk, used
+        return f"/{ticket}/"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request."""
@@ -63,17 +87,33 @@ class Guarded:
             if scope["type"] == "websocket":
                 await send({"type": "websocket.close", "code": 1008})
             return
-        refused = self._refused(scope)
+        headers: dict[bytes, list[bytes]] = {}
+        for name, value in scope["headers"]:
+            headers.setdefault(name, []).append(value)
+        elsewhere = self._from_elsewhere(headers)
+        if elsewhere is None and scope["method"] == "GET" and (page := self._page_of_ticket(scope["path"])):
+            await _plain(send, 200, page, "text/html")
+            return
+        refused = elsewhere or self._refused(scope, headers)
         if refused is not None:
             await _plain(send, *refused)
             return
-        limit = LARGEST_FILE if scope["method"] == "PUT" else LARGEST_ACTION
+        given, _, rest = scope["path"][1:].partition("/")
+        if given == self.token and rest.startswith(_REPORT):
+            await _plain(send, 307, "", location=f"/{self.report_token}/{quote(rest)}")
+            return
+        limit, come, waited, more = _most(scope["method"]), 0, 0.0, True
 
         async def counted() -> MutableMapping[str, Any]:
-            nonlocal limit
-            message = await receive()
-            limit -= len(message.get("body", b""))
-            if limit < 0:
+            nonlocal come, waited, more
+            asked, left = monotonic(), _PATIENCE + come / _SLOWEST - waited
+            try:
+                message = await wait_for(receive(), min(_PATIENCE, left) if more else None)
+            except TimeoutError:
+                raise TooSlowError from None
+            waited += monotonic() - asked
+            come, more = come + len(message.get("body", b"")), message.get("more_body", False)
+            if come > limit:
                 raise TooLargeError
             return message
 
@@ -86,60 +126,124 @@ class Guarded:
                 )]  # fmt: skip
             await send(message)
 
-        inner = dict(scope) | {"path": scope["path"][len(self.token) + 1 :], "root_path": "", "raw_path": None}
+        inner = dict(scope) | {"path": f"/{rest}", "root_path": "", "raw_path": None}
         await self.app(inner, counted, sent)
 
-    def _refused(self, scope: Scope) -> tuple[int, str] | None:
-        """Return status and sentence of what may not be asked."""
-        headers: dict[bytes, list[bytes]] = {}
-        for name, value in scope["headers"]:
-            headers.setdefault(name, []).append(value)
+    def _from_elsewhere(self, headers: dict[bytes, list[bytes]]) -> tuple[int, str] | None:
+        """Return status and sentence of what another machine's name or another page asks."""
         (host, *more), origins = headers.get(b"host", [b""]), headers.get(b"origin", [])
         if more or host not in self.hosts:
             return 421, "The workbench answers on this machine alone."
         if any(origin != b"http://" + host for origin in origins):
             return 403, "Another page may ask nothing of the workbench."
+        return None
+
+    def _page_of_ticket(self, path: str) -> str:
+        """Return the page that goes on from a ticket, which is used up then; nothing for what is none.
+
+        The page, not a redirection: only what this server's own page leads to counts as of the same site.
+        """
+        asked = path.encode("utf-8", "replace")
+        ticket = next((one for one in self._tickets if hmac.compare_digest(asked, f"/{one}/".encode())), None)
+        if ticket is None:
+            return ""
+        desk, used = self._tickets.pop(ticket)
+        used()
+        return redirection(f"/{self.token}/{desk}")
+
+    def _refused(self, scope: Scope, headers: dict[bytes, list[bytes]]) -> tuple[int, str] | None:
+        """Return status and sentence of what may not be asked."""
         if headers.get(b"sec-fetch-site", [b"none"])[0] not in (b"same-origin", b"none"):
             return 403, "Another page may ask nothing of the workbench."
-        if scope["method"] not in ("GET", "HEAD") and not origins:
+        if scope["method"] not in ("GET", "HEAD") and b"origin" not in headers:
             return 403, "A request that changes something says which page it comes from (Origin)."
-        given, slash, _ = scope["path"][1:].partition("/")
-        if not (slash and hmac.compare_digest(given.encode("utf-8", "replace"), self.token.encode())):
+        given, slash, rest = scope["path"][1:].partition("/")
+        of_report = scope["method"] in ("GET", "HEAD") and rest.startswith(_REPORT)
+        tokens = [self.token, *([self.report_token] if of_report else [])]
+        if not slash or not any(hmac.compare_digest(given.encode("utf-8", "replace"), one.encode()) for one in tokens):
             return 404, "Open the address that `vasowave open` printed: it carries a key, which is another each time."
         return self._too_large(scope["method"], headers.get(b"content-length", []))
 
     @staticmethod
     def _too_large(method: str, lengths: list[bytes]) -> tuple[int, str] | None:
-        most = LARGEST_FILE if method == "PUT" else LARGEST_ACTION
+        most = _most(method)
         if any(int(length) > most for length in lengths if length.isdigit()):
             return 413, f"This is too large: at most {most >> 20} MiB."
         return None
 
 
-async def _plain(send: Send, status: int, text: str) -> None:
-    """Send a sentence."""
+def _most(method: str) -> int:
+    return LARGEST_FILE if method == "PUT" else LARGEST_ACTION
+
+
+def redirection(address: str) -> str:
+    """Return a page that leads to an address at once."""
+    target = html.escape(address)
+    head = '<!doctype html><meta charset="utf-8"><meta name="referrer" content="no-referrer">'
+    return f'{head}<meta http-equiv="refresh" content="0;url={target}"><a href="{target}">Open the workbench</a>'
+
+
+async def _plain(send: Send, status: int, text: str, kind: str = "text/plain", **more: str) -> None:
+    """Send a sentence, or a page, with `more` headers."""
     body = text.encode()
-    headers = {"content-type": "text/plain; charset=utf-8", "content-length": str(len(body)), "connection": "close"}
+    headers = {
+        "content-type": f"{kind}; charset=utf-8",
+        "content-security-policy": PAGE_POLICY,
+        "content-length": str(len(body)),
+        "connection": "close",
+        **more,
+    }
     pairs = [(name.encode(), value.encode()) for name, value in (headers | _HEADERS).items()]
     await send({"type": "http.response.start", "status": status, "headers": pairs})
     await send({"type": "http.response.body", "body": body})
 
 
 class Patient(H11Protocol):
-    """Connections, at most so many at once; one that asks nothing is closed after a while."""
+    """Connections, at most so many at once; one that asks nothing, or takes no answer, is closed after a while.
+
+    One too many takes the place of the oldest that never asked anything.
+    """
+
+    begun = 0.0
+    waiting: TimerHandle | None = None
 
     def connection_made(self, transport: Any) -> None:
         """Take a connection, or close it at once."""
         super().connection_made(transport)
-        self.waiting = self.loop.call_later(_PATIENCE, self._close_idle)
+        self._wait(self._close_idle)
+        self.begun = self.loop.time()
         if len(self.connections) > _CONNECTIONS:
-            transport.abort()
+            others = (one for one in self.connections if isinstance(one, Patient) and one is not self)
+            silent = [one for one in others if one.cycle is None]
+            closed = min(silent, key=lambda one: one.begun, default=self)
+            closed.transport.abort()
+            self.connections.discard(closed)  # which would be chosen again before it hears of its end
+
+    def on_response_complete(self) -> None:
+        """Wait for the next request."""
+        self._wait(self._close_idle)
+        super().on_response_complete()
+
+    def pause_writing(self) -> None:
+        """Wait until the other side has taken some of what was sent."""
+        self._wait(self.transport.abort)
+        super().pause_writing()
+
+    def resume_writing(self) -> None:
+        """Send on."""
+        self._wait(self._close_idle)
+        super().resume_writing()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Forget a connection."""
-        self.waiting.cancel()
         super().connection_lost(exc)
+        self._wait(None)
+
+    def _wait(self, then: Callable[[], None] | None) -> None:
+        if self.waiting is not None:
+            self.waiting.cancel()
+        self.waiting = None if then is None else self.loop.call_later(_PATIENCE, then)
 
     def _close_idle(self) -> None:
-        if self.cycle is None:
+        if self.cycle is None or self.cycle.response_complete:
             self.transport.abort()

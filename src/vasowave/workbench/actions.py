@@ -6,19 +6,18 @@ Here: the stretch, zero and gains of an animal's row and the file of its beats; 
 """
 
 import os
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from annotated_types import Ge, Gt, MaxLen
 
 from vasowave.errors import InputError, did_you_mean
 from vasowave.imaging.places import written
-from vasowave.io.files import made_inside, write_file
 from vasowave.recording import read_edits
-from vasowave.recording.edits import BeatEdit, edits_text
+from vasowave.recording.edits import MOST_EDITS, BeatEdit, edits_text, require_few
 from vasowave.study.table import read_rows
 from vasowave.workbench.desk import EDITS
-from vasowave.workbench.lungs import LUNGS, Wishes, edits_of
+from vasowave.workbench.lungs import LUNGS, Wishes, edits_of, lines_of
 from vasowave.workbench.recordings import edits_file, mean_between, row_of
 from vasowave.workbench.study_actions import Name, set_cells, write_cells
 from vasowave.workbench.workplace import ACTIONS, Workplace, action
@@ -61,8 +60,8 @@ def set_gain(
     if start is None or end is None or known is None:
         return set_cells(at, animal, {title: ""})
     read = mean_between(at.recordings.opened(row).traces, signal, start, end)
-    above = read - (row.calibration[0] if signal == "pressure" else 0.0)
-    if not above > _APART * abs(read):
+    above = read - row.calibration[0 if signal == "pressure" else 3]
+    if not (above if signal == "pressure" else abs(above)) > _APART * abs(read):  # a probe may be mounted backward
         raise InputError(f"the {signal} that was read here, {above:.3g} above zero, is not above the zero; "
                          "say first where it is zero, or take another stretch")  # fmt: skip
     return set_cells(at, animal, {title: f"{known / above:.6g}"})
@@ -70,8 +69,9 @@ def set_gain(
 
 @action("edit-beats")
 def edit_beats(
-    at: Workplace, animal: Name, edits: tuple[tuple[Literal["reject", "keep", "move"], Time, Time | None], ...] = (),
-    forget: tuple[float, ...] = (),
+    at: Workplace, animal: Name,
+    edits: Annotated[tuple[tuple[Literal["reject", "keep", "move"], Time, Time | None], ...], MaxLen(MOST_EDITS)] = (),
+    forget: Annotated[tuple[float, ...], MaxLen(MOST_EDITS)] = (),
 ) -> str:  # fmt: skip
     """Decide on beats: `edits` are added, each in place of one near the same time; `forget` are taken back."""
     desk = at.desk
@@ -81,13 +81,15 @@ def edit_beats(
     given = [BeatEdit(*one) for one in edits]
     if any((one.action == "move") != (one.to is not None) for one in given):
         raise InputError("a beat is moved to a time, and rejected or kept without one")
-    with desk.changing(f"beats of {animal}", path, desk.table):
-        gone = [*forget, *(one.time for one in given)]
+    with desk.changing(f"beats of {animal}", path, desk.table) as change:
+        gone = np.sort([-np.inf, *forget, *(one.time for one in given), np.inf])
         before = read_edits(path) if path.is_file() else ()
-        kept = [one for one in before if all(abs(one.time - time) > _SAME for time in gone)]
-        made_inside(desk.folder, str(path.parent.relative_to(desk.folder)))
-        write_file(path, edits_text([*kept, *given]))
-        write_cells(desk, read_rows(desk.table), animal, {"beat edits": cell})
+        after = np.searchsorted(gone, [one.time for one in before])
+        kept = [one for one, i in zip(before, after, strict=True)
+                if min(gone[i] - one.time, one.time - gone[i - 1]) > _SAME]  # fmt: skip
+        require_few(path, len(kept) + len(given))
+        change.write(path, edits_text([*kept, *given]))
+        write_cells(desk, change, read_rows(desk.table), animal, {"beat edits": cell})
     return f"{len(kept) + len(given)} edits in {cell}"
 
 
@@ -108,10 +110,9 @@ def edit_tree(
     numbers += [] if radius is None else [f"{radius:.6g}"]
     line = " ".join([action, *numbers])
     path, wishes = edits_of(desk, image), lungs.finds(desk, image)
-    made_inside(desk.folder, EDITS)
-    with desk.changing(f"{line} in {path.name}", path):
-        lines = [one for one in _lines(path) if not (action == "root" and one.split()[:1] == ["root"])]
-        write_file(path, "\n".join([*(lines or [_HEAD]), *_unit_cm(lines), line, ""]))
+    with desk.changing(f"{line} in {path.name}", path) as change:
+        lines = [one for one in lines_of(path) if not (action == "root" and one.split()[:1] == ["root"])]
+        change.write(path, "\n".join([*(lines or [_HEAD]), *_unit_cm(lines), line, ""]))
         if wishes is not None and action not in _NEW_TREE:
             lungs.extracted(desk, image, wishes)
     return f"{line}, in {EDITS}/{path.name}"
@@ -121,11 +122,11 @@ def edit_tree(
 def forget_edit(at: Workplace, image: Name, line: Annotated[int, Ge(1)], text: Annotated[str, MaxLen(2000)]) -> str:
     """Take one line out of the file of edits; `text` is what the page showed in it."""
     path = edits_of(at.desk, image)
-    with at.desk.changing(f"forget '{text}' of {path.name}", path):
-        lines = _lines(path)
+    with at.desk.changing(f"forget '{text}' of {path.name}", path) as change:
+        lines = lines_of(path)
         if line > len(lines) or lines[line - 1] != text:
             raise InputError(f"{path.name} was changed elsewhere meanwhile; look at it, then change it again")
-        write_file(path, "\n".join([*lines[: line - 1], *lines[line:], ""]))
+        change.write(path, "\n".join([*lines[: line - 1], *lines[line:], ""]))
     return f"without '{text}'"
 
 
@@ -134,10 +135,6 @@ def write_lung(at: Workplace, image: Name, wishes: dict[str, Any]) -> str:
     """Write network, lines, mask and page of an image's vessels, as `vasowave extract` does."""
     at.lungs.write(at.desk, image, Wishes(**wishes))
     return f"{LUNGS}/{image}/network.csv is written; choose it as the network of an animal"
-
-
-def _lines(path: Path) -> list[str]:
-    return path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
 
 
 def _unit_cm(lines: list[str]) -> list[str]:
@@ -171,9 +168,8 @@ def run(at: Workplace) -> str:
 
 @action("stop")
 def stop(at: Workplace) -> str:
-    """Interrupt the run; what had finished is kept."""
-    at.runs.stop(at.desk)
-    return "the run is being stopped; what had finished is kept"
+    """Ask the run to stop, wherever it runs; a second time, some seconds later, end it at once."""
+    return at.runs.stop(at.desk)
 
 
 @action("at-end")

@@ -1,18 +1,14 @@
 """One study and what was done to it here: every change of a file with what stood there before, so that it is undone."""
 
 import hashlib
-import os
-import threading
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.errors import InputError
-from vasowave.io.files import made_inside, write_file
+from vasowave.io.files import alone_in, content_of, lies_inside, made_inside, write_files
 from vasowave.io.remembered import remembered
-from vasowave.runtime.locks import lock_open_file
 from vasowave.study.plan import RESULTS
 from vasowave.study.reading import STUDY_FILE, read_settings
 from vasowave.study.results import INDEX, Results, read_results
@@ -21,8 +17,6 @@ from vasowave.study.settings import StudyFile
 EDITS = "edits"
 """Folder of the files that hold what was decided of beats, and corrections of trees."""
 
-_LOCK = ".vasowave-workbench.lock"
-_PATIENCE = 5.0  # s to wait for another workbench that writes into the same study
 _STEPS = 200  # that can be undone
 
 
@@ -32,6 +26,31 @@ class Step(NamedTuple):
     name: str
     before: dict[Path, bytes | None]
     after: dict[Path, bytes | None]
+
+
+class Change:
+    """What is being done to some files of a study; of each it knows what it holds now, if nobody else wrote into it."""
+
+    def __init__(self, folder: Path, files: tuple[Path, ...]) -> None:
+        self.folder = folder
+        self.before = {file: content_of(file) for file in files}
+        self.now = dict(self.before)
+
+    def write(self, file: Path, text: str) -> None:
+        """Write one of the files; `InputError` if another hand wrote into it since it was read."""
+        _write(self.folder, {file: text}, {file: self.now[file]})
+        self.now[file] = text.encode()
+
+    def read_again(self) -> None:
+        """Take what the files hold for what was written here."""
+        self.now = {file: content_of(file) for file in self.now}
+
+    def take_back(self) -> None:
+        """Put back what the files held, but for one that another hand changed since."""
+        for file, content in self.now.items():
+            if content != self.before[file]:
+                with suppress(InputError):
+                    _write(self.folder, {file: self.before[file]}, {file: content})
 
 
 class Desk:
@@ -47,7 +66,6 @@ class Desk:
         self.folder = folder
         self.done: list[Step] = []
         self.undone: list[Step] = []
-        self._lock = threading.Lock()
 
     @property
     def file(self) -> Path:
@@ -78,30 +96,22 @@ class Desk:
         InputError
             The name, or a link on the way, leads out of the study.
         """
-        try:
-            path, home = self.folder / name, self.folder.resolve()
-            good = path.resolve().is_relative_to(home) and path.resolve() != home
-        except (OSError, RuntimeError, ValueError):
-            good = False
-        if not good or "\0" in name:
+        if "\0" in name or not lies_inside(self.folder, name):
             raise InputError(f"'{name[:80]}' is no file inside this study")
-        return path
+        return self.folder / name
 
     @contextmanager
-    def changing(self, name: str, *files: Path) -> Iterator[None]:
+    def changing(self, name: str, *files: Path) -> Iterator[Change]:
         """Let the files change inside: all of them, as one step that can be undone, or none."""
-        with self._alone():
-            before = {file: _content(file) for file in files}
+        with alone_in(self.folder):
+            change = Change(self.folder, files)
             try:
-                yield
+                yield change
             except BaseException:
-                for file, content in before.items():
-                    if _content(file) != content:
-                        _put(file, content)
+                change.take_back()
                 raise
-            after = {file: _content(file) for file in files}
-            if after != before:
-                self.done = [*self.done, Step(name, before, after)][-_STEPS:]
+            if change.now != change.before:
+                self.done = [*self.done, Step(name, change.before, change.now)][-_STEPS:]
                 self.undone.clear()
 
     def undo(self) -> str:
@@ -119,18 +129,12 @@ class Desk:
         return self._turn(self.undone, self.done, back=False)
 
     def _turn(self, taken: list[Step], given: list[Step], back: bool) -> str:
-        with self._alone():
+        with alone_in(self.folder):
             if not taken:
                 raise InputError("there is nothing to undo" if back else "there is nothing to do again")
             step = taken[-1]
             now, then = (step.after, step.before) if back else (step.before, step.after)
-            for file, content in now.items():
-                if _content(file) != content:
-                    raise InputError(f"{file.name} was changed elsewhere since; nothing was undone, so that nothing is "
-                                     "lost: mend it by hand")  # fmt: skip
-            for file, content in then.items():
-                if content != now[file]:
-                    _put(file, content)
+            _write(self.folder, {file: content for file, content in then.items() if content != now[file]}, now)
             given.append(taken.pop())
             return step.name
 
@@ -149,26 +153,13 @@ class Desk:
                 digest.update(f"{file.name} -;".encode())
         return digest.hexdigest()[:16]
 
-    @contextmanager
-    def _alone(self) -> Iterator[None]:
-        """Be the only one who writes into this study: of all threads here, and of all workbenches."""
-        with self._lock:
-            if not self.folder.is_dir():
-                yield
-                return
-            with open(os.open(self.folder / _LOCK, os.O_RDWR | os.O_CREAT, 0o644), "rb+") as file:
-                begun = time.monotonic()
-                while True:
-                    try:
-                        lock_open_file(file.fileno())
-                        break
-                    except BlockingIOError:
-                        if time.monotonic() - begun > _PATIENCE:
-                            raise InputError("another workbench is writing into this study; try again") from None
-                        time.sleep(0.02)
-                    except OSError:  # a file system without locks
-                        break
-                yield
+
+def _write(folder: Path, contents: Mapping[Path, bytes | str | None], seen: Mapping[Path, bytes | None]) -> None:
+    """Write files of the study in a folder, and make the folders that they lie in."""
+    for file, content in contents.items():
+        if content is not None:
+            made_inside(folder, str(file.parent.relative_to(folder)))
+    write_files(contents, seen)
 
 
 @remembered
@@ -182,20 +173,3 @@ def unchanged(what: str, seen: Mapping[str, str], now: Mapping[str, str]) -> Non
     if other:
         raise InputError(f"{what}: {', '.join(other)} was changed elsewhere meanwhile to "
                          f"'{now.get(other[0], '')}'; look at it, then change it again")  # fmt: skip
-
-
-def _content(file: Path) -> bytes | None:
-    try:
-        return file.read_bytes()
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise InputError(f"{file}: {(error.strerror or 'cannot be read').lower()}") from None
-
-
-def _put(file: Path, content: bytes | None) -> None:
-    if content is None:
-        file.unlink(missing_ok=True)
-    else:
-        made_inside(file.parent.parent, file.parent.name)
-        write_file(file, content)

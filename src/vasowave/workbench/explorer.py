@@ -35,9 +35,11 @@ from vasowave.workbench.values import number, numbers
 BANDS = ("pressure", "forward", "backward", "modulus")
 """Curves of which a band is drawn."""
 
+_SIZES = ("radius", "length")  # factors of the network's
 _SHOWN = 128  # samples of a curve
 _HARMONICS = 10
 _AROUND = 3.0  # a slider reaches so many times down and up from the fit
+_FARTHEST, _FARTHEST_SIZE = 1000.0, 10.0  # times; a value beyond is a slip, and a vessel as long takes minutes
 _KEPT = 8  # models in memory
 _FRAMES = 32  # instants of the tree
 _DRAWS = 40  # models about a fit
@@ -119,9 +121,10 @@ class Explorer:
         Raises
         ------
         InputError, NumericalError
-            A value that no such parameter can have, or a model that cannot be simulated.
+            A value that no such parameter can have, or far from the fitted one; a model that cannot be simulated.
         """
         _, fitted, recording = self.fitted(desk, animal, law)
+        _require_near(fitted, values)
         model = changed_model(fitted, values)
         run = simulate_run(model, recording.inflow, Numerics())
         shown, indices = waves_of(run, model, recording)
@@ -143,6 +146,18 @@ class Explorer:
             },
             "notes": [str(note) for note in run.notes],
         }
+
+
+def _require_near(fitted: Model, values: Mapping[str, float]) -> None:
+    """Raise `InputError` for a value that is far from what the fit holds."""
+    viscosity = max(1.0, float(np.median(fitted.wall_viscosity)))  # of most walls it is not known
+    known = parameters_of(fitted) | dict.fromkeys(_SIZES, 1.0) | {WALL_VISCOSITY: viscosity}
+    for name in known.keys() & values.keys():
+        most = _FARTHEST_SIZE if name in _SIZES else _FARTHEST
+        low, high = 0.0 if name == WALL_VISCOSITY else known[name] / most, known[name] * most
+        if known[name] > 0 and not low <= values[name] <= high:
+            raise InputError(f"{name}: {values[name]:.3g} is far from {known[name]:.3g}, which the fit holds; "
+                             f"give a value from {low:.3g} to {high:.3g}")  # fmt: skip
 
 
 def _file(desk: Desk, animal: str) -> Path:
@@ -175,12 +190,12 @@ def _knobs(result: AnimalResult, model: Model, law: str) -> list[dict[str, Any]]
     if isinstance(beds, Bed):
         units |= beds.knobs()
     units |= {"radius": "1", "length": "1"}
-    fitted |= {"radius": 1.0, "length": 1.0}
+    fitted |= dict.fromkeys(_SIZES, 1.0)
     meanings |= {"radius": "factor of all radii", "length": "factor of all lengths"}
     knobs = []
     for name, value in fitted.items():
         attrs = quantities[name].attrs if name in quantities else {}
-        reach = 1.3 if name in ("radius", "length") else _AROUND
+        reach = 1.3 if name in _SIZES else _AROUND
         high = min(value * reach, 0.95) if name == "a" else value * reach
         knobs.append({
             "name": name, "symbol": attrs.get("symbol", name), "unit": "" if units[name] == "1" else units[name],

@@ -23,7 +23,9 @@ class Wish:
     animal: str = ""
     group: str = ""
     panels: Annotated[
-        list[Literal["pressure", "flow", "residuals", "autocorrelation", "pressure_area", "impedance"]], MinLen(1)
+        list[Literal["pressure", "flow", "residuals", "autocorrelation", "pressure_area", "impedance"]],
+        MinLen(1),
+        MaxLen(6),
     ] = field(default_factory=lambda: ["pressure"])
     width: Annotated[float, Ge(20), Le(400)] = 170.0
     height: Annotated[float, Ge(20), Le(400)] = 60.0

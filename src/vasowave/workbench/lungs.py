@@ -16,9 +16,12 @@ from vasowave.imaging import Extraction, Options, Volume, extract, read_volume
 from vasowave.imaging.kept.stages import Stages
 from vasowave.imaging.lumen.levels import levels_of
 from vasowave.imaging.read.formats import VOLUMES
+from vasowave.io.files import alone_in, content_of, made_inside
+from vasowave.io.textfile import read_bytes, regular_file
 from vasowave.report.extraction import SETTINGS, write_extraction
 from vasowave.settings import settings_class
 from vasowave.species import SpeciesName
+from vasowave.stores import parsed, stored
 from vasowave.study.names import plain_name
 from vasowave.workbench.desk import EDITS, Desk
 from vasowave.workbench.values import number
@@ -91,7 +94,7 @@ class Lungs:
         if not name:
             return {"images": [], "image": ""}
         path, edits = self.image(desk, name), edits_of(desk, name)
-        lines = edits.read_text(encoding="utf-8").splitlines() if edits.is_file() else []
+        lines = lines_of(edits)
         done = folder_of(desk, name) / SETTINGS
         return {
             "images": names, "image": name, "file": path.name, "stage": self.stage,
@@ -159,10 +162,11 @@ class Lungs:
     def write(self, desk: Desk, name: str, wishes: Wishes) -> Path:
         """Write the folder of an extraction as `vasowave extract` does; return it."""
         folder, extraction = folder_of(desk, name), self.extracted(desk, name, wishes)
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        write_extraction(extraction, folder)
-        with self._lock:
-            self._kept(folder).save()
+        made_inside(desk.folder, LUNGS)
+        with alone_in(desk.folder):
+            write_extraction(extraction, folder)
+            with self._lock:
+                self._kept(folder).save()
         return folder
 
     def own(self, desk: Desk, name: str, place: tuple[float, float, float]) -> np.ndarray:
@@ -193,6 +197,14 @@ def folder_of(desk: Desk, name: str) -> Path:
     return desk.inside(f"{LUNGS}/{name}")
 
 
+def lines_of(edits: Path) -> list[str]:
+    """Return the lines of a file of edits, none where it is not there; `InputError` where it is no text of UTF-8."""
+    try:
+        return (content_of(edits) or b"").decode("utf-8").splitlines()
+    except UnicodeDecodeError:
+        raise InputError(f"{edits}: is no text in UTF-8; save it as that, or remove it") from None
+
+
 def edits_of(desk: Desk, name: str) -> Path:
     """Return the file of the edits of an image's tree."""
     return desk.inside(f"{EDITS}/{name}.txt")
@@ -216,6 +228,7 @@ def options_of(wishes: Wishes, edits: Path) -> Options:
     )  # fmt: skip
 
 
+@stored("settings of an extraction", f"{LUNGS}/*/{SETTINGS}")
 def stored_wishes(settings: Path) -> Wishes:
     """Return what an extraction was made with, the defaults where there is none."""
     rows = _stored(settings)
@@ -230,9 +243,9 @@ def stored_wishes(settings: Path) -> Wishes:
 def _stored(settings: Path) -> Mapping[str, str]:
     """Return the settings of an extraction as it was written, nothing where there is none."""
     try:
-        rows = json.loads(settings.read_text(encoding="utf-8"))["settings"]
+        rows = parsed(read_bytes(settings))["settings"]
         return {str(name): str(value) for name, value in rows.items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (InputError, ValueError, LookupError, TypeError, AttributeError):
         return {}
 
 
@@ -250,7 +263,7 @@ def smaller(grey: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def _mark(path: Path) -> tuple[Any, ...]:
-    files = [path] if path.is_file() else sorted(one for one in path.iterdir() if one.is_file())
+    files = sorted(one for one in path.iterdir() if one.is_file()) if path.is_dir() else [regular_file(path)]
     return tuple((one.name, one.stat().st_mtime_ns, one.stat().st_size) for one in files)
 
 

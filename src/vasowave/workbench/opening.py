@@ -2,7 +2,6 @@
 dropped on the page: where they come to lie in the study, and that none replaces another.
 """
 
-import os
 import shutil
 import unicodedata
 from pathlib import Path, PurePosixPath
@@ -11,10 +10,11 @@ from urllib.parse import quote
 
 from vasowave.errors import InputError
 from vasowave.imaging.read.formats import VOLUMES
-from vasowave.io.files import check_writable, made_inside
+from vasowave.io.files import alone_in, check_writable, made_inside, make_folder, take_free_place
 from vasowave.io.textfile import look
 from vasowave.network_formats import NETWORKS
 from vasowave.recording.formats import RECORDINGS
+from vasowave.runtime.writing import flush
 from vasowave.study.adding import Added, add_files
 from vasowave.study.names import plain_name
 from vasowave.study.plan import RESULTS
@@ -167,7 +167,7 @@ def place_of(desk: Desk, name: str) -> Path:
         raise InputError(f"{parts[-1]}: files that are read end in {', '.join(sorted({*known, *VOLUMES.suffixes}))}")
     place = PurePosixPath(IMAGES, parts[-1]) if image else PurePosixPath(_RECORDINGS, *parts)
     path = desk.inside(str(place))
-    desk.folder.mkdir(parents=True, exist_ok=True)
+    make_folder(desk.folder)
     made_inside(desk.folder, str(place.parent))
     return path
 
@@ -180,26 +180,19 @@ def sorted_in(desk: Desk, part: Path, place: Path) -> str:
     InputError
         A file of this name with another content is there.
     """
-    named = part.with_name(part.name + place.suffix)
-    part.rename(named)
     try:
+        network = not is_image(place) and NETWORKS.known(part) is not None
+    except InputError:
+        network = False
+    if network:
+        place = made_inside(desk.folder, _NETWORKS) / place.name
+    with alone_in(desk.folder):
         try:
-            network = not is_image(place) and NETWORKS.known(named) is not None
-        except InputError:
-            network = False
-        if network:
-            place = made_inside(desk.folder, _NETWORKS) / place.name
-        try:
-            os.link(named, place)  # unlike a renaming it never takes another's place
+            take_free_place(part, place)
         except FileExistsError:
-            if look(place).sha256 != look(named).sha256:
+            if look(place).sha256 != look(part).sha256:
                 raise InputError(
                     f"{place.name}: the study has another file of this name; rename one of the two"
                 ) from None
-        except OSError:  # a file system without links
-            if place.exists():
-                raise
-            named.rename(place)
-    finally:
-        named.unlink(missing_ok=True)
+        flush(place.parent)
     return place.relative_to(desk.folder).as_posix()

@@ -139,14 +139,15 @@ class Recordings:
         traces = self.opened(row).traces
         if signal not in traces:
             raise InputError(f"'{signal}' is no signal of this recording; it has: {', '.join(traces)}")
-        zero, gain, flow_gain = row.calibration
-        above, factor = {"pressure": (zero, gain), "flow": (0.0, flow_gain)}.get(signal, (0.0, 1.0))
+        zero, gain, flow_gain, flow_zero = row.calibration
+        above, factor = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}.get(signal, (0.0, 1.0))
         return (traces[signal].between(start, end, width) - above) * factor
 
     def opened(self, row: AnimalRow) -> Opened:
         """Return a recording from the start of its block as it was read, gaps and all, whatever is averaged of it."""
         about = row.recordings[0].stat()
-        ignored = ("start", "end", "zero", "pressure_gain", "flow_gain", "beat_edits", "group", "network", "line")
+        ignored = ("start", "end", "zero", "pressure_gain", "flow_gain", "flow_zero", "beat_edits", "group", "network",
+                   "line")  # fmt: skip
         key = (about.st_mtime_ns, about.st_size,
                tuple(str(value) for name, value in vars(row).items() if name not in ignored))  # fmt: skip
         with self._lock:
@@ -227,7 +228,7 @@ def row_of(desk: Desk, animal: str) -> tuple[AnimalRow, Study]:
 
 
 def _opened(row: AnimalRow) -> Opened:
-    as_read = replace(row, zero=None, pressure_gain=None, flow_gain=None)
+    as_read = replace(row, zero=None, pressure_gain=None, flow_gain=None, flow_zero=None)
     try:
         raw = read_stretch(replace(as_read, start=None, end=None))
     except InputError:  # a gap: the stretch of the row is whole, and what is beside it

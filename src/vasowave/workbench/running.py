@@ -1,27 +1,20 @@
 """A run of the study as a program of its own: it outlives the workbench, and is the same as `vasowave run`."""
 
-import json
 import os
 import platform
-import re
-import signal
 import subprocess
 import sys
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from vasowave.errors import InputError
 from vasowave.io.files import made_inside
-from vasowave.study.plan import RESULTS, Study
+from vasowave.study.plan import RESULTS, Study, inspect_study
+from vasowave.study.problems import refuse
+from vasowave.study.run_status import ask_to_stop, record_end, reserved, run_status
 from vasowave.study.status import study_status
-from vasowave.study.store import LOCK, holder
+from vasowave.study.store import LOCK, holder, locked
 from vasowave.workbench.desk import Desk
-
-_LOG, _ERRORS = "run.jsonl", "run.txt"
-"""What the run that began last told, in the folder of the results: steps, and what else it said."""
-
-_LATEST = 1 << 16  # bytes of either that are looked at
 
 
 class Runs:
@@ -29,17 +22,21 @@ class Runs:
 
     def __init__(self) -> None:
         self.program: subprocess.Popen[bytes] | None = None
+        self.results = Path()
         self.stops_with_us = False
 
     def start(self, desk: Desk) -> None:
-        """Begin a run; `InputError` if one is going on."""
-        if runner := self.runner(desk):
-            raise InputError(f"the study is being run by {runner} already")
-        results = made_inside(desk.folder, RESULTS)
-        command = [sys.executable, "-m", "vasowave", "run", str(desk.folder.absolute()), "--json"]
-        with (results / _LOG).open("wb") as told, (results / _ERRORS).open("wb") as errors:
-            self.program = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=told, stderr=errors,
-                                            start_new_session=True, cwd=desk.folder)  # fmt: skip
+        """Begin a run; `InputError` if one is going on, the study is wrong, or nothing can be written."""
+        if (runner := self.runner(desk)) is not None:
+            raise InputError(f"the study is being run by {runner} already; wait for it, or stop it first")
+        refuse([one for one in inspect_study(desk.folder)[1] if one.error])
+        self.results = made_inside(desk.folder, RESULTS)
+        with locked(self.results / LOCK), reserved(self.results):
+            pass
+        command = [sys.executable, "-m", "vasowave", "run", str(desk.folder.absolute())]
+        nothing = subprocess.DEVNULL
+        self.program = subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True,
+                                        cwd=desk.folder)  # fmt: skip
 
     def runner(self, desk: Desk) -> str | None:
         """Return who runs the study now, here or elsewhere."""
@@ -47,66 +44,47 @@ class Runs:
             return f"process {self.program.pid} on {platform.node()}"
         return holder(desk.results / LOCK)
 
-    def stop(self, desk: Desk) -> None:
-        """Interrupt the run as Ctrl-C does; what had finished is kept. `InputError` if it runs on another machine."""
-        runner = self.runner(desk)
-        if runner is None:
-            return
-        found = re.match(r"process (\d+) on (.*?)(?: since .*)?$", runner)
-        if not found or found[2] != platform.node():
-            raise InputError(f"the study is being run by {runner}; stop it there")
-        with suppress(ProcessLookupError):
-            os.kill(int(found[1]), signal.SIGINT)
+    def stop(self, desk: Desk) -> str:
+        """Ask the run to stop, as Ctrl-C does, and return what happens; what had finished is kept."""
+        if self._is_starting():
+            assert self.program is not None
+            self.program.terminate()
+        return ask_to_stop(desk.results, f"the workbench (process {os.getpid()} on {platform.node()})")
 
     def close(self) -> bool:
         """Let a run that was begun here go on, or stop it, as the user chose; return whether one goes on."""
         if self.program is None or self.program.poll() is not None:
             return False
         if self.stops_with_us:
-            with suppress(ProcessLookupError):
-                self.program.send_signal(signal.SIGINT)
+            self.stop(Desk(self.results.parent))
         return not self.stops_with_us
+
+    def _is_starting(self) -> bool:
+        """Whether a run was begun here that has not written anything yet."""
+        now = run_status(self.results)
+        return self.program is not None and self.program.poll() is None and (now is None or now.ended is not None)
 
     def progress(self, desk: Desk, study: Study | None) -> dict[str, Any]:
         """Return how far every animal is, the time left, and how the last run ended."""
         runner = self.runner(desk)
-        events = _events(desk.results / _LOG)
-        left = next((one.get("left_s") for one in reversed(events) if one["event"] == "animal"), None)
+        begun = self.program
+        if begun is not None and begun.poll() is not None:
+            record_end(desk.results, begun.pid, begun.returncode)
+        run = run_status(desk.results)
+        ended = None if runner or run is None else run.ended
+        if run is None and not runner and begun is not None and begun.poll():
+            said = (f"The run ended before it read the study (exit status {begun.returncode}); "
+                    f"`vasowave run {desk.folder}` in a terminal says why")  # fmt: skip
+        else:
+            said = "" if run is None else str(run)
         animals = study_status(study).animals if study is not None else ()
-        ended = next((one for one in reversed(events) if one["event"] == "done"), None)
-        failed = "" if runner or ended else _tail(desk.results / _ERRORS)  # nothing where no run was ever begun here
         return {
             "runner": runner,
-            "left": left if runner else None,
+            "left": run.left if run is not None and runner else None,
             "animals": {
                 one.animal: {"state": one.state, "text": str(one), "searches": one.searches} for one in animals
             },
-            "ended": ended is not None,
-            "error": failed,
+            "ended": ended,
+            "said": said,
             "stops_with_us": self.stops_with_us,
         }
-
-
-def _events(path: Path) -> list[dict[str, Any]]:
-    events = []
-    for line in _end_of(path).splitlines():
-        with suppress(ValueError):  # a line that is being written, or was cut off
-            one = json.loads(line)
-            if isinstance(one, dict) and "event" in one:
-                events.append(one)
-    return events
-
-
-def _tail(path: Path) -> str:
-    lines = [line for line in _end_of(path).splitlines() if line.startswith(("Error", "failed", "What", "Interrupted"))]
-    return "\n".join(lines[-8:])
-
-
-def _end_of(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            size = file.seek(0, os.SEEK_END)
-            file.seek(max(0, size - _LATEST))
-            return file.read().decode(errors="replace")
-    except OSError:
-        return ""

@@ -1,9 +1,10 @@
 """The workbench's server: one study, on the loopback address, behind a token; thin routes over its desks."""
 
-import json
-import os
+import asyncio
+import errno
 import secrets
 import socket
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -17,8 +18,10 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from vasowave.errors import InputError, VasowaveError
-from vasowave.io.files import PART, is_full, not_written
-from vasowave.workbench.access import REPORT_POLICY, App, Guarded, Patient, TooLargeError
+from vasowave.io.files import in_words, is_full
+from vasowave.runtime.writing import Part, opened
+from vasowave.stores import parsed
+from vasowave.workbench.access import REPORT_POLICY, App, Guarded, Patient, TooLargeError, TooSlowError
 from vasowave.workbench.actions import Workplace, act
 from vasowave.workbench.cohorts import Cohorts
 from vasowave.workbench.desk import Desk
@@ -36,6 +39,8 @@ _OF_REPORT = ("style.css", "turntable.js")
 """What the pages of the report and the workbench share: colors, and things in space."""
 
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+_THREADS = 4  # of one route: what takes long there keeps no other waiting
+_FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
 _LAST_WORD = 1  # s that answers under way have when the workbench ends
 
 
@@ -73,22 +78,28 @@ class Workbench:
             Route("/report/{name:path}", self._report),
         ]
         return Starlette(routes=routes, exception_handlers={
-            VasowaveError: _refused, TooLargeError: _refused, OSError: _unforeseen, Exception: _unforeseen
+            VasowaveError: _refused, TooLargeError: _cut_off, TooSlowError: _cut_off, OSError: _unforeseen,
+            Exception: _unforeseen,
         })  # fmt: skip
 
     def _answered(self, answer: Callable[[Callable[[str], str]], Any]) -> Any:
         """Return what answers a question in a thread of its own, so that no other waits for it."""
+        threads = asyncio.Semaphore(_THREADS)
 
         async def endpoint(request: Request) -> Response:
-            given = await run_in_threadpool(answer, lambda name: request.query_params.get(name, ""))
+            async with threads:
+                given = await run_in_threadpool(answer, lambda name: request.query_params.get(name, ""))
             return given if isinstance(given, Response) else JSONResponse(given)
 
         return endpoint
 
     def _posted(self, answer: Callable[[Any], Any]) -> Any:
+        threads = asyncio.Semaphore(_THREADS)
+
         async def endpoint(request: Request) -> Response:
             body = await request.body()
-            given = await run_in_threadpool(lambda: answer(_message(body)))
+            async with threads:
+                given = await run_in_threadpool(lambda: answer(_message(body)))
             return given if isinstance(given, Response) else JSONResponse(given)
 
         return endpoint
@@ -103,8 +114,8 @@ class Workbench:
 
     def _simulated(self, message: Any) -> Any:
         values = message.get("values", {})
-        if not isinstance(values, dict) or not all(isinstance(one, int | float) for one in values.values()):
-            raise InputError("values are numbers by the names of parameters")
+        if not isinstance(values, dict) or not all(map(_is_number, values.values())):
+            raise InputError("values are finite numbers by the names of parameters")
         animal, law = (str(message.get(one, "")) for one in ("animal", "law"))
         return self.explorer.simulated(self.desk, animal, law, {name: float(one) for name, one in values.items()})
 
@@ -123,18 +134,11 @@ class Workbench:
         """Put a file into the study, whole or not at all; never over another."""
         name = request.query_params.get("name", "")
         place = await run_in_threadpool(place_of, self.desk, name)
-        part = place.with_name(f"{PART}{secrets.token_hex(8)}")
-        try:
-            with part.open("xb") as file:
-                async for chunk in request.stream():
-                    file.write(chunk)
-                file.flush()
-                os.fsync(file.fileno())
-            return JSONResponse({"name": await run_in_threadpool(sorted_in, self.desk, part, place)})
-        except OSError as error:
-            raise not_written(place, error) from None
-        finally:
-            part.unlink(missing_ok=True)
+        with in_words(place), Part(place) as part:
+            async for chunk in request.stream():
+                part.write(chunk)
+            part.end()
+            return JSONResponse({"name": await run_in_threadpool(sorted_in, self.desk, part.path, place)})
 
     async def _page(self, request: Request) -> Response:
         name = request.path_params.get("name", "index.html")
@@ -146,7 +150,9 @@ class Workbench:
     async def _report(self, request: Request) -> Response:
         try:
             path = self.desk.inside(f"report/{request.path_params['name']}")
-            there = path.is_file() and path.resolve().is_relative_to((self.desk.folder / "report").resolve())
+            there = path.resolve().is_relative_to((self.desk.folder / "report").resolve())
+            with opened(path):  # a file without a second name, which could be any file of the disk
+                pass
         except (InputError, OSError):
             there = False
         if not there:
@@ -154,7 +160,11 @@ class Workbench:
         return FileResponse(path, headers={"content-security-policy": REPORT_POLICY})
 
 
-def serve(folder: Path, port: int, opened: Callable[[str], None], image: Path | None = None) -> bool:
+Opened = Callable[[str, Guarded], None]
+"""Called with the address once it can be opened, and with who guards it and gives out tickets."""
+
+
+def serve(folder: Path, port: int, opened: Opened, image: Path | None = None) -> bool:
     """Serve a study until it is interrupted; return whether a run that was begun here goes on.
 
     Parameters
@@ -163,7 +173,6 @@ def serve(folder: Path, port: int, opened: Callable[[str], None], image: Path | 
     port : int
         0 for any that is free.
     opened : callable
-        Called with the address once it can be opened.
     image : Path, optional
         An image that lies elsewhere and is to be looked at.
 
@@ -178,15 +187,16 @@ def serve(folder: Path, port: int, opened: Callable[[str], None], image: Path | 
     return workbench.runs.close()
 
 
-def server_of(workbench: Workbench, door: socket.socket, opened: Callable[[str], None]) -> uvicorn.Server:
+def server_of(workbench: Workbench, door: socket.socket, opened: Opened) -> uvicorn.Server:
     """Return the server of a workbench behind a key of its own, for a socket that is bound."""
     here, token = door.getsockname()[1], secrets.token_urlsafe(24)
+    guard = Guarded(workbench.app(), token, here)
     config = uvicorn.Config(
-        Guarded(workbench.app(), token, here), http=Patient, ws="none", loop="asyncio", lifespan="off",
+        guard, http=Patient, ws="none", loop="asyncio", lifespan="off",
         log_config=None, log_level="critical", access_log=False, server_header=False,
         timeout_graceful_shutdown=_LAST_WORD,
     )  # fmt: skip
-    return _Server(config, lambda: opened(f"http://127.0.0.1:{here}/{token}/"))
+    return _Server(config, lambda: opened(f"http://127.0.0.1:{here}/{token}/", guard))
 
 
 @contextmanager
@@ -215,12 +225,16 @@ class _Server(uvicorn.Server):
 
 def _message(body: bytes) -> Any:
     try:
-        message = json.loads(body.decode("utf-8"))
-    except (ValueError, RecursionError):
+        message = parsed(body)
+    except ValueError:
         message = None
     if not isinstance(message, dict):
         raise InputError("this is no message of the workbench")
     return message
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 
 def _size(text: str) -> float | None:
@@ -235,14 +249,21 @@ def _bytes(content: bytes) -> Response:
 
 
 async def _refused(request: Request, error: Exception) -> Response:
-    if isinstance(error, TooLargeError):
-        return JSONResponse({"error": "this is too large"}, status_code=413, headers={"connection": "close"})
     return JSONResponse({"error": str(error)}, status_code=400)
+
+
+async def _cut_off(request: Request, error: Exception) -> Response:
+    large = isinstance(error, TooLargeError)
+    text = "this is too large" if large else "too little of this came for a while; send it again"
+    return JSONResponse({"error": text}, status_code=413 if large else 408, headers={"connection": "close"})
 
 
 async def _unforeseen(request: Request, error: Exception) -> Response:
     """Say what went wrong; the server lives on."""
     if is_full(error):
         return JSONResponse({"error": "no space left on the disk; make room and do it again"}, status_code=507)
+    if isinstance(error, OSError) and error.errno in _FORBIDDEN:
+        text = f"{error.filename}: {(error.strerror or '').lower()}; see who may read and write there, then do it again"
+        return JSONResponse({"error": text}, status_code=403)
     text = f"the workbench failed here ({type(error).__name__}: {error}); reload the page to see what is stored"
     return JSONResponse({"error": text}, status_code=500)

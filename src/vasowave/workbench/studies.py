@@ -10,6 +10,7 @@ from vasowave.study.checking import TWICE, check_study
 from vasowave.study.overview import HEADER
 from vasowave.study.plan import inspect_study
 from vasowave.study.problems import Problem
+from vasowave.study.programs import is_trusted, programs_of
 from vasowave.study.reporting import REPORT_FOLDER
 from vasowave.study.rows import COLUMNS, NEEDED
 from vasowave.study.settings import StudyFile
@@ -56,6 +57,7 @@ def shown(desk: Desk) -> dict[str, Any]:
     statuses = {one.animal: one for one in study_status(study).animals} if study is not None else {}
     return {
         "study": True,
+        "programs": programs_to_read(desk),
         "folder": str(desk.folder.absolute()),
         "title": settings.title,
         "groups": settings.groups,
@@ -68,6 +70,16 @@ def shown(desk: Desk) -> dict[str, Any]:
         "status": {name: {"state": one.state, "text": str(one)} for name, one in statuses.items()},
         "outdated": _outdated(desk, statuses),
     }
+
+
+def programs_to_read(desk: Desk) -> list[dict[str, str]]:
+    """Return the programs of the study, with their text, that nobody has allowed to run."""
+    try:
+        found = programs_of(desk.folder)
+    except VasowaveError:  # which stands among the problems
+        return []
+    return [{"name": one.name, "path": one.path, "sha256": one.sha256, "text": one.source.decode(errors="replace")}
+            for one in found if not is_trusted(desk.folder, one)]  # fmt: skip
 
 
 def checked(desk: Desk) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """What the Study desk can change: the study file, and rows, cells and columns of the table of animals."""
 
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,15 +11,15 @@ from annotated_types import MaxLen, MinLen
 
 from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import Place
-from vasowave.io.files import write_file
 from vasowave.species import SpeciesName
 from vasowave.study.adding import add_files
 from vasowave.study.animals import read_animals, read_row
 from vasowave.study.names import checked_name
+from vasowave.study.programs import programs_of, trust_study
 from vasowave.study.rows import COLUMNS, FILES
-from vasowave.study.table import Rows, read_rows, written_rows
+from vasowave.study.table import Rows, check_written, read_rows, written_rows
 from vasowave.study.template import new_study, with_groups, with_value
-from vasowave.workbench.desk import Desk, unchanged
+from vasowave.workbench.desk import Change, Desk, unchanged
 from vasowave.workbench.workplace import Workplace, action
 
 Name = Annotated[str, MinLen(1), MaxLen(500)]
@@ -38,8 +39,9 @@ def add(at: Workplace, files: Annotated[list[Name], MinLen(1), MaxLen(10_000)], 
     if not desk.file.exists():
         new_study(desk.folder)
     places = [desk.inside(one) for one in files]
-    with desk.changing("add files", desk.table, desk.file):
+    with desk.changing("add files", desk.table, desk.file) as change:
         added = add_files(desk.folder, places, group=group)
+        change.read_again()
     names = [row["animal"] for row in added.rows]
     return {"animals": names, "said": [*added.said, *(f"not added: {why}" for why in added.refused)]}
 
@@ -49,8 +51,8 @@ def set_cells(
     at: Workplace, animal: Name, cells: dict[Name, Annotated[str, MaxLen(2000)]], was: dict[str, str] | None = None
 ) -> str:
     """Write cells of one animal; `was` is what the page showed in them."""
-    desk = at.desk
-    with desk.changing(f"{', '.join(cells)} of {animal}", desk.table):
+    desk, cells = at.desk, {title: " ".join(text.split()) for title, text in cells.items()}
+    with desk.changing(f"{', '.join(cells)} of {animal}", desk.table) as change:
         table = read_rows(desk.table)
         known = dict.fromkeys((*COLUMNS, *table.titles))
         unknown = next((title for title in cells if title not in known), None)
@@ -59,15 +61,15 @@ def set_cells(
         row = _row(table.rows, animal, desk.table)
         unchanged(animal, {title: text for title, text in (was or {}).items() if title in known}, row)
         _check(desk, {**row, **cells}, cells, table.rows, animal)
-        write_cells(desk, table, animal, cells)
+        write_cells(desk, change, table, animal, cells)
     return f"{animal}: {', '.join(f'{title} {text}' for title, text in cells.items())}"
 
 
-def write_cells(desk: Desk, table: Rows, animal: str, cells: Mapping[str, str]) -> None:
+def write_cells(desk: Desk, change: Change, table: Rows, animal: str, cells: Mapping[str, str]) -> None:
     """Write cells into a table that was just read."""
     row = _row(table.rows, animal, desk.table)
-    row.update({title: " ".join(text.split()) for title, text in cells.items()})
-    write_file(desk.table, written_rows(table, ()))
+    row.update(cells)
+    change.write(desk.table, written_rows(table, ()))
 
 
 def _row(rows: tuple[dict[str, str], ...], animal: str, table: Path) -> dict[str, str]:
@@ -87,11 +89,17 @@ def _check(
     if mine:
         raise InputError(f"{mine[0].place.part}: {mine[0].finding}")
     name = cells.get("animal", animal)
-    if not name or any(one["animal"].casefold() == name.casefold() for one in rows if one["animal"] != animal):
+    if not name or any(_alike(one["animal"], name) for one in rows if one["animal"] != animal):
         raise InputError(f"'{name}': an animal has a name that no other has")
     for title in FILES:
         if cells.get(title):
             desk.inside(cells[title])
+
+
+def _alike(name: str, other: str) -> bool:
+    """Whether two names differ by capitals, blanks or the way in which accents are written alone."""
+    plain = [" ".join(unicodedata.normalize("NFC", one).casefold().split()) for one in (name, other)]
+    return plain[0] == plain[1]
 
 
 @action("use-network")
@@ -100,12 +108,12 @@ def use_network(at: Workplace, network: Name) -> Mapping[str, Any]:
     desk = at.desk
     if not desk.inside(network).is_file():
         raise InputError(f"there is no file {network} in this study")
-    with desk.changing(f"network {network}", desk.table):
+    with desk.changing(f"network {network}", desk.table) as change:
         table = read_rows(desk.table)
         lacking = [row for row in table.rows if not (desk.folder / (row.get("network") or ".")).is_file()]
         for row in lacking:
             row["network"] = network
-        write_file(desk.table, written_rows(table, ()))
+        change.write(desk.table, written_rows(table, ()))
     names = [row["animal"] for row in lacking]
     return {"animals": names, "said": [f"{network} is the network of: {', '.join(names) or 'no animal more'}"]}
 
@@ -118,9 +126,11 @@ def add_column(at: Workplace, title: Annotated[str, MinLen(1), MaxLen(100)]) -> 
         raise InputError("a column has a title")
     if title.casefold() in map(str.casefold, COLUMNS):
         raise InputError(f"'{title}' is no column of your own: it has a meaning here, and stands among all columns")
-    with at.desk.changing(f"column {title}", table):
+    with at.desk.changing(f"column {title}", table) as change:
         known = read_rows(table)
-        write_file(table, written_rows(replace(known, titles=(*known.titles, title)), ()))
+        more = replace(known, titles=(*known.titles, title))
+        change.write(table, written_rows(more, ()))
+        check_written(table, more)
         wrong = [one for one in read_animals(table, None)[1] if one.error and f"column '{title}'" in one.place.part]
         if wrong:
             raise InputError(f"{title}: {wrong[0].finding}")
@@ -131,25 +141,36 @@ def add_column(at: Workplace, title: Annotated[str, MinLen(1), MaxLen(100)]) -> 
 def remove_column(at: Workplace, title: Name) -> str:
     """Take a column of the lab's own out of the table, with what stands in it."""
     table = at.desk.table
-    with at.desk.changing(f"remove column {title}", table):
+    with at.desk.changing(f"remove column {title}", table) as change:
         known = read_rows(table)
         if title in COLUMNS or title not in known.titles:
             raise InputError(f"there is no column '{title}' of your own in {table.name}")
         titles = tuple(one for one in known.titles if one != title)
-        write_file(table, written_rows(replace(known, titles=titles), ()))
+        change.write(table, written_rows(replace(known, titles=titles), ()))
     return f"column '{title}' removed"
 
 
 @action("remove-animal")
 def remove_animal(at: Workplace, animal: Name) -> str:
     """Take the row of an animal out of the table; its files stay."""
-    with at.desk.changing(f"remove {animal}", at.desk.table):
+    with at.desk.changing(f"remove {animal}", at.desk.table) as change:
         table = read_rows(at.desk.table)
         rows = tuple(row for row in table.rows if row["animal"] != animal)
         if len(rows) == len(table.rows):
             raise InputError(f"there is no animal '{animal}' in {at.desk.table.name}")
-        write_file(at.desk.table, written_rows(replace(table, rows=rows), ()))
+        change.write(at.desk.table, written_rows(replace(table, rows=rows), ()))
     return f"{animal} removed from the table; its files stay"
+
+
+@action("trust-programs")
+def trust(at: Workplace, programs: dict[Name, Annotated[str, MaxLen(200)]]) -> str:
+    """Allow the programs of the study to run, by the names of their files and the SHA-256 of what the page showed."""
+    there = {one.name: one for one in programs_of(at.desk.folder)}
+    wrong = [name for name, digest in programs.items() if name not in there or there[name].sha256 != digest]
+    if wrong:
+        raise InputError("a program was changed meanwhile; read it again, nothing was allowed")
+    allowed = trust_study(at.desk.folder, [there[name] for name in programs])
+    return f"allowed to run in this study: {', '.join(one.name for one in allowed)}"
 
 
 @action("set-setting")
@@ -157,8 +178,8 @@ def set_setting(at: Workplace, key: Annotated[str, MaxLen(100)], value: Annotate
     """Write one key of study.yaml."""
     if not re.fullmatch(r"\w+(\.\w+)?", key) or "\n" in value:
         raise InputError(f"'{key}: {value}' is no key with a value")
-    with at.desk.changing(f"{key}: {value}", at.desk.file):
-        write_file(at.desk.file, with_value(at.desk.file, key.split("."), value))
+    with at.desk.changing(f"{key}: {value}", at.desk.file) as change:
+        change.write(at.desk.file, with_value(at.desk.file, key.split("."), value))
     return f"{key}: {value}"
 
 
@@ -166,6 +187,6 @@ def set_setting(at: Workplace, key: Annotated[str, MaxLen(100)], value: Annotate
 def set_groups(at: Workplace, groups: list[Name]) -> str:
     """Name the groups of the study, the reference first."""
     labels = [checked_name(one.strip()) for one in groups]
-    with at.desk.changing("groups", at.desk.file):
-        write_file(at.desk.file, with_groups(at.desk.file, labels))
+    with at.desk.changing("groups", at.desk.file) as change:
+        change.write(at.desk.file, with_groups(at.desk.file, labels))
     return f"groups: {', '.join(labels)}"

@@ -7,13 +7,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError, of_file
-from vasowave.findings import look_kind, warn
+from vasowave.findings import look_kind, note_kind, warn
 from vasowave.imaging.axes.skeleton import Skeleton, cut_at_junctions
 from vasowave.imaging.exchange.convention import Ends, as_extracted
 from vasowave.imaging.exchange.formats import LINES, LinesFormat
 from vasowave.imaging.exchange.legacy_vtk import PolyLines
 from vasowave.imaging.exchange.merging import merged, rooted
 from vasowave.imaging.exchange.polydata import read_polydata, write_vtp
+from vasowave.imaging.exchange.section_areas import AREA, BRANCHING, CLOSED, Sections, sections_of, with_section_radii
 from vasowave.imaging.exchange.swc import LEAST, require_radii
 from vasowave.imaging.exchange.triangles import read_surface_points
 from vasowave.imaging.measure.measurement import Measurement, measured_alone
@@ -32,6 +33,11 @@ _ALIASES = {
     "maximuminscribedsphereradius": "radius", "r": "radius",
 }  # fmt: skip
 
+_BOOKKEEPING = (AREA, CLOSED, BRANCHING, *RADIUS_NAMES, "CenterlineId", "GlobalNodeId", "BranchId", "BranchIdTmp",
+                "BifurcationId", "BifurcationIdTmp", "Path", "EdgeArray", "EdgePCoordArray", "Abscissas",
+                "ParallelTransportNormals", "CostFunctionValue")  # fmt: skip
+
+UNUSED = note_kind("lines.unused", "{what}: given and not used; a tree needs places and radii")
 LEAPS = look_kind(
     "lines.leaps",
     "{points} point(s) far from their neighbors, as at {place} cm; were numbers lost or exchanged?",
@@ -103,9 +109,15 @@ def measured_lines(
     ------
     InputError
         As `read_centerlines`, `read_surface_points`; a surface that lies elsewhere than the lines.
+
+    Warns
+    -----
+    VasowaveWarning
+        As `read_centerlines`; how radii by areas of sections, which are taken where a file has them, compare with those
+        of the balls.
     """
     if cut != "axes":
-        return measured_alone(read_centerlines(path, unit, cut, collapse))
+        return _with_sections(measured_alone(read_centerlines(path, unit, cut, collapse)), path, unit)
     tree = read_centerlines(path, unit, "tube", collapse)
     points = None if surface is None else read_surface_points(surface, unit)
     if points is not None:
@@ -116,7 +128,17 @@ def measured_lines(
                 "are its unit and its place theirs?"
             )
     alike = as_extracted(tree, points, LINES.of(path).ends if ends == "auto" else ends, collapse)
-    return measured_alone(alike.tree, alike.length_sd)
+    return _with_sections(measured_alone(alike.tree, alike.length_sd), path, unit)
+
+
+def _with_sections(measured: Measurement, path: str | Path, unit: float) -> Measurement:
+    form = LINES.of(Path(path))
+    sections = form.sections(Path(path), unit) if form.sections else None
+    if sections is None:
+        return measured
+    measured, finding = with_section_radii(measured, sections)
+    warn(finding.at(str(path)), stacklevel=3)
+    return measured
 
 
 def _warn_of_leaps(path: Path, skeleton: Skeleton) -> None:
@@ -139,11 +161,18 @@ def _warn_of_leaps(path: Path, skeleton: Skeleton) -> None:
 def _polydata(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleton:
     data = read_polydata(path)
     points = _points(path, data, unit)
+    if left := sorted(set(data.fields) - {*_BOOKKEEPING}):
+        warn(UNUSED(what=f"arrays {', '.join(left)}").at(str(path)), stacklevel=4)
     if all(len(line) == 2 for line in data.lines):  # SimVascular: one line for each pair of neighbors
         require_radii(path, points)
         with of_file(path):
             return rooted(points, np.array(data.lines))
     return _merged(path, [points[line] for line in _whole_lines(data)], cut)
+
+
+def _sections(path: Path, unit: float) -> Sections | None:
+    data = read_polydata(path)
+    return sections_of(data, _points(path, data, unit), unit)
 
 
 def _merged(path: Path, lines: list[Line], cut: Literal["tube", "identical"]) -> Skeleton:
@@ -177,6 +206,9 @@ def _flat(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleto
     table.warn()
     parts = []
     columns = [table.require(axis) for axis in ("z", "y", "x", "radius")]
+    bookkeeping = {name.casefold() for name in (*_BOOKKEEPING, "vessel")} - {AREA.casefold()}
+    if left := [name for row, name in enumerate(table.names) if row not in columns and name not in bookkeeping]:
+        warn(UNUSED(what=f"columns {', '.join(left)}").at(str(path)), stacklevel=4)
     if len(written := {table.units[column] for column in columns[:3]} if table.units else set()) > 1:
         raise InputError(f"{path}: x, y and z are in different units ({', '.join(sorted(written))}); write one for all")
     for column in columns:
@@ -217,4 +249,4 @@ def write_centerlines(tree: Tree, path: str | Path, unit: float = 1.0) -> None:
 LINES.register(
     LinesFormat("flat table", "flat table of points", (".csv", ".dat", ".txt", ".tsv", ".xlsx"), None, _flat)
 )
-LINES.register(LinesFormat("polydata", "VTK PolyData", (".vtp", ".vtk"), None, _polydata))
+LINES.register(LinesFormat("polydata", "VTK PolyData", (".vtp", ".vtk"), None, _polydata, sections=_sections))

@@ -5,6 +5,7 @@ radius before the wall. Here the tubes of an extraction are fitted to the surfac
 without one, to that of the balls along them.
 """
 
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -30,11 +31,34 @@ AROUND, ALONG = 16, 0.4
 """Points of a ball's ring, and the distance of rings, radii."""
 COVERED = 0.97
 """What lies within this share of another ball's radius is no surface."""
-TOUCHING, THIN, UNEVEN, DRAWN = 0.02, 0.5, 0.5, 1e-4
-"""How the end of a line is told: a last step that is its ball's radius, within the first share, leads to the wall; a
-line thinner there than the second share of its vessel ends at the wall; steps that scatter by the third share of their
-mean are those of a Voronoi diagram, whose last ball touches the wall; radii that run smooth within the fourth were
-drawn, and no ball was laid into a surface."""
+TOUCHING, LONGER, THIN, UNEVEN, DRAWN = 0.02, 1.3, 0.5, 0.5, 1e-4
+"""How the end of a line is told: a last step that is its ball's radius, within the first share, and the second number
+times as long as the others, leads to the wall, in one piece or in several (`CAP_STEP`); a line thinner there than the
+third share of its vessel ends at the wall; steps that scatter by the fourth share of their mean are those of a Voronoi
+diagram, whose last ball touches the wall; radii that run smooth within the fifth were drawn, and no ball was laid into
+a surface."""
+
+
+@dataclass(frozen=True)
+class CapStepRules:
+    """How the last stretch of a line is known for one step from a ball to the cap that was cut into pieces.
+
+    Attributes
+    ----------
+    shortest : float
+        Its length that must lie on whole pieces, radii: a ball between two points hides the rest.
+    whole : float
+        Its length with the piece in which the ball lies, radii; less than 1, as caps are not flat.
+    straight : float
+        How far points may lie beside it, share of its length; radii change evenly within `DRAWN`.
+    """
+
+    shortest: float = 0.45
+    whole: float = 0.9
+    straight: float = 2e-3
+
+
+CAP_STEP = CapStepRules()
 SHARE = 0.14
 """SD of a junction's place without the surface, radii, besides what the fits show."""
 STEP, STEPPED = 0.05, 0.5
@@ -134,7 +158,11 @@ def _to_the_wall(tree: Tree, ends: Ends) -> tuple[Tree, np.ndarray]:
 def _missing(line: Line, ends: Ends) -> tuple[float, float]:
     """Return how much of its last ball's radius a line lacks to the wall, and the SD of that."""
     step = np.diff(line.run)
-    if ends == "wall" or abs(step[-1] / line.radius[-1] - 1) < TOUCHING or line.radius[-1] < THIN * line.typical_radius:
+    unlike = len(step) < 3 or step[-1] > LONGER * np.median(step[:-1])
+    touching = unlike and abs(step[-1] / line.radius[-1] - 1) < TOUCHING
+    if ends == "wall" or touching or line.radius[-1] < THIN * line.typical_radius:
+        return 0.0, SURE
+    if ends == "auto" and _steps_to_the_cap(line):
         return 0.0, SURE
     own, radius = step[len(step) // 2 :], line.radius[len(step) // 2 :]
     if ends == "auto" and len(radius) > 2 and np.abs(np.diff(radius, 2)).max() < DRAWN * radius.max():
@@ -142,6 +170,24 @@ def _missing(line: Line, ends: Ends) -> tuple[float, float]:
     if ends == "ball" or own.std() > UNEVEN * own.mean():
         return 1.0, SURE
     return 0.5, 1 / np.sqrt(12)
+
+
+def _steps_to_the_cap(line: Line) -> bool:
+    """Return whether the last pieces of a line are one straight step of a radius: points and radii in even change.
+
+    Balls in a surface scatter from point to point; what was put between the last of them and the cap does not.
+    """
+    way, back = line[::-1], 2
+    columns = np.column_stack([way.points, way.radius])
+    while back < len(way):
+        between = way.run[: back + 1, None] / max(float(way.run[back]), 1e-12)
+        beside = np.abs(columns[: back + 1] - columns[0] - between * (columns[back] - columns[0])).max(axis=0)
+        if beside[:3].max() > CAP_STEP.straight * way.run[back] or beside[3] > DRAWN * way.radius[0]:
+            break
+        back += 1
+    last = back - 1
+    pieces = last >= 2 and way.run[last] >= CAP_STEP.shortest * way.radius[0]
+    return bool(pieces and way.run[min(back, len(way) - 1)] >= CAP_STEP.whole * way.radius[0])
 
 
 def _prolonged(line: Line, more: float) -> Line:

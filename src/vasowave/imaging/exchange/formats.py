@@ -1,8 +1,11 @@
 """The formats of centerlines: one module each, which registers what it reads."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
+from vasowave.imaging.exchange.section_areas import Sections
 from vasowave.io.formats import Format, Registry
 
 
@@ -17,9 +20,12 @@ class LinesFormat(Format):
         Returns a `Skeleton`.
     ends : "auto" or "ball"
         How its lines end, see `as_extracted`.
+    sections : callable, optional
+        Takes a path and the file's unit of length, cm; returns the sections that the file holds besides the lines.
     """
 
     ends: Literal["auto", "ball"] = "auto"
+    sections: Callable[[Path, float], Sections | None] | None = None
 
 
 LINES = Registry[LinesFormat]("vasowave.imaging.exchange", "flat table")

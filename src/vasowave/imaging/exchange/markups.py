@@ -1,6 +1,5 @@
 """Curves of 3D Slicer (.mrk.json), one for each branch, with a radius at every control point."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from vasowave.imaging.exchange.formats import LINES, LinesFormat
 from vasowave.imaging.exchange.merging import rooted
 from vasowave.imaging.tree import Line
 from vasowave.io.textfile import read_bytes
+from vasowave.stores import parsed
 
 
 def read_markups(path: Path, unit: float) -> Skeleton:
@@ -25,7 +25,7 @@ def read_markups(path: Path, unit: float) -> Skeleton:
         No JSON, no curve, a curve without a radius at each of its points.
     """
     try:
-        curves = json.loads(read_bytes(path).decode())["markups"]
+        curves = parsed(read_bytes(path))["markups"]
         lines = [_line(path, curve, unit) for curve in curves if curve["type"].endswith("Curve")]
     except InputError:
         raise

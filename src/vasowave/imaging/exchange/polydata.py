@@ -12,6 +12,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.imaging.exchange.legacy_vtk import PolyLines, parse_legacy
+from vasowave.io.files import write_file
 from vasowave.io.textfile import read_bytes
 
 _TYPES = {
@@ -49,7 +50,8 @@ def write_vtp(data: PolyLines, path: str | Path) -> None:
 
     ends = np.cumsum([len(line) for line in data.lines])
     fields = "\n".join(data_array(name, values, "Float64") for name, values in data.fields.items())
-    Path(path).write_text(
+    write_file(
+        Path(path),
         '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" '
         'header_type="UInt64" compressor="vtkZLibDataCompressor"><PolyData>\n'
         f'<Piece NumberOfPoints="{len(data.points)}" NumberOfVerts="0" NumberOfLines="{len(data.lines)}" '
@@ -57,7 +59,6 @@ def write_vtp(data: PolyLines, path: str | Path) -> None:
         f"<PointData>{fields}</PointData>\n<Points>{data_array('Points', data.points, 'Float64')}</Points>\n"
         f"<Lines>{data_array('connectivity', np.concatenate(data.lines), 'Int64')}\n"
         f"{data_array('offsets', ends, 'Int64')}</Lines>\n</Piece></PolyData></VTKFile>\n",
-        encoding="utf-8",
     )
 
 

@@ -12,6 +12,7 @@ from vasowave.imaging.exchange.formats import LINES, LinesFormat
 from vasowave.imaging.exchange.merging import rooted
 from vasowave.imaging.tree import Line, Tree
 from vasowave.io.columns import read_columns
+from vasowave.io.files import write_file
 from vasowave.io.textfile import read_start
 
 LEAST = 1e-6
@@ -83,17 +84,17 @@ def write_swc(tree: Tree, path: str | Path) -> None:
     """Write `tree` as SWC in µm, x, y, z: `read_centerlines(path, unit=1e-4)` reads the same vessels back."""
     last: list[int] = []
     count = 0
-    with Path(path).open("w", encoding="utf-8") as file:
-        file.write("# number type x y z radius parent, micrometers\n")
-        file.write(f"# points: {sum(map(len, tree.lines)) - len(tree) + 1}\n")
-        for line, parent in zip(tree.lines, tree.parent, strict=True):
-            above = -1 if parent < 0 else last[parent]
-            new = line if parent < 0 else line[1:]
-            for (z, y, x), r in zip(1e4 * new.points, 1e4 * new.radius, strict=True):
-                count += 1
-                file.write(f"{count} 0 {x:.9g} {y:.9g} {z:.9g} {max(r, 1e4 * LEAST):.9g} {above}\n")
-                above = count
-            last.append(count)
+    points = sum(map(len, tree.lines)) - len(tree) + 1
+    rows = ["# number type x y z radius parent, micrometers", f"# points: {points}"]
+    for line, parent in zip(tree.lines, tree.parent, strict=True):
+        above = -1 if parent < 0 else last[parent]
+        new = line if parent < 0 else line[1:]
+        for (z, y, x), r in zip(1e4 * new.points, 1e4 * new.radius, strict=True):
+            count += 1
+            rows.append(f"{count} 0 {x:.9g} {y:.9g} {z:.9g} {max(r, 1e4 * LEAST):.9g} {above}")
+            above = count
+        last.append(count)
+    write_file(Path(path), "\n".join([*rows, ""]))
 
 
 LINES.register(LinesFormat("swc", "SWC", (".swc",), None, lambda path, unit, cut: read_swc(path, unit)))

@@ -1,6 +1,7 @@
 """Tables of a network: ours, one row a vessel and one a point; and the two of the paper."""
 
 import csv
+import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.tree import Tree
 from vasowave.imaging.witness.doubts import Doubt
+from vasowave.io.files import write_file
 from vasowave.network.network import Network
 from vasowave.network.vessel_table import counted, measured_columns
 
@@ -62,5 +64,6 @@ def write_author_tables(network: Network, connectivity: str | Path, dimensions: 
 
 
 def _write(path: str | Path, heads: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([heads, *rows])
+    text = io.StringIO()
+    csv.writer(text).writerows([heads, *rows])
+    write_file(Path(path), text.getvalue())

@@ -8,6 +8,7 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.imaging.exchange.polydata import data_array, read_polydata
 from vasowave.imaging.lumen.surface import Surface
+from vasowave.io.files import write_file
 from vasowave.io.textfile import read_bytes
 
 FEWEST = 100
@@ -21,16 +22,15 @@ def write_stl(surface: Surface, path: str | Path) -> None:
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     table = np.zeros(len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("count", "<u2")])
     table["normal"], table["corners"] = normal, corners
-    with Path(path).open("wb") as file:
-        file.write(b"lumen, mm".ljust(80))
-        file.write(np.array(len(corners), "<u4").tobytes())
-        file.write(table.tobytes())
+    head = b"lumen, mm".ljust(80) + np.array(len(corners), "<u4").tobytes()
+    write_file(Path(path), head + table.tobytes())
 
 
 def write_surface_vtp(surface: Surface, path: str | Path) -> None:
     """Write `surface` as VTK PolyData, x, y, z in mm: binary, compressed with zlib."""
     ends = 3 * np.arange(1, len(surface.triangles) + 1)
-    Path(path).write_text(
+    write_file(
+        Path(path),
         '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" '
         'header_type="UInt64" compressor="vtkZLibDataCompressor"><PolyData>\n'
         f'<Piece NumberOfPoints="{len(surface.points)}" NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" '
@@ -39,7 +39,6 @@ def write_surface_vtp(surface: Surface, path: str | Path) -> None:
         f"<Polys>{data_array('connectivity', surface.triangles.ravel(), 'Int64')}\n"
         f"{data_array('offsets', ends, 'Int64')}</Polys>\n"
         "</Piece></PolyData></VTKFile>\n",
-        encoding="ascii",
     )
 
 

@@ -28,9 +28,10 @@ from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.grey import GreyLook
 from vasowave.imaging.witness.skeleton import Thinned
-from vasowave.io.files import made_inside, not_written, remove_parts
-from vasowave.io.textfile import look, read_start
+from vasowave.io.files import in_words, made_inside, remove_file, remove_parts
+from vasowave.io.textfile import look, read_start, regular_file
 from vasowave.runtime.kept import digest_of, keep, program, recall
+from vasowave.stores import parsed, stored
 
 T = TypeVar("T")
 FOLDER = "stages"
@@ -104,13 +105,11 @@ class Stages:
         folder = made_inside(self.parent, FOLDER)
         remove_parts(folder)
         for name, (key, value, notes) in self._fresh.items():
-            try:
+            with in_words(folder):
                 write_value(folder / f"{name}{_SUFFIX}", key, (as_json(notes), value))
-            except OSError as error:
-                raise not_written(folder, error) from None
         for file in folder.glob(f"*{_SUFFIX}"):
             if file.stem not in self._asked:
-                file.unlink()
+                remove_file(file)
         self._fresh.clear()
 
     def _read(self, name: str, key: str) -> tuple[Any, tuple[Finding, ...]] | None:
@@ -137,7 +136,7 @@ def forget_stages(parent: Path) -> None:
     """Remove what was kept in the extraction's folder `parent`."""
     folder = made_inside(parent, FOLDER)
     for file in folder.glob(f"*{_SUFFIX}"):
-        file.unlink()
+        remove_file(file)
     if not any(folder.iterdir()):
         folder.rmdir()
 
@@ -172,14 +171,15 @@ def write_value(path: Path, key: str, value: Any) -> None:
     keep(path, key, *(piece for part in parts for piece in (part, bytes(-len(part) % _WORD))))
 
 
+@stored("stage of an extraction", f"{FOLDER}/*{_SUFFIX}")
 def read_value(path: Path, key: str) -> Any:
     """Return the value that `write_value` wrote under `key`; any error where no such one stands there."""
-    with path.open("rb") as file:
+    with regular_file(path).open("rb") as file:
         content = recall(file, key)
     if content is None:
         raise ValueError("another value, or a damaged one")
     length = int.from_bytes(content[:_WORD].tobytes(), "little")
-    head = json.loads(content[_WORD : _WORD + length].tobytes())
+    head = parsed(content[_WORD : _WORD + length].tobytes())
     arrays, at = [], _next(_WORD + length)
     for kind, size in head["arrays"]:
         end = at + size * np.dtype(kind).itemsize

@@ -1,5 +1,6 @@
 """What was measured of every vessel: lengths, radii, taper."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,12 +26,19 @@ def network_of(tree: Tree) -> Network:
     InputError
         As `Network`.
     """
-    radius = []
-    for line, (begin, end) in zip(tree.lines, clear_stretches(tree), strict=True):
-        away = (line.run > begin) & (line.run < end)
-        radius.append(float(line.radius[away].mean()) if away.any() else line.typical_radius)
+    own = mean_along(tree, [line.radius for line in tree.lines])
+    radius = np.where(np.isnan(own), [line.typical_radius for line in tree.lines], own)
     names = tuple(str(row + 1) for row in range(len(tree)))
-    return Network(names, tree.parent, np.array([line.length for line in tree.lines]), np.array(radius))
+    return Network(names, tree.parent, np.array([line.length for line in tree.lines]), radius)
+
+
+def mean_along(tree: Tree, values: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the mean of each vessel's `values`, one a point, where its lumen is its own; NaN where none is finite."""
+    means = np.full(len(tree), np.nan)
+    for row, (line, (begin, end)) in enumerate(zip(tree.lines, clear_stretches(tree), strict=True)):
+        own = values[row][(line.run > begin) & (line.run < end) & np.isfinite(values[row])]
+        means[row] = own.mean() if len(own) else np.nan
+    return means
 
 
 @dataclass(frozen=True, eq=False)

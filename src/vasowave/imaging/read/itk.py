@@ -8,6 +8,7 @@ import numpy as np
 from vasowave.errors import EXTRAS, InputError
 from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.volume import SKEWED, Image, Volume
+from vasowave.io.files import write_folder
 
 MISSING = f"reading and writing images needs the extra 'imaging': {EXTRAS}"
 
@@ -56,11 +57,17 @@ def write_volume(volume: Volume, path: str | Path) -> None:
 
 def write_image(values: np.ndarray, grid: Volume, path: str | Path) -> None:
     """Write `values` on the grid of a volume, as it lies in the world, in mm; whole numbers are compressed."""
+    path = Path(path)
     image = itk().GetImageFromArray(values)
     image.SetSpacing([float(h) for h in grid.spacing[::-1] * 10])
     image.SetOrigin([float(h) for h in grid.origin[::-1] * 10])
     image.SetDirection(grid.axes[::-1, ::-1].ravel().tolist())
-    itk().WriteImage(image, str(path), bool(np.issubdtype(values.dtype, np.integer)))
+    with write_folder(path.parent) as fresh:
+        try:
+            itk().WriteImage(image, str(fresh / path.name), bool(np.issubdtype(values.dtype, np.integer)))
+        except RuntimeError as error:
+            why = str(error).splitlines()[-1].strip()
+            raise InputError(f"{path}: the image cannot be written ({why}); is there room? See its ending") from None
 
 
 VOLUMES.register(VolumeFormat("other image", "image that SimpleITK reads", (), None, read_itk))

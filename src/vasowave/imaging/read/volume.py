@@ -1,5 +1,6 @@
 """A grey-level volume on a grid of known spacing."""
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -13,6 +14,9 @@ SKEWED = 1e-2
 
 VOXELS = (1e-6, 5.0)
 """Sizes of voxels outside are no image's of an animal, cm: from 10 nm to ten times the slices of a clinical scanner."""
+
+MOST_VOXELS = 2**33
+"""No volume is resampled to more: 32 GiB of grey levels, for which no machine of a lab has the memory."""
 
 
 class Image(NamedTuple):
@@ -105,6 +109,11 @@ def isotropic(volume: Volume) -> Volume:
     """Return `volume` resampled linearly to cubes of exactly its smallest spacing; unchanged if cubic within 0.1 %.
 
     The first voxel stays where it is; less than one voxel is lost at the far end of an axis.
+
+    Raises
+    ------
+    InputError
+        It would have more than `MOST_VOXELS` cubes; nothing was computed.
     """
     from scipy.ndimage import affine_transform
 
@@ -113,5 +122,12 @@ def isotropic(volume: Volume) -> Volume:
     smallest = float(volume.spacing.min())
     step = smallest / volume.spacing
     counts = np.floor((np.array(volume.grey.shape) - 1) / step + 1e-6).astype(int) + 1
+    if math.prod(counts.tolist()) > MOST_VOXELS:
+        z, y, x = volume.spacing
+        raise InputError(
+            f"volume: voxels of {x:.3g} x {y:.3g} x {z:.3g} cm would be resampled to {counts.prod(dtype=float):.2g} "
+            f"cubes of {smallest:.3g} cm, more than {MOST_VOXELS:.2g}; is the unit right? Otherwise resample the image "
+            "to larger voxels, or cut out a part"
+        )
     grey = affine_transform(volume.grey, step, output_shape=tuple(counts), order=1, mode="nearest", output=np.float32)
     return Volume(grey, np.full(3, smallest), volume.origin, volume.axes)

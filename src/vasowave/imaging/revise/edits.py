@@ -29,6 +29,7 @@ from vasowave.imaging.places import place, written
 from vasowave.imaging.tree import Line, Tree, without
 from vasowave.io.columns import NO_END
 from vasowave.io.textfile import read_lines
+from vasowave.stores import stored
 
 REACH = 3.0
 """An edit finds its vessel if its place is within this many radii of the vessel's axis."""
@@ -62,6 +63,7 @@ class Edit:
         return replace(self, point=turn(self.point), to=None if self.to is None else turn(self.to))
 
 
+@stored("edits of a tree", "edits/*.txt")
 def read_edits(path: str | Path) -> tuple[Edit, ...]:
     """Read a file of edits.
 

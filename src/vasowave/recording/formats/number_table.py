@@ -255,7 +255,7 @@ def _column(table: Columns, quantity: str) -> tuple[int, tuple[Finding, ...]]:
         if quantity in choice.picked:
             found, why = choice.picked[quantity], choice.guessed.get(quantity, "")
             return found.place, (TAKEN(title=found.title, name=quantity, why=why),) if why else ()
-    return table.require(quantity, ()), ()
+    return table.require(quantity, titles="time [s], pressure [mmHg] and flow [ml/s]"), ()
 
 
 def _headerless(table: Columns) -> str:

@@ -1,6 +1,7 @@
 """The answers of one animal's recording and model: numbers with their intervals, one sentence for each question."""
 
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 
 import numpy as np
 import xarray as xr
@@ -9,16 +10,17 @@ from vasowave.analysis.coupling import UNLIKE
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.primary import Family
 from vasowave.quantities import COUPLING, INDICES, MEASURED, question_of
-from vasowave.report.answer.groups import Called
+from vasowave.report.answer.effects import Called
+from vasowave.report.answer.marks import Marks
 from vasowave.report.wording import listed, number, value_text, with_interval
 
 _BESIDE = ("R_T",)  # is no question of its own to groups, whose PVR is measured; a mouse's small vessels have both
 
 
 def animal_answers(
-    result: AnimalResult, law: str, family: Family, called: Called, mark: str = ""
+    result: AnimalResult, law: str, family: Family, called: Called, marks: Marks | None = None
 ) -> list[tuple[str, str]]:
-    """Return question and answer: what was measured, then what the wall law says, with a mark behind it."""
+    """Return question and answer: what was measured, then what the wall law says, with marks behind its numbers."""
     answers = [("Pressure and flow", _measured(result)), *_coupled(result, called)]
     by_question: dict[str, list[str]] = {}
     for name in family.quantities if law else ():
@@ -30,12 +32,16 @@ def animal_answers(
         there = [name for name in dict.fromkeys((*beside, *names)) if name in quantities]
         if there:
             soft = _softness(quantities["stiffness"]) if "stiffness" in there else ""
-            answers.append((question, f"{_listed(there, quantities, called)} ({result.laws[law].origin}).{soft}{mark}"))
+            text = _listed(there, quantities, called, [marks.of(name, [result]) if marks else "" for name in there])
+            answers.append((question, f"{text} ({result.laws[law].origin}).{soft}"))
     return answers
 
 
-def _listed(names: Sequence[str], quantities: Mapping[str, xr.DataArray], called: Called) -> str:
-    text = listed([f"{called(name)} {value_text(quantities[name])}" for name in names])
+def _listed(
+    names: Sequence[str], quantities: Mapping[str, xr.DataArray], called: Called, marks: Sequence[str] = ()
+) -> str:
+    each = zip_longest(names, marks, fillvalue="")
+    text = listed([f"{called(name)} {value_text(quantities[name])}{mark}" for name, mark in each])
     return f"{text[0].upper()}{text[1:]}"
 
 

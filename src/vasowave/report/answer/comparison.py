@@ -15,10 +15,11 @@ from vasowave.figures.rendering import as_file
 from vasowave.figures.style import group_looks, new_figure, short, shown_figure, source_looks, style
 from vasowave.io.files import check_file, write_file
 from vasowave.notebook import card
+from vasowave.report.answer.design import design_answer
 from vasowave.report.answer.forest import group_rows
-from vasowave.report.answer.groups import design_answer, group_answers, not_told
-from vasowave.report.answer.problems import marked, marker
-from vasowave.report.glossary import caller
+from vasowave.report.answer.groups import doubts_text, group_answer, not_told
+from vasowave.report.answer.marks import Marks
+from vasowave.report.glossary import caller, defined
 from vasowave.report.wording import some_of
 
 if TYPE_CHECKING:
@@ -104,13 +105,14 @@ class Comparison:
     @property
     def _said(self) -> list[tuple[str, str]]:
         """Questions and answers, how the animals were compared, and what must not be used; empty without a row."""
-        law = self.primary.law
-        said = group_answers(self.primary, caller(self.cohort), marker(self.cohort, law))
+        marks = Marks(self.cohort, self.primary.law)
+        sure = doubts_text(self.cohort, self.primary)
+        said = group_answer(self.primary, caller(self.cohort), marks.of_row).items(sure=sure)
         if not said:
             return []
         each = [f"{group} {len(self.cohort.groups[group])}" for group in (self.group, self.reference)]
         return [*said, ("Recordings" if self.cohort.repeated else "Animals", ", ".join(each)),
-                *design_answer(self.cohort), *marked(self.cohort, law)]  # fmt: skip
+                *design_answer(self.cohort), *marks.legend(said, defined(self.cohort))]  # fmt: skip
 
     def _repr_html_(self) -> str:
         facts = dict(self._said)
@@ -123,7 +125,7 @@ def groups_figure(
     cohort: Cohort, primary: Primary, form: Form, make: Callable[[float, float], "Figure"] = new_figure
 ) -> "Figure":
     """Draw the forest plot of a primary comparison that has rows."""
-    rows = group_rows(cohort, primary, caller(cohort))
+    rows = group_rows(cohort, primary, caller(cohort), Marks(cohort, primary.law).of_row)
     looks, sources = group_looks(cohort.groups), source_looks([*cohort.sources, "data"])
     axis = f"ratio to {short(cohort.reference)} [1]" if cohort.design.plain else "ratio [1]"
     return forest_figure(rows, looks, sources, axis, ("ratio [95 %]", "p"), form, make)

@@ -14,7 +14,8 @@ from vasowave.figures.forest import Dot, Point, Row
 from vasowave.figures.style import short
 from vasowave.io.columns import split_unit
 from vasowave.quantities import INDICES, question_of
-from vasowave.report.answer.groups import Called, effect_of
+from vasowave.report.answer.effects import Called, effect_of, plain
+from vasowave.report.answer.marks import Mark, Marks, unmarked
 from vasowave.report.wording import number, p_value, probability, ratio_with_interval, unit, value_text
 
 _FROM_DATA = {"wave_speed": "up-slope of pressure and flow", "R_T": "mean pressure above the wedge's over mean flow",
@@ -22,9 +23,10 @@ _FROM_DATA = {"wave_speed": "up-slope of pressure and flow", "R_T": "mean pressu
 """What the recording alone says of a quantity, at the same pressure and of the same part; others are not the same."""
 
 _MAX_LETTERS = 38  # of a line above rows
+_MAX_LABEL = 31  # letters of a quantity with its symbol
 
 
-def group_rows(cohort: Cohort, primary: Primary, called: Called) -> list[Row]:
+def group_rows(cohort: Cohort, primary: Primary, called: Called, mark: Mark = unmarked) -> list[Row]:
     """Return one row for each quantity and group, every animal as a multiple of the reference group's mean."""
     # Questions stay together, whichever groups they are about; the effects of a design are asked one after the other.
     order = {question: place for place, question in enumerate(primary.rows["question"].unique())}
@@ -33,7 +35,10 @@ def group_rows(cohort: Cohort, primary: Primary, called: Called) -> list[Row]:
     several = rows["effect"].nunique() > 1
     by = ["effect", "question"] if "what" in rows and several else ["question", "effect"]
     rows = rows.sort_values(by, key=lambda one: one.map(order), kind="stable")
-    return [_group_row(cohort, primary, row, called, several) for _, row in rows.iterrows()]
+    return [
+        (drawn := _group_row(cohort, primary, row, called, several))._replace(effect=drawn.effect + mark(row))
+        for _, row in rows.iterrows()
+    ]
 
 
 def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called, several: bool) -> Row:
@@ -47,7 +52,13 @@ def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called,
     p = "no p" if row["untested"] else p_value(row["p"])
     point = Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
     further = [_beside(one, called) for _, one in beside.iterrows()]
-    return Row(_heading(row, several), called(name), size, p, point, further, animals_of(cohort, row))
+    return Row(_heading(row, several), _label(name, called), size, p, point, further, animals_of(cohort, row))
+
+
+def _label(name: str, called: Called) -> str:
+    """Return a quantity in words, with its symbol where there is room."""
+    text = called(name)
+    return text if len(text) <= _MAX_LABEL else plain(name, called)
 
 
 def _heading(row: pd.Series, several: bool) -> str:
@@ -67,14 +78,15 @@ def _beside(one: pd.Series, called: Called) -> Point:
     return Point(one["ratio"], one["low"], one["high"], str(one["source"]), tip)
 
 
-def animal_rows(result: AnimalResult, law: str, family: Family, called: Called) -> list[Row]:
+def animal_rows(result: AnimalResult, law: str, family: Family, called: Called, marks: Marks) -> list[Row]:
     """Return one row for each quantity of the model, as a multiple of the primary law's value."""
     data = result.laws[law].quantities
     names = dict.fromkeys(["R_T", *family.quantities])
     there = [name for name in names if name not in INDICES and name in data]
     questions = list(dict.fromkeys([*map(question_of, family.quantities), *map(question_of, there)]))
     there.sort(key=lambda name: questions.index(question_of(name)))
-    return [_animal_row(result, law, name, called) for name in there]
+    rows = [(_animal_row(result, law, name, called), marks.of(name, [result])) for name in there]
+    return [row._replace(effect=row.effect + mark) for row, mark in rows]
 
 
 def _animal_row(result: AnimalResult, law: str, name: str, called: Called) -> Row:
@@ -88,7 +100,7 @@ def _animal_row(result: AnimalResult, law: str, name: str, called: Called) -> Ro
         tip = f"{called(name)} from the recording alone ({_FROM_DATA[name]}): {value_text(measured[name])}"
         beside.append(Point(alone / center, alone / center, alone / center, "data", tip))
     point = _relative(result, law, name, center, called)
-    return Row(question_of(name), called(name), value_text(value), "", point, beside)
+    return Row(question_of(name), _label(name, called), value_text(value), "", point, beside)
 
 
 def _relative(result: AnimalResult, wall: str, name: str, center: float, called: Called) -> Point:

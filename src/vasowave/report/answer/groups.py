@@ -1,115 +1,113 @@
-"""The differences of the groups, one sentence for each question: effects with intervals and p; the design in words."""
+"""The differences of the groups: who differs how in one sentence, the numbers for each question, how sure they are."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 from math import comb
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.contrast import FEW
+from vasowave.cohort.design import laid_out
+from vasowave.cohort.guard import RULES, Shape, doubts_of
 from vasowave.cohort.primary import Primary
+from vasowave.errors import InputError
 from vasowave.figures.style import short
+from vasowave.report.answer.effects import (
+    MAX_LETTERS,
+    Called,
+    Standing,
+    by_standing,
+    comparatives,
+    effect_of,
+    limit,
+    names,
+    numbers,
+    plain,
+    sentence,
+    separated,
+    where,
+)
+from vasowave.report.answer.marks import Mark, unmarked
 from vasowave.report.tables.cells import span
-from vasowave.report.wording import LIMIT, listed, number, probability, ratio_with_interval, some_of, unit
+from vasowave.report.wording import LIMIT, listed, number, ratio_with_interval, unlimited
 
 CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""
 
-_UNEVEN = 1.4  # times as many animals in one group as in the other: 7 + 5, where a skew was seen to matter
-_MIN_ANIMALS = 8  # animals of the smaller group, below which it was seen
-_MAX_LETTERS = 40  # letters of a name in a sentence
-Called = Callable[[str], str]
-"""Returns a quantity in words with its symbol."""
-Mark = Callable[[list[str]], str]
-"""Returns what stands behind a sentence about groups."""
-_MAX_LEVELS = 6
+THE_ANSWER = "The answer"
+"""What stands before the sentence that answers the question of a study."""
+_KEYS = ("what", "change", "within")
 
 
-def group_answers(primary: Primary, called: Called, mark: Mark = lambda groups: "") -> list[tuple[str, str]]:
-    """Return question and answer; the answer goes through the groups, each against the first.
+class Answer(NamedTuple):
+    """The answer to the question of a study.
 
-    `mark` returns what stands behind a sentence about fits of two groups.
-    What holds for several questions, that too few animals can be tested, stands once, as the last answer.
+    Attributes
+    ----------
+    first : sequence of str
+        Who differs how, a sentence or two for each effect.
+    questions : sequence of (str, str)
+        Each question with the numbers of its effects.
+    sureness : sequence of str
+        What limits the p and intervals.
     """
-    answers: dict[str, list[str]] = {}
-    pairs = primary.rows["other"].nunique() if len(primary.rows) else 0
-    by = ["question", "other", *(["what", "change", "within"] if "what" in primary.rows else [])]
-    averaged = "what" in primary.rows and "interaction" in set(primary.rows["what"])
-    for (question, *_), rows in primary.rows.groupby(by, sort=False) if pairs else ():
-        answers.setdefault(str(question), []).append(_answer(rows, called, averaged) + _marked(rows, mark))
-    said = [(question, " ".join(texts)) for question, texts in answers.items()]
-    return [*said, *_limits(primary.rows, pairs, called)] if pairs else said
+
+    first: list[str]
+    questions: list[tuple[str, str]]
+    sureness: list[str]
+
+    def items(self, rests_on: Sequence[str] = (), sure: Sequence[str] = ()) -> list[tuple[str, str]]:
+        """Return questions with their answers, the whole first; with what all rests on, and more of how sure it is."""
+        basis, sureness = " ".join(rests_on), " ".join([*self.sureness, *sure])
+        ends = [("What does this rest on?", basis), ("How sure is this?", sureness)]
+        first = [(THE_ANSWER, " ".join(self.first))] if self.first else []
+        return [*first, *self.questions, *(one for one in ends if one[1])]
 
 
-def _marked(rows: pd.DataFrame, mark: Mark) -> str:
-    first = rows.iloc[0]
-    return mark([first["reference"], first["other"]]) if (rows["source"] != "measured").any() else ""
+def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Answer:
+    """Return the answer to what differs between the groups, each against the first; `mark` marks numbers."""
+    rows = primary.rows
+    if not len(rows):
+        return Answer([], [], [])
+    keys = ["other", *(_KEYS if "what" in rows else ())]
+    averaged = "what" in rows and "interaction" in set(rows["what"])
+    first = [_first(part, called, averaged) for _, part in rows.groupby(keys, sort=False)]
+    questions: dict[str, list[str]] = {}
+    for (question, *_), part in rows.groupby(["question", *keys], sort=False):
+        questions.setdefault(str(question), []).append(_numbers(part, called, mark, averaged))
+    said = [(question, " ".join(texts)) for question, texts in questions.items()]
+    sure = [*_corrected(rows), *sureness(rows, rows["other"].nunique()), *_least_shown(rows, called)]
+    return Answer(first, said, sure)
 
 
-def _answer(rows: pd.DataFrame, called: Called, averaged: bool) -> str:
-    reference, other = (short(rows.iloc[0][which], _MAX_LETTERS) for which in ("reference", "other"))
-    where, between = _places(rows.iloc[0], reference, other, averaged)
-
-    def effects(some: pd.DataFrame) -> str:
-        return listed([effect(row, called) for _, row in some.iterrows()])
-
-    if (rows["smallest p"] >= CLEAR).all():
-        return f"{other} against {reference}: {effects(rows)}{_separated(rows, called)}."
-    tested, clear = rows["untested"] == "", rows["p"] < CLEAR
-    parts = [
-        f"{where.format(way)}: {effects(some)}"
-        for way, some in (("higher", rows[clear & (rows["ratio"] > 1)]), ("lower", rows[clear & (rows["ratio"] < 1)]))
-        if len(some)
-    ]
-    between = "" if parts else f" {between}"
-    others = {"not shown": rows[tested & ~clear], "not tested": rows[~tested]}
-    parts += [f"{what}{between}: {effects(some)}" for what, some in others.items() if len(some)]
-    text = "; ".join(parts)
-    return f"{text[0].upper()}{text[1:]}."
+def _first(rows: pd.DataFrame, called: Called, averaged: bool) -> str:
+    """Return what is higher and lower in one sentence, and what is not shown in another."""
+    there, between = where(rows.iloc[0], averaged)
+    found = by_standing(rows)
+    normal = "if logarithms are normal, " if (rows["smallest p"] >= CLEAR).any() else ""
+    shown = found.pop(Standing.SHOWN, None)
+    said = [] if shown is None else [f"{normal}{comparatives(shown, called, sized=True)} {there}"]
+    if shown is None and {*found} != {Standing.UNTESTED}:
+        said.append(f"no difference {between} is shown")
+    for what, some in found.items():
+        details = {Standing.SMALL: f" {limit(some)}", Standing.OPEN: " (neither shown nor excluded)"}
+        said.append(f"{what}{details.get(what, '')}: {names(some, called)}")
+    return " ".join(map(sentence, said))
 
 
-def _places(row: pd.Series, reference: str, other: str, averaged: bool) -> tuple[str, str]:
-    """Return where an effect is, as a sentence says it of one that is shown (`{}` higher or lower), and of another.
-
-    A second factor is `averaged` over the groups where these may differ in it.
-    """
-    within = f" {short(row['within'], _MAX_LETTERS)}" if row.get("within") else ""
-    match row.get("what", "groups"):
-        case "factor":
-            within = within or (" on average over the groups" if averaged else "")
-            return f"{{}} at {other} than at {reference}{within}", f"between {other} and {reference}{within}"
-        case "trend":
-            return f"{{}} at {other} than at {reference} by the trend", f"from {reference} to {other} by the trend"
-        case "interaction":
-            change = short(row["change"], _MAX_LETTERS)
-            ratio = f"the ratio {change}"
-            return f"{ratio} is {{}} in {other} than in {reference}", f"between {other} and {reference} in {ratio}"
-        case "contrast":
-            return f"{{}} by the contrast '{other}'", f"by the contrast '{other}'"
-    return f"{{}} in {other} than in {reference}{within}", f"between {other} and {reference}{within}"
-
-
-def effect_of(row: pd.Series) -> str:
-    """Return which effect a row is of, as a table says it: ``HPH / CTL``."""
-    pair = " / ".join(filter(None, (row["other"], row["reference"])))
-    pair += f" {row['within']}" if row.get("within") else ""
-    return f"{row['change']}: {pair}" if row.get("change") else pair
-
-
-def effect(row: pd.Series, called: Called) -> str:
-    """Return an effect as one writes it: ``mPAP 13.5 → 21.5 mmHg (1.6 times [1.3, 2.0], p = 0.010)``."""
-    value, _, interval = ratio_with_interval(row["ratio"], row["low"], row["high"]).partition(" ")
-    tested = "" if row["untested"] else f", {probability(row['p'])}"
-    times = f"{value} times {interval}".rstrip()
-    of_means = f" {change(row)}" if np.isfinite(row["mean other"]) else ""
-    return f"{called(row['quantity'])}{of_means} ({times}{tested})"
-
-
-def change(row: pd.Series) -> str:
-    """Return the means of the two groups with their unit, ``13.5 → 21.5 mmHg``."""
-    units = unit(str(row["unit"]))
-    return f"{number(float(row['mean reference']))} → {number(float(row['mean other']))} {units}".rstrip()
+def _numbers(rows: pd.DataFrame, called: Called, mark: Mark, averaged: bool) -> str:
+    """Return the verdict on one question and the numbers behind it."""
+    there, between = where(rows.iloc[0], averaged)
+    shown = by_standing(rows).get(Standing.SHOWN)
+    said = [] if shown is None else [sentence(f"{comparatives(shown, called)} {there}")]
+    said += numbers(rows, called, mark, "" if shown is not None else between)
+    few = rows[(rows["smallest p"] >= CLEAR) & rows["apart"]]
+    if len(few):
+        sizes = few[["n reference", "n other"]].to_numpy(int).tolist()
+        said.append(separated(rows, called, [2 / comb(a + b, a) for a, b in sizes]))
+    return " ".join(said)
 
 
 def not_told(primary: Primary, called: Called) -> list[str]:
@@ -122,8 +120,8 @@ def not_told(primary: Primary, called: Called) -> list[str]:
     ]
 
 
-def _limits(rows: pd.DataFrame, pairs: int, called: Called) -> list[tuple[str, str]]:
-    """Say once what holds for the p of several questions: that too few animals are tested, or that there is none."""
+def sureness(rows: pd.DataFrame, pairs: int) -> list[str]:
+    """Say what limits p and intervals: too few animals, few degrees of freedom."""
     said = []
     few = rows[rows["smallest p"] >= CLEAR].drop_duplicates(["n reference", "n other", "smallest p"])
     if len(few):
@@ -133,27 +131,64 @@ def _limits(rows: pd.DataFrame, pairs: int, called: Called) -> list[tuple[str, s
             for _, row in few.iterrows()
         ])  # fmt: skip
         said.append(
-            f"No rank or permutation test{counted} can fall below p = {limits}; p and intervals rest on normal "
-            "distributions of logarithms alone."
+            f"A test by ranks{counted} cannot come below p = {limits}: p and intervals rest on logarithms being normal."
         )
-    sizes = rows.loc[rows["smallest p"].notna(), ["n reference", "n other"]].drop_duplicates()
-    uneven = sizes[(sizes.max(axis=1) >= _UNEVEN * sizes.min(axis=1)) & (sizes.min(axis=1) < _MIN_ANIMALS)]
-    if len(uneven):
-        counts = listed([f"{one} + {other}" for one, other in uneven.itertuples(index=False)])
-        said.append(
-            f"Groups of {counts} animals cannot show whether logarithms are skewed; if they are, and the smaller group "
-            "varies more, p < 0.05 comes without any effect in one of ten studies or more, not in one of twenty."
-        )
-    said += _few_degrees(rows)
-    untested = rows[rows["untested"] != ""]
-    if len(untested):
-        mixed = "posterior" in set(rows["estimates"])
-        which = f" ({listed([called(str(name)) for name in untested['quantity'].unique()])})" if mixed else ""
-        said.append(
-            f"What follows from fits{which} is not tested where the animals of a group have one image: fits take it as "
-            "exact, so that their intervals do not contain its error."
-        )
-    return [("How sure is this?", " ".join(said))] if said else []
+    return [*said, *_few_degrees(rows)]
+
+
+def doubts_text(cohort: Cohort, primary: Primary) -> list[str]:
+    """Say how often chance alone shows something if animals are of a shape that so few do not show."""
+    if not len(primary.rows):
+        return []
+    try:
+        layout = laid_out(cohort.design, cohort.variables, cohort.members, list(cohort.groups))
+    except InputError:  # though some quantities are compared, whose animals are fewer
+        return []
+    kinds = []
+    for doubt in doubts_of(layout, primary.rows["quantity"].nunique()):
+        cells = listed([short(cell, MAX_LETTERS) for cell in doubt.cells])
+        studies = " to ".join(dict.fromkeys(f"{100 * rate:.0f}" for rate in (min(doubt.rates), max(doubt.rates))))
+        if doubt.shape is Shape.SKEWED:
+            times = " to ".join(f"{ratio:g}" for ratio in RULES.spread_ratios)
+            kinds.append(f"{studies} if they are skewed and {cells} varies {times} times as much")
+        else:
+            kinds.append(f"{studies} if {10 * RULES.respond:g} in 10 animals of {cells} lie apart from the others")
+    if not kinds:
+        return []
+    return [
+        "So few animals do not show how their values are distributed. Of 100 such studies without any effect, chance "
+        f"shows something in 5 if their logarithms are normal, in {' and in '.join(kinds)}."
+    ]
+
+
+def _corrected(rows: pd.DataFrame) -> list[str]:
+    """Say what intervals and p are, and what p is not."""
+    count = tested(rows)
+    many = f"They and p are corrected for {count} comparisons. " if count > 1 else ""
+    return [f"Brackets are 95 % intervals. {many}A p near 1 does not say that groups are equal."] if count else []
+
+
+def tested(rows: pd.DataFrame) -> int:
+    """Return the number of rows that have a p, for which p and intervals are corrected."""
+    return int((~rows["untested"].astype(bool)).sum())
+
+
+def _least_shown(rows: pd.DataFrame, called: Called) -> list[str]:
+    """Say how large undecided effects must be to be shown by animals that vary as these do."""
+    several = rows["other"].nunique() > 1 or "what" in rows
+    sizes = []
+    for _, row in by_standing(rows).get(Standing.OPEN, rows[:0]).iterrows():
+        if not unlimited(row["low"], row["high"]):
+            which = f" ({effect_of(row)})" if several else ""
+            sizes.append(
+                f"{plain(row['quantity'], called)}{which} {number(float(np.sqrt(row['high'] / row['low'])), 2)}"
+            )
+    if not sizes:
+        return []
+    return [
+        f"With animals that vary as these do, what is undecided would be shown by a found ratio of about these or more "
+        f"(one over them or less): {listed(sizes)}. `vasowave plan` says how many animals show smaller ones."
+    ]
 
 
 def _few_degrees(rows: pd.DataFrame) -> list[str]:
@@ -170,21 +205,17 @@ def _few_degrees(rows: pd.DataFrame) -> list[str]:
     ]
 
 
-def _separated(rows: pd.DataFrame, called: Called) -> str:
-    """Name the quantities in which no animal of one group lies among the other, and how often chance does that."""
-    apart = rows[rows["apart"]]
-    if not len(apart):
-        return ""
-    names = "" if len(apart) == len(rows) == 1 else f" in {listed([called(name) for name in apart['quantity']])}"
-    sizes = apart[["n reference", "n other"]].to_numpy(int).tolist()
-    chance = max(2 / comb(one + other, one) for one, other in sizes)  # of all ways to share the animals, two are apart
-    return f"; the groups do not overlap{names}, which chance alone does in {number(100 * chance, 2)} % of quantities"
-
-
 def _by(row: pd.Series, rows: pd.DataFrame) -> str:
     """Return the law of a row, and its effect where rows are of several."""
     effects = {effect_of(one) for _, one in rows.iterrows()}
     return f"{row['source']}; {effect_of(row)}" if len(effects) > 1 else str(row["source"])
+
+
+def beside(primary: Primary, called: Called) -> list[str]:
+    """Say what one animal, the fits in place of posteriors, and other wall laws would change."""
+    if not len(primary.rows):
+        return []
+    return [*influence(primary, called), *by_fits(primary, called), *other_laws(primary, called)]
 
 
 def influence(primary: Primary, called: Called) -> list[str]:
@@ -203,8 +234,29 @@ def influence(primary: Primary, called: Called) -> list[str]:
     effects = {effect_of(each) for _, each in primary.rows.iterrows()}
     which = f" ({effect_of(row)})" if len(effects) > 1 else ""
     return [
-        f"One animal moves an effect most: without {short(row['without'], _MAX_LETTERS)}, {called(row['quantity'])}"
+        f"One animal moves an effect most: without {short(row['without'], MAX_LETTERS)}, {called(row['quantity'])}"
         f"{which} is {number(float(row['ratio without']))} times instead of {number(float(row['ratio']))}{end}."
+    ]
+
+
+def by_fits(primary: Primary, called: Called) -> list[str]:
+    """Say where fits judge otherwise than the posteriors that the rows are by."""
+    rows = primary.rows[primary.rows["fits ratio"].notna()] if "fits ratio" in primary.rows else primary.rows[:0]
+    if not len(rows):
+        return []
+    each = []
+    for _, row in rows.iterrows():
+        ratio, low, high = row["fits ratio"], row["fits low"], row["fits high"]
+        shown = not low <= 1 <= high
+        if shown != (row["p"] < CLEAR):
+            size, _, interval = ratio_with_interval(ratio, low, high).partition(" ")
+            judged = f"they {'' if shown else 'do not '}show ({size} times {interval})"
+            each.append(f"{called(row['quantity'])} in {short(row['other'], MAX_LETTERS)}, which {judged}")
+    if not each:
+        return ["Fits of the same animals show the same effects as their posteriors."]
+    return [
+        f"Fits of the same animals judge otherwise of {listed(each)}. Posteriors decide: they follow errors that are "
+        "too large for a straight line."
     ]
 
 
@@ -223,71 +275,3 @@ def other_laws(primary: Primary, called: Called) -> list[str]:
         for _, row in outside.iterrows()
     ]
     return [f"Outside the intervals of the {primary.law} wall lie {listed(parts)}."]
-
-
-def design_answer(cohort: Cohort) -> list[tuple[str, str]]:
-    """Return the question and the answer of a design; none for groups of independent animals."""
-    text = design_text(cohort)
-    return [("How were animals compared?", text)] if text else []
-
-
-def design_text(cohort: Cohort) -> str:
-    """Return the design of a cohort in a sentence or two; empty for groups of independent animals."""
-    design = cohort.design
-    if design.plain:
-        return ""
-    parts = []
-    if design.covariates:
-        named = listed([*map(_named, design.covariates)])
-        parts.append(
-            f"ratios and means of groups are adjusted for {named}: they are those of groups with the same mean of it "
-            "(of a category: with as many animals of each kind)"
-        )
-    if design.blocks:
-        levels = [f"{_named(name)}{_levels(cohort, name)}" for name in design.blocks]
-        parts.append(f"animals of one {listed(levels)} may be alike (random effects)")
-    if design.subject:
-        rows = cohort.variables[design.subject].levels if design.subject in cohort.variables else {}
-        parts.append(
-            f"the {len(cohort.results)} recordings are of {len(set(rows.values()))} animals (column "
-            f"{_named(design.subject)}), whose own level is a random effect"
-            + (", and which may be in several groups, one after the other" if design.crossover else "")
-        )
-    if design.second and not design.contrasts:
-        parts.append(_second(cohort))
-    if design.contrasts:
-        defined = [f"{_named(name)} = {_weights(weights)}" for name, weights in design.contrasts.items()]
-        parts.append(f"the comparisons are those that the study names, of means on logarithms: {listed(defined)}")
-    said = "; ".join(parts)
-    return f"{said[0].upper()}{said[1:]}."
-
-
-def _second(cohort: Cohort) -> str:
-    design, name = cohort.design, str(cohort.design.second)
-    if design.dose:
-        return f"compared is the trend with {_named(name)}, by the line through the means"
-    order = [*map(_named, cohort.variables[name].order)] if name in cohort.variables else []
-    levels = f"{some_of(order, _MAX_LEVELS)}{f'; compared with {order[0]}' if order else ''}"
-    several = len(cohort.groups) > 1
-    own = "in each group of its own" if design.interaction else "alike in all groups"
-    return f"{_named(name)} ({levels}) is a second factor{f', its effect {own}' if several else ''}"
-
-
-def _weights(weights: Mapping[str, float]) -> str:
-    """Return a contrast as a sum: ``'HPH, drug' - 'HPH, vehicle'``."""
-    terms: list[str] = []
-    for cell, weight in sorted(weights.items(), key=lambda one: one[1] < 0):
-        size = "" if abs(weight) == 1 else f"{abs(weight):.3g} · "
-        sign = ("− " if weight < 0 else "+ ") if terms or weight < 0 else ""
-        terms += [f"{sign}{size}'{_named(cell)}'"] if weight else []
-    return " ".join(terms)
-
-
-def _named(name: str) -> str:
-    return short(name, _MAX_LETTERS)
-
-
-def _levels(cohort: Cohort, name: str) -> str:
-    """Return which levels a column has: `` (of 4: A, B, C and D)``."""
-    order = [*map(_named, cohort.variables[name].order)] if name in cohort.variables else []
-    return f" (of {len(order)}: {some_of(order, _MAX_LEVELS)})" if order else ""

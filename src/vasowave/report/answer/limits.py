@@ -1,14 +1,17 @@
 """The limits of the answer: geometry that animals share, what data leave open, the error of the model itself."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.primary import Primary
+from vasowave.inference.known_errors import kinds
 from vasowave.report.wording import OF_FLOW, listed, number
+
+_TIMING = {"pressure_lag", "pressure_inertia", "flow_lag", "flow_delay"}
+"""Errors that move one signal against the other."""
 
 
 def model_limits(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[str]:
@@ -17,7 +20,7 @@ def model_limits(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[s
         return []
     return [
         *_image_pressure(cohort), *_residual(cohort, law), *_open(cohort, law, written), *_held(cohort, written),
-        *_of_fits(cohort),
+        *(assumed_errors(cohort.results, _drawn(cohort, law)) if cohort.single else ()), *_of_fits(cohort),
     ]  # fmt: skip
 
 
@@ -26,10 +29,35 @@ def _of_fits(cohort: Cohort) -> list[str]:
     if any(result.laws[law].posterior is not None for result in cohort.results for law in result.laws):
         return []
     return [
-        "Intervals of fits take what nobody said of image, zero and probe for exact, and the model for right. "
-        "Posteriors (inference: posterior in study.yaml, --inference posterior of vasowave fit) allow for these "
-        "errors; they take about ten seconds of one processor for an animal and law."
+        "Posteriors weigh the error of the model, which intervals of fits and p do not (inference: posterior in "
+        "study.yaml, --inference posterior of vasowave fit), in about ten seconds of a processor for an animal and law."
     ]
+
+
+def _drawn(cohort: Cohort, law: str) -> bool:
+    posterior = cohort.law(law).posterior
+    return posterior is not None and posterior.trusted
+
+
+def assumed_errors(results: Sequence[AnimalResult], drawn: bool = False) -> list[str]:
+    """Say for which errors intervals and p of the model allow, and who told them; nothing where there are none.
+
+    Those that are `drawn` by posteriors allow for some errors only where these are told.
+    """
+    told: dict[str, dict[str, None]] = {}
+    for one in (error for result in results for error in result.assumed_errors):
+        if drawn and one.source == "usual" and not kinds()[one.name].sampled:
+            continue
+        told.setdefault(one.source if one.sd > 0 else "exact", {})[str(one)] = None
+    words = {"usual": "{} (usual values; the study gives none)", "image": "{} (by the image)", "lab": "{} (stated)"}
+    said = [text.format(listed(list(told[source]))) for source, text in words.items() if source in told]
+    if not said:
+        return []
+    late = {one.name for result in results for one in result.assumed_errors if one.sd > 0} & _TIMING
+    right = [] if drawn else ["take the model itself as right"]
+    right += [] if late else ["allow for no filter or delay of the instruments beyond those that are corrected"]
+    beyond = f" They {listed(right)}." if right else ""
+    return [f"Intervals and p of the model allow for these errors (SD): {'; '.join(said)}.{beyond}"]
 
 
 def _image_pressure(cohort: Cohort) -> list[str]:
@@ -42,7 +70,7 @@ def _image_pressure(cohort: Cohort) -> list[str]:
     what = "recordings" if cohort.repeated else "animals"
     unknown = f" Of {count - len(known)} of {count} {what} it is not known: their radii are taken as those at 0 mmHg."
     return [
-        f"Radii are those at the image's pressure, {low if low == high else f'{low} to {high}'} mmHg, taken as exact."
+        f"Radii are those at the image's pressure, {low if low == high else f'{low} to {high}'} mmHg."
         f"{unknown if len(known) < count else ''}"
     ]
 
@@ -54,34 +82,25 @@ def no_wedge(cohort: Cohort) -> list[str]:
         return []
     whose = "" if len(without) == len(cohort.results) else f" of {len(without)} of {len(cohort.results)} recordings"
     return [f"No wedge pressure{whose} is given: PVR, R_T, R_T C_T and the measured decay count from 0 mmHg. With one "
-            "they are smaller."]  # fmt: skip
+            "they are smaller, and their ratios between groups change."]  # fmt: skip
 
 
-def one_geometry(cohort: Cohort, primary: Primary) -> list[str]:
-    """Say where animals of a group have one network: of its geometry there is one measurement, whatever n is.
-
-    That the quantities of fits then have no p stands with the answers.
-    """
+def shared_images(cohort: Cohort) -> list[str]:
+    """Say where one lung stands for several animals: how lungs of a group differ is then not measured."""
     if cohort.single or not cohort.walls:
         return []
     alike = [group for group, results in cohort.groups.items() if len(results) > 1 and _share_a_network(results)]
     if not alike:
         return []
     if _share_a_network(cohort.results):
-        return ["All animals have one network: of its geometry n is 1. Its error counts as the same in all of them."]
-    first, *others = cohort.groups
-    radius = {
-        group: float(network.radius[network.root])
-        for group, network in ((group, results[0].network) for group, results in cohort.groups.items())
-    }
-    factors = listed([f"{number((radius[group] / radius[first]) ** 4, 2)} in {group}" for group in others])
-    alone = f"; by that alone it differs from {first} by a factor of {factors}" if others else ""
-    drawn = len(primary.rows) and (primary.rows["estimates"] == "posterior").any()
-    aware = " Intervals and p from posteriors contain the error of the image." if drawn else ""
-    return [
-        f"Within {listed(alike)} all animals have one network: of its geometry n is 1. Stiffness grows with the fourth "
-        f"power of the root's radius{alone}.{aware}"
-    ]
+        return [
+            "One imaged lung stands for all animals: errors of its measurement are the same in all; how lungs of "
+            "animals differ is not measured."
+        ]
+    groups = f"{'each of ' if len(alike) > 1 else ''}{listed(alike)}"
+    if len(alike) == len(cohort.groups):
+        return ["Each group has one imaged lung, which stands for all its animals; how lungs differ is not measured."]
+    return [f"One imaged lung stands for all animals of {groups}: how lungs of a group differ is not measured."]
 
 
 def _share_a_network(results: list[AnimalResult]) -> bool:
@@ -115,7 +134,7 @@ def _open(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[str]:
         return []
     return [
         f"The data do not determine {_counted(cohort, count, len(fits), written)} ({law} wall; ends of the interval "
-        "differ by more than a factor of 4, or at a bound)."
+        f"differ by more than a factor of 4, or at a bound{'' if cohort.single else '; such animals count less'})."
     ]
 
 

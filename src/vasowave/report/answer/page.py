@@ -8,20 +8,25 @@ from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.primary import Family, Primary
 from vasowave.cohort.table import column, rows_of
 from vasowave.figures.forest import NARROW, WIDE, forest_figure
-from vasowave.figures.overview import tree_figure, waveforms_figure
+from vasowave.figures.overview import impedances_figure, tree_figure, waveforms_figure
 from vasowave.figures.style import group_looks, short, source_looks
 from vasowave.io.columns import split_unit
 from vasowave.quantities import question_of
 from vasowave.report.answer.animal import animal_answers
+from vasowave.report.answer.basis import basis
 from vasowave.report.answer.comparison import groups_figure
+from vasowave.report.answer.design import design_answer
+from vasowave.report.answer.effects import Called
 from vasowave.report.answer.forest import animal_rows
-from vasowave.report.answer.groups import Called, design_answer, group_answers, influence, not_told, other_laws
-from vasowave.report.answer.limits import model_limits, no_wedge, one_geometry
-from vasowave.report.answer.problems import marked, marker, overstrained, problem_blocks
+from vasowave.report.answer.groups import THE_ANSWER, beside, doubts_text, group_answer, not_told, tested
+from vasowave.report.answer.limits import model_limits, no_wedge, shared_images
+from vasowave.report.answer.marks import Marks
+from vasowave.report.answer.problems import overstrained, problem_blocks
 from vasowave.report.answer.walls import wall_answer
 from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
-from vasowave.report.glossary import caller
-from vasowave.report.tables.cells import nearest, symbols
+from vasowave.report.glossary import caller, defined
+from vasowave.report.tables.cells import nearest
+from vasowave.report.tables.data import animals_table
 from vasowave.report.wording import UNLIMITED, listed, number, undecided, unlimited
 
 _NEAR = "≈: other draws may put this p on the other side of 0.05."
@@ -31,27 +36,36 @@ UNLIKE = 0.15
 
 def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Section]:
     """Return the sections of the one result."""
-    written, called = symbols(cohort), caller(cohort)
+    written, called = defined(cohort), caller(cohort)
     forest = _forest(cohort, primary, family, called)
+    answers = _answers(cohort, primary, family, written, called)
+    lead = [Answers(answers[:1])] if answers[0][0] == THE_ANSWER else []
+    beside = Columns([Answers(answers[len(lead) :])], forest)
+    waves, network = _pictures(cohort, primary.law)
     return [
-        Section("answer", "The answer", [Columns([Answers(_answers(cohort, primary, family, called))], forest)]),
-        Section("animals", "What was measured", [Columns(*_pictures(cohort, primary.law))]),
+        Section("answer", "The answer", [*lead, beside]),
+        Section("animals", "What was measured", [*animals_table(cohort), Columns(waves, network)]),
         Section("open", "What is not known", _open(cohort, primary, written, called)),
     ]
 
 
-def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[tuple[str, str]]:
+def _answers(
+    cohort: Cohort, primary: Primary, family: Family, written: Mapping[str, str], called: Called
+) -> list[tuple[str, str]]:
     wall = [wall_answer(cohort, primary.law)] if primary.law else []
-    legend, mark = marked(cohort, primary.law), marker(cohort, primary.law)
+    marks = Marks(cohort, primary.law)
     if cohort.single:
-        one = cohort.results[0]
-        said = animal_answers(one, primary.law, family, called, mark([one.group]))
-        return [*_with_decay(said, cohort, primary.law, family), *legend, *wall]
+        said = animal_answers(cohort.results[0], primary.law, family, called, marks)
+        return [*_with_decay(said, cohort, primary.law, family), *marks.legend(said, written), *wall]
     design = design_answer(cohort)
     if len(cohort.groups) < 2 and not design:
         return [("Groups", "There is one group; nothing is compared between groups."), *wall]
-    said = _with_decay(group_answers(primary, called, mark), cohort, primary.law, family)
-    return [*design, *said, *legend, *_not_compared(primary, called), *wall]
+    answer = group_answer(primary, called, marks.of_row)
+    answer = answer._replace(questions=_with_decay(answer.questions, cohort, primary.law, family))
+    first, *said = answer.items(basis(cohort, primary, called), doubts_text(cohort, primary)) or [
+        (THE_ANSWER, "Nothing could be compared.")
+    ]
+    return [first, *design, *said, *marks.legend(said, written), *_not_compared(primary, called), *wall]
 
 
 def _with_decay(said: list[tuple[str, str]], cohort: Cohort, law: str, family: Family) -> list[tuple[str, str]]:
@@ -64,14 +78,16 @@ def _with_decay(said: list[tuple[str, str]], cohort: Cohort, law: str, family: F
 def _not_compared(primary: Primary, called: Called) -> list[tuple[str, str]]:
     reasons: dict[str, list[str]] = {}
     for what, why in primary.left_out.items():
-        reasons.setdefault(why, []).append(short(called(what), 60))
+        name, place, pair = what.partition(" (")
+        reasons.setdefault(why, []).append(short(f"{called(name)}{place}{pair}", 60))
     said = [*not_told(primary, called), *(f"{', '.join(names)}: {why}" for why, names in reasons.items())]
     return [("Not compared", f"{'; '.join(said)}.")] if said else []
 
 
 def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[Block]:
     if cohort.single:
-        rows = animal_rows(cohort.results[0], primary.law, family, called) if primary.law else []
+        marks = Marks(cohort, primary.law)
+        rows = animal_rows(cohort.results[0], primary.law, family, called, marks) if primary.law else []
         if not rows:
             return []
         looks, sources = group_looks(cohort.groups), source_looks([*cohort.sources, "data"])
@@ -99,14 +115,19 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
     walls = "the other walls (grey) and " if len(cohort.walls) > 1 else ""
     if not cohort.design.plain:
         return (
-            f"Ratios by the model of the design (diamonds{model}). 95 % intervals and p hold for all "
-            f"{len(primary.rows)} rows together. {_below(cohort, primary, reference)}"
+            f"Ratios by the model of the design (diamonds{model}). 95 % intervals and p are corrected for testing "
+            f"{tested(primary.rows)} rows. {_below(cohort, primary, reference)}"
         ).strip()
     open_ended = any(unlimited(low, high) for low, high in primary.rows[["low", "high"]].to_numpy(float))
+    images = (
+        " Errors that animals share, of their image above all, widen intervals and p of the model: dots of two groups "
+        "may lie apart and their effect be undecided."
+    )
     return (
-        f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known; the answers' numbers of "
-        f"groups are geometric means. 95 % intervals and p hold for all {len(primary.rows)} rows together. Below stand "
-        f"{walls}every animal over the mean of {reference}."
+        f"Ratio to {reference} of geometric means (diamonds{model}); animals with smaller errors count more. 95 % "
+        f"intervals and p are corrected for testing {tested(primary.rows)} rows. Below stand {walls}every animal over "
+        f"the mean of {reference}."
+        + (images if model and shared_images(cohort) else "")
         + (f" {UNLIMITED}: the data say nothing of that ratio." if open_ended else "")
     )
 
@@ -135,6 +156,12 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     )
     caption = single if cohort.single else every
     waves: list[Block] = [Drawing("Measured", caption, waveforms_figure(cohort))]
+    if not cohort.single:
+        means = (
+            "Measured impedance: mean (of the modulus the geometric one) and SD (band) of each group's animals at each "
+            "harmonic whose flow is above its noise in all of them, over its mean frequency."
+        )
+        waves.append(Drawing("Impedance", means, impedances_figure(cohort)))
     if not law:
         return waves, []
     who = "" if cohort.single else f" of {nearest(cohort)}"
@@ -150,10 +177,9 @@ def _entered(cohort: Cohort, law: str) -> str:
 
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
-    known = [*one_geometry(cohort, primary), *no_wedge(cohort), *model_limits(cohort, primary.law, written)]
+    known = [*no_wedge(cohort), *model_limits(cohort, primary.law, written)]
     known += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
-    if len(primary.rows):
-        known += [*influence(primary, called), *other_laws(primary, called)]
+    known += beside(primary, called)
     left: list[Block] = [Bullets(known)] if known else []
     return [Columns(left, problem_blocks(cohort, primary))]
 
@@ -161,7 +187,6 @@ def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: 
 def decay(cohort: Cohort, law: str) -> str:
     """Say what the measured decay is (of groups: geometric means), and where R_T C_T is far from it."""
     measured, modeled = (_means(cohort, source, "tau") for source in ("measured", law))
-    summed = _means(cohort, law, "tau_plain")
     both = [group for group in modeled if group in measured]
     if not both:
         return ""
@@ -170,18 +195,13 @@ def decay(cohort: Cohort, law: str) -> str:
         group, level, _ = cohort.cells[cell]
         return "" if cohort.single else f" in {short(group, 40)}{f' ({short(level, 40)})' if level else ''}"
 
-    values = listed([f"{number(measured[group])} s{of(group)}" for group in both])
-    said = f"The measured diastolic decay has τ = {values}."
-    times = {group: modeled[group] / measured[group] for group in both}
-    far = [f"{number(one, 2)} times it{of(group)}" for group, one in times.items() if abs(one - 1) > UNLIKE]
-    if not far:
+    def each(values: Mapping[str, float]) -> str:
+        return listed([f"{number(values[group])} s{of(group)}" for group in both if group in values])
+
+    said = f"The measured pressure falls in diastole with τ = {each(measured)}."
+    if not any(abs(modeled[group] / measured[group] - 1) > UNLIKE for group in both):
         return said
-    plain = [f"{number(summed[group])} s{of(group)}" for group in both if group in summed]
-    also = f" With the compliances of all vessels summed it is {listed(plain)}." if plain else ""
-    return (
-        f"{said} R_T C_T is {listed(far)}: it holds the beds' resistance and C_v by the paper's series/parallel rule, "
-        f"and says nothing of how fast the pressure decays.{also}"
-    )
+    return f"{said} The model's R_T C_T is not the time of this decay."
 
 
 def _means(cohort: Cohort, source: str, name: str) -> Mapping[str, float]:

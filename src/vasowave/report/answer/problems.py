@@ -1,6 +1,6 @@
 """Problems that must be looked at; routine notes are none of them."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -8,6 +8,7 @@ import pandas as pd
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.missing import Missing, Standing
 from vasowave.cohort.primary import Primary
+from vasowave.cohort.unused import unused_columns
 from vasowave.cohort.votes import WORSE_THAN_BEST, is_lone
 from vasowave.figures.style import short
 from vasowave.findings import Finding, Severity
@@ -15,18 +16,14 @@ from vasowave.report.blocks import Block, Notice, Remarks
 from vasowave.report.tables.cells import span
 from vasowave.report.wording import OF_FLOW, number, some_of
 
-MARK = "*"
-"""Stands behind an answer that rests on numbers of which the page says that they must not be used."""
-
 _MAX_NAMES = 4  # animals named in a sentence
 _MAX_FAILURES = 8  # told one by one
 
 
-_NONE = "No problem was found: nothing failed, and no law misses its data."
+_NONE = "All fits succeeded; none leaves 10 % of the pulse pressure unexplained, or twice what the best law leaves."
 _NONE_BY_LAW = "Nothing failed, and by the {law} wall no problem was found; what another law has stands beside."
 _NONE_OF_ONE = (
-    "No problem was found: nothing failed. One wall law was fitted, so that nothing shows whether another would meet "
-    "the data better."
+    "Nothing failed. One wall law was fitted, so that nothing shows whether another would meet the data better."
 )
 
 
@@ -44,7 +41,12 @@ def problems(cohort: Cohort, primary: Primary) -> list[str]:
         sentences.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
     if differing := cohort.differing_settings:
         sentences.append(f"The animals were not all analyzed with the same settings: {', '.join(differing)}.")
-    return [*sentences, *_sites(cohort), *overstrained(cohort, [primary.law]), *_missed(cohort), *_alone(cohort)]
+    return [*sentences, *_sites(cohort), *of_models(cohort, [primary.law])]
+
+
+def of_models(cohort: Cohort, walls: Sequence[str]) -> list[str]:
+    """Return what is wrong with fits: vessels that the walls overstrain, data that a law misses, a lone optimum."""
+    return [*overstrained(cohort, walls), *_missed(cohort), *_alone(cohort)]
 
 
 def _sites(cohort: Cohort) -> list[str]:
@@ -100,12 +102,14 @@ def problem_blocks(cohort: Cohort, primary: Primary) -> list[Block]:
     looks = _looks(warned)
     blocks: list[Block] = [Notice("Problems", sentences)] if sentences else []
     blocks += [Notice("Recordings to look at", looks)] if looks else []
+    unused = [str(one) for one in unused_columns(cohort.variables, cohort.design, cohort.members, list(cohort.groups))]
+    blocks += [Notice("Animals to look at", unused)] if unused else []
     doubted = _doubted_posteriors(cohort, primary.law)
     doubts = _looks(doubted)
     blocks += [Notice(f"Posteriors to look at ({primary.law} wall)", doubts)] if doubts else []
     count = sum(one not in result.looks for result in cohort.results for one in result.findings)
     count -= sum(map(len, doubted.values()))
-    none = [] if sentences or looks or doubts else [_none(cohort, primary.law)]
+    none = [] if sentences or looks or doubts or unused else [_none(cohort, primary.law)]
     notes = [f"{count} routine notes stand with the animals in the supplement."] if count else []
     return [*blocks, *([Remarks("Checks", [*none, *notes])] if none or notes else [])]
 
@@ -138,22 +142,6 @@ def _looks(warned: Mapping[str, Sequence[Finding]]) -> list[str]:
         else:
             said.append(f"{_some(list(dict.fromkeys(name for name, _ in pairs)))}; of {pairs[0][0]}: {pairs[0][1]}")
     return said
-
-
-def marker(cohort: Cohort, law: str) -> Callable[[Iterable[str]], str]:
-    """Return what gives the mark behind a sentence on groups, of which one rests on numbers that must not be used."""
-    doubted = {result.group for result in cohort.forbidden(law)}
-    return lambda groups: "" if doubted.isdisjoint(groups) else f" {MARK}"
-
-
-def marked(cohort: Cohort, law: str) -> list[tuple[str, str]]:
-    """Say what the mark behind answers means, where they rest on numbers that must not be used."""
-    names = [result.name for result in cohort.forbidden(law)]
-    if not names:
-        return []
-    whom = "this animal" if cohort.single else _some(names)
-    said = f"The answer rests on the {law} wall's numbers of {whom}, and these must not be used: see Problems."
-    return [(f"What does {MARK} mean?", said)]
 
 
 def _missed(cohort: Cohort) -> list[str]:

@@ -78,38 +78,21 @@ def _by_residuals(cohort: Cohort, law: str, answered: set[str]) -> list[str]:
     if not len(table):
         return ["No noise model of the residuals could be kept, so they prefer no law."]
     table = table[~table["wall"].isin(answered)]
-    return _residuals(table, law, cohort.single) if len(table) else []
+    return _residuals(table, law) if len(table) else []
 
 
-def _residuals(table: pd.DataFrame, law: str, single: bool) -> list[str]:
-    """Say between which laws the residuals decide; take apart what they say from what parameters cost."""
+def _residuals(table: pd.DataFrame, law: str) -> list[str]:
+    """Say between which laws the residuals decide, by AICc; the supplement has its table."""
     decided, undecided = table[table["speaks for"] != ""], table[table["speaks for"] == ""]
     said = [
         f"The residuals speak for the {row['speaks for']} wall against the "
-        f"{row['wall'] if row['speaks for'] == law else law} wall."
+        f"{row['wall'] if row['speaks for'] == law else law} wall (AICc)."
         for _, row in decided.iterrows()
     ]
     if len(undecided):
         walls = listed([f"the {wall}" for wall in (law, *undecided["wall"])])
-        said.append(f"The residuals do not decide between {walls} wall.")
-    each = "" if single else f", per animal (n = {', '.join(map(str, table['n'].unique()))})"
-    return [*said, f"AICc against that of the {law} wall (less is better){each}: {'; '.join(_parts(table))}."]
-
-
-def _parts(table: pd.DataFrame) -> list[str]:
-    """Return the difference of each law: of it what the residuals say, and what the number of parameters costs."""
-    parts = []
-    for place, (_, row) in enumerate(table.iterrows()):
-        own = _signed(*(float(row[name]) for name in ("residuals", "residuals low", "residuals high")))
-        whole = f"{row['wall']} {_signed(*(float(row[name]) for name in ('mean', 'low', 'high')))}"
-        words = (" by what the residuals say", " by the fixed price of its parameters") if place == 0 else ("", "")
-        parts.append(f"{whole}, of it {own}{words[0]} and {_signed(float(row['price']))}{words[1]}")
-    return parts
-
-
-def _signed(value: float, low: float = np.nan, high: float = np.nan) -> str:
-    text = with_interval(value, low, high) if np.isfinite(low) else number(value, 2)
-    return f"+{text}" if value > 0 else text
+        said.append(f"The residuals do not decide between {walls} wall (AICc).")
+    return said
 
 
 def _exponent(wall: str, one: Exponent, repeated: bool) -> str:

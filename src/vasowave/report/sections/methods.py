@@ -15,7 +15,8 @@ from vasowave.cohort.simultaneous import DRAWS
 from vasowave.cohort.two_groups import MOST_EXACT
 from vasowave.inference.known_errors import kinds
 from vasowave.model.blood import boundary_layer
-from vasowave.report.answer.groups import design_text, effect_of
+from vasowave.report.answer.design import design_text
+from vasowave.report.answer.effects import effect_of
 from vasowave.report.blocks import Paragraph, Section
 from vasowave.report.glossary import symbol
 from vasowave.report.tables.cells import named, span, symbols
@@ -179,8 +180,8 @@ def _calibration(cohort: Cohort) -> str:
         f"by {search} from {listed([str(count) for count in starts])} starts (seed {shared.get('seed', '–')}) within "
         f"{bounds}{own}, over {free}. {listed(_of_beds(cohort, 'factors').split(', '))} in all vascular beds."
         f"{f' Held fixed: {held}.' if held else ''} Intervals follow from the Jacobian at the optimum and allow for "
-        "all spectra that the noise may have after what the residual shows; they take image, wall law and zero of the "
-        "pressure as exact."
+        "all spectra that the noise may have after what the residual shows, and for the errors of image, probe, zero "
+        "and wall that stand under What is not known, to first order; they take the wall law as exact."
     )
 
 
@@ -293,7 +294,8 @@ def _by_design(cohort: Cohort, primary: Primary, of_draws: str) -> str:
         f"The design: {design_text(cohort)} Each quantity's logarithms followed one linear mixed model, with the "
         f"animals' known errors (standard errors of their estimates{of_draws}), a variance between animals for each "
         "group or cell of groups and second factor that no animal links with others (one for all where a cell has "
-        "fewer than three recordings), and a variance for each block and for subjects; variances by restricted maximum "
+        "fewer than three recordings), and a variance for each block, for subjects and, of three times or more, for "
+        "what recordings of a subject share the more the nearer they are in time; variances by restricted maximum "
         "likelihood, standard errors and degrees of freedom after Kenward and Roger. Covariates enter as main effects, "
         "and cells are compared at their average. "
         f"p values and 95 % intervals are simultaneous for all quantities and effects ({effects}): the least p was "

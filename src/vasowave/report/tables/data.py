@@ -1,14 +1,23 @@
-"""Tables of what was measured: HemoStats, Network, ParNom, and Z_c by several estimators."""
+"""Tables of what was measured: the animals, HemoStats, Network, ParNom, and Z_c by several estimators."""
 
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
 import pandas as pd
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.table import columns, describe
+from vasowave.cohort.variables import Variable
 from vasowave.quantities import INDICES
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import mean_sd, named, symbols, who, with_unit
+from vasowave.report.wording import with_error
 
+_FIRST = ("HR", "mPAP", "CO", "PVR")
+_TOLD = ("weight", "body weight", "body mass", "mass", "sex", "gender", "age", "strain")
+"""Columns of a lab's table that describe its animals in the first table of a paper."""
 _NOMINAL = {"Z_c": "Z_c", "beta": "β₀", "R_T": "R_T0", "tau": "τ₀"}
 
 
@@ -26,6 +35,34 @@ def hemodynamics(cohort: Cohort) -> Table:
     note = "; ".join(f"{name}: {known[name]}" for name in INDICES if name in known)
     caption = "Hemodynamic indices" if cohort.single else "Hemodynamic indices, mean ± SD"
     return Table("HemoStats", caption, header, cells, f"{note}.", data)
+
+
+def animals_table(cohort: Cohort) -> list[Table]:
+    """The animals of each group in a few rows ("Animals"): what the lab says of them, and what was measured."""
+    if cohort.single:
+        return []
+    rows = cohort.described[cohort.described["source"] == "measured"]
+    data = describe(rows, columns(rows, _FIRST))
+    cells = [
+        (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in part.iterrows()))
+        for label, part in data.groupby("quantity", sort=False)
+    ]
+    told = [one for one in cohort.variables.values() if one.name.lower() in _TOLD]
+    first = [(one.label, *(_summary(one, cell.results) for cell in cohort.cells.values())) for one in told]
+    header = ("mean ± SD", *(f"{cell} ({cohort.count(cell)})" for cell in cohort.cells))
+    note = "Arithmetic means; the answer compares geometric ones."
+    return [Table("Animals", "Table 1. The animals", header, [*first, *cells], note, data)]
+
+
+def _summary(told: Variable, results: Sequence[AnimalResult]) -> str:
+    """Return mean ± SD of numbers, or how many have each level."""
+    if told.kind == "category":
+        levels = Counter(told.levels[one.name] for one in results if one.name in told.levels)
+        return ", ".join(f"{count} {level}" for level, count in levels.items()) or "–"
+    values = np.array([told.numbers[one.name] for one in results if one.name in told.numbers])
+    if not len(values):
+        return "–"
+    return with_error(float(values.mean()), float(values.std(ddof=1)) if len(values) > 1 else np.nan)
 
 
 def failures(cohort: Cohort) -> list[Table]:

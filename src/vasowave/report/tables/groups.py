@@ -10,7 +10,7 @@ from vasowave.cohort.comparison import Comparison
 from vasowave.cohort.primary import Primary, Untested
 from vasowave.cohort.table import described
 from vasowave.cohort.two_groups import MOST_EXACT
-from vasowave.report.answer.groups import effect_of
+from vasowave.report.answer.effects import effect_of
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import interval, mean_sd, median_iqr, source_title, span, symbols, with_unit
 from vasowave.report.wording import number, p_value, ratio_with_interval, undecided
@@ -38,16 +38,17 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     header = ("quantity", "source", "groups", "animals", "ratio [95 %, all rows]", "SE of its log", "df", "p, all rows",
               "smallest p by ranks", "groups apart", "ratio without one animal")  # fmt: skip
     designed = "what" in rows
+    tested = int(rows["p"].notna().sum())
     if designed:
         note = (
             "Ratio: of means on logarithms by one mixed model for each quantity, the animals' known errors in it "
             "(restricted maximum likelihood, Kenward and Roger's standard errors and degrees of freedom); of an "
-            f"interaction a ratio of ratios. Interval and p: for all {len(rows)} rows together, from one distribution, "
-            "so that an interval excludes 1 exactly if p < 0.05; logarithms are taken as normal. Without: the one "
-            "animal, with all its recordings, that moves the ratio most when it is left out."
+            f"interaction a ratio of ratios. Interval and p: for all {tested} tested rows together, from one "
+            "distribution, so that an interval excludes 1 exactly if p < 0.05; logarithms are taken as normal. "
+            "Without: the one animal, with all its recordings, that moves the ratio most when it is left out."
         )
     else:
-        note = _note(len(rows))
+        note = _note(tested)
     note += " SE: of the ratio's natural logarithm; df: its degrees of freedom."
     if rows["p"].map(undecided).any():
         note += " ≈: other draws may put this p on the other side of 0.05."
@@ -58,8 +59,8 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
         )
     if (rows["untested"] == Untested.ONE_IMAGE).any():
         note += (
-            " No p: animals of a group have one image, and a fit takes it as exact; the interval is without its error. "
-            "Posteriors contain it."
+            " No p: animals of a group have one image, and the interval is without its error; it holds in 95 % by "
+            "itself. Posteriors contain it."
         )
     if "posterior" in set(rows["estimates"]):
         note += (
@@ -92,7 +93,7 @@ def _note(count: int) -> str:
     return (
         "Ratio: of the groups' means on logarithms, each animal weighted by its error and by what the animals of its "
         "group differ (random effects, restricted maximum likelihood; standard errors after Hartung and Knapp, without "
-        f"known errors Welch's). Interval and p: for all {count} rows together, from one distribution, "
+        f"known errors Welch's). Interval and p: for all {count} tested rows together, from one distribution, "
         "so that an interval excludes 1 exactly if p < 0.05; logarithms are taken as normal. Smallest p: of any test "
         "by ranks or relabelings, which asks for no distribution. Apart: no animal of one group lies among the other. "
         "Without: the one animal that moves the ratio most when it is left out."

@@ -11,8 +11,9 @@ from vasowave.animal.law_result import LawResult
 from vasowave.animal.reading import largest_waves
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.table import columns
-from vasowave.cohort.votes import DECISIVE, WORSE_THAN_BEST, WORST_SHARE, differences
+from vasowave.cohort.votes import DECISIVE, WORSE_THAN_BEST, differences
 from vasowave.cohort.walls import evidences
+from vasowave.descriptions import AT_BOUND, MOST_LEFT, OPEN, parameter_mark
 from vasowave.figures.modeled import sites_of
 from vasowave.io.columns import split_unit
 from vasowave.quantities import QUANTITIES
@@ -22,8 +23,8 @@ from vasowave.report.wording import Row, column_label, number, with_interval
 
 _DERIVED = ("wave_speed", "R_T", "C_T", "C_p_over_C_T", "tau", "I_R", "a", "S", "RMSE")
 MARKS = (
-    "† at a bound of its search; ‡ not determined by the data (the ends of its 95 % interval differ by more than a "
-    "factor of 4)."
+    f"{AT_BOUND} at a bound of its search; {OPEN} not determined by the data (the ends of its 95 % interval differ by "
+    "more than a factor of 4)."
 )
 _TOLD = ("wave_speed", "R_T")
 """Quantities on the page; the file has every parameter."""
@@ -133,9 +134,8 @@ def mark(fit: xr.Dataset, name: str) -> str:
     if name not in names:
         return ""
     place = names.index(name)
-    if known["at_bound"].values[place]:
-        return " †"
-    return "" if known["determined"].values[place] or not known["free"].values[place] else " ‡"
+    shown = parameter_mark(*(bool(known[one].values[place]) for one in ("free", "at_bound", "determined")))
+    return f" {shown}" if shown else ""
 
 
 def laws_by_posterior(data: xr.Dataset) -> Table:
@@ -263,7 +263,7 @@ def misfit_table(cohort: Cohort) -> Table:
     note = (
         "Error of the cycle: standard error of the averaged beats (– if a cycle was given). A law misses its data "
         f"where it leaves more than {WORSE_THAN_BEST:g} times what the animal's best law leaves, or more than "
-        f"{100 * WORST_SHARE:g} % of the pulse pressure. Overstrained: a vessel's area grows beyond what an artery "
+        f"{100 * MOST_LEFT:g} % of the pulse pressure. Overstrained: a vessel's area grows beyond what an artery "
         "survives; such a law is never the best."
     )
     return Table("Misfit", "What the wall laws leave of the data", header, cells, note, data)

@@ -10,11 +10,12 @@ async function answered(reply) {
   throw new Error(text || `the workbench answers ${reply.status}`);
 }
 
-async function fetched(where, how) {
+/** An answer, taken as `kind` says; a workbench may end before it, or in the middle of it. */
+async function fetched(where, how, kind) {
   try {
-    return await answered(await fetch(where, how));
+    return await (await answered(await fetch(where, how)))[kind]();
   } catch (error) {
-    if (error instanceof TypeError) throw new Error("The workbench has ended: start `vasowave open` again. What was done is in the files.");
+    if (error instanceof TypeError) throw new Error("The workbench does not answer: try again, or start `vasowave open` again if it has ended. What was done is in the files.");
     throw error;
   }
 }
@@ -22,27 +23,27 @@ async function fetched(where, how) {
 const address = (what, given = {}) => `${what}?${new URLSearchParams(given)}`;
 
 /** What is at an address, as a value. */
-export const ask = async (what, given = {}, signal = undefined) => (await fetched(address(what, given), { signal })).json();
+export const ask = (what, given = {}, signal = undefined) => fetched(address(what, given), { signal }, "json");
 
 /** Numbers of four bytes at an address. */
 export const numbers = async (what, given, signal = undefined) =>
-  new Float32Array(await (await fetched(address(what, given), { signal })).arrayBuffer());
+  new Float32Array(await fetched(address(what, given), { signal }, "arrayBuffer"));
 
 /** What is at an address, byte by byte. */
-export const bytes = async (what, given) => (await fetched(address(what, given))).arrayBuffer();
+export const bytes = (what, given) => fetched(address(what, given), {}, "arrayBuffer");
 
-const posted = (what, message, signal) => fetched(what, {
-  method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(message), signal });
+const posted = (what, message, kind, signal) => fetched(what, {
+  method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(message), signal }, kind);
 
 /** The answer to a message. */
-export const post = async (what, message, signal = undefined) => (await posted(what, message, signal)).json();
+export const post = (what, message, signal = undefined) => posted(what, message, "json", signal);
 
 /** The file that a message asks for. */
-export const file = async (what, message) => (await posted(what, message)).blob();
+export const file = (what, message) => posted(what, message, "blob");
 
 /** Send a file under a name; returns its name in the study. */
 export const upload = async (name, content) =>
-  (await (await fetched(address("upload", { name }), { method: "PUT", body: content })).json()).name;
+  (await fetched(address("upload", { name }), { method: "PUT", body: content }, "json")).name;
 
 const said = document.getElementById("said");
 let leaving = 0;

@@ -44,7 +44,7 @@ function draw(place) {
   const typed = document.activeElement;
   if (place.contains(typed) && typed.matches("input[type=text]") && typed.value !== typed.defaultValue) return;
   fill(place, known.study ? [
-    h("h1", {}, known.title), h("p", { class: "note" }, known.folder), drop(), groups(), table(), general(),
+    h("h1", {}, known.title), h("p", { class: "note" }, known.folder), drop(), groups(), programs(), table(), general(),
     h("section", { data: { part: "run" } }, run()), settings(),
   ] : begin());
 }
@@ -116,6 +116,16 @@ function problems() {
   if (fresh) return checked.problems;
   const now = new Set(known.problems.map((one) => one.text));
   return [...known.problems, ...(checked?.problems || []).filter((one) => one.animals.length && !one.error && !now.has(one.text))];
+}
+
+/** Programs of the study that nobody has allowed to run, to be read first. */
+function programs() {
+  if (!known.programs.length) return null;
+  const named = Object.fromEntries(known.programs.map((one) => [one.name, one.sha256]));
+  return h("section", { id: "programs" },
+    h("p", {}, "This study brings programs along, which have not run. Read them: a program can do all that you can do on this machine."),
+    known.programs.map((one) => h("details", { open: true }, h("summary", {}, one.path), h("pre", {}, one.text))),
+    h("button", { type: "button", id: "trust", onclick: () => act("trust-programs", { programs: named }) }, "I have read them: let them run in this study"));
 }
 
 function groups() {
@@ -209,12 +219,12 @@ function run() {
       going ? h("button", { type: "button", id: "stop", data: { key: "run" }, onclick: () => act("stop") }, "Stop")
         : h("button", { type: "button", id: "run", class: "main", data: { key: "run" }, disabled: !known.rows.length || errors > 0, onclick: () => act("run") },
           Object.values(known.status).some((one) => ["done", "begun"].includes(one.state)) ? "Run, or go on" : "Run"),
-      going ? [h("progress", { max: count.length || 1, value: done, "aria-label": "animals done" }), `${done} of ${count.length} animals; by ${going}`] : null,
+      going ? [h("progress", { max: count.length || 1, value: done, "aria-label": "animals done" }), `${done} of ${count.length} animals; by ${going}${told.said && `: ${told.said}`}`] : null,
       state?.report ? h("a", { href: "report/report.html", target: "_blank", rel: "noopener", id: "report" }, "The report") : null,
       state?.results ? h("a", { href: "#explorer" }, "Explore the results") : null,
       old && state?.results ? h("span", { class: "old" }, `outdated: ${old} of the results' animals changed since`) : null),
     errors ? h("p", { class: "note" }, `${errors} error${errors > 1 ? "s" : ""} to mend before it can run.`) : null,
-    told?.error && !going ? h("p", { class: "finding bad" }, told.error) : null,
+    told?.said && !going ? h("p", { id: "ended", class: told.ended === "finished" ? "note" : "finding bad" }, told.said) : null,
     going ? h("ul", {}, Object.entries(told.animals).map(([name, one]) => h("li", {}, `${name}: ${one.text}`))) : null,
     h("label", { class: "note" }, h("input", { type: "checkbox", checked: told?.stops_with_us, data: { key: "at-end" },
       onchange: (event) => act("at-end", { stop: event.target.checked }) }), " stop a run when the workbench ends (else it goes on)"),

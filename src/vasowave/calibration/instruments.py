@@ -1,0 +1,161 @@
+"""Whether what a fit leaves looks like an instrument's: a filter or a delay of the pressure or of the flow.
+
+An amplifier's filter of first order, 1 / (1 + iωτ), makes the upstroke soft and late, and a fit makes the arteries soft
+instead. What it cannot imitate stays in the residual. A step towards τ and the free parameters shows it; where it does,
+the linear theory fits both. Walls that are stiffer towards the periphery, and a law that is not the vessels', leave
+the same.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from vasowave.calibration.compared import Compared
+from vasowave.calibration.parameters import IMPOSSIBLE, Space
+from vasowave.findings import Finding, look_kind
+from vasowave.model.linear import linear_solution
+
+
+@dataclass(frozen=True)
+class InstrumentRules:
+    """When an instrument becomes a finding.
+
+    Attributes
+    ----------
+    harmonics : int
+        So many are looked at.
+    floor : float
+        Residual that is looked at, mmHg: the error of the simulated pressure by its grid.
+    step : float
+        Share of the residual's sum of squares that a first step must explain, for a fit to be made.
+    left : float
+        Share that the fit may leave.
+    F : float
+        Least variance ratio of what the instrument explains.
+    evaluations : int
+        Steps of the fit with a lag, at most.
+    shortest : float
+        Least lag τ that is told, share of the cycle over 2π: a filter at 16 times the heart's frequency. Images that
+        are wrong by 5 % in every vessel look like filters of 25 to 45 times.
+    longest : float
+        Largest lag that is looked for, likewise.
+    """
+
+    harmonics: int = 20
+    floor: float = 0.02
+    step: float = 0.1
+    left: float = 0.5
+    F: float = 30.0
+    evaluations: int = 40
+    shortest: float = 1 / 16
+    longest: float = 1.0
+
+
+RULES = InstrumentRules()
+_FAILED = 1e3  # mmHg
+
+LOW_PASS = look_kind(
+    "fit.low-pass",
+    "The {signal} looks filtered at about {cutoff:.0f} Hz (first order), or late by {delay:.2g} ms: then {parameter} "
+    "would be about {value:.3g}, not {fitted:.3g} (explains {explained:.0f} % of the residual). Walls stiffer towards "
+    "the periphery look alike.",
+    "Ask which filters amplifier and recorder have, and give them as columns `pressure cutoff [Hz]`, `flow cutoff "
+    "[Hz]`; where nobody knows, allow for one by `pressure_lag_sd`.",
+)
+
+Response = Callable[[np.ndarray], np.ndarray]
+"""Recorded over true pressure of a lag by its ωτ."""
+
+_RESPONSES: dict[str, tuple[Response, Response]] = {
+    "pressure": (lambda lag: 1 / (1 + 1j * lag), lambda lag: np.exp(-1j * lag)),
+    "flow": (lambda lag: 1 + 1j * lag, lambda lag: np.exp(1j * lag)),
+}  # a filter and a delay of each signal, as they stand in the pressure of a model that the recorded flow enters
+
+
+def instrument_findings(
+    space: Space, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, compared: Compared
+) -> list[Finding]:
+    """Return a finding if a lag of one signal explains most of a residual.
+
+    Parameters
+    ----------
+    space : Space
+    x : array, shape (free,)
+        The optimum.
+    residual : array, shape (N,)
+        Measured less simulated pressure at the inlet, mmHg.
+    jacobian : array, shape (N, free)
+        Its derivatives.
+    compared : Compared
+    """
+    if compared.what == "flow" or not len(x):
+        return []
+    count = min(compared.harmonics, RULES.harmonics)
+    measured, left = (_harmonics(values, count) for values in (compared.measured, residual))
+    lagging = _real(-1j * np.arange(count + 1) * (measured - left))  # by a lag, in shares of the cycle over 2π
+    basis = np.linalg.qr(np.stack([_real(_harmonics(column, count)) for column in jacobian.T], axis=1))[0]
+    target, lagging = (values - basis @ (basis.T @ values) for values in (_real(left), lagging))
+    step = float(target @ lagging / max(lagging @ lagging, 1e-300))
+    whole = float(target @ target)
+    if whole < RULES.floor**2 or step**2 * float(lagging @ lagging) < RULES.step * whole:
+        return []
+    signal = "pressure" if step > 0 else "flow"
+    (filtered, least), (delayed, other) = (
+        _with_lag(space, x, measured - left, measured, compared, response) for response in _RESPONSES[signal]
+    )
+    least, freedom = max(min(least, other), 1e-300), 2 * count - len(x)
+    lag, delay = np.exp([filtered[-1], delayed[-1]]) * compared.recording.period / (2 * np.pi)
+    weak = least > RULES.left * whole or (whole - least) / least * freedom < RULES.F
+    if weak or np.exp(filtered[-1]) < RULES.shortest:
+        return []
+    fitted, value = float(np.exp(x[0])), float(np.exp(filtered[0]))
+    return [
+        LOW_PASS(
+            signal=signal,
+            cutoff=float(1 / (2 * np.pi * lag)),
+            delay=float(1e3 * delay),
+            parameter=space.free_names[0],
+            value=value,
+            fitted=fitted,
+            explained=100 * (1 - least / whole),
+        )
+    ]
+
+
+def _harmonics(values: np.ndarray, count: int) -> np.ndarray:
+    return np.fft.rfft(values)[: count + 1] / len(values)
+
+
+def _real(spectrum: np.ndarray) -> np.ndarray:
+    """Return as many real numbers with the same sum of squares over a cycle."""
+    return np.concatenate([spectrum.real[:1], np.sqrt(2) * spectrum.real[1:], np.sqrt(2) * spectrum.imag[1:]])
+
+
+def _with_lag(
+    space: Space, x: np.ndarray, simulated: np.ndarray, measured: np.ndarray, compared: Compared, response: Response
+) -> tuple[np.ndarray, float]:
+    """Return parameters and lag (logarithms) of a fit by the linear theory, and the sum of squares that it leaves."""
+    count = len(measured) - 1
+
+    def linear(point: np.ndarray) -> np.ndarray:
+        model = space.model(space.values(point))
+        spectrum = linear_solution(model, compared.driven, count).pressure[:, model.network.root]
+        return np.append(spectrum[:1], 0.5 * spectrum[1:])
+
+    def apart(point: np.ndarray) -> np.ndarray:
+        try:
+            pressure = simulated + linear(point[:-1]) - middle
+        except IMPOSSIBLE:
+            return np.full(2 * count + 1, _FAILED)
+        return _real(measured - response(np.arange(count + 1) * np.exp(point[-1])) * pressure)
+
+    with np.errstate(all="ignore"):
+        middle = linear(x)
+        low, high = space.log_bounds
+        bounds = np.append(low - 1e-9, np.log(1e-3)), np.append(high + 1e-9, np.log(RULES.longest))
+        optimum = least_squares(
+            apart, np.append(x, np.log(0.15)), bounds=bounds, max_nfev=RULES.evaluations, x_scale=0.1
+        )
+    return optimum.x, 2 * float(optimum.cost)

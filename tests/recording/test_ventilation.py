@@ -1,0 +1,62 @@
+"""End-expiration is found by the phase of the breath, and where that cannot be known, it is said."""
+
+import warnings
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
+from vasowave.findings import Severity
+from vasowave.recording import Recording, average_beats
+
+PHASE = np.arange(256) / 256
+BEAT = np.sin(np.pi * np.clip((PHASE - 0.08) / 0.8, 0, 1)) ** 2
+CYCLE = Recording(12.0 + 14.0 * BEAT, 0.4 * BEAT, 0.11)
+NONE = Disturbances(**{field.name: 0.0 for field in fields(Disturbances)})
+QUIET = replace(NONE, length_variation=0.015, pressure_noise=0.1, ecg_noise=0.05)
+
+
+def averaged(seed, breath, ecg=True, hum=0.0):
+    """Return the average of a recording on which `breath`, mmHg over its phase, is laid, and the codes of its looks."""
+    rng = np.random.default_rng(seed)
+    rate = rng.uniform(1.2, 1.8)
+    made = synthetic_raw_recording(
+        CYCLE, rng, duration=15.0, disturbances=QUIET, sampling_rate=1000.0, ecg=ecg,
+        baseline=lambda t: breath((rate * t + 0.3) % 1.0) + hum * np.sin(2 * np.pi * 50.0 * t),
+    ).raw  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        average = average_beats(made)
+    return average, [one.code for one in average.findings if one.severity is Severity.LOOK]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_under_a_piston_that_rests_nowhere_the_mean_is_that_of_the_lower_end_and_this_is_said(seed):
+    average, looks = averaged(seed, lambda phase: 2.0 - 2.0 * np.cos(2 * np.pi * phase))
+    cycle = average.recording
+    assert cycle.mean_pressure == pytest.approx(CYCLE.mean_pressure, rel=0.02)
+    assert abs(cycle.mean_pressure - CYCLE.mean_pressure) < 2 * cycle.pressure_error[0]
+    assert "recording.breath-without-plateau" in looks
+
+
+def test_of_two_ends_at_which_the_pressure_rests_equally_long_the_lower_one_counts():
+    average, looks = averaged(3, lambda phase: 4.0 * (phase < 0.5))
+    assert average.recording.mean_pressure == pytest.approx(CYCLE.mean_pressure, rel=0.02)
+    assert "recording.breath-without-plateau" in looks
+
+
+@pytest.mark.parametrize(("sign", "looks"), [(1.0, []), (-1.0, ["recording.breath-rests-high"])])
+def test_a_pressure_that_rests_at_one_end_is_taken_there(sign, looks):
+    hump = lambda phase: sign * 3.0 * np.where(phase < 0.35, np.sin(np.pi * phase / 0.35) ** 2, 0.0)  # noqa: E731
+    average, seen = averaged(4, hump)
+    assert average.recording.mean_pressure == pytest.approx(CYCLE.mean_pressure, rel=0.01)
+    assert seen == looks
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_hum_neither_halves_the_heart_rate_nor_goes_unsaid(seed):
+    average, looks = averaged(seed, lambda phase: 0.0 * phase, ecg=False, hum=2.0)
+    assert average.recording.heart_rate == pytest.approx(60 / 0.11, rel=0.01)
+    assert average.recording.mean_pressure == pytest.approx(CYCLE.mean_pressure, rel=0.02)
+    assert "recording.hum" in looks
