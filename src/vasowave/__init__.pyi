@@ -1,6 +1,8 @@
 """What `import vasowave` offers, and where each name lives; `__init__.py` finds it here when it is asked for."""
 
+from vasowave.analysis import FittedStenosis as FittedStenosis
 from vasowave.analysis import compliance as compliance
+from vasowave.analysis import fit_stenosis as fit_stenosis
 from vasowave.analysis import impedance as impedance
 from vasowave.analysis import wave_intensity as wave_intensity
 from vasowave.analysis.coupling import Coupling as Coupling
