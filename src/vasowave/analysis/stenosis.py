@@ -114,9 +114,11 @@ def fit_stenosis(
             diameter=float(found[0] * STENOSIS.diameter),
             inertial=float(found[2]) or None,
         ),
-        float(found[0]),
-        *(float(sd[row]) for row in (1, 0, 2)),
-        float(left),
+        viscous_ratio=float(found[0]),
+        turbulent_sd=float(sd[1]),
+        viscous_ratio_sd=float(sd[0]),
+        inertial_sd=float(sd[2]),
+        misfit=float(left),
     )
 
 
