@@ -17,11 +17,14 @@ NETWORK = vw.Network(("1", "2", "3"), [-1, 0, 0], [0.5, 0.8, 0.6], [0.05, 0.035,
 BETA = 57.0
 
 
+TANGENT = vw.TangentWall(12.0, 3.0)
+
+
 @cache
-def animal():
+def animal(wall=vw.LinearWall(BETA)):  # noqa: B008  a value, which nobody changes
     """A recording with noise of 0.1 mmHg whose upper harmonics fall, as those of averaged beats do."""
     mouse = vw.virtual_mouse(noise=0)
-    model = vw.Model(NETWORK, vw.LinearWall(BETA), vw.Windkessel([20, 30], [130, 160], [8e-4, 7e-4]))
+    model = vw.Model(NETWORK, wall, vw.Windkessel([20, 30], [130, 160], [8e-4, 7e-4]))
     waves = vw.simulate(model, mouse.inflow, vw.Numerics(samples=256))["pressure"].to_numpy()[:, 0, 0]
     rough = np.fft.rfft(np.random.default_rng(4).standard_normal(256)) * np.exp(-np.arange(129) / 8)
     noise = np.fft.irfft(rough, 256)
@@ -39,9 +42,9 @@ def charged(values, period, cutoff):
     return out[32::64]
 
 
-def of_filters(recording):
-    fit = vw.calibrate(NETWORK, recording, "linear", starts=1)
-    return fit.parameters["value"]["beta"], [one for one in fit.findings if one.code == "fit.low-pass"]
+def of_filters(recording, law="linear"):
+    fit = vw.calibrate(NETWORK, recording, law, starts=1)
+    return fit.parameters["value"].iloc[0], [one for one in fit.findings if one.code == "fit.low-pass"]
 
 
 def test_a_recording_without_a_filter_tells_none():
@@ -63,6 +66,28 @@ def test_a_filter_of_the_pressure_makes_arteries_soft_is_told_and_undone_where_i
     beta, findings = of_filters(corrected)
     assert beta == pytest.approx(BETA, rel=0.03)
     assert not findings
+
+
+@pytest.mark.parametrize("cutoff", [20.0, 50.0, 100.0])
+def test_a_filter_is_told_beside_a_wall_that_stiffens_and_imitates_it(cutoff):
+    clean, findings = of_filters(animal(TANGENT), "tangent")
+    assert not findings
+    seen = replace(animal(TANGENT), pressure=charged(animal(TANGENT).pressure, animal().period, cutoff))
+    soft, findings = of_filters(seen, "tangent")
+    assert soft < 0.5 * clean
+    (values,) = (dict(one.values) for one in findings)
+    assert values["signal"] == "pressure"
+    assert values["cutoff"] == pytest.approx(cutoff, rel=0.25)
+    assert values["value"] == pytest.approx(clean, rel=0.25)  # of p1 with a filter
+
+
+@pytest.mark.parametrize("cutoff", [20.0, 50.0])
+def test_an_unknown_filter_is_found_beside_a_wall_that_stiffens(cutoff):
+    seen = replace(animal(TANGENT), pressure=charged(animal(TANGENT).pressure, animal().period, cutoff))
+    fit = vw.calibrate(NETWORK, seen, "tangent", starts=1, pressure_lag_sd=0.003)
+    p1, found = fit.parameters.loc["p1"], fit.response["pressure_lag"]
+    assert p1["interval_low"] < 12.0 < p1["interval_high"]
+    assert abs(found.value - 1 / (2 * np.pi * cutoff)) < 2.5 * found.error
 
 
 def test_a_filter_of_the_flow_is_told_as_one_of_the_flow():

@@ -204,7 +204,7 @@ def calibrate(
     sds = {name: getattr(plan, f"{name}_sd") for name in RESPONSE if compared.what == "pressure"}
     priors = {name: sd for name, sd in sds.items() if sd > 0}
     if priors:
-        objective, best = fit_response(objective, best, priors, plan.method)
+        objective, best = fit_response(objective, best, starts[0], priors, plan.method)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
     compared = objective.compared.with_flow_error(space.model(space.values(best.x)))
     of_response = response_columns(objective, best.x, priors) if priors else None
@@ -218,8 +218,7 @@ def calibrate(
     found += [*fit_findings(table, correlation, table_of_starts, spread), *run.notes]
     found += response_findings(response)
     if not response:
-        at_inlet = residual[: compared.samples], jacobian[: compared.samples]
-        found += instrument_findings(space, best.x, *at_inlet, compared)
+        found += instrument_findings(objective, best, jacobian, starts[0], plan.method)
     added = (
         (None, [])
         if alone is None

@@ -8,12 +8,18 @@ the same.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from vasowave.calibration.compared import Compared
+from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import IMPOSSIBLE, Space
+from vasowave.calibration.response import RULES as RESPONSE_RULES
+from vasowave.calibration.response import fit_response
+from vasowave.calibration.screening import knows
+from vasowave.calibration.search import SearchEnd
 from vasowave.findings import Finding, look_kind
 from vasowave.model.linear import linear_solution
 
@@ -41,6 +47,10 @@ class InstrumentRules:
         are wrong by 5 % in every vessel look like filters of 25 to 45 times.
     longest : float
         Largest lag that is looked for, likewise.
+    apart : float
+        Share of a lag that no parameter imitates, below which a first step would not show it.
+    bound : float
+        Distance of the logarithm of a parameter from its bound, below which it is at it.
     """
 
     harmonics: int = 20
@@ -51,6 +61,8 @@ class InstrumentRules:
     evaluations: int = 40
     shortest: float = 1 / 16
     longest: float = 1.0
+    apart: float = 0.25
+    bound: float = 1e-3
 
 
 RULES = InstrumentRules()
@@ -60,10 +72,19 @@ LOW_PASS = look_kind(
     "fit.low-pass",
     "The {signal} looks filtered at about {cutoff:.0f} Hz (first order), or late by {delay:.2g} ms: then {parameter} "
     "would be about {value:.3g}, not {fitted:.3g} (explains {explained:.0f} % of the residual). Walls stiffer towards "
-    "the periphery look alike.",
+    "the periphery and another wall law look alike.",
     "Ask which filters amplifier and recorder have, and give them as columns `pressure cutoff [Hz]`, `flow cutoff "
     "[Hz]`; where nobody knows, allow for one by `pressure_lag_sd`.",
 )
+
+
+class Lagged(NamedTuple):
+    """A fit with a lag: logarithms of the parameters, lag as share of the cycle over 2π, and what it leaves, mmHg²."""
+
+    x: np.ndarray
+    lag: float
+    left: float
+
 
 Response = Callable[[np.ndarray], np.ndarray]
 """Recorded over true pressure of a lag by its ωτ."""
@@ -75,53 +96,88 @@ _RESPONSES: dict[str, tuple[Response, Response]] = {
 
 
 def instrument_findings(
-    space: Space, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, compared: Compared
+    objective: Objective, best: SearchEnd, jacobian: np.ndarray, start: np.ndarray, method: str
 ) -> list[Finding]:
-    """Return a finding if a lag of one signal explains most of a residual.
+    """Return a finding if a lag of one signal explains most of what a fit leaves at the inlet.
+
+    The linear theory fits lag and parameters together. It does not know how a wall stiffens: of laws that do, the
+    simulation is fitted again, with the lag, where a first step shows one, the parameters can imitate it,
+    or one is at its bound.
 
     Parameters
     ----------
-    space : Space
-    x : array, shape (free,)
+    objective : Objective
+    best : SearchEnd
         The optimum.
-    residual : array, shape (N,)
-        Measured less simulated pressure at the inlet, mmHg.
     jacobian : array, shape (N, free)
-        Its derivatives.
-    compared : Compared
+        Derivatives of the residuals there.
+    start : array, shape (free,)
+        Where another search may begin.
+    method : str
+        Of that search.
     """
+    space, compared, x = objective.space, objective.compared, best.x
     if compared.what == "flow" or not len(x):
         return []
+    residual, jacobian = (values[: compared.samples] for values in (best.residual, jacobian))
     count = min(compared.harmonics, RULES.harmonics)
     measured, left = (_harmonics(values, count) for values in (compared.measured, residual))
     lagging = _real(-1j * np.arange(count + 1) * (measured - left))  # by a lag, in shares of the cycle over 2π
     basis = np.linalg.qr(np.stack([_real(_harmonics(column, count)) for column in jacobian.T], axis=1))[0]
+    in_full = lagging @ lagging
     target, lagging = (values - basis @ (basis.T @ values) for values in (_real(left), lagging))
     step = float(target @ lagging / max(lagging @ lagging, 1e-300))
-    whole = float(target @ target)
-    if whole < RULES.floor**2 or step**2 * float(lagging @ lagging) < RULES.step * whole:
+    whole, shows = float(target @ target), step**2 * float(lagging @ lagging)
+    if whole < RULES.floor**2:
         return []
-    signal = "pressure" if step > 0 else "flow"
-    (filtered, least), (delayed, other) = (
-        _with_lag(space, x, measured - left, measured, compared, response) for response in _RESPONSES[signal]
-    )
-    least, freedom = max(min(least, other), 1e-300), 2 * count - len(x)
-    lag, delay = np.exp([filtered[-1], delayed[-1]]) * compared.recording.period / (2 * np.pi)
+    shown, known = shows >= RULES.step * whole, knows(space)
+    if shown and (known or step < 0):
+        signal = "pressure" if step > 0 else "flow"
+        filtered, delayed = (
+            _with_lag(space, x, measured - left, measured, compared, response) for response in _RESPONSES[signal]
+        )
+        if told := _told(objective, x, signal, filtered, delayed, whole):
+            return told
+    imitated = lagging @ lagging < RULES.apart**2 * in_full
+    low, high = space.log_bounds
+    at_bound = np.minimum(x - low, high - x).min() < RULES.bound
+    if known or not (shown or imitated or at_bound):
+        return []
+    again = _simulated(objective, best, start, method, count)
+    return _told(objective, x, "pressure", again, again, float(_real(left) @ _real(left)))
+
+
+def _told(
+    objective: Objective, x: np.ndarray, signal: str, filtered: Lagged, delayed: Lagged, whole: float
+) -> list[Finding]:
+    """Return the finding of a lag, by the fits with a filter and with a delay, if they leave little of `whole`."""
+    compared = objective.compared
+    least = max(min(filtered.left, delayed.left), 1e-300)
+    freedom = 2 * min(compared.harmonics, RULES.harmonics) - len(x)
     weak = least > RULES.left * whole or (whole - least) / least * freedom < RULES.F
-    if weak or np.exp(filtered[-1]) < RULES.shortest:
+    if weak or filtered.lag < RULES.shortest:
         return []
-    fitted, value = float(np.exp(x[0])), float(np.exp(filtered[0]))
+    unit = compared.recording.period / (2 * np.pi)
     return [
         LOW_PASS(
             signal=signal,
-            cutoff=float(1 / (2 * np.pi * lag)),
-            delay=float(1e3 * delay),
-            parameter=space.free_names[0],
-            value=value,
-            fitted=fitted,
+            cutoff=float(1 / (2 * np.pi * unit * filtered.lag)),
+            delay=float(1e3 * unit * delayed.lag),
+            parameter=objective.space.free_names[0],
+            value=float(np.exp(filtered.x[0])),
+            fitted=float(np.exp(x[0])),
             explained=100 * (1 - least / whole),
         )
     ]
+
+
+def _simulated(objective: Objective, best: SearchEnd, start: np.ndarray, method: str, count: int) -> Lagged:
+    """Return the fit of the simulation with a filter of the pressure."""
+    unit = objective.compared.recording.period / (2 * np.pi)
+    sd = RULES.longest * unit / max(RESPONSE_RULES.held)
+    behind, again = fit_response(objective, best, start, {"pressure_lag": sd}, method)
+    left = _real(_harmonics(again.residual[: objective.compared.samples], count))
+    return Lagged(again.x, behind.compared.response[0] / unit, float(left @ left))
 
 
 def _harmonics(values: np.ndarray, count: int) -> np.ndarray:
@@ -135,8 +191,8 @@ def _real(spectrum: np.ndarray) -> np.ndarray:
 
 def _with_lag(
     space: Space, x: np.ndarray, simulated: np.ndarray, measured: np.ndarray, compared: Compared, response: Response
-) -> tuple[np.ndarray, float]:
-    """Return parameters and lag (logarithms) of a fit by the linear theory, and the sum of squares that it leaves."""
+) -> Lagged:
+    """Return the fit of parameters and lag by the linear theory."""
     count = len(measured) - 1
 
     def linear(point: np.ndarray) -> np.ndarray:
@@ -158,4 +214,4 @@ def _with_lag(
         optimum = least_squares(
             apart, np.append(x, np.log(0.15)), bounds=bounds, max_nfev=RULES.evaluations, x_scale=0.1
         )
-    return optimum.x, 2 * float(optimum.cost)
+    return Lagged(optimum.x[:-1], float(np.exp(optimum.x[-1])), 2 * float(optimum.cost))

@@ -34,6 +34,13 @@ class ResponseRules:
         By which the responses of the last two searches may differ, likewise.
     searches : int
         At most.
+    held : tuple of float
+        Lags, likewise, from whose optima the search may begin, too: a large one is told from no other place, where
+        the wall has bent to imitate it.
+    rough : float
+        Relative change of S at which these searches end.
+    hopeless : float
+        Ratio of S with a lag that is held to the best, from which longer ones are not looked at.
     """
 
     farthest: float = 8.0
@@ -41,6 +48,9 @@ class ResponseRules:
     apart: float = 0.5
     small: float = 0.01
     searches: int = 8
+    held: tuple[float, ...] = (1.0, 3.0)
+    rough: float = 1e-2
+    hopeless: float = 3.0
 
 
 RULES = ResponseRules()
@@ -93,18 +103,46 @@ def in_words(response: Response) -> str:
 
 
 def fit_response(
-    objective: Objective, best: SearchEnd, priors: Mapping[str, float], method: str
+    objective: Objective, best: SearchEnd, start: np.ndarray, priors: Mapping[str, float], method: str
 ) -> tuple[Objective, SearchEnd]:
-    """Return the objective with the likeliest response, whose SD are `priors`, and its optimum."""
+    """Return the objective with the likeliest response, whose SD are `priors`, and its optimum.
+
+    The search begins at `best`, without a response, or where one from `start` with a lag that is held ends, if that is
+    likelier.
+    """
     sd, last = _spreads(priors), np.zeros(2)
+    likeliest = objective, best = _begin(objective, best, start, sd, method)
     for _ in range(RULES.searches):
         scores = _likeliest(objective, best.x, sd)
         response = tuple((sd * scores).tolist())
         objective = objective.compared_with(replace(objective.compared, response=response))
         best = search(objective, best.x, method)
+        likeliest = min(likeliest, (objective, best), key=lambda place: _unlikely(place[0], place[1], sd))
         if np.abs(scores - last).max() < RULES.small:
             break
         last = scores
+    return likeliest
+
+
+def _unlikely(objective: Objective, end: SearchEnd, sd: np.ndarray) -> float:
+    """Return -2 of the logarithm of the likelihood of an optimum and of the prior of its response."""
+    scores = np.divide(objective.compared.response, sd, out=np.zeros(2), where=sd > 0)
+    return float((objective.compared.samples - len(end.x)) * np.log(end.S) + scores @ scores)
+
+
+def _begin(
+    objective: Objective, best: SearchEnd, start: np.ndarray, sd: np.ndarray, method: str
+) -> tuple[Objective, SearchEnd]:
+    """Return the likeliest of the optima without a response and with lags that are held, longer while that helps."""
+    enough = np.inf
+    for score in RULES.held if sd[0] else ():
+        response = (float(sd[0] * score), 0.0)
+        other = objective.compared_with(replace(objective.compared, response=response))
+        end = search(other, start, method, RULES.rough, enough)
+        if end.S > RULES.hopeless * best.S:
+            break
+        if _unlikely(other, end, sd) < _unlikely(objective, best, sd):
+            objective, best, start, enough = other, end, end.x, end.S
     return objective, best
 
 
