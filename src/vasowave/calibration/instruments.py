@@ -47,6 +47,8 @@ class InstrumentRules:
         are wrong by 5 % in every vessel look like filters of 25 to 45 times.
     longest : float
         Largest lag that is looked for, likewise.
+    held : float
+        Longest lag from whose optimum a fit of the simulation may begin, likewise.
     apart : float
         Share of a lag that no parameter imitates, below which a first step would not show it.
     bound : float
@@ -61,6 +63,7 @@ class InstrumentRules:
     evaluations: int = 40
     shortest: float = 1 / 16
     longest: float = 1.0
+    held: float = 0.5
     apart: float = 0.25
     bound: float = 1e-3
 
@@ -174,7 +177,7 @@ def _told(
 def _simulated(objective: Objective, best: SearchEnd, start: np.ndarray, method: str, count: int) -> Lagged:
     """Return the fit of the simulation with a filter of the pressure."""
     unit = objective.compared.recording.period / (2 * np.pi)
-    sd = RULES.longest * unit / max(RESPONSE_RULES.held)
+    sd = RULES.held * unit / max(RESPONSE_RULES.held)
     behind, again = fit_response(objective, best, start, {"pressure_lag": sd}, method)
     left = _real(_harmonics(again.residual[: objective.compared.samples], count))
     return Lagged(again.x, behind.compared.response[0] / unit, float(left @ left))
