@@ -26,6 +26,16 @@ class FittedStenosis:
         Standard errors, by what the fit leaves.
     misfit : float
         Root mean square of what the fit leaves, mmHg.
+
+    Examples
+    --------
+    >>> import numpy as np, vasowave as vw
+    >>> angle = 2 * np.pi * np.arange(64) / 64
+    >>> flow, slope = 0.1 + 0.08 * np.sin(angle), 0.08 * 2 * np.pi / 0.1 * np.cos(angle)
+    >>> fall = 2.0 * flow + 300.0 * flow**2 + 0.002 * slope  # mmHg
+    >>> found = vw.fit_stenosis(20.0 + fall, 0 * fall + 20.0, flow, 0.1, radius=0.05, area_lost=0.8, length=0.05)
+    >>> bool(found.misfit < 1e-10)
+    True
     """
 
     coefficients: Stenosis
