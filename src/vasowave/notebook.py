@@ -1,9 +1,7 @@
-"""Values in a notebook: a small card of HTML, and the door to what draws and analyzes them."""
+"""Values in a notebook: a small card of HTML."""
 
 from collections.abc import Iterable, Mapping
 from html import escape
-from importlib import import_module
-from typing import Any
 
 
 def card(title: str, facts: Mapping[str, object], notes: Iterable[str] = ()) -> str:
@@ -16,12 +14,3 @@ def card(title: str, facts: Mapping[str, object], notes: Iterable[str] = ()) -> 
     items = "".join(f"<li>{escape(note)}</li>" for note in notes)
     listed = f"<ul>{items}</ul>" if items else ""
     return f"<div><strong>{escape(title)}</strong><table>{rows}</table>{listed}</div>"
-
-
-def upstairs(place: str) -> Any:
-    """Return a function of an upper floor, ``module:name``: a value's method finds it when it is called.
-
-    So ``network.plot()`` draws although nothing below imports what draws.
-    """
-    module, _, name = place.partition(":")
-    return getattr(import_module(f"vasowave.{module}"), name)

@@ -9,6 +9,7 @@ from vasowave.analysis.impedance import fourier_series
 from vasowave.errors import InputError
 from vasowave.model.blood import Blood
 from vasowave.model.losses import STENOSIS, Stenosis
+from vasowave.recording import Recording
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,8 @@ class FittedStenosis:
     >>> angle = 2 * np.pi * np.arange(64) / 64
     >>> flow, slope = 0.1 + 0.08 * np.sin(angle), 0.08 * 2 * np.pi / 0.1 * np.cos(angle)
     >>> fall = 2.0 * flow + 300.0 * flow**2 + 0.002 * slope  # mmHg
-    >>> found = vw.fit_stenosis(20.0 + fall, 0 * fall + 20.0, flow, 0.1, radius=0.05, area_lost=0.8, length=0.05)
+    >>> before, size = vw.Recording(20.0 + fall, flow, 0.1), {"radius": 0.05, "area_lost": 0.8, "length": 0.05}
+    >>> found = vw.fit_stenosis(before, np.full(64, 20.0), **size)
     >>> bool(found.misfit < 1e-10)
     True
     """
@@ -47,10 +49,8 @@ class FittedStenosis:
 
 
 def fit_stenosis(
-    before: np.ndarray,
+    before: Recording,
     beyond: np.ndarray,
-    flow: np.ndarray,
-    period: float,
     *,
     radius: float,
     area_lost: float,
@@ -65,12 +65,10 @@ def fit_stenosis(
 
     Parameters
     ----------
-    before, beyond : array, shape (time,)
-        Pressures, mmHg, evenly spaced over one period, at the same times.
-    flow : array, shape (time,)
-        Through the narrowing, ml/s, at the same times.
-    period : float
-        T, s.
+    before : Recording
+        Pressure before the narrowing, and the flow through it.
+    beyond : array, shape (time,)
+        Pressure beyond it, mmHg, evenly spaced over the same cycle.
     radius : float
         Of the vessel before the narrowing at mean pressure, cm.
     area_lost : float
@@ -84,8 +82,8 @@ def fit_stenosis(
     Raises
     ------
     InputError
-        Signals of different lengths, not finite or too short; no geometry; a flow of which nothing tells the terms
-        apart; a fall of pressure that comes later than the flow.
+        Signals that are not finite or too short; no geometry; a flow of which nothing tells the terms apart; a fall of
+        pressure that comes later than the flow.
 
     Examples
     --------
@@ -93,19 +91,15 @@ def fit_stenosis(
     >>> angle = 2 * np.pi * np.arange(64) / 64
     >>> flow, slope = 0.1 + 0.08 * np.sin(angle), 0.08 * 2 * np.pi / 0.1 * np.cos(angle)
     >>> fall = 2.0 * flow + 300.0 * flow**2 + 0.002 * slope  # mmHg
-    >>> found = vw.fit_stenosis(20.0 + fall, 0 * fall + 20.0, flow, 0.1, radius=0.05, area_lost=0.8, length=0.05)
+    >>> before, size = vw.Recording(20.0 + fall, flow, 0.1), {"radius": 0.05, "area_lost": 0.8, "length": 0.05}
+    >>> found = vw.fit_stenosis(before, np.full(64, 20.0), **size)
     >>> round(found.coefficients.turbulent, 2), round(found.coefficients.inertial, 2)
     (2.92, 0.4)
     """
     blood = Blood() if blood is None else blood
-    _check(radius, area_lost, length, period)
-    shapes = {np.shape(one) for one in (before, beyond, flow)}
-    if len(shapes) != 1:
-        raise InputError("pressures before and beyond a stenosis and the flow have different lengths; sample them at "
-                         "the same times")  # fmt: skip
-    fall = _real(fourier_series(np.asarray(before, dtype=float) - np.asarray(beyond, dtype=float), harmonics))
-    flow = np.asarray(flow, dtype=float)
-    terms = np.stack([_real(one) for one in _terms(flow, period, radius, area_lost, length, blood, harmonics)], axis=1)
+    _check(radius, area_lost, length)
+    fall = _real(fourier_series(before.pressure, harmonics) - fourier_series(beyond, harmonics))
+    terms = np.stack([_real(term) for term in _terms(before, radius, area_lost, length, blood, harmonics)], axis=1)
     scale = np.linalg.norm(terms, axis=0)
     if np.any(scale == 0) or np.linalg.cond(terms / scale) > _ALIKE:
         raise InputError("this flow does not tell the viscous, turbulent and inertial terms of a stenosis apart; give "
@@ -136,27 +130,27 @@ _ALIKE = 1e4  # condition number of the three terms from which nothing tells the
 _LATE = 4.0  # standard errors below zero from which an inertia is no noise
 
 
-def _check(radius: float, area_lost: float, length: float, period: float) -> None:
-    for name, value, unit in (("radius", radius, "cm"), ("length", length, "cm"), ("period", period, "s")):
+def _check(radius: float, area_lost: float, length: float) -> None:
+    for name, value in (("radius", radius), ("length", length)):
         if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} = {value:g} of a stenosis; give a positive number, {unit}")
+            raise InputError(f"{name} = {value:g} cm of a stenosis; give a positive number")
     if not 0 < area_lost < 1:
         raise InputError(f"a stenosis that closes {area_lost:g} of the area; give a share above 0 and below 1")
 
 
 def _terms(
-    flow: np.ndarray, period: float, radius: float, area_lost: float, length: float, blood: Blood, harmonics: int
+    recording: Recording, radius: float, area_lost: float, length: float, blood: Blood, harmonics: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the fall of pressure by each term, mmHg, with viscosity as in the sources and K_t = K_u = 1."""
     area = np.pi * radius**2
-    narrow, velocity = (1.0 - area_lost) * area, flow / area
+    narrow, velocity = (1.0 - area_lost) * area, recording.flow / area
     along = STENOSIS.viscous_length(length, 2.0 * np.sqrt(narrow / np.pi))
     share = min(1.0, area_lost / STENOSIS.least_lost)
     viscous = share * 8.0 * np.pi * blood.inertia * blood.viscosity * along / narrow**2
     turbulent = 0.5 * blood.inertia * (area / narrow - 1.0) ** 2 * np.abs(velocity) * velocity
-    slope = 2j * np.pi / period * np.arange(harmonics + 1) * fourier_series(velocity, harmonics)
+    slope = 2j * np.pi / recording.period * np.arange(harmonics + 1) * fourier_series(velocity, harmonics)
     return (
-        viscous * fourier_series(flow, harmonics),
+        viscous * fourier_series(recording.flow, harmonics),
         fourier_series(turbulent, harmonics),
         blood.inertia * length * slope,
     )

@@ -28,7 +28,6 @@ from vasowave.errors import InputError
 from vasowave.findings import Finding, as_json, from_json, shared
 from vasowave.inference.known_errors import AssumedError
 from vasowave.network.network import MEASURED, Network
-from vasowave.notebook import upstairs
 from vasowave.stores import parsed_as
 
 if TYPE_CHECKING:
@@ -170,8 +169,9 @@ class AnimalResult:
     @property
     def plot(self) -> "FitPlots":
         """Panels: ``result.plot.pressure(ax)``, ``residuals``, ``autocorrelation``, ``pressure_area``, ..."""
-        panels: FitPlots = upstairs("figures.fitted:FitPlots")(self)
-        return panels
+        from vasowave.figures.fitted import FitPlots
+
+        return FitPlots(self)
 
     def table(self) -> pd.DataFrame:
         """Return the single numbers of the recording and of every law, a row each.

@@ -15,7 +15,7 @@ from vasowave.descriptions import AT_BOUND, MOST_LEFT, parameter_mark
 from vasowave.findings import Finding, texts
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
-from vasowave.notebook import card, upstairs
+from vasowave.notebook import card
 from vasowave.recording import Recording
 from vasowave.solver.validity import STRAINED
 
@@ -176,14 +176,16 @@ class Fit:
     @cached_property
     def result(self) -> "AnimalResult":
         """Everything about the animal, as `analyze` returns it."""
-        whole: AnimalResult = upstairs("animal.pipeline:result_of_fit")(self)
-        return whole
+        from vasowave.animal.pipeline import result_of_fit
+
+        return result_of_fit(self)
 
     @property
     def plot(self) -> "FitPlots":
         """Panels: ``fit.plot.pressure(ax)``, ``residuals``, ``autocorrelation``, ``pressure_area``, ``impedance``."""
-        panels: FitPlots = upstairs("figures.fitted:FitPlots")(self.result)
-        return panels
+        from vasowave.figures.fitted import FitPlots
+
+        return FitPlots(self.result)
 
     def summary(self) -> pd.DataFrame:
         """Return parameters and what follows from them, one a row: ``value, low, high`` (95 %), ``unit``.
@@ -197,18 +199,23 @@ class Fit:
 
         Parameters that the fit held at a value stay there.
         """
+        from vasowave.calibration.calibrate import Search
+        from vasowave.inference import Priors, posterior
+
         held = {str(name): float(row["value"]) for name, row in self.parameters.iterrows() if not row["free"]}
-        search = upstairs("calibration:Search")(fixed=held, enters=self.compared.enters)
-        own = {"bed": type(self.model.outlets), "fit": self, "blood": self.model.blood, "search": search}
+        search = Search(fixed=held, enters=self.compared.enters)
+        own: dict[str, Any] = {
+            "bed": type(self.model.outlets),
+            "fit": self,
+            "blood": self.model.blood,
+            "search": search,
+        }
         sites = self.compared.sites
         own["sites"] = () if sites is None else sites.observations
         if self.response:
-            sds = {f"{name}_sd": one.prior for name, one in self.response.items()}
-            own["priors"] = upstairs("inference:Priors")(**sds)
-        drawn: Posterior = upstairs("inference:posterior")(
-            self.model.network, self.recording, type(self.model.wall), **own | settings
-        )
-        return drawn
+            sds: dict[str, Any] = {f"{name}_sd": one.prior for name, one in self.response.items()}
+            own["priors"] = Priors(**sds)
+        return posterior(self.model.network, self.recording, type(self.model.wall), **own | settings)
 
     def to_netcdf(self, path: str | Path) -> Path:
         """Write `result` as netCDF-4, one group a part; returns the path.
@@ -218,7 +225,9 @@ class Fit:
         InputError
             The file cannot be written.
         """
-        upstairs("animal.files:write_result")(self.result, Path(path))
+        from vasowave.animal.files import write_result
+
+        write_result(self.result, Path(path))
         return Path(path)
 
     def report(self, folder: str | Path, *, pdf: bool = False) -> Path:
@@ -231,8 +240,9 @@ class Fit:
         InputError
             The folder holds another report or cannot be written.
         """
-        page: Path = upstairs("report.write:write_report")([self.result], Path(folder), pdf=pdf)
-        return page
+        from vasowave.report.write import write_report
+
+        return write_report([self.result], Path(folder), pdf=pdf)
 
 
 def _mark(row: pd.Series) -> str:

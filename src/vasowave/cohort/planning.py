@@ -15,7 +15,6 @@ from vasowave.cohort.power import PlannedStudies, critical_of_studies, p_of_effe
 from vasowave.cohort.primary import Family, comparable, known_values, primary_law, source_of
 from vasowave.cohort.simultaneous import correlation_of
 from vasowave.errors import InputError
-from vasowave.notebook import upstairs
 from vasowave.settings import settings_class
 
 if TYPE_CHECKING:
@@ -162,8 +161,9 @@ class Plan:
 
     def figure(self) -> "Figure":
         """Draw power by the number of animals, a line for each quantity."""
-        drawn: Figure = upstairs("figures.compared:planned_figure")(self)
-        return drawn
+        from vasowave.figures.compared import planned_figure
+
+        return planned_figure(self)
 
 
 def plan_of(spreads: Sequence[Spread], correlation: np.ndarray, source: str, settings: Planning) -> Plan:

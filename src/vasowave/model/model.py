@@ -15,7 +15,7 @@ from vasowave.model.shape import Shape
 from vasowave.model.walls import BUILT_IN as WALLS
 from vasowave.model.walls import Wall
 from vasowave.network.network import Network
-from vasowave.notebook import card, upstairs
+from vasowave.notebook import card
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -243,8 +243,9 @@ class Model:
 
     def simulate(self, inflow: "Inflow | Recording", numerics: "Numerics | None" = None) -> "xr.Dataset":
         """Return one cycle of the periodic state, see `vasowave.simulate`."""
-        cycle: xr.Dataset = upstairs("solver:simulate")(self, inflow, numerics)
-        return cycle
+        from vasowave.solver.simulate import simulate
+
+        return simulate(self, inflow, numerics)
 
     def changed(self, **parts: Any) -> "Model":
         """Return a model with other parts: ``model.changed(wall=LinearWall(60.0))``."""

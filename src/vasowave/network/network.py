@@ -10,7 +10,7 @@ import numpy as np
 
 from vasowave.errors import InputError, did_you_mean
 from vasowave.network.graph import Meeting, meetings, parents, shares_by_conductance
-from vasowave.notebook import card, upstairs
+from vasowave.notebook import card
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -244,7 +244,9 @@ class Network:
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the tree into matplotlib axes, or a new figure; returns the axes."""
-        return upstairs("figures.signals:draw_network")(self, ax)
+        from vasowave.figures.signals import draw_network
+
+        return draw_network(self, ax)
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return the vessels as a table in the form of a network file, indexed by name, lengths in cm."""

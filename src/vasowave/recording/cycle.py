@@ -8,7 +8,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import Finding, note_kind, texts
-from vasowave.notebook import card, upstairs
+from vasowave.notebook import card
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -276,12 +276,15 @@ class Recording:
 
     def plot(self, axes: Any = None) -> Any:
         """Draw pressure and flow into two matplotlib axes, or a new figure; returns the axes."""
-        return upstairs("figures.signals:draw_cycle")(self, axes)
+        from vasowave.figures.signals import draw_cycle
+
+        return draw_cycle(self, axes)
 
     def to_dataset(self) -> "xr.Dataset":
         """Return pressure and flow as labelled data with units, dims ``time`` and ``flow_time`` (s)."""
-        dataset: xr.Dataset = upstairs("animal.datasets:recording_dataset")(self)
-        return dataset
+        from vasowave.animal.datasets import recording_dataset
+
+        return recording_dataset(self)
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return ``pressure [mmHg]`` and ``flow [ml/s]`` by ``time [s]``, both with the samples of the longer one."""

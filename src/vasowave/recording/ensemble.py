@@ -12,7 +12,6 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Severity, note_kind, warn
-from vasowave.notebook import upstairs
 from vasowave.recording.baseline import Baseline, baseline_findings, find_baseline, with_comments
 from vasowave.recording.cuts import Cuts
 from vasowave.recording.cycle import Recording
@@ -116,7 +115,9 @@ class EnsembleAverage:
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the averaged cycle with a band of one SD of the beats; returns two matplotlib axes."""
-        return upstairs("figures.signals:draw_average")(self, axes)
+        from vasowave.figures.signals import draw_average
+
+        return draw_average(self, axes)
 
     def __repr__(self) -> str:
         used = sum(beat.averaged for beat in self.beats)

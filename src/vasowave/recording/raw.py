@@ -7,7 +7,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import Finding, note_kind, texts
-from vasowave.notebook import card, upstairs
+from vasowave.notebook import card
 from vasowave.recording.channels import Comment
 from vasowave.recording.gaps import Span, free_between
 
@@ -135,12 +135,15 @@ class RawRecording:
 
     def plot(self, stretch: slice = slice(None), axes: Any = None) -> Any:
         """Draw all signals between two times (s), ``raw.plot(slice(10, 12))``; returns one matplotlib axes a signal."""
-        return upstairs("figures.signals:draw_raw")(self, stretch, axes)
+        from vasowave.figures.signals import draw_raw
+
+        return draw_raw(self, stretch, axes)
 
     def average(self, beats: int | None = None, **settings: Any) -> "EnsembleAverage":
         """Return the average of consecutive beats; the settings are those of `Averaging`, by name."""
-        averaged: EnsembleAverage = upstairs("recording.ensemble:average_beats")(self, beats, **settings)
-        return averaged
+        from vasowave.recording.ensemble import average_beats
+
+        return average_beats(self, beats, **settings)
 
     def between(self, start: float, end: float) -> "RawRecording":
         """Return the stretch from `start` to `end` (s); its times stay those of the whole recording.
