@@ -27,8 +27,9 @@ import vasowave as vw
 from robustness_page import put
 from vasowave.animal.files import to_bytes
 from vasowave.study.loading import animal_key
-from vasowave.study.plan import RESULTS, Study, read_study
+from vasowave.study.plan import read_study
 from vasowave.study.store import Store
+from vasowave.study.study import RESULTS, Study
 
 SOLVED = 6
 SETTINGS = """\

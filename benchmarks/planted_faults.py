@@ -88,7 +88,7 @@ FAULTS = [
     ),
     Fault("flow faster than its waves", "solver/validity.py", (("mach.value >= 1.0", "mach.value >= 1e9"),)),
     Fault("drag bends no pressure", "solver/grid_error.py", (("**2 / 8 * drag", "**2 / 80 * drag"),)),
-    Fault("fronts between two kept steps", "solver/numerics.py", (("_FRONT = 4 ", "_FRONT = 16 "),)),
+    Fault("fronts between two kept steps", "model/numerics.py", (("_FRONT = 4 ", "_FRONT = 16 "),)),
     Fault("fronts between two times", "solver/grid_error.py", (("_FRONT = 2.0", "_FRONT = 10.0"),)),
     Fault("echoes that no one counts", "solver/grid_error.py", (("max(1.0, 2.0 / (math.e", "max(1.0, 0.0 / (math.e"),)),
     Fault("fronts steeper than cells carry", "solver/grid_error.py", (("_FRONT = 2.0", "_FRONT = 0.0"),)),

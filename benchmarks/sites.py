@@ -16,9 +16,8 @@ import pandas as pd
 
 import vasowave as vw
 from vasowave.calibration import beside
-from vasowave.calibration.compared import compared_part
+from vasowave.calibration.compared import compared_part, sites_of
 from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.sites import sites_of
 from vasowave.quantities import derived
 from vasowave.recording import resample
 from vasowave.solver.places import Places, waves_at

@@ -11,6 +11,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from vasowave import accessors
+
 
 def _homes() -> dict[str, str]:
     """Return the module of every public name, as the stub beside this file says: types and names cannot disagree."""
@@ -19,6 +21,14 @@ def _homes() -> dict[str, str]:
     return {name.name: str(line.module) for line in lines for name in line.names}
 
 
+def _register_methods() -> None:
+    """Give the values of lower parts their methods that need upper ones."""
+    from vasowave.door.methods import register_all
+
+    register_all()
+
+
+accessors.on_first_use(_register_methods)
 _HOMES = _homes()
 _MODULES = ("walls",)
 __all__ = sorted(_HOMES)  # noqa: PLE0605  the stub lists them for editors

@@ -12,15 +12,15 @@ from vasowave.animal.animal import Settings as Settings
 from vasowave.animal.pipeline import analyze as analyze
 from vasowave.animal.result import AnimalResult as AnimalResult
 from vasowave.animal.stored import stored_model as stored_model
-from vasowave.calibration import Fit as Fit
 from vasowave.calibration import Fitting as Fitting
 from vasowave.calibration import Search as Search
-from vasowave.calibration import calibrate as calibrate
 from vasowave.calibration import profile_likelihood as profile_likelihood
 from vasowave.cohort.design import Design as Design
 from vasowave.cohort.variables import Variable as Variable
 from vasowave.datasets import control_network as control_network
 from vasowave.datasets import virtual_mouse as virtual_mouse
+from vasowave.door.fit import Fit as Fit
+from vasowave.door.fit import calibrate as calibrate
 from vasowave.exchange import export_model as export_model
 from vasowave.exchange import read_openbf as read_openbf
 from vasowave.imaging import extract as extract

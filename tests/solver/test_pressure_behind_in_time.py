@@ -11,10 +11,10 @@ from vasowave.animal.files import read_result, write_result
 from vasowave.errors import InputError
 from vasowave.exchange import export_model
 from vasowave.model.linear import linear_solution
+from vasowave.model.numerics import Numerics
 from vasowave.model.two_ports import driven_from_behind, joined
 from vasowave.recording import read_wedge
 from vasowave.solver.direction import direction_between
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.run import run_to_periodic
 from vasowave.solver.sensitivity import pressure_derivatives
 from vasowave.study.loading import load_animal

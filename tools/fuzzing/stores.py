@@ -24,9 +24,10 @@ from vasowave.inference.simulations import Simulations, read_simulations
 from vasowave.recording.edits import BeatEdit, edits_text, read_edits
 from vasowave.runtime.kept import digest_of
 from vasowave.stores import STORES
-from vasowave.study.plan import RECORD, RESULTS, read_declared
+from vasowave.study.plan import RECORD, read_declared
 from vasowave.study.run_status import STATUS, run_status, running
 from vasowave.study.store import Journal, Store, read_journal
+from vasowave.study.study import RESULTS
 from vasowave.workbench.lungs import stored_wishes
 
 END = SearchEnd(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the tolerance", np.linspace(0, 1, 20))

@@ -19,12 +19,13 @@ from vasowave.errors import VasowaveWarning
 from vasowave.model.law_files import learn
 from vasowave.model.laws import find_law
 from vasowave.study.checking import check_study
-from vasowave.study.plan import Study, inspect_study
+from vasowave.study.plan import inspect_study
 from vasowave.study.problems import refuse
 from vasowave.study.programs import programs_of
 from vasowave.study.results import Results, read_results, write_results
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import Store
+from vasowave.study.study import Study
 from vasowave.study.template import study_text
 
 

@@ -15,12 +15,14 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.accessors import Accessor
 from vasowave.animal.failure import Failure, as_plain
 from vasowave.animal.labelled import labelled
 from vasowave.animal.law_result import LawResult, Measured, PosteriorResult
@@ -31,7 +33,7 @@ from vasowave.network.network import MEASURED, Network
 from vasowave.stores import parsed_as
 
 if TYPE_CHECKING:
-    from vasowave.figures.fitted import FitPlots
+    from matplotlib.axes import Axes
 
 KIND = "vasowave animal"
 """Title of what is stored; anything with another title is not one of ours."""
@@ -169,8 +171,6 @@ class AnimalResult:
     @property
     def plot(self) -> "FitPlots":
         """Panels: ``result.plot.pressure(ax)``, ``residuals``, ``autocorrelation``, ``pressure_area``, ..."""
-        from vasowave.figures.fitted import FitPlots
-
         return FitPlots(self)
 
     def table(self) -> pd.DataFrame:
@@ -324,3 +324,89 @@ def network_of(data: xr.Dataset) -> Network:
         known["nodes"] = np.column_stack([data["start_node"].values, data["end_node"].values])
     pressure = float(data["image_pressure"]) if "image_pressure" in data else 0.0
     return Network(names, parent, data["length"].values, data["radius"].values, None, pressure, **known)
+
+
+@dataclass(frozen=True, eq=False)
+class FitPlots:
+    """The panels of a fit. Each takes matplotlib axes, or makes a figure, and returns the axes.
+
+    Attributes
+    ----------
+    result : AnimalResult
+        Of the animal, as `animal.analyze` returns it.
+    color : str, optional
+        Of the wall laws' curves; data are black.
+    shaded : bool
+        Whether laws differ by shades of it as in the report, or by their dashes alone.
+    """
+
+    result: AnimalResult
+    color: str | None = None
+    shaded: bool = True
+
+    @Accessor
+    def pressure(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw measured and fitted pressure at the inlet over one cycle."""
+        raise NotImplementedError
+
+    @Accessor
+    def flow(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw measured and simulated flow at the inlet over one cycle."""
+        raise NotImplementedError
+
+    @Accessor
+    def residuals(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw measured minus simulated pressure over one cycle."""
+        raise NotImplementedError
+
+    @Accessor
+    def autocorrelation(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the autocorrelation of the residuals."""
+        raise NotImplementedError
+
+    @Accessor
+    def pressure_area(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw pressure against area at the middle of the root vessel, and the wall law."""
+        raise NotImplementedError
+
+    @Accessor
+    def impedance(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the modulus of the measured impedance by harmonic."""
+        raise NotImplementedError
+
+    @Accessor
+    def save(
+        self,
+        path: str | Path,
+        panels: Sequence[str],
+        *,
+        width: float = 170.0,
+        height: float = 60.0,
+        font: float = 8.0,
+        family: str = "sans-serif",
+        color: str | None = None,
+    ) -> Path:
+        """Write panels side by side as one figure, ``fit.plot.save("fit.pdf", ["pressure", "impedance"])``.
+
+        Parameters
+        ----------
+        path : path
+            It ends in .svg, .pdf or .png.
+        panels : sequence of str
+            Names of the panels here, from left to right.
+        width, height : float
+            mm.
+        font : float
+            Size of the letters, pt.
+        family : str
+            Font: ``sans-serif``, ``serif``, ``monospace``, or the name of one that is installed.
+        color : str, optional
+            Of the wall laws' curves, ``"#d6259b"`` or a name that matplotlib knows, exactly so; data are black. Without
+            one they have the shades of the report.
+
+        Raises
+        ------
+        InputError
+            No such panel, font or color, or the file cannot be written.
+        """
+        raise NotImplementedError

@@ -12,7 +12,15 @@ from pydantic import BeforeValidator
 
 from vasowave.calibration import search as searching
 from vasowave.calibration.beside import what_sites_add
-from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, Enters, checked_harmonics, compared_part
+from vasowave.calibration.compared import (
+    FEWEST,
+    MOST_SAMPLES,
+    Compared,
+    Enters,
+    checked_harmonics,
+    compared_part,
+    sites_of,
+)
 from vasowave.calibration.instruments import instrument_findings
 from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
@@ -20,7 +28,6 @@ from vasowave.calibration.response import RESPONSE, estimates, fit_response, res
 from vasowave.calibration.response import findings as response_findings
 from vasowave.calibration.result import Fit
 from vasowave.calibration.search import SearchEnd
-from vasowave.calibration.sites import sites_of
 from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
 from vasowave.calibration.uncertainty import correlations, fit_findings, parameter_table, spread_of
 from vasowave.errors import InputError, NumericalError

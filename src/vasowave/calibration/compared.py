@@ -10,19 +10,23 @@ then all that is known of residuals holds for both.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from vasowave.calibration.sites import Sites, places_of
 from vasowave.errors import InputError
 from vasowave.findings import Finding, note_kind
 from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
+from vasowave.network.network import Network
+from vasowave.noise.spectrum import SIZE
 from vasowave.recording import (
     HarmonicErrors,
     Inflow,
     InletPressure,
+    Observation,
     Recording,
     harmonic_errors,
     resample,
@@ -31,9 +35,6 @@ from vasowave.recording import (
 )
 from vasowave.recording.waveform import amplitudes
 from vasowave.solver.result import Run, at_samples
-
-if TYPE_CHECKING:
-    from vasowave.calibration.sites import Sites
 
 FEWEST = 8
 """Harmonics that are compared at least: with fewer, the parameters of a fit leave no residual to judge it by."""
@@ -119,7 +120,7 @@ class Compared:
     samples: int
     choice: str
     errors: HarmonicErrors
-    sites: "Sites | None" = None
+    sites: Sites | None = None
     enters: Enters = "flow"
     passed_on: PassedOn | None = None
     response: tuple[float, float] = 0.0, 0.0
@@ -343,3 +344,18 @@ def checked_harmonics(value: int | str) -> int | str:
     if not FEWEST <= number < MOST_SAMPLES // 2:
         raise InputError(f"'{value}': give 'signal', 'all', or a number of harmonics from {FEWEST} to 511")
     return number
+
+
+def sites_of(observations: Sequence[Observation], network: Network, compared: Compared) -> Sites | None:
+    """Return the sites of a network; None where nothing was observed.
+
+    Raises
+    ------
+    InputError
+        A vessel that the network does not have, a place beyond its end, a site that is none.
+    """
+    if not observations:
+        return None
+    places = places_of(observations, network, compared.recording.period)
+    pulse = compared.recording.pulse_pressure
+    return Sites(tuple(observations), places, compared.samples, pulse, SIZE[0] * pulse)

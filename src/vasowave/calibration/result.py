@@ -1,9 +1,6 @@
 """What a calibration returns: the optimum, how well the data determine it, and how it was found."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -18,11 +15,6 @@ from vasowave.model.nominal import Nominal
 from vasowave.notebook import card
 from vasowave.recording import Recording
 from vasowave.solver.validity import STRAINED
-
-if TYPE_CHECKING:
-    from vasowave.animal.result import AnimalResult
-    from vasowave.figures.fitted import FitPlots
-    from vasowave.inference import Posterior
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +64,6 @@ class Fit:
     >>> fit = vw.calibrate(vw.control_network(), vw.virtual_mouse(), search=vw.Search(starts=1))
     >>> fit.parameters.loc["beta", ["interval_low", "value", "interval_high"]].is_monotonic_increasing
     True
-    >>> fit.plot.residuals().get_ylabel()
-    'residual pressure [mmHg]'
-    >>> fit.summary().loc["wave_speed", "unit"]
-    'cm/s'
     """
 
     wall: str
@@ -172,77 +160,6 @@ class Fit:
     def peripheral_compliance(self) -> float:
         """Weighted compliance Σ Ĉ_p of the vascular beds, ml/mmHg."""
         return float(self.model.outlets.weighted_compliance().sum())
-
-    @cached_property
-    def result(self) -> "AnimalResult":
-        """Everything about the animal, as `analyze` returns it."""
-        from vasowave.animal.pipeline import result_of_fit
-
-        return result_of_fit(self)
-
-    @property
-    def plot(self) -> "FitPlots":
-        """Panels: ``fit.plot.pressure(ax)``, ``residuals``, ``autocorrelation``, ``pressure_area``, ``impedance``."""
-        from vasowave.figures.fitted import FitPlots
-
-        return FitPlots(self.result)
-
-    def summary(self) -> pd.DataFrame:
-        """Return parameters and what follows from them, one a row: ``value, low, high`` (95 %), ``unit``.
-
-        The interval is NaN where nothing tells it.
-        """
-        return self.result.laws[self.wall].summary()
-
-    def sample(self, **settings: Any) -> "Posterior":
-        """Return the posterior of the same animal, law and beds; the settings are those of `posterior`: ``draws=200``.
-
-        Parameters that the fit held at a value stay there.
-        """
-        from vasowave.calibration.calibrate import Search
-        from vasowave.inference import Priors, posterior
-
-        held = {str(name): float(row["value"]) for name, row in self.parameters.iterrows() if not row["free"]}
-        search = Search(fixed=held, enters=self.compared.enters)
-        own: dict[str, Any] = {
-            "bed": type(self.model.outlets),
-            "fit": self,
-            "blood": self.model.blood,
-            "search": search,
-        }
-        sites = self.compared.sites
-        own["sites"] = () if sites is None else sites.observations
-        if self.response:
-            sds: dict[str, Any] = {f"{name}_sd": one.prior for name, one in self.response.items()}
-            own["priors"] = Priors(**sds)
-        return posterior(self.model.network, self.recording, type(self.model.wall), **own | settings)
-
-    def to_netcdf(self, path: str | Path) -> Path:
-        """Write `result` as netCDF-4, one group a part; returns the path.
-
-        Raises
-        ------
-        InputError
-            The file cannot be written.
-        """
-        from vasowave.animal.files import write_result
-
-        write_result(self.result, Path(path))
-        return Path(path)
-
-    def report(self, folder: str | Path, *, pdf: bool = False) -> Path:
-        """Write the report of this fit into `folder` and return its page.
-
-        The folder holds no results; `vasowave fit` keeps those that `vasowave posterior` and others go on from.
-
-        Raises
-        ------
-        InputError
-            The folder holds another report or cannot be written.
-        """
-        from vasowave.report.write import write_report
-
-        return write_report([self.result], Path(folder), pdf=pdf)
 
 
 def _mark(row: pd.Series) -> str:

@@ -12,10 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from vasowave.calibration.compared import Compared
 from vasowave.errors import InputError, did_you_mean
 from vasowave.network.network import Network
-from vasowave.noise.spectrum import SIZE, fourier, harmonics
+from vasowave.noise.spectrum import fourier, harmonics
 from vasowave.recording import Observation, resample
 from vasowave.recording.wedge import SAME_PERIOD
 from vasowave.solver.places import Places, Waves
@@ -155,21 +154,6 @@ def _pulse(one: Observation, of_inlet: float) -> float:
     if one.pulse:
         return one.pulse
     return of_inlet if one.quantity == "pressure" else max(abs(value) for value in one.numbers.values())
-
-
-def sites_of(observations: Sequence[Observation], network: Network, compared: Compared) -> Sites | None:
-    """Return the sites of a network; None where nothing was observed.
-
-    Raises
-    ------
-    InputError
-        A vessel that the network does not have, a place beyond its end, a site that is none.
-    """
-    if not observations:
-        return None
-    places = places_of(observations, network, compared.recording.period)
-    pulse = compared.recording.pulse_pressure
-    return Sites(tuple(observations), places, compared.samples, pulse, SIZE[0] * pulse)
 
 
 def places_of(observations: Sequence[Observation], network: Network, period: float) -> Places:

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from vasowave.inference import Posterior
     from vasowave.network.network import Network
     from vasowave.recording import Observation, Recording
-    from vasowave.study.plan import Study
     from vasowave.study.running import Done
+    from vasowave.study.study import Study
 
 _OUTPUT = typer.Option("--output", "-o", help="Folder for results and report.")
 

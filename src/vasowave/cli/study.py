@@ -19,10 +19,10 @@ from vasowave.runtime.threads import cores
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from vasowave.study.plan import Study
     from vasowave.study.problems import Problem
     from vasowave.study.run_status import RunRecord
     from vasowave.study.running import Done
+    from vasowave.study.study import Study
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
 _STATUS = typer.Argument(help="The folder of a study or of a fit, or a study.yaml.")
@@ -252,9 +252,9 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
 @app.command(epilog="Example: vasowave stop my-study")
 def stop(study: Annotated[Path, _STATUS] = Path()) -> None:
     """Ask the run of a study to stop, wherever it runs; once more, some seconds later, end it at once."""
-    from vasowave.study.plan import RESULTS
     from vasowave.study.reading import study_path
     from vasowave.study.run_status import ask_to_stop
+    from vasowave.study.study import RESULTS
 
     folder = study if study.is_dir() else study_path(study).parent
     said = ask_to_stop(folder / RESULTS, f"vasowave stop (process {os.getpid()} on {platform.node()})")

@@ -16,8 +16,8 @@ from vasowave.cli.progress import alive, time_left
 from vasowave.errors import InputError
 from vasowave.study.engine import Progress
 from vasowave.study.loading import animal_key
-from vasowave.study.plan import Study
 from vasowave.study.status import POSTERIOR, searches_of
+from vasowave.study.study import Study
 
 _LOOK = 1.0  # s between looks into the journals
 _WORDS = {"kept": "kept from earlier", "computed": "computed", "failed": "FAILED"}

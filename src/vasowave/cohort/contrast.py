@@ -1,14 +1,11 @@
 """The comparisons of a design: which its animals tell, what is told in place of others, and what is left to judge."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vasowave.findings import Finding, error_kind, look_kind
-
-if TYPE_CHECKING:
-    from vasowave.cohort.design import Layout
 
 CONFOUNDED = look_kind(
     "design.confounded", "{effect}: not compared, for {columns} differs just as it does, and nothing tells one from "
@@ -200,49 +197,3 @@ def _smaller(one: Contrast, cells: Cells) -> Contrast | None:
     first, second = (side * kept / (side * kept).sum() for side in (one.first, one.second))
     within = f"at {cells.second} " if across else "in "
     return one._replace(first=first, second=second, within=within + " and ".join(good))
-
-
-def degrees_left(layout: "Layout", blocks: Sequence[str], contrast: Contrast) -> int:
-    """Return the fewest degrees of freedom that a comparison has if all rows scatter alike.
-
-    They are those of the first stratum that tells it: rows of one animal, animals of one block, or blocks.
-
-    Parameters
-    ----------
-    layout : Layout
-    blocks : sequence of str
-        The blocks of its design.
-    contrast : Contrast
-        One that its animals tell.
-    """
-    weights = (contrast.second - contrast.first) @ layout.means
-    subject = _members(layout.subject)
-    levels = [layout.random[name] for name in blocks if name in layout.random]
-    within = np.hstack([subject, *levels])
-    if _tells(layout.fixed, within, weights):
-        return len(subject) - _rank(within, layout.fixed)
-    averaged = np.linalg.pinv(subject)
-    fixed, block = (
-        averaged @ layout.fixed,
-        np.hstack([np.ones((len(averaged), 1)), *(averaged @ one for one in levels)]),
-    )
-    if not levels or _tells(fixed, block, weights):
-        return len(fixed) - _rank(block, fixed)
-    return _rank(block) - _rank(block @ np.linalg.pinv(block) @ fixed)
-
-
-def _members(labels: Sequence[str]) -> np.ndarray:
-    names, which = np.unique(np.array(labels), return_inverse=True)
-    return np.eye(len(names))[which]
-
-
-def _tells(fixed: np.ndarray, taken: np.ndarray, weights: np.ndarray) -> bool:
-    """Whether what is left of the fixed effects beside others tells a contrast."""
-    left = fixed - taken @ np.linalg.lstsq(taken, fixed, rcond=None)[0]
-    left[np.abs(left) < 1e-9 * np.abs(fixed).max()] = 0  # round-off, of which anything could be made
-    solution = np.linalg.lstsq(left.T, weights, rcond=1e-9)[0]
-    return bool(np.abs(left.T @ solution - weights).max() < 1e-7 * max(1.0, float(np.abs(weights).max())))
-
-
-def _rank(*columns: np.ndarray) -> int:
-    return int(np.linalg.matrix_rank(np.hstack(columns)))

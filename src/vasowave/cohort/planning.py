@@ -2,20 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from annotated_types import Ge, Gt, Le, Lt
 
+from vasowave.accessors import Accessor
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.designed import occasions_apart
 from vasowave.cohort.pooling import pooled_mean
 from vasowave.cohort.power import PlannedStudies, critical_of_studies, p_of_effect
 from vasowave.cohort.primary import Family, comparable, known_values, primary_law, source_of
 from vasowave.cohort.simultaneous import correlation_of
+from vasowave.cohort.spread import Planning, Spread
 from vasowave.errors import InputError
-from vasowave.settings import settings_class
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,39 +24,6 @@ _JUDGED = (3, 4, 6, 10, 20)
 """Sizes of which studies are judged as real ones are; the critical p follows logarithms between, hardly moves above."""
 _SIZES = (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 50, 60)
 """Animals of each group that are tried."""
-
-
-class Spread(NamedTuple):
-    """What is known of one quantity before a study.
-
-    Attributes
-    ----------
-    quantity : str
-    between : (float, float)
-        SD of the animals' logarithms in the two groups, without the errors.
-    error : float
-        SD of the logarithm of one animal's estimate; 0 where `between` contains it.
-    shared : float
-        Standard error of the difference of the groups from images that they share.
-    within : float
-        SD of the logarithm of one animal from occasion to occasion, without the errors; 0 where `between` contains it.
-    """
-
-    quantity: str
-    between: tuple[float, float]
-    error: float = 0.0
-    shared: float = 0.0
-    within: float = 0.0
-
-    @property
-    def alike(self) -> float:
-        """Correlation of an animal's true values on two occasions, in the mean of the groups; 1 if it is not known."""
-        animals = float(np.mean(np.square(self.between)))
-        return animals / (animals + self.within**2) if animals else 0.0
-
-    def on_one_occasion(self, group: int) -> float:
-        """Return the SD of the true values of a group."""
-        return float(np.hypot(self.between[group], self.within))
 
 
 def spreads_of(cohort: Cohort, family: Family | None = None) -> tuple[list[Spread], np.ndarray]:
@@ -104,33 +71,6 @@ def with_occasions(spreads: Sequence[Spread], cohort: Cohort, family: Family | N
     return found
 
 
-@settings_class
-class Planning:
-    """What a study shall show."""
-
-    effect: Annotated[float, Gt(0)] = 1.5
-    """Ratio of the groups that shall be shown."""
-    power: Annotated[float, Gt(0.05), Lt(1)] = 0.8
-    """How often it shall be."""
-    occasions: Annotated[int, Ge(1), Le(20)] = 1
-    """Recordings of each animal, in pairs of each of the two: what differs between them falls by the root of their
-    number, an error always, what an animal differs from occasion to occasion where groups are compared."""
-    pairs: Annotated[float, Ge(0), Lt(1)] | None = None
-    """Correlation of the two true values of a pair, where pairs are compared, an animal before and after for instance.
-    None: groups of independent animals."""
-    littermates: bool = False
-    """Whether a pair is two littermates, of which each group has one; else one animal on two occasions."""
-    seed: Annotated[int, Ge(0)] = 0
-    """Of the cohorts that are drawn."""
-
-    def __post_init__(self) -> None:
-        """Refuse an effect that is none."""
-        if abs(np.log(self.effect)) < 1e-3:
-            raise InputError("effect: a ratio of 1 is no effect; give one such as 1.5 or 0.7")
-        if self.littermates and self.pairs is None:
-            raise InputError("littermates: say how far their true values are correlated (pairs), 0.5 for instance")
-
-
 @dataclass(frozen=True, eq=False)
 class Plan:
     """How many animals a study of two groups needs.
@@ -159,11 +99,10 @@ class Plan:
     def __repr__(self) -> str:
         return f"Plan(effect {self.settings.effect:g}, power {self.settings.power:g}, by {self.source})\n{self.needed}"
 
+    @Accessor
     def figure(self) -> "Figure":
         """Draw power by the number of animals, a line for each quantity."""
-        from vasowave.figures.compared import planned_figure
-
-        return planned_figure(self)
+        raise NotImplementedError
 
 
 def plan_of(spreads: Sequence[Spread], correlation: np.ndarray, source: str, settings: Planning) -> Plan:

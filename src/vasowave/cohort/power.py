@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,9 +10,7 @@ from vasowave.cohort.balanced import changes_of, effects_of_repeated, structure_
 from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.cohort.pooling import difference, pooled_means
 from vasowave.cohort.simultaneous import Fitted, Row, critical_p, joint
-
-if TYPE_CHECKING:
-    from vasowave.cohort.planning import Planning, Spread
+from vasowave.cohort.spread import Planning, Spread
 
 _LEAST = 1e-9  # p of one row that is as good as none
 _DRAWS, _FEWER_DRAWS = 4_000, 2_000
@@ -35,9 +33,9 @@ class PlannedStudies(NamedTuple):
         Animals of each group, or pairs.
     """
 
-    spreads: Sequence["Spread"]
+    spreads: Sequence[Spread]
     root: np.ndarray
-    settings: "Planning"
+    settings: Planning
     size: int
 
 
@@ -95,7 +93,7 @@ def _critical_of_subjects(asked: PlannedStudies) -> list[float]:
 
 
 def _critical_of_models(
-    drawn: Drawn, fixed: np.ndarray, random: Sequence[np.ndarray], spreads: Sequence["Spread"]
+    drawn: Drawn, fixed: np.ndarray, random: Sequence[np.ndarray], spreads: Sequence[Spread]
 ) -> list[float]:
     """Return the critical p of studies whose quantities have a mixed model of first and second values."""
     rows, change = np.arange(len(fixed)), np.array([[-1.0, 1.0]])

@@ -9,10 +9,9 @@ import numpy as np
 from annotated_types import Ge
 
 from vasowave.calibration import Fit, Search
-from vasowave.calibration.compared import compared_part
+from vasowave.calibration.compared import compared_part, sites_of
 from vasowave.calibration.parameters import parameter_space
 from vasowave.calibration.screening import led
-from vasowave.calibration.sites import sites_of
 from vasowave.errors import InputError
 from vasowave.inference.findings import Optimum
 from vasowave.inference.mixture import explore

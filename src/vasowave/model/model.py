@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from vasowave.accessors import Accessor
 from vasowave.errors import InputError
 from vasowave.model.blood import Blood
+from vasowave.model.numerics import Numerics
 from vasowave.model.outlets import BUILT_IN as CIRCUITS
 from vasowave.model.outlets import Bed, Outlets
 from vasowave.model.per_vessel import one_per_vessel
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from vasowave.recording import Inflow, Recording
-    from vasowave.solver import Numerics
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,11 +242,10 @@ class Model:
         facts["blood"] = repr(self.blood)
         return card("Model", facts)
 
-    def simulate(self, inflow: "Inflow | Recording", numerics: "Numerics | None" = None) -> "xr.Dataset":
+    @Accessor
+    def simulate(self, inflow: "Inflow | Recording", numerics: Numerics | None = None) -> "xr.Dataset":
         """Return one cycle of the periodic state, see `vasowave.simulate`."""
-        from vasowave.solver.simulate import simulate
-
-        return simulate(self, inflow, numerics)
+        raise NotImplementedError
 
     def changed(self, **parts: Any) -> "Model":
         """Return a model with other parts: ``model.changed(wall=LinearWall(60.0))``."""

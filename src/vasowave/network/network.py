@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vasowave.accessors import Accessor
 from vasowave.errors import InputError, did_you_mean
 from vasowave.network.graph import Meeting, meetings, parents, shares_by_conductance
 from vasowave.notebook import card
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
 
 POSSIBLE = {"radius": (1e-5, 15.0), "length": (1e-5, 3000.0)}
 """Sizes outside are no animal's, cm: from a tenth of a micrometer, far below a capillary's radius (3 µm), to what
@@ -242,11 +244,10 @@ class Network:
         _check_sizes(other, _row)
         return other
 
-    def plot(self, ax: Any = None) -> Any:
+    @Accessor
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the tree into matplotlib axes, or a new figure; returns the axes."""
-        from vasowave.figures.signals import draw_network
-
-        return draw_network(self, ax)
+        raise NotImplementedError
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return the vessels as a table in the form of a network file, indexed by name, lengths in cm."""

@@ -1,6 +1,6 @@
 """From files of pressure and flow to one averaged cycle and its hemodynamic indices."""
 
-from vasowave.recording.baseline import Baseline, Step
+from vasowave.recording.averaged import Beat, EnsembleAverage
 from vasowave.recording.beats import Beats, find_beats
 from vasowave.recording.catheter import (
     Catheter,
@@ -14,7 +14,7 @@ from vasowave.recording.catheter import (
 from vasowave.recording.cycle import Inflow, InletPressure, Recording, resample, samples_needed
 from vasowave.recording.describe import FileDescription, describe_recording
 from vasowave.recording.edits import BeatEdit, read_edits
-from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats, one_cycle
+from vasowave.recording.ensemble import average_beats, one_cycle
 from vasowave.recording.harmonics import HarmonicErrors, harmonic_errors
 from vasowave.recording.observation import Observation
 from vasowave.recording.prepared import Averaging
@@ -22,6 +22,7 @@ from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
 from vasowave.recording.read_raw import Reading, read_raw_recording
 from vasowave.recording.read_sites import read_sites
+from vasowave.recording.trend import Baseline, Step
 from vasowave.recording.ventricle import VentricularPressure, read_ventricle
 from vasowave.recording.wedge import read_wedge
 

@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from vasowave.accessors import Accessor
 from vasowave.errors import InputError
 from vasowave.findings import Finding, note_kind, texts
 from vasowave.notebook import card
@@ -13,6 +14,7 @@ from vasowave.notebook import card
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from matplotlib.axes import Axes
 
 MOST_SAMPLES = 65_536  # of an averaged cycle: the longest one, 3 s, at 20 kHz
 FEWEST_SAMPLES = 32
@@ -274,17 +276,15 @@ class Recording:
             "PVR": self.vascular_resistance,
         }
 
-    def plot(self, axes: Any = None) -> Any:
+    @Accessor
+    def plot(self, axes: "Sequence[Axes] | None" = None) -> np.ndarray:
         """Draw pressure and flow into two matplotlib axes, or a new figure; returns the axes."""
-        from vasowave.figures.signals import draw_cycle
+        raise NotImplementedError
 
-        return draw_cycle(self, axes)
-
+    @Accessor
     def to_dataset(self) -> "xr.Dataset":
         """Return pressure and flow as labelled data with units, dims ``time`` and ``flow_time`` (s)."""
-        from vasowave.animal.datasets import recording_dataset
-
-        return recording_dataset(self)
+        raise NotImplementedError
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return ``pressure [mmHg]`` and ``flow [ml/s]`` by ``time [s]``, both with the samples of the longer one."""

@@ -5,14 +5,15 @@ Beats that a step or a breath lifts off the diastolic level of the others can be
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Severity, note_kind, warn
-from vasowave.recording.baseline import Baseline, baseline_findings, find_baseline, with_comments
+from vasowave.recording.averaged import Beat, EnsembleAverage
+from vasowave.recording.baseline import baseline_findings, find_baseline, with_comments
 from vasowave.recording.cuts import Cuts
 from vasowave.recording.cycle import Recording
 from vasowave.recording.edits import BeatEdit, judged, require_decisions, told
@@ -34,6 +35,7 @@ from vasowave.recording.rejection import (
     unusual_beats,
 )
 from vasowave.recording.steadiness import unsteady
+from vasowave.recording.trend import Baseline
 from vasowave.recording.ventilation import Expiration, mark_inspiration
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
 from vasowave.settings import given_values
@@ -46,83 +48,6 @@ CLOSED = note_kind(
 
 
 _SELDOM = 0.2  # of all beats are long or short where most are usual
-
-
-class Beat(NamedTuple):
-    """One detected beat.
-
-    Attributes
-    ----------
-    start, end : float
-        s since the start of the recording.
-    averaged : bool
-        Whether it is part of the average.
-    rejected : Finding or None
-        Why it may not be averaged; None for a good beat.
-    """
-
-    start: float
-    end: float
-    averaged: bool
-    rejected: Rejection = None
-
-
-@dataclass(frozen=True, eq=False)
-class EnsembleAverage:
-    """The average of consecutive beats.
-
-    Attributes
-    ----------
-    recording : Recording
-        The averaged cycle; its notes say which beats it came from.
-    pressure_sd, flow_sd : float array, shape (sample,)
-        Standard deviation of the averaged beats around the cycle, mmHg and ml/s.
-    beats : tuple of Beat
-        Every detected beat, in order.
-    fiducial : str
-        ``ecg`` or ``pressure``: what the beats were aligned by.
-    delay : float
-        p-q delay: by how much the foot of the flow follows the foot of the pressure, s.
-    delay_corrected : bool
-        Whether the flow was advanced by `delay`.
-    baseline : Baseline
-        The diastolic level of every beat of the whole recording, its drift, and whether that was removed.
-
-    Examples
-    --------
-    >>> import vasowave as vw
-    >>> import numpy as np
-    >>> from vasowave.datasets.raw import synthetic_raw_recording
-    >>> raw = synthetic_raw_recording(vw.virtual_mouse(), np.random.default_rng(1), duration=6.0).raw
-    >>> average = vw.average_beats(raw, 10)
-    >>> sum(beat.averaged for beat in average.beats)
-    10
-    """
-
-    recording: Recording
-    pressure_sd: np.ndarray
-    flow_sd: np.ndarray
-    beats: tuple[Beat, ...]
-    fiducial: str
-    delay: float
-    delay_corrected: bool
-    baseline: Baseline
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What was noticed of the recording and its beats."""
-        return self.recording.notes
-
-    def plot(self, axes: Any = None) -> Any:
-        """Draw the averaged cycle with a band of one SD of the beats; returns two matplotlib axes."""
-        from vasowave.figures.signals import draw_average
-
-        return draw_average(self, axes)
-
-    def __repr__(self) -> str:
-        used = sum(beat.averaged for beat in self.beats)
-        lost = sum(bool(beat.rejected) for beat in self.beats)
-        return f"EnsembleAverage({used} of {len(self.beats)} beats, {lost} rejected, {self.recording!r})"
 
 
 def one_cycle(given: object) -> Recording:

@@ -1,18 +1,21 @@
 """A continuous recording of pressure, flow and ECG, before its beats are averaged."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vasowave.accessors import Accessor
 from vasowave.errors import InputError
 from vasowave.findings import Finding, note_kind, texts
 from vasowave.notebook import card
+from vasowave.recording.averaged import EnsembleAverage
 from vasowave.recording.channels import Comment
 from vasowave.recording.gaps import Span, free_between
 
 if TYPE_CHECKING:
-    from vasowave.recording.ensemble import EnsembleAverage
+    from matplotlib.axes import Axes
 
 SHORTEST = 1.0
 """A shorter recording than this (s) holds too few beats to average."""
@@ -133,17 +136,15 @@ class RawRecording:
         """Length, s."""
         return len(self.pressure) / self.sampling_rate
 
-    def plot(self, stretch: slice = slice(None), axes: Any = None) -> Any:
+    @Accessor
+    def plot(self, stretch: slice = slice(None), axes: "Sequence[Axes] | None" = None) -> np.ndarray:
         """Draw all signals between two times (s), ``raw.plot(slice(10, 12))``; returns one matplotlib axes a signal."""
-        from vasowave.figures.signals import draw_raw
+        raise NotImplementedError
 
-        return draw_raw(self, stretch, axes)
-
-    def average(self, beats: int | None = None, **settings: Any) -> "EnsembleAverage":
+    @Accessor
+    def average(self, beats: int | None = None, **settings: Any) -> EnsembleAverage:
         """Return the average of consecutive beats; the settings are those of `Averaging`, by name."""
-        from vasowave.recording.ensemble import average_beats
-
-        return average_beats(self, beats, **settings)
+        raise NotImplementedError
 
     def between(self, start: float, end: float) -> "RawRecording":
         """Return the stretch from `start` to `end` (s); its times stay those of the whole recording.

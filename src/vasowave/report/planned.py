@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.cohort.planning import Plan, Spread
+from vasowave.cohort.planning import Plan
+from vasowave.cohort.spread import Spread
 from vasowave.io.files import write_file
 from vasowave.provenance import provenance
 from vasowave.quantities import short_symbol

@@ -8,11 +8,11 @@ import pandas as pd
 from vasowave.calibration import Fit, Search, calibrate
 from vasowave.calibration.calibrate import NUMERICS
 from vasowave.model.blood import Blood
+from vasowave.model.numerics import Numerics
 from vasowave.network.network import Network
 from vasowave.quantities import ACROSS_LAWS, QUANTITIES, derived
 from vasowave.recording import Recording
 from vasowave.selection.compare import Comparing, compare_models
-from vasowave.solver.numerics import Numerics
 
 Progress = Callable[[int, int], None]
 """Called with finished and all fits."""

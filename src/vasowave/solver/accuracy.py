@@ -8,11 +8,11 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
+from vasowave.model.numerics import Numerics
 from vasowave.model.ventricle import Driven
 from vasowave.solver.failures import TooSteep
 from vasowave.solver.grid import aligned, cell_counts
 from vasowave.solver.middles import cells_for_middles
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
 from vasowave.solver.run import run_on_cells
 
@@ -62,7 +62,7 @@ def _coarsest(model: Model, inflow: Driven, numerics: Numerics) -> tuple[np.ndar
     except TooSteep:
         counts = 2 * counts
         run = run_on_cells(model, inflow, numerics, counts, linear)
-    needed = aligned(model, cells_for_middles(run))
+    needed = aligned(model, cells_for_middles(run.middles, run.grid.counts))
     if np.any(needed > counts):
         counts = np.maximum(needed, counts)
         run = run_on_cells(model, inflow, numerics, counts, linear)

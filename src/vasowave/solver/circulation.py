@@ -17,11 +17,11 @@ from vasowave.errors import InputError, NumericalError, did_you_mean
 from vasowave.findings import warn
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
+from vasowave.model.numerics import Numerics
 from vasowave.model.outlets import Bed, Circuit
 from vasowave.model.ventricle import Driven
 from vasowave.recording import EnsembleAverage, Inflow, Recording
 from vasowave.solver.dataset import as_dataset
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
 from vasowave.solver.simulate import driving, simulate_run
 

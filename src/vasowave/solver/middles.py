@@ -4,15 +4,12 @@ Where much pressure is lost in a short vessel, as in a stenosis, it falls along 
 and the flow is accelerated as the vessel narrows. What a line misses is seen at the vessel's ends.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vasowave.model import walls
 from vasowave.model.model import Model
-
-if TYPE_CHECKING:
-    from vasowave.solver.result import Run
 
 _STEEP = 0.1  # share of the largest pressure that one cell may lose, whatever is known of what lies between
 _ALLOWED = 0.0025  # share of the largest pressure by which a middle may be wrong
@@ -65,13 +62,13 @@ def middle_errors(model: Model, period: float, ends: tuple[np.ndarray, np.ndarra
     return np.where(np.isfinite(error), np.minimum(error, np.abs(inlet - outlet)), np.abs(inlet - outlet))
 
 
-def cells_for_middles(run: "Run") -> np.ndarray:
+def cells_for_middles(known: Middles, cells: np.ndarray) -> np.ndarray:
     """Return with how many cells each vessel would know its middle, shape (vessel,); 1 where any number does."""
-    counts, known = np.ones(len(run.grid.counts), dtype=np.int64), run.middles
+    counts = np.ones(len(cells), dtype=np.int64)
     if len(known.rows):
         error = np.max(known.error, axis=0) / known.largest
         needed = 2 * np.ceil(0.5 * np.sqrt(error / _ALLOWED))
-        alone = (run.grid.counts[known.rows] == 1) & (known.fall > _STEEP)
+        alone = (cells[known.rows] == 1) & (known.fall > _STEEP)
         needed = np.where(alone, np.maximum(needed, 2 * np.ceil(known.fall / (2 * _STEEP))), needed)
         counts[known.rows] = np.where((error > _ALLOWED) | alone, needed, 1)
     return counts

@@ -8,10 +8,10 @@ import numpy as np
 
 from vasowave.model import walls
 from vasowave.model.model import Model
+from vasowave.model.numerics import Numerics
 from vasowave.model.ventricle import Driven
 from vasowave.solver.direction import Direction
 from vasowave.solver.grid import Grid
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run, with_viscous
 from vasowave.solver.stepper import Stepper
 

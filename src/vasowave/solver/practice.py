@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.model.blood import Blood, BoundaryLayer
+from vasowave.model.numerics import Numerics
 from vasowave.network.network import Network
 from vasowave.recording import Recording, resample
-from vasowave.solver.numerics import Numerics
 from vasowave.units import MMHG
 
 _LINES = 1024  # of a file that the program compares, at most

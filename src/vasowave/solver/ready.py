@@ -9,11 +9,11 @@ from vasowave.model.law_files import in_words
 from vasowave.model.laws import find_law
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
+from vasowave.model.numerics import Numerics
 from vasowave.model.shape import Shape
 from vasowave.network.network import Network
 from vasowave.recording import Inflow
 from vasowave.solver.direction import direction_between
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.run import run_to_periodic
 from vasowave.solver.sensitivity import pressure_derivatives
 

@@ -9,12 +9,12 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
+from vasowave.model.numerics import Numerics
 from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.solver.discharge import common_discharge
 from vasowave.solver.failures import Lost, TooSteep, faster_than_allowed, not_periodic, runaway
 from vasowave.solver.grid import Grid, aligned, cell_counts, make_grid
 from vasowave.solver.middles import cells_for_middles
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import Convergence, fixed_point
 from vasowave.solver.result import Run, at_samples, difference, needs_two_grids
 from vasowave.solver.start import AIM, FromLinear, FromNeighbor, FromRest, Start
@@ -90,7 +90,7 @@ def _run_by_waves(model: Model, inflow: Driven, numerics: Numerics, linear: Line
         finer = refinement * cell_counts(model, numerics.cell_size, linear, longer)
         if numerics.cell_size is not None or np.all(finer <= run.grid.counts) or run.settled:
             break
-    needed = aligned(model, refinement * cells_for_middles(run))
+    needed = aligned(model, refinement * cells_for_middles(run.middles, run.grid.counts))
     if np.any(needed > run.grid.counts):
         run = run_on_cells(model, inflow, numerics, np.maximum(needed, run.grid.counts), linear)
     return run

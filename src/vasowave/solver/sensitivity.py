@@ -7,10 +7,10 @@ import numpy as np
 
 from vasowave.errors import NumericalError
 from vasowave.model import walls
+from vasowave.model.numerics import Numerics
 from vasowave.model.ventricle import Driven
 from vasowave.solver.direction import Direction
 from vasowave.solver.failures import at_the_edge
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import affine_fixed_point
 from vasowave.solver.places import Places, Waves, area_changes, at_places
 from vasowave.solver.result import Run, with_viscous

@@ -9,13 +9,13 @@ import xarray as xr
 from vasowave.errors import InputError, NumericalError, VasowaveError
 from vasowave.findings import warn
 from vasowave.model.model import Model
+from vasowave.model.numerics import Numerics
 from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.network.network import Network
 from vasowave.recording import EnsembleAverage, Recording, one_cycle
 from vasowave.runtime.threads import threads
 from vasowave.solver.accuracy import run_to_accuracy
 from vasowave.solver.dataset import as_dataset, stack
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
 from vasowave.solver.run import run_cycles, run_to_periodic
 from vasowave.solver.valve import ventricular_waves

@@ -9,11 +9,11 @@ from vasowave.errors import NumericalError
 from vasowave.model import walls
 from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
+from vasowave.model.numerics import Numerics
 from vasowave.model.rational import Rational
 from vasowave.model.ventricle import Driven
 from vasowave.solver.failures import no_waves, too_many_steps
 from vasowave.solver.grid import Grid
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import Secants
 from vasowave.solver.result import Run
 from vasowave.solver.state import State

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vasowave.model.model import Model
+from vasowave.model.numerics import Numerics
 from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.recording.cycle import resample
 from vasowave.solver import cycle as cycles
@@ -13,7 +14,6 @@ from vasowave.solver.cells import Faces, Fluid, Fluxes
 from vasowave.solver.failures import left_law, no_balance, too_steep
 from vasowave.solver.grid import Grid
 from vasowave.solver.nodes import make_node_states
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.start import AIM
 from vasowave.solver.state import State
 from vasowave.solver.validity import Extreme

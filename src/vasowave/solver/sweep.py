@@ -13,12 +13,12 @@ from vasowave.errors import InputError, VasowaveError, did_you_mean
 from vasowave.findings import texts
 from vasowave.model.laws import parameter_names
 from vasowave.model.model import Model
+from vasowave.model.numerics import Numerics
 from vasowave.model.outlets import Bed
 from vasowave.model.ventricle import Driven
 from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.recording import EnsembleAverage, Recording
 from vasowave.recording.cycle import resample
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
 from vasowave.solver.simulate import driving, simulate_runs
 

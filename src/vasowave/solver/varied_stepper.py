@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.model.numerics import Numerics
 from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.solver.beds import bed_steps
 from vasowave.solver.cells import Fluid, Fluxes
@@ -13,7 +14,6 @@ from vasowave.solver.changing_variations import Carried, Carrying
 from vasowave.solver.direction import Direction
 from vasowave.solver.grid import Changing, Grid
 from vasowave.solver.node_variations import EndChanges, EndSlopes, OutletChanges
-from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
 from vasowave.solver.start import at_rest
 from vasowave.solver.state import State

@@ -15,12 +15,12 @@ from vasowave.study.animals import read_row
 from vasowave.study.grouping import Marks, Proposal, is_reference, parsed_groups, proposed_groups, told_group, within
 from vasowave.study.grouping import words as words_of
 from vasowave.study.names import plain_name
-from vasowave.study.plan import RESULTS
 from vasowave.study.reading import read_settings, study_path
 from vasowave.study.reporting import ONE_BY_ONE, REPORT_FOLDER
 from vasowave.study.rows import FILES
 from vasowave.study.settings import StudyFile
 from vasowave.study.sorting import Recorded, Sorted, files_in, sort_files
+from vasowave.study.study import RESULTS
 from vasowave.study.table import Known, read_rows, seen_from, written_rows
 from vasowave.study.template import with_groups
 

@@ -24,12 +24,13 @@ from vasowave.study.designing import understood
 from vasowave.study.loading import load_animal, read_measured
 from vasowave.study.overview import AnimalRead, read_of
 from vasowave.study.physiology import blood_findings, physiology_findings
-from vasowave.study.plan import Study, inspect_study
+from vasowave.study.plan import inspect_study
 from vasowave.study.problems import Problem, one_per_cause, unreadable
 from vasowave.study.programs import without_unread
 from vasowave.study.reading import Document, read_document
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
+from vasowave.study.study import Study
 from vasowave.study.table import read_rows
 
 _ALIKE = 1e-3  # of their range: two heartbeats never agree as well, one written with fewer digits does

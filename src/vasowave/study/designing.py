@@ -4,9 +4,10 @@ Also what the rows of one animal say of it: a property that differs between them
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
-from vasowave.cohort.contrast import FEW, degrees_left, untold_findings
+from vasowave.cohort.contrast import FEW, untold_findings
+from vasowave.cohort.degrees import degrees_left
+from vasowave.cohort.design import Layout
 from vasowave.cohort.unused import unused_columns
 from vasowave.cohort.variables import FIRST
 from vasowave.errors import InputError
@@ -15,11 +16,7 @@ from vasowave.report.wording import listed, some_of
 from vasowave.settings import AT_ODDS
 from vasowave.study.problems import Problem
 from vasowave.study.rows import AnimalRow
-
-if TYPE_CHECKING:
-    from vasowave.cohort.design import Layout
-    from vasowave.study.plan import Study
-
+from vasowave.study.study import Study
 
 _LEAST_LEFT = 1 / 3  # of the animals
 _NAMED = 3  # animals, in a sentence
@@ -53,7 +50,7 @@ SAME_OCCASION = look_kind(
 )  # fmt: skip
 
 
-def design_problems(study: "Study", place: Place, whole: bool) -> Iterator[Problem]:
+def design_problems(study: Study, place: Place, whole: bool) -> Iterator[Problem]:
     """Yield what is wrong or odd in the design of a study.
 
     Parameters
@@ -75,7 +72,7 @@ def design_problems(study: "Study", place: Place, whole: bool) -> Iterator[Probl
             yield Problem(AT_ODDS(text=str(error)).placed(place))
 
 
-def understood(study: "Study", whole: bool) -> str:
+def understood(study: Study, whole: bool) -> str:
     """Return the design in words, as the program understands it; empty without one, or if it is wrong.
 
     Parameters
@@ -93,7 +90,7 @@ def understood(study: "Study", whole: bool) -> str:
     return f"{without}{study.layout.text}{_first_word(study)}{_repeats(study)}"
 
 
-def several_groups(study: "Study") -> list[Problem]:
+def several_groups(study: Study) -> list[Problem]:
     """Return an error for the subjects that stand in several groups, unless the design says that they do; raises as
     `variables_of`.
     """
@@ -111,7 +108,7 @@ def several_groups(study: "Study") -> list[Problem]:
     return [_at(study, found, other.line, str(design.subject), (row for rows in mixed.values() for row in rows))]
 
 
-def _odd(study: "Study", place: Place) -> Iterator[Problem]:
+def _odd(study: Study, place: Place) -> Iterator[Problem]:
     """Yield what is odd in a design that can be applied."""
     design, layout = study.settings.design, study.layout
     assert layout is not None
@@ -128,14 +125,14 @@ def _odd(study: "Study", place: Place) -> Iterator[Problem]:
     yield from subject_problems(study)
 
 
-def _unused(study: "Study") -> Iterator[Problem]:
+def _unused(study: Study) -> Iterator[Problem]:
     """Yield what stands in columns that look like units or confounders and that the design does not name."""
     columns, members = {one.name: one for one in study.variables}, {row.animal: row.group for row in study.animals}
     for found in unused_columns(columns, study.settings.design, members, study.settings.groups):
         yield Problem(found.at(str(study.table)))
 
 
-def _few_degrees(study: "Study", layout: "Layout") -> Iterator[Finding]:
+def _few_degrees(study: Study, layout: Layout) -> Iterator[Finding]:
     """Yield which comparisons few degrees of freedom are left for, and how large effects must then be."""
     from scipy.special import ndtri, stdtrit
 
@@ -150,7 +147,7 @@ def _few_degrees(study: "Study", layout: "Layout") -> Iterator[Finding]:
             yield FEW_DEGREES(effects="; ".join(effects), freedom=freedom, rows=rows, times=times, many=many)
 
 
-def _odd_occasions(study: "Study", subject: str, occasion: str) -> Iterator[Problem]:
+def _odd_occasions(study: Study, subject: str, occasion: str) -> Iterator[Problem]:
     """Yield what is odd of subjects and their occasions."""
     when = {one.name: one for one in study.variables}[occasion].levels
     times: dict[tuple[str, str], list[AnimalRow]] = {}
@@ -179,12 +176,12 @@ def _lines(rows: Sequence[AnimalRow]) -> str:
     return f"line{'s' if len(rows) > 1 else ''} {listed([str(row.line) for row in rows])}"
 
 
-def _at(study: "Study", found: Finding, line: int, column: str, rows: Iterable[AnimalRow] = ()) -> Problem:
+def _at(study: Study, found: Finding, line: int, column: str, rows: Iterable[AnimalRow] = ()) -> Problem:
     part = f"column '{column}'"
     return Problem(found.at(str(study.table), line=line, part=part), also=tuple(row.animal for row in rows))
 
 
-def _first_word(study: "Study") -> str:
+def _first_word(study: Study) -> str:
     """Say which level others are compared with where they are words, whose order is that of the table."""
     second = next((one for one in study.variables if one.name == study.settings.design.second), None)
     if second is None or second.kind != "category":
@@ -196,7 +193,7 @@ def _first_word(study: "Study") -> str:
             "put a row of another first to turn that round.")  # fmt: skip
 
 
-def _repeats(study: "Study") -> str:
+def _repeats(study: Study) -> str:
     """Say how several recordings of one animal are understood where the design names no occasion."""
     design = study.settings.design
     if not design.subject or study.layout is None or not study.layout.repeated:
@@ -219,7 +216,7 @@ NO_OCCASION = look_kind(
 )  # fmt: skip
 
 
-def rows_of_subjects(study: "Study") -> dict[str, list[AnimalRow]]:
+def rows_of_subjects(study: Study) -> dict[str, list[AnimalRow]]:
     """Return the rows of each subject; none where the design names no subject or the table has no such column."""
     known = next((one.levels for one in study.variables if one.name == study.settings.design.subject), {})
     found: dict[str, list[AnimalRow]] = {}
@@ -229,13 +226,13 @@ def rows_of_subjects(study: "Study") -> dict[str, list[AnimalRow]]:
     return found
 
 
-def subject_problems(study: "Study") -> list[Problem]:
+def subject_problems(study: Study) -> list[Problem]:
     """Return what is wrong or odd about the rows of each subject of a study's design."""
     own = rows_of_subjects(study)
     return [*_varying(study, own), *_missing(study, own)]
 
 
-def _varying(study: "Study", own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[Problem]:
+def _varying(study: Study, own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[Problem]:
     """Yield animals whose rows differ in a category that is one for each of most animals, and so their property."""
     design = study.settings.design
     for column in (one for one in study.variables if one.name in (*design.covariates, *design.blocks)):
@@ -257,7 +254,7 @@ def _varying(study: "Study", own: Mapping[str, Sequence[AnimalRow]]) -> Iterator
                           also=tuple(row.animal for row in own[name]))  # fmt: skip
 
 
-def _missing(study: "Study", own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[Problem]:
+def _missing(study: Study, own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[Problem]:
     """Yield animals without an occasion that others of their group have, a problem for each occasion."""
     design = study.settings.design
     times = {one.name: one for one in study.variables}.get(design.occasion or "")

@@ -1,78 +1,28 @@
-"""A study as its two files describe it, settings and animals, and its record of what it declared to compare."""
+"""Read a study from its two files, with what is wrong in them, and record what it declared to compare."""
 
 import json
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from vasowave.cohort.declared import Declaration
-from vasowave.cohort.design import Layout, laid_out
-from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError
 from vasowave.findings import warn
 from vasowave.io.files import alone_in, lies_inside, write_file
 from vasowave.io.textfile import read_bytes
 from vasowave.runtime.kept import digest_of
 from vasowave.stores import parsed_as, stored
-from vasowave.study.animals import read_animals, variables_of
+from vasowave.study.animals import read_animals
 from vasowave.study.designing import design_problems
 from vasowave.study.problems import Problem, refuse
 from vasowave.study.programs import NOT_RUN, programs_not_run
 from vasowave.study.reading import read_settings, study_path
-from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile
-
-RESULTS = "results"
-"""Folder of the results, beside the study file."""
+from vasowave.study.study import Study
 
 RECORD = "declared.json"
 """What a study declared to compare, with times: written when it is first found in order, or run."""
-
-
-@dataclass(frozen=True)
-class Study:
-    """A study that can be run.
-
-    Attributes
-    ----------
-    path : Path
-        The study file.
-    settings : StudyFile
-    animals : tuple of AnimalRow
-    """
-
-    path: Path
-    settings: StudyFile
-    animals: tuple[AnimalRow, ...]
-
-    @property
-    def folder(self) -> Path:
-        """The folder of the study file."""
-        return self.path.parent
-
-    @property
-    def table(self) -> Path:
-        """The table of animals."""
-        return self.folder / self.settings.animals
-
-    @cached_property
-    def variables(self) -> tuple[Variable, ...]:
-        """The columns of the table that are the lab's own, each of one type."""
-        return variables_of(self.animals)
-
-    @cached_property
-    def layout(self) -> Layout | None:
-        """The design applied to the animals, None where groups of independent animals are compared; see `laid_out`."""
-        design, members = self.settings.design, {row.animal: row.group for row in self.animals}
-        groups = [group for group in self.settings.groups if group in members.values()]
-        return None if design.plain else laid_out(design, {one.name: one for one in self.variables}, members, groups)
-
-    @property
-    def results(self) -> Path:
-        """The folder of the results."""
-        return self.folder / RESULTS
 
 
 def inspect_study(path: Path) -> tuple[Study | None, list[Problem]]:

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.cohort.planning import Plan, Planning, Spread, plan_of, spreads_of, with_occasions
+from vasowave.cohort.planning import Plan, plan_of, spreads_of, with_occasions
+from vasowave.cohort.spread import Planning, Spread
 from vasowave.datasets import published_table
 from vasowave.settings import given_values
 from vasowave.study.results import Results, read_results

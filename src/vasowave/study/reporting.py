@@ -16,10 +16,11 @@ from vasowave.runtime.memory import seldom_collected
 from vasowave.study.executors import side_by_side
 from vasowave.study.loading import animal_key
 from vasowave.study.physiology import looks_of
-from vasowave.study.plan import Study, inspect_study
+from vasowave.study.plan import inspect_study
 from vasowave.study.reading import YAML, study_path
 from vasowave.study.results import Results, read_results
 from vasowave.study.status import outdated
+from vasowave.study.study import Study
 
 REPORT_FOLDER, ONE_BY_ONE = "report", "report of animals"
 _NAMED = 6  # animals, in a sentence

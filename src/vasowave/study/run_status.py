@@ -27,8 +27,8 @@ from vasowave.io.reserved import opened, read_slots, reserve, write_slot
 from vasowave.runtime.interrupts import interrupt_main, is_heard, is_interrupt
 from vasowave.runtime.memory import is_starved, kills_for_memory
 from vasowave.stores import parsed_as, stored
-from vasowave.study.plan import RESULTS
 from vasowave.study.store import LOCK, holder, locked
+from vasowave.study.study import RESULTS
 
 STATUS = "run.status"
 """The file of the slots, in the folder of the results."""

@@ -19,12 +19,13 @@ from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
 from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
 from vasowave.study.physiology import looks_of, tell_blood
-from vasowave.study.plan import Study, declare
+from vasowave.study.plan import declare
 from vasowave.study.programs import refuse_unread
 from vasowave.study.results import ANIMALS, read_results, write_results
 from vasowave.study.run_status import RunRecord, running
 from vasowave.study.settings import animal_settings
 from vasowave.study.store import SEARCHES, Store, read_journal, remove_journals
+from vasowave.study.study import Study
 
 _ON_CLUSTER = 256  # animals that are handed to a cluster at once
 

@@ -22,13 +22,13 @@ from vasowave.model.blood import (
     PowerLaw,
     relative_to_usual,
 )
+from vasowave.model.numerics import Resolution
 from vasowave.network.network import HIGHEST
 from vasowave.noise.fitting import OF_PAPER
 from vasowave.recording import Averaging
 from vasowave.report.settings import ReportSettings
 from vasowave.settings import Check, Example, Positive, settings_class, settings_of
 from vasowave.solver import Numerics
-from vasowave.solver.numerics import Resolution
 from vasowave.solver.practice import PAPER
 from vasowave.species import SpeciesName, heart_rates_of
 from vasowave.study.names import checked_name

@@ -25,12 +25,12 @@ from vasowave.report.tables.models import MARKS
 from vasowave.study.animals import read_row
 from vasowave.study.loading import file_hashes
 from vasowave.study.names import checked_name
-from vasowave.study.plan import RESULTS, Study
 from vasowave.study.problems import refuse
 from vasowave.study.reading import STUDY_FILE
 from vasowave.study.results import INDEX, read_results
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile
+from vasowave.study.study import RESULTS, Study
 
 _FOLDER = "is a folder; name one file of it, or make a study of all with `vasowave new` and `vasowave add`"
 TOLD = Family(quantities=("stiffness", "wave_speed", "R_T", "C_p", "tau", "a", "I_R"))

@@ -10,10 +10,10 @@ from vasowave.calibration.starts import SCOUT
 from vasowave.errors import InputError
 from vasowave.inference.simulations import simulations_in
 from vasowave.study.loading import animal_key
-from vasowave.study.plan import RESULTS, Study
 from vasowave.study.results import INDEX, Results, read_results
 from vasowave.study.run_status import RunStatus, run_status
 from vasowave.study.store import CACHE, LOCK, SEARCHES, holder, read_journal
+from vasowave.study.study import RESULTS, Study
 
 POSTERIOR = " posterior"
 

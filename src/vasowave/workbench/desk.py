@@ -9,10 +9,10 @@ from typing import NamedTuple
 from vasowave.errors import InputError
 from vasowave.io.files import alone_in, content_of, lies_inside, made_inside, write_files
 from vasowave.io.remembered import remembered
-from vasowave.study.plan import RESULTS
 from vasowave.study.reading import STUDY_FILE, read_settings
 from vasowave.study.results import INDEX, Results, read_results
 from vasowave.study.settings import StudyFile
+from vasowave.study.study import RESULTS
 
 EDITS = "edits"
 """Folder of the files that hold what was decided of beats, and corrections of trees."""

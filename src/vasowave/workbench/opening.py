@@ -17,8 +17,8 @@ from vasowave.recording.formats import RECORDINGS
 from vasowave.runtime.writing import flush
 from vasowave.study.adding import Added, add_files
 from vasowave.study.names import plain_name
-from vasowave.study.plan import RESULTS
 from vasowave.study.reading import STUDY_FILE
+from vasowave.study.study import RESULTS
 from vasowave.study.table import read_rows
 from vasowave.study.template import FOLDERS, new_study
 from vasowave.workbench.desk import Desk

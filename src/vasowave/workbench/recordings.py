@@ -23,11 +23,12 @@ from vasowave.recording.rejection import cause
 from vasowave.study.animals import read_half_row
 from vasowave.study.loading import read_measured, read_stretch
 from vasowave.study.names import plain_name
-from vasowave.study.plan import Study, inspect_study
+from vasowave.study.plan import inspect_study
 from vasowave.study.problems import refuse
 from vasowave.study.rows import COLUMNS, AnimalRow
 from vasowave.study.settings import averaging_settings
 from vasowave.study.sorting import used_block
+from vasowave.study.study import Study
 from vasowave.study.table import read_rows
 from vasowave.workbench.desk import EDITS, Desk
 from vasowave.workbench.values import number, numbers

@@ -9,11 +9,12 @@ from typing import Any
 
 from vasowave.errors import InputError
 from vasowave.io.files import made_inside
-from vasowave.study.plan import RESULTS, Study, inspect_study
+from vasowave.study.plan import inspect_study
 from vasowave.study.problems import refuse
 from vasowave.study.run_status import ask_to_stop, record_end, reserved, run_status
 from vasowave.study.status import study_status
 from vasowave.study.store import LOCK, holder, locked
+from vasowave.study.study import RESULTS, Study
 from vasowave.workbench.desk import Desk
 
 

@@ -1,0 +1,1 @@
+"""What values of lower parts can do by upper ones: draw, simulate, sample, report."""
