@@ -22,7 +22,7 @@ from scipy import stats
 
 from robustness_page import put
 from vasowave.cohort.design import Design, Layout, laid_out
-from vasowave.cohort.guard import RULES, Shape, doubts_of
+from vasowave.cohort.guard import RULES, PopulationShape, doubts_of
 from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.cohort.simultaneous import Fitted, joint
 from vasowave.cohort.two_groups import holm
@@ -350,11 +350,11 @@ def guarded() -> dict[str, Kind]:
     return {name: one._replace(error=0.0) for name, one in cases.items()}
 
 
-def unlike_animals(shape: Shape, one: Kind, ratio: float, rng: np.random.Generator) -> np.ndarray:
+def unlike_animals(shape: PopulationShape, one: Kind, ratio: float, rng: np.random.Generator) -> np.ndarray:
     """Return values without an effect, shape (animal, quantity)."""
     second = (one.table["group"] == "B").to_numpy()
     values = rng.standard_normal((len(second), COUNT)) @ ROOT.T
-    if shape is Shape.SKEWED:
+    if shape is PopulationShape.SKEWED:
         shared = rng.random(values.shape) < np.sqrt(0.6)  # correlates exponential values by 0.6
         values = np.where(shared, rng.exponential(size=(len(second), 1)), rng.exponential(size=values.shape)) - 1
         values[second] *= ratio
@@ -370,8 +370,8 @@ def guard_lines(name: str, one: Kind, options: argparse.Namespace) -> list[str]:
     doubts = {doubt.shape: doubt for doubt in doubts_of(layout, COUNT)}
     contrasts = np.array([(c.second - c.first) @ layout.means for c in layout.contrasts])
     structure = Structure(layout.fixed, [*layout.random.values()], np.zeros((len(one.table),) * 2))
-    for shape, ratio in ((Shape.SKEWED, RULES.spread_ratios[0]), (Shape.SKEWED, RULES.spread_ratios[-1]),
-                         (Shape.RESPONDERS, 1.0)):  # fmt: skip
+    skewed = [(PopulationShape.SKEWED, RULES.spread_ratios[place]) for place in (0, -1)]
+    for shape, ratio in [*skewed, (PopulationShape.RESPONDERS, 1.0)]:
         rng = np.random.default_rng([options.seed, zlib.crc32(f"{name} {shape} {ratio}".encode())])
         found = 0
         for number in range(options.cohorts):
@@ -380,7 +380,7 @@ def guard_lines(name: str, one: Kind, options: argparse.Namespace) -> list[str]:
             found += bool(joint(models, options.draws, number).p.min() < 0.05)
         rates = doubts[shape].rates if shape in doubts else ()
         words = f"{rates[0 if ratio == RULES.spread_ratios[0] else -1]:.3f}" if rates else "nothing"
-        kind_of = f"skewed, SD × {ratio:g}" if shape is Shape.SKEWED else "responders"
+        kind_of = f"skewed, SD × {ratio:g}" if shape is PopulationShape.SKEWED else "responders"
         lines.append(f"| {name} | {kind_of} | {words} | {found / options.cohorts:.3f} |")
     return lines
 

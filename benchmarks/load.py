@@ -28,7 +28,7 @@ from robustness_page import put
 from vasowave.animal.files import to_bytes
 from vasowave.study.loading import animal_key
 from vasowave.study.plan import read_study
-from vasowave.study.store import Store
+from vasowave.study.store import ResultStore
 from vasowave.study.study import RESULTS, Study
 
 SOLVED = 6
@@ -84,7 +84,7 @@ def solved(folder: Path) -> list:
 def fill_store(study: Study, results: list) -> None:
     """Keep a piece for every animal of a study, as if it had been analyzed."""
     (study.folder / RESULTS).mkdir()
-    store = Store(study.results)
+    store = ResultStore(study.results)
     for number, row in enumerate(study.animals):
         result = replace(results[number % len(results)], name=row.animal, group=row.group)
         store.keep(animal_key(row, study.settings, study.folder), to_bytes(result.to_datatree()))

@@ -21,7 +21,7 @@ import pandas as pd
 from known_animals import NOISE, SAMPLES, WHITE, heart, smooth_noise
 from robustness_page import put
 from vasowave.errors import NumericalError, VasowaveWarning
-from vasowave.findings import Kind
+from vasowave.findings import FindingKind
 from vasowave.inference import Posterior
 from vasowave.inference import findings as against
 from vasowave.inference.mode import climb
@@ -44,7 +44,7 @@ KINDS = {
 }
 """Ranges of p1 (mmHg) and γ of the true walls; where γ is large the nominal stiffness is far too low, as in `low` 3."""
 PAGE = Path(__file__).parents[1] / "docs" / "wall-laws.md"
-AGAINST = {one.code for one in vars(against).values() if isinstance(one, Kind)}
+AGAINST = {one.code for one in vars(against).values() if isinstance(one, FindingKind)}
 """Codes of what speaks against a posterior or a fit; other findings say what the numbers mean."""
 NATS = 2.0  # by which a trusted posterior may lie below the mode that a search from the truth finds
 

@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 
 import vasowave
-from vasowave.findings import KINDS, Kind
+from vasowave.findings import KINDS, FindingKind
 
 PAGE = Path(__file__).parents[1] / "docs" / "findings.md"
 ABOUT = """\
@@ -34,7 +34,7 @@ def load_all() -> None:
             importlib.import_module(module.name)
 
 
-def words(kind: Kind) -> str:
+def words(kind: FindingKind) -> str:
     """Return the words of a kind with its values by name, without what to do."""
     text = re.sub(r"[;,]? ?\{remedy\}", "", kind.text)
     return re.sub(r"\{(\w+)[^}]*\}", r"*\1*", text).replace("|", "/")

@@ -69,7 +69,7 @@ NOWHERE = Place()
 
 
 @dataclass(frozen=True)
-class Kind:
+class FindingKind:
     """One kind of finding.
 
     Attributes
@@ -93,26 +93,26 @@ class Kind:
         return Finding(self.code, tuple(values.items()))
 
 
-KINDS: dict[str, Kind] = {}
+KINDS: dict[str, FindingKind] = {}
 """All kinds by code, as the modules that declare them are loaded."""
 
 
-def note_kind(code: str, text: str) -> Kind:
+def note_kind(code: str, text: str) -> FindingKind:
     """Declare a kind of finding that asks for nothing; raises as `kind`."""
     return kind(code, Severity.NOTE, text)
 
 
-def look_kind(code: str, text: str, remedy: str) -> Kind:
+def look_kind(code: str, text: str, remedy: str) -> FindingKind:
     """Declare a kind of finding that asks for a look; raises as `kind`."""
     return kind(code, Severity.LOOK, text, remedy)
 
 
-def error_kind(code: str, text: str, remedy: str = "") -> Kind:
+def error_kind(code: str, text: str, remedy: str = "") -> FindingKind:
     """Declare a kind of finding that must be corrected; raises as `kind`."""
     return kind(code, Severity.ERROR, text, remedy)
 
 
-def kind(code: str, severity: Severity, text: str, remedy: str = "") -> Kind:
+def kind(code: str, severity: Severity, text: str, remedy: str = "") -> FindingKind:
     """Declare a kind of finding.
 
     Raises
@@ -122,7 +122,7 @@ def kind(code: str, severity: Severity, text: str, remedy: str = "") -> Kind:
     """
     if code in KINDS:
         raise ValueError(f"the code '{code}' is declared twice")
-    KINDS[code] = Kind(code, severity, text, remedy)
+    KINDS[code] = FindingKind(code, severity, text, remedy)
     return KINDS[code]
 
 
@@ -258,7 +258,7 @@ def _stored(row: Mapping[str, Any]) -> Finding:
     code, values = row["code"], row["values"]
     place = {name: part for name, part in row.items() if name in Place._fields}
     if code not in KINDS:
-        _STORED[code] = Kind(code, Severity(row["severity"]), "{text}")
+        _STORED[code] = FindingKind(code, Severity(row["severity"]), "{text}")
         values = values | {"text": row["text"]}
     elif {name for _, name, *_ in Formatter().parse(KINDS[code].text) if name} - {*values, *Place._fields, "remedy"}:
         values = values | {_STORED_TEXT: row["text"]}
@@ -266,9 +266,9 @@ def _stored(row: Mapping[str, Any]) -> Finding:
 
 
 _STORED_TEXT = "text as stored"
-_STORED: dict[str, Kind] = {}
+_STORED: dict[str, FindingKind] = {}
 """Kinds that results speak of, of modules that are not loaded, or of another version."""
 
 
-def _kind_of(finding: Finding) -> Kind:
+def _kind_of(finding: Finding) -> FindingKind:
     return KINDS.get(finding.code) or _STORED[finding.code]

@@ -36,14 +36,14 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from pydantic_core import ArgsKwargs, core_schema
 
 from vasowave.errors import InputError, did_you_mean
-from vasowave.findings import Finding, Kind, error_kind
+from vasowave.findings import Finding, FindingKind, error_kind
 
 Values = TypeVar("Values")
 
 _RULES = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
 
 
-def _error(what: str, text: str, remedy: str = "") -> Kind:
+def _error(what: str, text: str, remedy: str = "") -> FindingKind:
     return error_kind(f"setting.{what}", f"{{key}}: {text}", remedy)
 
 

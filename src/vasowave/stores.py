@@ -17,7 +17,7 @@ T = TypeVar("T")
 Read = TypeVar("Read", bound=Callable[..., Any])
 
 
-class Store(NamedTuple):
+class FileKind(NamedTuple):
     """One kind of file: what it is called, the names of its files in a study or a fit, and who reads it."""
 
     name: str
@@ -25,7 +25,7 @@ class Store(NamedTuple):
     read: Callable[..., Any]
 
 
-STORES: dict[str, Store] = {}
+STORES: dict[str, FileKind] = {}
 """By name; each module that reads one adds it when it is imported."""
 
 
@@ -33,7 +33,7 @@ def stored(name: str, files: str) -> Callable[[Read], Read]:
     """Let a function be the reader of a store, which `tools/fuzz.py` then tries."""
 
     def register(read: Read) -> Read:
-        STORES[name] = Store(name, files, read)
+        STORES[name] = FileKind(name, files, read)
         return read
 
     return register

@@ -26,7 +26,7 @@ from vasowave.runtime.kept import digest_of
 from vasowave.stores import STORES
 from vasowave.study.plan import RECORD, read_declared
 from vasowave.study.run_status import STATUS, run_status, running
-from vasowave.study.store import Journal, Store, read_journal
+from vasowave.study.store import Journal, ResultStore, read_journal
 from vasowave.study.study import RESULTS
 from vasowave.workbench.lungs import stored_wishes
 
@@ -52,7 +52,7 @@ def _record(folder: Path) -> None:
 
 
 def _piece(folder: Path) -> None:
-    Store(folder).keep("key", b"key " + bytes(range(256)) * 8)
+    ResultStore(folder).keep("key", b"key " + bytes(range(256)) * 8)
 
 
 def _run(folder: Path) -> None:
@@ -80,7 +80,7 @@ def _stage(path: Path) -> Any:
 
 def _found(folder: Path) -> bytes:
     """Return a finished piece; a damaged one is made anew."""
-    if (path := Store(folder).find("key")) is None:
+    if (path := ResultStore(folder).find("key")) is None:
         raise InputError("made anew")
     return path.read_bytes()
 

@@ -24,7 +24,7 @@ from vasowave.study.problems import refuse
 from vasowave.study.programs import programs_of
 from vasowave.study.results import Results, read_results, write_results
 from vasowave.study.settings import StudyFile
-from vasowave.study.store import Store
+from vasowave.study.store import ResultStore
 from vasowave.study.study import Study
 from vasowave.study.template import study_text
 
@@ -79,7 +79,7 @@ def _rows(found: Study) -> list[Any]:
 def results(folder: Path) -> None:
     import xarray as xr
 
-    store, pieces = Store(folder), {}
+    store, pieces = ResultStore(folder), {}
     for i in range(3):
         data = xr.Dataset({"pressure": ("time", np.sin(np.arange(64.0) + i)), "name": ("wall", np.array(["a", "b"]))})
         nothing = xr.Dataset()

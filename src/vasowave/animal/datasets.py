@@ -12,7 +12,7 @@ from vasowave.analysis.coupling import Coupling
 from vasowave.animal.labelled import labelled, table_dataset
 from vasowave.animal.law_result import PosteriorResult
 from vasowave.calibration.parameters import fitted_parameters
-from vasowave.calibration.result import Fit
+from vasowave.calibration.result import CalibratedModel
 from vasowave.findings import Finding, as_json
 from vasowave.inference import Posterior
 from vasowave.inference.known_errors import SOURCES
@@ -93,7 +93,7 @@ def nominal_dataset(nominal: Nominal, network: Network) -> xr.Dataset:
     )
 
 
-def calibration_dataset(fit: Fit) -> xr.Dataset:
+def calibration_dataset(fit: CalibratedModel) -> xr.Dataset:
     """Return everything a fit found but its simulation."""
     units = dict(fit.parameters["unit"])
     starts = table_dataset(fit.starts, "start", units).drop_vars("start", errors="ignore")
@@ -114,7 +114,7 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
     return xr.merge(parts, combine_attrs="override", join="exact")
 
 
-def _fitted(fit: Fit) -> xr.Dataset:
+def _fitted(fit: CalibratedModel) -> xr.Dataset:
     """Return the model that was fitted, the numbers that sum it up, its residual, and what is said of its law."""
     wall, kind, law, compared = fit.model.wall, type(fit.model.wall), fit.model.wall.law(), fit.compared
     walls = {
@@ -153,7 +153,7 @@ def _fitted(fit: Fit) -> xr.Dataset:
     )
 
 
-def harmonics_dataset(fit: Fit) -> xr.Dataset:
+def harmonics_dataset(fit: CalibratedModel) -> xr.Dataset:
     """Return what was compared, its error, residual and discrepancy by harmonic, mmHg, and which and why."""
     meanings = {
         "measured_modulus": f"modulus of the measured {fit.compared.what}",
@@ -173,7 +173,7 @@ def harmonics_dataset(fit: Fit) -> xr.Dataset:
     return xr.Dataset(variables, coords={"harmonic": ("harmonic", table.index.to_numpy(), {"units": "1"})})
 
 
-def scalars(fit: Fit) -> dict[str, xr.Variable]:
+def scalars(fit: CalibratedModel) -> dict[str, xr.Variable]:
     """Return the numbers that sum up a fit: S, N, RMSE, R_T, and where its beds have them a, C_p."""
     shares = {"a": fit.resistance_ratio, "C_p": fit.peripheral_compliance}
     return {
@@ -213,7 +213,7 @@ def _bed(kind: Any) -> dict[str, str]:
             "bed_factors": ", ".join(fitted)}  # fmt: skip
 
 
-def _blood(fit: Fit) -> dict[str, Any]:
+def _blood(fit: CalibratedModel) -> dict[str, Any]:
     blood = fit.model.blood
     friction = {"law": type(blood.friction).__name__, **asdict(blood.friction)}  # type: ignore[call-overload]
     return {

@@ -9,7 +9,7 @@ import pandas as pd
 
 from vasowave.analysis import characteristic_impedances, operating_point, wave_intensity
 from vasowave.animal.animal import Settings
-from vasowave.calibration import Fit
+from vasowave.calibration import CalibratedModel
 from vasowave.errors import InputError
 from vasowave.findings import look_kind, warn
 from vasowave.inference import Priors, Sampling
@@ -80,7 +80,7 @@ class FitEffects(NamedTuple):
     parameters: pd.DataFrame = pd.DataFrame()
 
 
-def effects_on_fit(fit: Fit, settings: Settings, derive: Derive) -> FitEffects:
+def effects_on_fit(fit: CalibratedModel, settings: Settings, derive: Derive) -> FitEffects:
     """Return what one SD of each assumed error moves in the logarithms of a fit's quantities.
 
     Had the error been known, least squares would have made up for it by the free parameters: to first order their
@@ -88,7 +88,7 @@ def effects_on_fit(fit: Fit, settings: Settings, derive: Derive) -> FitEffects:
 
     Parameters
     ----------
-    fit : Fit
+    fit : CalibratedModel
     settings : Settings
     derive : callable
 
@@ -174,7 +174,7 @@ def spreads_of(network: Network, settings: Settings, source: str = "") -> dict[s
     return {one.name: one.sd for one in settings.assumed(network) if one.sd > 0 and source in ("", one.source)}
 
 
-def _problem(fit: Fit, settings: Settings, spreads: Mapping[str, float]) -> Problem:
+def _problem(fit: CalibratedModel, settings: Settings, spreads: Mapping[str, float]) -> Problem:
     """Return the animal as a problem whose unknowns are the fit's parameters and its errors."""
     errors: dict[str, Any] = {f"{name}_sd": spreads.get(name, 0.0) for name in kinds()}
     free = fit.parameters[fit.parameters["free"]]

@@ -34,7 +34,7 @@ from vasowave.animal.quantities import (
 from vasowave.animal.result import AnimalResult
 from vasowave.animal.signals import flow_noise, impedance_dataset, measured_station, simulated_station, waves_dataset
 from vasowave.animal.vessels import vessels_dataset
-from vasowave.calibration import Ends, Fit, calibrate
+from vasowave.calibration import CalibratedModel, SearchCache, calibrate
 from vasowave.errors import VasowaveWarning
 from vasowave.findings import Finding, finding_of, warn
 from vasowave.inference import Posterior, compare_laws, posterior
@@ -52,7 +52,7 @@ Progress = Callable[[str, int, int, float], None]
 class Kept(Protocol):
     """The place where the unfinished work on one animal is kept."""
 
-    def of(self, wall: str, starts: int) -> Ends:
+    def of(self, wall: str, starts: int) -> SearchCache:
         """Return where the ends of the searches with one wall law are kept."""
         ...
 
@@ -72,9 +72,9 @@ def teller(animal: Animal, law: str, stage: Stage, failures: list[Failure]) -> C
 
 def fits_of(
     animal: Animal, settings: Settings, progress: Progress | None, kept: Kept | None, failures: list[Failure]
-) -> tuple[list[Fit], bool]:
+) -> tuple[list[CalibratedModel], bool]:
     """Return the fits of all wall laws, or what had finished when it was interrupted, and whether it was."""
-    fits: list[Fit] = []
+    fits: list[CalibratedModel] = []
     for wall in settings.walls:
         tell = teller(animal, find_law(wall).law().name, Stage.FIT, failures)
         try:
@@ -90,7 +90,9 @@ def fits_of(
     return fits, False
 
 
-def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progress | None, kept: Kept | None) -> Fit:
+def _calibrated(
+    animal: Animal, settings: Settings, wall: str, progress: Progress | None, kept: Kept | None
+) -> CalibratedModel:
     def say(done: int, count: int, best: float) -> None:
         if progress is not None:
             progress(wall, done, count, best)
@@ -112,13 +114,13 @@ def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progres
 
 
 def posteriors_of(
-    animal: Animal, fits: Sequence[Fit], settings: Settings, kept: Kept | None, failures: list[Failure]
+    animal: Animal, fits: Sequence[CalibratedModel], settings: Settings, kept: Kept | None, failures: list[Failure]
 ) -> dict[str, Posterior]:
     """Return the posterior of every fitted wall law that has one, if it is asked for."""
     if settings.inference != "posterior":
         return {}
 
-    def drawn(fit: Fit) -> Posterior:
+    def drawn(fit: CalibratedModel) -> Posterior:
         return posterior(
             animal.network, animal.recording, type(fit.model.wall), bed=type(fit.model.outlets), fit=fit,
             blood=settings.blood, sites=animal.sites,
@@ -181,7 +183,7 @@ def analyze(
 
 def result_of(
     animal: Animal,
-    fits: Sequence[Fit],
+    fits: Sequence[CalibratedModel],
     settings: Settings,
     warned: Sequence[Finding] = (),
     interrupted: bool = False,
@@ -220,7 +222,7 @@ def result_of(
     )
 
 
-def result_of_fit(fit: Fit) -> AnimalResult:
+def result_of_fit(fit: CalibratedModel) -> AnimalResult:
     """Return the result of `analyze` of a fit alone."""
     animal = Animal("animal", "animal", fit.model.network, fit.recording)
     law, beds = identity(type(fit.model.wall)), identity(type(fit.model.outlets))
@@ -259,7 +261,7 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
 
 def _compared(
     animal: Animal,
-    fits: Sequence[Fit],
+    fits: Sequence[CalibratedModel],
     settings: Settings,
     posteriors: Sequence[Posterior],
     laws: Mapping[str, LawResult],
@@ -276,7 +278,7 @@ def _compared(
     return compared
 
 
-def _modeled(animal: Animal, fit: Fit, settings: Settings) -> LawResult:
+def _modeled(animal: Animal, fit: CalibratedModel, settings: Settings) -> LawResult:
     """Return what one wall law says."""
     inertia = settings.blood.inertia
     station = simulated_station(fit, settings.waves_at)

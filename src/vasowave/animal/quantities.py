@@ -15,7 +15,7 @@ from vasowave.analysis.coupling import Coupling
 from vasowave.animal.animal import Settings
 from vasowave.animal.known_errors import effects_on_fit, effects_on_measured, spreads_of
 from vasowave.animal.signals import Station
-from vasowave.calibration import Fit
+from vasowave.calibration import CalibratedModel
 from vasowave.descriptions import LEVEL, NORMAL, Quantity
 from vasowave.errors import InputError
 from vasowave.inference.known_errors import SHARED, Seen, kinds
@@ -84,7 +84,12 @@ def measured_quantities(
 
 
 def model_quantities(
-    fit: Fit, station: Station, waves: xr.Dataset, impedance: xr.Dataset, vessels: xr.Dataset, settings: Settings
+    fit: CalibratedModel,
+    station: Station,
+    waves: xr.Dataset,
+    impedance: xr.Dataset,
+    vessels: xr.Dataset,
+    settings: Settings,
 ) -> xr.Dataset:
     """Return what the calibrated model says, with 95 % intervals that allow for the errors that the settings assume."""
     diastolic = vessels["diastolic_pressure"].to_numpy()
@@ -116,7 +121,7 @@ def model_quantities(
     return dataset
 
 
-def sites_within_bounds(fit: Fit, settings: Settings) -> xr.Dataset | None:
+def sites_within_bounds(fit: CalibratedModel, settings: Settings) -> xr.Dataset | None:
     """Return what further sites add, with intervals that end where those of `model_quantities` do."""
     if fit.sites is None:
         return None
@@ -130,14 +135,14 @@ def sites_within_bounds(fit: Fit, settings: Settings) -> xr.Dataset | None:
     return fit.sites.assign(bounded)
 
 
-def _bounds(fit: Fit, settings: Settings) -> dict[str, tuple[float, float]]:
+def _bounds(fit: CalibratedModel, settings: Settings) -> dict[str, tuple[float, float]]:
     """Return between what the interval of a parameter, a share or R_T lies, whatever its normal approximation says."""
     bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
     most = max(_most_resistance(fit, settings), fit.total_resistance)
     return bounds | dict.fromkeys(SHARES, (0.0, 1.0)) | {"R_T": (0.0, most)}
 
 
-def _most_resistance(fit: Fit, settings: Settings) -> float:
+def _most_resistance(fit: CalibratedModel, settings: Settings) -> float:
     """Return the upper end of the 95 % interval of pressure over flow, mmHg s/ml.
 
     Passive vessels take pressure: what is left for the beds is no more than all of it. How much that is hangs on
@@ -155,7 +160,7 @@ def _most_resistance(fit: Fit, settings: Settings) -> float:
     return float(recording.vascular_resistance * np.exp(NORMAL * error))
 
 
-def derived_of(fit: Fit, values: Mapping[str, float], diastolic: np.ndarray) -> dict[str, float]:
+def derived_of(fit: CalibratedModel, values: Mapping[str, float], diastolic: np.ndarray) -> dict[str, float]:
     """Return the parameters `values` of a fit's model, and what follows from them without a simulation."""
     derived_values = derived(model_of(fit, values), fit.recording.mean_pressure, diastolic)
     return _with_ratio(type(fit.model.wall), values) | derived_values
@@ -167,7 +172,7 @@ def _with_ratio(law: Any, values: Mapping[str, float]) -> dict[str, float]:
     return {**values, **({full_name(law, ratio[0]): wall[0] / wall[1]} if ratio else {})}
 
 
-def model_of(fit: Fit, values: Mapping[str, float]) -> Model:
+def model_of(fit: CalibratedModel, values: Mapping[str, float]) -> Model:
     """Return the model of a fit with other values of its parameters."""
     law = type(fit.model.wall)
     wall = law(*(values[name] for name in parameter_names(law)))
@@ -175,7 +180,9 @@ def model_of(fit: Fit, values: Mapping[str, float]) -> Model:
     return fit.model.changed(wall=wall, outlets=outlets, wall_viscosity=values.get(WALL_VISCOSITY, 0.0))
 
 
-def errors_of(fit: Fit, derive: Callable[[Mapping[str, float]], dict[str, float]]) -> dict[str, tuple[float, float]]:
+def errors_of(
+    fit: CalibratedModel, derive: Callable[[Mapping[str, float]], dict[str, float]]
+) -> dict[str, tuple[float, float]]:
     """Standard errors of the logarithms of all derived quantities and the half widths of their 95 % intervals.
 
     By the delta method from those of the parameters.
@@ -187,7 +194,7 @@ def errors_of(fit: Fit, derive: Callable[[Mapping[str, float]], dict[str, float]
     return errors_by(fit, pd.DataFrame(slopes))
 
 
-def errors_by(fit: Fit, slopes: pd.DataFrame) -> dict[str, tuple[float, float]]:
+def errors_by(fit: CalibratedModel, slopes: pd.DataFrame) -> dict[str, tuple[float, float]]:
     """Return the same from the derivatives of the quantities' logarithms by those of the free parameters."""
     if slopes.empty:
         return {}
@@ -200,7 +207,7 @@ def errors_by(fit: Fit, slopes: pd.DataFrame) -> dict[str, tuple[float, float]]:
     return {str(name): (float(error), float(NORMAL * error)) for name, error in zip(slopes.index, errors, strict=True)}
 
 
-def _values(fit: Fit) -> dict[str, float]:
+def _values(fit: CalibratedModel) -> dict[str, float]:
     return {str(name): float(value) for name, value in fit.parameters["value"].items()}
 
 
@@ -244,7 +251,7 @@ def quantities_dataset(
 
 
 def compared_laws(
-    fits: Sequence[Fit], settings: Settings, quantities: Mapping[str, xr.Dataset]
+    fits: Sequence[CalibratedModel], settings: Settings, quantities: Mapping[str, xr.Dataset]
 ) -> dict[str, xr.Dataset | None]:
     """Return AICc and BIC of every wall law, ``selection``, and the ``averages`` of `quantities` over the laws."""
     selection = compare_models(fits, Comparing(settings.noise_models, seed=settings.seed))

@@ -16,7 +16,7 @@ from vasowave.analysis import (
     wave_intensity,
 )
 from vasowave.animal.labelled import labelled
-from vasowave.calibration import Fit
+from vasowave.calibration import CalibratedModel
 from vasowave.model.nominal import Nominal
 from vasowave.network.network import Network
 from vasowave.recording import EnsembleAverage, Recording
@@ -71,7 +71,7 @@ def measured_station(
     return Station(even, *point, "mean pressure")
 
 
-def simulated_station(fit: Fit, waves_at: WavesAt = "mean pressure") -> Station:
+def simulated_station(fit: CalibratedModel, waves_at: WavesAt = "mean pressure") -> Station:
     """Return the calibrated model's waveforms where the catheter was, with area and wave speed from the wall law.
 
     Those at the measured mean pressure; the paper takes those of each instant.

@@ -6,14 +6,14 @@ import xarray as xr
 from vasowave.analysis import compliance, pressure_drop, wave_speeds
 from vasowave.animal.labelled import labelled, table_dataset
 from vasowave.animal.quantities import quantities_dataset
-from vasowave.calibration import Fit
+from vasowave.calibration import CalibratedModel
 from vasowave.model import walls
 from vasowave.quantities import QUANTITIES
 
 _ABOVE, _POINTS = 1.05, 101  # how far the curve of the law is drawn, of the highest pressure; its points
 
 
-def vessels_dataset(fit: Fit) -> xr.Dataset:
+def vessels_dataset(fit: CalibratedModel) -> xr.Dataset:
     """Return wave speed at mean pressure, compliance at diastolic pressure (eqs. 25 to 33), and pressure drops.
 
     Pressures are those at the middle of each vessel.
@@ -39,7 +39,7 @@ def vessels_dataset(fit: Fit) -> xr.Dataset:
     return dataset.merge(sums).merge(_law_curve(fit))
 
 
-def _law_curve(fit: Fit) -> xr.Dataset:
+def _law_curve(fit: CalibratedModel) -> xr.Dataset:
     """Return the wall law of the root vessel as a curve, from zero pressure to above the highest that is met."""
     network = fit.model.network
     root = network.root

@@ -2,8 +2,8 @@
 
 from vasowave.calibration.calibrate import Fitting, Search, calibrate
 from vasowave.calibration.profile import profile_likelihood
-from vasowave.calibration.result import Fit
+from vasowave.calibration.result import CalibratedModel
 from vasowave.calibration.search import SearchEnd
-from vasowave.calibration.starts import Ends
+from vasowave.calibration.starts import SearchCache
 
-__all__ = ["Ends", "Fit", "Fitting", "Search", "SearchEnd", "calibrate", "profile_likelihood"]
+__all__ = ["CalibratedModel", "Fitting", "Search", "SearchCache", "SearchEnd", "calibrate", "profile_likelihood"]

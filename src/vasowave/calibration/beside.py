@@ -10,7 +10,7 @@ import xarray as xr
 
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.objective import Objective
-from vasowave.calibration.parameters import Space
+from vasowave.calibration.parameters import ParameterSpace
 from vasowave.calibration.search import TOLERANCE, search
 from vasowave.calibration.sites import Sites
 from vasowave.calibration.uncertainty import spread_of, total_resistance
@@ -72,7 +72,7 @@ _MEANINGS = {name: {"long_name": said} | ({"units": "1"} if name in _SHARES else
 
 
 @dataclass(frozen=True, eq=False)
-class _End:
+class _SiteFit:
     """A fit to some of the sites: where it ended, and what all of them are there."""
 
     x: np.ndarray
@@ -83,7 +83,7 @@ class _End:
 
 
 def what_sites_add(
-    space: Space, compared: Compared, numerics: Numerics, method: str, x: np.ndarray, x_alone: np.ndarray
+    space: ParameterSpace, compared: Compared, numerics: Numerics, method: str, x: np.ndarray, x_alone: np.ndarray
 ) -> tuple[xr.Dataset, list[Finding]]:
     """Return what each site of a fit that ended at the logarithms `x` adds, and what is found of them.
 
@@ -120,8 +120,8 @@ def what_sites_add(
 
 
 def _ended(
-    space: Space, compared: Compared, sites: Sites, numerics: Numerics, method: str, *starts: np.ndarray
-) -> _End:
+    space: ParameterSpace, compared: Compared, sites: Sites, numerics: Numerics, method: str, *starts: np.ndarray
+) -> _SiteFit:
     """Return the best end of searches with some of the sites, and what all of them are there."""
     searched = []
     for start in starts:
@@ -140,17 +140,17 @@ def _ended(
     signals = np.array([resample(waves.of(one.quantity)[:, i], compared.samples)
                         for i, one in enumerate(sites.observations)])  # fmt: skip
     at_sites = -np.linalg.solve(sites.balance, jacobian[compared.samples :])
-    return _End(best.x, spread.covariance, sites.coefficients(waves), at_sites, signals)
+    return _SiteFit(best.x, spread.covariance, sites.coefficients(waves), at_sites, signals)
 
 
-def _ratio(sites: Sites, site: int, end: _End) -> float:
+def _ratio(sites: Sites, site: int, end: _SiteFit) -> float:
     """Return what is measured at a site over what a fit predicts there, by least squares."""
     rows = sites.rows[site]
     y, predicted = sites.measured[rows], end.coefficients[rows]
     return float(y @ predicted / (predicted @ predicted))
 
 
-def _slip(quantity: str, ratio: float, end: _End, sites: Sites, site: int) -> str | None:
+def _slip(quantity: str, ratio: float, end: _SiteFit, sites: Sites, site: int) -> str | None:
     """Return what unit a site was probably read in; None where its ratio to the prediction may be 1."""
     rows, gain = sites.rows[site], sites.observations[site].gain
     predicted = end.coefficients[rows]
@@ -178,7 +178,7 @@ def _slips(quantity: str) -> Iterator[tuple[float, str]]:
         yield 1 / factor, f"it had been given for {what}"
 
 
-def _misfit(sites: Sites, site: int, end: _End) -> float:
+def _misfit(sites: Sites, site: int, end: _SiteFit) -> float:
     """Return the r.m.s. of what a fit misses at a site over what is expected of it."""
     rows = sites.rows[site]
     missed = sites.measured[rows] - end.coefficients[rows]
@@ -187,7 +187,7 @@ def _misfit(sites: Sites, site: int, end: _End) -> float:
     return float(np.sqrt(missed @ missed / expected.sum()))
 
 
-def _intervals(space: Space, end: _End, mean: float) -> np.ndarray:
+def _intervals(space: ParameterSpace, end: _SiteFit, mean: float) -> np.ndarray:
     """Return value, low and high of wave speed, R_T and the free parameters, shape (3, quantity)."""
 
     def logarithms(x: np.ndarray) -> np.ndarray:
@@ -204,7 +204,12 @@ def _intervals(space: Space, end: _End, mean: float) -> np.ndarray:
 
 
 def _dataset(
-    space: Space, compared: Compared, sites: Sites, names: list[str], whole: _End, ends: list[tuple[_End, float, float]]
+    space: ParameterSpace,
+    compared: Compared,
+    sites: Sites,
+    names: list[str],
+    whole: _SiteFit,
+    ends: list[tuple[_SiteFit, float, float]],
 ) -> xr.Dataset:
     mean, N = compared.recording.mean_pressure, compared.samples
     known = [one.waveform for one in sites.observations]

@@ -23,12 +23,12 @@ from vasowave.calibration.compared import (
 )
 from vasowave.calibration.instruments import instrument_findings
 from vasowave.calibration.objective import Objective, Stopped
-from vasowave.calibration.parameters import Space, parameter_space
+from vasowave.calibration.parameters import ParameterSpace, parameter_space
 from vasowave.calibration.response import RESPONSE, estimates, fit_response, response_columns
 from vasowave.calibration.response import findings as response_findings
-from vasowave.calibration.result import Fit
+from vasowave.calibration.result import CalibratedModel
 from vasowave.calibration.search import SearchEnd
-from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
+from vasowave.calibration.starts import SAME, SearchCache, search_all, starting_points
 from vasowave.calibration.uncertainty import correlations, fit_findings, parameter_table, spread_of
 from vasowave.errors import InputError, NumericalError
 from vasowave.findings import look_kind, warn
@@ -148,9 +148,9 @@ def calibrate(
     search: Search | None = None,
     *,
     progress: Callable[[int, int, float], None] | None = None,
-    ends: Ends | None = None,
+    ends: SearchCache | None = None,
     **settings: Any,
-) -> Fit:
+) -> CalibratedModel:
     """Find the parameters that minimize S (eq. 14) between measured and simulated pressure and flow at the inlet.
 
     The flow enters, and the pressure is compared, or the other way round (`Search.enters`).
@@ -167,7 +167,7 @@ def calibrate(
         Starts, method, bounds.
     progress : callable, optional
         Called with finished starts, all starts and the best S so far.
-    ends : Ends, optional
+    ends : SearchCache, optional
         Where the ends of searches are kept as they come, and found again by a fit that goes on after a kill.
     settings
         Those of `Fitting` by name, ``starts=4, bed="rc"``, in place of what `search` says of them.
@@ -233,7 +233,7 @@ def calibrate(
     )
     found += added[1]
     left = residual[: compared.samples]
-    return Fit(
+    return CalibratedModel(
         space.law.law().name, run.model, compared, nominal, table, correlation, table_of_starts, as_dataset(run),
         left, float(left @ left), tuple(found), added[0], response,
     )  # fmt: skip
@@ -251,7 +251,7 @@ def _coarser(numerics: Numerics) -> Numerics:
 
 
 def _polish(
-    space: Space, compared: Compared, numerics: Numerics, plan: Search, searched: list[SearchEnd]
+    space: ParameterSpace, compared: Compared, numerics: Numerics, plan: Search, searched: list[SearchEnd]
 ) -> tuple[Objective, SearchEnd]:
     """Search again from the best end, with the step that suits it, so that no start's detours stay in the result.
 
@@ -268,7 +268,9 @@ def _polish(
     raise NumericalError(f"no optimum of the {len(ends)} starts could be simulated a second time; {again.message}")
 
 
-def _alone(space: Space, compared: Compared, numerics: Numerics, plan: Fitting, starts: list[np.ndarray]) -> SearchEnd:
+def _alone(
+    space: ParameterSpace, compared: Compared, numerics: Numerics, plan: Fitting, starts: list[np.ndarray]
+) -> SearchEnd:
     """Return where the search from all starts ends without sites: a wrong one can pull every start elsewhere."""
     compared = replace(compared, sites=None)
     searched, _ = search_all(space, compared, _coarser(numerics), starts, plan.method)
@@ -283,7 +285,7 @@ def _weighted(compared: Compared, alone: SearchEnd) -> Compared:
     return replace(compared, sites=replace(sites, deviation=max(left, _LEAST * sites.deviation)))
 
 
-def _starts_table(space: Space, searched: list[SearchEnd], samples: int) -> pd.DataFrame:
+def _starts_table(space: ParameterSpace, searched: list[SearchEnd], samples: int) -> pd.DataFrame:
     rows = []
     least = min(one.S for one in searched)  # rough ends are compared with each other, not with the polished one
     most = least * (1 + SAME) + samples * _SEEN**2

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import expit, logit
 
-from vasowave.calibration.parameters import Space, trial
+from vasowave.calibration.parameters import ParameterSpace, trial
 from vasowave.errors import NumericalError
 
 _STEP = 1e-6  # of the differences between the two sets of coordinates, which are smooth functions of each other
@@ -26,17 +26,17 @@ class Coordinates:
 
     The stiffness becomes the logarithm of the area strain at mean pressure, where the law is proportional to its first
     parameter; near the largest strain of a law that has one, its distance from it takes the strain's place, so that no
-    coordinate lies beyond; the two parts of the resistance (`Space.shared`), if both are free, become the logarithm of
-    the resistance and the logit of its ratio; all others are logarithms.
+    coordinate lies beyond; the two parts of the resistance (`ParameterSpace.shared`), if both are free, become the
+    logarithm of the resistance and the logit of its ratio; all others are logarithms.
 
     Attributes
     ----------
-    space : Space
+    space : ParameterSpace
     pressure : float
         Mean pressure of the recording, mmHg.
     """
 
-    space: Space
+    space: ParameterSpace
     pressure: float
 
     @cached_property

@@ -8,8 +8,8 @@ import numpy as np
 
 from vasowave.calibration.calibrate import NUMERICS
 from vasowave.calibration.objective import Objective
-from vasowave.calibration.parameters import Space, parameter_space
-from vasowave.calibration.result import Fit
+from vasowave.calibration.parameters import ParameterSpace, parameter_space
+from vasowave.calibration.result import CalibratedModel
 from vasowave.errors import InputError, NumericalError
 from vasowave.solver.simulate import Numerics
 
@@ -26,7 +26,7 @@ class Optimum:
 
     Attributes
     ----------
-    space : Space
+    space : ParameterSpace
         The parameters and their bounds.
     x : array, shape (free,)
         Logarithms of the free parameters.
@@ -40,7 +40,7 @@ class Optimum:
     simulations : int
     """
 
-    space: Space
+    space: ParameterSpace
     x: np.ndarray
     residual: np.ndarray
     jacobian: np.ndarray
@@ -54,14 +54,14 @@ class Optimum:
         return {name: float(v) for name, v in zip(self.space.names, self.space.values(self.x), strict=True)}
 
 
-def least_squares_optimum(fit: Fit, numerics: Numerics | None = None, workers: int = 1) -> Optimum:
+def least_squares_optimum(fit: CalibratedModel, numerics: Numerics | None = None, workers: int = 1) -> Optimum:
     """Return the optimum that `calibrate` found, with the Jacobian there (one ensemble of simulations)."""
     objective = objective_of(fit, {}, numerics, workers)
     return _optimum(objective, _start(fit, objective.space), True, "as calibrated")
 
 
 def reoptimize(
-    fit: Fit,
+    fit: CalibratedModel,
     whiten: Whiten,
     *,
     start: np.ndarray | None = None,
@@ -73,7 +73,7 @@ def reoptimize(
 
     Parameters
     ----------
-    fit : Fit
+    fit : CalibratedModel
     whiten : callable
         Of a noise model: residuals, shape (sample,) or (sample, free), times Σ^(-1/2).
     start : array, shape (free,), optional
@@ -101,7 +101,7 @@ def reoptimize(
     return _optimum(objective, x, converged, message)
 
 
-def beside_sites(whiten: Whiten, fit: Fit) -> Whiten:
+def beside_sites(whiten: Whiten, fit: CalibratedModel) -> Whiten:
     """Return what whitens the residuals of a fit with further sites: these by the usual error of the model."""
     sites = fit.compared.sites
     if sites is None:
@@ -138,7 +138,9 @@ def _descend(objective: Objective, whiten: Whiten, start: np.ndarray) -> tuple[n
     return np.clip(start + to_x @ optimum.x, low, high), bool(optimum.success), str(optimum.message)
 
 
-def objective_of(fit: Fit, fixed: Mapping[str, float], numerics: Numerics | None, workers: int) -> Objective:
+def objective_of(
+    fit: CalibratedModel, fixed: Mapping[str, float], numerics: Numerics | None, workers: int
+) -> Objective:
     """Return the objective that a fit minimized, with some of its parameters held."""
     table = fit.parameters
     unknown = [name for name in fixed if name not in table.index]
@@ -153,14 +155,14 @@ def objective_of(fit: Fit, fixed: Mapping[str, float], numerics: Numerics | None
     return Objective(space, fit.compared, finer, workers, threading.Event())
 
 
-def _numerics(fit: Fit) -> Numerics:
+def _numerics(fit: CalibratedModel) -> Numerics:
     """Return the numerics of `calibrate`'s default, which is an error for a fit that was not periodic."""
     if not fit.simulation.attrs.get("converged", 1):
         raise InputError("the fit compared cycles that are not periodic; give the numerics it was calibrated with")
     return NUMERICS
 
 
-def _start(fit: Fit, space: Space) -> np.ndarray:
+def _start(fit: CalibratedModel, space: ParameterSpace) -> np.ndarray:
     return np.log(fit.parameters.loc[list(space.free_names), "value"].to_numpy(float))
 
 

@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.objective import Objective
-from vasowave.calibration.parameters import IMPOSSIBLE, Space
+from vasowave.calibration.parameters import IMPOSSIBLE, ParameterSpace
 from vasowave.calibration.response import RULES as RESPONSE_RULES
 from vasowave.calibration.response import fit_response
 from vasowave.calibration.screening import knows
@@ -193,7 +193,12 @@ def _real(spectrum: np.ndarray) -> np.ndarray:
 
 
 def _with_lag(
-    space: Space, x: np.ndarray, simulated: np.ndarray, measured: np.ndarray, compared: Compared, response: Response
+    space: ParameterSpace,
+    x: np.ndarray,
+    simulated: np.ndarray,
+    measured: np.ndarray,
+    compared: Compared,
+    response: Response,
 ) -> Lagged:
     """Return the fit of parameters and lag by the linear theory."""
     count = len(measured) - 1

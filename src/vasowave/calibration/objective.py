@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from vasowave.calibration.compared import Compared
-from vasowave.calibration.parameters import IMPOSSIBLE, Space, trial
+from vasowave.calibration.parameters import IMPOSSIBLE, ParameterSpace, trial
 from vasowave.errors import NumericalError
 from vasowave.recording import Inflow, InletPressure
 from vasowave.solver.direction import Direction, direction_between
@@ -34,7 +34,7 @@ class Objective:
 
     Attributes
     ----------
-    space : Space
+    space : ParameterSpace
     compared : Compared
         What is compared, and what enters the root.
     numerics : Numerics
@@ -48,7 +48,7 @@ class Objective:
         Logarithms and residuals of the least S so far, of the points inside the bounds.
     """
 
-    space: Space
+    space: ParameterSpace
     compared: Compared
     numerics: Numerics
     workers: int

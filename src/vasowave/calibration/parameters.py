@@ -41,7 +41,7 @@ def fitted_parameters(
 
 
 @dataclass(frozen=True, eq=False)
-class Space:
+class ParameterSpace:
     """The parameters of one fit; searches move in the logarithms of the free ones.
 
     Attributes
@@ -124,7 +124,7 @@ def parameter_space(
     fixed: Mapping[str, float],
     paper_bounds: bool,
     viscous: bool | None = None,
-) -> Space:
+) -> ParameterSpace:
     """Return the parameters of a fit.
 
     Raises
@@ -151,7 +151,7 @@ def parameter_space(
         raise InputError("every parameter is held fixed; leave at least one free, or use simulate")
     values = [fixed.get(name, one.nominal * one.scale(nominal.beta)) for name, one in parameters.items()]
     lower, upper = np.array(list(spans.values()), dtype=float).T
-    return Space(law, parameters, np.array(values), lower, upper, free, network, nominal.outlets, blood,
+    return ParameterSpace(law, parameters, np.array(values), lower, upper, free, network, nominal.outlets, blood,
                  nominal.outlet_pressure, nominal.outlet_pulsation)  # fmt: skip
 
 

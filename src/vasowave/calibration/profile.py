@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from vasowave.calibration.generalized import Optimum, Whiten, beside_sites, least_squares_optimum, reoptimize
-from vasowave.calibration.result import Fit
+from vasowave.calibration.result import CalibratedModel
 from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError, NumericalError
 from vasowave.runtime.threads import threads
@@ -16,7 +16,7 @@ _CHI2_95 = 3.841458820694124  # 95 % quantile of χ² with one degree of freedom
 
 
 def profile_likelihood(
-    fit: Fit,
+    fit: CalibratedModel,
     name: str,
     *,
     whiten: Whiten | None = None,
@@ -29,7 +29,7 @@ def profile_likelihood(
 
     Parameters
     ----------
-    fit : Fit
+    fit : CalibratedModel
     name : str
         A free parameter of the fit.
     whiten : callable, optional
@@ -94,13 +94,13 @@ def profile_likelihood(
     return _dataset(name, [ends[value] for value in sorted(ends)], metric)
 
 
-def _independent(fit: Fit) -> Whiten:
+def _independent(fit: CalibratedModel) -> Whiten:
     free = int(fit.parameters["free"].sum())
     scale = np.sqrt(np.sum(fit.residual**2) / (fit.N - free))
     return lambda values: values / scale
 
 
-def _grid(fit: Fit, name: str, best: float, points: int, span: float) -> np.ndarray:
+def _grid(fit: CalibratedModel, name: str, best: float, points: int, span: float) -> np.ndarray:
     row = fit.parameters.loc[name]
     low, high = max(best * np.exp(-span), row["lower"]), min(best * np.exp(span), row["upper"])
     return np.geomspace(low, high, points)

@@ -18,7 +18,7 @@ from vasowave.solver.validity import STRAINED
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class CalibratedModel:
     """A model calibrated to one recording.
 
     Attributes

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from vasowave.calibration.compared import Compared
-from vasowave.calibration.parameters import Space, trial
+from vasowave.calibration.parameters import ParameterSpace, trial
 from vasowave.errors import NumericalError
 from vasowave.model.linear import linear_solution
 from vasowave.recording.waveform import amplitudes
@@ -23,12 +23,14 @@ _FAILED = 1e3  # mmHg, the residual of what cannot be
 _ALIKE = 0.15  # largest difference of a logarithm between starts that are followed once
 
 
-def knows(space: Space) -> bool:
+def knows(space: ParameterSpace) -> bool:
     """Whether the linear model knows all that the parameters of the wall do: their first is its stiffness."""
     return not set(space.wall_names[1:]) & set(space.free_names)
 
 
-def screened(space: Space, compared: Compared, starts: Sequence[np.ndarray]) -> tuple[list[np.ndarray], list[int]]:
+def screened(
+    space: ParameterSpace, compared: Compared, starts: Sequence[np.ndarray]
+) -> tuple[list[np.ndarray], list[int]]:
     """Return where the linear model leads each start, and the number of the start that is followed for it.
 
     All are logarithms of the free parameters. Followed is, of starts that end alike, the first.
@@ -41,7 +43,7 @@ def screened(space: Space, compared: Compared, starts: Sequence[np.ndarray]) -> 
     return places, leads
 
 
-def led(space: Space, compared: Compared, start: np.ndarray) -> np.ndarray:
+def led(space: ParameterSpace, compared: Compared, start: np.ndarray) -> np.ndarray:
     """Return where the linear model leads a start; the start itself where it leads nowhere."""
     residuals, (low, high) = linear_residuals(space, compared), space.log_bounds
     inside = 1e-6 * (high - low)
@@ -50,7 +52,7 @@ def led(space: Space, compared: Compared, start: np.ndarray) -> np.ndarray:
     return np.asarray(found.x) if found.cost < 0.5 * _FAILED**2 else start
 
 
-def linear_residuals(space: Space, compared: Compared) -> Callable[[np.ndarray], np.ndarray]:
+def linear_residuals(space: ParameterSpace, compared: Compared) -> Callable[[np.ndarray], np.ndarray]:
     """Return a function of logarithms: what the linear model misses of the harmonics of what is compared, mmHg.
 
     The mean and √½ of each amplitude, so that the sum of squares is S/N (eq. 14).

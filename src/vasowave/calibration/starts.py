@@ -16,7 +16,7 @@ import numpy as np
 
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.objective import Objective
-from vasowave.calibration.parameters import Space
+from vasowave.calibration.parameters import ParameterSpace
 from vasowave.calibration.screening import knows, screened
 from vasowave.calibration.search import ROUGH, SearchEnd, search
 from vasowave.errors import NumericalError
@@ -50,7 +50,7 @@ _BEYOND = 1.1  # ratio to the best S above which a start is left that its linear
 _UNEXPLAINED = 0.25  # share of a residual's change that the linear model of the best optimum may leave unexplained
 
 
-def starting_points(space: Space, count: int, seed: int) -> list[np.ndarray]:
+def starting_points(space: ParameterSpace, count: int, seed: int) -> list[np.ndarray]:
     """Return logarithms of the free parameters to start from: the nominal ones, and others nearby."""
     low, high = space.log_bounds
     inside = 0.02 * (high - low)
@@ -60,7 +60,7 @@ def starting_points(space: Space, count: int, seed: int) -> list[np.ndarray]:
     return [np.clip(x, low + inside, high - inside) for x in (nominal, *moved)]
 
 
-class Ends(Protocol):
+class SearchCache(Protocol):
     """Where the ends of the searches of one fit are kept, by stage and number of the start."""
 
     def find(self, stage: str, start: int) -> SearchEnd | None:
@@ -73,13 +73,13 @@ class Ends(Protocol):
 
 
 def search_all(
-    space: Space,
+    space: ParameterSpace,
     compared: Compared,
     numerics: Numerics,
     starts: Sequence[np.ndarray],
     method: str,
     progress: Progress | None = None,
-    ends: Ends | None = None,
+    ends: SearchCache | None = None,
 ) -> tuple[list[SearchEnd], bool]:
     """Search from every start, as many at once as there are cores; returns where they ended, and if they were stopped.
 
@@ -143,14 +143,14 @@ def _led(end: SearchEnd, lead: int) -> SearchEnd:
 class _Stages:
     """The searches of one fit, and where they ended, by number of the start."""
 
-    space: Space
+    space: ParameterSpace
     compared: Compared
     numerics: Numerics
     places: Sequence[np.ndarray]
     leads: Sequence[int]
     method: str
     progress: Progress | None
-    ends: Ends | None
+    ends: SearchCache | None
     reached: dict[int, SearchEnd] = field(default_factory=dict)
     refused: list[int] = field(default_factory=list)
     stop: threading.Event = field(default_factory=threading.Event)

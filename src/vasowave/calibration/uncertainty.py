@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.calibration.compared import Compared
-from vasowave.calibration.parameters import Space
+from vasowave.calibration.parameters import ParameterSpace
 from vasowave.descriptions import NORMAL
 from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.model.outlets import OF_DROP
@@ -56,7 +56,7 @@ def covariance(jacobian: np.ndarray, residual: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
+class ParameterSpread:
     """How uncertain the logarithms of the free parameters are, for the smooth noise that the residual shows.
 
     Attributes
@@ -78,13 +78,13 @@ class Spread:
 
 
 def spread_of(
-    space: Space,
+    space: ParameterSpace,
     x: np.ndarray,
     jacobian: np.ndarray,
     residual: np.ndarray,
     compared: Compared,
     of_response: np.ndarray | None = None,
-) -> Spread:
+) -> ParameterSpread:
     """Return the spread of least-squares estimates under the error of the measurement and the model's discrepancy.
 
     The error is known from the beats; of the spectrum of the discrepancy the residual tells the rest. Its mean is
@@ -106,7 +106,9 @@ def spread_of(
     spectra = likely_spectra(residual[:count], at_inlet, pulse, known, of_mean, beside)
     independent = np.sqrt(np.diag(covariance(jacobian, residual)))
     whole = least_squares_covariance(at_inlet, spectra, ranges, beside)
-    return Spread(whole[:free, :free], independent[:free], spectra.assumed, tuple(np.sqrt(np.diag(whole)[free:])))
+    return ParameterSpread(
+        whole[:free, :free], independent[:free], spectra.assumed, tuple(np.sqrt(np.diag(whole)[free:]))
+    )
 
 
 def _beside(compared: Compared, jacobian: np.ndarray, residual: np.ndarray) -> Beside | None:
@@ -119,12 +121,12 @@ def _beside(compared: Compared, jacobian: np.ndarray, residual: np.ndarray) -> B
     return Beside(sites.harmonic, *here, sites.balance, sites.covariance)
 
 
-def total_resistance(space: Space, x: np.ndarray) -> float:
+def total_resistance(space: ParameterSpace, x: np.ndarray) -> float:
     """Return R_T, mmHg s/ml, at the logarithms `x` of the free parameters."""
     return float(space.model(space.values(x)).outlets.total_resistance())
 
 
-def parameter_table(space: Space, x: np.ndarray, spread: Spread) -> pd.DataFrame:
+def parameter_table(space: ParameterSpace, x: np.ndarray, spread: ParameterSpread) -> pd.DataFrame:
     """One row per parameter; see `Fit.parameters`."""
     values = space.values(x)
     independent, correlated = (np.full(len(values), np.nan) for _ in range(2))
@@ -153,7 +155,7 @@ def parameter_table(space: Space, x: np.ndarray, spread: Spread) -> pd.DataFrame
     )
 
 
-def correlations(space: Space, spread: Spread) -> pd.DataFrame:
+def correlations(space: ParameterSpace, spread: ParameterSpread) -> pd.DataFrame:
     """Correlation of the free parameters' estimates, for smooth noise."""
     scale = np.sqrt(np.diag(spread.covariance))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -161,7 +163,9 @@ def correlations(space: Space, spread: Spread) -> pd.DataFrame:
     return pd.DataFrame(matrix, index=list(space.free_names), columns=list(space.free_names))
 
 
-def fit_findings(table: pd.DataFrame, correlation: pd.DataFrame, starts: pd.DataFrame, spread: Spread) -> list[Finding]:
+def fit_findings(
+    table: pd.DataFrame, correlation: pd.DataFrame, starts: pd.DataFrame, spread: ParameterSpread
+) -> list[Finding]:
     """Return what a reader of the optimum must know."""
     agree = int(starts["agrees"].sum())
     return [

@@ -19,7 +19,7 @@ from vasowave.runtime.threads import cores
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from vasowave.study.problems import Problem
+    from vasowave.study.problems import StudyProblem
     from vasowave.study.run_status import RunRecord
     from vasowave.study.running import Done
     from vasowave.study.study import Study
@@ -140,7 +140,7 @@ def add(
     raise typer.Exit(WRONG_INPUT if errors else 0)
 
 
-def _tell_problems(problems: "Sequence[Problem]") -> None:
+def _tell_problems(problems: "Sequence[StudyProblem]") -> None:
     for problem in problems:
         tell(f"{'error' if problem.error else 'warning'}: {problem}")
 

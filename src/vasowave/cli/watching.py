@@ -42,7 +42,7 @@ def watched(study: Study, as_json: bool) -> Iterator[Show]:
     """Give what takes the steps of a run, and tell meanwhile which searches of its animals end."""
     console = Console(stderr=True)
     with _bars(console, len(study.animals)) as bars:
-        rows = Rows(console, bars)
+        rows = ProgressRows(console, bars)
         show: Show = JsonLines() if as_json else rows
         ended = threading.Event()
         watcher = threading.Thread(target=_watch, args=(study, show, ended), daemon=True)
@@ -84,7 +84,7 @@ class JsonLines:
                         event("simulations", animal=animal, wall=wall.removesuffix(POSTERIOR), done=done)
 
 
-class Rows:
+class ProgressRows:
     """A bar for the study and a row for every animal that is being computed; lines where there is no terminal."""
 
     def __init__(self, console: Console, bars: Bars) -> None:

@@ -1,7 +1,7 @@
 """Groups of animals: who belongs to which, described, compared, and the one of each that is shown."""
 
 from vasowave.cohort.cohort import Cohort, gathered
-from vasowave.cohort.comparison import Comparison, compare, importance
+from vasowave.cohort.comparison import SourceComparison, compare, importance
 from vasowave.cohort.design import Design
 from vasowave.cohort.pooling import pooled_mean, pooled_ratio
 from vasowave.cohort.primary import Family, Primary, primary_comparison
@@ -11,10 +11,10 @@ from vasowave.cohort.variables import Variable
 
 __all__ = [
     "Cohort",
-    "Comparison",
     "Design",
     "Family",
     "Primary",
+    "SourceComparison",
     "Variable",
     "cohort_table",
     "compare",

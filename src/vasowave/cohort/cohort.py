@@ -14,7 +14,7 @@ from vasowave.animal.law_result import LawResult
 from vasowave.animal.result import AnimalResult, as_chosen, network_dataset
 from vasowave.cohort.declared import Declaration
 from vasowave.cohort.design import Design
-from vasowave.cohort.lungs import Lungs, lungs_of
+from vasowave.cohort.lungs import LungDifferences, lungs_of
 from vasowave.cohort.table import cohort_table, columns, rows_of
 from vasowave.cohort.variables import Variable
 from vasowave.cohort.votes import Ballots, misfits, stored
@@ -100,7 +100,7 @@ class Cohort:
     lung_sd: float | None = None
 
     @cached_property
-    def lungs(self) -> Lungs:
+    def lungs(self) -> LungDifferences:
         """How much the lungs of one group differ, by one result of each animal."""
         first = {subject: name for name, subject in reversed(self.subjects.items())}
         groups = {

@@ -24,7 +24,7 @@ PARAMETERS = ("R_T", "C_T", "C_v", "C_p", "tau", "I_R", "a")
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class SourceComparison:
     """The groups compared by one source of numbers; Holm runs over all its rows.
 
     Attributes
@@ -47,7 +47,7 @@ def family(cohort: Cohort, source: str) -> tuple[str, ...]:
     return INDICES if source == "measured" else (cohort.law(source).stiffness, *PARAMETERS)
 
 
-def compare(cohort: Cohort, source: str) -> Comparison:
+def compare(cohort: Cohort, source: str) -> SourceComparison:
     """Compare all groups of two or more animals by the `family` of one source; the first group is the reference."""
     rows = rows_of(cohort.table, source)
     counts = rows["group"].value_counts(sort=False)
@@ -58,10 +58,10 @@ def compare(cohort: Cohort, source: str) -> Comparison:
     left_out |= {label: one for label, one in found.items() if isinstance(one, str)}
     parts = {label: one for label, one in found.items() if not isinstance(one, str)}
     if not parts:
-        return Comparison(pd.DataFrame(), pd.DataFrame(), left_out)
+        return SourceComparison(pd.DataFrame(), pd.DataFrame(), left_out)
     whole = pd.concat(parts.values()).sort_index(kind="stable", ignore_index=True)  # pair of groups by pair of groups
     whole["p Holm"] = holm(whole["p"].to_numpy())
-    return Comparison(whole, _without_one(rows, list(parts)), left_out)
+    return SourceComparison(whole, _without_one(rows, list(parts)), left_out)
 
 
 def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFrame:

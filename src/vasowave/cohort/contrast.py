@@ -78,7 +78,7 @@ class Contrast(NamedTuple):
         return bool(np.allclose([self.first.sum(), self.second.sum()], 0) and self.first.any())
 
 
-class Cells(NamedTuple):
+class DesignCells(NamedTuple):
     """The cells of a design, and what its model makes of them.
 
     Attributes
@@ -146,7 +146,7 @@ class Untold(NamedTuple):
 
 
 def told_and_not(
-    asked: Sequence[Contrast], cells: Cells, smaller: bool = True
+    asked: Sequence[Contrast], cells: DesignCells, smaller: bool = True
 ) -> tuple[tuple[Contrast, ...], tuple[Untold, ...]]:
     """Return the comparisons that animals tell, those in place of others among them, and those that they do not."""
     told, untold = [], []
@@ -170,7 +170,7 @@ def untold_findings(told: Sequence[Contrast], untold: Sequence[Untold]) -> list[
     return [NOBODY(effects=effects, cells="; ".join(dict.fromkeys(cell for one in untold for cell in one.cells)))]
 
 
-def _untold(one: Contrast, cells: Cells) -> Untold:
+def _untold(one: Contrast, cells: DesignCells) -> Untold:
     weights, covariates = one.second - one.first, list(dict.fromkeys(cells.owners))
     if covariates and cells.tells(weights, covariates):
         alone = [name for name in covariates if cells.tells(weights, [name])]
@@ -178,7 +178,7 @@ def _untold(one: Contrast, cells: Cells) -> Untold:
     return Untold(one, (), cells.names(one.cells & ~cells.filled))
 
 
-def _smaller(one: Contrast, cells: Cells) -> Contrast | None:
+def _smaller(one: Contrast, cells: DesignCells) -> Contrast | None:
     """Return the comparison of groups at the levels that tell it, or of levels in the groups that do."""
     if one.what not in ("groups", "factor"):
         return None

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 
-class Rows(NamedTuple):
+class AnimalChanges(NamedTuple):
     """How the animals of a study differ from those that it declared before.
 
     Attributes
@@ -50,15 +50,15 @@ class Declaration:
         """Return the names of what the one before did not speak of."""
         return [name for name in self.content if name not in before.content]
 
-    def rows(self, before: "Declaration") -> Rows:
+    def rows(self, before: "Declaration") -> AnimalChanges:
         """Return how its animals differ from those of the one before; nothing differs where one names none."""
         old, new = (one.content.get("animals") for one in (before, self))
         if old is None or new is None:
-            return Rows((), (), ())
+            return AnimalChanges((), (), ())
         changed = [
             (animal, column, old[animal][column], cell)
             for animal, cells in new.items() if animal in old
             for column, cell in cells.items() if old[animal].get(column, cell) != cell
         ]  # fmt: skip
         added, dropped = ([name for name in one if name not in other] for one, other in ((new, old), (old, new)))
-        return Rows(tuple(added), tuple(dropped), tuple(changed))
+        return AnimalChanges(tuple(added), tuple(dropped), tuple(changed))

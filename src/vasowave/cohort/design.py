@@ -9,7 +9,7 @@ import numpy as np
 from annotated_types import MinLen
 from pydantic import BeforeValidator
 
-from vasowave.cohort.contrast import Cells, Contrast, Untold, told_and_not
+from vasowave.cohort.contrast import Contrast, DesignCells, Untold, told_and_not
 from vasowave.cohort.mixed import is_diagonal
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError, did_you_mean
@@ -212,7 +212,7 @@ def laid_out(
     near = _nearness(second, animals) if design.subject and not design.factor else None
     random = _random(design, known, animals, cell, subject, whole @ basis, near)
     owners = [name for name in design.covariates for _ in covariate_columns(known[name], animals)]
-    table = Cells(pairs, np.bincount(cell, minlength=len(pairs)) > 0, means, whole, owners, design.second or "")
+    table = DesignCells(pairs, np.bincount(cell, minlength=len(pairs)) > 0, means, whole, owners, design.second or "")
     asked = list(_contrasts(design, groups, levels, pairs, cells, second))
     contrasts, untold = told_and_not(asked, table, smaller=not (design.dose or design.contrasts))
     return Layout(

@@ -59,7 +59,7 @@ class GuardRules:
 RULES = GuardRules()
 
 
-class Shape(StrEnum):
+class PopulationShape(StrEnum):
     """What animals may be like that few of them cannot show."""
 
     NORMAL = "normal"
@@ -69,24 +69,24 @@ class Shape(StrEnum):
     """Some animals of some cells respond, and the others do not."""
 
 
-class Doubt(NamedTuple):
+class FalsePositives(NamedTuple):
     """What studies without an effect show all the same, if animals are of a shape that so few do not show.
 
     Attributes
     ----------
-    shape : Shape
+    shape : PopulationShape
     cells : tuple of str
         Those that vary more, or whose animals respond in part.
     rates : tuple of float
         Share of studies in which any row has p < 0.05: for each of `GuardRules.spread_ratios`; of responders one.
     """
 
-    shape: Shape
+    shape: PopulationShape
     cells: tuple[str, ...]
     rates: tuple[float, ...]
 
 
-def doubts_of(layout: Layout, quantities: int, rules: GuardRules = RULES) -> tuple[Doubt, ...]:
+def doubts_of(layout: Layout, quantities: int, rules: GuardRules = RULES) -> tuple[FalsePositives, ...]:
     """Return the shapes of animals by which a design with so many quantities finds too much, with the worst cells.
 
     The values of the animals are not looked at. Cohorts without an effect are drawn with the cells, covariates,
@@ -96,10 +96,10 @@ def doubts_of(layout: Layout, quantities: int, rules: GuardRules = RULES) -> tup
     if not layout.contrasts or counts[counts > 0].min() >= rules.enough:
         return ()
     doubts = []
-    for shape, ratios in ((Shape.SKEWED, rules.spread_ratios), (Shape.RESPONDERS, (1.0,))):
+    for shape, ratios in ((PopulationShape.SKEWED, rules.spread_ratios), (PopulationShape.RESPONDERS, (1.0,))):
         side = _worst_side(layout, shape, max(ratios))
         rates = tuple(_Population.of(layout, side, ratio, rules).rate(quantities, shape) for ratio in ratios)
-        doubts.append(Doubt(shape, tuple(layout.cells[cell] for cell in side), rates))
+        doubts.append(FalsePositives(shape, tuple(layout.cells[cell] for cell in side), rates))
     return tuple(doubt for doubt in doubts if max(doubt.rates) > rules.tolerable)
 
 
@@ -108,17 +108,17 @@ def rate_of_blocks(layout: Layout, levels: Sequence[str], quantities: int, rules
     usual, share = _Population.of(layout, (), 1.0, rules), rules.block_share
     effects = [one._replace(size=one.size * np.sqrt(1 - share)) for one in usual.effects]
     litters = _Effect(_numbers(levels), np.full(len(levels), np.sqrt(share)))
-    return usual.rate(quantities, Shape.NORMAL, [*effects, litters])
+    return usual.rate(quantities, PopulationShape.NORMAL, [*effects, litters])
 
 
-def _worst_side(layout: Layout, shape: Shape, ratio: float) -> tuple[int, ...]:
+def _worst_side(layout: Layout, shape: PopulationShape, ratio: float) -> tuple[int, ...]:
     """Return the cells that make comparisons most skewed if they are unlike the others."""
     subject, through = _numbers(layout.subject), layout.means @ np.linalg.pinv(layout.fixed)
     sides = [side for one in layout.contrasts for side in ((one.second, one.first), (one.first, one.second))]
     most, worst = 0.0, tuple[int, ...]()
     for cells in (np.flatnonzero(one > np.maximum(other, 0)) for one, other in sides):
         inside = np.isin(layout.cell, cells)
-        unlike = np.append(inside, np.bincount(subject, inside) > 0) | (shape is Shape.SKEWED)
+        unlike = np.append(inside, np.bincount(subject, inside) > 0) | (shape is PopulationShape.SKEWED)
         skewness = 0.0
         for one in layout.contrasts:
             sizes = (one.second - one.first) @ through * np.where(inside, ratio, 1.0)
@@ -163,16 +163,16 @@ class _Population(NamedTuple):
                 effects.append(_Effect(level, np.sqrt(block) * rows))
         return cls(effects, _Test.of(layout, np.array(components)), rules)
 
-    def rate(self, quantities: int, shape: Shape, effects: Sequence[_Effect] = ()) -> float:
+    def rate(self, quantities: int, shape: PopulationShape, effects: Sequence[_Effect] = ()) -> float:
         """Return the share of cohorts of a shape with a p as one in twenty of normal animals has it."""
         count = min(quantities, self.rules.quantities)
         usual, those = (
             self.test.least_p(self._cohorts(some, count, which))
-            for some, which in ((self.effects, Shape.NORMAL), (effects or self.effects, shape))
+            for some, which in ((self.effects, PopulationShape.NORMAL), (effects or self.effects, shape))
         )
         return float(np.mean(those < np.quantile(usual, self.rules.level)))
 
-    def _cohorts(self, effects: Sequence[_Effect], quantities: int, shape: Shape) -> np.ndarray:
+    def _cohorts(self, effects: Sequence[_Effect], quantities: int, shape: PopulationShape) -> np.ndarray:
         """Return values without an effect, shape (cohort, quantity, row)."""
         rng, rows, rules = np.random.default_rng(0), len(effects[0].level), self.rules
         products = quantities * rows**2 * len(self.test.forms)
@@ -185,13 +185,13 @@ class _Population(NamedTuple):
         return values
 
 
-def _shaped(scores: np.ndarray, shape: Shape, marked: np.ndarray, rules: GuardRules) -> np.ndarray:
+def _shaped(scores: np.ndarray, shape: PopulationShape, marked: np.ndarray, rules: GuardRules) -> np.ndarray:
     """Return normal scores, shape (..., level), as scores of mean 0 of another shape, by their quantiles."""
     from scipy.special import ndtr
 
-    if shape is Shape.SKEWED and len(marked):
+    if shape is PopulationShape.SKEWED and len(marked):
         return np.asarray(-np.log(ndtr(-scores)) - 1)
-    if shape is Shape.RESPONDERS and marked.any():
+    if shape is PopulationShape.RESPONDERS and marked.any():
         grid = np.linspace(-6, 6 + rules.shift, 2001)
         share = (1 - rules.respond) * ndtr(grid) + rules.respond * ndtr(grid - rules.shift)
         mixed = np.interp(ndtr(scores[..., marked]), share, grid) - rules.respond * rules.shift

@@ -31,7 +31,7 @@ class LungRules:
 RULES = LungRules()
 
 
-class Lungs(NamedTuple):
+class LungDifferences(NamedTuple):
     """How much the lungs of one group differ.
 
     Attributes
@@ -49,7 +49,9 @@ class Lungs(NamedTuple):
     images: Mapping[str, int]
 
 
-def lungs_of(groups: Mapping[str, Sequence[AnimalResult]], words: Mapping[str, str], sd: float | None = None) -> Lungs:
+def lungs_of(
+    groups: Mapping[str, Sequence[AnimalResult]], words: Mapping[str, str], sd: float | None = None
+) -> LungDifferences:
     """Return how much the lungs of one group differ, from the radii of the roots where several were imaged.
 
     Parameters
@@ -69,10 +71,12 @@ def lungs_of(groups: Mapping[str, Sequence[AnimalResult]], words: Mapping[str, s
     images = {group: len(of_group) for group, of_group in roots.items()}
     freedom = sum(max(count - 1, 0) for count in images.values())
     if sd is not None or not freedom:
-        return Lungs(RULES.usual_sd if sd is None else sd, "usual" if sd is None else "lab", images)
+        return LungDifferences(RULES.usual_sd if sd is None else sd, "usual" if sd is None else "lab", images)
     scatter = sum(float(len(one) * one.var()) for one in roots.values() if len(one))
     weight = RULES.usual_freedom
-    return Lungs(float(np.sqrt((weight * RULES.usual_sd**2 + scatter) / (weight + freedom))), "imaged", images)
+    return LungDifferences(
+        float(np.sqrt((weight * RULES.usual_sd**2 + scatter) / (weight + freedom))), "imaged", images
+    )
 
 
 def tipping_radius(low: float, high: float, per_radius: float) -> float:

@@ -9,7 +9,7 @@ from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 
 
-class Standing(StrEnum):
+class PressureRank(StrEnum):
     """Where the measured mean pressures of missing animals lie among those of the others of their group."""
 
     ABOVE = "above all others"
@@ -44,16 +44,16 @@ class Missing:
     others: tuple[float, ...]
 
     @property
-    def standing(self) -> Standing:
+    def standing(self) -> PressureRank:
         """Where the missing animals' pressures lie; unknown where there are none to compare, or not of all."""
         if len(self.pressures) < len(self.animals) or not self.others:
-            return Standing.UNKNOWN
+            return PressureRank.UNKNOWN
         if min(self.pressures) > max(self.others):
-            return Standing.ABOVE
+            return PressureRank.ABOVE
         if max(self.pressures) < min(self.others):
-            return Standing.BELOW
+            return PressureRank.BELOW
         higher = np.mean(self.pressures) > np.median(self.others)
-        return Standing.HIGHER if higher else Standing.LOWER
+        return PressureRank.HIGHER if higher else PressureRank.LOWER
 
     def as_plain(self) -> dict[str, object]:
         """Return the attributes and the standing as JSON can hold them."""

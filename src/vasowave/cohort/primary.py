@@ -14,10 +14,10 @@ from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.designed import Modeled, Values, beside, covariate_effects, modeled, rows_of_design
 from vasowave.cohort.estimates import Estimates, estimates_of, image_unknown, shared_error
-from vasowave.cohort.lungs import Lungs, tipping_radius
+from vasowave.cohort.lungs import LungDifferences, tipping_radius
 from vasowave.cohort.missing import Missing, missing_animals
 from vasowave.cohort.pooling import Ratio, pooled_ratio
-from vasowave.cohort.simultaneous import Row, Simultaneous, simultaneous
+from vasowave.cohort.simultaneous import Simultaneous, TestedQuantity, simultaneous
 from vasowave.cohort.table import column, rows_of
 from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError, did_you_mean
@@ -48,7 +48,7 @@ class Family:
     the roots' radii show where several lungs of a group were imaged. 0: every lung is like the imaged one."""
 
 
-class Compared(NamedTuple):
+class GroupContrast(NamedTuple):
     """One quantity that can be compared between two groups.
 
     Attributes
@@ -182,8 +182,8 @@ class Primary:
         `smallest p` is the smallest that a test by ranks or relabelings alone could give, without any assumption about
         distributions. `tipping radius` is by what share the images of the groups must be wrong against each other for
         the interval to hold 1, `tipping lung sd` how much lungs of one group may differ for it still to exclude 1; see
-        `lungs.tipping_radius` and `Compared.tipping_lung_sd`. Of rows by posteriors `fits ratio, fits low, fits high`
-        are what the fits say, without limits where they take the image as exact. `apart`: no animal of one group lies
+        `lungs.tipping_radius` and `GroupContrast.tipping_lung_sd`. Of rows by posteriors `fits ratio, fits low, fits
+        high` are what the fits say, without limits where they take the image as exact. `apart`: no animal of one group lies
         among the other. `without` is the animal that moves the ratio most when it is left out (empty for fewer than
         three), and the ratio is then `ratio without`.
         `estimates` says what the animals' values and errors are of: their ``posterior`` where all have one that can be
@@ -205,7 +205,7 @@ class Primary:
     adjusted : DataFrame
         What the covariates of a design do, each interval by itself, without a test: ``quantity, source, covariate,
         ratio, low, high``; see `designed.covariate_effects`.
-    lungs : Lungs, optional
+    lungs : LungDifferences, optional
         How much the lungs of one group differ, which intervals and p of what an image is behind allow for.
     """
 
@@ -217,7 +217,7 @@ class Primary:
     missing: tuple[Missing, ...] = ()
     untold: tuple[Missed, ...] = ()
     adjusted: pd.DataFrame = field(default_factory=pd.DataFrame)
-    lungs: Lungs | None = None
+    lungs: LungDifferences | None = None
 
     def of(self, group: str) -> "Primary":
         """Return what is said of one group; intervals and p still hold for all groups at once."""
@@ -264,7 +264,7 @@ def with_lungs(cohort: Cohort, family: Family) -> Cohort:
     return cohort if family.lung_sd is None else replace(cohort, lung_sd=family.lung_sd)
 
 
-def comparable(cohort: Cohort, family: Family) -> list[Compared]:
+def comparable(cohort: Cohort, family: Family) -> list[GroupContrast]:
     """Return the quantities of the family in the first two groups that can be compared."""
     cohort = with_lungs(cohort, family)
     law, others = primary_law(cohort, family), list(cohort.groups)[1:2]
@@ -318,7 +318,7 @@ def _models(
 
 
 def _beside(
-    cohort: Cohort, law: str, pairs: Mapping[str, Sequence[Compared]], critical: float
+    cohort: Cohort, law: str, pairs: Mapping[str, Sequence[GroupContrast]], critical: float
 ) -> list[dict[str, object]]:
     """Return the effects by the other laws."""
     return [
@@ -372,7 +372,9 @@ def _check(cohort: Cohort, family: Family, law: str) -> None:
             raise InputError(f"no animal has the quantity '{name}'{did_you_mean(name, known)}; see the table Groups")
 
 
-def _usable(cohort: Cohort, names: Sequence[str], law: str, other: str, left_out: dict[str, str]) -> list[Compared]:
+def _usable(
+    cohort: Cohort, names: Sequence[str], law: str, other: str, left_out: dict[str, str]
+) -> list[GroupContrast]:
     """Return the quantities that can be compared; `left_out` gets the others with the reason."""
     usable = []
     for name in names:
@@ -385,12 +387,12 @@ def _usable(cohort: Cohort, names: Sequence[str], law: str, other: str, left_out
     return usable
 
 
-def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | None:
+def _compared(cohort: Cohort, source: str, name: str, other: str) -> GroupContrast | None:
     found = known_values(cohort, source, name, (cohort.reference, other))
     if found is None:
         return None
     of_other = np.array([result.group == other for result in found.results], dtype=bool)
-    one = Compared(name, source, found.unit, found.results, found.known, of_other)
+    one = GroupContrast(name, source, found.unit, found.results, found.known, of_other)
     if found.known.origin != "posterior" or source == "measured":
         return one
     fits = known_values(cohort, source, name, (cohort.reference, other), found.results, posteriors=False)
@@ -428,7 +430,7 @@ def known_values(
     return Values(name, source, split_unit(label)[1], results, known.of_lungs(cohort.lungs.sd))
 
 
-def _refusal(one: Compared) -> str:
+def _refusal(one: GroupContrast) -> str:
     """Return why groups cannot be compared by a quantity; empty if they can."""
     if min(one.other.sum(), (~one.other).sum()) < 2:
         return "a group has fewer than two animals with it"
@@ -439,7 +441,7 @@ def _refusal(one: Compared) -> str:
     return ""
 
 
-def _row(reference: str, other: str, one: Compared, judged: tuple[float, float], pairs: int) -> dict[str, object]:
+def _row(reference: str, other: str, one: GroupContrast, judged: tuple[float, float], pairs: int) -> dict[str, object]:
     """Return one row: a quantity of one pair of groups, with its p and the p by itself that its interval belongs to."""
     sizes, (p, critical) = (int((~one.other).sum()), int(one.other.sum())), judged
     ratio = one.ratio(level=1 - critical)
@@ -456,7 +458,7 @@ def _row(reference: str, other: str, one: Compared, judged: tuple[float, float],
     return row | _influence(one, ratio)
 
 
-def _by_fits(one: Compared, critical: float) -> dict[str, object]:
+def _by_fits(one: GroupContrast, critical: float) -> dict[str, object]:
     """Return the ratio by the fits, where the row's is by posteriors, with its interval of the same level."""
     if one.fits is None or not np.all(np.isfinite(one.fits.logs)):
         return dict.fromkeys(("fits ratio", "fits low", "fits high"), np.nan)
@@ -466,18 +468,18 @@ def _by_fits(one: Compared, critical: float) -> dict[str, object]:
     return {"fits ratio": value, "fits low": low, "fits high": high}
 
 
-def _joint(found: Sequence[Compared]) -> list[Row]:
+def _joint(found: Sequence[GroupContrast]) -> list[TestedQuantity]:
     """Return what the rows of all pairs of groups are, with numbers for animals and quantities."""
     animals = {name: place for place, name in enumerate(dict.fromkeys(name for one in found for name in one.names))}
     quantities = {name: place for place, name in enumerate(dict.fromkeys(one.name for one in found))}
     return [
-        Row(quantities[one.name], np.array([animals[name] for name in one.names]), one.other, one.known.logs,
+        TestedQuantity(quantities[one.name], np.array([animals[name] for name in one.names]), one.other, one.known.logs,
             one.known.errors, shared_error(one.known, one.other))
         for one in found
     ]  # fmt: skip
 
 
-def _assurance(tested: Sequence[Compared], together: Simultaneous) -> Assurance:
+def _assurance(tested: Sequence[GroupContrast], together: Simultaneous) -> Assurance:
     """Return how far the rows can be relied on."""
     groups = [(one.known.logs[~one.other], one.known.logs[one.other]) for one in tested]
     apart = max(abs(float(np.log(x.std(ddof=1) / y.std(ddof=1)))) for x, y in groups)
@@ -485,13 +487,13 @@ def _assurance(tested: Sequence[Compared], together: Simultaneous) -> Assurance:
     return Assurance(together.rate, 1 - together.critical, float(np.exp(apart)), smallest)
 
 
-def _apart(one: Compared) -> bool:
+def _apart(one: GroupContrast) -> bool:
     """Return whether every animal of one group lies above every animal of the other."""
     x, y = one.known.logs[~one.other], one.known.logs[one.other]
     return bool(x.max() < y.min() or y.max() < x.min())
 
 
-def _influence(one: Compared, ratio: Ratio) -> dict[str, object]:
+def _influence(one: GroupContrast, ratio: Ratio) -> dict[str, object]:
     """Return the animal whose absence moves the ratio most, and the ratio without it."""
     nothing: dict[str, object] = {"without": "", "ratio without": np.nan}
     if min(one.other.sum(), (~one.other).sum()) < 3:

@@ -19,8 +19,8 @@ from vasowave.report.write import write_report
 P = ParamSpec("P")
 
 
-class Fit(calibration.Fit):
-    """A model calibrated to one recording: the values of `calibration.Fit`, their tables, figures and report.
+class Fit(calibration.CalibratedModel):
+    """A model calibrated to one recording: values of `calibration.CalibratedModel`, tables, figures and report.
 
     Examples
     --------
@@ -94,7 +94,7 @@ class Fit(calibration.Fit):
         return write_report([self.result], Path(folder), pdf=pdf)
 
 
-def _with_methods(calibrated: Callable[P, calibration.Fit]) -> Callable[P, Fit]:
+def _with_methods(calibrated: Callable[P, calibration.CalibratedModel]) -> Callable[P, Fit]:
     @wraps(calibrated)
     def calibrate(*args: P.args, **kwargs: P.kwargs) -> Fit:
         fit = calibrated(*args, **kwargs)

@@ -68,7 +68,7 @@ class Dot(NamedTuple):
     tip: str
 
 
-class Row(NamedTuple):
+class ForestRow(NamedTuple):
     """One row of a forest plot.
 
     Attributes
@@ -97,7 +97,7 @@ class Row(NamedTuple):
 
 
 def forest_figure(
-    rows: Sequence[Row],
+    rows: Sequence[ForestRow],
     groups: Mapping[str, GroupLook],
     sources: Mapping[str, SourceLook],
     axis: str,
@@ -125,7 +125,7 @@ def forest_figure(
     return figure
 
 
-def _beside(figure: "Figure", places: Sequence[float], rows: Sequence[Row], columns: tuple[str, str]) -> "Axes":
+def _beside(figure: "Figure", places: Sequence[float], rows: Sequence[ForestRow], columns: tuple[str, str]) -> "Axes":
     """Write the words of the rows left and right of a panel, and return the panel."""
     widths = [5.1, 6.1, 5.0] if columns[1] else [5.1, 5.1, 6.0]  # values with their units are long
     left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=widths)
@@ -141,7 +141,7 @@ def _beside(figure: "Figure", places: Sequence[float], rows: Sequence[Row], colu
     return middle
 
 
-def _above(figure: "Figure", places: Sequence[float], rows: Sequence[Row], columns: tuple[str, str]) -> "Axes":
+def _above(figure: "Figure", places: Sequence[float], rows: Sequence[ForestRow], columns: tuple[str, str]) -> "Axes":
     """Write the words of the rows above their intervals, and return the panel."""
     panel = figure.subplots()
     effect = 0.86 if columns[1] else 1.0
@@ -162,7 +162,7 @@ class _Lanes(NamedTuple):
     height: int
 
 
-def _most_lanes(rows: Sequence[Row]) -> int:
+def _most_lanes(rows: Sequence[ForestRow]) -> int:
     """Return how many lanes one group's animals may have, so that a figure of many rows stands on one page."""
     if len(rows) <= _MANY:
         return _MOST_LANES
@@ -171,7 +171,7 @@ def _most_lanes(rows: Sequence[Row]) -> int:
     return max(1, min(_MOST_LANES, int((_PAGE / len(rows) - beside - _CLEARANCE - _GAP) / sides)))
 
 
-def _lanes(row: Row, limits: tuple[float, float], axis: float, most: int) -> _Lanes:
+def _lanes(row: ForestRow, limits: tuple[float, float], axis: float, most: int) -> _Lanes:
     """Return lanes in which no point covers another: first the other sources', then those of each group."""
     length = axis / 2.54 * 72 / float(np.log(limits[1] / limits[0]))  # points of a factor of e
     lanes, first = [0] * len(row.dots), 1 + len(row.beside)
@@ -194,7 +194,7 @@ def _write(ax: "Axes", x: float, y: float, text: str, **look: Any) -> None:
     ax.text(x, y, text, va="center", fontsize=8.5, transform=ax.get_yaxis_transform(), **look).set_in_layout(False)
 
 
-def _places(rows: Sequence[Row], lanes: Sequence[_Lanes], above: float) -> list[float]:
+def _places(rows: Sequence[ForestRow], lanes: Sequence[_Lanes], above: float) -> list[float]:
     """Return the height of every row's interval, in lanes, with room above the first of each heading."""
     places: list[float] = []
     y, heading = 0.0, ""
@@ -207,7 +207,7 @@ def _places(rows: Sequence[Row], lanes: Sequence[_Lanes], above: float) -> list[
     return places
 
 
-def _write_headings(ax: "Axes", rows: Sequence[Row], places: Sequence[float], above: float) -> None:
+def _write_headings(ax: "Axes", rows: Sequence[ForestRow], places: Sequence[float], above: float) -> None:
     """Write what rows are about above the first of them."""
     first: dict[str, float] = {}
     for y, row in zip(places, rows, strict=True):
@@ -220,7 +220,7 @@ def _write_headings(ax: "Axes", rows: Sequence[Row], places: Sequence[float], ab
 def _draw(
     ax: "Axes",
     y: float,
-    row: Row,
+    row: ForestRow,
     lanes: _Lanes,
     groups: Mapping[str, GroupLook],
     sources: Mapping[str, SourceLook],
@@ -263,7 +263,7 @@ def _called(source: str) -> str:
     return source if source == "data" else f"{source} wall"
 
 
-def _limits(rows: Sequence[Row]) -> tuple[float, float]:
+def _limits(rows: Sequence[ForestRow]) -> tuple[float, float]:
     """Return an axis with every interval and every animal, unless one is so wide that the others could not be read."""
     points = [point for row in rows for point in (row.point, *row.beside)]
     ends = np.array(
@@ -283,7 +283,7 @@ def _scale(ax: "Axes", limits: tuple[float, float]) -> None:
 
 
 def _legend(
-    figure: "Figure", rows: Sequence[Row], groups: Mapping[str, GroupLook], sources: Mapping[str, SourceLook]
+    figure: "Figure", rows: Sequence[ForestRow], groups: Mapping[str, GroupLook], sources: Mapping[str, SourceLook]
 ) -> None:
     from matplotlib.lines import Line2D
 

@@ -50,7 +50,7 @@ FIT_ELSEWHERE = look_kind(
 )
 
 
-class Optimum(NamedTuple):
+class FitOptimum(NamedTuple):
     """The optimum of a fit: its log-likelihood (-inf if it cannot be simulated), and what follows from it."""
 
     log_likelihood: float
@@ -66,7 +66,7 @@ def findings(
     apart: float,
     effective: float,
     shares: np.ndarray,
-    optimum: Optimum | None,
+    optimum: FitOptimum | None,
     best: float,
     draws: Mapping[str, np.ndarray],
 ) -> Iterator[Finding]:
@@ -78,7 +78,7 @@ def findings(
         Distance of the halves, posterior SD, and effective number of draws.
     shares : array, shape (mode,)
         Probability of each mode.
-    optimum : Optimum, optional
+    optimum : FitOptimum, optional
         Of the fit.
     best : float
         Log-likelihood of the best draw.

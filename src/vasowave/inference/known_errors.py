@@ -37,7 +37,7 @@ class Seen(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Kind:
+class ErrorKind:
     """An unknown that an error is of.
 
     Attributes
@@ -219,67 +219,69 @@ class KnownErrors:
     """
 
     radius_scale_sd: Annotated[
-        _Share | None, Kind("1", "factor of all radii", _RADIUS, "image", True, _wider, _one, of_image=_of_radii)
+        _Share | None, ErrorKind("1", "factor of all radii", _RADIUS, "image", True, _wider, _one, of_image=_of_radii)
     ] = None
     """Of a factor common to all radii, as a share: threshold and voxel size of the image. Usual: 0.05, for fits the
     root mean square of the network's ``radius_sd`` where that is larger."""
     length_scale_sd: Annotated[
-        _Share | None, Kind("1", "factor of all lengths", 0.05, "image", True, _longer, _one)
+        _Share | None, ErrorKind("1", "factor of all lengths", 0.05, "image", True, _longer, _one)
     ] = None
     """Likewise of lengths. Usual: 0.05."""
     k_sd: Annotated[
-        _Share | None, Kind("1", "exponent of a stiffness ∝ radius^-k", 0.5, "model", False, _same, _none)
+        _Share | None, ErrorKind("1", "exponent of a stiffness ∝ radius^-k", 0.5, "model", False, _same, _none)
     ] = None
     """Of the exponent k of a wall stiffness that varies with the radius, β ∝ (r/r_root)^-k, around 0. Usual: 0.5; in
     pulmonary arteries distensibility is nearly uniform (k = 0), down the systemic ones k near 0.7 is usual."""
     taper_sd: Annotated[
-        _Share | None, Kind("1", "fall of all radii along their vessels", 0.1, "image", False, _same, _none, False,
+        _Share | None, ErrorKind("1", "fall of all radii along their vessels", 0.1, "image", False, _same, _none, False,
                             _of_tapers)
     ] = None  # fmt: skip
     """Of what the radius of all vessels falls from inlet to outlet alike, as a share of it, and nobody knows. Usual:
     0.1, in fits; less where the network's ``taper`` is measured."""
     image_pressure_sd: Annotated[
         _Share | None,
-        Kind("mmHg", "pressure at which the image was taken", 0.3, "image", True, _filled,
+        ErrorKind("mmHg", "pressure at which the image was taken", 0.3, "image", True, _filled,
              lambda seen: seen.network.pressure),
     ] = None  # fmt: skip
     """Of the pressure at which the image was taken, as a share of it, where it is known. Usual: 0.3."""
     flow_gain_sd: Annotated[
-        _Share | None, Kind("1", "true over measured flow", 0.05, "probe", True, _more_flow, _one, False)
+        _Share | None, ErrorKind("1", "true over measured flow", 0.05, "probe", True, _more_flow, _one, False)
     ] = None
     """Of the gain of the flow probe, as a share. Usual: 0.05, in fits: makers of transit-time probes state ±10 %.
     Posteriors take an untold gain for exact."""
     flow_delay_sd: Annotated[
-        _SD | None, Kind("s", "delay of the measured flow", 0.0, "probe", False, _later_flow, _none)
+        _SD | None, ErrorKind("s", "delay of the measured flow", 0.0, "probe", False, _later_flow, _none)
     ] = None
     """Of the time by which the flow was recorded too late (or too early) beside the pressure, s. Usual: 0."""
     zero_sd: Annotated[
-        _SD | None, Kind("mmHg", "zero of the pressure", 0.5, "calibration", False, _lower_pressure, _none)
+        _SD | None, ErrorKind("mmHg", "zero of the pressure", 0.5, "calibration", False, _lower_pressure, _none)
     ] = None
     """Of the zero of the pressure, mmHg. Usual: 0.5, for a transducer that was zeroed before it recorded; more for
     averaged cycles whose drift nobody saw."""
-    flow_zero_sd: Annotated[_SD | None, Kind("ml/s", "zero of the flow", 0.0, "probe", False, _lower_flow, _none)] = (
-        None
-    )
+    flow_zero_sd: Annotated[
+        _SD | None, ErrorKind("ml/s", "zero of the flow", 0.0, "probe", False, _lower_flow, _none)
+    ] = None
     """Of the zero of the flow, ml/s. Usual: 0."""
     pressure_lag_sd: Annotated[
-        _SD | None, Kind("s", "lag of the pressure", 0.0, "calibration", False, _sooner_pressure, _none)
+        _SD | None, ErrorKind("s", "lag of the pressure", 0.0, "calibration", False, _sooner_pressure, _none)
     ] = None
     """Of the lag τ of a filter of first order in the pressure's amplifier, whose cut-off frequency is 1/(2π τ), s:
     0.003 where it may be 50 Hz. Usual: 0."""
     pressure_inertia_sd: Annotated[
-        _SD | None, Kind("s2", "inertia of the catheter", 0.0, "calibration", False, _calmer_pressure, _none)
+        _SD | None, ErrorKind("s2", "inertia of the catheter", 0.0, "calibration", False, _calmer_pressure, _none)
     ] = None
     """Of the inertia θ that lets a fluid-filled catheter ring with the natural frequency 1/(2π √θ), s²: 7e-6 where that
     may be 60 Hz. Its damping ratio ζ is a lag τ = 2ζ√θ: `pressure_lag_sd` of 0.003 beside it. Usual: 0."""
-    flow_lag_sd: Annotated[_SD | None, Kind("s", "lag of the flow", 0.0, "probe", False, _sooner_flow, _none)] = None
+    flow_lag_sd: Annotated[_SD | None, ErrorKind("s", "lag of the flow", 0.0, "probe", False, _sooner_flow, _none)] = (
+        None
+    )
     """Likewise of the flow meter's filter, s. Usual: 0."""
     pressure_gain_sd: Annotated[
-        _Share | None, Kind("1", "true over measured pressure", 0.0, "calibration", True, _more_pressure, _one)
+        _Share | None, ErrorKind("1", "true over measured pressure", 0.0, "calibration", True, _more_pressure, _one)
     ] = None
     """Of the gain of the pressure, as a share. Usual: 0."""
     viscosity_sd: Annotated[
-        _Share | None, Kind("1", "true over assumed viscosity", 0.0, "model", True, _thicker, _one)
+        _Share | None, ErrorKind("1", "true over assumed viscosity", 0.0, "model", True, _thicker, _one)
     ] = None
     """Of the viscosity of the blood, as a share: hematocrit and temperature. Usual: 0."""
 
@@ -301,11 +303,11 @@ class KnownErrors:
 
 
 @cache
-def kinds() -> dict[str, Kind]:
+def kinds() -> dict[str, ErrorKind]:
     """Return what can be wrong, by the name of the unknown."""
     hints: dict[str, Any] = get_type_hints(KnownErrors, include_extras=True)
     return {
-        name.removesuffix("_sd"): next(one for one in hints[name].__metadata__ if isinstance(one, Kind))
+        name.removesuffix("_sd"): next(one for one in hints[name].__metadata__ if isinstance(one, ErrorKind))
         for name in settings_of(KnownErrors)
     }
 

@@ -17,7 +17,7 @@ from vasowave.errors import NumericalError
 from vasowave.inference.emulator import Emulator
 from vasowave.inference.ensemble import log_integral
 from vasowave.inference.mode import Climbed
-from vasowave.inference.reweighting import Weights, smoothed
+from vasowave.inference.reweighting import ImportanceWeights, smoothed
 from vasowave.inference.rounds import DRAWN, Component, Target, learn, log_error, log_prior, moved, simulated_at, taught
 
 _STEPS = 400  # of the walkers
@@ -38,7 +38,7 @@ class Explored:
     points : array, shape (draw, unknown)
     residuals : array, shape (draw, output)
         Measured minus simulated.
-    weights : Weights
+    weights : ImportanceWeights
     effective : float
         Independent draws that would be worth as much: few weights are large, and walkers remember.
     missed : array, shape (draw, output)
@@ -60,7 +60,7 @@ class Explored:
 
     points: np.ndarray
     residuals: np.ndarray
-    weights: Weights
+    weights: ImportanceWeights
     effective: float
     missed: np.ndarray
     log_error: float
@@ -206,7 +206,7 @@ def _explored(
     clouds: Sequence[_Cloud],
     modes: Sequence[Climbed],
     drawn: _Drawn,
-    weights: Weights,
+    weights: ImportanceWeights,
 ) -> Explored:
     foretold, emulated = np.empty(len(drawn.points)), np.empty_like(drawn.outputs)
     for i, one in enumerate(components):

@@ -8,12 +8,12 @@ from typing import Annotated, Any
 import numpy as np
 from annotated_types import Ge
 
-from vasowave.calibration import Fit, Search
+from vasowave.calibration import CalibratedModel, Search
 from vasowave.calibration.compared import compared_part, sites_of
 from vasowave.calibration.parameters import parameter_space
 from vasowave.calibration.screening import led
 from vasowave.errors import InputError
-from vasowave.inference.findings import Optimum
+from vasowave.inference.findings import FitOptimum
 from vasowave.inference.mixture import explore
 from vasowave.inference.priors import Priors
 from vasowave.inference.problem import Problem
@@ -73,7 +73,7 @@ def posterior(
     recording: Recording | EnsembleAverage,
     wall: str | type = "linear",
     *,
-    fit: Fit | None = None,
+    fit: CalibratedModel | None = None,
     path: str | Path | None = None,
     progress: Callable[[int], None] | None = None,
     **settings: Any,
@@ -92,7 +92,7 @@ def posterior(
         One that comes from averaged beats brings the standard errors of its harmonics along.
     wall : str or class
         As for `calibrate`.
-    fit : Fit, optional
+    fit : CalibratedModel, optional
         Of the same animal and law: one more start. If the posterior lies elsewhere, that is one of the findings.
     path : str or Path, optional
         File in which simulations are kept as they are made; a run that was killed goes on from it.
@@ -126,7 +126,7 @@ def posterior(
 def posterior_of(
     problem: Problem,
     how: Sampling,
-    fit: Fit | None = None,
+    fit: CalibratedModel | None = None,
     path: Path | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Posterior:
@@ -157,7 +157,7 @@ def problem_of(network: Network, recording: Recording, wall: str | type, how: Sa
     return Problem(unknowns, compared, how.numerics, how.workers or threads())
 
 
-def _scores(unknowns: Unknowns, fit: Fit) -> np.ndarray:
+def _scores(unknowns: Unknowns, fit: CalibratedModel) -> np.ndarray:
     """Return the scores of the fit's optimum."""
     if type(fit.model.wall) is not unknowns.space.law or type(fit.model.outlets) is not type(unknowns.space.outlets):
         raise InputError(
@@ -167,7 +167,7 @@ def _scores(unknowns: Unknowns, fit: Fit) -> np.ndarray:
     return unknowns.scores({str(name): float(value) for name, value in fit.parameters["value"].items()} | response)
 
 
-def _optimum(target: Target, problem: Problem, fit: Fit) -> Optimum:
+def _optimum(target: Target, problem: Problem, fit: CalibratedModel) -> FitOptimum:
     """Return what the likelihood of the posterior says of the fit's optimum."""
     outputs = target.simulate(_scores(problem.unknowns, fit)[np.newaxis])
-    return Optimum(float(target.log_likelihood(outputs)[0]), derived(fit.model, problem.recording.mean_pressure))
+    return FitOptimum(float(target.log_likelihood(outputs)[0]), derived(fit.model, problem.recording.mean_pressure))

@@ -15,7 +15,7 @@ from scipy.special import logsumexp
 
 from vasowave.descriptions import TAILS
 from vasowave.inference.discrepancy import Discrepancy, Drawn
-from vasowave.inference.findings import Optimum, findings
+from vasowave.inference.findings import FitOptimum, findings
 from vasowave.inference.known_errors import SOURCES
 from vasowave.inference.mixture import Explored
 from vasowave.inference.problem import Problem
@@ -39,7 +39,7 @@ def reported(
     looked: Sequence[Screened],
     simulations: int,
     rng: np.random.Generator,
-    optimum: Optimum | None = None,
+    optimum: FitOptimum | None = None,
 ) -> Posterior:
     """Return the posterior that explored points are; `optimum` is that of a fit, if there is one.
 

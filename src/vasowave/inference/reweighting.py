@@ -24,7 +24,7 @@ def trusted(k_hat: float, share: float) -> bool:
     return k_hat <= UNTRUSTED or share > EQUAL
 
 
-class Weights(NamedTuple):
+class ImportanceWeights(NamedTuple):
     """Logarithms of weights that add up to 1, the shape k of their tail, and the effective number of draws."""
 
     log_weight: np.ndarray
@@ -37,7 +37,7 @@ class Weights(NamedTuple):
         return trusted(self.k_hat, self.effective / len(self.log_weight))
 
 
-def smoothed(log_ratio: np.ndarray) -> Weights:
+def smoothed(log_ratio: np.ndarray) -> ImportanceWeights:
     """Return Pareto-smoothed weights from logarithms of density ratios, shape (draw,); -inf is a weight of 0."""
     log = log_ratio - np.max(log_ratio)
     count = len(log)
@@ -52,7 +52,7 @@ def smoothed(log_ratio: np.ndarray) -> Weights:
             log[largest] = np.log(_quantile(even, k_hat, scale) + np.exp(cut))
             log = np.minimum(log, 0.0)
     log -= np.log(np.exp(log - log.max()).sum()) + log.max()
-    return Weights(log, float(k_hat), float(1 / np.exp(2 * log).sum()))
+    return ImportanceWeights(log, float(k_hat), float(1 / np.exp(2 * log).sum()))
 
 
 def _pareto(excess: np.ndarray) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vasowave.calibration.parameters import Space
+from vasowave.calibration.parameters import ParameterSpace
 from vasowave.errors import InputError, did_you_mean
 from vasowave.inference.known_errors import Seen, kinds
 from vasowave.inference.priors import Priors
@@ -59,7 +59,7 @@ class Unknowns:
 
     Attributes
     ----------
-    space : Space
+    space : ParameterSpace
         The law, the parameters, and what is held.
     nominal : Nominal
     priors : Priors
@@ -69,7 +69,7 @@ class Unknowns:
         mean of the measured pressure alone, which a covariance says.
     """
 
-    space: Space
+    space: ParameterSpace
     nominal: Nominal
     priors: Priors
     recording: Recording

@@ -34,14 +34,16 @@ _ALONE = dict.fromkeys(
 ) | {"MALLOC_ARENA_MAX": "1"}  # every thread takes addresses, which are counted
 
 
-class Answer(NamedTuple):
+class ReaderAnswer(NamedTuple):
     """What a reader found: anything that JSON can hold, and arrays."""
 
     head: Any
     arrays: Sequence[np.ndarray]
 
 
-def read_apart(reader: Callable[[Path], Answer], path: Path, what: str, again: str = "export it again") -> Answer:
+def read_apart(
+    reader: Callable[[Path], ReaderAnswer], path: Path, what: str, again: str = "export it again"
+) -> ReaderAnswer:
     """Return what a reader, a function of a module, finds in a file or folder; it runs in another process.
 
     Parameters
@@ -78,7 +80,7 @@ class _Helper:
         self.lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
 
-    def read(self, reader: Callable[[Path], Answer], path: Path, size: int, seconds: float) -> Answer:
+    def read(self, reader: Callable[[Path], ReaderAnswer], path: Path, size: int, seconds: float) -> ReaderAnswer:
         process = self._running()
         late = threading.Timer(8 * seconds, process.kill)
         late.start()
@@ -110,8 +112,8 @@ class _Helper:
 
 
 def _asked(
-    process: "subprocess.Popen[bytes]", reader: Callable[[Path], Answer], path: Path, size: int, seconds: float
-) -> Answer:
+    process: "subprocess.Popen[bytes]", reader: Callable[[Path], ReaderAnswer], path: Path, size: int, seconds: float
+) -> ReaderAnswer:
     """Ask the process for one file; `EOFError` if it ends before it has answered."""
     assert process.stdin is not None
     assert process.stdout is not None
@@ -135,7 +137,7 @@ def _asked(
             f"{path}: reading it takes more than {size / 1e9:.1f} GB, far more memory than the file is long; it is "
             "damaged, or packed so tightly that it must be saved without compression"
         )
-    return Answer(answer["head"], [_received(process.stdout, *form) for form in forms])
+    return ReaderAnswer(answer["head"], [_received(process.stdout, *form) for form in forms])
 
 
 def _received(pipe: Any, shape: tuple[int, ...], kind: np.dtype) -> np.ndarray:

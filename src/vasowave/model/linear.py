@@ -37,7 +37,7 @@ _OF_IMPEDANCE, _EJECTED = 12, 0.5  # harmonics, and share of its volume that a v
 _GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)  # places in a line whose mean is right to third order
 
 
-class Lines(NamedTuple):
+class UniformLines(NamedTuple):
     """One uniform line in every vessel.
 
     Attributes
@@ -122,7 +122,7 @@ class LinearSolution:
         counts from the pressure behind the outlets. Where no flow passes a vessel of a loop, it is infinite.
     pressure, flow : complex array, shape (harmonic, vessel)
         Spectra at the vessels' inlets (mmHg, ml/s): p(t) = Re Σ P_k exp(iω_k t), the mean at k = 0.
-    lines : tuple of Lines
+    lines : tuple of UniformLines
         What every vessel consists of, from its inlet on, in parts of the same length.
     length : array, shape (vessel,)
         cm.
@@ -137,7 +137,7 @@ class LinearSolution:
     input_impedance: np.ndarray
     pressure: np.ndarray
     flow: np.ndarray
-    lines: tuple[Lines, ...]
+    lines: tuple[UniformLines, ...]
     length: np.ndarray
     retardation: np.ndarray
     motion: tuple[Motion, Motion] | None = None
@@ -322,7 +322,7 @@ def _slower(ratio: np.ndarray) -> np.ndarray:
 
 def _lines(
     model: Model, mean_pressure: np.ndarray, flow: np.ndarray, omega: np.ndarray, period: float
-) -> tuple[Lines, ...]:
+) -> tuple[UniformLines, ...]:
     inertia = model.blood.inertia
     k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
     lines, parts = [], _parts(model)
@@ -348,7 +348,7 @@ def _lines(
             Z_line = np.sqrt(along / across)
         Z_line[0] = 1.0  # has no meaning at zero frequency, where γ = 0 multiplies it
         with_flow = _mean(carried) if model.total_pressure else None
-        lines.append(Lines(np.sqrt(along * across), Z_line, _mean(resistance), with_flow))
+        lines.append(UniformLines(np.sqrt(along * across), Z_line, _mean(resistance), with_flow))
     return tuple(lines)
 
 
@@ -391,7 +391,7 @@ def _solve(
 
 
 def _along_tree(
-    model: Model, ports: TwoPort, end: np.ndarray, spectrum: np.ndarray, straight: Lines | None
+    model: Model, ports: TwoPort, end: np.ndarray, spectrum: np.ndarray, straight: UniformLines | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return input impedance, pressure and flow at all inlets of a tree with nothing behind its beds.
 

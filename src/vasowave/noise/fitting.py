@@ -6,7 +6,7 @@ import numpy as np
 
 from vasowave.errors import InputError, did_you_mean
 from vasowave.noise.arma import fit_arma
-from vasowave.noise.likelihood import FAMILIES, KERNELS, Family, fit_kernel, maximize, named, regularized
+from vasowave.noise.likelihood import FAMILIES, KERNELS, NoiseFamily, fit_kernel, maximize, named, regularized
 from vasowave.noise.models import CirculantNoise, Noise
 
 Own = Literal["circulant", "ARMA", "independent"]
@@ -63,7 +63,7 @@ def _arma(residuals: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:
 
 
 def _circulant(
-    family: Family, residuals: np.ndarray, period: float, rng: np.random.Generator, starts: int
+    family: NoiseFamily, residuals: np.ndarray, period: float, rng: np.random.Generator, starts: int
 ) -> CirculantNoise:
     count = residuals.shape[1]
     theta, amplitude = maximize(family, residuals, rng, starts)

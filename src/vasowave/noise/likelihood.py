@@ -84,7 +84,7 @@ def _distance(t: np.ndarray) -> np.ndarray:
     return np.abs(np.subtract.outer(t, t))
 
 
-class Family(Protocol):
+class NoiseFamily(Protocol):
     """Noise models of unit amplitude that differ in their hyperparameters."""
 
     @property
@@ -172,7 +172,7 @@ KERNELS = {
 }
 """The paper's Gaussian-process kernels by name."""
 
-FAMILIES: dict[str, Family] = {**KERNELS, "circulant": PeriodicStationary(), "independent": Independent()}
+FAMILIES: dict[str, NoiseFamily] = {**KERNELS, "circulant": PeriodicStationary(), "independent": Independent()}
 """Everything but ARMA, whose orders are fitted too."""
 
 
@@ -223,7 +223,7 @@ def concentrated(noise: Noise, residuals: np.ndarray) -> tuple[float, float]:
 
 
 def maximize(
-    family: Family, residuals: np.ndarray, rng: np.random.Generator, starts: int = 4
+    family: NoiseFamily, residuals: np.ndarray, rng: np.random.Generator, starts: int = 4
 ) -> tuple[np.ndarray, float]:
     """Return the hyperparameters of the greatest likelihood (units of T) and the amplitude; see `concentrated`."""
     count = residuals.shape[1]
@@ -240,18 +240,18 @@ def maximize(
     return np.exp(x), amplitude
 
 
-def named(family: Family, theta: np.ndarray, period: float, amplitude: float) -> dict[str, float]:
+def named(family: NoiseFamily, theta: np.ndarray, period: float, amplitude: float) -> dict[str, float]:
     """Return amplitude and hyperparameters by name, in the units of their names."""
     values = {name: float(v * period**power) for (name, _, _, power), v in zip(family.hyperparameters, theta)}
     return {"amplitude [mmHg2]": amplitude, **values}
 
 
-def _log_bounds(family: Family) -> tuple[np.ndarray, np.ndarray]:
+def _log_bounds(family: NoiseFamily) -> tuple[np.ndarray, np.ndarray]:
     low, high = (np.log([bound[i] for bound in family.hyperparameters]) for i in (1, 2))
     return low, high
 
 
-def _climb(family: Family, residuals: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, float]:
+def _climb(family: NoiseFamily, residuals: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, float]:
     """Return the top of the likelihood near x, and minus its height per sample."""
     from scipy.optimize import minimize
 

@@ -22,7 +22,7 @@ from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
 from vasowave.recording.read_raw import Reading, read_raw_recording
 from vasowave.recording.read_sites import read_sites
-from vasowave.recording.trend import Baseline, Step
+from vasowave.recording.trend import Baseline, LevelStep
 from vasowave.recording.ventricle import VentricularPressure, read_ventricle
 from vasowave.recording.wedge import read_wedge
 
@@ -38,12 +38,12 @@ __all__ = [
     "HarmonicErrors",
     "Inflow",
     "InletPressure",
+    "LevelStep",
     "LowPass",
     "Observation",
     "RawRecording",
     "Reading",
     "Recording",
-    "Step",
     "VentricularPressure",
     "average_beats",
     "correct_catheter",

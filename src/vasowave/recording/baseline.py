@@ -15,7 +15,7 @@ from vasowave.recording.channels import Comment
 from vasowave.recording.cuts import Cuts
 from vasowave.recording.interventions import near
 from vasowave.recording.smooth import Curve, smooth_curve
-from vasowave.recording.trend import RULES, Baseline, Settling, Step
+from vasowave.recording.trend import RULES, Baseline, LevelStep, Settling
 
 STEADY = note_kind("baseline.steady", "baseline: the diastolic level is steady within {within:.2g} mmHg")
 _DRIFT = (
@@ -70,7 +70,7 @@ def baseline_findings(
     return [*apart, drift, *said]
 
 
-def _whose(step: Step, comments: Sequence[Comment]) -> str:
+def _whose(step: LevelStep, comments: Sequence[Comment]) -> str:
     """Say who made a step: an instrument, or perhaps the animal where a comment stands beside it."""
     comment = near(comments, step.time)
     if comment is None:
@@ -127,7 +127,7 @@ def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: fl
     own = ""
     if first or abs(trend[far]) > RULES.sure * curve.error[far]:
         own = _own_change(pressure[good], flow[good], trend[good])
-    steps = (Step(float(t), float(h)) for t, h in sorted(zip(times, curve.extra, strict=True)))
+    steps = (LevelStep(float(t), float(h)) for t, h in sorted(zip(times, curve.extra, strict=True)))
     persistence = _persistence((breathless - curve.values - shifts @ curve.extra)[good])
     return Baseline(
         time, level, trend, tuple(steps), float(curve.error[far]), zero_time, own, settling=settling,

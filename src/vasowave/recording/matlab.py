@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.io.apart import Answer, read_apart
+from vasowave.io.apart import ReaderAnswer, read_apart
 from vasowave.io.remembered import remembered
 from vasowave.io.textfile import look, read_bytes
 
@@ -43,7 +43,7 @@ def read_mat(path: str | Path) -> dict[str, np.ndarray]:
     return {name: next(values) if told else np.empty(0, object) for name, told in names}
 
 
-def variables_before(path: Path) -> Answer:
+def variables_before(path: Path) -> ReaderAnswer:
     """Return the variables of versions before 7.3; any exception of SciPy, or the end of the process."""
     from scipy.io import loadmat
 
@@ -53,7 +53,7 @@ def variables_before(path: Path) -> Answer:
     return _answer({name: value for name, value in variables.items() if not name.startswith("__")})
 
 
-def variables_of_7_3(path: Path) -> Answer:
+def variables_of_7_3(path: Path) -> ReaderAnswer:
     """Return the matrices in HDF5 behind a header of 512 bytes, every one stored by its columns; cells are left out."""
     from netCDF4 import Dataset
 
@@ -69,11 +69,11 @@ def variables_of_7_3(path: Path) -> Answer:
     return _answer(variables)
 
 
-def _answer(variables: Mapping[str, Any]) -> Answer:
+def _answer(variables: Mapping[str, Any]) -> ReaderAnswer:
     """Return names, each with whether it has a value, and the values."""
     found = {name: np.asarray(value) for name, value in variables.items()}
     told = {name: value.dtype.kind in "biufcU" for name, value in found.items()}
-    return Answer(list(told.items()), [value for name, value in found.items() if told[name]])
+    return ReaderAnswer(list(told.items()), [value for name, value in found.items() if told[name]])
 
 
 def _texts(codes: np.ndarray) -> np.ndarray:

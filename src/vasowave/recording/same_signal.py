@@ -16,7 +16,7 @@ _LEAST = 4  # beats in a stretch
 _RATES_APART = 0.05  # relative difference of heart rates above which nothing is compared
 
 
-class Trace(NamedTuple):
+class PressureTrace(NamedTuple):
     """The pressure of a recording, mmHg, its samples/s, and its heart rate, beats/min."""
 
     pressure: np.ndarray
@@ -24,14 +24,14 @@ class Trace(NamedTuple):
     heart_rate: float
 
 
-def trace_of(raw: RawRecording, heart_rate: float) -> Trace:
+def trace_of(raw: RawRecording, heart_rate: float) -> PressureTrace:
     """Return what a recording is compared by; gaps count as the mean."""
     known = np.isfinite(raw.pressure)
     whole = np.where(known, raw.pressure, raw.pressure[known].mean())
-    return Trace(whole.astype(np.float32), raw.sampling_rate, heart_rate)
+    return PressureTrace(whole.astype(np.float32), raw.sampling_rate, heart_rate)
 
 
-def are_of_one(one: Trace, other: Trace) -> bool:
+def are_of_one(one: PressureTrace, other: PressureTrace) -> bool:
     """Whether beginning, middle or end of the shorter of two traces of one rate stands anywhere in the longer one."""
     if one.rate != other.rate or abs(one.heart_rate - other.heart_rate) > _RATES_APART * one.heart_rate:
         return False

@@ -63,7 +63,7 @@ RULES = BaselineRules()
 
 
 @dataclass(frozen=True)
-class Step:
+class LevelStep:
     """A sudden shift of the level, complete within a beat.
 
     Attributes
@@ -112,7 +112,7 @@ class Baseline:
         Diastolic level of every beat, mmHg: the mean of the samples at which the median beat is lowest.
     trend : float array, shape (beat,)
         Drift, mmHg, steps included: 0 at the instant at which the zero of the transducer is taken to be right.
-    steps : tuple of Step
+    steps : tuple of LevelStep
         Sudden shifts, in order.
     error : float
         Standard error of the drift from the zero to the end farthest from it, mmHg.
@@ -136,7 +136,7 @@ class Baseline:
     time: np.ndarray
     level: np.ndarray
     trend: np.ndarray
-    steps: tuple[Step, ...]
+    steps: tuple[LevelStep, ...]
     error: float
     zero: float
     own: str = ""

@@ -168,7 +168,7 @@ def _breaths(
     return breaths, led
 
 
-class _End(NamedTuple):
+class _EndExpiration(NamedTuple):
     """End-expiration of one stretch: how far beats are off it, what is subtracted, the breath's height, findings."""
 
     off: np.ndarray
@@ -178,7 +178,7 @@ class _End(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def _end(breath: Breath, time: np.ndarray, mean: float, rules: VentilationRules) -> _End:
+def _end(breath: Breath, time: np.ndarray, mean: float, rules: VentilationRules) -> _EndExpiration:
     """Return the end-expiratory end of a breath: the lower one, or the upper one if the pressure rests there."""
     at_beats = breath.at(breath.time)
     beat = float(np.median(np.diff(breath.time)))
@@ -205,7 +205,7 @@ def _end(breath: Breath, time: np.ndarray, mean: float, rules: VentilationRules)
         found.append(LOCKED(beats=beats, height=height, error=error))
     off = at_beats - (high if upper else low)
     excess = at_beats - level.min() if smooth else np.zeros(len(off))
-    return _End(off, excess, height, error, tuple(found if height > rules.tells * mean else ()))
+    return _EndExpiration(off, excess, height, error, tuple(found if height > rules.tells * mean else ()))
 
 
 def _mark(reasons: list[Rejection], off: np.ndarray, limit: float, signal: str, unit: str) -> None:

@@ -149,7 +149,7 @@ def size_of(text: str) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class Space:
+class RotatingView:
     """Networks that a page turns in space, where scripts run; paper and a page without scripts have their figures.
 
     Attributes
@@ -183,7 +183,7 @@ class OnScreen:
 
 
 @dataclass(frozen=True)
-class Columns:
+class SideBySide:
     """Blocks side by side where there is room, else one after the other."""
 
     left: Sequence["Block"]
@@ -196,7 +196,20 @@ class Columns:
         return [*self.left, *self.right]
 
 
-Block = Paragraph | Heading | Bullets | Answers | Notice | Remarks | Table | Drawing | Space | Fold | OnScreen | Columns
+Block = (
+    Paragraph
+    | Heading
+    | Bullets
+    | Answers
+    | Notice
+    | Remarks
+    | Table
+    | Drawing
+    | RotatingView
+    | Fold
+    | OnScreen
+    | SideBySide
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,9 +264,9 @@ class Report:
         """Return all questions with their answers."""
         return [item for block in self._blocks() if isinstance(block, Answers) for item in block.items]
 
-    def spaces(self) -> list[Space]:
+    def spaces(self) -> list[RotatingView]:
         """Return what turns in space."""
-        return [block for block in self._blocks() if isinstance(block, Space)]
+        return [block for block in self._blocks() if isinstance(block, RotatingView)]
 
     def _blocks(self) -> Iterator[Block]:
         for section in self.sections:
@@ -263,5 +276,5 @@ class Report:
 def _unfolded(blocks: Sequence[Block]) -> Iterator[Block]:
     for block in blocks:
         yield block
-        if isinstance(block, Fold | OnScreen | Columns):
+        if isinstance(block, Fold | OnScreen | SideBySide):
             yield from _unfolded(block.blocks)

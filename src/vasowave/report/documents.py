@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.comparison import Comparison, compare
+from vasowave.cohort.comparison import SourceComparison, compare
 from vasowave.cohort.primary import Family, Primary
 from vasowave.provenance import provenance
 from vasowave.report.answer.page import answer_sections
@@ -67,7 +67,7 @@ def synthetic_banner(cohort: Cohort) -> str:
     )
 
 
-def _sections(cohort: Cohort, primary: Primary, comparisons: Mapping[str, Comparison]) -> list[Section]:
+def _sections(cohort: Cohort, primary: Primary, comparisons: Mapping[str, SourceComparison]) -> list[Section]:
     written = symbols(cohort)
     models = [model_section(cohort, primary, written)] if cohort.walls else []
     last = [

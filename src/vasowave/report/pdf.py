@@ -14,7 +14,6 @@ from vasowave.report.blocks import (
     Answers,
     Block,
     Bullets,
-    Columns,
     Drawing,
     Fold,
     Heading,
@@ -23,7 +22,8 @@ from vasowave.report.blocks import (
     Paragraph,
     Remarks,
     Report,
-    Space,
+    RotatingView,
+    SideBySide,
     Table,
 )
 
@@ -140,7 +140,7 @@ def _block(block: Block) -> str:
         case Answers():
             ended = [(title if title.endswith("?") else f"{title}.", answer) for title, answer in block.items]
             return "\n\n".join(f"*#{written(title)}* #{written(answer)}" for title, answer in ended)
-        case Columns():
+        case SideBySide():
             return _columns(block)
         case Notice():
             return f'#boxed(rgb("fdecea"), rgb("a4262c"))[*#{written(block.title)}*\n{_bullets(block.items)}\n]'
@@ -151,13 +151,13 @@ def _block(block: Block) -> str:
         case Drawing():
             image = f"image({quoted(block.name + '.svg')}, width: {_size(block)[0]:.3f}in)"
             return f"#block(breakable: false)[#{image}\n#text(7.5pt, {written(block.caption)})]"
-        case Space() | OnScreen():
+        case RotatingView() | OnScreen():
             return ""
         case Fold():
             return "\n\n".join([f"=== #{written(block.title)}", *map(_block, block.blocks)])
 
 
-def _columns(block: Columns) -> str:
+def _columns(block: SideBySide) -> str:
     """Two figures stand side by side; words and figures follow each other, one figure on the page of its words."""
     pictures = [one for one in block.blocks if isinstance(one, Drawing)]
     *words, last = block.blocks

@@ -9,7 +9,7 @@ from vasowave.cohort.spread import Spread
 from vasowave.io.files import write_file
 from vasowave.provenance import provenance
 from vasowave.quantities import short_symbol
-from vasowave.report.blocks import Block, Columns, Drawing, Paragraph, Report, Section, Table
+from vasowave.report.blocks import Block, Drawing, Paragraph, Report, Section, SideBySide, Table
 from vasowave.report.glossary import words
 from vasowave.report.html import page
 from vasowave.report.wording import listed, number
@@ -25,7 +25,7 @@ def write_plan(plan: Plan, path: Path) -> Path:
     """
     caption = _CAPTION.format("pairs" if plan.settings.pairs is not None else "animals in each of two groups")
     blocks: list[Block] = [Paragraph(text) for text in plan_texts(plan)]
-    blocks += [Columns([_needed(plan)], [Drawing("Power", caption, plan.figure())]), _spreads(plan)]
+    blocks += [SideBySide([_needed(plan)], [Drawing("Power", caption, plan.figure())]), _spreads(plan)]
     section = Section("plan", "How many animals", blocks)
     title = f"Plan: a ratio of {plan.settings.effect:g} between two groups"
     document = Report("plan", title, f"Spreads of {plan.source}", "", [section], provenance())

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pandas as pd
 
-from vasowave.calibration import Fit, Search, calibrate
+from vasowave.calibration import CalibratedModel, Search, calibrate
 from vasowave.calibration.calibrate import NUMERICS
 from vasowave.model.blood import Blood
 from vasowave.model.numerics import Numerics
@@ -114,9 +114,9 @@ def _fits(
     blood: Blood | None,
     numerics: Numerics | None,
     progress: Progress | None,
-) -> list[list[Fit]]:
+) -> list[list[CalibratedModel]]:
     """Return the fits of all wall laws for each choice of a network and a search."""
-    groups: list[list[Fit]] = [[] for _ in choices]
+    groups: list[list[CalibratedModel]] = [[] for _ in choices]
     blood, numerics = blood or Blood(), numerics or NUMERICS
     for i, (network, search) in enumerate(choices):
         for wall in walls:
@@ -126,7 +126,7 @@ def _fits(
     return groups
 
 
-def answers(fits: Sequence[Fit], covariance: str = "circulant") -> pd.DataFrame:
+def answers(fits: Sequence[CalibratedModel], covariance: str = "circulant") -> pd.DataFrame:
     """One row for each fit of one recording, indexed by ``wall``; columns as in `answers_by_harmonics`."""
     table = pd.DataFrame([answer(fit) for fit in fits], index=pd.Index([fit.wall for fit in fits], name="wall"))
     if len(fits) > 1:
@@ -136,7 +136,7 @@ def answers(fits: Sequence[Fit], covariance: str = "circulant") -> pd.DataFrame:
     return table
 
 
-def answer(fit: Fit) -> dict[str, float]:
+def answer(fit: CalibratedModel) -> dict[str, float]:
     """What a fit says, each number with its unit in its name."""
     values = derived(fit.model, fit.recording.mean_pressure)
     return {

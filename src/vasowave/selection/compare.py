@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from vasowave.calibration.result import Fit
+from vasowave.calibration.result import CalibratedModel
 from vasowave.errors import InputError
 from vasowave.noise.fitting import NOISE, fit_noise
 from vasowave.recording import resample
@@ -41,7 +41,7 @@ class Comparing(NamedTuple):
 
 
 def compare_models(
-    fits: Sequence[Fit],
+    fits: Sequence[CalibratedModel],
     how: Comparing | None = None,
     *,
     samples: int | None = 512,
@@ -51,7 +51,7 @@ def compare_models(
 
     Parameters
     ----------
-    fits : sequence of Fit
+    fits : sequence of CalibratedModel
         Of one recording, one for each wall law.
     how : Comparing, optional
         Noise models, regularization, seed.
@@ -139,7 +139,7 @@ def compare_residuals(
     )
 
 
-def _check_fits(fits: Sequence[Fit]) -> None:
+def _check_fits(fits: Sequence[CalibratedModel]) -> None:
     walls = [fit.wall for fit in fits]
     if len(set(walls)) < 2 or len(set(walls)) != len(walls):
         raise InputError(f"a comparison needs fits of different wall laws; given: {', '.join(walls) or 'none'}")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vasowave.calibration.result import Fit
+from vasowave.calibration.result import CalibratedModel
 from vasowave.calibration.uncertainty import WIDEST, undetermined
 from vasowave.descriptions import NORMAL
 from vasowave.model.laws import full_name
@@ -22,7 +22,7 @@ _NEAR = 0.5
 """Standard errors between the exponent and the linear law, below which the law tells nothing of the interval's end."""
 
 
-def profiled(fits: Sequence[Fit]) -> list[Fit]:
+def profiled(fits: Sequence[CalibratedModel]) -> list[CalibratedModel]:
     """Return the fits of one recording; the interval of an exponent ends, on the linear law's side, by the likelihood.
 
     The fit of the linear law is the point of the exponent's profile at which the law is the linear one, so its S says
@@ -36,7 +36,7 @@ def profiled(fits: Sequence[Fit]) -> list[Fit]:
     return [fit if linear is None else _toward(fit, linear) for fit in fits]
 
 
-def _toward(fit: Fit, linear: Fit) -> Fit:
+def _toward(fit: CalibratedModel, linear: CalibratedModel) -> CalibratedModel:
     name, at = _linear_at(fit)
     if not name or fit.N != linear.N:
         return fit
@@ -57,19 +57,19 @@ def _toward(fit: Fit, linear: Fit) -> Fit:
     return replace(fit, parameters=table, findings=(*(one for one in fit.findings if one not in old), *new))
 
 
-def _linear_at(fit: Fit) -> Any:
+def _linear_at(fit: CalibratedModel) -> Any:
     """Return the parameter that says how the wall stiffens, and where its law is the linear one; "" if none does."""
     law = type(fit.model.wall)
     name, at = law.law().linear_at or ("", 0.0)
     return name and full_name(law, name), at
 
 
-def stiffening(fit: Fit) -> xr.Dataset | None:
+def stiffening(fit: CalibratedModel) -> xr.Dataset | None:
     """Return what a fit says about how the wall stiffens; None if its law has no parameter for that.
 
     Parameters
     ----------
-    fit : Fit
+    fit : CalibratedModel
         With a law that states at which value of which parameter it is the linear one (`Law.linear_at`): the power law's
         exponent m, 1/2.
 

@@ -42,7 +42,7 @@ OPTIONS = WHOLE | {"forceinline": True, "no_cpython_wrapper": True}
 """How the parts of a kernel are compiled, which only kernels call."""
 
 
-class Fluid(NamedTuple):
+class FluidConstants(NamedTuple):
     """Blood in the units of the model: density (mmHg s²/cm²) and drag (k0 + k1 √A)/A, 1/s, of the flow."""
 
     inertia: float

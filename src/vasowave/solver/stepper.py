@@ -10,7 +10,7 @@ from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.recording.cycle import resample
 from vasowave.solver import cycle as cycles
 from vasowave.solver.beds import bed_steps
-from vasowave.solver.cells import Faces, Fluid, Fluxes
+from vasowave.solver.cells import Faces, FluidConstants, Fluxes
 from vasowave.solver.failures import left_law, no_balance, too_steep
 from vasowave.solver.grid import Grid
 from vasowave.solver.nodes import make_node_states
@@ -48,7 +48,7 @@ class Stepper:
         self.behind = None if grid.model.outlet_pulsation is None else behind_in_time(grid.model, steps, inflow.period)
         blood = grid.model.blood
         friction = blood.friction.coefficients(blood.viscosity, inflow.period)
-        self.fluid = Fluid(blood.inertia, *friction)
+        self.fluid = FluidConstants(blood.inertia, *friction)
         cells = grid.cells(dt, friction)
         faces = grid.faces(dt) if grid.model.changing.any() else cells
         self.parts = grid.vessels, cells, faces, grid.ends(dt, inflow.period)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.errors import NumericalError
-from vasowave.findings import Finding, Kind, Value, look_kind
+from vasowave.findings import Finding, FindingKind, Value, look_kind
 from vasowave.model import walls
 from vasowave.model.model import Model
 from vasowave.solver.grid import Grid
@@ -167,5 +167,5 @@ def notes_of_beds(model: Model, period: float) -> tuple[Finding, ...]:
     return (BED_MISSED(percent=100 * float(missed[worst])).at(vessel=name),)
 
 
-def _of(which: Kind, extreme: Extreme, **values: Value) -> Finding:
+def _of(which: FindingKind, extreme: Extreme, **values: Value) -> Finding:
     return which(value=extreme.value, time=extreme.time, **values).at(vessel=extreme.vessel)

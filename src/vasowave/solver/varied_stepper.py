@@ -9,7 +9,7 @@ from vasowave.errors import InputError
 from vasowave.model.numerics import Numerics
 from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.solver.beds import bed_steps
-from vasowave.solver.cells import Fluid, Fluxes
+from vasowave.solver.cells import FluidConstants, Fluxes
 from vasowave.solver.changing_variations import Carried, Carrying
 from vasowave.solver.direction import Direction
 from vasowave.solver.grid import Changing, Grid
@@ -131,7 +131,7 @@ def _weights(directions: Sequence[Direction], places: Sequence[tuple[np.ndarray,
     )
 
 
-def _drags(grid: Grid, directions: Sequence[Direction], fluid: Fluid) -> np.ndarray:
+def _drags(grid: Grid, directions: Sequence[Direction], fluid: FluidConstants) -> np.ndarray:
     """Return the relative changes of the drag along cells, shape (direction, slot); 0 where no vessel changes."""
     drags = np.zeros((len(directions), len(grid.vessel)))
     if grid.changing is not None:

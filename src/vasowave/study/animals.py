@@ -18,7 +18,7 @@ from vasowave.inference.known_errors import SHARED, KnownErrors
 from vasowave.io.columns import Columns, NoRowsError, number, read_columns, split_unit
 from vasowave.model.blood import relative_to_usual
 from vasowave.study.names import checked_name
-from vasowave.study.problems import UNREADABLE, Problem, unreadable
+from vasowave.study.problems import UNREADABLE, StudyProblem, unreadable
 from vasowave.study.rows import COLUMNS, ERRORS, NEEDED, NUMBERS, AnimalRow, field_of
 
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]",
@@ -95,7 +95,9 @@ SMALL_GROUP = look_kind(
 )
 
 
-def read_animals(path: Path, groups: Sequence[str] | None, subject: str = "") -> tuple[list[AnimalRow], list[Problem]]:
+def read_animals(
+    path: Path, groups: Sequence[str] | None, subject: str = ""
+) -> tuple[list[AnimalRow], list[StudyProblem]]:
     """Return the animals whose rows are understood, and everything that is wrong or odd in the table.
 
     Parameters
@@ -110,14 +112,14 @@ def read_animals(path: Path, groups: Sequence[str] | None, subject: str = "") ->
     try:
         table = read_columns(path)
     except NoRowsError:
-        return [], [Problem(NO_ANIMALS().at(str(path)))]
+        return [], [StudyProblem(NO_ANIMALS().at(str(path)))]
     except InputError as error:
         return [], [unreadable(error)]
     if len(table.cells) > MAX_ROWS:
-        return [], [Problem(TOO_MANY(rows=len(table.cells), most=MAX_ROWS).at(str(path)))]
+        return [], [StudyProblem(TOO_MANY(rows=len(table.cells), most=MAX_ROWS).at(str(path)))]
     titles = [f"{name} [{unit}]" if unit else name for name, unit in zip(table.names, table.units, strict=True)]
     where, own, problems = _columns(path, titles)
-    problems += [Problem(suspicion.at(str(path))) for suspicion in table.suspicions]
+    problems += [StudyProblem(suspicion.at(str(path))) for suspicion in table.suspicions]
     if any(problem.error for problem in problems):
         return [], problems
     rows = []
@@ -143,7 +145,7 @@ def variables_of(rows: Sequence[AnimalRow]) -> tuple[Variable, ...]:
     return tuple(Variable.of(title, {row.animal: row.own.get(title, "") for row in rows}) for title in titles)
 
 
-def _slips(path: Path, rows: Sequence[AnimalRow], subject: str) -> list[Problem]:
+def _slips(path: Path, rows: Sequence[AnimalRow], subject: str) -> list[StudyProblem]:
     """Return what is wrong or looks like a slip in the columns that are the lab's own."""
     problems, groups = [], {row.animal: row.group for row in rows}
     subjects = {row.animal: row.own.get(subject, "") for row in rows}
@@ -161,17 +163,17 @@ def _slips(path: Path, rows: Sequence[AnimalRow], subject: str) -> list[Problem]
     return problems
 
 
-def _placed(slip: Finding, title: str, rows: Sequence[AnimalRow]) -> Problem:
+def _placed(slip: Finding, title: str, rows: Sequence[AnimalRow]) -> StudyProblem:
     """Return a slip with the lines of the rows that hold its word, if it is about one, or that hold none."""
     values = dict(slip.values)
     word = "" if slip.code == GAPS.code else values.get("rare", values.get("value"))
     known = slip.code == GAPS.code or slip.place.animal
     lines = [row.line for row in rows if known and row.own.get(title, "") == word]
     first, *others = lines or [0]
-    return Problem(slip.at(line=first, animal=""), same=tuple(others))
+    return StudyProblem(slip.at(line=first, animal=""), same=tuple(others))
 
 
-def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, int], list[Problem]]:
+def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, int], list[StudyProblem]]:
     """Return where each known column stands, and each that is the lab's own."""
     known = {title.lower(): title for title in COLUMNS}
     plainly = {split_unit(title)[0].lower(): title for title in COLUMNS}
@@ -196,12 +198,12 @@ def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, i
         else:
             where[known[plain]] = i
     problems += [NO_COLUMN(name=name).at(str(path), part="header") for name in NEEDED if name not in where]
-    return where, own, list(map(Problem, problems))
+    return where, own, list(map(StudyProblem, problems))
 
 
 def _row(
     table: Columns, at: int, where: dict[str, int], own: dict[str, int], groups: Sequence[str] | None
-) -> tuple[AnimalRow | None, list[Problem]]:
+) -> tuple[AnimalRow | None, list[StudyProblem]]:
     line = table.lines[at]
     cell = dict.fromkeys(COLUMNS, "") | {title: table.cells[at][i].strip() for title, i in where.items()}
 
@@ -216,7 +218,7 @@ def _row(
 
 def read_row(
     given: Mapping[str, str], folder: Path, groups: Sequence[str] | None, place: Callable[[str], Place], line: int = 0
-) -> tuple[AnimalRow | None, list[Problem]]:
+) -> tuple[AnimalRow | None, list[StudyProblem]]:
     """Return one animal from the text of its cells, None if they hold an error, and everything wrong or odd.
 
     Parameters
@@ -234,10 +236,10 @@ def read_row(
     """
     cell = dict.fromkeys(COLUMNS, "") | dict(given)
     cell |= {title: unicodedata.normalize("NFC", cell[title]) for title in ("animal", "group")}
-    wrong: list[Problem] = []
+    wrong: list[StudyProblem] = []
 
     def say(title: str, finding: Finding) -> None:
-        wrong.append(Problem(finding.placed(place(title)), also=(cell["animal"],)))
+        wrong.append(StudyProblem(finding.placed(place(title)), also=(cell["animal"],)))
 
     kind = cell["kind"].lower() or _implied_kind(cell)
     _check_words(cell, kind, groups, say)
@@ -275,7 +277,7 @@ def read_row(
 
 def read_half_row(
     cells: Mapping[str, str], folder: Path, groups: Sequence[str]
-) -> tuple[AnimalRow | None, list[Problem]]:
+) -> tuple[AnimalRow | None, list[StudyProblem]]:
     """Return `read_row` of a row whose network and group may still be empty: what its recording tells needs neither."""
     filled = {**cells, "network": cells.get("recording", ""), "group": groups[0]}
     return read_row(filled, folder, None, lambda _: NOWHERE)
@@ -365,21 +367,21 @@ def _missing(file: Path, name: str) -> Finding:
     return NO_FILE(name=name, hint=did_you_mean(file.name, [beside.name for beside in file.parent.iterdir()]))
 
 
-def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[Problem]:
+def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[StudyProblem]:
     duplicates = []
     first: dict[str, AnimalRow] = {}
     for row in rows:
         other = first.setdefault(row.animal.casefold(), row)
         if other is not row:
             twice = ANIMAL_TWICE(name=row.animal, other=other.line)
-            duplicates.append(Problem(twice.at(str(path), line=row.line, part="column 'animal'")))
+            duplicates.append(StudyProblem(twice.at(str(path), line=row.line, part="column 'animal'")))
     return duplicates
 
 
-def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str]) -> list[Problem]:
+def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str]) -> list[StudyProblem]:
     problems = []
     for label in groups:
         size = sum(row.group == label for row in rows)
         if size < 2:
-            problems.append(Problem(SMALL_GROUP(group=label, many=("no", "one")[size]).at(str(path))))
+            problems.append(StudyProblem(SMALL_GROUP(group=label, many=("no", "one")[size]).at(str(path))))
     return problems

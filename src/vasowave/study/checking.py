@@ -11,21 +11,21 @@ import numpy as np
 from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import InputError, VasowaveError, VasowaveWarning, did_you_mean
-from vasowave.findings import Finding, Kind, Place, Severity, Value, error_kind, look_kind
+from vasowave.findings import Finding, FindingKind, Place, Severity, Value, error_kind, look_kind
 from vasowave.io.textfile import look
 from vasowave.model.law_files import files_of, is_unread, looking_in, plain
 from vasowave.model.laws import find_bed, find_law
 from vasowave.model.nominal import Nominal, estimate_nominal
 from vasowave.quantities import INDICES, QUANTITIES, question_of
 from vasowave.recording import Recording
-from vasowave.recording.same_signal import Trace, are_of_one, trace_of
+from vasowave.recording.same_signal import PressureTrace, are_of_one, trace_of
 from vasowave.study.animals import read_half_row
 from vasowave.study.designing import understood
 from vasowave.study.loading import load_animal, read_measured
 from vasowave.study.overview import AnimalRead, read_of
 from vasowave.study.physiology import blood_findings, physiology_findings
 from vasowave.study.plan import inspect_study
-from vasowave.study.problems import Problem, one_per_cause, unreadable
+from vasowave.study.problems import StudyProblem, one_per_cause, unreadable
 from vasowave.study.programs import without_unread
 from vasowave.study.reading import Document, read_document
 from vasowave.study.rows import AnimalRow
@@ -110,7 +110,7 @@ class Checked(NamedTuple):
     words, if it is in order.
     """
 
-    problems: list[Problem]
+    problems: list[StudyProblem]
     read: list[AnimalRead]
     settings: StudyFile | None
     design: str = ""
@@ -149,13 +149,13 @@ def check_study(path: Path) -> Checked:
     wedged = [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
     if wedged and len(wedged) < len(study.animals):
         some = WEDGE_OF_SOME(count=len(wedged), all=len(study.animals))
-        problems.append(Problem(some.at(str(study.table), part="column 'wedge [mmHg]'")))
+        problems.append(StudyProblem(some.at(str(study.table), part="column 'wedge [mmHg]'")))
     problems += _half_known(study)
     problems += _once([*doubled_animals(study), *_alike(study, cycles), *_of_one_recording(study, traces)])
     return Checked(one_per_cause(problems), read, named.settings, design)
 
 
-def _half_known(study: Study) -> list[Problem]:
+def _half_known(study: Study) -> list[StudyProblem]:
     """Return which recordings cannot be read of rows whose network or group is still to be filled in."""
     try:
         rows = read_rows(study.table).rows
@@ -177,20 +177,20 @@ def _half_known(study: Study) -> list[Problem]:
     return problems
 
 
-def _programs(study: Study, document: Document) -> list[Problem]:
+def _programs(study: Study, document: Document) -> list[StudyProblem]:
     """Return which files beside the study are run as programs."""
     place, fitted = document.place(("calibration", "walls")), study.settings.calibration
     with looking_in(study.folder):
         files = files_of(one for one in (*fitted.walls, fitted.beds) if not is_unread(one))
-    return [Problem(PROGRAM(file=str(one.path)).placed(place)) for one in files]
+    return [StudyProblem(PROGRAM(file=str(one.path)).placed(place)) for one in files]
 
 
-def _settings(study: Study, document: Document) -> list[Problem]:
+def _settings(study: Study, document: Document) -> list[StudyProblem]:
     """Return what is odd about the settings by themselves."""
     calibration, problems = study.settings.calibration, []
 
-    def say(which: Kind, *at: str, **values: Value) -> None:
-        problems.append(Problem(which(key=".".join(at), **values).placed(document.place(at, key=True))))
+    def say(which: FindingKind, *at: str, **values: Value) -> None:
+        problems.append(StudyProblem(which(key=".".join(at), **values).placed(document.place(at, key=True))))
 
     laws = " and ".join(map(plain, calibration.walls))
     kind = calibration.beds, calibration.viscous
@@ -215,11 +215,11 @@ def _settings(study: Study, document: Document) -> list[Problem]:
         say(FEW_STARTS, "calibration", "starts", starts=calibration.starts)
     for one in blood_findings(study.settings.blood):
         at = document.place(("blood", str(dict(one.values)["quantity"])), key=True)
-        problems.append(Problem(one.placed(at)))
+        problems.append(StudyProblem(one.placed(at)))
     return problems
 
 
-def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, place: Place) -> list[Problem]:
+def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, place: Place) -> list[StudyProblem]:
     """Return what is wrong or odd about what the files of one animal hold."""
     settings = animal_settings(study.settings)
     nominal = estimate_nominal(animal.network, animal.recording, settings.blood, find_bed(settings.beds))
@@ -229,10 +229,10 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
         *physiology_findings(values, nominal.time_constant, study.settings.species),
         *_known(row, nominal),
     ]
-    problems = [Problem(one) for one in dict.fromkeys(one.placed(place) for one in found)]
+    problems = [StudyProblem(one) for one in dict.fromkeys(one.placed(place) for one in found)]
     for name, wrong in _bounds(row.animal, animal, nominal, settings).items():
         at = document.place(("calibration", "bounds", name), key=True)
-        problems.append(Problem(wrong.placed(at), also=(row.animal,)))
+        problems.append(StudyProblem(wrong.placed(at), also=(row.animal,)))
     return problems
 
 
@@ -275,7 +275,7 @@ def _bounds(name_of_animal: str, animal: Animal, nominal: Nominal, settings: Set
     return found
 
 
-def doubled_animals(study: Study) -> list[Problem]:
+def doubled_animals(study: Study) -> list[StudyProblem]:
     """Return an error for every file recorded of an animal that is another's too, unless the table says it is meant.
 
     Any stretch of it counts: an animal that is analyzed twice is one, and doubles what a study rests on.
@@ -293,7 +293,7 @@ def doubled_animals(study: Study) -> list[Problem]:
     return problems
 
 
-def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]]) -> Iterator[Problem]:
+def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]]) -> Iterator[StudyProblem]:
     """Yield an error for every animal whose averaged cycle is another's, whatever bytes their files are written in."""
     ordered = sorted(cycles, key=lambda one: one[1].mean_pressure)
     for i, (row, cycle) in enumerate(ordered):
@@ -305,7 +305,7 @@ def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]]) -> Itera
                 yield _doubled(study, late, early, SAME_CYCLE)
 
 
-def _of_one_recording(study: Study, traces: Sequence[tuple[AnimalRow, Trace]]) -> Iterator[Problem]:
+def _of_one_recording(study: Study, traces: Sequence[tuple[AnimalRow, PressureTrace]]) -> Iterator[StudyProblem]:
     """Yield an error for every animal whose signal stands in that of another, exported anew."""
     for late, (row, trace) in enumerate(traces):
         for other, earlier in traces[:late]:
@@ -318,9 +318,9 @@ def _meant(row: AnimalRow, other: AnimalRow) -> bool:
     return row.shared_recording and other.shared_recording
 
 
-def _once(doubled: Sequence[Problem]) -> list[Problem]:
+def _once(doubled: Sequence[StudyProblem]) -> list[StudyProblem]:
     """Return the first that is said of each animal's recording: the same bytes are the same cycle, too."""
-    kept: dict[Place, Problem] = {}
+    kept: dict[Place, StudyProblem] = {}
     for problem in doubled:
         kept.setdefault(problem.place, problem)
     return [*kept.values()]
@@ -333,10 +333,12 @@ def _same_cycle(one: Recording, other: Recording) -> bool:
     )
 
 
-def _doubled(study: Study, row: AnimalRow, other: AnimalRow, which: Kind, title: str = "recording") -> Problem:
+def _doubled(
+    study: Study, row: AnimalRow, other: AnimalRow, which: FindingKind, title: str = "recording"
+) -> StudyProblem:
     found = which(other=other.animal, at=other.line)
     at = found.at(str(study.table), line=row.line, part=f"column '{title}'")
-    return Problem(at, also=(row.animal, other.animal))
+    return StudyProblem(at, also=(row.animal, other.animal))
 
 
 def _contents(paths: Sequence[Path]) -> list[str]:

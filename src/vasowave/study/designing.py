@@ -14,7 +14,7 @@ from vasowave.errors import InputError
 from vasowave.findings import Finding, Place, error_kind, look_kind
 from vasowave.report.wording import listed, some_of
 from vasowave.settings import AT_ODDS
-from vasowave.study.problems import Problem
+from vasowave.study.problems import StudyProblem
 from vasowave.study.rows import AnimalRow
 from vasowave.study.study import Study
 
@@ -50,7 +50,7 @@ SAME_OCCASION = look_kind(
 )  # fmt: skip
 
 
-def design_problems(study: Study, place: Place, whole: bool) -> Iterator[Problem]:
+def design_problems(study: Study, place: Place, whole: bool) -> Iterator[StudyProblem]:
     """Yield what is wrong or odd in the design of a study.
 
     Parameters
@@ -69,7 +69,7 @@ def design_problems(study: Study, place: Place, whole: bool) -> Iterator[Problem
             yield from _unused(study)
     except InputError as error:
         if whole:
-            yield Problem(AT_ODDS(text=str(error)).placed(place))
+            yield StudyProblem(AT_ODDS(text=str(error)).placed(place))
 
 
 def understood(study: Study, whole: bool) -> str:
@@ -90,7 +90,7 @@ def understood(study: Study, whole: bool) -> str:
     return f"{without}{study.layout.text}{_first_word(study)}{_repeats(study)}"
 
 
-def several_groups(study: Study) -> list[Problem]:
+def several_groups(study: Study) -> list[StudyProblem]:
     """Return an error for the subjects that stand in several groups, unless the design says that they do; raises as
     `variables_of`.
     """
@@ -108,7 +108,7 @@ def several_groups(study: Study) -> list[Problem]:
     return [_at(study, found, other.line, str(design.subject), (row for rows in mixed.values() for row in rows))]
 
 
-def _odd(study: Study, place: Place) -> Iterator[Problem]:
+def _odd(study: Study, place: Place) -> Iterator[StudyProblem]:
     """Yield what is odd in a design that can be applied."""
     design, layout = study.settings.design, study.layout
     assert layout is not None
@@ -117,7 +117,7 @@ def _odd(study: Study, place: Place) -> Iterator[Problem]:
     if left < _LEAST_LEFT * len(study.animals):
         of_all.append(FEW_LEFT(animals=len(layout.animals), left=left))
     of_all += _few_degrees(study, layout)
-    yield from (Problem(found.placed(place)) for found in of_all)
+    yield from (StudyProblem(found.placed(place)) for found in of_all)
     if design.subject and not design.occasion and not layout.repeated:
         yield _at(study, SUBJECT_ONCE(subject=design.subject), 0, design.subject)
     if design.subject and design.occasion:
@@ -125,11 +125,11 @@ def _odd(study: Study, place: Place) -> Iterator[Problem]:
     yield from subject_problems(study)
 
 
-def _unused(study: Study) -> Iterator[Problem]:
+def _unused(study: Study) -> Iterator[StudyProblem]:
     """Yield what stands in columns that look like units or confounders and that the design does not name."""
     columns, members = {one.name: one for one in study.variables}, {row.animal: row.group for row in study.animals}
     for found in unused_columns(columns, study.settings.design, members, study.settings.groups):
-        yield Problem(found.at(str(study.table)))
+        yield StudyProblem(found.at(str(study.table)))
 
 
 def _few_degrees(study: Study, layout: Layout) -> Iterator[Finding]:
@@ -147,7 +147,7 @@ def _few_degrees(study: Study, layout: Layout) -> Iterator[Finding]:
             yield FEW_DEGREES(effects="; ".join(effects), freedom=freedom, rows=rows, times=times, many=many)
 
 
-def _odd_occasions(study: Study, subject: str, occasion: str) -> Iterator[Problem]:
+def _odd_occasions(study: Study, subject: str, occasion: str) -> Iterator[StudyProblem]:
     """Yield what is odd of subjects and their occasions."""
     when = {one.name: one for one in study.variables}[occasion].levels
     times: dict[tuple[str, str], list[AnimalRow]] = {}
@@ -176,9 +176,9 @@ def _lines(rows: Sequence[AnimalRow]) -> str:
     return f"line{'s' if len(rows) > 1 else ''} {listed([str(row.line) for row in rows])}"
 
 
-def _at(study: Study, found: Finding, line: int, column: str, rows: Iterable[AnimalRow] = ()) -> Problem:
+def _at(study: Study, found: Finding, line: int, column: str, rows: Iterable[AnimalRow] = ()) -> StudyProblem:
     part = f"column '{column}'"
-    return Problem(found.at(str(study.table), line=line, part=part), also=tuple(row.animal for row in rows))
+    return StudyProblem(found.at(str(study.table), line=line, part=part), also=tuple(row.animal for row in rows))
 
 
 def _first_word(study: Study) -> str:
@@ -226,13 +226,13 @@ def rows_of_subjects(study: Study) -> dict[str, list[AnimalRow]]:
     return found
 
 
-def subject_problems(study: Study) -> list[Problem]:
+def subject_problems(study: Study) -> list[StudyProblem]:
     """Return what is wrong or odd about the rows of each subject of a study's design."""
     own = rows_of_subjects(study)
     return [*_varying(study, own), *_missing(study, own)]
 
 
-def _varying(study: Study, own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[Problem]:
+def _varying(study: Study, own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[StudyProblem]:
     """Yield animals whose rows differ in a category that is one for each of most animals, and so their property."""
     design = study.settings.design
     for column in (one for one in study.variables if one.name in (*design.covariates, *design.blocks)):
@@ -250,11 +250,11 @@ def _varying(study: Study, own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[P
             first = next(iter(said[name]))
             words = " and ".join(f"{column.name} '{word}' in line {line}" for line, word in said[name].items())
             found = VARIES(subject=str(design.subject), name=name, said=words)
-            yield Problem(found.at(str(study.table), line=first, part=f"column '{column.label}'"),
+            yield StudyProblem(found.at(str(study.table), line=first, part=f"column '{column.label}'"),
                           also=tuple(row.animal for row in own[name]))  # fmt: skip
 
 
-def _missing(study: Study, own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[Problem]:
+def _missing(study: Study, own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[StudyProblem]:
     """Yield animals without an occasion that others of their group have, a problem for each occasion."""
     design = study.settings.design
     times = {one.name: one for one in study.variables}.get(design.occasion or "")
@@ -273,4 +273,4 @@ def _missing(study: Study, own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[P
             found = NO_OCCASION(subject=str(design.subject), names=", ".join(lacking), level=level,
                                 have="has" if len(lacking) == 1 else "have", occasion=times.name)  # fmt: skip
             place = {"line": lines[0], "part": f"column '{times.label}'"}
-            yield Problem(found.at(str(study.table), **place), same=tuple(lines[1:]))
+            yield StudyProblem(found.at(str(study.table), **place), same=tuple(lines[1:]))

@@ -15,7 +15,7 @@ from vasowave.runtime.kept import digest_of
 from vasowave.stores import parsed_as, stored
 from vasowave.study.animals import read_animals
 from vasowave.study.designing import design_problems
-from vasowave.study.problems import Problem, refuse
+from vasowave.study.problems import StudyProblem, refuse
 from vasowave.study.programs import NOT_RUN, programs_not_run
 from vasowave.study.reading import read_settings, study_path
 from vasowave.study.settings import StudyFile
@@ -25,7 +25,7 @@ RECORD = "declared.json"
 """What a study declared to compare, with times: written when it is first found in order, or run."""
 
 
-def inspect_study(path: Path) -> tuple[Study | None, list[Problem]]:
+def inspect_study(path: Path) -> tuple[Study | None, list[StudyProblem]]:
     """Return the study (None if there are errors) and everything that is wrong or odd in its two files.
 
     Animals with an error in their row are left out of a study with errors.

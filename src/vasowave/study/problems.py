@@ -12,7 +12,7 @@ UNREADABLE = error_kind("study.unreadable", "{text}")
 
 
 @dataclass(frozen=True)
-class Problem:
+class StudyProblem:
     """One thing that is wrong or odd.
 
     Attributes
@@ -52,33 +52,33 @@ class Problem:
         return ": ".join(filter(None, (str(self.place), str(self.finding)))) + (lines if self.same else "")
 
 
-def unreadable(error: VasowaveError, place: Place = NOWHERE, files: Iterable[Path] = ()) -> Problem:
+def unreadable(error: VasowaveError, place: Place = NOWHERE, files: Iterable[Path] = ()) -> StudyProblem:
     """Return the problem that an error is."""
-    return Problem(UNREADABLE(text=str(error)).placed(place), tuple(map(str, files)))
+    return StudyProblem(UNREADABLE(text=str(error)).placed(place), tuple(map(str, files)))
 
 
-def one_per_cause(problems: Iterable[Problem]) -> list[Problem]:
+def one_per_cause(problems: Iterable[StudyProblem]) -> list[StudyProblem]:
     """Return the problems; those that differ in line, animal or file alone are one, at the place of the first."""
-    groups: dict[Finding, list[Problem]] = {}
+    groups: dict[Finding, list[StudyProblem]] = {}
     for problem in problems:
         groups.setdefault(_cause(problem), []).append(problem)
     return [_joined(*group) for group in groups.values()]
 
 
-def _joined(first: Problem, *others: Problem) -> Problem:
+def _joined(first: StudyProblem, *others: StudyProblem) -> StudyProblem:
     lines = dict.fromkeys(one.place.line for one in others)
     also = (name for one in (first, *others) for name in one.animals)
     return replace(first, same=tuple(line for line in lines if line not in (0, first.place.line)), also=tuple(also))
 
 
-def _cause(problem: Problem) -> Finding:
+def _cause(problem: StudyProblem) -> Finding:
     cause = problem.finding.at(line=0, animal="")
     for file in problem.files:
         cause = cause.inside(file)
     return cause
 
 
-def refuse(problems: Iterable[Problem]) -> None:
+def refuse(problems: Iterable[StudyProblem]) -> None:
     """Raise one `InputError` that lists every error among `problems`."""
     errors = [str(problem) for problem in one_per_cause(problems) if problem.error]
     if len(errors) == 1:

@@ -11,7 +11,7 @@ from vasowave.io.textfile import read_bytes
 from vasowave.io.trusted import allow, is_allowed
 from vasowave.model.law_files import ALLOW, LawFile, files_of, is_unread, looking_in, named, remember
 from vasowave.stores import parsed
-from vasowave.study.problems import Problem
+from vasowave.study.problems import StudyProblem
 from vasowave.study.reading import Document, read_document, study_path
 from vasowave.study.results import INDEX
 from vasowave.study.settings import StudyFile
@@ -97,12 +97,12 @@ def is_trusted(study: Path, program: LawFile) -> bool:
     return is_allowed(study_path(Path(study)).parent, program.source)
 
 
-def programs_not_run(settings: StudyFile, document: Document) -> list[Problem]:
+def programs_not_run(settings: StudyFile, document: Document) -> list[StudyProblem]:
     """Return which programs of a study that was just read nobody has allowed to run."""
     place, folder = document.place(("calibration", "walls")), Path(document.name).parent
     with looking_in(folder):
         files = files_of(one for one in (*settings.calibration.walls, settings.calibration.beds) if is_unread(one))
-    return [Problem(NOT_RUN(file=one.path).placed(place)) for one in files]
+    return [StudyProblem(NOT_RUN(file=one.path).placed(place)) for one in files]
 
 
 def without_unread(settings: StudyFile, folder: Path) -> StudyFile:

@@ -21,7 +21,7 @@ from vasowave.io.textfile import regular_file
 from vasowave.model.law_files import is_unread, looking_in, named
 from vasowave.model.laws import find_bed, find_law
 from vasowave.settings import is_true, read_values, settings_of, unknown_word
-from vasowave.study.problems import Problem
+from vasowave.study.problems import StudyProblem
 from vasowave.study.settings import StudyFile
 
 STUDY_FILE = "study.yaml"
@@ -68,13 +68,13 @@ class Document:
         What messages call the file.
     values : mapping
         Nested mappings and lists of text or None.
-    problems : list of Problem
+    problems : list of StudyProblem
         What could not be understood.
     """
 
     name: str
     values: dict[str, Any] = field(default_factory=dict)
-    problems: list[Problem] = field(default_factory=list)
+    problems: list[StudyProblem] = field(default_factory=list)
     _keys: dict[Path_, tuple[int, int]] = field(default_factory=dict)
     _values: dict[Path_, tuple[int, int]] = field(default_factory=dict)
 
@@ -95,7 +95,7 @@ class Document:
 
     def say(self, finding: Finding, place: Place) -> None:
         """Add what was found at a place to the problems."""
-        self.problems.append(Problem(finding.placed(place)))
+        self.problems.append(StudyProblem(finding.placed(place)))
 
 
 def read_document(path: Path) -> Document:
@@ -251,7 +251,7 @@ def too_long(folder: Path) -> int | None:
     return None
 
 
-def parse_settings(raw: bytes, name: str = STUDY_FILE) -> tuple[StudyFile | None, list[Problem]]:
+def parse_settings(raw: bytes, name: str = STUDY_FILE) -> tuple[StudyFile | None, list[StudyProblem]]:
     """Return the settings (None if there are errors) and what is wrong; never raises."""
     document = parse_document(raw, name)
     return validated(document), document.problems
@@ -271,7 +271,7 @@ def validated(document: Document) -> StudyFile | None:
     return None if document.problems else settings
 
 
-def _unknown_parameters(document: Document) -> list[Problem]:
+def _unknown_parameters(document: Document) -> list[StudyProblem]:
     """Return the parameters under ``bounds`` and ``fixed`` that no wall law of the study, nor any of ours, has."""
     calibration = document.values.get("calibration")
     if not isinstance(calibration, dict):
@@ -289,7 +289,7 @@ def _unknown_parameters(document: Document) -> list[Problem]:
             if name not in known and not (unread and "." in name):
                 at = ["calibration", section]
                 unknown = unknown_word(at, name, known)
-                problems.append(Problem(unknown.placed(document.place([*at, name], key=True))))
+                problems.append(StudyProblem(unknown.placed(document.place([*at, name], key=True))))
     return problems
 
 

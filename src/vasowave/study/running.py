@@ -24,7 +24,7 @@ from vasowave.study.programs import refuse_unread
 from vasowave.study.results import ANIMALS, read_results, write_results
 from vasowave.study.run_status import RunRecord, running
 from vasowave.study.settings import animal_settings
-from vasowave.study.store import SEARCHES, Store, read_journal, remove_journals
+from vasowave.study.store import SEARCHES, ResultStore, read_journal, remove_journals
 from vasowave.study.study import Study
 
 _ON_CLUSTER = 256  # animals that are handed to a cluster at once
@@ -143,7 +143,7 @@ def analyze_study(
     tell_blood(study.settings.blood)
     for place in (study.results, study.results / ANIMALS):
         remove_parts(place)  # of a run that was killed while it wrote its results
-    store = Store(study.results)
+    store = ResultStore(study.results)
     pressures: dict[str, float] = {}
     pieces, jobs, why = _plan(study, store, pressures)
     kept = tuple(pieces)
@@ -206,7 +206,7 @@ def run_alone(run: RunRecord, study: Study, progress: FitProgress | None = None)
     (row,) = study.animals
     tell_blood(study.settings.blood)
     run.write(stage="computing")
-    store = Store(study.results)
+    store = ResultStore(study.results)
     pieces, jobs, why = _plan(study, store, {})
     if why:
         raise InputError(why[row.animal])
@@ -266,7 +266,9 @@ def _write(
     return index, failures, {name: looks for name, (_, looks) in told.items() if looks}
 
 
-def _plan(study: Study, store: Store, pressures: dict[str, float]) -> tuple[dict[str, Path], list[Job], dict[str, str]]:
+def _plan(
+    study: Study, store: ResultStore, pressures: dict[str, float]
+) -> tuple[dict[str, Path], list[Job], dict[str, str]]:
     """Return the animals that are known already, those to compute, and those whose files cannot be read, with why.
 
     Of every animal that is read for its computation, `pressures` gets the measured mean pressure, mmHg.

@@ -67,7 +67,7 @@ def key_of(what: Any, files: Iterable[tuple[str, Path]]) -> str:
     return digest_of(source_digest(), what, [(role, look(path).sha256) for role, path in files])[:_DIGITS]
 
 
-class Store:
+class ResultStore:
     """The folder of finished pieces in that of the results. One program at a time may write to it (see `locked`).
 
     It is made if missing; unfinished files of an earlier program are removed.

@@ -9,7 +9,7 @@ from vasowave.species import SPECIES
 from vasowave.study.checking import TWICE, check_study
 from vasowave.study.overview import HEADER
 from vasowave.study.plan import inspect_study
-from vasowave.study.problems import Problem
+from vasowave.study.problems import StudyProblem
 from vasowave.study.programs import is_trusted, programs_of
 from vasowave.study.reporting import REPORT_FOLDER
 from vasowave.study.rows import COLUMNS, NEEDED
@@ -100,7 +100,7 @@ def outdated(desk: Desk) -> list[str]:
     return _outdated(desk, {one.animal: one for one in study_status(study).animals}) if study is not None else []
 
 
-def _problem(one: Problem, rows: list[dict[str, str]]) -> dict[str, Any]:
+def _problem(one: StudyProblem, rows: list[dict[str, str]]) -> dict[str, Any]:
     """Return a problem as the page shows it: beside its cell, with what mends it where one click can."""
     place = one.place
     column = next((title for title in COLUMNS if place.part == f"column '{title}'"), "")
@@ -111,7 +111,7 @@ def _problem(one: Problem, rows: list[dict[str, str]]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _remedies(one: Problem, column: str) -> list[dict[str, Any]]:
+def _remedies(one: StudyProblem, column: str) -> list[dict[str, Any]]:
     """Return what mends a problem at a click, as messages to `actions.act`."""
     code, names = one.finding.code, one.animals
     if code in TWICE:

@@ -7,7 +7,7 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.imaging.read.formats import VOLUMES
 from vasowave.imaging.read.volume import VOXELS, Image, Volume
-from vasowave.io.apart import Answer, read_apart
+from vasowave.io.apart import ReaderAnswer, read_apart
 from vasowave.io.textfile import regular_file
 
 
@@ -62,10 +62,10 @@ def _checked(path: Path, spacing: float | None) -> Path:
     return path
 
 
-def image_in(path: Path) -> Answer:
+def image_in(path: Path) -> ReaderAnswer:
     """Return spacing, origin and axes of an image, and its grey levels."""
     image: Image = VOLUMES.of(path).read(path)
-    return Answer([one.tolist() for one in (image.spacing, image.origin, image.axes)], [image.grey])
+    return ReaderAnswer([one.tolist() for one in (image.spacing, image.origin, image.axes)], [image.grey])
 
 
 def _header_of(path: Path) -> Path:

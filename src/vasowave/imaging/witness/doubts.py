@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from vasowave.findings import Finding, Kind, Severity, kind, note_kind, warn
+from vasowave.findings import Finding, FindingKind, Severity, kind, note_kind, warn
 from vasowave.network.network import Network
 
 About = Literal["topology", "length", "radius", "loop"]
@@ -31,7 +31,7 @@ _CODES: set[str] = set()
 _GRADES = {severity: grade for grade, severity in _SEVERITIES.items()}
 
 
-def doubt_kind(code: str, grade: Grade, text: str, remedy: str = "") -> Kind:
+def doubt_kind(code: str, grade: Grade, text: str, remedy: str = "") -> FindingKind:
     """Declare a kind of finding that a doubt is made of; its text begins with the grade, unless that is what every
     warning asks for: a look. Raises as `kind`.
     """

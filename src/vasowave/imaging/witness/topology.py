@@ -7,7 +7,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from vasowave.findings import Kind, Value, note_kind, warn
+from vasowave.findings import FindingKind, Value, note_kind, warn
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.places import written
 from vasowave.imaging.tree import Line, Tree, clear_stretches
@@ -158,7 +158,7 @@ def _nearest(tree: Tree, places: np.ndarray) -> list[int]:
     return sorted({int(tree.owner[at]) for at in gaps})
 
 
-def _doubt(kind: Kind, tree: Tree, rows: list[int], **values: Value) -> Doubt:
+def _doubt(kind: FindingKind, tree: Tree, rows: list[int], **values: Value) -> Doubt:
     """Return a doubt about the vessels in `rows`, which are shown by their ends."""
     found = kind(vessels=", ".join(_names(rows)), **values)
     return Doubt("topology", found, _names(rows), np.array([tree.lines[row].points[-1] for row in rows]))

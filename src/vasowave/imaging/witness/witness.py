@@ -6,7 +6,7 @@ from statistics import NormalDist
 import numpy as np
 from scipy.spatial import cKDTree
 
-from vasowave.findings import Kind
+from vasowave.findings import FindingKind
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.tree import Tree, free_stretches
@@ -145,7 +145,7 @@ def _unsettled(measured: Measurement) -> list[Doubt]:
     lengths = ~(SURE * measured.length_sd <= LENGTH * network.length)
     radii = ~(deviations * measured.radius_sd <= RADIUS * network.radius)
     sure = {"share": RADIUS, "deviations": float(deviations)}
-    found: list[tuple[About, np.ndarray, Kind, dict[str, float]]] = [
+    found: list[tuple[About, np.ndarray, FindingKind, dict[str, float]]] = [
         ("length", lengths, UNSURE_LENGTH, {"share": LENGTH, "deviations": SURE}),
         ("radius", radii & measured.reliable, UNSURE_RADIUS, sure),
         ("radius", ~measured.reliable, NO_RADIUS, {}),
@@ -181,7 +181,7 @@ def _uneven(measured: Measurement, misfit: np.ndarray) -> list[Doubt]:
     return doubts
 
 
-def _doubt(measured: Measurement, about: About, rows: np.ndarray, which: Kind, **values: float) -> Doubt:
+def _doubt(measured: Measurement, about: About, rows: np.ndarray, which: FindingKind, **values: float) -> Doubt:
     names = tuple(measured.network.name[row] for row in np.flatnonzero(rows))
     places = [line.points[len(line) // 2] for line, taken in zip(measured.tree.lines, rows, strict=True) if taken]
     return Doubt(about, which(vessels=", ".join(names), **values), names, np.array(places))

@@ -26,7 +26,7 @@ _COMPARATIVES = {
 """How a higher and a lower value are called, and of what where that is not the quantity itself."""
 
 
-class Standing(StrEnum):
+class Evidence(StrEnum):
     """What the animals say of an effect."""
 
     SHOWN = "shown"
@@ -35,19 +35,19 @@ class Standing(StrEnum):
     UNTESTED = "without p"
 
 
-def standing(row: pd.Series) -> Standing:
+def standing(row: pd.Series) -> Evidence:
     """Return what the animals say of an effect."""
     if row["untested"]:
-        return Standing.UNTESTED
+        return Evidence.UNTESTED
     if row["p"] < LIMIT:
-        return Standing.SHOWN
-    return Standing.SMALL if row["low"] >= SMALL[0] and row["high"] <= SMALL[1] else Standing.OPEN
+        return Evidence.SHOWN
+    return Evidence.SMALL if row["low"] >= SMALL[0] and row["high"] <= SMALL[1] else Evidence.OPEN
 
 
-def by_standing(rows: pd.DataFrame) -> dict[Standing, pd.DataFrame]:
+def by_standing(rows: pd.DataFrame) -> dict[Evidence, pd.DataFrame]:
     """Return the rows of each standing that has any."""
     each = rows.apply(standing, axis=1)
-    return {one: rows[each == one] for one in Standing if (each == one).any()}
+    return {one: rows[each == one] for one in Evidence if (each == one).any()}
 
 
 def where(row: pd.Series, averaged: bool) -> tuple[str, str]:
@@ -134,11 +134,11 @@ def numbers(rows: pd.DataFrame, called: Called, mark: Mark, between: str) -> lis
     return said
 
 
-def _headed(what: Standing, rows: pd.DataFrame, source: str, between: str) -> str:
+def _headed(what: Evidence, rows: pd.DataFrame, source: str, between: str) -> str:
     whence = f"by the model ({source} wall)"
     if source == "measured":
         whence = "" if question_of(rows.iloc[0]["quantity"]) == question_of("mPAP") else "without any image"
-    start = {Standing.SHOWN: "", Standing.SMALL: f"{Standing.SMALL} {limit(rows)}"}.get(what, str(what))
+    start = {Evidence.SHOWN: "", Evidence.SMALL: f"{Evidence.SMALL} {limit(rows)}"}.get(what, str(what))
     text = ", ".join(filter(None, (f"{start} {between}".strip() if start else "", whence))) or "measured"
     return f"{text[0].upper()}{text[1:]}"
 

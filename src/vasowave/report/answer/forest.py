@@ -10,7 +10,7 @@ from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.primary import Family, Primary
 from vasowave.cohort.table import column, rows_of
-from vasowave.figures.forest import Dot, Point, Row
+from vasowave.figures.forest import Dot, ForestRow, Point
 from vasowave.figures.style import short
 from vasowave.io.columns import split_unit
 from vasowave.quantities import INDICES, question_of
@@ -26,7 +26,7 @@ _MAX_LETTERS = 38  # of a line above rows
 _MAX_LABEL = 31  # letters of a quantity with its symbol
 
 
-def group_rows(cohort: Cohort, primary: Primary, called: Called, mark: Mark = unmarked) -> list[Row]:
+def group_rows(cohort: Cohort, primary: Primary, called: Called, mark: Mark = unmarked) -> list[ForestRow]:
     """Return one row for each quantity and group, every animal as a multiple of the reference group's mean."""
     # Questions stay together, whichever groups they are about; the effects of a design are asked one after the other.
     order = {question: place for place, question in enumerate(primary.rows["question"].unique())}
@@ -41,7 +41,7 @@ def group_rows(cohort: Cohort, primary: Primary, called: Called, mark: Mark = un
     ]
 
 
-def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called, several: bool) -> Row:
+def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called, several: bool) -> ForestRow:
     name, effect = str(row["quantity"]), effect_of(row)
     size = ratio_with_interval(row["ratio"], row["low"], row["high"])
     tip = f"{called(name)}: {effect} {size} ({row['source']}), {'no p' if row['untested'] else probability(row['p'])}"
@@ -52,7 +52,7 @@ def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called,
     p = "no p" if row["untested"] else p_value(row["p"])
     point = Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
     further = [_beside(one, called) for _, one in beside.iterrows()]
-    return Row(_heading(row, several), _label(name, called), size, p, point, further, animals_of(cohort, row))
+    return ForestRow(_heading(row, several), _label(name, called), size, p, point, further, animals_of(cohort, row))
 
 
 def _label(name: str, called: Called) -> str:
@@ -78,7 +78,7 @@ def _beside(one: pd.Series, called: Called) -> Point:
     return Point(one["ratio"], one["low"], one["high"], str(one["source"]), tip)
 
 
-def animal_rows(result: AnimalResult, law: str, family: Family, called: Called, marks: Marks) -> list[Row]:
+def animal_rows(result: AnimalResult, law: str, family: Family, called: Called, marks: Marks) -> list[ForestRow]:
     """Return one row for each quantity of the model, as a multiple of the primary law's value."""
     data = result.laws[law].quantities
     names = dict.fromkeys(["R_T", *family.quantities])
@@ -89,7 +89,7 @@ def animal_rows(result: AnimalResult, law: str, family: Family, called: Called, 
     return [row._replace(effect=row.effect + mark) for row, mark in rows]
 
 
-def _animal_row(result: AnimalResult, law: str, name: str, called: Called) -> Row:
+def _animal_row(result: AnimalResult, law: str, name: str, called: Called) -> ForestRow:
     value = result.laws[law].answers[name]
     center = float(value)
     beside = [_relative(result, wall, name, center, called) for wall in result.laws if wall != law]
@@ -100,7 +100,7 @@ def _animal_row(result: AnimalResult, law: str, name: str, called: Called) -> Ro
         tip = f"{called(name)} from the recording alone ({_FROM_DATA[name]}): {value_text(measured[name])}"
         beside.append(Point(alone / center, alone / center, alone / center, "data", tip))
     point = _relative(result, law, name, center, called)
-    return Row(question_of(name), _label(name, called), value_text(value), "", point, beside)
+    return ForestRow(question_of(name), _label(name, called), value_text(value), "", point, beside)
 
 
 def _relative(result: AnimalResult, wall: str, name: str, center: float, called: Called) -> Point:

@@ -10,14 +10,14 @@ import pandas as pd
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.contrast import FEW
 from vasowave.cohort.design import laid_out
-from vasowave.cohort.guard import RULES, Shape, doubts_of
+from vasowave.cohort.guard import RULES, PopulationShape, doubts_of
 from vasowave.cohort.primary import Primary
 from vasowave.errors import InputError
 from vasowave.figures.style import short
 from vasowave.report.answer.effects import (
     MAX_LETTERS,
     Called,
-    Standing,
+    Evidence,
     by_standing,
     comparatives,
     effect_of,
@@ -41,7 +41,7 @@ THE_ANSWER = "The answer"
 _KEYS = ("what", "change", "within")
 
 
-class Answer(NamedTuple):
+class StudyAnswer(NamedTuple):
     """The answer to the question of a study.
 
     Attributes
@@ -66,11 +66,11 @@ class Answer(NamedTuple):
         return [*first, *self.questions, *(one for one in ends if one[1])]
 
 
-def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Answer:
+def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> StudyAnswer:
     """Return the answer to what differs between the groups, each against the first; `mark` marks numbers."""
     rows = primary.rows
     if not len(rows):
-        return Answer([], [], [])
+        return StudyAnswer([], [], [])
     keys = ["other", *(_KEYS if "what" in rows else ())]
     averaged = "what" in rows and "interaction" in set(rows["what"])
     first = [_first(part, called, averaged) for _, part in rows.groupby(keys, sort=False)]
@@ -79,7 +79,7 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Ans
         questions.setdefault(str(question), []).append(_numbers(part, called, mark, averaged))
     said = [(question, " ".join(texts)) for question, texts in questions.items()]
     sure = [*_corrected(rows), *sureness(rows, rows["other"].nunique()), *_least_shown(rows, called)]
-    return Answer(first, said, sure)
+    return StudyAnswer(first, said, sure)
 
 
 def _first(rows: pd.DataFrame, called: Called, averaged: bool) -> str:
@@ -87,12 +87,12 @@ def _first(rows: pd.DataFrame, called: Called, averaged: bool) -> str:
     there, between = where(rows.iloc[0], averaged)
     found = by_standing(rows)
     normal = "if logarithms are normal, " if (rows["smallest p"] >= CLEAR).any() else ""
-    shown = found.pop(Standing.SHOWN, None)
+    shown = found.pop(Evidence.SHOWN, None)
     said = [] if shown is None else [f"{normal}{comparatives(shown, called, sized=True)} {there}"]
-    if shown is None and {*found} != {Standing.UNTESTED}:
+    if shown is None and {*found} != {Evidence.UNTESTED}:
         said.append(f"no difference {between} is shown")
     for what, some in found.items():
-        details = {Standing.SMALL: f" {limit(some)}", Standing.OPEN: " (neither shown nor excluded)"}
+        details = {Evidence.SMALL: f" {limit(some)}", Evidence.OPEN: " (neither shown nor excluded)"}
         said.append(f"{what}{details.get(what, '')}: {names(some, called)}")
     return " ".join(map(sentence, said))
 
@@ -100,7 +100,7 @@ def _first(rows: pd.DataFrame, called: Called, averaged: bool) -> str:
 def _numbers(rows: pd.DataFrame, called: Called, mark: Mark, averaged: bool) -> str:
     """Return the verdict on one question and the numbers behind it."""
     there, between = where(rows.iloc[0], averaged)
-    shown = by_standing(rows).get(Standing.SHOWN)
+    shown = by_standing(rows).get(Evidence.SHOWN)
     said = [] if shown is None else [sentence(f"{comparatives(shown, called)} {there}")]
     said += numbers(rows, called, mark, "" if shown is not None else between)
     few = rows[(rows["smallest p"] >= CLEAR) & rows["apart"]]
@@ -148,7 +148,7 @@ def doubts_text(cohort: Cohort, primary: Primary) -> list[str]:
     for doubt in doubts_of(layout, primary.rows["quantity"].nunique()):
         cells = listed([short(cell, MAX_LETTERS) for cell in doubt.cells])
         studies = " to ".join(dict.fromkeys(f"{100 * rate:.0f}" for rate in (min(doubt.rates), max(doubt.rates))))
-        if doubt.shape is Shape.SKEWED:
+        if doubt.shape is PopulationShape.SKEWED:
             times = " to ".join(f"{ratio:g}" for ratio in RULES.spread_ratios)
             kinds.append(f"{studies} if they are skewed and {cells} varies {times} times as much")
         else:
@@ -177,7 +177,7 @@ def _least_shown(rows: pd.DataFrame, called: Called) -> list[str]:
     """Say how large undecided effects must be to be shown by animals that vary as these do."""
     several = rows["other"].nunique() > 1 or "what" in rows
     sizes = []
-    for _, row in by_standing(rows).get(Standing.OPEN, rows[:0]).iterrows():
+    for _, row in by_standing(rows).get(Evidence.OPEN, rows[:0]).iterrows():
         if not unlimited(row["low"], row["high"]):
             which = f" ({effect_of(row)})" if several else ""
             sizes.append(

@@ -23,7 +23,7 @@ from vasowave.report.answer.limits import model_limits, no_wedge, shared_images
 from vasowave.report.answer.marks import Marks
 from vasowave.report.answer.problems import overstrained, problem_blocks
 from vasowave.report.answer.walls import wall_answer
-from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
+from vasowave.report.blocks import Answers, Block, Bullets, Drawing, Section, SideBySide
 from vasowave.report.glossary import caller, defined
 from vasowave.report.tables.cells import nearest
 from vasowave.report.tables.data import animals_table
@@ -40,11 +40,11 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Se
     forest = _forest(cohort, primary, family, called)
     answers = _answers(cohort, primary, family, written, called)
     lead = [Answers(answers[:1])] if answers[0][0] == THE_ANSWER else []
-    beside = Columns([Answers(answers[len(lead) :])], forest)
+    beside = SideBySide([Answers(answers[len(lead) :])], forest)
     waves, network = _pictures(cohort, primary.law)
     return [
         Section("answer", "The answer", [*lead, beside]),
-        Section("animals", "What was measured", [*animals_table(cohort), Columns(waves, network)]),
+        Section("animals", "What was measured", [*animals_table(cohort), SideBySide(waves, network)]),
         Section("open", "What is not known", _open(cohort, primary, written, called)),
     ]
 
@@ -181,7 +181,7 @@ def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: 
     known += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
     known += beside(primary, called)
     left: list[Block] = [Bullets(known)] if known else []
-    return [Columns(left, problem_blocks(cohort, primary))]
+    return [SideBySide(left, problem_blocks(cohort, primary))]
 
 
 def decay(cohort: Cohort, law: str) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.missing import Missing, Standing
+from vasowave.cohort.missing import Missing, PressureRank
 from vasowave.cohort.primary import Primary
 from vasowave.cohort.unused import unused_columns
 from vasowave.cohort.votes import WORSE_THAN_BEST, is_lone
@@ -83,12 +83,12 @@ def missing_text(missing: Missing, law: str, repeated: bool) -> str:
 
 
 def _standing(missing: Missing, who: str) -> str:
-    if missing.standing is Standing.UNKNOWN:
+    if missing.standing is PressureRank.UNKNOWN:
         unknown = "its pressure is not known" if who == "it" else "their pressures are not all known"
         reason = unknown if missing.others else "no animal of the group is left"
         return f"Whether {who} {'was' if who == 'it' else 'were'} sicker than the others cannot be said: {reason}."
     pressures, others = (span(np.array(values)) for values in (missing.pressures, missing.others))
-    high = missing.standing in (Standing.ABOVE, Standing.HIGHER)
+    high = missing.standing in (PressureRank.ABOVE, PressureRank.HIGHER)
     return (
         f"Measured mPAP {pressures} mmHg, {missing.standing} ({others} mmHg): {missing.group} looks "
         f"{'healthier' if high else 'sicker'} there than it is, if pressure tells how sick an animal is."

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.comparison import PARAMETERS, Comparison, importance
+from vasowave.cohort.comparison import PARAMETERS, SourceComparison, importance
 from vasowave.cohort.primary import Primary
 from vasowave.figures.compared import importance_figure, ratios_figure
 from vasowave.quantities import INDICES
@@ -18,7 +18,7 @@ from vasowave.report.wording import column_label, listed, name_and_unit, number
 
 
 def groups_section(
-    cohort: Cohort, primary: Primary, comparisons: Mapping[str, Comparison], written: dict[str, str]
+    cohort: Cohort, primary: Primary, comparisons: Mapping[str, SourceComparison], written: dict[str, str]
 ) -> Section:
     """The primary comparison; what is secondary folded away; all quantities described."""
     blocks: list[Block] = []
@@ -56,7 +56,7 @@ def _remarks(primary: Primary) -> list[Block]:
     return [Remarks("p of the primary comparison", [said])]
 
 
-def _secondary(comparisons: Mapping[str, Comparison], written: dict[str, str]) -> list[Block]:
+def _secondary(comparisons: Mapping[str, SourceComparison], written: dict[str, str]) -> list[Block]:
     """Return the paper's comparison, each source by itself, folded away."""
     return [
         Fold(f"Secondary: the paper's comparison, {source_title(source)}", blocks)
@@ -81,7 +81,7 @@ def _importance(cohort: Cohort, written: Mapping[str, str]) -> Drawing:
     return Drawing("ParAll_change", caption, drawn)
 
 
-def _compared(comparison: Comparison, source: str, written: dict[str, str]) -> list[Block]:
+def _compared(comparison: SourceComparison, source: str, written: dict[str, str]) -> list[Block]:
     blocks: list[Block] = []
     contrasts = comparison.contrasts
     if len(contrasts):

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.comparison import Comparison
-from vasowave.cohort.declared import Declaration, Rows
+from vasowave.cohort.comparison import SourceComparison
+from vasowave.cohort.declared import AnimalChanges, Declaration
 from vasowave.cohort.primary import Primary
 from vasowave.cohort.simultaneous import DRAWS
 from vasowave.cohort.two_groups import MOST_EXACT
@@ -30,7 +30,7 @@ _SEARCHES = {
 }
 
 
-def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, Comparison]) -> Section:
+def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, SourceComparison]) -> Section:
     """Return the paragraphs on data, model, calibration, analyses and statistics."""
     texts = [_data(cohort)]
     if cohort.walls:
@@ -272,7 +272,7 @@ def _declared(cohort: Cohort) -> str:
     return said
 
 
-def _of_rows(rows: Rows) -> str:
+def _of_rows(rows: AnimalChanges) -> str:
     """Say which animals were added, dropped or changed."""
     cells = [f"{animal}, {column} {old or 'empty'} → {new or 'empty'}" for animal, column, old, new in rows.changed]
     said = {"added": rows.added, "dropped": rows.dropped, "changed": cells}
@@ -328,7 +328,7 @@ def _not_tested(primary: Primary, written: Mapping[str, str]) -> str:
     )
 
 
-def _statistics(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> str:
+def _statistics(cohort: Cohort, comparisons: Mapping[str, SourceComparison]) -> str:
     if cohort.repeated:
         return (
             "Groups are described by mean, SD, median and quartiles of all recordings. The paper's tests and "

@@ -16,7 +16,7 @@ from vasowave.figures.compared import means_figure
 from vasowave.figures.modeled import sites_figure, sites_of
 from vasowave.figures.network import axes_in_space
 from vasowave.figures.style import color_stops, group_looks, short, source_looks
-from vasowave.report.blocks import Block, Drawing, Fold, Section, Space, Table
+from vasowave.report.blocks import Block, Drawing, Fold, RotatingView, Section, Table
 from vasowave.report.tables import models as tables
 from vasowave.report.tables.models import misfit_table, preference_table, selection_table, sites_table
 from vasowave.report.wording import column_label, listed, probability
@@ -177,7 +177,7 @@ _SAMPLES, _FEWER, _MANY = 64, 32, 100  # of each waveform; of each where there a
 _CALLED = {"radius": "radius at mean pressure", "distance": "distance of its end from the inlet", "Z_c": "Z_c"}
 
 
-def space_block(cohort: Cohort, law: str) -> list[Space]:
+def space_block(cohort: Cohort, law: str) -> list[RotatingView]:
     """Return the networks of the shown animals with what one wall law says of every vessel; nothing without the law."""
     shown = {group: result for group, result in cohort.shown.items() if law in result.laws}
     if not shown:
@@ -188,7 +188,7 @@ def space_block(cohort: Cohort, law: str) -> list[Space]:
         "waveforms at its middle (grey: the root's). Lengths and radii are measured; directions are drawn, since a "
         "table of vessels does not hold them."
     )
-    return [Space("Space", caption, {"stops": color_stops(9), "networks": networks})]
+    return [RotatingView("RotatingView", caption, {"stops": color_stops(9), "networks": networks})]
 
 
 def _network(result: AnimalResult, law: str) -> dict[str, Any]:

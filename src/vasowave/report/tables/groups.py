@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.comparison import Comparison
+from vasowave.cohort.comparison import SourceComparison
 from vasowave.cohort.primary import Primary, Untested
 from vasowave.cohort.table import described
 from vasowave.cohort.two_groups import MOST_EXACT
@@ -185,7 +185,7 @@ def _cells(cohort: Cohort, data: pd.DataFrame) -> Table:
     return Table("Groups", f"All quantities by group and {again}", header, cells, note, data)
 
 
-def contrasts(comparison: Comparison, source: str, written: dict[str, str]) -> Table:
+def contrasts(comparison: SourceComparison, source: str, written: dict[str, str]) -> Table:
     """The comparison of the groups by one source of numbers."""
     data = comparison.contrasts
     several = data[["reference", "other"]].drop_duplicates().shape[0] > 1
@@ -205,7 +205,7 @@ def contrasts(comparison: Comparison, source: str, written: dict[str, str]) -> T
     return Table(f"Contrasts-{source}", f"{source_title(source)}: {who}", header, cells, note, data)
 
 
-def without_one(comparison: Comparison, source: str, written: dict[str, str]) -> Table:
+def without_one(comparison: SourceComparison, source: str, written: dict[str, str]) -> Table:
     """The shifts of the ratios when any one animal is left out."""
     data, cells = comparison.without_one, []
     for (reference, other, label), part in data.groupby(["reference", "other", "quantity"], sort=False):
