@@ -183,9 +183,9 @@ class Primary:
         distributions. `tipping radius` is by what share the images of the groups must be wrong against each other for
         the interval to hold 1, `tipping lung sd` how much lungs of one group may differ for it still to exclude 1; see
         `lungs.tipping_radius` and `GroupContrast.tipping_lung_sd`. Of rows by posteriors `fits ratio, fits low, fits
-        high` are what the fits say, without limits where they take the image as exact. `apart`: no animal of one group lies
-        among the other. `without` is the animal that moves the ratio most when it is left out (empty for fewer than
-        three), and the ratio is then `ratio without`.
+        high` are what the fits say, without limits where they take the image as exact. `apart`: no animal of one group
+        lies among the other. `without` is the animal that moves the ratio most when it is left out (empty for fewer
+        than three), and the ratio is then `ratio without`.
         `estimates` says what the animals' values and errors are of: their ``posterior`` where all have one that can be
         trusted, their ``fit``, or ``plain`` values without errors. With a design one per effect and quantity, ``what``
         the effect is and ``within`` what it is compared (`contrast.Contrast`); of effects that are ratios of ratios the
