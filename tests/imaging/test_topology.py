@@ -8,7 +8,6 @@ from unlike import KINDS, make
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
 from vasowave.imaging.axes.junctions import with_met_axes
-from vasowave.imaging.axes.protrusions import STIFF, _calm, _highest
 from vasowave.imaging.axes.starts import rerouted
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.axes.vessels import tree_of
@@ -110,29 +109,10 @@ def test_a_junction_that_one_fit_leaves_a_radius_too_early_is_found_by_one_that_
     assert np.linalg.norm(tree_of(lumen, root).tree.lines[0].points[-1] - made.ends[0]) < lumen.spacing
 
 
-def test_smoothing_an_axis_takes_a_bump_and_leaves_an_arc():
-    turn = np.linspace(0, 1.5 * np.pi, 60)
-    arc = np.column_stack([12 * np.cos(turn), 12 * np.sin(turn), 2 * turn])  # one node a voxel, as axes have
-    np.testing.assert_allclose(_calm(arc), arc, atol=0.15)
-    bump = np.zeros((60, 3))
-    bump[:, 0] = 1.5 * np.exp(-0.5 * ((np.arange(60) - 20) / 2.0) ** 2)
-    assert np.abs(_calm(bump)[:, 0]).max() < 0.8
 
 
-def test_the_shortest_axis_that_is_smoothed_loses_its_third_difference_and_a_shorter_one_nothing():
-    """Of four points the third difference d is one number: by Sherman and Morrison the axis less s b d/(1 + s b·b)."""
-    b, axis = np.array([-1.0, 3.0, -3.0, 1.0]), np.array([[0.0, 0, 0], [1, 2, 0], [2, 0, 1], [3, 0, 5]])
-    expected = axis - STIFF * np.outer(b, b @ axis) / (1 + STIFF * b @ b)
-    np.testing.assert_allclose(_calm(axis), expected, atol=1e-9)
-    assert np.array_equal(_calm(axis[:3]), axis[:3])
 
 
-def test_of_vessels_that_seem_to_be_missing_near_each_other_only_the_highest_is_taken_at_once():
-    points = np.array([[0.0, 0, 0], [1, 0, 0], [1.9, 0, 0], [9, 0, 0]])
-    height = np.array([2.0, 3.0, 1.5, 1.2])
-    reach = np.full(4, 1.5)
-    assert _highest([0, 1, 2, 3], points, height, reach) == [1, 3]
-    assert _highest([0, 2, 3], points, height, reach) == [0, 2, 3]
 
 
 def test_every_outlet_that_is_not_reached_is_named_at_once(stub):
