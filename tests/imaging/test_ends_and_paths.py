@@ -40,12 +40,6 @@ def test_an_end_is_straight_ahead_where_the_surface_is_whatever_the_last_radius_
     assert line.radius[added] == pytest.approx(np.minimum(0.1, ahead - line.run[added]), abs=1e-9)
 
 
-
-
-
-
-
-
 def test_differences_along_a_vessel_vanish_on_arcs_of_nodes_and_on_straight_radii():
     """Third differences of places are those of NumPy; of radii there are second and first ones, of fixed weights."""
     tubes = Tubes(RNG.normal(0, 1, (9, 3)), RNG.random(10), np.array([0, 1, 2, 3, 4, 4, 5, 6, 7, 8]),
@@ -63,10 +57,6 @@ def test_differences_along_a_vessel_vanish_on_arcs_of_nodes_and_on_straight_radi
     assert len(values) == 2 * (2 * 3 + 3 + 4)
     spans = kept.window[:, 1] - kept.window[:, 0]
     assert np.array_equal(spans, np.where(np.isnan(kept.weight), 3, np.where(kept.weight == 20.0, 2, 1)))
-
-
-
-
 
 
 def bent_lumen():
@@ -97,10 +87,6 @@ def test_minimal_paths_keep_to_the_middle_and_know_how_far_it_is(ways):
     assert ways.travelled[ways.start] == 0
 
 
-
-
-
-
 def test_long_tips_are_the_ends_of_the_tube_and_of_the_spur_and_nothing_else(ways):
     tips = ways.voxels[paths.long_tips(ways)]
     assert len(tips) == 2
@@ -121,7 +107,3 @@ def test_an_outlet_away_from_the_lumen_or_on_the_way_to_another_is_named(ways):
         paths.outlet_tips(ways, np.array([ends[0], ends[0]]))
     with pytest.raises(InputError, match=r"root .* was not reached"):
         paths.minimal_paths(bent_lumen(), 0.01 * np.array([7.0, 7.0, -3.0]))
-
-
-
-

@@ -200,7 +200,7 @@ SIZES, PLACE = np.array([0.03, 0.02, 0.01]), np.array([1.0, 2.0, 3.0])
         ({"spacing": np.array([1, np.inf, 1])}, "spacing [ 1. inf  1.] cm; give three positive"),
         ({"spacing": np.array([1, 5.1, 1])}, "spacing [1.  5.1 1. ] cm; voxels of an animal measure 1e-06 to 5 cm"),
         ({"spacing": np.array([1, 9e-7, 1])}, "cm; voxels of an animal measure"),
-        ({"origin": np.zeros(2)}, "origin [0. 0.] cm; give three finite"),
+        ({"origin": np.array([0, np.nan, 0])}, "cm; give three finite"),
         ({"axes": np.eye(3) * 1.02}, "give three perpendicular directions of length 1"),
         ({"axes": np.eye(3)[:2]}, "give three perpendicular directions"),
         ({"grey": np.where(GREY == 7, np.inf, GREY)}, "grey levels that are not finite"),

@@ -90,15 +90,6 @@ def test_a_dicom_series_reads_back_as_it_was_written(fork, tmp_path):
         read_volume(tmp_path)
 
 
-def test_slices_of_two_series_in_one_folder_are_refused(tmp_path):
-    grey = np.random.default_rng(0).normal(size=(4, 8, 8))
-    write_dicom_series(Volume(grey, np.full(3, 0.01), np.zeros(3)), tmp_path)
-    write_dicom_series(Volume(grey[:3], np.full(3, 0.01), np.zeros(3)), tmp_path / "other")
-    (tmp_path / "other" / "slice0001.dcm").rename(tmp_path / "z.dcm")
-    with pytest.raises(InputError, match="more than one series"):
-        read_volume(tmp_path)
-
-
 @pytest.mark.parametrize("suffix", ["nrrd", "nii.gz", "mha"])
 def test_image_files_keep_grey_levels_and_anisotropic_spacing(tmp_path, suffix):
     grey = np.random.default_rng(0).normal(size=(4, 5, 6)).astype(np.float32)
@@ -107,12 +98,6 @@ def test_image_files_keep_grey_levels_and_anisotropic_spacing(tmp_path, suffix):
     again = read_volume(tmp_path / f"v.{suffix}")
     np.testing.assert_array_equal(again.grey, grey)
     np.testing.assert_allclose(again.spacing, volume.spacing, rtol=1e-6)
-
-
-@pytest.mark.parametrize(("value", "message"), [(np.nan, "not finite"), (7.0, "every voxel has grey level 7")])
-def test_a_volume_of_one_value_is_refused(value, message):
-    with pytest.raises(InputError, match=message):
-        Volume(np.full((5, 5, 5), value), np.full(3, 0.01), np.zeros(3))
 
 
 def test_two_trees_and_a_tree_at_the_border_are_warned_about():

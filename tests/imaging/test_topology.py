@@ -109,12 +109,6 @@ def test_a_junction_that_one_fit_leaves_a_radius_too_early_is_found_by_one_that_
     assert np.linalg.norm(tree_of(lumen, root).tree.lines[0].points[-1] - made.ends[0]) < lumen.spacing
 
 
-
-
-
-
-
-
 def test_every_outlet_that_is_not_reached_is_named_at_once(stub):
     network, embedding, volume = stub
     ends = [embedding.lines[row][-1] for row in network.terminals]

@@ -73,8 +73,6 @@ def test_a_vessel_that_passes_straight_through_a_junction_is_doubted_and_daughte
     assert doubt.vessels == ("6", "7")
 
 
-
-
 def test_an_inner_vessel_shorter_than_its_junction_is_none_and_one_hardly_longer_is_doubted(seen):
     skeleton, tree, lumen = seen
     assert without_short_vessels(tree) is tree
@@ -154,12 +152,6 @@ def test_an_edit_opens_only_the_junctions_that_it_touches_and_those_as_a_fit_of_
     assert now is found.tree
 
 
-
-
-
-
-
-
 def test_the_gravest_doubts_come_first_and_of_one_grade_those_with_most_of_the_flow():
     network = measured_alone(forked_tree()).network
     one, few, all_, wrong = (
@@ -201,8 +193,6 @@ def test_outlets_inside_a_vessel_are_compared_as_given_and_the_vessels_to_them_a
     assert topology_doubts(short, given, lumen.spacing, False) == []
     swapped = Tree((*lines[:2], lines[3], lines[2], lines[4]), tree.parent)  # other vessels joined are still seen
     assert topology_doubts(swapped, given, lumen.spacing, False) != []
-
-
 
 
 def branches_of(tree):

@@ -1,4 +1,4 @@
-"""Lines of other programs joined to trees, and ends of lines at walls, on lines that are made by hand."""
+"""Lines of other programs joined to trees, on lines that are made by hand."""
 
 import json
 import warnings
@@ -9,13 +9,13 @@ from made_tree import straight
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.axes.skeleton import Skeleton, cut_at_junctions, shortest
-from vasowave.imaging.exchange import convention, merging
+from vasowave.imaging.exchange import merging
 from vasowave.imaging.exchange.markups import read_markups
 from vasowave.imaging.exchange.merging import rooted
 from vasowave.imaging.exchange.swc import read_swc
-from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.tree import Line
 
-STEM, SIDE = straight((0, 0, 0), (2, 0, 0), 0.1, 21), straight((1, 0, 0), (1, 1, 0), 0.05, 11)
+STEM = straight((0, 0, 0), (2, 0, 0), 0.1, 21)
 
 
 def swc(path, rows, head=""):
@@ -34,16 +34,8 @@ def test_points_of_an_swc_file_may_be_numbered_from_0(tmp_path):
 @pytest.mark.parametrize(
     ("rows", "head", "said"),
     [
-        ([(1, 0, 0, 0, 0, 1, -1), (2, 0, 1, 0, 0, 1, 7)], "", "line 2: parent 7 is not in the file"),
         ([(1, 0, 0, 0, 0, 1, -1), (1, 0, 1, 0, 0, 1, 1)], "", "a point number is used twice"),
-        (
-            [(1, 0, 0, 0, 0, 1, -1), (2.5, 0, 1, 0, 0, 1, 1)],
-            "",
-            "line 2: the numbers of a point and its parent must be",
-        ),
-        ([(1, 0, 0, 0, 0, 1, -1), (2, 0, 1, 0, 0, 1, 3), (3, 0, 2, 0, 0, 1, 2)], "", "form a cycle"),
         ([(1, 0, 0, 0, 0, 1, -1), (2, 0, 1, 0, 0, 0, 1)], "", "not finite or not positive"),
-        ([(1, 0, 0, 0, 0, 1, -1), (2, 0, 1, 0, 0, 1, 1)], "# points: 3\n", "2 points where its first lines announce 3"),
         ([(1, 0, 0, 0, 0, 1), (2, 0, 1, 0, 0, 1)], "", "has seven columns"),
     ],
 )
@@ -73,11 +65,6 @@ def test_lines_that_share_no_end_or_do_not_meet_are_refused():
         merging.merged([STEM[:1]])
     with pytest.raises(InputError, match="line 1 does not meet the others"):
         merging.merged([STEM, Line(STEM.points + np.array([0, 0.09, 0]), STEM.radius)])
-
-
-def test_points_that_stand_still_are_left_out():
-    twice = STEM[[0, 0, 1, 2, 2, 3]]
-    assert np.array_equal(merging._moves(twice), [True, False, True, True, False, True])
 
 
 def test_a_line_that_runs_beside_the_tree_closes_a_loop():
@@ -168,55 +155,6 @@ def test_an_inner_vessel_shorter_than_its_collapse_is_none():
             cut_at_junctions(wrong)
     with pytest.raises(InputError, match="2 vessels leave the first point"):
         cut_at_junctions(Skeleton(line, np.array([-1, 0, 0, 1])))
-
-
-def ending(steps, radius):
-    run = np.append(0.0, np.cumsum(steps))
-    return Line(np.column_stack([np.zeros((len(run), 2)), run]), np.asarray(radius, float))
-
-
-def test_what_a_line_lacks_to_the_wall_is_told_from_its_last_steps_and_radii():
-    rough = 0.1 + 0.01 * np.random.default_rng(1).uniform(-1, 1, 11)
-    even = ending(np.full(10, 0.05), rough)
-    assert convention._missing(even, "wall")[0] == 0.0
-    assert convention._missing(even, "ball")[0] == 1.0
-    assert convention._missing(even, "auto") == (0.5, pytest.approx(1 / np.sqrt(12)))
-    uneven = ending(np.append(np.full(5, 0.05), [0.02, 0.2, 0.02, 0.2, 0.02]), rough)
-    assert convention._missing(uneven, "auto")[0] == 1.0
-    touching = ending(np.append(np.full(9, 0.05), rough[-1]), rough)
-    assert convention._missing(touching, "ball")[0] == 0.0  # the last step is the last radius
-    thin = np.append(rough[:-1], 0.4 * np.median(rough))
-    assert convention._missing(ending(np.full(10, 0.05), thin), "ball")[0] == 0.0
-    assert convention._missing(ending(np.full(10, 0.05), np.linspace(0.1, 0.09, 11)), "auto")[0] == 0.0  # drawn
-
-
-def test_a_prolonged_line_goes_on_in_the_direction_of_its_last_radius():
-    line = straight((0, 0, 0), (1, 0, 0), 0.1, 21).then(straight((1.05, 0.05, 0), (1.2, 0.2, 0), 0.1, 4))
-    longer = convention._prolonged(line, 0.3)
-    back = line.points[int(np.searchsorted(line.run, line.length - 0.1))]
-    along = line.points[-1] - back
-    assert longer.points[-1] == pytest.approx(line.points[-1] + 0.3 * along / np.linalg.norm(along))
-    assert longer.radius[-1] == line.radius[-1]
-    assert convention._prolonged(line, 0.0) is line
-
-
-def test_radii_step_where_vessels_meet_by_more_than_their_points_are_apart():
-    even = straight((0, 0, 0), (1, 0, 0), 0.2, 101), straight((1, 0, 0), (2, 0, 0), 0.2, 101)
-    assert convention._stepped(Tree(even, np.array([-1, 0]))) is False
-    first, second = straight((0, 0, 0), (1, 0, 0), 0.5, 101), straight((1, 0, 0), (2, 0, 0), 0.2, 101)
-    assert convention._stepped(Tree((first, second), np.array([-1, 0]))) is True
-
-
-def test_the_surface_of_balls_lies_a_radius_from_the_axis_and_in_no_other_ball():
-    tree = Tree((STEM, SIDE), np.array([-1, 0]))
-    surface = convention._ball_surface(tree)
-    to_stem = np.linalg.norm(surface[:, None] - convention._at_steps(STEM, 0.005).points, axis=2).min(axis=1)
-    to_side = np.linalg.norm(surface[:, None] - convention._at_steps(SIDE, 0.0025).points, axis=2).min(axis=1)
-    assert np.minimum(to_stem / 0.1, to_side / 0.05) == pytest.approx(1.0, abs=0.01)
-    assert (to_stem > 0.969 * 0.1).all()
-    assert (to_side > 0.969 * 0.05).all()
-    halved = convention._at_steps(STEM, 0.2)
-    assert halved.run == pytest.approx(0.2 * np.arange(11))
 
 
 def test_an_swc_file_whose_root_forks_or_stands_twice_begins_at_an_end(tmp_path):

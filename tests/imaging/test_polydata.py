@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from vasowave.errors import InputError
-from vasowave.imaging.exchange import polydata
-from vasowave.imaging.exchange.polydata import _unpacked, lz4_block, read_polydata
+from vasowave.imaging.exchange.polydata import lz4_block, read_polydata
 
 POINTS = np.array([[0.0, 1, 2], [3, 4, 5], [6, 7, 8]])
 
@@ -135,36 +134,6 @@ def test_binary_arrays_hold_the_same_numbers_in_every_encoding(tmp_path, way, or
     assert np.array_equal(read(tmp_path, file(bare, head=head)).points, POINTS)
     cut = bare.replace(text, text[: len(text) // 8 * 4])
     assert refused(tmp_path, file(cut, head=head)).startswith("truncated; write the file again")
-
-
-def test_whole_blocks_alone_have_no_last_one_and_an_empty_array_no_block():
-    content = np.arange(10.0).tobytes()
-    each = [zlib.compress(content[:40]), zlib.compress(content[40:])]
-    header = struct.pack("<5I", 2, 40, 0, *map(len, each))
-    assert _unpacked(header + b"".join(each), False, np.dtype("<u4"), "vtkZLibDataCompressor") == content
-    assert _unpacked(struct.pack("<I", 0), False, np.dtype("<u4"), "vtkZLibDataCompressor") == b""
-    with pytest.raises(InputError, match="compressed with mine; write it with zlib"):
-        _unpacked(header, False, np.dtype("<u4"), "mine")
-
-
-def test_blocks_that_say_too_much_are_refused_before_they_are_unpacked(monkeypatch):
-    packed = zlib.compress(b"abc")
-    header = struct.pack("<4I", 1, 100, 100, len(packed))
-    monkeypatch.setattr(polydata, "_MOST", 100 - 64 * len(packed))
-    with pytest.raises(InputError, match="a block does not hold the 100 bytes that it announces"):
-        _unpacked(header + packed, False, np.dtype("<u4"), "vtkZLibDataCompressor")
-    monkeypatch.setattr(polydata, "_MOST", 99 - 64 * len(packed))
-    with pytest.raises(InputError, match=f"an array of {len(packed)} bytes says that it holds 100; it is damaged"):
-        _unpacked(header + packed, False, np.dtype("<u4"), "vtkZLibDataCompressor")
-
-
-@pytest.mark.parametrize("pack", [(zlib.compress, polydata._inflated), (lzma.compress, polydata._decompressed)])
-def test_a_block_holds_what_it_says_and_ends_there(pack):
-    squeeze, undo = pack
-    assert undo(squeeze(b"abcde"), 5) == b"abcde"
-    for size, packed in ((4, squeeze(b"abcde")), (6, squeeze(b"abcde")), (5, squeeze(b"abcde")[:-2])):
-        with pytest.raises(InputError, match=f"the {size} bytes that it announces"):
-            undo(packed, size)
 
 
 @pytest.mark.parametrize("raw", [True, False])
