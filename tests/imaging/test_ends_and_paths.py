@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from vasowave.errors import InputError
 from vasowave.imaging.axes import paths
-from vasowave.imaging.axes.feet import Tubes
 from vasowave.imaging.axes.junctions import to_the_surface
-from vasowave.imaging.axes.tubes import differences
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.tree import Line
 
@@ -38,25 +35,6 @@ def test_an_end_is_straight_ahead_where_the_surface_is_whatever_the_last_radius_
     added = line.run > 0.9 + 1e-9
     assert np.diff(line.run[added]) == pytest.approx(0.02, abs=0.002)
     assert line.radius[added] == pytest.approx(np.minimum(0.1, ahead - line.run[added]), abs=1e-9)
-
-
-def test_differences_along_a_vessel_vanish_on_arcs_of_nodes_and_on_straight_radii():
-    """Third differences of places are those of NumPy; of radii there are second and first ones, of fixed weights."""
-    tubes = Tubes(RNG.normal(0, 1, (9, 3)), RNG.random(10), np.array([0, 1, 2, 3, 4, 4, 5, 6, 7, 8]),
-                  np.array([0, 5, 10]), np.array([-1, 0]))  # fmt: skip
-    kept = differences(tubes)
-    values = kept.of(tubes.state)
-    nodes = [tubes.nodes[tubes.at[:5]], tubes.nodes[tubes.at[5:]]]
-    own = [tubes.radius[:5], tubes.radius[5:]]
-    for vessel in range(2):
-        of = kept.vessel == vessel
-        places = np.isnan(kept.weight)
-        assert sorted(values[of & places]) == pytest.approx(sorted(np.diff(nodes[vessel], 3, axis=0).ravel()))
-        assert sorted(values[of & (kept.weight == 20.0)]) == pytest.approx(sorted(np.diff(own[vessel], 2)))
-        assert sorted(values[of & (kept.weight == 0.05)]) == pytest.approx(sorted(np.diff(own[vessel])))
-    assert len(values) == 2 * (2 * 3 + 3 + 4)
-    spans = kept.window[:, 1] - kept.window[:, 0]
-    assert np.array_equal(spans, np.where(np.isnan(kept.weight), 3, np.where(kept.weight == 20.0, 2, 1)))
 
 
 def bent_lumen():
@@ -92,18 +70,3 @@ def test_long_tips_are_the_ends_of_the_tube_and_of_the_spur_and_nothing_else(way
     assert len(tips) == 2
     assert np.abs(tips[0] - [7, 44, 48]).max() <= 4
     assert np.abs(tips[1] - [7, 30, 24]).max() <= 4
-
-
-def test_an_outlet_away_from_the_lumen_or_on_the_way_to_another_is_named(ways):
-    ends = 0.01 * np.array([[7.0, 44, 48], [7, 30, 24]])
-    assert len(paths.outlet_tips(ways, ends)) == 2
-    paths.outlet_tips(ways, 0.01 * np.array([[7.0, 49.0, 48]]))  # five voxels beyond
-    with pytest.raises(InputError, match=r"outlet .* was not reached: 6 voxels from the lumen"):
-        paths.outlet_tips(ways, 0.01 * np.array([[7.0, 50.0, 48]]))
-    middle = ways.points[ways.above[paths.outlet_tips(ways, ends[:1])[0]]]
-    with pytest.raises(InputError, match="the vessel goes on to another outlet"):
-        paths.outlet_tips(ways, np.array([ends[0], middle]))
-    with pytest.raises(InputError, match="the vessel goes on to another outlet"):
-        paths.outlet_tips(ways, np.array([ends[0], ends[0]]))
-    with pytest.raises(InputError, match=r"root .* was not reached"):
-        paths.minimal_paths(bent_lumen(), 0.01 * np.array([7.0, 7.0, -3.0]))

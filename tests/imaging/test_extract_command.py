@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 import approval
 from vasowave.cli import app
 from vasowave.errors import InputError
-from vasowave.imaging import Volume, read_volume, write_volume
+from vasowave.imaging import Volume, write_volume
 from vasowave.imaging.exchange.centerlines import read_centerlines
 from vasowave.imaging.kept.stages import read_value
 from vasowave.imaging.matching import match, unmatched
@@ -99,18 +99,6 @@ def test_centerlines_read_back_as_the_same_vessels(extracted):
     for name, unit in (("centerlines.vtp", 0.1), ("centerlines.swc", 1e-4)):
         again = network_of(read_centerlines(folder / name, unit, cut="identical"))
         np.testing.assert_allclose(np.sort(again.length), mine, rtol=1e-6, err_msg=name)
-
-
-def test_surface_mask_and_centerlines_lie_over_the_image(extracted, scan):
-    folder, volume = extracted[0], scan[2]
-    mask = read_volume(folder / "mask.nrrd")
-    np.testing.assert_allclose(mask.spacing, volume.spacing, rtol=1e-6)
-    np.testing.assert_allclose(mask.origin, volume.origin, rtol=1e-6)
-    assert volume.grey[mask.grey > 0].mean() > 80
-    raw = np.fromfile(folder / "surface.stl", "<u1")[84:].reshape(-1, 50)[:, 12:48].copy().view("<f4")
-    places = raw.reshape(-1, 3)[:, ::-1] / 10
-    at = np.round((places - volume.origin) / volume.spacing).astype(int)
-    assert np.abs(volume.grey[tuple(at.T)].mean() - 45) < 10
 
 
 @pytest.mark.validation

@@ -15,7 +15,7 @@ from vasowave.imaging.lumen.segmentation import Segmentation, segment
 from vasowave.imaging.measure.grey_scale import GreyScale, corrected, grey_scale
 from vasowave.imaging.options import grey_text, parse_grey
 from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.grey import grey_doubts, grey_look, saturation
+from vasowave.imaging.witness.grey import grey_look, saturation
 from vasowave.network.network import Network
 
 NETWORK = Network(("a", "b", "c"), np.array([-1, 0, 0]), np.array([0.4, 0.4, 0.3]), np.array([0.052, 0.04, 0.034]))
@@ -100,7 +100,7 @@ def _grown(points, image, factor):
     return (points - image.origin) * factor + image.origin
 
 
-@pytest.mark.parametrize("share", [0.55, 0.85])
+@pytest.mark.parametrize("share", [pytest.param(0.55, marks=pytest.mark.validation), 0.85])
 def test_a_clipped_image_is_wrong_and_says_how_to_export_it(fork, share):
     embedding, volume = fork
     clipped = Volume(np.minimum(volume.grey, 12 + 88 * share), volume.spacing, volume.origin)
@@ -157,12 +157,6 @@ def test_a_threshold_that_cannot_be_is_answered_with_one_that_can(fork):
     for wrong, what in ((-50.0, "raise"), (500.0, "lower")):
         with pytest.raises(InputError, match=f"{what} the threshold to about {proposed}"):
             segment(volume, wrong)
-
-
-def test_no_doubt_stands_where_grey_levels_say_nothing():
-    from vasowave.imaging.witness.grey import GreyLook
-
-    assert grey_doubts(GreyLook(0.0, 100.0, None), ("1",)) == []
 
 
 @pytest.mark.validation

@@ -12,8 +12,7 @@ import pytest
 from phantom import write_dicom_series
 from vasowave.errors import InputError
 from vasowave.imaging import Volume, read_volume
-from vasowave.imaging.read.labels import on_grid_of
-from vasowave.imaging.read.volume import isotropic, part_of
+from vasowave.imaging.read.volume import isotropic
 
 VOXELS = np.arange(27, dtype="<i2").reshape(3, 3, 3)
 CONTENT = VOXELS.tobytes()  # 54 bytes
@@ -215,24 +214,8 @@ def test_a_volume_is_refused_by_what_is_wrong_with_it(changes, said):
     assert said in str(error.value)
 
 
-def test_part_of_a_volume_lies_where_it_lay():
-    part = part_of(Volume(GREY, SIZES, PLACE), np.array([-2, 1, 2]), np.array([3, 4, 9]))
-    assert np.array_equal(part.grey, GREY[:, 1:4, 2:])
-    assert part.origin == pytest.approx([1.0, 2.02, 3.02])
-
-
 @pytest.mark.parametrize("sizes", [(4.9, 4.9, 1e-6), (0.01, 4.9, 1e-6), (0.02, 0.02, 3.8e-7 * 2.7)])
 def test_a_slip_of_a_unit_asks_for_no_memory(sizes):
     """7e14, 1e12 and 9.3e9 cubes, told before one of them is made."""
     with pytest.raises(InputError, match=r"e\+\d+ cubes of 1(\.03)?e-06 cm.*is the unit right\? Otherwise resample"):
         isotropic(Volume(GREY, np.array(sizes), PLACE))
-
-
-def test_labels_go_to_the_nearest_voxel_of_another_grid():
-    image = Volume(GREY, SIZES, PLACE)
-    cubes = isotropic(image)
-    labels = GREY.astype(int)
-    found = on_grid_of(labels, image, cubes)
-    assert np.array_equal(found[:, ::2], labels[[0, 0, 1, 1, 1, 2, 2]])  # every second row lies between two
-    beyond = Volume(GREY, SIZES, PLACE - SIZES * [1, 0, 2])
-    assert np.array_equal(on_grid_of(labels, image, beyond), labels[np.ix_([0, 0, 1], range(4), [0, 0, 0, 1, 2])])

@@ -10,7 +10,7 @@ import pytest
 
 from fuzzing.images import dicom, itk_file, metaimage_bomb, nifti_bomb, volume
 from vasowave.errors import InputError
-from vasowave.imaging import Volume, read_volume
+from vasowave.imaging import read_volume
 from vasowave.io import apart
 
 
@@ -181,12 +181,3 @@ def test_a_voxel_size_that_is_not_there_is_asked_for_and_never_assumed(tmp_path,
     with pytest.raises(InputError, match=r"size of its voxels is not known; give it in cm \(--voxel of"):
         read_volume(path)
     np.testing.assert_array_equal(read_volume(path, 0.01).spacing, np.full(3, 0.01))
-
-
-@pytest.mark.parametrize("spacing", [4e8, 1e-9])
-def test_a_voxel_size_that_no_image_of_an_animal_has_is_an_error(tmp_path, spacing):
-    sound = volume()
-    with pytest.raises(InputError, match="voxels of an animal measure"):
-        Volume(sound.grey, np.array([0.01, spacing, 0.01]), sound.origin)
-    with pytest.raises(InputError, match="voxel size"):
-        read_volume(image(tmp_path, "v.mha"), spacing)

@@ -70,7 +70,7 @@ def middle(embedding, row):
     ("edits", "made"),
     [
         ({"remove": 4}, {"profiles"}),
-        ({"cut": 4, "merge": 1}, {"profiles"}),
+        pytest.param({"cut": 4, "merge": 1}, {"profiles"}, marks=pytest.mark.validation),
         ({"root": None}, {"lumen", "loops", "axes", "elsewhere", "witness", "profiles", "grey"}),
     ],
 )

@@ -34,7 +34,7 @@ def test_parts_are_smoothed_as_the_whole_is_to_the_last_bit(scan, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "kind", [np.uint8, *(pytest.param(one, marks=pytest.mark.validation) for one in (np.int16, np.uint16)), ">u2"]
+    "kind", [np.uint8, *(pytest.param(one, marks=pytest.mark.validation) for one in (np.int16, np.uint16, ">u2"))]
 )
 def test_whole_grey_levels_keep_their_type_and_give_the_network_of_decimal_ones(scan, kind):
     """To the last bit, though eight bits overflow where two levels are added and wrap around where one is taken off."""

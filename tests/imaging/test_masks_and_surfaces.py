@@ -1,7 +1,3 @@
-import base64
-import zlib
-from xml.etree import ElementTree
-
 import numpy as np
 import pytest
 import SimpleITK
@@ -9,7 +5,6 @@ import SimpleITK
 from vasowave.errors import InputError
 from vasowave.imaging import Options, Volume, read_volume, write_volume
 from vasowave.imaging.entrances import deepest_near
-from vasowave.imaging.exchange.triangles import write_stl, write_surface_vtp
 from vasowave.imaging.given import given
 from vasowave.imaging.lumen.contours import level_set
 from vasowave.imaging.lumen.masks import EditedMask, Within, box_region
@@ -55,33 +50,6 @@ def test_smoothing_flattens_noise_and_keeps_the_volume():
 
     assert tilt(smooth) < 0.8 * tilt(rough)
     assert enclosed_volume(smooth) == pytest.approx(enclosed_volume(rough), rel=0.01)
-
-
-def test_stl_and_vtp_hold_the_same_triangles_in_mm(tmp_path):
-    surface = smooth_surface(segment(tube(), 56))
-    write_stl(surface, tmp_path / "s.stl")
-    write_surface_vtp(surface, tmp_path / "s.vtp")
-    raw = (tmp_path / "s.stl").read_bytes()
-    assert len(raw) == 84 + 50 * int(np.frombuffer(raw[80:84], "<u4")[0])
-    facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("count", "<u2")])
-    table = np.frombuffer(raw[84:], facet)
-    np.testing.assert_allclose(table["corners"][7], 10 * surface.points[surface.triangles[7], ::-1], rtol=1e-6)
-    middle = np.array([33.0, 22.26, 11.93])  # of the tube, x y z in mm
-    outward = np.einsum("ij,ij->i", table["normal"], table["corners"].mean(axis=1) - middle)
-    assert (outward > 0).mean() > 0.99
-    arrays = {a.get("Name"): vtk_values(a) for a in ElementTree.parse(tmp_path / "s.vtp").iter("DataArray")}
-    corners = arrays["Points"].reshape(-1, 3)[arrays["connectivity"]].reshape(-1, 3, 3)
-    np.testing.assert_array_equal(corners, table["corners"])
-    np.testing.assert_array_equal(arrays["offsets"], 3 * np.arange(1, len(table) + 1))
-
-
-def vtk_values(element):
-    """One zlib block behind a header of four 8-byte numbers, each part in base64 of its own."""
-    size = np.frombuffer(base64.b64decode(element.text[:44]), "<u8")
-    content = zlib.decompress(base64.b64decode(element.text[44:]))
-    assert size[0] == 1
-    assert size[1] == len(content)
-    return np.frombuffer(content, {"Float32": "<f4", "Int64": "<i8"}[element.get("type")])
 
 
 def test_a_written_mask_reads_back_and_as_lumen_gives_the_same_voxels(tmp_path):

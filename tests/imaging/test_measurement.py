@@ -22,28 +22,6 @@ from vasowave.imaging.witness.loops import loop_count, loops_of
 from vasowave.network.network import Network
 
 
-def cylinder_surface(length, radius, rng, points=4000):
-    """Side and flat ends of a cylinder along x (columns z, y, x)."""
-    angle, x = rng.uniform(0, 2 * np.pi, points), rng.uniform(0, length, points)
-    side = np.column_stack([radius * np.sin(angle), radius * np.cos(angle), x])
-    rho = radius * np.sqrt(rng.uniform(size=points))
-    cap = np.column_stack([rho * np.sin(angle), rho * np.cos(angle), np.full(points, length)])
-    return np.concatenate([side, cap])
-
-
-def test_a_path_that_turns_into_a_corner_is_prolonged_to_the_flat_end_instead():
-    radius, length = 0.05, 0.6
-    x = np.linspace(0, length, 121)
-    line = Line(np.column_stack([np.zeros(121), np.clip(x - 0.58, 0, None) * 1.2, x]), np.full(121, radius))
-    surface = cylinder_surface(length, radius, np.random.default_rng(0))
-    before = Tree((line,), np.array([-1]))
-    after = with_ends_at_the_surface(before, surface)
-    assert network_of(before).length[0] > length + 0.01
-    assert network_of(after).length[0] == pytest.approx(length, rel=1e-6)
-    np.testing.assert_allclose(after.lines[0].points[-1, :2], 0, atol=1e-6)
-    assert after.lines[0].radius[-1] == pytest.approx(0, abs=1e-6)
-
-
 @pytest.fixture(scope="module")
 def stubby():
     """A fork one of whose daughters hardly leaves the parent."""

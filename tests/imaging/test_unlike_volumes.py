@@ -1,18 +1,16 @@
 """What images unlike the phantom need: vessels that bend, fade and narrow, frames of zeros, slices of any distance."""
 
-import warnings
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
-from scipy.stats import theilslopes
 from test_tubes import VOXEL, walls
 from typer import Context
 from typer.main import get_command
 
 from vasowave.cli import app
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
 from vasowave.imaging import Options, Volume
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.lumen.levels import background_and_noise, background_level
@@ -193,61 +191,9 @@ def test_every_setting_is_an_option_of_the_command_with_the_same_default():
         assert default in str(options[entry.name].show_default) or entry.default is None
 
 
-def test_an_unknown_choice_is_refused_with_those_there_are_and_loops_are_refused_unless_asked_for():
-    with pytest.raises(InputError, match="method: 'magic' is not known; choose from"):
-        Options(method="magic")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", VasowaveWarning)
-        assert Options().loops == "refuse"
-
-
-def test_a_vessel_whose_radius_would_end_within_it_keeps_its_sections():
-    """The radius falls by its own measure along the vessel: carried on to the middle nothing would be left of it."""
-    run = np.linspace(0.0, 0.2, 30)
-    one = replace(made_profile(88, 0.04), signal=(1 - 4 * run) ** 2, run=run)
-    for middle, taper in ((0.3, False), (0.1, True)):
-        found = evened_sections(one, middle)
-        assert (found.sections is one) == (not taper)
-        assert found.taper == pytest.approx(4 / 0.6) if taper else np.isnan(found.taper)
-    within = evened_sections(one, 0.1)
-    np.testing.assert_allclose(np.sqrt(within.sections.signal), 0.6, rtol=1e-6)
-    assert within.error == pytest.approx(0, abs=1e-9)
-    short = replace(one, signal=one.signal[:4], run=run[:4])
-    assert evened_sections(short, 0.1).sections is short
-
-
 @pytest.mark.parametrize("radius", [1.5, 2.5, 4.0])
 def test_a_vessel_shows_its_contrast_through_the_blur_and_is_the_surer_the_wider(radius):
     contrast, error = own_contrast(made_profile(100.0, radius, blur=0.9), 0.9)
     lost = np.exp(-(radius**2) / (2 * 0.9**2))
     assert contrast == pytest.approx(100.0, rel=1e-3)
     assert error == pytest.approx(np.hypot(lost, 0.01) * contrast, rel=2e-3)
-
-
-def test_a_slope_counts_beyond_three_standard_errors_of_a_third_of_the_sections():
-    """Against the slope of Theil and Sen by SciPy."""
-    rng, run = np.random.default_rng(8), np.linspace(0.0, 1.0, 12)
-    width = 3.0 - 0.8 * run + 0.05 * rng.standard_normal(12)
-    found = evened_sections(replace(made_profile(1, 1, sections=12), signal=width**2, run=run), 0.7)
-    slope = theilslopes(width, run)[0]
-    rest = width - slope * run
-    error = np.std(rest) / (np.std(run) * np.sqrt(12 / 3))
-    at_middle = np.median(rest) + slope * 0.7
-    assert (found.taper, found.taper_sd) == pytest.approx((-slope / at_middle, error / at_middle))
-    kept = slope * (1 - (3 * error / slope) ** 2)
-    line = np.median(width - kept * run) + kept * np.append(run, 0.7)
-    assert found.sections.signal == pytest.approx(width**2 * (line[-1] / line[:-1]) ** 2)
-    assert found.error == pytest.approx(0.2 * error / line[-1])
-    level = 3.0 + 0.05 * rng.standard_normal(12)
-    same = evened_sections(replace(made_profile(1, 1, sections=12), signal=level**2, run=run), 0.7)
-    assert same.sections.signal == pytest.approx(level**2)
-
-
-def test_vessels_of_one_contrast_have_the_mean_and_are_known_by_it():
-    vessels = [made_profile(100.0, radius, blur=0.9) for radius in (3.0, 4.0, 5.0)]
-    error = np.array([own_contrast(one, 0.9)[1] for one in vessels])
-    found, sd = contrasts([*vessels, None], np.array([0.0, 1.0, 2.0, 3.0]), 0.9)
-    assert found == pytest.approx(100.0, rel=1e-4)
-    common = 1 / np.sum(1 / error**2)
-    assert sd[:3] == pytest.approx(np.sqrt(1 / (1 / error**2 + 1 / common)), rel=1e-6)
-    assert sd[3] == pytest.approx(np.sqrt(common), rel=1e-6)

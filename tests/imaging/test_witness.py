@@ -11,12 +11,11 @@ from made_tree import forked_tree, straight
 
 from vasowave.errors import VasowaveWarning
 from vasowave.imaging.axes.junctions import without_short_vessels
-from vasowave.imaging.axes.starts import settled, settled_before
+from vasowave.imaging.axes.starts import settled
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.lumen.segmentation import Segmentation, segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.measurement import measured_alone
-from vasowave.imaging.revise.edits import Edit, edited
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt, Grade, gravest, ranked, warn_of
 from vasowave.imaging.witness.skeleton import Branches, skeleton_branches, thinned
@@ -117,39 +116,6 @@ def test_junctions_that_begin_a_radius_off_end_where_the_vessels_were_joined_and
         assert off < 3 * found.place_sd[row]
         assert found.place_sd[row] < 0.3 * tree.lines[row].typical_radius
     assert np.all(found.place_sd[list(tree.terminals)] == 0)
-
-
-@pytest.mark.parametrize(
-    ("action", "row", "share", "fitted_anew"),
-    [("cut", 4, 0.7, 0), ("cut", 4, 0.3, 1), ("move", 4, 0.7, 1), ("merge", 1, 0.7, 1), ("remove", 4, 0.7, 0)],
-)
-def test_an_edit_opens_only_the_junctions_that_it_touches_and_those_as_a_fit_of_all_does(
-    seen, action, row, share, fitted_anew
-):
-    _, tree, lumen = seen
-    surface = surface_points(lumen)
-    before = settled(tree, surface, lumen.spacing, 1e-3)
-    line, asked = before.tree.lines[row], []
-    place = line.points[int(share * len(line))]
-    to = line.points[-1] + [0.01, 0, 0] if action == "move" else None
-    now = edited(before.tree, (Edit(action, place, "line 1", to),))
-    found = settled_before(now, before, surface, lumen.spacing, 1e-3, lambda what, make: asked.append(what) or make())
-    assert len(asked) == fitted_anew
-    anew, whole = [what[1][0].arms[0].points[-1] for what in asked], settled(now, surface, lumen.spacing, 1e-3)
-    for junction in set(range(len(now))) - set(now.terminals):
-        end, daughters = now.lines[junction].points[-1], now.daughters(junction)
-        if any(np.array_equal(end, place) for place in anew):
-            of, at, beyond = whole, junction, daughters
-        else:  # vessels may have other numbers and go on otherwise, but they leave where they left, in their order
-            at = next(one for one, old in enumerate(before.tree.lines) if np.array_equal(old.points[-1], end))
-            of, beyond = before, before.tree.daughters(at)
-            for one, old in zip(daughters, beyond, strict=True):
-                np.testing.assert_array_equal(now.lines[one].points[5], before.tree.lines[old].points[5])
-        assert found.ends_sd[junction, 1] == of.ends_sd[at, 1] > 0
-        assert found.place_sd[junction] == of.place_sd[at] > 0
-        np.testing.assert_array_equal(found.ends_sd[daughters, 0], of.ends_sd[beyond, 0])
-    assert found.ends_sd[0, 0] == 0  # the root begins at no junction
-    assert now is found.tree
 
 
 def test_the_gravest_doubts_come_first_and_of_one_grade_those_with_most_of_the_flow():
