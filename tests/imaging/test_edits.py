@@ -10,12 +10,10 @@ from vasowave.imaging.measure.measurement import filled_at, measured_alone, netw
 from vasowave.imaging.measure.radii import Densitometry
 from vasowave.imaging.revise.edits import edited, outlets_of, read_edits, root_of, with_radii
 from vasowave.imaging.revise.parts import (
-    check_wishes,
     first_generations,
     largest_vessels,
     part_of,
     scaled,
-    wanted_part,
     wider_than,
 )
 from vasowave.imaging.tree import Tree
@@ -226,10 +224,3 @@ def test_a_part_and_a_scaled_tree_take_everything_along():
     assert twice.grey.radius[0] == pytest.approx(0.2)
     assert twice.grey.sd[0] == pytest.approx(0.02)
     assert twice.tree.lines[0].points[-1].tolist() == [0, 0, 2]
-    assert len(wanted_part(measured(), 2, None, None).network) == 3
-    assert len(wanted_part(measured(), None, 3, None).network) == 3
-    assert len(wanted_part(measured(), None, None, 0.04).network) == 5
-    assert len(wanted_part(measured(), None, None, None).network) == 5
-    check_wishes(2, None, None)
-    with pytest.raises(InputError, match="keep either"):
-        check_wishes(2, 3, None)

@@ -85,22 +85,6 @@ def test_approved_what_every_stage_of_an_extraction_finds(extracted):
     approval.approve("extraction, stages", found, 1e-4, PROCESSORS)  # cm
 
 
-def test_the_roots_radius_is_that_between_cannula_and_first_bifurcation(extracted):
-    folder, _, _ = extracted
-    row = next(row for row in table(folder / "network.csv") if not row["parent"])
-    # 0.052 cm, not the cannula's 0.043, nor a mean of both.
-    assert float(row["radius [cm]"]) == pytest.approx(0.052, rel=0.03)
-    assert float(row["radius_inscribed [cm]"]) == pytest.approx(0.052, rel=0.06)
-
-
-def test_centerlines_read_back_as_the_same_vessels(extracted):
-    folder, _, _ = extracted
-    mine = np.sort(read_network(folder / "network.csv").length)
-    for name, unit in (("centerlines.vtp", 0.1), ("centerlines.swc", 1e-4)):
-        again = network_of(read_centerlines(folder / name, unit, cut="identical"))
-        np.testing.assert_allclose(np.sort(again.length), mine, rtol=1e-6, err_msg=name)
-
-
 @pytest.mark.validation
 def test_the_edited_mask_gives_the_network_that_was_left_in_it(extracted, scan, tmp_path):
     folder, embedding, volume = extracted[0], scan[1], scan[2]

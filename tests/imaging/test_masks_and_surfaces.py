@@ -4,7 +4,6 @@ import SimpleITK
 
 from vasowave.errors import InputError
 from vasowave.imaging import Options, Volume, read_volume, write_volume
-from vasowave.imaging.entrances import deepest_near
 from vasowave.imaging.given import given
 from vasowave.imaging.lumen.contours import level_set
 from vasowave.imaging.lumen.masks import EditedMask, Within, box_region
@@ -179,18 +178,10 @@ def test_oblique_axes_are_kept_and_the_grey_levels_are_not_resampled(tmp_path):
     np.testing.assert_allclose(found.axes[::-1, ::-1], [[c, -s, 0], [s, c, 0], [0, 0, 1]], atol=1e-12)
 
 
-def test_the_deepest_place_near_a_point_at_the_wall_is_on_the_axis():
-    lumen = segment(tube(), 45)
-    found = deepest_near(lumen, np.array([1.193, 2.226 + 0.045, 3.3]))
-    assert np.hypot(*(found[:2] - [1.193, 2.226])) < 0.015
-    outside = np.array([1.0, 2.0, 3.0])
-    np.testing.assert_array_equal(deepest_near(lumen, outside), outside)
-
-
 def test_a_region_and_a_mask_may_be_files_and_the_lumen_lies_in_both(tmp_path):
     image = tube()
-    region, mask = np.zeros(image.grey.shape), np.zeros(image.grey.shape)
-    region[:, :, :30], mask[:, :, 20:] = 1, 1
+    region, mask = np.zeros(image.grey.shape), full_mask(segment(image, 45), image).astype(float)
+    region[:, :, :30], mask[:, :, :20] = 1, 0
     for name, labels in (("region", region), ("mask", mask)):
         write_volume(Volume(labels, image.spacing, image.origin), tmp_path / f"{name}.nrrd")
 
