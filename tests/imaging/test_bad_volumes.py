@@ -41,12 +41,6 @@ def series(scan, tmp_path):
     return tmp_path / "dicom"
 
 
-def test_a_truncated_slice(series, tmp_path):
-    content = (series / "slice0004.dcm").read_bytes()
-    (series / "slice0004.dcm").write_bytes(content[: len(content) // 2])
-    refused("slice0004.dcm", tmp_path, series, "--root", "0,0,0")
-
-
 def test_two_series_in_one_folder(series, tmp_path):
     write_dicom_series(
         Volume(np.random.default_rng(0).normal(size=(4, 40, 40)), np.full(3, 0.01), np.zeros(3)), tmp_path / "b"
@@ -73,22 +67,6 @@ def test_slices_of_a_tilted_gantry_are_refused_and_rounded_positions_are_not(ser
 def test_a_text_file_among_the_slices(series, tmp_path):
     (series / "notes.txt").write_text("scanned on Monday")
     refused("notes.txt: not a readable DICOM file", tmp_path, series, "--root", "0,0,0")
-
-
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [(np.nan, "not finite"), (7.0, "every voxel has grey level 7"), (None, "where does")],
-)
-def test_a_volume_of_nan_or_of_one_value(scan, tmp_path, value, message):
-    import SimpleITK
-
-    grey = np.array(scan[1].grey)
-    if value is not None:
-        grey[:] = value
-    picture = SimpleITK.GetImageFromArray(grey)
-    picture.SetSpacing([10 * float(h) for h in scan[1].spacing])
-    SimpleITK.WriteImage(picture, str(tmp_path / "v.mha"))
-    refused(message, tmp_path, tmp_path / "v.mha", "--cannula", "0")  # else the cannula's end is taken for the root
 
 
 @pytest.mark.parametrize(
@@ -198,6 +176,7 @@ def test_a_folder_that_holds_something_else_is_not_touched(image, tmp_path):
     refused("not empty and not a vasowave result", tmp_path, image, "--root", "0,0,0")
 
 
+@pytest.mark.validation
 def test_a_region_cuts_the_tree_off_in_the_command(scan, image, tmp_path):
     embedding, volume = scan
     low, high = volume.origin.copy(), volume.origin + (np.array(volume.grey.shape) - 1) * volume.spacing

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from made_tree import straight
+from test_tubes import walls
 
 from approval import approve, parts
 from vasowave.errors import InputError
-from vasowave.imaging.exchange.convention import _at, _ball_surface, _junction_radius, as_extracted
+from vasowave.imaging.exchange.convention import as_extracted
 from vasowave.imaging.tree import Line, Tree
 
 
@@ -26,7 +27,7 @@ def test_approved_lines_by_the_convention_of_an_extraction():
     for name, given, surface, ends in (
         ("rough", tree(0.05), None, "auto"),
         ("balls", tree(), None, "ball"),
-        ("surface", tree(0.05), _ball_surface(tree()), "wall"),
+        ("surface", tree(0.05), walls(tree().lines, (0.10, 0.08, 0.06)), "wall"),
     ):
         found = as_extracted(given, surface, ends)
         lines += parts(f"{name}, SD", found.length_sd)
@@ -36,14 +37,7 @@ def test_approved_lines_by_the_convention_of_an_extraction():
     approve("convention", lines, 2e-4, 2e-3)
 
 
-def test_junctions_and_ends_are_placed_by_the_radii_that_meet():
-    given = tree()
-    assert _junction_radius(given) == pytest.approx([0.1, 0.1, 0.1])
-    chain = Tree((*given.lines, straight((1.9, 0.5, 0), (2.5, 0.5, 0), 0.05)), np.array([-1, 0, 0, 1]))
-    assert _junction_radius(chain) == pytest.approx([0.1, np.hypot(0.1, 0.08), 0.1, 0.08])
-    ends = np.array([[0, 0, -0.049], [0, 0.5, 1.939], [0, -0.6, 1.831], [0, 9, 9]])
-    assert _at(given, ends).tolist() == [True, True, False]
-    assert _at(given, ends[1:]).tolist() == [False, True, False]
+def test_a_vessel_without_length_is_refused():
     point = Tree((Line(np.zeros((2, 3)), np.ones(2)),), np.array([-1]))
     with pytest.raises(InputError, match="a vessel without length: two junctions, or an end, lie at the same place"):
         as_extracted(point)

@@ -1,17 +1,23 @@
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from made_tree import forked_tree, straight
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.measure.measurement import measured_alone, network_of, taper
-from vasowave.imaging.revise.edits import Edit, _cut, edited, outlets_of, read_edits, root_of, with_radii
-from vasowave.imaging.revise.parts import first_generations, largest_vessels, wider_than
+from vasowave.imaging.measure.measurement import filled_at, measured_alone, network_of, taper, with_errors
+from vasowave.imaging.measure.radii import Densitometry
+from vasowave.imaging.revise.edits import edited, outlets_of, read_edits, root_of, with_radii
+from vasowave.imaging.revise.parts import (
+    first_generations,
+    largest_vessels,
+    part_of,
+    scaled,
+    wider_than,
+)
 from vasowave.imaging.tree import Tree
 from vasowave.network.network import Network
-
-AT = Edit("cut", np.zeros(3), "line 1")
 
 
 @pytest.fixture
@@ -75,6 +81,11 @@ def test_a_root_among_the_edits_is_read_in_its_unit(tmp_path):
         ("merge 0.5 0 0", "line 1: 'merge' makes an inner vessel a point, but this is a root"),
         ("merge 2.5 1 0", "line 1: .* a terminal vessel; use 'remove'"),
         ("cut 0 0 0", "line 1: the place is where the vessel begins"),
+        ("# by hand\nradius 1 2 3", "line 2: 'radius' takes "),
+        ("radius 1 2 3 -1", "line 1: 'radius' takes "),
+        ("move 1 2 3 4 5", "line 1: 'move' takes "),
+        ("outlet 1 2", "line 1: 'outlet' takes "),
+        ("unit", "line 1: 'unit' takes one word: cm, mm or um"),
     ],
 )
 def test_a_wrong_edit_is_named_with_its_line(tree, tmp_path, text, message):
@@ -137,13 +148,6 @@ def test_the_standard_error_of_the_taper_is_that_of_repeated_measurements():
     assert np.mean(errors) == pytest.approx(np.std(slopes), rel=0.25)
 
 
-def test_a_vessel_may_be_cut_as_soon_as_something_of_it_is_left():
-    tree = forked_tree()  # 41 points a vessel
-    assert len(_cut(tree, 4, 1 / 40, AT).lines[4]) == 2
-    with pytest.raises(InputError, match="line 1: the place is where the vessel begins"):
-        _cut(tree, 4, 0.4 / 40, AT)
-
-
 def test_a_moved_junction_takes_its_three_vessels_along_and_leaves_their_other_ends(tree, tmp_path):
     found = after(tree, tmp_path, "move 1 0 0  1.1 0.2 0.05\n")
     np.testing.assert_array_equal(found.parent, tree.parent)
@@ -187,8 +191,36 @@ def test_outlets_among_the_edits_are_places(tmp_path):
     assert outlets_of(()) is None
 
 
-@pytest.mark.parametrize("line", ["radius 1 2 3", "radius 1 2 3 0", "radius 1 2 3 -1", "move 1 2 3 4 5", "outlet 1 2"])
-def test_an_edit_with_other_numbers_than_it_needs_names_its_line(line, tmp_path):
-    (tmp_path / "e.txt").write_text(f"# made by hand\n{line}\n")
-    with pytest.raises(InputError, match=r"e.txt, line 2: '\w+' takes "):
-        read_edits(tmp_path / "e.txt")
+def measured(**changes):
+    found = measured_alone(forked_tree())
+    ones = np.ones(5)
+    grey = Densitometry(0.1 * ones, 0.01 * ones, 50 * ones, ones, ones, np.array([0.01, 9, 0.02, 0, 0.0]),
+                        np.array([0.001, 0.001, 0.0, 0.1, np.nan]))  # fmt: skip
+    return replace(found, radius_sd=np.array([0.01, 0, np.nan, 0.02, 0.01]), grey=grey, **changes)
+
+
+def test_a_network_knows_the_errors_and_tapers_that_were_measured():
+    network = with_errors(measured()).network
+    assert network.radius_sd == pytest.approx([0.01, np.nan, np.nan, 0.02, 0.01], nan_ok=True)
+    assert network.taper == pytest.approx([0.01, np.nan, np.nan, 0, np.nan], nan_ok=True)  # 9 would close it
+    assert network.taper_sd == pytest.approx([0.001, np.nan, np.nan, 0.1, np.nan], nan_ok=True)
+    assert with_errors(replace(measured(), grey=None)).network.taper is None
+    assert filled_at(measured(), 7.0).network.pressure == 7.0
+    short = measured_alone(Tree((straight((0, 0, 0), (0.3, 0, 0), 0.1),), np.array([-1])))
+    assert short.reliable.tolist() == [False]
+    assert measured_alone(forked_tree(), np.arange(5.0)).length_sd.tolist() == [0, 1, 2, 3, 4]
+
+
+def test_a_part_and_a_scaled_tree_take_everything_along():
+    part = part_of(filled_at(measured(), 5.0), [0, 1, 3])
+    assert (part.network.name, part.network.parent.tolist()) == (("1", "2", "4"), [-1, 0, 1])
+    assert part.network.pressure == 5.0
+    assert part.radius_sd == pytest.approx([0.01, 0, 0.02])
+    assert part.grey.taper_sd == pytest.approx([0.001, 0.001, 0.1])
+    assert part.tree.lines[2].points[-1].tolist() == [0, 2, 3]
+    twice = scaled(measured(), 2.0)
+    assert twice.network.length == pytest.approx(2 * measured().network.length)
+    assert twice.radius_sd[0] == pytest.approx(0.02)
+    assert twice.grey.radius[0] == pytest.approx(0.2)
+    assert twice.grey.sd[0] == pytest.approx(0.02)
+    assert twice.tree.lines[0].points[-1].tolist() == [0, 0, 2]

@@ -1,5 +1,3 @@
-import base64
-import struct
 import time
 import warnings
 from pathlib import Path
@@ -14,7 +12,6 @@ from vasowave.imaging.exchange.centerlines import read_centerlines, write_center
 from vasowave.imaging.exchange.legacy_vtk import PolyLines
 from vasowave.imaging.exchange.merging import merged
 from vasowave.imaging.exchange.polydata import read_polydata, write_vtp
-from vasowave.imaging.exchange.tables import write_author_tables
 from vasowave.imaging.measure.measurement import network_of
 from vasowave.imaging.tree import Line, Tree
 
@@ -97,22 +94,6 @@ def test_a_flat_table_gives_the_same_tree_as_its_lines(control, tmp_path):
     np.testing.assert_allclose(network_of(flat).length, network_of(kept).length, rtol=1e-9)
 
 
-def test_a_flat_table_whose_coordinates_are_in_different_units_is_refused(tmp_path):
-    (tmp_path / "lines.csv").write_text("x [m],y [mm],z [mm],radius [mm]\n1,2,3,0.5\n1,2,4,0.5\n")
-    with pytest.raises(InputError, match=r"x, y and z are in different units \(m, mm\)"):
-        read_centerlines(tmp_path / "lines.csv", unit=1.0)
-
-
-def test_a_line_that_returns_to_the_tree_by_another_way_is_reported_as_a_loop():
-    x = np.linspace(0, 10, 101)
-    straight = np.column_stack([x, 0 * x, 0 * x, 0 * x + 0.5])
-    bow = np.column_stack([x, 3 * np.sin(np.pi * np.clip(x, 2, 8) / 6 - np.pi / 3), 0 * x, 0 * x + 0.5])
-    beyond = np.concatenate([bow, [[10, 1, 0, 0.5], [10, 2, 0, 0.5]]])
-    with pytest.warns(VasowaveWarning, match=r"closes a loop at .*radii beside the tree"):
-        found = merged([Line.of(straight), Line.of(beyond)])
-    assert (found.above < 0).sum() == 1
-
-
 def test_swc_gives_the_vessels_it_describes(tmp_path):
     (tmp_path / "fork.swc").write_text(
         "# three vessels, micrometers\n1 3 0 0 0 400 -1\n2 3 3000 0 0 400 1\n"
@@ -127,82 +108,6 @@ def test_swc_gives_the_vessels_it_describes(tmp_path):
     (tmp_path / "lost.swc").write_text("1 3 0 0 0 4 -1\n2 3 3 0 0 4 7\n")
     with pytest.raises(InputError, match="line 2: parent 7 is not in the file"):
         read_centerlines(tmp_path / "lost.swc", unit=1)
-
-
-def test_every_encoding_of_a_vtp_reads_the_same(tmp_path):
-    points, ids, ends, radius = np.arange(9.0), np.arange(3), np.array([3]), np.array([0.5, 0.25, 0.125])
-    arrays = [("Float64", "Points", points), ("Int32", "connectivity", ids), ("Int32", "offsets", ends)]
-    arrays.append(("Float32", "Radius", radius))
-    kinds = {"Float64": "<f8", "Float32": "<f4", "Int32": "<i4"}
-
-    def file(form, encode, tail=b""):
-        tags = {}
-        for kind, name, values in arrays:
-            wide = ' NumberOfComponents="3"' if name == "Points" else ""
-            where, text = encode(values, kinds[kind])
-            tags[name] = f'<DataArray type="{kind}" Name="{name}" format="{form}"{where}{wide}>{text}</DataArray>'
-        head = (
-            '<VTKFile type="PolyData" byte_order="LittleEndian"><PolyData><Piece NumberOfPoints="3" NumberOfLines="1">'
-            f"<PointData>{tags['Radius']}</PointData><Points>{tags['Points']}</Points>"
-            f"<Lines>{tags['connectivity']}{tags['offsets']}</Lines></Piece></PolyData>"
-        )
-        return head.encode() + tail() + b"</VTKFile>" if callable(tail) else (head + "</VTKFile>").encode()
-
-    def plain(values, kind):
-        return "", " ".join(map(str, values))
-
-    def binary(values, kind):
-        content = values.astype(kind).tobytes()
-        return "", base64.b64encode(struct.pack("<I", len(content)) + content).decode()
-
-    def apart(values, kind):  # length and values in a stream each
-        content = values.astype(kind).tobytes()
-        return "", "".join(base64.b64encode(part).decode() for part in (struct.pack("<I", len(content)), content))
-
-    stored = bytearray()
-
-    def appended(values, kind):
-        content = values.astype(kind).tobytes()
-        where = f' offset="{len(stored)}"'
-        stored.extend(struct.pack("<I", len(content)) + content)
-        return where, ""
-
-    files = {
-        "ascii": file("ascii", plain),
-        "binary": file("binary", binary),
-        "binary, apart": file("binary", apart),
-        "raw": file("appended", appended, lambda: b'<AppendedData encoding="raw">_' + stored + b"</AppendedData>"),
-    }
-    legacy = b"# vtk DataFile Version 3.0\nlines\n%s\nDATASET POLYDATA\nPOINTS 3 double\n%s\nLINES 1 4\n%s\n" + (
-        b"POINT_DATA 3\nSCALARS Radius float\nLOOKUP_TABLE default\n%s\n"
-    )
-    files["legacy"] = legacy % (b"ASCII", b"0 1 2 3 4 5 6 7 8", b"3 0 1 2", b"0.5 0.25 0.125")
-    packed = [points.astype(">f8"), np.array([3, 0, 1, 2]).astype(">i4"), radius.astype(">f4")]
-    files["legacy binary"] = legacy % (b"BINARY", *(values.tobytes() for values in packed))
-    newer = b"# vtk DataFile Version 5.1\nlines\n%s\nDATASET POLYDATA\nPOINTS 3 double\n%s\nLINES 2 3\n" + (
-        b"OFFSETS vtktypeint64\n%s\nCONNECTIVITY vtktypeint64\n%s\nPOINT_DATA 3\nSCALARS Radius float\n"
-        b"LOOKUP_TABLE default\n%s\n"
-    )
-    files["legacy 5.1"] = newer % (b"ASCII", b"0 1 2 3 4 5 6 7 8", b"0 3", b"0 1 2", b"0.5 0.25 0.125")
-    packed[1:2] = [np.array([0, 3]).astype(">i8"), np.arange(3).astype(">i8")]
-    files["legacy 5.1 binary"] = newer % (b"BINARY", *(values.tobytes() for values in packed))
-    for name, content in files.items():
-        path = tmp_path / ("lines.vtk" if "legacy" in name else "lines.vtp")
-        path.write_bytes(content)
-        data = read_polydata(path)
-        np.testing.assert_array_equal(data.points, points.reshape(3, 3), err_msg=name)
-        np.testing.assert_array_equal(data.lines[0], ids, err_msg=name)
-        np.testing.assert_array_equal(data.fields["Radius"], radius, err_msg=name)
-
-
-def test_a_newer_legacy_file_keeps_each_of_its_lines(tmp_path):
-    text = (
-        "# vtk DataFile Version 5.1\nlines\nASCII\nDATASET POLYDATA\nPOINTS 6 float\n" + "0 0 0\n" * 6 + "LINES 4 7\n"
-        "OFFSETS vtktypeint64\n0 3 5 7\nCONNECTIVITY vtktypeint64\n0 1 2 2 3 4 5\n"
-    )
-    (tmp_path / "lines.vtk").write_text(text)
-    lines = read_polydata(tmp_path / "lines.vtk").lines
-    assert [line.tolist() for line in lines] == [[0, 1, 2], [2, 3], [4, 5]]
 
 
 def test_a_damaged_vtp_is_an_input_error_wherever_it_is_cut(control, tmp_path):
@@ -221,18 +126,6 @@ def test_a_damaged_vtp_is_an_input_error_wherever_it_is_cut(control, tmp_path):
             warnings.simplefilter("ignore", VasowaveWarning)
             with pytest.raises(InputError):
                 read_centerlines(tmp_path / "cut.vtp", unit=1)
-
-
-def test_the_authors_tables_name_daughters_and_sizes(control, tmp_path):
-    network, _ = control
-    write_author_tables(network, tmp_path / "c.csv", tmp_path / "d.csv")
-    connectivity = [line.split(",") for line in (tmp_path / "c.csv").read_text().split()]
-    assert len(connectivity) == 1 + 10
-    for name, left, right in connectivity[1:]:
-        assert {network.row(left), network.row(right)} == set(network.daughters[network.row(name)])
-    sizes = (tmp_path / "d.csv").read_text().splitlines()
-    assert sizes[0] == "vessel,r0 [cm],L [cm]"
-    assert len(sizes) == 22
 
 
 @pytest.mark.skipif(not MOUSE.exists(), reason="the measured mouse lung is not beside the project")

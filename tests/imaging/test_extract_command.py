@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 import approval
 from vasowave.cli import app
 from vasowave.errors import InputError
-from vasowave.imaging import Volume, read_volume, write_volume
+from vasowave.imaging import Volume, write_volume
 from vasowave.imaging.exchange.centerlines import read_centerlines
 from vasowave.imaging.kept.stages import read_value
 from vasowave.imaging.matching import match, unmatched
@@ -83,34 +83,6 @@ def test_approved_what_every_stage_of_an_extraction_finds(extracted):
         key = path.read_bytes()[32:96].decode()
         found += approval.parts(path.stem, read_value(path, key)[1])
     approval.approve("extraction, stages", found, 1e-4, PROCESSORS)  # cm
-
-
-def test_the_roots_radius_is_that_between_cannula_and_first_bifurcation(extracted):
-    folder, _, _ = extracted
-    row = next(row for row in table(folder / "network.csv") if not row["parent"])
-    # 0.052 cm, not the cannula's 0.043, nor a mean of both.
-    assert float(row["radius [cm]"]) == pytest.approx(0.052, rel=0.03)
-    assert float(row["radius_inscribed [cm]"]) == pytest.approx(0.052, rel=0.06)
-
-
-def test_centerlines_read_back_as_the_same_vessels(extracted):
-    folder, _, _ = extracted
-    mine = np.sort(read_network(folder / "network.csv").length)
-    for name, unit in (("centerlines.vtp", 0.1), ("centerlines.swc", 1e-4)):
-        again = network_of(read_centerlines(folder / name, unit, cut="identical"))
-        np.testing.assert_allclose(np.sort(again.length), mine, rtol=1e-6, err_msg=name)
-
-
-def test_surface_mask_and_centerlines_lie_over_the_image(extracted, scan):
-    folder, volume = extracted[0], scan[2]
-    mask = read_volume(folder / "mask.nrrd")
-    np.testing.assert_allclose(mask.spacing, volume.spacing, rtol=1e-6)
-    np.testing.assert_allclose(mask.origin, volume.origin, rtol=1e-6)
-    assert volume.grey[mask.grey > 0].mean() > 80
-    raw = np.fromfile(folder / "surface.stl", "<u1")[84:].reshape(-1, 50)[:, 12:48].copy().view("<f4")
-    places = raw.reshape(-1, 3)[:, ::-1] / 10
-    at = np.round((places - volume.origin) / volume.spacing).astype(int)
-    assert np.abs(volume.grey[tuple(at.T)].mean() - 45) < 10
 
 
 @pytest.mark.validation

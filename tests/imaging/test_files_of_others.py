@@ -104,20 +104,6 @@ def test_a_curve_of_slicer_joins_another_that_begins_within_its_radius(tmp_path,
     assert any("2 separate trees" in str(one.message) for one in said) != joined
 
 
-def test_an_lz4_block_unpacks_by_the_rules_of_its_format():
-    # Token 0x48: 4 literals, copy of 8 + 4 from 4 back (overlapping); then 5 last literals.
-    block = bytes([0x48]) + b"abcd" + bytes([4, 0]) + bytes([0x50]) + b"END!\n"
-    assert lz4_block(block, 21) == b"abcd" * 4 + b"END!\n"
-    # Lengths from 15 on go on in further bytes: 15 + 255 + 3 literals.
-    long = bytes(range(256)) + bytes(17)
-    assert lz4_block(bytes([0xF0, 255, 3]) + long, len(long)) == long
-    for end in (1, 3, 6):
-        with pytest.raises(InputError, match="LZ4"):
-            lz4_block(block[:end], 21)
-    with pytest.raises(InputError, match="LZ4"):
-        lz4_block(bytes([0x10]) + b"a" + bytes([2, 0]), 5)  # from before the beginning
-
-
 def test_an_lz4_block_that_unpacks_to_more_than_it_says_is_stopped_there():
     endless = bytes([0x1F]) + b"a" + bytes([1, 0]) + b"\xff" * 4000 + b"\0"  # a copy of a million bytes
     with pytest.raises(InputError, match="LZ4"):

@@ -6,18 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from phantom import embed, render
-from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
 from vasowave.imaging.lumen.levels import levels_of
 from vasowave.imaging.lumen.segmentation import Segmentation, segment
-from vasowave.imaging.measure.grey_scale import corrected, grey_scale
+from vasowave.imaging.measure.grey_scale import GreyScale, corrected, grey_scale
 from vasowave.imaging.options import grey_text, parse_grey
 from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.grey import grey_doubts, grey_look, saturation
+from vasowave.imaging.witness.grey import grey_look, saturation
 from vasowave.network.network import Network
 
 NETWORK = Network(("a", "b", "c"), np.array([-1, 0, 0]), np.array([0.4, 0.4, 0.3]), np.array([0.052, 0.04, 0.034]))
@@ -102,7 +100,7 @@ def _grown(points, image, factor):
     return (points - image.origin) * factor + image.origin
 
 
-@pytest.mark.parametrize("share", [0.55, 0.85])
+@pytest.mark.parametrize("share", [pytest.param(0.55, marks=pytest.mark.validation), 0.85])
 def test_a_clipped_image_is_wrong_and_says_how_to_export_it(fork, share):
     embedding, volume = fork
     clipped = Volume(np.minimum(volume.grey, 12 + 88 * share), volume.spacing, volume.origin)
@@ -161,16 +159,6 @@ def test_a_threshold_that_cannot_be_is_answered_with_one_that_can(fork):
             segment(volume, wrong)
 
 
-def test_the_option_stands_in_the_help_of_extract():
-    assert "--grey" in CliRunner().invoke(app, ["extract", "--help"], env={"COLUMNS": "200"}).output
-
-
-def test_no_doubt_stands_where_grey_levels_say_nothing():
-    from vasowave.imaging.witness.grey import GreyLook
-
-    assert grey_doubts(GreyLook(0.0, 100.0, None), ("1",)) == []
-
-
 @pytest.mark.validation
 def test_a_look_at_the_grey_scale_of_a_large_image_needs_less_memory_than_the_image(fork):
     embedding, volume = fork
@@ -188,3 +176,17 @@ def test_a_look_at_the_grey_scale_of_a_large_image_needs_less_memory_than_the_im
     assert memory < wide.grey.nbytes
     assert looks["small"].contradicted == looks["wide"].contradicted
     assert looks["small"].scale.bend == pytest.approx(looks["wide"].scale.bend, abs=1e-5)
+
+
+def test_bend_and_flatness_of_a_scale():
+    """A parabola 16 % above the line in the middle; noise that grows tenfold is ten times as steep there."""
+    level = np.linspace(10.0, 110.0, 17)
+    share = (level - 10) / 100
+    one = GreyScale(level, level - 64 * share * (1 - share), np.full(17, 2.0))
+    assert one.bend == pytest.approx(0.16)
+    assert GreyScale(level, level + 64 * share * (1 - share), np.full(17, 2.0)).bend == pytest.approx(-0.16)
+    assert one.flatness == pytest.approx(1.0)
+    noise = 1.0 + share
+    steep = GreyScale(level, level, noise)
+    assert steep.flatness == pytest.approx(np.log(2), rel=2e-3)  # ∫ ds/(1 + s) over the unit interval
+    assert GreyScale(level, level, noise[::-1]).flatness == pytest.approx(np.log(2), rel=2e-3)

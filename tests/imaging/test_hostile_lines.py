@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from fuzzing.vessels import bomb, edits, markups, tree, vtk, vtp_text
+from fuzzing.vessels import bomb, edits, markups, tree, vtk
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.exchange.centerlines import read_centerlines
 from vasowave.imaging.exchange.polydata import read_polydata
@@ -40,45 +40,6 @@ def test_a_lost_line_of_a_vtk_text_is_noticed(tmp_path):
         (tmp_path / "d.vtk").write_text("".join([*content[:row], *content[row + 1 :]]))
         with pytest.raises(InputError, match=r"d\.vtk"):
             read_centerlines(tmp_path / "d.vtk", unit=0.1)
-
-
-def test_text_and_binary_of_a_legacy_file_read_the_same_with_metadata_and_attributes_between(tmp_path):
-    for binary in (False, True):
-        vtk(tmp_path / f"{binary}.vtk", binary)
-    one, other = (read_polydata(tmp_path / f"{binary}.vtk") for binary in (False, True))
-    np.testing.assert_allclose(one.points, other.points, atol=1e-8)
-    more = "METADATA\nINFORMATION 1\nNAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 0.5 1.2\n\nNORMALS n float\n"
-    normals = "0 0 1\n" * len(one.points)
-    cells = f"CELL_DATA {len(one.lines)}\nSCALARS CenterlineIds int 1\nLOOKUP_TABLE default\n"
-    text = (tmp_path / "False.vtk").read_text() + more + normals + cells + "0\n1\n2\n"
-    (tmp_path / "more.vtk").write_text(text)
-    found = read_polydata(tmp_path / "more.vtk")
-    np.testing.assert_array_equal(found.points, one.points)
-    np.testing.assert_array_equal(found.fields["n"], [[0, 0, 1]] * len(one.points))
-    np.testing.assert_array_equal(found.cells["CenterlineIds"], [0, 1, 2])
-
-
-@pytest.mark.parametrize("announced", [("NumberOfPoints", 1), ("NumberOfLines", 1)])
-def test_a_vtp_with_other_counts_than_it_announces_is_refused(tmp_path, announced):
-    vtp_text(tmp_path / "c.vtp")
-    text = (tmp_path / "c.vtp").read_text()
-    name, _ = announced
-    before = text.split(f'{name}="')[1].split('"')[0]
-    (tmp_path / "c.vtp").write_text(text.replace(f'{name}="{before}"', f'{name}="{int(before) + 1}"'))
-    with pytest.raises(InputError, match="were announced"):
-        read_polydata(tmp_path / "c.vtp")
-
-
-@pytest.mark.parametrize("odd", ["1_0", "\N{ARABIC-INDIC DIGIT ONE}"])
-def test_signs_that_python_takes_for_numbers_are_none_in_a_vtp(tmp_path, odd):
-    (tmp_path / "c.vtp").write_text(
-        '<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="1" NumberOfLines="1"><Points>'
-        f'<DataArray type="Float64" Name="Points" NumberOfComponents="3" format="ascii">{odd} 2 3</DataArray></Points>'
-        "<Lines/></Piece></PolyData></VTKFile>",
-        encoding="utf-8",
-    )
-    with pytest.raises(InputError, match="signs that no number has"):
-        read_polydata(tmp_path / "c.vtp")
 
 
 def test_a_vtp_block_that_says_24_kb_and_unpacks_to_gigabytes_is_stopped(tmp_path):

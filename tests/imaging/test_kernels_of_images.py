@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 from vasowave.imaging.kernels import ahead_of, encloses, in_tube, summed_on_pieces
-from vasowave.imaging.lumen.segmentation import reach_of, smoothed
+from vasowave.imaging.lumen.segmentation import smoothed
 
 RNG = np.random.default_rng(5)
 
@@ -16,11 +16,6 @@ def test_smoothing_is_that_of_scipy_to_the_last_bit(width, shape):
     grey = RNG.normal(100.0, 30.0, shape).astype(np.float32)
     expected = ndimage.gaussian_filter(grey, width, mode="reflect", truncate=3.0, output=np.float32)
     assert np.array_equal(smoothed(grey, width), expected)
-
-
-@pytest.mark.parametrize(("width", "reach"), [(0.16, 0), (0.17, 1), (0.49, 1), (0.5, 2), (1.5, 5)])
-def test_smoothing_reaches_three_standard_deviations_rounded(width, reach):
-    assert reach_of(width) == reach
 
 
 def test_what_is_enclosed_is_what_labels_of_the_rest_say():
@@ -46,13 +41,6 @@ def test_a_place_is_in_a_tube_if_its_nearest_point_reaches_it():
     expected = gaps.min(axis=2) < reach[nearest]
     assert 20 < expected.sum() < 250
     assert np.array_equal(in_tube(places, middles, points, reach), expected)
-
-
-def test_a_section_far_from_a_tube_is_outside_and_the_wall_itself_too():
-    points, reach = np.array([[0.0, 0, 0], [1, 0, 0]]), np.array([0.5, 0.25])
-    places = np.array([[[0.0, 0.5, 0], [0, 0.4999, 0], [1, 0.25, 0], [1, 0.2499, 0], [9, 9, 9]]])
-    assert in_tube(places, np.zeros((1, 3)), points, reach)[0].tolist() == [False, True, False, True, False]
-    assert not in_tube(places + 100, np.full((1, 3), 100.0), points, reach).any()
 
 
 def test_points_ahead_lie_in_a_cylinder_that_begins_and_ends_where_it_says():

@@ -19,8 +19,8 @@ def scan():
 
 
 def test_parts_are_smoothed_as_the_whole_is_to_the_last_bit(scan, monkeypatch):
-    _, volume = scan
-    whole = Smoothed(volume, 45.0).whole
+    embedding, volume = scan
+    whole, once = Smoothed(volume, 45.0).whole, segment(volume, 45.0, embedding.cannula[0])
     monkeypatch.setattr(segmentation, "LARGE", 17 * 4 * volume.grey[0].size)  # 17 of 140 planes at once
     parts = Smoothed(volume, 45.0)
     for low, high in (([0, 0, 0], [140, 140, 140]), ([3, 0, 60], [20, 7, 61]), ([130, 100, 2], [140, 140, 139])):
@@ -28,20 +28,13 @@ def test_parts_are_smoothed_as_the_whole_is_to_the_last_bit(scan, monkeypatch):
         np.testing.assert_array_equal(part, whole[tuple(slice(a, b) for a, b in zip(low, high, strict=True))])
     np.testing.assert_array_equal(parts.brighter(45.0), whole > 45.0)
     assert "whole" not in vars(parts)  # nor was it made
-
-
-def test_the_lumen_of_a_large_volume_is_that_of_the_same_volume_taken_at_once(scan, monkeypatch):
-    embedding, volume = scan
-    once = segment(volume, 45.0, embedding.cannula[0])
-    monkeypatch.setattr(segmentation, "LARGE", 9 * 4 * volume.grey[0].size)
-    parts = segment(volume, 45.0, embedding.cannula[0])
-    np.testing.assert_array_equal(parts.mask, once.mask)
-    np.testing.assert_array_equal(parts.grey, once.grey)
-    np.testing.assert_array_equal(parts.corner, once.corner)
+    lumen = segment(volume, 45.0, embedding.cannula[0])
+    for name in ("mask", "grey", "corner"):
+        np.testing.assert_array_equal(getattr(lumen, name), getattr(once, name))
 
 
 @pytest.mark.parametrize(
-    "kind", [np.uint8, *(pytest.param(one, marks=pytest.mark.validation) for one in (np.int16, np.uint16)), ">u2"]
+    "kind", [np.uint8, *(pytest.param(one, marks=pytest.mark.validation) for one in (np.int16, np.uint16, ">u2"))]
 )
 def test_whole_grey_levels_keep_their_type_and_give_the_network_of_decimal_ones(scan, kind):
     """To the last bit, though eight bits overflow where two levels are added and wrap around where one is taken off."""

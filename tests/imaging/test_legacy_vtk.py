@@ -50,18 +50,6 @@ def test_arrays_of_every_kind_have_their_widths_and_belong_to_points_or_cells():
         "id": [7, 8], "pair": [[1, 2], [3, 4]]}  # fmt: skip
 
 
-def test_cells_of_all_kinds_count_among_those_that_have_data():
-    """Values of vertices and lines together are none of the lines alone."""
-    found = parsed("VERTICES 1 2\n1 0\n" + LINES + "CELL_DATA 3\nSCALARS id int\nLOOKUP_TABLE default\n9 7 8\n")
-    assert found.cells == {}
-    assert [line.tolist() for line in found.lines] == [[0, 1], [2]]
-
-
-def test_a_field_before_all_data_belongs_to_nothing():
-    found = parsed("FIELD FieldData 1\nversion 1 1 int\n3\n" + LINES)
-    assert (found.fields, found.cells) == ({}, {})
-
-
 def test_binary_numbers_are_big_endian_and_end_where_their_count_ends():
     packed = np.array([2, 0, 1, 1, 2], ">i4").tobytes()
     raw = HEAD.format("3.0", "BINARY").encode() + b"POINTS 3 double\n" + POINTS.astype(">f8").tobytes()

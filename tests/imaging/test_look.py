@@ -16,10 +16,10 @@ from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.figures.look import grey_scale_figure, histogram_figure, projections_figure
 from vasowave.figures.rendering import svg
-from vasowave.imaging import Options, Volume, write_volume
-from vasowave.imaging.given import _METHODS
+from vasowave.imaging import Volume, write_volume
 from vasowave.imaging.lumen.levels import levels_of
 from vasowave.imaging.lumen.segmentation import segment
+from vasowave.imaging.overview import histogram_of
 from vasowave.imaging.witness.loops import loops_after_closing, opening_threshold
 from vasowave.report.look import command, look_json, look_page, look_text, write_look
 
@@ -78,11 +78,7 @@ def test_a_drawing_of_two_grey_levels_is_given_a_threshold_between_them():
 def test_whole_numbers_are_counted_in_bits(scan):
     _, _, volume = scan
     whole = Volume(np.clip(np.round(2 * volume.grey), 0, 255), volume.spacing, volume.origin)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", VasowaveWarning)
-        seen = vw.look(whole)
-    assert seen.histogram.bits == 8
-    assert "8 bits" in look_text(seen)
+    assert histogram_of(whole).bits == 8
 
 
 def test_the_proposed_command_extracts_the_tree(scan, seen, tmp_path, monkeypatch):
@@ -104,21 +100,6 @@ def test_without_a_root_the_one_end_that_is_as_wide_as_the_cannula_is_taken(scan
     assert np.linalg.norm(found.root - embedding.cannula[0]) < 3 * volume.spacing[0]
     with pytest.raises(InputError, match=r"where does the blood enter.*\(radius 0\.04[234]\)"):
         vw.extract(volume, cannula=0)
-
-
-def test_without_a_root_the_lumen_is_segmented_once(scan, monkeypatch):
-    _, _, volume = scan
-    thresholds = []
-
-    def counted(volume, threshold, seed):
-        thresholds.append(threshold)
-        return segment(volume, threshold, seed)
-
-    monkeypatch.setitem(_METHODS, "threshold", counted)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", VasowaveWarning)
-        vw.extract(volume)
-    assert thresholds.count(Options().threshold) == 1
 
 
 @pytest.mark.parametrize("sizes", ["", "spacings: nan nan nan\n", "space directions: none none none\n"])

@@ -1,23 +1,15 @@
-import base64
-import gzip
-import struct
-import zlib
-from xml.etree import ElementTree
-
 import numpy as np
 import pytest
 import SimpleITK
 
 from vasowave.errors import InputError
-from vasowave.imaging import Volume, read_volume, write_volume
-from vasowave.imaging.entrances import deepest_near
-from vasowave.imaging.exchange.triangles import write_stl, write_surface_vtp
+from vasowave.imaging import Options, Volume, read_volume, write_volume
+from vasowave.imaging.given import given
 from vasowave.imaging.lumen.contours import level_set
 from vasowave.imaging.lumen.masks import EditedMask, Within, box_region
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.lumen.surface import full_mask, smooth_surface, write_mask
 from vasowave.imaging.read.labels import marks, on_grid_of, read_labels
-from vasowave.imaging.read.nifti import _announced, _is_sized
 from vasowave.imaging.read.volume import isotropic
 
 
@@ -57,33 +49,6 @@ def test_smoothing_flattens_noise_and_keeps_the_volume():
 
     assert tilt(smooth) < 0.8 * tilt(rough)
     assert enclosed_volume(smooth) == pytest.approx(enclosed_volume(rough), rel=0.01)
-
-
-def test_stl_and_vtp_hold_the_same_triangles_in_mm(tmp_path):
-    surface = smooth_surface(segment(tube(), 56))
-    write_stl(surface, tmp_path / "s.stl")
-    write_surface_vtp(surface, tmp_path / "s.vtp")
-    raw = (tmp_path / "s.stl").read_bytes()
-    assert len(raw) == 84 + 50 * int(np.frombuffer(raw[80:84], "<u4")[0])
-    facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("count", "<u2")])
-    table = np.frombuffer(raw[84:], facet)
-    np.testing.assert_allclose(table["corners"][7], 10 * surface.points[surface.triangles[7], ::-1], rtol=1e-6)
-    middle = np.array([33.0, 22.26, 11.93])  # of the tube, x y z in mm
-    outward = np.einsum("ij,ij->i", table["normal"], table["corners"].mean(axis=1) - middle)
-    assert (outward > 0).mean() > 0.99
-    arrays = {a.get("Name"): vtk_values(a) for a in ElementTree.parse(tmp_path / "s.vtp").iter("DataArray")}
-    corners = arrays["Points"].reshape(-1, 3)[arrays["connectivity"]].reshape(-1, 3, 3)
-    np.testing.assert_array_equal(corners, table["corners"])
-    np.testing.assert_array_equal(arrays["offsets"], 3 * np.arange(1, len(table) + 1))
-
-
-def vtk_values(element):
-    """One zlib block behind a header of four 8-byte numbers, each part in base64 of its own."""
-    size = np.frombuffer(base64.b64decode(element.text[:44]), "<u8")
-    content = zlib.decompress(base64.b64decode(element.text[44:]))
-    assert size[0] == 1
-    assert size[1] == len(content)
-    return np.frombuffer(content, {"Float32": "<f4", "Int64": "<i8"}[element.get("type")])
 
 
 def test_a_written_mask_reads_back_and_as_lumen_gives_the_same_voxels(tmp_path):
@@ -192,28 +157,6 @@ def test_a_raw_file_is_read_through_the_header_beside_it(tmp_path):
         read_volume(tmp_path / "a.raw")
 
 
-@pytest.mark.parametrize("name", ["a.mhd", "b.nhdr", "c.nrrd", "d.mha", "e.nii", "f.nii.gz"])
-def test_a_truncated_image_is_refused_whatever_its_format(tmp_path, name):
-    write_volume(tube(), tmp_path / name)
-    data = (tmp_path / name).with_suffix(".raw") if name in ("a.mhd", "b.nhdr") else tmp_path / name
-    content = data.read_bytes()
-    for share in (0.4, 0.999):
-        data.write_bytes(content[: int(share * len(content))])
-        with pytest.raises(InputError, match="truncated"):
-            read_volume(tmp_path / name)
-
-
-def test_a_nifti_whose_stream_was_cut_between_blocks_is_refused(tmp_path):
-    write_volume(tube(), tmp_path / "a.nii")
-    content = (tmp_path / "a.nii").read_bytes()
-    (tmp_path / "b.nii.gz").write_bytes(gzip.compress(content[:-4]))
-    with pytest.raises(InputError, match="truncated"):
-        read_volume(tmp_path / "b.nii.gz")
-    (tmp_path / "a.nii.gz").write_bytes(gzip.compress(content))
-    with pytest.raises(InputError, match=r"a\.nii lies beside it"):
-        read_volume(tmp_path / "a.nii.gz")
-
-
 def test_axes_that_a_file_flips_and_turns_are_turned_back(tmp_path):
     image = tube()
     upright = SimpleITK.GetImageFromArray(np.asarray(image.grey))
@@ -235,38 +178,17 @@ def test_oblique_axes_are_kept_and_the_grey_levels_are_not_resampled(tmp_path):
     np.testing.assert_allclose(found.axes[::-1, ::-1], [[c, -s, 0], [s, c, 0], [0, 0, 1]], atol=1e-12)
 
 
-def test_the_deepest_place_near_a_point_at_the_wall_is_on_the_axis():
-    lumen = segment(tube(), 45)
-    found = deepest_near(lumen, np.array([1.193, 2.226 + 0.045, 3.3]))
-    assert np.hypot(*(found[:2] - [1.193, 2.226])) < 0.015
-    outside = np.array([1.0, 2.0, 3.0])
-    np.testing.assert_array_equal(deepest_near(lumen, outside), outside)
+def test_a_region_and_a_mask_may_be_files_and_the_lumen_lies_in_both(tmp_path):
+    image = tube()
+    region, mask = np.zeros(image.grey.shape), full_mask(segment(image, 45), image).astype(float)
+    region[:, :, :30], mask[:, :, :20] = 1, 0
+    for name, labels in (("region", region), ("mask", mask)):
+        write_volume(Volume(labels, image.spacing, image.origin), tmp_path / f"{name}.nrrd")
 
+    def seen(seed, **files):
+        segmenter = given(image, image, Options(**files)).segmenter
+        return np.flatnonzero(full_mask(segmenter(image, 45, seed), image).any(axis=(0, 1)))[[0, -1]].tolist()
 
-@pytest.mark.parametrize("order", "<>")
-def test_both_headers_of_nifti_say_how_long_a_file_is_and_how_large_a_voxel(order):
-    """The places of the standards: a volume of 5, 4, 3 voxels of 16 bits, of 0.02, 0.03 and 0.04 mm (unit 2)."""
-    dim, pixdim = (3, 5, 4, 3, 1, 1, 1, 1), (1.0, 0.02, 0.03, 0.04, 0.0, 0.0, 0.0, 0.0)
-    first, second = bytearray(348), bytearray(540)
-    for header, fields in (
-        (
-            first,
-            (("i", 0, 348), ("8h", 40, *dim), ("h", 72, 16), ("8f", 76, *pixdim), ("f", 108, 352.0), ("B", 123, 2)),
-        ),
-        (
-            second,
-            (("i", 0, 540), ("h", 14, 16), ("8q", 16, *dim), ("8d", 104, *pixdim), ("q", 168, 544), ("i", 500, 2)),
-        ),
-    ):
-        for kind, place, *values in fields:
-            struct.pack_into(order + kind, header, place, *values)
-        whole = {348: 352, 540: 544}[len(header)] + 120
-        assert _announced(bytes(header)) == whole
-        assert _is_sized(bytes(header))
-        kind, place, *sizes = next(one for one in fields if one[0] in ("8f", "8d"))
-        code, unit, _ = fields[-1]
-        struct.pack_into(order + kind, header, place, *sizes[:3], 0.0, *sizes[4:])
-        assert not _is_sized(bytes(header))
-        struct.pack_into(order + kind, header, place, *sizes)
-        struct.pack_into(order + code, header, unit, 0)
-        assert not _is_sized(bytes(header))
+    whole, middle = seen(None), np.array([1.193, 2.226, 3.25])
+    assert seen(middle, region=tmp_path / "region.nrrd") == [whole[0], 29]
+    assert seen(middle, mask=tmp_path / "mask.nrrd", region=tmp_path / "region.nrrd") == [20, 29]

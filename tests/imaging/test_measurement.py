@@ -3,60 +3,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from made_tree import forked_tree, straight
 
 from phantom import embed, render
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
 from vasowave.imaging.axes.junctions import with_ends_at_half_grey, with_ends_at_the_surface
 from vasowave.imaging.axes.vessels import in_another_lumen, tree_of
+from vasowave.imaging.entrances import check_root
 from vasowave.imaging.exchange.tables import write_network_table
 from vasowave.imaging.lumen.segmentation import Segmentation, segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
-from vasowave.imaging.measure.measurement import network_of
+from vasowave.imaging.measure.measurement import measured_alone, network_of
 from vasowave.imaging.measure.radii import densitometric_radii, windows
-from vasowave.imaging.measure.spread import Elsewhere, _in_lumen
-from vasowave.imaging.tree import Line, Tree, free_length
+from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.loops import loop_count, loops_of
 from vasowave.network.network import Network
-
-
-def cylinder_surface(length, radius, rng, points=4000):
-    """Side and flat ends of a cylinder along x (columns z, y, x)."""
-    angle, x = rng.uniform(0, 2 * np.pi, points), rng.uniform(0, length, points)
-    side = np.column_stack([radius * np.sin(angle), radius * np.cos(angle), x])
-    rho = radius * np.sqrt(rng.uniform(size=points))
-    cap = np.column_stack([rho * np.sin(angle), rho * np.cos(angle), np.full(points, length)])
-    return np.concatenate([side, cap])
-
-
-def test_a_path_that_turns_into_a_corner_is_prolonged_to_the_flat_end_instead():
-    radius, length = 0.05, 0.6
-    x = np.linspace(0, length, 121)
-    line = Line(np.column_stack([np.zeros(121), np.clip(x - 0.58, 0, None) * 1.2, x]), np.full(121, radius))
-    surface = cylinder_surface(length, radius, np.random.default_rng(0))
-    before = Tree((line,), np.array([-1]))
-    after = with_ends_at_the_surface(before, surface)
-    assert network_of(before).length[0] > length + 0.01
-    assert network_of(after).length[0] == pytest.approx(length, rel=1e-6)
-    np.testing.assert_allclose(after.lines[0].points[-1, :2], 0, atol=1e-6)
-    assert after.lines[0].radius[-1] == pytest.approx(0, abs=1e-6)
-
-
-def test_only_terminals_are_prolonged_and_an_end_without_surface_ahead_stays():
-    x = np.linspace(0, 0.6, 61)
-    line = Line(np.column_stack([0 * x, 0 * x, x]), np.full(61, 0.05))
-    tree = Tree((line, Line(line.points + np.array([0, 0, 0.6]), line.radius)), np.array([-1, 0]))
-    after = with_ends_at_the_surface(tree, cylinder_surface(3.0, 0.05, np.random.default_rng(0)))
-    for before, now in zip(tree.lines, after.lines, strict=True):
-        np.testing.assert_array_equal(now.points, before.points)
-
-
-def test_the_free_length_is_what_junction_balls_and_blind_ends_leave():
-    x = np.linspace(0, 0.6, 61)
-    line = Line(np.column_stack([0 * x, 0 * x, x]), np.full(61, 0.05))
-    tree = Tree((line, line[:9]), np.array([-1, 0]))
-    np.testing.assert_allclose(free_length(tree), [0.5, 0], atol=1e-12)
 
 
 @pytest.fixture(scope="module")
@@ -155,9 +118,8 @@ def test_a_loop_is_refused_with_its_place_where_the_user_wants_none():
         Options(root=root, loops="cut")
 
 
-def test_a_guided_extraction_that_is_refused_for_a_loop_is_not_told_to_give_outlets_and_no_path_is_drawn(monkeypatch):
+def test_a_guided_extraction_that_is_refused_for_a_loop_is_not_told_to_give_outlets():
     root, outlet = np.array([0.12, 0.30, 0.05]), [0.12, 0.30, 0.50]
-    monkeypatch.setattr("vasowave.imaging.extraction.tree_of", lambda *given: pytest.fail("paths before loops"))
     with pytest.raises(InputError, match=r"closes 1 loop") as told:
         extract(ring_volume(closed=True), Options(root=root, cannula=0, outlets=[outlet]))
     assert "outlets" not in str(told.value)
@@ -200,17 +162,16 @@ def test_the_end_of_a_vessel_does_not_move_with_the_threshold(radius):
     np.testing.assert_allclose(at[:, 1], 40.3, atol=0.15)
 
 
-@pytest.mark.parametrize(("seen", "inside"), [((10, 70), False), ((10, 110), True), ((31, 200), True)])
-def test_a_vessel_is_in_a_lumen_that_holds_most_of_it_and_never_in_what_lies_before_or_behind_the_lumen(seen, inside):
-    """A vessel of 100 voxels along x from voxel 30 on, in a mask that begins at voxel `seen[0]` and ends before [1]."""
-    points = np.column_stack([np.full(101, 0.02), np.full(101, 0.03), 0.01 * np.arange(30, 131)])
-    tree = Tree((Line(points, np.full(101, 0.02)),), np.array([-1]))
-    mask = np.ones((5, 7, seen[1] - seen[0]), dtype=bool)
-    other = Elsewhere(tree, 50.0, mask, np.array([0.0, 0.0, 0.01 * seen[0]]), np.full(3, 0.01))
-    assert _in_lumen(tree, other).tolist() == [inside]
-    bare = replace(other, origin=other.origin + np.array([0.02, 0.03, 0.0]), mask=mask[:1, :1])  # no slice but its own
-    assert _in_lumen(tree, bare).tolist() == [inside]
-    beside = replace(other, origin=other.origin + np.array([0.03, 0.0, 0.0]))  # its first slice is the vessel's next
-    assert _in_lumen(tree, beside).tolist() == [False]
-    thin = replace(other, mask=mask[:2])  # its last slice is that before the vessel's own
-    assert _in_lumen(tree, thin).tolist() == [False]
+def test_a_cannula_that_is_too_short_to_be_measured_is_refused():
+    volume = Volume(np.random.default_rng(1).normal(100, 1, (30, 30, 30)), np.full(3, 0.01), np.zeros(3))
+    line = straight((0.1, 0.1, 0.1), (0.13, 0.1, 0.1), 0.05, 11)
+    with pytest.raises(InputError, match=r"the cannula shows only 0\.03 cm, too little to measure its radius"):
+        cannula_radius(line, volume)
+
+
+def test_a_root_is_checked_against_the_cannula_and_a_wider_vessel_is_told():
+    network = replace(measured_alone(forked_tree()).network, radius=np.array([0.05, 0.04, 0.0576, 0.03, 0.02]))
+    with pytest.warns(VasowaveWarning, match=r"vessel 3 \(radius 0\.0576 cm\) is wider"):
+        check_root(network, 1.0, 0.06, "mouse")
+    with pytest.raises(InputError, match=r"the cannula measures 0\.04 cm instead of 0\.06 \(radius\): the voxel size"):
+        check_root(network, 1.5, 0.06, "mouse")

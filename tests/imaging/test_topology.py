@@ -1,25 +1,18 @@
-import warnings
-
 import numpy as np
 import pytest
 
 from phantom import embed, render
 from unlike import KINDS, make
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
 from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.axes.junctions import with_met_axes
-from vasowave.imaging.axes.protrusions import STIFF, _calm, _highest
-from vasowave.imaging.axes.starts import rerouted
-from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.axes.vessels import tree_of
 from vasowave.imaging.lumen.segmentation import segment
-from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.matching import match
 from vasowave.imaging.measure.cannula import without_cannula
 from vasowave.imaging.measure.measurement import network_of
 from vasowave.imaging.measure.profiles import profile
 from vasowave.imaging.measure.radii import densitometric_radius, densitometry
-from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.tree import Line
 from vasowave.imaging.witness.loops import euler_number
 from vasowave.network.network import Network
 
@@ -110,40 +103,6 @@ def test_a_junction_that_one_fit_leaves_a_radius_too_early_is_found_by_one_that_
     assert np.linalg.norm(tree_of(lumen, root).tree.lines[0].points[-1] - made.ends[0]) < lumen.spacing
 
 
-def test_smoothing_an_axis_takes_a_bump_and_leaves_an_arc():
-    turn = np.linspace(0, 1.5 * np.pi, 60)
-    arc = np.column_stack([12 * np.cos(turn), 12 * np.sin(turn), 2 * turn])  # one node a voxel, as axes have
-    np.testing.assert_allclose(_calm(arc), arc, atol=0.15)
-    bump = np.zeros((60, 3))
-    bump[:, 0] = 1.5 * np.exp(-0.5 * ((np.arange(60) - 20) / 2.0) ** 2)
-    assert np.abs(_calm(bump)[:, 0]).max() < 0.8
-
-
-def test_the_shortest_axis_that_is_smoothed_loses_its_third_difference_and_a_shorter_one_nothing():
-    """Of four points the third difference d is one number: by Sherman and Morrison the axis less s b d/(1 + s b·b)."""
-    b, axis = np.array([-1.0, 3.0, -3.0, 1.0]), np.array([[0.0, 0, 0], [1, 2, 0], [2, 0, 1], [3, 0, 5]])
-    expected = axis - STIFF * np.outer(b, b @ axis) / (1 + STIFF * b @ b)
-    np.testing.assert_allclose(_calm(axis), expected, atol=1e-9)
-    assert np.array_equal(_calm(axis[:3]), axis[:3])
-
-
-def test_of_vessels_that_seem_to_be_missing_near_each_other_only_the_highest_is_taken_at_once():
-    points = np.array([[0.0, 0, 0], [1, 0, 0], [1.9, 0, 0], [9, 0, 0]])
-    height = np.array([2.0, 3.0, 1.5, 1.2])
-    reach = np.full(4, 1.5)
-    assert _highest([0, 1, 2, 3], points, height, reach) == [1, 3]
-    assert _highest([0, 2, 3], points, height, reach) == [0, 2, 3]
-
-
-def test_every_outlet_that_is_not_reached_is_named_at_once(stub):
-    network, embedding, volume = stub
-    ends = [embedding.lines[row][-1] for row in network.terminals]
-    lost = [ends[0] + [0, 0.3, 0], ends[1] - [0, 0.3, 0]]
-    with pytest.raises(InputError) as told:
-        extract(volume, Options(embedding.cannula[0], [*ends, *lost]))
-    assert str(told.value).count("voxels away") == 2
-
-
 def test_an_outlet_on_the_way_to_another_is_named(stub):
     network, embedding, volume = stub
     ends = [embedding.lines[row][-1] for row in network.terminals]
@@ -170,23 +129,6 @@ def oblique_tube(radius, spacing, rng, noise):
     return Volume(grey, np.full(3, spacing), np.zeros(3)), middle + run[:, None] * axis, axis
 
 
-def test_an_axis_that_follows_voxels_is_moved_to_the_middle_of_the_tube():
-    volume, line, _ = oblique_tube(0.03, 0.01, np.random.default_rng(0), noise=6)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", VasowaveWarning)  # the tube leaves the volume
-        lumen = segment(volume, 45, line[30])
-    stairs = np.round(line / 0.01) * 0.01
-    rough = Tree((Line(stairs, np.full(60, 0.03)),), np.array([-1]))
-    after = fitted(rough, surface_points(lumen), 0.01).lines[0].points
-    axis = (line[-1] - line[0]) / np.linalg.norm(line[-1] - line[0])
-
-    def off(points):
-        return np.linalg.norm(np.cross(points[8:-8] - line[30], axis), axis=1)
-
-    assert np.median(off(stairs)) > 0.3 * 0.01
-    assert off(after).max() < 0.1 * 0.01
-
-
 @pytest.mark.parametrize("radius", [0.018, 0.03, 0.06])
 def test_the_densitometric_radius_is_that_of_the_tube_in_noise(radius):
     volume, line, _ = oblique_tube(radius, 0.01, np.random.default_rng(1), noise=6)
@@ -194,49 +136,6 @@ def test_the_densitometric_radius_is_that_of_the_tube_in_noise(radius):
     measured = densitometric_radius(profile(points, np.arange(8, 52, 4), radius, volume), 88.0)
     # A blurred circle of the normal integral has the area π(r² + σ²), σ = 0.8 voxel.
     assert measured == pytest.approx(np.hypot(radius, 0.008), rel=0.02)
-
-
-def test_a_tube_hardly_wider_than_a_voxel_has_the_area_of_the_network():
-    network = Network(("a",), np.array([-1]), np.array([0.5]), np.array([0.012]))
-    embedding = embed(network, np.random.default_rng(1), cannula=0.05)
-    volume = render(embedding, 90, 0.008, np.random.default_rng(1), noise=0)
-    distance = np.array([0.2, 0.3, 0.4])
-    areas = []
-    for at in distance:
-        z = embedding.lines[0][np.argmin(np.abs(embedding.lines[0][:, 0] - at)), 0]
-        plane = round((z - volume.origin[0]) / 0.008)
-        row = int(np.argmin(np.abs(embedding.lines[0][:, 0] - (volume.origin[0] + plane * 0.008))))
-        along = embedding.lines[0][row + 1] - embedding.lines[0][row - 1]
-        cosine = along[0] / np.linalg.norm(along)
-        areas.append((volume.grey[plane] - 12).sum() / 88 * 0.008**2 * cosine)
-    np.testing.assert_allclose(areas, np.pi * 0.012**2, rtol=0.03)
-
-
-def test_a_path_that_lingers_in_its_wide_sister_does_not_carry_the_junction_along():
-    def line(places, radius):
-        run = np.append(0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
-        at = np.linspace(0, run[-1], round(run[-1] / 0.01) + 1)
-        points = [np.interp(at, run, np.array(places)[:, k]) for k in range(2)]
-        return Line(np.column_stack([np.zeros(len(at)), points[1], points[0]]), np.full(len(at), radius))
-
-    # The thin vessel leaves x = 0.3 at 30 degrees; its path parts at x = 0.36 and keeps to its sister until y = 0.035.
-    axis = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)])
-    thin = [[0.36, 0], [0.43, 0.035], *([0.3, 0] + t * axis for t in (0.13, 0.4))]
-    lines = line([[0, 0], [0.36, 0]], 0.03), line([[0.36, 0], [0.9, 0]], 0.03), line(thin, 0.015)
-    tree = Tree(lines, np.array([-1, 0, 0]))
-    met = with_met_axes(with_met_axes(tree)).lines
-    np.testing.assert_allclose(met[0].points[-1], [0, 0, 0.3], atol=0.045)  # 0.13 off where the sister is not seen
-
-
-@pytest.mark.parametrize(("within", "kept"), [(0.1, 37), (0.9, 21)])
-def test_a_vessel_that_begins_elsewhere_keeps_at_least_half_of_its_way(within, kept):
-    """41 points on 1 cm; the junction moves by 0.1 cm to the side."""
-    way = np.zeros((41, 3))
-    way[:, 0] = np.linspace(0, 1, 41)
-    moved = rerouted(Line(way, np.full(41, 0.05)), np.array([0.0, 0.1, 0.0]), within)
-    np.testing.assert_array_equal(moved.points[0], [0, 0.1, 0])
-    np.testing.assert_array_equal(moved.points[-kept:], way[-kept:])
-    assert (moved.points[:-kept, 1] > 0).all()
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from vasowave.imaging import Volume
-from vasowave.imaging.axes.feet import BEYOND, feet_on, near_points
-from vasowave.imaging.axes.tubes import _tubes, fitted
+from vasowave.imaging.axes.feet import BEYOND, Tubes, feet_on, near_points
+from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.measure.measurement import network_of
 from vasowave.imaging.measure.profiles import profile
 from vasowave.imaging.measure.radii import densitometric_radius
@@ -93,9 +93,7 @@ def test_a_curved_axis_is_followed_and_its_inscribed_radius_is_that_of_the_tube(
     np.testing.assert_allclose(middle.radius, 0.03, atol=0.7 * VOXEL)
 
 
-@pytest.mark.parametrize("density", [20, 45, 62, 80, 10**6])
-def test_a_bump_on_the_wall_does_not_draw_the_axis_aside_however_many_points_are_kept(density, monkeypatch):
-    monkeypatch.setattr("vasowave.imaging.axes.tubes.DENSITY", density)
+def test_a_bump_on_the_wall_does_not_draw_the_axis_aside():
     axis, radius = polyline([[0, 0], [0.6, 0]], 0.03), 0.03
     surface = walls([axis], [radius])
     bump = (np.abs(surface[:, 2] - 0.3) < 0.04) & (surface[:, 1] > 0.5 * radius)
@@ -147,9 +145,23 @@ def test_a_vessel_that_runs_beside_another_has_its_own_densitometric_radius():
     assert alone > 1.03 * radius  # what the neighbor adds where it is not told
 
 
+def in_voxels(axes, radii):
+    """A parent and its daughters as tubes in voxels: the daughters begin at the parent's last node."""
+    parent, *daughters = (axis.points / VOXEL for axis in axes)
+    last = len(parent) - 1
+    nodes, at, begins = [parent], [np.arange(len(parent))], [0, len(parent)]
+    for line in daughters:
+        first = sum(map(len, nodes))
+        nodes.append(line[1:])
+        at.append(np.append(last, np.arange(first, first + len(line) - 1)))
+        begins.append(begins[-1] + len(line))
+    radius = np.concatenate([np.full(len(one), wide / VOXEL) for one, wide in zip(at, radii, strict=True)])
+    return Tubes(np.concatenate(nodes), radius, np.concatenate(at), np.array(begins), np.array([-1, 0, 0]))
+
+
 def test_points_of_a_surface_stand_on_the_tube_that_is_nearest_to_them_as_fine_steps_along_all_axes_show():
-    axes, _ = fork()
-    tubes = _tubes([Tree(tuple(axes), np.array([-1, 0, 0]))], VOXEL)
+    axes, radii = fork()
+    tubes = in_voxels(axes, radii)
     points = np.random.default_rng(3).uniform([-8, -30, -5], [8, 30, 80], (1500, 3))
     feet = feet_on(tubes, points, near_points(tubes, points, np.array([0, len(points)])))
     steps, gaps = np.linspace(0, 1, 200), []

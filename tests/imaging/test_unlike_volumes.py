@@ -1,6 +1,5 @@
 """What images unlike the phantom need: vessels that bend, fade and narrow, frames of zeros, slices of any distance."""
 
-import warnings
 from dataclasses import fields, replace
 
 import numpy as np
@@ -11,13 +10,13 @@ from typer import Context
 from typer.main import get_command
 
 from vasowave.cli import app
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
 from vasowave.imaging import Options, Volume
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.lumen.levels import background_and_noise, background_level
 from vasowave.imaging.measure import cannula
 from vasowave.imaging.measure.cannula import cannula_tip, tip_sd
-from vasowave.imaging.measure.contrast import contrasts
+from vasowave.imaging.measure.contrast import contrasts, own_contrast
 from vasowave.imaging.measure.evening import evened_sections, moderated
 from vasowave.imaging.measure.profiles import Profile, profile
 from vasowave.imaging.measure.radii import densitometric_radius
@@ -173,7 +172,7 @@ def test_the_sd_of_the_cannulas_end_is_the_scatter_of_where_noise_puts_it(noise,
         blurred = gaussian_filter1d(rng.standard_normal(len(run)), cannula.BLUR)
         radius = np.where(run < 0.2, 0.043, 0.047) + noise * blurred / blurred.std()
         monkeypatch.setattr(cannula, "section_radii", lambda line, volume, radius=radius: radius)
-        tip = int(np.argmin(cannula._candidates(line, radius)[1])) + 4 + np.flatnonzero(run > 1.2 * 0.045)[0]
+        tip = cannula_tip(line, radius)
         tips.append(run[tip])
         told.append(tip_sd(line[: tip + 1], line[tip:], volume))
     errors = np.array(tips) - 0.2
@@ -192,24 +191,9 @@ def test_every_setting_is_an_option_of_the_command_with_the_same_default():
         assert default in str(options[entry.name].show_default) or entry.default is None
 
 
-def test_an_unknown_choice_is_refused_with_those_there_are_and_loops_are_refused_unless_asked_for():
-    with pytest.raises(InputError, match="method: 'magic' is not known; choose from"):
-        Options(method="magic")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", VasowaveWarning)
-        assert Options().loops == "refuse"
-
-
-def test_a_vessel_whose_radius_would_end_within_it_keeps_its_sections():
-    """The radius falls by its own measure along the vessel: carried on to the middle nothing would be left of it."""
-    run = np.linspace(0.0, 0.2, 30)
-    one = replace(made_profile(88, 0.04), signal=(1 - 4 * run) ** 2, run=run)
-    for middle, taper in ((0.3, False), (0.1, True)):
-        found = evened_sections(one, middle)
-        assert (found.sections is one) == (not taper)
-        assert found.taper == pytest.approx(4 / 0.6) if taper else np.isnan(found.taper)
-    within = evened_sections(one, 0.1)
-    np.testing.assert_allclose(np.sqrt(within.sections.signal), 0.6, rtol=1e-6)
-    assert within.error == pytest.approx(0, abs=1e-9)
-    short = replace(one, signal=one.signal[:4], run=run[:4])
-    assert evened_sections(short, 0.1).sections is short
+@pytest.mark.parametrize("radius", [1.5, 2.5, 4.0])
+def test_a_vessel_shows_its_contrast_through_the_blur_and_is_the_surer_the_wider(radius):
+    contrast, error = own_contrast(made_profile(100.0, radius, blur=0.9), 0.9)
+    lost = np.exp(-(radius**2) / (2 * 0.9**2))
+    assert contrast == pytest.approx(100.0, rel=1e-3)
+    assert error == pytest.approx(np.hypot(lost, 0.01) * contrast, rel=2e-3)
