@@ -9,8 +9,8 @@ import pytest
 from vasowave.datasets.raw import Disturbances, SyntheticRecording, synthetic_raw_recording
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.recording import RawRecording, Recording, average_beats, find_beats
-from vasowave.recording.beats import _align, _foot_before, _peaks
-from vasowave.recording.rejection import cause
+from vasowave.recording.beats import foot
+from vasowave.recording.rejection import cause, choose_run, lost_in_run
 from vasowave.recording.ventilation import mark_inspiration
 from vasowave.species import ANY_HEART_RATES
 
@@ -87,30 +87,31 @@ def test_every_beat_of_250_recordings_is_found_once(fiducial):
     assert (misses, extras) == (0, 0)
 
 
-@pytest.mark.parametrize(("peaks", "used"), [((21,), True), ((20,), False), ((178,), True), ((179,), False)])
-def test_beats_whose_whole_neighbourhood_is_recorded_make_the_mean_beat(peaks, used):
-    # Around a peak the template reaches 10 samples, and its match is sought within 10 more on either side.
-    shape = sum(np.exp(-0.5 * ((np.arange(200) - peak) / 3.0) ** 2) for peak in peaks)
-    times, template = _align(shape, np.array(peaks), 10)
-    assert (template.max() > 0.9) == used
-    np.testing.assert_allclose(times, peaks, atol=1e-6)
+def test_weak_r_waves_are_beats_where_one_is_missed_and_a_weak_wave_between_two_is_none():
+    raw = make(3, replace(NONE, ecg_noise=0.01), heart_rate=545.0, sampling_rate=2000.0)
+    beats, time = raw.beat_times, raw.raw.time
+    height = np.ones(len(time))
+    for beat in (beats[10], beats[25]):
+        height[np.abs(time - beat) < 0.03] = 0.3
+    between = 0.3 * np.exp(-0.5 * ((time - 0.5 * (beats[15] + beats[16])) / 0.001) ** 2)
+    found = find_beats(replace(raw.raw, ecg=raw.raw.ecg * height + between), "ecg")
+    assert misses_and_extras(found.times, beats) == (0, 0)
 
 
-def test_a_weak_peak_is_a_beat_where_one_is_missed_and_none_between_two_that_follow_each_other():
-    strength = np.zeros(4000)
-    strength[50::100] = 1.0
-    strength[1050] = strength[2550] = strength[3100] = 0.25  # weak beats, and a weak peak between two strong beats
-    strength[2050] = 0.05  # too weak to be one
-    found = _peaks(strength, 100.0)
-    expected = [at for at in range(50, 4000, 100) if at != 2050]
-    np.testing.assert_array_equal(found, expected)
+def test_the_foot_is_where_the_tangent_of_the_upstroke_meets_the_lowest_level():
+    values = np.concatenate([[3.0, 2.0, 2.0], 2 + 1.5 * np.arange(1, 7), [11.5, 11.4]])
+    assert foot(values, 5) == pytest.approx(2.0)
 
 
-def test_beats_at_the_ends_do_not_blur_the_mean_beat():
-    peaks = (2, 60, 100, 140, 197)
-    shape = sum(np.exp(-0.5 * ((np.arange(200) - peak) / 3.0) ** 2) for peak in peaks)
-    _, template = _align(shape, np.array(peaks), 10)
-    np.testing.assert_allclose(template, np.exp(-0.5 * (np.arange(-10, 11) / 3.0) ** 2), atol=1e-6)
+def test_the_run_with_the_fewest_rejected_beats_is_averaged():
+    bad = "x"
+    used, run = choose_run([None, bad, None, None, None, bad, None], 3, "s")
+    assert (used.tolist(), run) == ([2, 3, 4], range(2, 5))
+    used, run = choose_run([None, None, bad, None], 3, "s")
+    assert (used.tolist(), run) == ([0, 1, 3], range(4))
+    (told,) = lost_in_run([None, bad, bad, bad, None], range(5), 2)
+    assert dict(told.values) == {"lost": 3, "beats": 5}
+    assert lost_in_run([None, bad, bad, None], range(4), 2) == []  # as many as were averaged
 
 
 def test_r_waves_are_found_to_a_fifth_of_a_millisecond():
@@ -270,6 +271,11 @@ def test_noise_without_beats_is_refused():
 
 def test_arguments_that_cannot_be_met_are_told():
     raw = make(8, NONE, ecg=False).raw
+    for rates in ((0, 900), (900, 900)):
+        with pytest.raises(InputError, match="give the slowest and the fastest"):
+            find_beats(raw, heart_rates=rates)
+    with pytest.raises(InputError, match="8 s hold fewer than three beats at 20 beats/min"):
+        find_beats(raw, heart_rates=(10, 20))
     with pytest.raises(InputError, match="no ECG; use fiducial='pressure'"):
         find_beats(raw, "ecg")
     with pytest.raises(InputError, match="neither 'ecg' nor"):
@@ -293,19 +299,3 @@ def test_a_recording_of_mostly_inspiration_warns():
     with pytest.warns(VasowaveWarning) as told:
         average_beats(made.raw)
     assert {one.message.finding.code for one in told} == {"recording.breath-without-plateau", "recording.many-rejected"}
-
-
-def test_beats_too_near_the_ends_to_be_matched_stay_where_they_are():
-    times, template = _align(np.arange(9.0), np.array([4]), 3)
-    assert times.tolist() == [4.0]
-    assert template.tolist() == [0.0] * 7
-
-
-def test_the_foot_of_the_only_beat_that_is_whole_to_the_sample_counts():
-    """The pressure rises evenly from sample 105 to 165, around the steepest rise, which is given at 135."""
-    reach = 135
-    pressure = 8.0 + np.interp(np.arange(2 * reach + 1), [0, 105, 165, 270], [0, 0, 20, 0])
-    raw = RawRecording(pressure, np.ones(len(pressure)), sampling_rate=250.0)
-    assert _foot_before(raw, np.array([reach]), 300.0) == pytest.approx(30.0, abs=1.0)
-    assert _foot_before(raw, np.array([reach - 1]), 300.0) == 0.0
-    assert _foot_before(raw, np.array([reach + 1]), 300.0) == 0.0

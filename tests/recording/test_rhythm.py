@@ -139,3 +139,12 @@ def test_rejected_beats_ask_for_a_look_from_a_change_of_two_percent_on():
         flow[20] /= lasts
         reasons = misshapen_beats(lengths, wave, wave, 0.1, 0.9, (wave[0], wave[0]))
         assert bool(unusual_beats(reasons, lengths, (np.full(40, 20.0), flow))[0]) is told
+
+
+@pytest.mark.parametrize("place", [0, 5, 39])
+def test_a_beat_of_odd_length_is_rejected_at_the_edge_of_a_recording_too(place):
+    lengths = BEAT + 0.0005 * np.random.default_rng(1).uniform(-1, 1, 40)
+    lengths[place] *= 1.6
+    wave = np.tile(np.sin(np.linspace(0, 2 * np.pi, 64)), (40, 1))
+    reasons = misshapen_beats(lengths, wave, wave, 0.15, 0.9, (wave[0], wave[0]))
+    assert [i for i, reason in enumerate(reasons) if reason] == [place]
