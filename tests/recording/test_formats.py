@@ -1,6 +1,5 @@
 """What a file is, is known in one place, found once and remembered; nobody parses a file twice for one command."""
 
-import importlib
 import json
 import os
 import subprocess
@@ -19,7 +18,7 @@ import vasowave as vw
 from lab_files import SMALL, exported, recorded
 from vasowave.datasets import virtual_mouse
 from vasowave.errors import InputError
-from vasowave.io import apart, remembered
+from vasowave.io import remembered
 from vasowave.io.formats import Format, Registry
 from vasowave.io.textfile import look
 from vasowave.network.vessel_table import write_network
@@ -28,12 +27,9 @@ from vasowave.recording import read_raw_recording
 from vasowave.recording.channels import Block, Channel
 from vasowave.recording.describe import kind_of
 from vasowave.recording.formats import RECORDINGS, RecordingFormat
-from vasowave.recording.matlab import read_mat, variables_of_7_3
+from vasowave.recording.matlab import read_mat
 from vasowave.study.adding import add_files
 from vasowave.study.checking import check_study
-from vasowave.study.plan import read_study
-from vasowave.study.running import _plan
-from vasowave.study.store import Store
 
 
 def aged(path):
@@ -165,26 +161,15 @@ def test_two_files_are_read_at_the_same_time_and_one_file_once(tmp_path):
     assert sorted(reads) == paths
 
 
-def test_what_is_remembered_cannot_be_changed_and_takes_bounded_memory(tmp_path, monkeypatch):
-    monkeypatch.setattr(remembered, "MOST", 1 << 20)
-    paths = []
-    for number in range(5):
-        paths.append(tmp_path / f"{number}.mat")
-        savemat(paths[-1], {"p": np.full(60_000, float(number))})
-        read_mat(aged(paths[-1]))
-        assert sum(one.size for one in remembered._found.values()) <= 1 << 20
-    monkeypatch.setattr(apart, "_asked", None)  # the newest are remembered, nobody is asked
+def test_what_is_remembered_of_a_matlab_file_cannot_be_changed(tmp_path):
+    savemat(tmp_path / "a.mat", {"p": np.arange(60.0)})
+    found = read_mat(aged(tmp_path / "a.mat"))
+    assert read_mat(tmp_path / "a.mat") is found  # parsed once
     with pytest.raises(ValueError, match="read-only"):
-        read_mat(paths[-1])["p"][0] = 1.0
-    monkeypatch.undo()
-    monkeypatch.setattr(remembered, "MOST", 1000)
-    big = read_mat(aged(paths[0]))  # larger than all that may be remembered: kept until the next comes
-    assert read_mat(paths[0]) is big
-    assert read_mat(aged(paths[1])) is not big
-    assert len(remembered._found) == 1
+        found["p"][0] = 1.0
 
 
-# Opens and parses of a file between a command and the first simulation
+# Opens of a file between a command and the first simulation
 
 
 class Opens:
@@ -203,16 +188,7 @@ OPENS = Opens()
 
 
 @pytest.fixture
-def opens(monkeypatch):
-    asked = apart._asked
-
-    def counted(process, reader, path, *more):
-        OPENS.count[path.name] += 1  # by the helper: `test_a_reader_of_matlab_files_opens_its_file_once`
-        OPENS.count[f"{path.name}, parsed"] += 1
-        return asked(process, reader, path, *more)
-
-    monkeypatch.setattr(apart, "_asked", counted)
-    remembered._found.clear()
+def opens():
     OPENS.count.clear()
     OPENS.listening = True
     yield OPENS.count
@@ -244,11 +220,10 @@ def every_format(tmp_path):
     write_labchart(tmp_path / "labchart.mat", recorded(1, 15.0))
     raw = recorded(2, 15.0)
     write_hdf5(tmp_path / "hdf5.mat", time=raw.time, pressure=raw.pressure, flow=raw.flow)
-    for variables in ({"pressure_unit": "mmHg", "flow_unit": "ml/s"},):
-        with h5py.File(tmp_path / "hdf5.mat", "r+") as file:
-            for name, unit in variables.items():
-                stored = file.create_dataset(name, data=np.array([[ord(one)] for one in unit], dtype="u2"))
-                stored.attrs["MATLAB_class"] = np.bytes_("char")
+    with h5py.File(tmp_path / "hdf5.mat", "r+") as file:
+        for name, unit in {"pressure_unit": "mmHg", "flow_unit": "ml/s"}.items():
+            stored = file.create_dataset(name, data=np.array([[ord(one)] for one in unit], dtype="u2"))
+            stored.attrs["MATLAB_class"] = np.bytes_("char")
     (tmp_path / "text.txt").write_text(exported(recorded(3, 15.0)), encoding="utf-8")
     raw, mouse = recorded(4, 15.0), virtual_mouse()
     for name, source in (("long.csv", raw), ("cycle.csv", mouse)):
@@ -264,30 +239,14 @@ def every_format(tmp_path):
     return tmp_path, (*names, "lung.csv")
 
 
-@pytest.mark.parametrize("command", ["check", "run"])
-def test_every_file_is_opened_twice_at_most_before_the_first_simulation(every_format, opens, command):
+def test_every_file_is_opened_twice_at_most_before_the_first_simulation(every_format, opens):
+    """Once here, to look at it, and once to read it, which of a MATLAB file another process does."""
     folder, names = every_format
-    if command == "check":
-        checked = check_study(folder)
-        assert not [problem for problem in checked.problems if problem.error]
-        assert len(checked.read) == 5
-    else:
-        study = read_study(folder)
-        pieces, jobs, why = _plan(study, Store(study.results), {})
-        assert (pieces, why) == ({}, {})
-        for job in jobs:
-            job.load()
+    checked = check_study(folder)
+    assert not [problem for problem in checked.problems if problem.error]
+    assert len(checked.read) == 5
     counts = {name: opens[name] for name in names}
-    assert all(1 <= count <= 2 for count in counts.values()), counts
-    assert {name: opens[f"{name}, parsed"] for name in names if name.endswith(".mat")} == {
-        "labchart.mat": 1, "hdf5.mat": 1,
-    }  # fmt: skip
-
-
-def test_a_reader_of_matlab_files_opens_its_file_once(every_format, opens):
-    folder, _ = every_format
-    assert variables_of_7_3(folder / "hdf5.mat").head
-    assert opens["hdf5.mat"] == 1
+    assert all(1 <= count <= (1 if name.endswith(".mat") else 2) for name, count in counts.items()), counts
 
 
 def test_a_format_that_is_registered_before_any_file_was_read_comes_first_and_keeps_its_name(tmp_path):
@@ -304,20 +263,22 @@ def test_a_format_that_is_registered_before_any_file_was_read_comes_first_and_ke
     assert done.stdout.split("\n")[0] == "of a lab toy True"
 
 
-def test_a_load_that_failed_is_tried_again(monkeypatch):
-    own, tries = Registry("vasowave.network_formats", "table"), []
-
-    def fails_once(name):
-        tries.append(name)
-        if len(tries) == 2:
-            raise MemoryError
-        return importlib.import_module(name)
-
-    monkeypatch.setattr("vasowave.io.formats.import_module", fails_once)
+def test_a_load_that_failed_is_tried_again(tmp_path, monkeypatch):
+    """A module of formats for which the memory does not suffice the first time."""
+    package = tmp_path / "formats_of_a_lab"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "one.py").write_text(
+        "from pathlib import Path\nagain = Path(__file__).with_name('again')\n"
+        "if not again.exists():\n    again.touch()\n    raise MemoryError\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    own = Registry("formats_of_a_lab", "table")
     with pytest.raises(MemoryError):
         list(own)
+    assert "formats_of_a_lab.one" not in sys.modules
     list(own)
-    assert len(tries) > 4
+    assert "formats_of_a_lab.one" in sys.modules
 
 
 def test_a_cycle_separated_by_blanks_may_have_a_row_of_units_and_a_network_prose_above_it(tmp_path):
@@ -335,9 +296,9 @@ def test_a_cycle_separated_by_blanks_may_have_a_row_of_units_and_a_network_prose
     assert NETWORKS.known(vessels) is not None
 
 
-def test_a_format_that_gives_two_blocks_is_no_cycle(tmp_path, toy, monkeypatch):
+def test_a_format_that_gives_two_blocks_is_no_cycle(tmp_path, toy):
     mouse = virtual_mouse()
-    file = write_toy(tmp_path / "two.toy", mouse.pressure, mouse.flow, 2000) or tmp_path / "two.toy"
+    file = write_toy(tmp_path / "two.toy", mouse.pressure, mouse.flow, 2000)
     form = RECORDINGS["toy"]
     twice = replace(form, read=lambda *given: 2 * form.read(*given))
     RECORDINGS.register(twice)

@@ -10,6 +10,7 @@ from vasowave.recording import (
     Observation,
     RawRecording,
     Recording,
+    one_cycle,
     read_wedge,
 )
 from vasowave.recording.cycle import InletPressure, resample, samples_needed
@@ -142,6 +143,29 @@ def test_a_last_sample_repeats_the_first_to_a_millionth_and_by_no_chance_where_b
     assert moves_at_ends(np.array([0.0, 0.11, 0.5, 0.51, 0.11, 0.0]))
     assert not moves_at_ends(np.array([0.0, 0.09, 0.5, 0.51, 0.11, 0.0]))  # 9 times its rounding, 0.01
     assert not moves_at_ends(np.array([0.0, 0.11, 0.5, 0.51, 0.09, 0.0]))
+
+
+def test_a_cycle_knows_its_indices():
+    cycle = Recording(12 + 4 * WAVE, 0.2 + 0.1 * WAVE[::2], 0.12, wedge_pressure=4.0)
+    assert cycle.indices() == pytest.approx(
+        {"HR": 500, "CO": 0.2, "mPAP": 12, "sPAP": 16, "dPAP": 8, "pPAP": 8, "PVR": 40}
+    )
+    assert cycle.input_resistance == pytest.approx(60)
+
+
+@pytest.mark.parametrize("errors", [[[1.0]], [], [1.0, -1.0], [np.nan]])
+def test_errors_that_are_not_one_for_each_harmonic_are_refused(errors):
+    with pytest.raises(InputError, match="flow_error: give one standard error for each harmonic, the mean's first"):
+        Recording(PRESSURE, FLOW, 0.11, flow_error=errors)
+
+
+def test_one_cycle_is_taken_of_what_has_one():
+    cycle = Recording(PRESSURE, FLOW, 0.11)
+    assert one_cycle(cycle) is cycle
+    with pytest.raises(InputError, match=r"average its beats: raw\.average\(\)"):
+        one_cycle(RawRecording(np.ones(500), np.ones(500), 300.0))
+    with pytest.raises(InputError, match=r"'a\.csv' is the name of a file; read it first"):
+        one_cycle("a.csv")
 
 
 def test_flows_go_into_as_many_inlets_and_a_pressure_into_one():

@@ -10,7 +10,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.io import textfile
 from vasowave.recording import RawRecording, read_raw_recording
 from vasowave.recording.choosing import choose
 from vasowave.units import factor
@@ -32,11 +31,6 @@ HEADER = (
     "TopValue=\t56.44\t180.80\t*\r\n"
     "BottomValue=\t-0.09\t-0.96\t*\r\n"
 )
-
-
-def test_a_stretch_that_ends_before_it_starts_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"ends at 0\.2 s and starts at 0\.8 s"):
-        read_raw_recording(write(tmp_path / "raw.txt", labchart_block()), start=0.8, end=0.2)
 
 
 def lab_table(path, titles, step=0.001):
@@ -110,28 +104,13 @@ def test_a_labchart_block_in_ml_per_min_reads_back_in_ml_per_s(tmp_path):
     assert raw.sampling_rate == pytest.approx(RATE)
 
 
-@pytest.mark.parametrize("letters", [1 << 20, 5000])
-def test_times_of_day_are_left_aside_and_no_channel_with_them(tmp_path, monkeypatch, letters):
-    monkeypatch.setattr(textfile, "_BLOCK", letters)  # that are read at a time
+def test_times_of_day_are_left_aside_and_no_channel_with_them(tmp_path):
     head, _, body = labchart_block().rpartition("BottomValue=")
     first, *rows = body.splitlines()
     clock = [f"11:08:{37 + t:09.6f}\t{row.partition(chr(9))[2]}" for t, row in zip(TIME, rows, strict=True)]
     raw = read_raw_recording(write(tmp_path / "raw.txt", "\r\n".join([f"{head}BottomValue={first}", *clock, ""])))
     matches(raw)
     assert raw.sampling_rate == pytest.approx(RATE)
-
-
-@pytest.mark.parametrize(
-    ("times", "said"),
-    [(["0"] * 2000, r"line 3, column 'time': time does not increase"),
-     ([str(i // 10) for i in range(2000)], "coarser than the sampling interval"),
-     (["" if i == 7 else str(i) for i in range(2000)], r"line 9, column 'time': the cell is empty")],
-)  # fmt: skip
-def test_times_without_a_unit_that_are_none_are_named_where_they_stand(tmp_path, times, said):
-    rows = (f"{time},{10 + i % 7},0.1" for i, time in enumerate(times))
-    path = write(tmp_path / "raw.csv", "\n".join(["time,pressure [mmHg],flow [ml/s]", *rows, ""]))
-    with pytest.raises(InputError, match=said):
-        read_raw_recording(path, sampling_rate=1000.0)
 
 
 @pytest.mark.parametrize(
@@ -147,7 +126,13 @@ def test_a_stretch_beyond_the_recording_is_refused_with_both(tmp_path, stretch, 
     path = write(tmp_path / "raw.txt", labchart_block())
     with pytest.raises(InputError, match=rf": {said} s does not lie in 0 to 1\.5 s"):
         read_raw_recording(path, **stretch)
+
+
+def test_a_stretch_may_be_the_whole_and_does_not_end_before_it_starts(tmp_path):
+    path = write(tmp_path / "raw.txt", labchart_block())
     assert len(read_raw_recording(path, start=0.0, end=1.5).pressure) == COUNT
+    with pytest.raises(InputError, match=r"ends at 0\.2 s and starts at 0\.8 s"):
+        read_raw_recording(path, start=0.8, end=0.2)
 
 
 def test_a_decimal_comma_and_a_western_micro_sign_change_nothing(tmp_path):
@@ -298,33 +283,44 @@ def test_only_channels_of_the_unit_and_of_another_place_are_named_as_passed_over
     )
 
 
-def test_both_decimal_marks_in_one_file_are_refused(tmp_path):
-    lines = labchart_block().split("\r\n")
-    lines[200] = lines[200].replace(".", ",")
-    with pytest.raises(InputError, match="line 201: numbers with a decimal comma and with a decimal point"):
-        read_raw_recording(write(tmp_path / "raw.txt", "\r\n".join(lines)))
-
-
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
         ("a.adicht", "CFWB", r"File > Export.*LabChart Text File"),
-        ("a.txt", "Interval=\tfast\nChannelTitle=\tP\n0\t1\n", "is not a sampling interval"),
-        ("a.txt", "Interval=\t0.001 s\n0\t1\n", "no 'ChannelTitle='"),
         ("a.txt", "Interval=\t0.001 s\nChannelTitle=\tPAP\n", "headers and no samples"),
-        (
-            "a.txt",
-            "Interval=\t0.001 s\nChannelTitle=\tPAP\nUnitName=\tmmHg\n0\tx\n",
-            "line 4, column 'PAP': 'x' is not",
-        ),
-        ("a.csv", "pressure [mmHg],flow [ml/s]\n1,2\n", "say how many samples a second has"),
-        ("a.csv", "1,2,3\n1,2,3\n", "no header"),
-        ("a.csv", "", "empty"),
     ],
 )
 def test_a_wrong_file_is_told_what_and_what_to_do(tmp_path, name, text, message):
     with pytest.raises(InputError, match=message):
         read_raw_recording(write(tmp_path / name, text))
+
+
+@pytest.mark.parametrize(
+    ("text", "rate", "words"),
+    [
+        ("pressure [mmHg],flow [ml/s]\n1,2\n3,4\n", None, ": no time column; say how many samples a second has"),
+        ("x,flow\n0.5,2\n1.0,4\n1.5,4\n", 1000.0, ": column 'x' rises evenly by 0.5, as a time does; title it 'time"),
+        ("time,flow\n0.5,2\n1.0,4\n", None, ": column 'time' has no unit; write it in the header ('time [s]'), or say"),
+        ("time [s],flow\n0.5,2\n", None, ": one sample only; a continuous recording is needed"),
+        ("time [s],flow\n0.5,2\n,3\n1.5,4\n", None, ", line 3, column 'time': the cell is empty or no number"),
+        ("time,flow\n1,2\n1,3\n1,4\n", 9.0, ", line 3, column 'time': time does not increase"),
+        ("time [s],flow\n0.0,2\n0.1,3\n0.2,4\n", 10.02, ": the time column has 10 samples/s, given are 10.02"),
+        ("time [s],flow\n0.0,2\n0.1,3\n0.15,4\n0.3,4\n0.4,1\n", None, ", line 4, column 'time': uneven sampling, a"),
+        ("time [s],zeit [s],flow\n0,0,2\n", None, ": two columns are called 'time'; keep one of them"),
+        ("time [s],flow\n", None, ": a header and no data"),
+        ("", None, ": the file is empty"),
+        ("1,2\n3,4\n", None, ": no header; the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"),
+        ("a;b\n1,5;2\n1;2.5\n", 9.0, ", line 3: numbers with a decimal comma and with a decimal point in one file"),
+        ("a,b\n1,2\n3\n", 9.0, ", line 3: 1 columns where 2 were expected; missing values: the line was cut"),
+        ("a,b\n1,2\n3,4,5\n", 9.0, ", line 3: 3 columns where 2 were expected; surplus values: the line was cut"),
+        ("a,b\n3,4,5\n", 9.0, ", line 2: 3 columns below a header of 2; if title lines stand above"),
+        ("a,b\n1,2\n\n# x\n3,q\n", 9.0, ", line 5, column 'b': 'q' is not a number"),
+    ],
+)
+def test_a_table_is_refused_with_line_column_and_cure(tmp_path, text, rate, words):
+    with pytest.raises(InputError) as refused:
+        read_raw_recording(write(tmp_path / "a.csv", text), sampling_rate=rate)
+    assert str(refused.value).partition("a.csv")[2].startswith(words)
 
 
 def test_a_missing_file_is_told_by_name(tmp_path):
