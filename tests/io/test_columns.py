@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.io.columns import Columns, NoRowsError, read_columns, read_titles, spreadsheet_cell
+from vasowave.io.columns import NoRowsError, read_columns
 from vasowave.io.textfile import look, read_lines
 
 
@@ -86,39 +86,11 @@ def test_a_column_that_is_missed_is_guessed_at(tmp_path):
     assert table.numbers(table.require("q"), "flow") == pytest.approx([1, -2])
 
 
-@pytest.mark.parametrize(
-    ("cell", "unit", "words"),
-    [
-        ("x", "s", "f, line 7, column 'a': 'x' is not a number"),
-        ("1,5", "s", "f, line 7, column 'a': '1,5' is not a number; is its comma a decimal mark? write a point"),
-        (" ", "s", "f, line 7, column 'a': the cell is empty"),
-        ("nan", "s", "f, line 7, column 'a': nan is no finite number (a gap?); fill it"),
-        ("inf", "s", "f, line 7, column 'a': inf is no finite number"),
-        ("1_0", "s", "f, line 7, column 'a': '1_0' is not a number"),
-        ("1", "", "f: column 'a' has no unit; write it in the header, for example 'a [s]'"),
-        ("1", "mmHg", "f: column 'a': 'mmHg' is not a unit of time"),
-    ],
-)
-def test_a_cell_that_is_no_number_is_named_with_line_and_column(cell, unit, words):
-    assert said(Columns("f", ("a",), (unit,), ((cell,),), (7,)).numbers, 0, "time").startswith(words)
-    if not unit:
-        assert "column 'column 1' has no unit" in said(Columns("f", (), (), ((cell,),), (7,)).numbers, 0, "time")
-
-
 def test_a_file_without_a_last_line_end_is_suspected(tmp_path):
     table = read_columns(file(tmp_path, "a,b\n1,2"))
     assert len(table.suspicions) == 1
     with pytest.warns(VasowaveWarning, match="no line end; was the file cut off"):
         table.warn()
-
-
-def test_titles_are_told_by_the_first_bytes(tmp_path):
-    path = tmp_path / "a.csv"
-    assert read_titles(path, b"# c\nA [s],b\n1,2\n") == ("a", "b")
-    assert read_titles(path, "A,b\n1,2\n".encode("utf-16")) == ("a", "b")
-    assert read_titles(path, b"1,2\n") == ()
-    assert read_titles(path, b"") == ()
-    assert read_titles(path, b"a [,b\n1,2\n") == ()
 
 
 def test_lines_come_in_blocks_with_their_numbers_and_progress(tmp_path):
@@ -147,8 +119,3 @@ def test_a_look_holds_the_first_bytes_and_the_digest_of_all(tmp_path):
     assert found.sha256 == hashlib.sha256(content).hexdigest()
     short = look(file(tmp_path, b"abc", "s"))
     assert (short.start, short.whole, short.size) == (b"abc", True, 3)
-
-
-def test_cells_that_a_spreadsheet_would_run_are_text():
-    cells = ("=1", " @x", "-1.5", "-a", "a=")
-    assert [spreadsheet_cell(one) for one in cells] == ["'=1", "' @x", "-1.5", "'-a", "a="]

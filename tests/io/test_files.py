@@ -160,18 +160,6 @@ def test_the_page_comes_last(tmp_path):
     assert done.stdout.split() == ["tables", "z.csv", "a.html"]
 
 
-def test_what_a_killed_program_left_is_removed_and_a_young_piece_only_if_asked(tmp_path):
-    (tmp_path / f"{PART}x").write_text("half")
-    remove_parts(tmp_path, 3600.0)
-    assert len(list(tmp_path.iterdir())) == 1
-    os.utime(tmp_path / f"{PART}x", (1, 1))
-    remove_parts(tmp_path, 3600.0)
-    assert list(tmp_path.iterdir()) == []
-    (tmp_path / f"{PART}folder" / "inner").mkdir(parents=True)
-    remove_parts(tmp_path)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_folder_with_other_work_is_refused_and_left_alone(tmp_path):
     (tmp_path / "thesis.tex").write_text("ten years")
     with pytest.raises(InputError, match="not a vasowave result"):

@@ -17,7 +17,6 @@ from vasowave.io.columns import read_columns
 from vasowave.io.textfile import read_lines
 from vasowave.recording.describe import kind_of
 from vasowave.study.animals import read_animals
-from vasowave.study.sorting import files_in, sort_files
 
 
 def saved(path, *rows, **sheets):
@@ -64,13 +63,6 @@ def test_an_averaged_cycle_and_a_continuous_recording_are_read_and_told_apart(tm
     np.testing.assert_allclose(raw.pressure, 20.0 + np.array(t), rtol=1e-14)
     assert raw.sampling_rate == pytest.approx(1000)
     assert (kind_of([cycle]), kind_of([long])) == ("cycle", "raw")
-
-
-def test_files_of_a_folder_are_sorted_with_the_spreadsheets_among_them(tmp_path):
-    saved(tmp_path / "lung.xlsx", *NETWORK)
-    (tmp_path / "table.csv").write_text("name,parent,length [cm],radius [cm]\na,,1,0.1\n")
-    found = sort_files(files_in([tmp_path]))
-    assert [path.name for path in found.networks] == ["lung.xlsx", "table.csv"]
 
 
 def test_the_table_of_animals_may_be_a_spreadsheet(tmp_path):

@@ -6,25 +6,12 @@ from scipy import stats
 from scipy.linalg import toeplitz
 
 from vasowave.errors import InputError, NumericalError
-from vasowave.noise import CirculantNoise, fit_arma, fit_noise, regularize
-from vasowave.noise.likelihood import FAMILIES, Independent, PeriodicStationary, concentrated, maximize
+from vasowave.noise import CirculantNoise, fit_noise, regularize
+from vasowave.noise.likelihood import FAMILIES, Independent, PeriodicStationary, maximize
 from vasowave.noise.models import DenseNoise, log_likelihood, whiten
-from vasowave.noise.spectrum import Beside, Spectra, fourier, harmonics, least_squares_covariance
+from vasowave.noise.spectrum import Beside, Spectra, fourier, least_squares_covariance
 
 RNG = np.random.default_rng(11)
-
-
-@pytest.mark.parametrize("count", [1, 2, 5, 6])
-def test_the_real_fourier_basis_is_orthonormal_cosines_and_sines(count):
-    rows = []
-    t = 2 * np.pi * np.arange(count) / count
-    for place, k in enumerate(harmonics(count)):
-        plain = k in (0, count / 2)
-        wave = np.cos(k * t) if place <= count // 2 else np.sin(k * t)
-        rows.append(wave / np.sqrt(count if plain else count / 2))
-    values = RNG.normal(size=(count, 3))
-    assert fourier(values) == pytest.approx(np.array(rows) @ values)
-    assert fourier(values[:, 0]) == pytest.approx(np.array(rows) @ values[:, 0])
 
 
 def test_the_covariance_of_least_squares_carries_the_noise_through_the_inverse():
@@ -87,15 +74,6 @@ def test_dense_noise_is_whitened_by_its_root():
         whiten(values, -sigma)
 
 
-def test_the_likelihood_without_its_amplitude_is_that_at_the_best_amplitude():
-    sigma, residuals = toeplitz([1.0, 0.5, 0.2]), RNG.normal(size=(2, 3))
-    value, amplitude = concentrated(DenseNoise(sigma, 0.0, {}), residuals)
-    squares = sum(row @ np.linalg.solve(sigma, row) for row in residuals)
-    assert amplitude == pytest.approx(squares / 6)
-    whole = stats.multivariate_normal(np.zeros(3), amplitude * sigma)
-    assert value == pytest.approx(sum(whole.logpdf(row) for row in residuals))
-
-
 def test_independent_noise_has_the_mean_square_of_its_residuals_and_zeros_have_no_optimum():
     noise = fit_noise("independent", np.full((2, 5), 3.0), 0.1, rng=np.random.default_rng(0))
     assert isinstance(noise, CirculantNoise)
@@ -103,11 +81,3 @@ def test_independent_noise_has_the_mean_square_of_its_residuals_and_zeros_have_n
     assert noise.hyperparameters == pytest.approx({"amplitude [mmHg2]": 9.0})
     with np.errstate(all="ignore"), pytest.raises(NumericalError, match="no optimum of the likelihood from 4 starts"):
         maximize(FAMILIES["independent"], np.zeros((1, 16)), np.random.default_rng(0))
-
-
-def test_an_arma_fit_scales_with_its_series():
-    series = RNG.normal(size=(2, 40)) + 0.3
-    one, ten = fit_arma(series, (1, 1)), fit_arma(10 * series, (1, 1))
-    assert ten.innovation_variance == pytest.approx(100 * one.innovation_variance, rel=1e-5)
-    assert ten.log_likelihood == pytest.approx(one.log_likelihood - 80 * np.log(10))
-    assert ten.bic == pytest.approx(one.bic + 160 * np.log(10))

@@ -9,9 +9,7 @@ import pytest
 from vasowave.datasets.raw import Disturbances, SyntheticRecording, synthetic_raw_recording
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.recording import RawRecording, Recording, average_beats, find_beats
-from vasowave.recording.beats import foot
-from vasowave.recording.rejection import cause, choose_run, lost_in_run
-from vasowave.recording.ventilation import mark_inspiration
+from vasowave.recording.rejection import cause
 from vasowave.species import ANY_HEART_RATES
 
 PHASE = np.arange(512) / 512
@@ -96,22 +94,6 @@ def test_weak_r_waves_are_beats_where_one_is_missed_and_a_weak_wave_between_two_
     between = 0.3 * np.exp(-0.5 * ((time - 0.5 * (beats[15] + beats[16])) / 0.001) ** 2)
     found = find_beats(replace(raw.raw, ecg=raw.raw.ecg * height + between), "ecg")
     assert misses_and_extras(found.times, beats) == (0, 0)
-
-
-def test_the_foot_is_where_the_tangent_of_the_upstroke_meets_the_lowest_level():
-    values = np.concatenate([[3.0, 2.0, 2.0], 2 + 1.5 * np.arange(1, 7), [11.5, 11.4]])
-    assert foot(values, 5) == pytest.approx(2.0)
-
-
-def test_the_run_with_the_fewest_rejected_beats_is_averaged():
-    bad = "x"
-    used, run = choose_run([None, bad, None, None, None, bad, None], 3, "s")
-    assert (used.tolist(), run) == ([2, 3, 4], range(2, 5))
-    used, run = choose_run([None, None, bad, None], 3, "s")
-    assert (used.tolist(), run) == ([0, 1, 3], range(4))
-    (told,) = lost_in_run([None, bad, bad, bad, None], range(5), 2)
-    assert dict(told.values) == {"lost": 3, "beats": 5}
-    assert lost_in_run([None, bad, bad, None], range(4), 2) == []  # as many as were averaged
 
 
 def test_r_waves_are_found_to_a_fifth_of_a_millisecond():
@@ -200,17 +182,6 @@ def test_beats_of_inspiration_are_rejected_and_those_of_expiration_averaged():
     assert without.recording.mean_pressure > average.recording.mean_pressure + 0.3
 
 
-def test_beats_that_differ_by_less_than_a_thousandth_of_the_pulse_show_no_breath():
-    rng = np.random.default_rng(2)
-    wave = 10.0 + 15.0 * np.sin(np.pi * np.linspace(0.0, 1.0, 64)) ** 2
-    levels = 3e-4 * rng.standard_normal(60)
-    levels[[20, 40]] += (0.01, 0.05)  # 0.07 and 0.3 % of the pulse, both far beyond the scatter of the others
-    reasons = [None] * 60
-    starts = 0.1 * np.arange(60)
-    mark_inspiration(reasons, starts, starts + 0.1, (wave.mean() + levels, np.full(60, wave.mean())), (wave, wave))
-    assert [beat for beat, reason in enumerate(reasons) if reason] == [40]
-
-
 def test_an_early_beat_is_rejected_for_its_length_and_an_artefact_for_its_shape():
     made = make(5, replace(NONE, ecg_noise=0.01), heart_rate=500, sampling_rate=2000.0, duration=6.0)
     pressure = made.raw.pressure.copy()
@@ -286,12 +257,6 @@ def test_arguments_that_cannot_be_met_are_told():
         average_beats(raw, beats=1)
     with pytest.raises(NumericalError, match=r"good beats of \d+, 20 wanted \(rejected: \d+ for correlation"):
         average_beats(raw, least_correlation=1.0)
-
-
-def test_pressure_in_the_wrong_unit_is_refused():
-    raw = make(9, NONE).raw
-    with pytest.raises(InputError, match="looks like kPa"):
-        average_beats(RawRecording(raw.pressure * 0.133, raw.flow, raw.sampling_rate, raw.ecg))
 
 
 def test_a_recording_of_mostly_inspiration_warns():

@@ -1,7 +1,5 @@
 """EDF and EDF+: files of an independent writer read back, and damaged ones are refused in words."""
 
-import datetime
-
 import numpy as np
 import pytest
 from edfio import Edf, EdfAnnotation, EdfSignal
@@ -146,14 +144,6 @@ def test_a_signal_that_cannot_be_scaled_is_named(tmp_path, field, index, value, 
         read_raw_recording(path)
 
 
-def test_a_channel_of_one_sample_a_record_is_read(tmp_path):
-    slow = EdfSignal(np.arange(8.0), 2, label="Temp", physical_dimension="mV", physical_range=(-50, 50))
-    Edf([*signals(), slow], data_record_duration=0.5).write(tmp_path / "raw.edf")
-    channel = read_edf(tmp_path / "raw.edf")[0].channels[-1]
-    assert channel.sampling_rate == 2
-    np.testing.assert_allclose(channel.values, np.arange(8.0), atol=0.51 * 100 / 65535)
-
-
 def test_a_truncated_file_is_refused_with_what_it_holds(tmp_path):
     path = written(tmp_path / "raw.edf")
     path.write_bytes(path.read_bytes()[:-1000])
@@ -166,12 +156,6 @@ def test_a_pressure_in_volts_is_refused_until_its_unit_is_given(tmp_path):
     with pytest.raises(InputError, match="pressure is in mV"):
         read_raw_recording(path)
     assert read_raw_recording(path, pressure_unit="mmHg").pressure.max() == pytest.approx(19, abs=0.01)
-
-
-def test_a_file_with_a_date_the_reader_does_not_need_is_read(tmp_path):
-    path = tmp_path / "raw.edf"
-    Edf(signals(), starttime=datetime.time(3, 4, 5), data_record_duration=1).write(path)
-    assert read_raw_recording(path).duration == pytest.approx(3.999)
 
 
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -6,10 +6,8 @@ import subprocess
 import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from threading import Barrier
 
-import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -88,19 +86,6 @@ def test_a_format_that_is_registered_in_one_place_serves_every_door(tmp_path, to
     checked = check_study(study)
     assert not [problem for problem in checked.problems if problem.error]
     assert len(checked.read) == 2
-
-
-def test_a_cycle_of_such_a_format_keeps_the_words_for_what_is_missing(tmp_path, toy):
-    mouse = virtual_mouse()
-    rate = len(mouse.flow) / mouse.period
-    path = write_toy(tmp_path / "a.toy", mouse.pressure, mouse.flow, rate)
-    flow = np.where(np.arange(len(mouse.flow)) == 4, np.nan, mouse.flow)
-    write_toy(path, mouse.pressure, flow, rate)
-    with pytest.raises(InputError, match=r"a\.toy, 'Q': sample 5 is missing"):
-        vw.read_recording(path)
-    path.write_text(path.read_text().replace("Q [", "X [").replace("ml/s", "V").replace("NaN", "0.1"))
-    with pytest.raises(InputError, match="no channel says that it holds flow"):
-        vw.read_recording(path)
 
 
 def test_the_newest_format_of_a_name_counts_and_content_counts_before_the_suffix(tmp_path):
@@ -195,42 +180,20 @@ def opens():
     OPENS.listening = False
 
 
-def write_hdf5(path, **variables):
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, values in variables.items():
-            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_("double")
-    with path.open("r+b") as file:
-        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
-
-
-def write_labchart(path, raw):
-    count = len(raw.pressure)
-    ends = count * np.arange(1.0, 3.0)[:, None]
-    savemat(path, {
-        "data": np.concatenate([raw.pressure, raw.flow])[None, :], "datastart": ends - count + 1, "dataend": ends,
-        "titles": np.array(["PAP ", "Flow"]), "samplerate": np.full((2, 1), raw.sampling_rate),
-        "unittext": np.array(["mmHg", "ml/s"]), "unittextmap": np.array([[1.0], [2.0]]),
-    })  # fmt: skip
-
-
 @pytest.fixture
 def every_format(tmp_path):
     """Return a study of one animal a format, none of whose kinds stands in the table."""
     write_network(SMALL, tmp_path / "lung.csv")
-    write_labchart(tmp_path / "labchart.mat", recorded(1, 15.0))
     raw = recorded(2, 15.0)
-    write_hdf5(tmp_path / "hdf5.mat", time=raw.time, pressure=raw.pressure, flow=raw.flow)
-    with h5py.File(tmp_path / "hdf5.mat", "r+") as file:
-        for name, unit in {"pressure_unit": "mmHg", "flow_unit": "ml/s"}.items():
-            stored = file.create_dataset(name, data=np.array([[ord(one)] for one in unit], dtype="u2"))
-            stored.attrs["MATLAB_class"] = np.bytes_("char")
+    units = {"pressure_unit": "mmHg", "flow_unit": "ml/s"}
+    savemat(tmp_path / "long.mat", {"time": raw.time, "pressure": raw.pressure, "flow": raw.flow, **units})
     (tmp_path / "text.txt").write_text(exported(recorded(3, 15.0)), encoding="utf-8")
     raw, mouse = recorded(4, 15.0), virtual_mouse()
     for name, source in (("long.csv", raw), ("cycle.csv", mouse)):
         columns = np.column_stack([source.time, source.pressure, source.flow])
         header = "time [s],pressure [mmHg],flow [ml/s]"
         np.savetxt(tmp_path / name, columns, fmt="%.9g", delimiter=",", header=header, comments="")
-    names = ("labchart.mat", "hdf5.mat", "text.txt", "long.csv", "cycle.csv")
+    names = ("long.mat", "text.txt", "long.csv", "cycle.csv")
     rows = "".join(f"{name.replace('.', ' ')},CTL,lung.csv,{name}\n" for name in names)
     (tmp_path / "animals.csv").write_text("animal,group,network,recording\n" + rows)
     (tmp_path / "study.yaml").write_text("groups: [CTL]\ncalibration: {walls: [linear], starts: 1}\n")
@@ -244,7 +207,7 @@ def test_every_file_is_opened_twice_at_most_before_the_first_simulation(every_fo
     folder, names = every_format
     checked = check_study(folder)
     assert not [problem for problem in checked.problems if problem.error]
-    assert len(checked.read) == 5
+    assert len(checked.read) == 4
     counts = {name: opens[name] for name in names}
     assert all(1 <= count <= (1 if name.endswith(".mat") else 2) for name, count in counts.items()), counts
 
@@ -279,28 +242,3 @@ def test_a_load_that_failed_is_tried_again(tmp_path, monkeypatch):
     assert "formats_of_a_lab.one" not in sys.modules
     list(own)
     assert "formats_of_a_lab.one" in sys.modules
-
-
-def test_a_cycle_separated_by_blanks_may_have_a_row_of_units_and_a_network_prose_above_it(tmp_path):
-    mouse = virtual_mouse()
-    rows = (f"{t:.6f} {p:.6f} {q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow, strict=True))
-    file = tmp_path / "cycle.txt"
-    file.write_text("\n".join(["time pressure flow", "s mmHg ml/s", *rows, ""]), "utf-8")
-    read = vw.read_recording(file)
-    assert read.mean_pressure == pytest.approx(mouse.mean_pressure, abs=1e-4)
-    assert read.cardiac_output == pytest.approx(mouse.cardiac_output, abs=1e-5)
-    vessels = tmp_path / "lung.csv"
-    titles = "name,parent,length [cm],radius [cm]"
-    vessels.write_text(f"lung of mouse 6\n{titles}\n1,,0.4,0.05\n2,1,0.4,0.03\n3,1,0.4,0.03\n", "utf-8")
-    assert len(vw.read_network(vessels)) == 3
-    assert NETWORKS.known(vessels) is not None
-
-
-def test_a_format_that_gives_two_blocks_is_no_cycle(tmp_path, toy):
-    mouse = virtual_mouse()
-    file = write_toy(tmp_path / "two.toy", mouse.pressure, mouse.flow, 2000)
-    form = RECORDINGS["toy"]
-    twice = replace(form, read=lambda *given: 2 * form.read(*given))
-    RECORDINGS.register(twice)
-    with pytest.raises(InputError, match=r"2 blocks, and a cycle is one"):
-        vw.read_recording(file)

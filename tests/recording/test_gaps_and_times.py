@@ -11,19 +11,6 @@ from vasowave.recording.gaps import Span
 from vasowave.recording.signal import even_step
 
 
-def test_what_is_free_lies_between_gaps_in_whatever_order_they_come():
-    several = [Span(4.0, 5.0), Span(1.0, 2.0), Span(1.5, 3.0)]
-    assert gaps.free_between(several, 0.0, 6.0) == [Span(0.0, 1.0), Span(3.0, 4.0), Span(5.0, 6.0)]
-    assert gaps.free_between(several, 1.2, 4.5) == [Span(3.0, 4.0)]
-    assert gaps.free_between([Span(0.0, 1.0)], 0.0, 1.0) == []
-
-
-def test_the_longest_stretch_is_inside_in_whole_milliseconds():
-    assert gaps.longest_between([Span(1.00049, 1.2), Span(3.00051, 4.0)], 0.0, 4.5) == Span(1.2, 3.0)
-    assert gaps.longest_between([Span(0.0, 0.10001), Span(2.0, 9.0)], 0.0, 9.0) == Span(0.101, 2.0)
-    assert gaps.longest_between([Span(0.0, 1.0)], 0.0, 1.0) == Span(0.0, 0.0)
-
-
 def test_four_gaps_are_told_by_three_those_that_touch_are_one_and_a_short_rest_is_no_advice():
     five = [Span(1, 2), Span(2, 2.5), Span(4, 4.1), Span(6, 6.1), Span(8, 8.1)]
     said = gaps.describe_gaps(five, 0.0, 9.0, 1.0)
@@ -31,17 +18,6 @@ def test_four_gaps_are_told_by_three_those_that_touch_are_one_and_a_short_rest_i
     assert "--start 4.1 --end 6;" in said
     assert "more" not in gaps.describe_gaps(five[:4], 0.0, 9.0, 1.0)
     assert gaps.describe_gaps(five, 0.0, 9.0, 1.91).endswith("; no 1.91 s are without a gap")
-
-
-def test_times_that_leap_over_a_pause_are_closed_and_their_samples_keep_their_places():
-    time = np.concatenate([np.arange(300), np.arange(350, 600)]) * 0.01
-    closed, place = gaps.leaps_closed(time)
-    assert closed == pytest.approx(np.arange(550) * 0.01)
-    assert place.tolist() == [*range(300), *range(350, 600)]
-    spread = gaps.with_gaps(np.arange(550.0), place)
-    assert len(spread) == 600
-    assert np.isnan(spread[300:350]).all()
-    assert spread[[299, 350, 599]].tolist() == [299.0, 300.0, 549.0]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.errors import InputError
-from vasowave.recording import HarmonicErrors, Recording, average_beats, harmonic_errors, read_recording
+from vasowave.recording import Recording, average_beats, harmonic_errors, read_recording
 
 MOUSE = Path(__file__).parents[2] / ".." / "shared" / "data" / "mouse-c6"
 PHASE = 2 * np.pi * np.arange(512) / 512
@@ -63,23 +63,6 @@ def test_a_weak_harmonic_among_strong_ones_does_not_end_the_signal():
     spectrum[4] = 0
     found = averaged(3, replace(gap, pressure=np.fft.irfft(spectrum)), 0.2)
     assert harmonic_errors(found).with_signal == 8
-
-
-@pytest.mark.parametrize(
-    ("modulus", "last"),
-    [
-        ((9, 9, 3, 1), 3),
-        ((9, 9, 2.82, 1), 2),
-        ((9, 2.0, 9, 1), 3),  # a weak one between strong ones
-        ((2.0, 2.0), 0),
-        ((), 0),
-        ((2.0, 1, 1, 1, 1, 5), 0),  # 25 - 8 are less than what the others lack
-    ],
-)
-def test_signal_ends_where_harmonics_fall_below_twice_their_expected_error(modulus, last):
-    """The sum of modulus² - 8·error² is largest there: 8 is four times the two of a square error."""
-    errors = HarmonicErrors(np.array([50.0, *modulus]), np.ones(1 + len(modulus)), "file")
-    assert errors.with_signal == last
 
 
 def test_noise_alone_is_seldom_taken_for_a_harmonic():

@@ -6,7 +6,6 @@ from scipy.io import savemat
 
 from vasowave.errors import InputError
 from vasowave.recording import read_raw_recording
-from vasowave.recording.formats.labchart_mat import read_labchart_mat
 
 RATE = 2000.0
 TIME = np.arange(3000) / RATE
@@ -103,11 +102,3 @@ def test_tables_that_contradict_each_other_are_refused(tmp_path, changes, messag
 def test_a_block_without_the_channel_says_what_it_has(tmp_path):
     with pytest.raises(InputError, match=r"no channel 'ECG'; it has: 'PA pressure' \[mmHg\]"):
         read_raw_recording(export(tmp_path / "raw.mat"), block=1, ecg="ECG")
-
-
-def test_remarks_stand_in_their_block_and_those_of_all_channels_have_none(tmp_path):
-    remarks = np.array([[-1.0, 1, 20, 1, 1], [2.0, 2, 800, 1, 2]])
-    one, two = read_labchart_mat(export(tmp_path / "raw.mat", com=remarks))
-    assert [(c.time, c.text, c.channel) for c in one.comments] == [(0.01, "start", 0)]
-    assert [(c.time, c.text, c.channel) for c in two.comments] == [(0.4, "probe moved", 2)]
-    assert [len(block.comments) for block in read_labchart_mat(export(tmp_path / "b.mat", com=None))] == [0, 0]

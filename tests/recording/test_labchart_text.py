@@ -92,9 +92,3 @@ def test_samples_stand_where_their_times_say_and_so_do_remarks(tmp_path):
     assert np.flatnonzero(np.isnan(values)).tolist() == [200, 201, 202]
     assert values[203:].tolist() == list(range(200, 250))
     assert [c.time for c in block.comments] == pytest.approx([0.0, 2.23])
-
-
-def test_times_of_day_leave_the_interval_alone_to_count(tmp_path):
-    rows = "10:00:00.00\t1\t2\n10:00:07.00\t3\t4\n"
-    (block,) = read_labchart_text(text(tmp_path, HEAD + rows))
-    assert [c.values.tolist() for c in block.channels] == [[1, 3], [2, 4]]

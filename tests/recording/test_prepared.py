@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from lab_files import recorded
-from vasowave.errors import InputError
 from vasowave.recording import Averaging, BeatEdit, average_beats
 from vasowave.recording.ensemble import average_prepared
 from vasowave.recording.prepared import prepare
@@ -40,13 +39,6 @@ def test_edits_of_beats_that_are_kept_cut_give_what_the_recording_read_anew_give
         assert ours.findings == anew.findings
 
 
-def test_moves_that_are_taken_back_give_the_beats_as_found(raw):
-    kept = prepare(raw, Averaging())
-    back = kept.with_moves([BeatEdit("move", kept.cut.starts[5], kept.cut.starts[5] + 0.003)]).with_moves([])
-    np.testing.assert_array_equal(back.cut.starts, kept.cut.starts)
-    np.testing.assert_allclose(back.cut.pressure, kept.cut.pressure, rtol=0, atol=1e-11)
-
-
 def test_the_mean_drift_of_a_beat_is_the_mean_of_the_drift_at_its_samples(raw):
     average = average_beats(raw)
     starts, ends = (np.array([getattr(one, name) for one in average.beats]) for name in ("start", "end"))
@@ -59,16 +51,3 @@ def test_the_mean_drift_of_a_beat_is_the_mean_of_the_drift_at_its_samples(raw):
 def _arrays(average):
     return (average.recording.pressure, average.recording.flow, average.pressure_sd, average.flow_sd,
             average.baseline.level, [average.recording.period, average.delay])  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("edit", "words"),
-    [
-        (BeatEdit("rejct", 1.0), r"is no action \(did you mean 'reject'\?\); there are: reject, keep, move"),
-        (BeatEdit("move", 1.0), "a move needs 'to'"),
-        (BeatEdit("keep", 1.0, 2.0), "'keep' leaves empty the time of a move"),
-    ],
-)
-def test_a_decision_that_decides_nothing_is_refused(raw, edit, words):
-    with pytest.raises(InputError, match=words):
-        average_beats(raw, 5, edits=[edit])

@@ -87,28 +87,6 @@ def test_what_cannot_be_observed_is_refused(given, why):
         vw.Observation(**({"quantity": "flow", "vessel": "b", "error": 0.1} | given))
 
 
-@pytest.mark.parametrize(
-    "given",
-    [
-        {"mean": 1.0, "place": 0.0},
-        {"mean": 1.0, "place": 1.0},
-        {"mean": 1.0, "cm": 0.0, "zero_sd": 0.0, "gain_sd": 2.0},
-        {"mean": 0.0, "quantity": "pressure"},
-        {"mean": 1.0, "systolic": 1.0, "diastolic": 0.0},
-    ],
-)
-def test_the_limit_itself_may_be_observed(given):
-    one = vw.Observation(**({"quantity": "flow", "vessel": "b", "error": 0.1} | given))
-    assert one.place == given.get("place", None if "cm" in given else 0.5)
-
-
-def test_the_pulse_of_what_was_observed_is_known_of_a_waveform_and_of_two_ends():
-    wave = 16 + 5 * np.sin(2 * np.pi * np.arange(64) / 64)
-    assert vw.Observation("pressure", "b", 0.1, waveform=wave).pulse == pytest.approx(10.0)
-    assert vw.Observation("flow", "b", 0.1, systolic=0.9, diastolic=0.2).pulse == pytest.approx(0.7)
-    assert vw.Observation("flow", "b", 0.1, systolic=0.9, mean=0.2).pulse is None
-
-
 def test_one_place_says_the_unit_and_a_gain_may_be_in_percent(tmp_path):
     head = "quantity,vessel,mean,unit,error"
     (tmp_path / "sites.csv").write_text("quantity,vessel,mean [ul/s],unit,error\nflow,b,80,ml/s,1\n")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
 from vasowave.io import apart
 from vasowave.io.textfile import LONGEST_LINE
 from vasowave.recording import describe_recording, read_raw_recording, read_recording
@@ -74,18 +74,6 @@ def test_a_line_of_many_megabytes_is_refused_before_it_is_held(tmp_path):
         tracemalloc.stop()
 
 
-def test_a_recording_that_ends_within_a_line_is_suspected_aloud_and_loses_that_line(tmp_path):
-    path = export(tmp_path / "cut.txt", tail="\n14.1")
-    with pytest.warns(VasowaveWarning, match="may have been cut off"):
-        assert len(read_raw_recording(path).pressure) == 1500
-    export(path, tail="")
-    with pytest.warns(VasowaveWarning, match="may have been cut off") as told:
-        raw = read_raw_recording(path)
-    assert {one.filename for one in told} == {__file__}  # a warning points at the line that asked
-    assert len(raw.pressure) == 1499
-    assert any("may have been cut off" in str(note) for note in raw.notes)
-
-
 def test_a_compressed_variable_that_inflates_without_end_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "bomb.mat"
     savemat(path, {"p": np.zeros(250_000_000, dtype=np.uint8)}, do_compression=True)
@@ -93,20 +81,6 @@ def test_a_compressed_variable_that_inflates_without_end_is_refused(tmp_path, mo
     monkeypatch.setattr(apart, "MEMORY", 400 << 20)
     with pytest.raises(InputError, match="far more memory than the file is long"):
         read_recording(path, period=0.1)
-
-
-def test_all_missing_channels_are_named_at_once_in_the_words_of_the_table(tmp_path):
-    path = export(tmp_path / "raw.txt")
-    path.write_text(path.read_text().replace("PAP\tFlow", "Ch 1\tCh 2").replace("mmHg\tml/s", "V\tV"))
-    with pytest.raises(InputError) as caught:
-        read_raw_recording(path)
-    said = str(caught.value)
-    assert "pressure" in said.partition("it has")[0]
-    assert "flow" in said.partition("it has")[0]
-    assert "'flow channel'" in said
-    assert "flow='TITLE'" in said
-    assert "'Ch 2' [V]" in said
-    assert "--channel pressure=TITLE" in said
 
 
 def test_an_export_is_described_without_being_told_what_it_is(tmp_path):

@@ -283,27 +283,6 @@ def test_a_kernel_for_a_law_of_a_file_is_kept_by_the_content_of_the_file_unless_
     assert used("vasowave_law_89ab", f"import scipy\n{PAIR}") == (0, 3)
 
 
-def test_compiling_is_timed_and_what_is_compiled_within_counts_once(place_of_kernels):
-    from numba import njit
-
-    from vasowave.runtime import kernels
-
-    def inner(x):
-        return x + 1.0
-
-    def outer(x):
-        return within(x) * 2.0
-
-    within, taken = kernels.kept(njit(inner)), kernels.kept(njit(outer))
-    before, began = kernels.seconds_compiling(), time.monotonic()
-    assert taken(1.0) == 4.0
-    spent = kernels.seconds_compiling() - before
-    assert 0.0 < spent <= time.monotonic() - began
-    for _ in range(100):
-        taken(1.0)
-    assert kernels.seconds_compiling() - before == spent
-
-
 @pytest.mark.validation
 def test_an_analysis_asks_for_no_kernel_that_was_not_compiled_beforehand():
     code = """
