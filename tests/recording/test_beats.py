@@ -72,8 +72,8 @@ def count(seeds, fiducial) -> tuple[int, int, int]:
 
 @pytest.mark.parametrize("fiducial", ["ecg", "pressure"])
 def test_every_beat_is_found_once_at_300_to_800_per_minute(fiducial):
-    misses, extras, beats = count(range(12), fiducial)
-    assert beats > 700
+    misses, extras, beats = count(range(6), fiducial)
+    assert beats > 350
     assert (misses, extras) == (0, 0)
 
 
@@ -135,7 +135,7 @@ def test_r_waves_of_a_large_animal_are_found_alike_by_default_and_when_the_ecg_i
 
 
 def test_the_indices_of_the_average_are_those_of_the_cycle_within_one_percent():
-    assert np.abs(index_errors(range(6))).max() < 1.0
+    assert np.abs(index_errors(range(3))).max() < 1.0
 
 
 @pytest.mark.validation

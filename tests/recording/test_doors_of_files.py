@@ -17,14 +17,14 @@ MOUSE = virtual_mouse()
 TIME = np.arange(0, 5, 1e-3)
 
 
-def signals(pressure_scale=1.0, flow_offset=0.0):
+def signals(pressure_scale=1.0):
     phase = (TIME / MOUSE.period) % 1
     p, q = (np.interp(phase, np.arange(len(v) + 1) / len(v), np.append(v, v[0])) for v in (MOUSE.pressure, MOUSE.flow))
-    return p * pressure_scale, q + flow_offset
+    return p * pressure_scale, q
 
 
-def labchart(titles, unit_names=("mmHg", "mL/s"), pressure_scale=1.0, flow_offset=0.0):
-    rows = (f"{t:.3f}\t{p:.4f}\t{q:.5f}" for t, p, q in zip(TIME, *signals(pressure_scale, flow_offset)))
+def labchart(titles, unit_names=("mmHg", "mL/s"), pressure_scale=1.0):
+    rows = (f"{t:.3f}\t{p:.4f}\t{q:.5f}" for t, p, q in zip(TIME, *signals(pressure_scale)))
     units = ["UnitName=\t" + "\t".join(unit_names)] if unit_names else []
     head = ["Interval=\t0.001 s", "ChannelTitle=\t" + "\t".join(titles), "Range=\t100 mV\t10 V", *units]
     return "\n".join([*head, *rows, ""])
@@ -74,16 +74,6 @@ def test_a_title_and_a_range_that_contradict_each_other_are_both_named(tmp_path)
         read(tmp_path / "raw.txt")
     assert "flow is in V; set the units conversion" in str(refused.value)  # both at once
     assert "--unit flow=ml/s" in str(refused.value)
-
-
-def test_variables_without_units_are_named_as_the_file_names_them_all_at_once(tmp_path):
-    p, q = signals()
-    savemat(tmp_path / "m.mat", {"t": TIME, "PAP": p, "Flow": q})
-    with pytest.raises(InputError, match="variable 'PAP': pressure has no unit; name its unit") as refused:
-        read(tmp_path / "m.mat")
-    assert "variable 'Flow': flow has no unit" in str(refused.value)
-    assert "conversion" not in str(refused.value)
-    assert "--unit pressure=mmHg" in str(refused.value)
 
 
 def test_variables_without_known_times_are_refused_until_their_rate_is_given(tmp_path):

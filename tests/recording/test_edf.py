@@ -158,7 +158,7 @@ def test_a_pressure_in_volts_is_refused_until_its_unit_is_given(tmp_path):
     assert read_raw_recording(path, pressure_unit="mmHg").pressure.max() == pytest.approx(19, abs=0.01)
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_corrupt_file_is_read_or_refused_in_words(tmp_path, data):
     sound = tmp_path / "sound.edf"

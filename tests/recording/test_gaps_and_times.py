@@ -43,12 +43,6 @@ def place(row):
     return f"f.csv, line {row + 2}"
 
 
-def test_the_step_is_that_of_the_mean_of_times_as_they_were_rounded():
-    assert even_step(np.array([0.0, 0.1, 0.2, 0.3]), 1e-6, "f.csv", place) == pytest.approx(0.1)
-    assert even_step(np.array([0.0, 0.1, 0.21, 0.3]), 0.01, "f.csv", place) == pytest.approx(0.1)
-    assert even_step(np.arange(4) * 2.0, 10.0, "f.csv", place) == 2.0  # equal steps were not rounded
-
-
 @pytest.mark.parametrize(
     ("time", "quantum", "said"),
     [
