@@ -57,9 +57,9 @@ def begun_later(path, later):
     """Let records of half a second begin so much later as `later` says of their onsets, which must be as long."""
     content = path.read_bytes()
     for onset, by in later.items():
-        old, new = f"+{onset:g}\x14\x14\0".encode(), f"+{onset + by:g}\x14\x14".encode()
-        old, new = old.ljust(len(new), b"\0"), new.ljust(len(old), b"\0")  # there is padding behind each onset
+        old, new = (f"+{at:g}\x14\x14\0".encode() for at in (onset, onset + by))
         assert content.count(old) == 1
+        assert len(new) == len(old)
         content = content.replace(old, new)
     path.write_bytes(content)
     return path
