@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from vasowave.errors import InputError
-from vasowave.io.files import PART, check_folder, made_inside, remove_parts, write_file, write_folder
+from vasowave.io.files import PART, check_file, check_folder, made_inside, remove_parts, write_file, write_folder
 from vasowave.report.files import write_tables
 from vasowave.runtime.writing import Part
 
@@ -148,27 +148,16 @@ def test_an_error_while_a_folder_is_filled_leaves_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_page_comes_last(tmp_path, monkeypatch):
-    moved, replace = [], os.replace
-    monkeypatch.setattr(
-        os, "replace", lambda source, target: (moved.append(Path(target).name), replace(source, target))
+def test_the_page_comes_last(tmp_path):
+    program = (
+        "import sys\nfrom pathlib import Path\nfrom vasowave.io.files import write_folder\n"
+        "def heard(event, given):\n    event == 'os.rename' and print(Path(given[1]).name)\n"
+        f"with write_folder(Path({str(tmp_path)!r}) / 'report') as fresh:\n"
+        "    for name in ('a.html', 'tables', 'z.csv'):\n        (fresh / name).write_text('')\n"
+        "    sys.addaudithook(heard)\n"
     )
-    with write_folder(tmp_path / "report") as fresh:
-        for name in ("a.html", "tables", "z.csv"):
-            (fresh / name).write_text("")
-    assert moved == ["tables", "z.csv", "a.html"]
-
-
-def test_what_a_killed_program_left_is_removed_and_a_young_piece_only_if_asked(tmp_path):
-    (tmp_path / f"{PART}x").write_text("half")
-    remove_parts(tmp_path, 3600.0)
-    assert len(list(tmp_path.iterdir())) == 1
-    os.utime(tmp_path / f"{PART}x", (1, 1))
-    remove_parts(tmp_path, 3600.0)
-    assert list(tmp_path.iterdir()) == []
-    (tmp_path / f"{PART}folder" / "inner").mkdir(parents=True)
-    remove_parts(tmp_path)
-    assert list(tmp_path.iterdir()) == []
+    done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
+    assert done.stdout.split() == ["tables", "z.csv", "a.html"]
 
 
 def test_a_folder_with_other_work_is_refused_and_left_alone(tmp_path):
@@ -179,6 +168,17 @@ def test_a_folder_with_other_work_is_refused_and_left_alone(tmp_path):
     check_folder(tmp_path, {"page.html": b"vasowave"})
     with pytest.raises(InputError, match="is a file"):
         check_folder(tmp_path / "page.html", {})
+
+
+def test_the_name_of_a_file_to_be_written_is_checked_before_anything_is_computed(tmp_path):
+    check_file(tmp_path / "y.CSV", ".csv")
+    for path, suffixes, words in (
+        (tmp_path, (), "is a folder; give the name of a file"),
+        (tmp_path / "x" / "y.csv", (), "there is no folder"),
+        (tmp_path / "y.txt", (".csv", ".tsv"), r"the name of this file ends in \.csv or \.tsv"),
+    ):
+        with pytest.raises(InputError, match=words):
+            check_file(path, *suffixes)
 
 
 @pytest.mark.parametrize(

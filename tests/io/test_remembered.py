@@ -22,7 +22,6 @@ class Declared:
 @pytest.mark.parametrize("holds", [Plain, Declared, lambda values: (values,), lambda values: {"values": values}])
 def test_what_was_found_first_is_forgotten_when_the_room_is_full(tmp_path, monkeypatch, holds):
     monkeypatch.setattr(room, "MOST", 2_500_000)
-    monkeypatch.setattr(room, "_found", type(room._found)())
     asked = []
 
     @room.remembered
@@ -34,7 +33,6 @@ def test_what_was_found_first_is_forgotten_when_the_room_is_full(tmp_path, monke
     for path in paths:
         path.write_text(path.name, "utf-8")
         os.utime(path, (1e9, 1e9))  # an old file, whose times tell whether it changed
-    monkeypatch.setattr(room, "YOUNG", 0.0)
     for path in (*paths, paths[2], paths[0]):
         read(path)
     assert asked == ["a", "b", "c", "a"]

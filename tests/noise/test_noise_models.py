@@ -8,9 +8,7 @@ from sklearn.gaussian_process.kernels import RBF, ExpSineSquared, Matern
 from statsmodels.tsa.arima.model import ARIMA
 from statsmodels.tsa.arima_process import arma_acovf, arma_generate_sample
 
-from made_fit import made_fit
-from vasowave import noise, selection
-from vasowave.errors import InputError
+from vasowave import noise
 from vasowave.noise.arma import autocovariance, concentrated
 from vasowave.noise.spectrum import falling_power
 
@@ -89,44 +87,6 @@ def test_two_series_share_one_arma_model():
     apart = [noise.fit_arma(one[None], largest=(1, 0)) for one in series]
     assert joint.log_likelihood <= sum(one.log_likelihood for one in apart) + 1e-6
     assert min(one.ar[0] for one in apart) <= joint.ar[0] <= max(one.ar[0] for one in apart)
-
-
-def test_the_table_of_an_animal_holds_every_covariance_and_is_ready_for_netcdf(tmp_path):
-    fits = [made_fit("linear"), made_fit("tangent")]
-    steps = []
-    table = selection.compare_models(
-        fits, selection.Comparing(("circulant", "ARMA")), progress=lambda *step: steps.append(step)
-    )
-    assert dict(table.sizes) == {"candidate": 2 * 2}
-    assert steps[-1][:2] == (2, 2)
-    table.to_netcdf(tmp_path / "selection.nc")
-    for covariance in ("circulant", "ARMA"):
-        rows = table.where(table["covariance"] == covariance, drop=True)
-        assert rows.sizes["candidate"] == 2
-    D, N, logL = table["D"], table["N"], table["loglik"]
-    np.testing.assert_allclose(table["BIC"], -2 * logL + D * np.log(N))
-    np.testing.assert_allclose(table["AICc"], -2 * logL + 2 * D * N / (N - D - 1))
-    assert set(np.unique(D)) == {4.0, 5.0}
-    assert np.all(N == 128)
-    clear = table["AICc_difference"] >= 5
-    assert set(table["AICc_verdict"].values[clear]) <= {"worse"}
-
-
-def test_a_covariance_that_needs_much_regularization_is_discarded_and_stands_last_with_its_weight():
-    fits = [made_fit("linear"), made_fit("tangent")]
-    how = selection.Comparing(("squared exponential", "circulant"), largest_weight=1e-5)
-    table = selection.compare_models(fits, how)
-    assert table["discarded"].values.tolist() == [0, 0, 1, 1]
-    assert table["covariance"].values[-1] == "squared exponential"
-    assert table["lambda"].values[-1] > 1e-5
-    assert table.attrs["preferred_covariance"] == "circulant"
-
-
-def test_fits_that_cannot_be_compared_are_refused():
-    with pytest.raises(InputError, match="different wall laws; given: linear, linear"):
-        selection.compare_models([made_fit("linear"), made_fit("linear")])
-    with pytest.raises(InputError, match="tangent wall was fitted to another recording"):
-        selection.compare_models([made_fit("linear"), made_fit("tangent", count=64)])
 
 
 def test_the_power_of_a_matern_process_falls_from_its_corner_on():

@@ -10,7 +10,6 @@ from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.findings import Severity
 from vasowave.recording import RawRecording, Recording, average_beats
-from vasowave.recording.baseline import _own_change, _settling
 from vasowave.recording.plateaus import Plateau, plateau_findings
 from vasowave.recording.rejection import cause
 
@@ -73,7 +72,7 @@ def test_the_zero_may_be_right_at_the_end():
 
 def test_breaths_alone_are_no_drift():
     heavy = replace(USUAL, ventilation_pressure=3.0)
-    for seed in range(3):
+    for seed in range(2):
         made, said = average(recorded(seed, disturbances=heavy, duration=12.0))
         assert said == []
         assert abs(made.baseline.size) < 0.3
@@ -102,17 +101,6 @@ def test_a_pressure_that_the_animal_raises_itself_is_left_as_it_is():
     used = np.array([beat.start for beat in made.beats if beat.averaged])
     there = float(np.mean(np.interp(used, raw.time, rise)))
     assert made.recording.mean_pressure == pytest.approx(15.43 * there, rel=0.02)
-
-
-@pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_pulse_and_flow_change_by_their_own_shares_whatever_their_units(direction):
-    """The level moves by 4 mmHg over 41 beats; at its end the pulse is 10 % larger and the flow 20 % smaller."""
-    along = np.linspace(0.0, 1.0, 41)[:, None]
-    pressure = 15.0 + 4.0 * direction * along + (SHAPE - SHAPE.mean()) * (1.0 + 0.1 * along)
-    told = _own_change(pressure, 0.02 * FLOW * (1.0 - 0.2 * along), 4.0 * direction * along[:, 0])
-    assert (
-        told == "the pulse changes by +10 % and the flow changes by -22 %"
-    )  # of the middle of the pulse, and of the flow
 
 
 def test_without_an_ecg_the_drift_is_found_as_well_and_the_fiducial_said():
@@ -197,9 +185,8 @@ def test_a_drift_before_a_gap_is_no_pressure_behind_it(drift, lasts, spans):
     assert len(made.baseline.time) > len(made.beats)
 
 
-@pytest.mark.parametrize("seed", [12, 13, 14])
-def test_a_stretch_that_is_chosen_keeps_the_zero_of_the_whole_recording(seed):
-    raw = recorded(seed, lambda t: 5.0 * (1 - np.exp(-t / 15.0)), duration=40.0)
+def test_a_stretch_that_is_chosen_keeps_the_zero_of_the_whole_recording():
+    raw = recorded(12, lambda t: 5.0 * (1 - np.exp(-t / 15.0)), duration=40.0)
     whole, part = average(raw)[0], average(raw.between(24.0, 38.0))[0]
     assert part.recording.mean_pressure == pytest.approx(15.43, abs=0.2)
     assert part.recording.mean_pressure == pytest.approx(whole.recording.mean_pressure, abs=0.2)
@@ -234,15 +221,15 @@ def test_a_zero_far_from_all_beats_is_taken_at_the_nearest():
 
 
 @pytest.mark.parametrize(
-    ("begins", "left"),
+    ("begins", "left", "lasts"),
     [
-        (lambda t: np.where(t < 0.5, 1.0, 0.0), 0.0),
-        (lambda t: np.where(t < 1.5, -1.0, 0.0), 0.0),
-        (lambda t: 2.0 * np.exp(-t / 0.3), 0.0),
-        (lambda t: 2.0 * np.exp(-t), 2.0 * np.exp(-2.1)),  # what has not settled when the first beats end
+        (lambda t: np.where(t < 0.5, 1.0, 0.0), 0.0, 12.0),
+        (lambda t: np.where(t < 1.5, -1.0, 0.0), 0.0, 12.0),
+        (lambda t: np.where(t < 1.5, -1.0, 0.0), 0.0, 40.0),
+        (lambda t: 2.0 * np.exp(-t / 0.3), 0.0, 12.0),
+        (lambda t: 2.0 * np.exp(-t), 2.0 * np.exp(-2.1), 12.0),  # what has not settled when the first beats end
     ],
 )
-@pytest.mark.parametrize("lasts", [12.0, 40.0])
 def test_a_level_that_begins_elsewhere_says_nothing_of_the_zero(begins, left, lasts):
     raw = recorded(18, begins, duration=lasts)
     made, said = average(raw)
@@ -267,7 +254,7 @@ def test_a_zero_that_a_person_names_is_believed_whatever_follows_it():
 
 @pytest.mark.parametrize("drift", [lambda t: 0.1 * t, lambda t: 5.0 * (1 - np.exp(-t / 15.0)), lambda t: 0.0 * t])
 def test_a_drift_from_the_start_on_is_no_level_that_settles(drift):
-    for seed in range(20, 24):
+    for seed in range(20, 22):
         heavy = replace(USUAL, ventilation_pressure=3.0)
         assert average(recorded(seed, drift, disturbances=heavy))[0].baseline.settling is None
 
@@ -282,10 +269,8 @@ def test_a_flush_after_the_first_beats_leaves_the_zero_of_the_start():
     assert all(beat.rejected for beat in made.beats if 0.3 < beat.start < 0.9)
 
 
-@pytest.mark.parametrize(("beats", "rate"), [(48, 15.0), (60, 9.0), (49, 1.0)])
-def test_first_beats_that_are_a_large_part_of_all_are_no_level_that_begins_elsewhere(beats, rate):
-    """Of 3 s and of 7 s the first 2 s are too much; of 48 s the first eight beats are not."""
-    time = np.arange(beats) / rate
-    level = np.where(np.arange(beats) < 4, 9.0, 8.0) + np.random.default_rng(1).normal(0, 0.01, beats)
-    found = _settling(time, level, np.ones(beats, dtype=bool))
-    assert (found is not None) == (rate == 1.0)
+def test_first_beats_that_are_a_large_part_of_all_are_no_level_that_begins_elsewhere():
+    raw = recorded(18, lambda t: np.where(t < 0.5, 1.0, 0.0), duration=4.0)
+    assert average(raw)[0].baseline.settling is None
+    longer = recorded(18, lambda t: np.where(t < 0.5, 1.0, 0.0), duration=12.0)
+    assert average(longer)[0].baseline.settling is not None

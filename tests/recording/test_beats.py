@@ -9,9 +9,7 @@ import pytest
 from vasowave.datasets.raw import Disturbances, SyntheticRecording, synthetic_raw_recording
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.recording import RawRecording, Recording, average_beats, find_beats
-from vasowave.recording.beats import _align, _foot_before, _peaks
 from vasowave.recording.rejection import cause
-from vasowave.recording.ventilation import mark_inspiration
 from vasowave.species import ANY_HEART_RATES
 
 PHASE = np.arange(512) / 512
@@ -74,8 +72,8 @@ def count(seeds, fiducial) -> tuple[int, int, int]:
 
 @pytest.mark.parametrize("fiducial", ["ecg", "pressure"])
 def test_every_beat_is_found_once_at_300_to_800_per_minute(fiducial):
-    misses, extras, beats = count(range(12), fiducial)
-    assert beats > 700
+    misses, extras, beats = count(range(6), fiducial)
+    assert beats > 350
     assert (misses, extras) == (0, 0)
 
 
@@ -87,30 +85,15 @@ def test_every_beat_of_250_recordings_is_found_once(fiducial):
     assert (misses, extras) == (0, 0)
 
 
-@pytest.mark.parametrize(("peaks", "used"), [((21,), True), ((20,), False), ((178,), True), ((179,), False)])
-def test_beats_whose_whole_neighbourhood_is_recorded_make_the_mean_beat(peaks, used):
-    # Around a peak the template reaches 10 samples, and its match is sought within 10 more on either side.
-    shape = sum(np.exp(-0.5 * ((np.arange(200) - peak) / 3.0) ** 2) for peak in peaks)
-    times, template = _align(shape, np.array(peaks), 10)
-    assert (template.max() > 0.9) == used
-    np.testing.assert_allclose(times, peaks, atol=1e-6)
-
-
-def test_a_weak_peak_is_a_beat_where_one_is_missed_and_none_between_two_that_follow_each_other():
-    strength = np.zeros(4000)
-    strength[50::100] = 1.0
-    strength[1050] = strength[2550] = strength[3100] = 0.25  # weak beats, and a weak peak between two strong beats
-    strength[2050] = 0.05  # too weak to be one
-    found = _peaks(strength, 100.0)
-    expected = [at for at in range(50, 4000, 100) if at != 2050]
-    np.testing.assert_array_equal(found, expected)
-
-
-def test_beats_at_the_ends_do_not_blur_the_mean_beat():
-    peaks = (2, 60, 100, 140, 197)
-    shape = sum(np.exp(-0.5 * ((np.arange(200) - peak) / 3.0) ** 2) for peak in peaks)
-    _, template = _align(shape, np.array(peaks), 10)
-    np.testing.assert_allclose(template, np.exp(-0.5 * (np.arange(-10, 11) / 3.0) ** 2), atol=1e-6)
+def test_weak_r_waves_are_beats_where_one_is_missed_and_a_weak_wave_between_two_is_none():
+    raw = make(3, replace(NONE, ecg_noise=0.01), heart_rate=545.0, sampling_rate=2000.0)
+    beats, time = raw.beat_times, raw.raw.time
+    height = np.ones(len(time))
+    for beat in (beats[10], beats[25]):
+        height[np.abs(time - beat) < 0.03] = 0.3
+    between = 0.3 * np.exp(-0.5 * ((time - 0.5 * (beats[15] + beats[16])) / 0.001) ** 2)
+    found = find_beats(replace(raw.raw, ecg=raw.raw.ecg * height + between), "ecg")
+    assert misses_and_extras(found.times, beats) == (0, 0)
 
 
 def test_r_waves_are_found_to_a_fifth_of_a_millisecond():
@@ -152,7 +135,7 @@ def test_r_waves_of_a_large_animal_are_found_alike_by_default_and_when_the_ecg_i
 
 
 def test_the_indices_of_the_average_are_those_of_the_cycle_within_one_percent():
-    assert np.abs(index_errors(range(6))).max() < 1.0
+    assert np.abs(index_errors(range(3))).max() < 1.0
 
 
 @pytest.mark.validation
@@ -197,17 +180,6 @@ def test_beats_of_inspiration_are_rejected_and_those_of_expiration_averaged():
     assert height[kept].max() < 0.25
     without = average_beats(made.raw, reject_ventilation=False)
     assert without.recording.mean_pressure > average.recording.mean_pressure + 0.3
-
-
-def test_beats_that_differ_by_less_than_a_thousandth_of_the_pulse_show_no_breath():
-    rng = np.random.default_rng(2)
-    wave = 10.0 + 15.0 * np.sin(np.pi * np.linspace(0.0, 1.0, 64)) ** 2
-    levels = 3e-4 * rng.standard_normal(60)
-    levels[[20, 40]] += (0.01, 0.05)  # 0.07 and 0.3 % of the pulse, both far beyond the scatter of the others
-    reasons = [None] * 60
-    starts = 0.1 * np.arange(60)
-    mark_inspiration(reasons, starts, starts + 0.1, (wave.mean() + levels, np.full(60, wave.mean())), (wave, wave))
-    assert [beat for beat, reason in enumerate(reasons) if reason] == [40]
 
 
 def test_an_early_beat_is_rejected_for_its_length_and_an_artefact_for_its_shape():
@@ -270,6 +242,11 @@ def test_noise_without_beats_is_refused():
 
 def test_arguments_that_cannot_be_met_are_told():
     raw = make(8, NONE, ecg=False).raw
+    for rates in ((0, 900), (900, 900)):
+        with pytest.raises(InputError, match="give the slowest and the fastest"):
+            find_beats(raw, heart_rates=rates)
+    with pytest.raises(InputError, match="8 s hold fewer than three beats at 20 beats/min"):
+        find_beats(raw, heart_rates=(10, 20))
     with pytest.raises(InputError, match="no ECG; use fiducial='pressure'"):
         find_beats(raw, "ecg")
     with pytest.raises(InputError, match="neither 'ecg' nor"):
@@ -282,30 +259,8 @@ def test_arguments_that_cannot_be_met_are_told():
         average_beats(raw, least_correlation=1.0)
 
 
-def test_pressure_in_the_wrong_unit_is_refused():
-    raw = make(9, NONE).raw
-    with pytest.raises(InputError, match="looks like kPa"):
-        average_beats(RawRecording(raw.pressure * 0.133, raw.flow, raw.sampling_rate, raw.ecg))
-
-
 def test_a_recording_of_mostly_inspiration_warns():
     made = make(10, Disturbances(breaths_per_minute=160), heart_rate=300.0, duration=20.0)
     with pytest.warns(VasowaveWarning) as told:
         average_beats(made.raw)
     assert {one.message.finding.code for one in told} == {"recording.breath-without-plateau", "recording.many-rejected"}
-
-
-def test_beats_too_near_the_ends_to_be_matched_stay_where_they_are():
-    times, template = _align(np.arange(9.0), np.array([4]), 3)
-    assert times.tolist() == [4.0]
-    assert template.tolist() == [0.0] * 7
-
-
-def test_the_foot_of_the_only_beat_that_is_whole_to_the_sample_counts():
-    """The pressure rises evenly from sample 105 to 165, around the steepest rise, which is given at 135."""
-    reach = 135
-    pressure = 8.0 + np.interp(np.arange(2 * reach + 1), [0, 105, 165, 270], [0, 0, 20, 0])
-    raw = RawRecording(pressure, np.ones(len(pressure)), sampling_rate=250.0)
-    assert _foot_before(raw, np.array([reach]), 300.0) == pytest.approx(30.0, abs=1.0)
-    assert _foot_before(raw, np.array([reach - 1]), 300.0) == 0.0
-    assert _foot_before(raw, np.array([reach + 1]), 300.0) == 0.0

@@ -1,16 +1,13 @@
 """What a file is, is known in one place, found once and remembered; nobody parses a file twice for one command."""
 
-import importlib
 import json
 import os
 import subprocess
 import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from threading import Barrier
 
-import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -19,7 +16,7 @@ import vasowave as vw
 from lab_files import SMALL, exported, recorded
 from vasowave.datasets import virtual_mouse
 from vasowave.errors import InputError
-from vasowave.io import apart, remembered
+from vasowave.io import remembered
 from vasowave.io.formats import Format, Registry
 from vasowave.io.textfile import look
 from vasowave.network.vessel_table import write_network
@@ -28,12 +25,9 @@ from vasowave.recording import read_raw_recording
 from vasowave.recording.channels import Block, Channel
 from vasowave.recording.describe import kind_of
 from vasowave.recording.formats import RECORDINGS, RecordingFormat
-from vasowave.recording.matlab import read_mat, variables_of_7_3
+from vasowave.recording.matlab import read_mat
 from vasowave.study.adding import add_files
 from vasowave.study.checking import check_study
-from vasowave.study.plan import read_study
-from vasowave.study.running import _plan
-from vasowave.study.store import Store
 
 
 def aged(path):
@@ -94,19 +88,6 @@ def test_a_format_that_is_registered_in_one_place_serves_every_door(tmp_path, to
     assert len(checked.read) == 2
 
 
-def test_a_cycle_of_such_a_format_keeps_the_words_for_what_is_missing(tmp_path, toy):
-    mouse = virtual_mouse()
-    rate = len(mouse.flow) / mouse.period
-    path = write_toy(tmp_path / "a.toy", mouse.pressure, mouse.flow, rate)
-    flow = np.where(np.arange(len(mouse.flow)) == 4, np.nan, mouse.flow)
-    write_toy(path, mouse.pressure, flow, rate)
-    with pytest.raises(InputError, match=r"a\.toy, 'Q': sample 5 is missing"):
-        vw.read_recording(path)
-    path.write_text(path.read_text().replace("Q [", "X [").replace("ml/s", "V").replace("NaN", "0.1"))
-    with pytest.raises(InputError, match="no channel says that it holds flow"):
-        vw.read_recording(path)
-
-
 def test_the_newest_format_of_a_name_counts_and_content_counts_before_the_suffix(tmp_path):
     registry = Registry[Format]("vasowave.recording.formats", "rest")
     registry.register(Format("rest", "rest", (".txt",), lambda path, start: False, lambda path: "rest"))
@@ -165,26 +146,15 @@ def test_two_files_are_read_at_the_same_time_and_one_file_once(tmp_path):
     assert sorted(reads) == paths
 
 
-def test_what_is_remembered_cannot_be_changed_and_takes_bounded_memory(tmp_path, monkeypatch):
-    monkeypatch.setattr(remembered, "MOST", 1 << 20)
-    paths = []
-    for number in range(5):
-        paths.append(tmp_path / f"{number}.mat")
-        savemat(paths[-1], {"p": np.full(60_000, float(number))})
-        read_mat(aged(paths[-1]))
-        assert sum(one.size for one in remembered._found.values()) <= 1 << 20
-    monkeypatch.setattr(apart, "_asked", None)  # the newest are remembered, nobody is asked
+def test_what_is_remembered_of_a_matlab_file_cannot_be_changed(tmp_path):
+    savemat(tmp_path / "a.mat", {"p": np.arange(60.0)})
+    found = read_mat(aged(tmp_path / "a.mat"))
+    assert read_mat(tmp_path / "a.mat") is found  # parsed once
     with pytest.raises(ValueError, match="read-only"):
-        read_mat(paths[-1])["p"][0] = 1.0
-    monkeypatch.undo()
-    monkeypatch.setattr(remembered, "MOST", 1000)
-    big = read_mat(aged(paths[0]))  # larger than all that may be remembered: kept until the next comes
-    assert read_mat(paths[0]) is big
-    assert read_mat(aged(paths[1])) is not big
-    assert len(remembered._found) == 1
+        found["p"][0] = 1.0
 
 
-# Opens and parses of a file between a command and the first simulation
+# Opens of a file between a command and the first simulation
 
 
 class Opens:
@@ -203,59 +173,27 @@ OPENS = Opens()
 
 
 @pytest.fixture
-def opens(monkeypatch):
-    asked = apart._asked
-
-    def counted(process, reader, path, *more):
-        OPENS.count[path.name] += 1  # by the helper: `test_a_reader_of_matlab_files_opens_its_file_once`
-        OPENS.count[f"{path.name}, parsed"] += 1
-        return asked(process, reader, path, *more)
-
-    monkeypatch.setattr(apart, "_asked", counted)
-    remembered._found.clear()
+def opens():
     OPENS.count.clear()
     OPENS.listening = True
     yield OPENS.count
     OPENS.listening = False
 
 
-def write_hdf5(path, **variables):
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, values in variables.items():
-            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_("double")
-    with path.open("r+b") as file:
-        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
-
-
-def write_labchart(path, raw):
-    count = len(raw.pressure)
-    ends = count * np.arange(1.0, 3.0)[:, None]
-    savemat(path, {
-        "data": np.concatenate([raw.pressure, raw.flow])[None, :], "datastart": ends - count + 1, "dataend": ends,
-        "titles": np.array(["PAP ", "Flow"]), "samplerate": np.full((2, 1), raw.sampling_rate),
-        "unittext": np.array(["mmHg", "ml/s"]), "unittextmap": np.array([[1.0], [2.0]]),
-    })  # fmt: skip
-
-
 @pytest.fixture
 def every_format(tmp_path):
     """Return a study of one animal a format, none of whose kinds stands in the table."""
     write_network(SMALL, tmp_path / "lung.csv")
-    write_labchart(tmp_path / "labchart.mat", recorded(1, 15.0))
     raw = recorded(2, 15.0)
-    write_hdf5(tmp_path / "hdf5.mat", time=raw.time, pressure=raw.pressure, flow=raw.flow)
-    for variables in ({"pressure_unit": "mmHg", "flow_unit": "ml/s"},):
-        with h5py.File(tmp_path / "hdf5.mat", "r+") as file:
-            for name, unit in variables.items():
-                stored = file.create_dataset(name, data=np.array([[ord(one)] for one in unit], dtype="u2"))
-                stored.attrs["MATLAB_class"] = np.bytes_("char")
+    units = {"pressure_unit": "mmHg", "flow_unit": "ml/s"}
+    savemat(tmp_path / "long.mat", {"time": raw.time, "pressure": raw.pressure, "flow": raw.flow, **units})
     (tmp_path / "text.txt").write_text(exported(recorded(3, 15.0)), encoding="utf-8")
     raw, mouse = recorded(4, 15.0), virtual_mouse()
     for name, source in (("long.csv", raw), ("cycle.csv", mouse)):
         columns = np.column_stack([source.time, source.pressure, source.flow])
         header = "time [s],pressure [mmHg],flow [ml/s]"
         np.savetxt(tmp_path / name, columns, fmt="%.9g", delimiter=",", header=header, comments="")
-    names = ("labchart.mat", "hdf5.mat", "text.txt", "long.csv", "cycle.csv")
+    names = ("long.mat", "text.txt", "long.csv", "cycle.csv")
     rows = "".join(f"{name.replace('.', ' ')},CTL,lung.csv,{name}\n" for name in names)
     (tmp_path / "animals.csv").write_text("animal,group,network,recording\n" + rows)
     (tmp_path / "study.yaml").write_text("groups: [CTL]\ncalibration: {walls: [linear], starts: 1}\n")
@@ -264,30 +202,14 @@ def every_format(tmp_path):
     return tmp_path, (*names, "lung.csv")
 
 
-@pytest.mark.parametrize("command", ["check", "run"])
-def test_every_file_is_opened_twice_at_most_before_the_first_simulation(every_format, opens, command):
+def test_every_file_is_opened_twice_at_most_before_the_first_simulation(every_format, opens):
+    """Once here, to look at it, and once to read it, which of a MATLAB file another process does."""
     folder, names = every_format
-    if command == "check":
-        checked = check_study(folder)
-        assert not [problem for problem in checked.problems if problem.error]
-        assert len(checked.read) == 5
-    else:
-        study = read_study(folder)
-        pieces, jobs, why = _plan(study, Store(study.results), {})
-        assert (pieces, why) == ({}, {})
-        for job in jobs:
-            job.load()
+    checked = check_study(folder)
+    assert not [problem for problem in checked.problems if problem.error]
+    assert len(checked.read) == 4
     counts = {name: opens[name] for name in names}
-    assert all(1 <= count <= 2 for count in counts.values()), counts
-    assert {name: opens[f"{name}, parsed"] for name in names if name.endswith(".mat")} == {
-        "labchart.mat": 1, "hdf5.mat": 1,
-    }  # fmt: skip
-
-
-def test_a_reader_of_matlab_files_opens_its_file_once(every_format, opens):
-    folder, _ = every_format
-    assert variables_of_7_3(folder / "hdf5.mat").head
-    assert opens["hdf5.mat"] == 1
+    assert all(1 <= count <= (1 if name.endswith(".mat") else 2) for name, count in counts.items()), counts
 
 
 def test_a_format_that_is_registered_before_any_file_was_read_comes_first_and_keeps_its_name(tmp_path):
@@ -304,42 +226,19 @@ def test_a_format_that_is_registered_before_any_file_was_read_comes_first_and_ke
     assert done.stdout.split("\n")[0] == "of a lab toy True"
 
 
-def test_a_load_that_failed_is_tried_again(monkeypatch):
-    own, tries = Registry("vasowave.network_formats", "table"), []
-
-    def fails_once(name):
-        tries.append(name)
-        if len(tries) == 2:
-            raise MemoryError
-        return importlib.import_module(name)
-
-    monkeypatch.setattr("vasowave.io.formats.import_module", fails_once)
+def test_a_load_that_failed_is_tried_again(tmp_path, monkeypatch):
+    """A module of formats for which the memory does not suffice the first time."""
+    package = tmp_path / "formats_of_a_lab"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "one.py").write_text(
+        "from pathlib import Path\nagain = Path(__file__).with_name('again')\n"
+        "if not again.exists():\n    again.touch()\n    raise MemoryError\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    own = Registry("formats_of_a_lab", "table")
     with pytest.raises(MemoryError):
         list(own)
+    assert "formats_of_a_lab.one" not in sys.modules
     list(own)
-    assert len(tries) > 4
-
-
-def test_a_cycle_separated_by_blanks_may_have_a_row_of_units_and_a_network_prose_above_it(tmp_path):
-    mouse = virtual_mouse()
-    rows = (f"{t:.6f} {p:.6f} {q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow, strict=True))
-    file = tmp_path / "cycle.txt"
-    file.write_text("\n".join(["time pressure flow", "s mmHg ml/s", *rows, ""]), "utf-8")
-    read = vw.read_recording(file)
-    assert read.mean_pressure == pytest.approx(mouse.mean_pressure, abs=1e-4)
-    assert read.cardiac_output == pytest.approx(mouse.cardiac_output, abs=1e-5)
-    vessels = tmp_path / "lung.csv"
-    titles = "name,parent,length [cm],radius [cm]"
-    vessels.write_text(f"lung of mouse 6\n{titles}\n1,,0.4,0.05\n2,1,0.4,0.03\n3,1,0.4,0.03\n", "utf-8")
-    assert len(vw.read_network(vessels)) == 3
-    assert NETWORKS.known(vessels) is not None
-
-
-def test_a_format_that_gives_two_blocks_is_no_cycle(tmp_path, toy, monkeypatch):
-    mouse = virtual_mouse()
-    file = write_toy(tmp_path / "two.toy", mouse.pressure, mouse.flow, 2000) or tmp_path / "two.toy"
-    form = RECORDINGS["toy"]
-    twice = replace(form, read=lambda *given: 2 * form.read(*given))
-    RECORDINGS.register(twice)
-    with pytest.raises(InputError, match=r"2 blocks, and a cycle is one"):
-        vw.read_recording(file)
+    assert "formats_of_a_lab.one" in sys.modules

@@ -70,6 +70,16 @@ def test_sixteen_bit_data_take_their_scale(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
+        (
+            {"dataend": np.array([[200.0, 3300], [300, 4800.5], [-1, 7800]])},
+            "block 2, channel 'Flow': samples .* to 4800",
+        ),
+        ({"dataend": np.array(["ab", "cd", "ef"])}, "dataend is not a table of numbers; export it again"),
+        (
+            {"samplerate": np.array([[RATE, RATE], [RATE / 2, 0], [0, RATE]])},
+            "channel 'Flow': sampling rate 0",
+        ),
+        ({"comtext": None}, "the comments .* are damaged"),
         ({"samplerate": None}, "not a continuous recording exported by LabChart"),
         ({"dataend": np.full((3, 2), 1e6)}, "samples 1 to 1e"),
         ({"dataend": np.full((3, 2), np.inf)}, "samples 1 to inf of"),

@@ -6,28 +6,22 @@ from scipy import signal
 
 from vasowave.errors import InputError
 from vasowave.recording import (
-    Beats,
-    Catheter,
     Inflow,
     Observation,
     RawRecording,
     Recording,
-    correct_catheter,
+    one_cycle,
     read_wedge,
 )
-from vasowave.recording.choosing import with_time
 from vasowave.recording.cycle import InletPressure, resample, samples_needed
 from vasowave.recording.plausibility import (
     check_closure,
     check_flow,
     check_period,
     check_pressure,
-    moves_at_ends,
     odd_values,
-    repeats_first,
     resting_flow,
 )
-from vasowave.recording.read_sites import site_files
 
 SHARE = np.arange(200) / 200
 WAVE = np.sin(2 * np.pi * SHARE)
@@ -36,11 +30,6 @@ PRESSURE, FLOW = 16 + 5 * WAVE, 0.2 + 0.25 * WAVE
 
 def codes(pressure=PRESSURE, flow=FLOW, period=0.11):
     return [one.code for one in odd_values(pressure, flow, period)]
-
-
-@pytest.mark.parametrize("period", [0.04, 3.0])
-def test_the_slowest_and_the_fastest_heart_are_hearts(period):
-    check_period(period, "here")
 
 
 @pytest.mark.parametrize(
@@ -53,7 +42,9 @@ def test_the_slowest_and_the_fastest_heart_are_hearts(period):
         (np.inf, "period inf s is not a positive number"),
     ],
 )
-def test_other_periods_are_none(period, said):
+def test_a_period_that_no_heart_has_is_refused(period, said):
+    for slowest_or_fastest in (0.04, 3.0):
+        check_period(slowest_or_fastest, "here")
     with pytest.raises(InputError, match=said):
         check_period(period, "here")
 
@@ -126,16 +117,6 @@ def test_a_flow_that_begins_late_is_told_from_2_5_percent_of_the_cycle():
     assert values["delay"] == pytest.approx(5.5, abs=0.16)  # ms
 
 
-def test_exchanged_signals_are_known_by_a_pressure_that_rests_at_zero_and_a_flow_that_does_not():
-    ejection = np.where(SHARE < 0.4, np.sin(np.pi * SHARE / 0.4), 0.0)
-    assert codes(ejection * 20, 0.2 + 0.1 * WAVE) == ["recording.exchanged"]
-    low = 0.2 * 0.3 / (1 - 0.2)  # a flow between a fifth of its largest value, and just not
-    steady = low + 0.3 * (1 + WAVE) / 2
-    assert codes(ejection * 20, steady + 0.001)[0] == "recording.exchanged"
-    assert "recording.exchanged" not in codes(ejection * 20, steady - 0.001)
-    assert "recording.exchanged" not in codes(ejection * 20 + 3, 0.2 + 0.1 * WAVE)  # 15 % of its range above zero
-
-
 def test_a_cycle_closes_up_to_a_twentieth_of_its_range_beyond_its_largest_step():
     slope = np.linspace(0.0, 1.0, 101)
     values = np.concatenate([slope, slope[::-1]])  # steps of 0.01
@@ -151,40 +132,27 @@ def test_a_cycle_closes_up_to_a_twentieth_of_its_range_beyond_its_largest_step()
         check_closure(values[:-7], "p", "here")
 
 
-def test_a_last_sample_repeats_the_first_to_a_millionth_and_by_no_chance_where_both_ends_move():
-    assert repeats_first(np.array([0.0, 1.0, 0.999e-6]))
-    assert not repeats_first(np.array([0.0, 1.0, 1.001e-6]))
-    assert moves_at_ends(np.array([0.0, 0.11, 0.5, 0.51, 0.11, 0.0]))
-    assert not moves_at_ends(np.array([0.0, 0.09, 0.5, 0.51, 0.11, 0.0]))  # 9 times its rounding, 0.01
-    assert not moves_at_ends(np.array([0.0, 0.11, 0.5, 0.51, 0.09, 0.0]))
+def test_a_cycle_knows_its_indices():
+    cycle = Recording(12 + 4 * WAVE, 0.2 + 0.1 * WAVE[::2], 0.12, wedge_pressure=4.0)
+    assert cycle.indices() == pytest.approx(
+        {"HR": 500, "CO": 0.2, "mPAP": 12, "sPAP": 16, "dPAP": 8, "pPAP": 8, "PVR": 40}
+    )
+    assert cycle.input_resistance == pytest.approx(60)
 
 
-def test_the_only_column_in_a_unit_of_time_is_the_time_where_none_is_called_so():
-    assert with_time(["t", "p"], ["ms", "mmHg"]) == ("time", "p")
-    assert with_time(["p", "t"], ["mmHg", "s"]) == ("p", "time")
-    assert with_time(["time", "t"], ["", "s"]) == ("time", "t")
-    assert with_time(["t", "u"], ["s", "ms"]) == ("t", "u")
+@pytest.mark.parametrize("errors", [[[1.0]], [], [1.0, -1.0], [np.nan]])
+def test_errors_that_are_not_one_for_each_harmonic_are_refused(errors):
+    with pytest.raises(InputError, match="flow_error: give one standard error for each harmonic, the mean's first"):
+        Recording(PRESSURE, FLOW, 0.11, flow_error=errors)
 
 
-def test_the_heart_rate_is_that_of_the_median_interval():
-    assert Beats(np.array([0.0, 0.1, 0.2, 0.3, 0.9]), "ecg").heart_rate == pytest.approx(600.0)
-
-
-def test_errors_of_corrected_harmonics_are_divided_by_what_the_catheter_let_through():
-    pressure = 16 + sum(np.cos(2 * np.pi * k * SHARE) / k for k in range(1, 6))
-    errors = np.full(101, 0.01)
-    recording, catheter = Recording(pressure, FLOW, 0.11, pressure_error=errors), Catheter(60.0, 0.2)
-    corrected = correct_catheter(recording, catheter)
-    last = 5
-    let_through = np.abs(catheter.response(np.arange(last + 1) / 0.11))
-    assert corrected.pressure_error[: last + 1] == pytest.approx(0.01 / let_through)
-    assert corrected.pressure_error[last + 1 :] == pytest.approx(0.01)
-    spectrum = np.abs(np.fft.rfft(corrected.pressure))[1 : last + 1] / 100
-    assert spectrum == pytest.approx(1 / np.arange(1, 6) / let_through[1:])
-    with pytest.raises(InputError, match="must be positive"):
-        correct_catheter(recording, Catheter(0.0, 0.2))
-    with pytest.raises(InputError, match="must be positive"):
-        correct_catheter(recording, Catheter(60.0, 0.0))
+def test_one_cycle_is_taken_of_what_has_one():
+    cycle = Recording(PRESSURE, FLOW, 0.11)
+    assert one_cycle(cycle) is cycle
+    with pytest.raises(InputError, match=r"average its beats: raw\.average\(\)"):
+        one_cycle(RawRecording(np.ones(500), np.ones(500), 300.0))
+    with pytest.raises(InputError, match=r"'a\.csv' is the name of a file; read it first"):
+        one_cycle("a.csv")
 
 
 def test_flows_go_into_as_many_inlets_and_a_pressure_into_one():
@@ -197,14 +165,6 @@ def test_flows_go_into_as_many_inlets_and_a_pressure_into_one():
     assert pressure.into(["a"]).shape == (200, 1)
     with pytest.raises(InputError, match=r"has 6 inlets \('a', 'b', 'c', 'd', 'e'\): a pressure drives one"):
         pressure.into(names)
-
-
-def test_a_recording_of_two_rates_is_one_table_of_the_longer_signal():
-    table = Recording(PRESSURE, FLOW[::4], 0.11).to_dataframe()
-    assert list(table.columns) == ["pressure [mmHg]", "flow [ml/s]"]
-    assert table.index.name == "time [s]"
-    assert table.index.to_numpy() == pytest.approx(0.11 * SHARE)
-    assert table["flow [ml/s]"].to_numpy() == pytest.approx(FLOW)
 
 
 def test_what_pulsates_behind_the_beds_has_no_mean_and_lies_below_the_mean_pressure():
@@ -232,58 +192,6 @@ def test_a_gap_in_a_raw_recording_is_named_by_its_time():
     with pytest.raises(InputError, match=r"249.9 samples/s"):
         RawRecording(np.tile(PRESSURE, 10), np.tile(FLOW, 10), 249.9)
     assert RawRecording(np.tile(PRESSURE, 10), np.tile(FLOW, 10), 250.0).duration == 8.0
-
-
-def test_the_pulse_of_what_was_observed_is_known_of_a_waveform_and_of_two_ends():
-    assert Observation("pressure", "1", 0.1, waveform=PRESSURE).pulse == pytest.approx(10.0)
-    assert Observation("flow", "1", 0.1, systolic=0.9, diastolic=0.2).pulse == pytest.approx(0.7)
-    assert Observation("flow", "1", 0.1, systolic=0.9, mean=0.2).pulse is None
-    assert (Observation("pressure", "1", 0.1, mean=16).gain, Observation("flow", "1", 0.1, mean=1).gain) == (0.0, 0.05)
-
-
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ({"mean": 1.0, "place": 1.01}, "place 1.01 lies outside"),
-        ({"mean": 1.0, "place": -0.01}, "place -0.01 lies outside"),
-        ({"mean": 1.0, "cm": -0.1}, "-0.1 cm lies before the vessel"),
-        ({"mean": 1.0, "cm": 0.1, "place": 0.5}, "give one of them"),
-        ({"mean": 1.0, "error": 0.0}, "error 0 is not valid"),
-        ({"mean": 1.0, "zero_sd": -0.1}, "zero_sd -0.1 is not valid"),
-        ({"mean": 1.0, "gain_sd": 2.01}, "gain_sd 2.01 is not valid"),
-        ({"mean": 1.0, "gain_sd": -0.01}, "gain_sd -0.01 is not valid"),
-        ({}, "give a waveform, or at least one of"),
-        ({"mean": 1.0, "waveform": PRESSURE}, "give a waveform, or at least one of"),
-        ({"systolic": 1.0, "mean": 1.1}, "must rise in this order"),
-        ({"systolic": 1.0, "diastolic": 1.0, "mean": 1.0}, "must rise in this order"),
-        ({"diastolic": 1.0, "mean": 0.9}, "must rise in this order"),
-        ({"mean": 0.0}, "says nothing of its size"),
-        ({"waveform": np.ones(64)}, "the same number throughout"),
-        ({"quantity": "diameter", "mean": -0.1}, "-0.1 cm is no vessel's"),
-        ({"quantity": "area", "waveform": 0.1 + 0.1 * np.sin(np.pi * np.arange(64) / 32)}, "0 cm2 is no vessel's"),
-    ],
-)
-def test_no_observation_is_made_beyond_a_limit(more, said):
-    with pytest.raises(InputError, match=said):
-        Observation(**({"quantity": "flow", "vessel": "1", "error": 0.1} | more))
-
-
-@pytest.mark.parametrize(
-    "more",
-    [
-        {"mean": 1.0, "place": 0.0},
-        {"mean": 1.0, "place": 1.0},
-        {"mean": 1.0, "cm": 0.0},
-        {"mean": 1.0, "zero_sd": 0.0},
-        {"mean": 1.0, "gain_sd": 2.0},
-        {"mean": 1.0, "gain_sd": 0.0},
-        {"mean": 0.0, "quantity": "pressure"},
-        {"mean": 1.0, "systolic": 1.0, "diastolic": 0.0},
-    ],
-)
-def test_the_limit_itself_may_be_observed(more):
-    one = Observation(**({"quantity": "flow", "vessel": "1", "error": 0.1} | more))
-    assert one.place == more.get("place", None if "cm" in more else 0.5)
 
 
 def wedge_file(path, count, mean=8.0, swing=2.0, unit=" [mmHg]", step=0.001):
@@ -317,15 +225,6 @@ def test_no_atrium_lies_below_minus_five(tmp_path):
     read_wedge(wedge_file(tmp_path / "a.csv", 100, -2.9), 0.1)
     with pytest.raises(InputError, match=r"falls to -5.1 mmHg"):
         read_wedge(wedge_file(tmp_path / "b.csv", 100, -3.1), 0.1)
-
-
-def test_waveforms_that_a_table_of_sites_names_are_those_that_are_there(tmp_path):
-    (tmp_path / "one.csv").write_text("x")
-    (tmp_path / "sites.csv").write_text("quantity,vessel,file,error\nflow,1,one.csv,1\nflow,2,,1\nflow,3,none.csv,1\n")
-    assert site_files(tmp_path / "sites.csv") == (tmp_path / "one.csv",)
-    (tmp_path / "other.csv").write_text("quantity,vessel,mean,error\nflow,1,3,1\n")
-    assert site_files(tmp_path / "other.csv") == ()
-    assert site_files(tmp_path / "absent.csv") == ()
 
 
 @pytest.mark.parametrize("here", [8, 9, 16, 33])

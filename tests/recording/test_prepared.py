@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from lab_files import recorded
-from vasowave.errors import InputError
 from vasowave.recording import Averaging, BeatEdit, average_beats
-from vasowave.recording.breaths import _best_rate, _columns, _inverse
 from vasowave.recording.ensemble import average_prepared
 from vasowave.recording.prepared import prepare
 
@@ -33,20 +31,12 @@ def test_edits_of_beats_that_are_kept_cut_give_what_the_recording_read_anew_give
         edits.append(more)
         kept = kept.with_moves(edits)
         ours = average_prepared(kept, edits)
-        _inverse.cache_clear()
         anew = average_beats(raw, edits=edits)
         # The spline of the whole recording and that of 64 samples around a beat differ by round-off alone.
         for one, other in zip(_arrays(ours), _arrays(anew), strict=True):
             np.testing.assert_allclose(one, other, rtol=0, atol=1e-11)
         assert ours.beats == anew.beats
         assert ours.findings == anew.findings
-
-
-def test_moves_that_are_taken_back_give_the_beats_as_found(raw):
-    kept = prepare(raw, Averaging())
-    back = kept.with_moves([BeatEdit("move", kept.cut.starts[5], kept.cut.starts[5] + 0.003)]).with_moves([])
-    np.testing.assert_array_equal(back.cut.starts, kept.cut.starts)
-    np.testing.assert_allclose(back.cut.pressure, kept.cut.pressure, rtol=0, atol=1e-11)
 
 
 def test_the_mean_drift_of_a_beat_is_the_mean_of_the_drift_at_its_samples(raw):
@@ -58,35 +48,6 @@ def test_the_mean_drift_of_a_beat_is_the_mean_of_the_drift_at_its_samples(raw):
     np.testing.assert_allclose(average.baseline.mean_within(starts, ends, 257), there, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("breath", [0.0, 0.4])
-def test_the_best_rate_of_all_at_once_is_that_of_one_fit_after_another(breath):
-    """Uneven beats with gaps, with and without a breath; least squares by NumPy's own solver."""
-    rng = np.random.default_rng(7)
-    time = np.cumsum(rng.normal(0.11, 0.004, 300))
-    time = time[rng.random(300) > 0.15] - time[0]
-    values = breath * np.maximum(0.0, np.sin(2 * np.pi * 1.37 * time)) ** 3 + 0.1 * rng.standard_normal(len(time))
-    values -= values.mean()
-    step = 1.0 / (8.0 * (time[-1] - time[0]))
-    rates = np.arange(0.5, 4.0, step)
-    left = [np.linalg.lstsq(_columns(time, rate), values, rcond=None)[1][0] for rate in rates]
-    best, least = _best_rate(time, values, rates, step)
-    assert best == int(np.argmin(left))
-    assert least == pytest.approx(min(left), rel=1e-9)  # the ridge of 1e-9
-
-
 def _arrays(average):
     return (average.recording.pressure, average.recording.flow, average.pressure_sd, average.flow_sd,
             average.baseline.level, [average.recording.period, average.delay])  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("edit", "words"),
-    [
-        (BeatEdit("rejct", 1.0), r"is no action \(did you mean 'reject'\?\); there are: reject, keep, move"),
-        (BeatEdit("move", 1.0), "a move needs 'to'"),
-        (BeatEdit("keep", 1.0, 2.0), "'keep' leaves empty the time of a move"),
-    ],
-)
-def test_a_decision_that_decides_nothing_is_refused(raw, edit, words):
-    with pytest.raises(InputError, match=words):
-        average_beats(raw, 5, edits=[edit])

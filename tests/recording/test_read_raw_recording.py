@@ -10,7 +10,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.io import textfile
 from vasowave.recording import RawRecording, read_raw_recording
 from vasowave.recording.choosing import choose
 from vasowave.units import factor
@@ -32,11 +31,6 @@ HEADER = (
     "TopValue=\t56.44\t180.80\t*\r\n"
     "BottomValue=\t-0.09\t-0.96\t*\r\n"
 )
-
-
-def test_a_stretch_that_ends_before_it_starts_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"ends at 0\.2 s and starts at 0\.8 s"):
-        read_raw_recording(write(tmp_path / "raw.txt", labchart_block()), start=0.8, end=0.2)
 
 
 def lab_table(path, titles, step=0.001):
@@ -88,11 +82,6 @@ def matches(raw: RawRecording, tolerance=1e-5):
     np.testing.assert_allclose(raw.ecg, ECG[: len(raw.pressure)], atol=tolerance)
 
 
-@pytest.mark.parametrize(("unit", "millivolts"), [("V", 1000.0), ("mV", 1.0), ("µV", 0.001)])
-def test_voltage_is_held_in_millivolts(unit, millivolts):
-    assert factor(unit, "voltage") == pytest.approx(millivolts)
-
-
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 def test_a_table_in_other_units_reads_back_in_canonical_ones(tmp_path, separator):
     head = separator.join(["t [ms]", "PAP [kPa]", "Flow [µl/s]", "EKG [V]"])
@@ -110,28 +99,13 @@ def test_a_labchart_block_in_ml_per_min_reads_back_in_ml_per_s(tmp_path):
     assert raw.sampling_rate == pytest.approx(RATE)
 
 
-@pytest.mark.parametrize("letters", [1 << 20, 5000])
-def test_times_of_day_are_left_aside_and_no_channel_with_them(tmp_path, monkeypatch, letters):
-    monkeypatch.setattr(textfile, "_BLOCK", letters)  # that are read at a time
+def test_times_of_day_are_left_aside_and_no_channel_with_them(tmp_path):
     head, _, body = labchart_block().rpartition("BottomValue=")
     first, *rows = body.splitlines()
     clock = [f"11:08:{37 + t:09.6f}\t{row.partition(chr(9))[2]}" for t, row in zip(TIME, rows, strict=True)]
     raw = read_raw_recording(write(tmp_path / "raw.txt", "\r\n".join([f"{head}BottomValue={first}", *clock, ""])))
     matches(raw)
     assert raw.sampling_rate == pytest.approx(RATE)
-
-
-@pytest.mark.parametrize(
-    ("times", "said"),
-    [(["0"] * 2000, r"line 3, column 'time': time does not increase"),
-     ([str(i // 10) for i in range(2000)], "coarser than the sampling interval"),
-     (["" if i == 7 else str(i) for i in range(2000)], r"line 9, column 'time': the cell is empty")],
-)  # fmt: skip
-def test_times_without_a_unit_that_are_none_are_named_where_they_stand(tmp_path, times, said):
-    rows = (f"{time},{10 + i % 7},0.1" for i, time in enumerate(times))
-    path = write(tmp_path / "raw.csv", "\n".join(["time,pressure [mmHg],flow [ml/s]", *rows, ""]))
-    with pytest.raises(InputError, match=said):
-        read_raw_recording(path, sampling_rate=1000.0)
 
 
 @pytest.mark.parametrize(
@@ -147,7 +121,13 @@ def test_a_stretch_beyond_the_recording_is_refused_with_both(tmp_path, stretch, 
     path = write(tmp_path / "raw.txt", labchart_block())
     with pytest.raises(InputError, match=rf": {said} s does not lie in 0 to 1\.5 s"):
         read_raw_recording(path, **stretch)
+
+
+def test_a_stretch_may_be_the_whole_and_does_not_end_before_it_starts(tmp_path):
+    path = write(tmp_path / "raw.txt", labchart_block())
     assert len(read_raw_recording(path, start=0.0, end=1.5).pressure) == COUNT
+    with pytest.raises(InputError, match=r"ends at 0\.2 s and starts at 0\.8 s"):
+        read_raw_recording(path, start=0.8, end=0.2)
 
 
 def test_a_decimal_comma_and_a_western_micro_sign_change_nothing(tmp_path):
@@ -224,12 +204,6 @@ def test_rows_that_an_export_left_out_are_a_gap_and_the_longest_whole_stretch_is
     assert raw.pressure[0] == pytest.approx(PRESSURE[1520 % len(PRESSURE)], abs=1e-4)
 
 
-def test_every_tenth_sample_is_no_recording_with_gaps(tmp_path):
-    lines, head = longer(labchart_block())
-    with pytest.raises(InputError, match=r"time advances by 0.01 s, the header's interval is 0.001 s"):
-        read_raw_recording(write(tmp_path / "raw.txt", "\n".join([*lines[:head], *lines[head::10], ""])))
-
-
 def test_columns_of_a_table_are_named_as_they_are_titled(tmp_path):
     t = np.arange(0.0, 2.0, 0.001)
     rows = "\n".join(f"{one:.3f},{1 + np.sin(60 * one):.4f},{9 + np.sin(60 * one):.4f}" for one in t)
@@ -238,14 +212,6 @@ def test_columns_of_a_table_are_named_as_they_are_titled(tmp_path):
     assert (raw.flow.mean(), raw.pressure.mean()) == pytest.approx((1.0, 9.0), abs=0.1)
     with pytest.raises(InputError, match=r"no channel 'PAO' \(did you mean 'PAP'\?\).*it has: 'PAP' \[ml/s\], 'Q in'"):
         read_raw_recording(tmp_path / "a.csv", pressure="Q in", flow="PAO")
-
-
-def test_an_uncalibrated_pressure_channel_is_refused_until_its_unit_is_given(tmp_path):
-    text = labchart_block().replace("UnitName=\tmmHg", "UnitName=\t*").replace("Range=\t50.0 mmHg", "Range=\t2.000 V")
-    path = write(tmp_path / "raw.txt", text)
-    with pytest.raises(InputError, match="pressure is in V; set the units conversion"):
-        read_raw_recording(path)
-    matches(read_raw_recording(path, pressure_unit="mmHg"))
 
 
 def test_two_pressures_must_be_told_apart_by_the_reader(tmp_path):
@@ -285,41 +251,11 @@ def test_a_pressure_of_another_place_is_read_only_when_it_is_named():
     assert choose(channels, {"pressure": "LV pressure"}).picked["pressure"].title == "LV pressure"
 
 
-def test_only_channels_of_the_unit_and_of_another_place_are_named_as_passed_over():
-    """An ECG of another place has another unit; two pressures without a place are no hint of another place."""
-    told = (("Aortic pressure", "mmHg"), ("Aortic flow", "ml/s"), ("Ch 1", "mmHg"), ("Ch 2", "cmH2O"))
-    channels = [SimpleNamespace(title=title, unit=unit) for title, unit in told]
-    choice = choose(channels, {"pressure": None, "flow": None})
-    assert choice.picked == {}
-    assert choice.problems == tuple(
-        f"no channel says that it holds {name} ('Aortic {name}' may be of another place than the pulmonary artery, by "
-        "its title), name it"
-        for name in ("pressure", "flow")
-    )
-
-
-def test_both_decimal_marks_in_one_file_are_refused(tmp_path):
-    lines = labchart_block().split("\r\n")
-    lines[200] = lines[200].replace(".", ",")
-    with pytest.raises(InputError, match="line 201: numbers with a decimal comma and with a decimal point"):
-        read_raw_recording(write(tmp_path / "raw.txt", "\r\n".join(lines)))
-
-
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
         ("a.adicht", "CFWB", r"File > Export.*LabChart Text File"),
-        ("a.txt", "Interval=\tfast\nChannelTitle=\tP\n0\t1\n", "is not a sampling interval"),
-        ("a.txt", "Interval=\t0.001 s\n0\t1\n", "no 'ChannelTitle='"),
         ("a.txt", "Interval=\t0.001 s\nChannelTitle=\tPAP\n", "headers and no samples"),
-        (
-            "a.txt",
-            "Interval=\t0.001 s\nChannelTitle=\tPAP\nUnitName=\tmmHg\n0\tx\n",
-            "line 4, column 'PAP': 'x' is not",
-        ),
-        ("a.csv", "pressure [mmHg],flow [ml/s]\n1,2\n", "say how many samples a second has"),
-        ("a.csv", "1,2,3\n1,2,3\n", "no header"),
-        ("a.csv", "", "empty"),
     ],
 )
 def test_a_wrong_file_is_told_what_and_what_to_do(tmp_path, name, text, message):
@@ -327,9 +263,32 @@ def test_a_wrong_file_is_told_what_and_what_to_do(tmp_path, name, text, message)
         read_raw_recording(write(tmp_path / name, text))
 
 
-def test_a_missing_file_is_told_by_name(tmp_path):
-    with pytest.raises(InputError, match=r"nothing\.txt: no such file"):
-        read_raw_recording(tmp_path / "nothing.txt")
+@pytest.mark.parametrize(
+    ("text", "rate", "words"),
+    [
+        ("pressure [mmHg],flow [ml/s]\n1,2\n3,4\n", None, ": no time column; say how many samples a second has"),
+        ("x,flow\n0.5,2\n1.0,4\n1.5,4\n", 1000.0, ": column 'x' rises evenly by 0.5, as a time does; title it 'time"),
+        ("time,flow\n0.5,2\n1.0,4\n", None, ": column 'time' has no unit; write it in the header ('time [s]'), or say"),
+        ("time [s],flow\n0.5,2\n", None, ": one sample only; a continuous recording is needed"),
+        ("time [s],flow\n0.5,2\n,3\n1.5,4\n", None, ", line 3, column 'time': the cell is empty or no number"),
+        ("time,flow\n1,2\n1,3\n1,4\n", 9.0, ", line 3, column 'time': time does not increase"),
+        ("time [s],flow\n0.0,2\n0.1,3\n0.2,4\n", 10.02, ": the time column has 10 samples/s, given are 10.02"),
+        ("time [s],flow\n0.0,2\n0.1,3\n0.15,4\n0.3,4\n0.4,1\n", None, ", line 4, column 'time': uneven sampling, a"),
+        ("time [s],zeit [s],flow\n0,0,2\n", None, ": two columns are called 'time'; keep one of them"),
+        ("time [s],flow\n", None, ": a header and no data"),
+        ("", None, ": the file is empty"),
+        ("1,2\n3,4\n", None, ": no header; the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"),
+        ("a;b\n1,5;2\n1;2.5\n", 9.0, ", line 3: numbers with a decimal comma and with a decimal point in one file"),
+        ("a,b\n1,2\n3\n", 9.0, ", line 3: 1 columns where 2 were expected; missing values: the line was cut"),
+        ("a,b\n1,2\n3,4,5\n", 9.0, ", line 3: 3 columns where 2 were expected; surplus values: the line was cut"),
+        ("a,b\n3,4,5\n", 9.0, ", line 2: 3 columns below a header of 2; if title lines stand above"),
+        ("a,b\n1,2\n\n# x\n3,q\n", 9.0, ", line 5, column 'b': 'q' is not a number"),
+    ],
+)
+def test_a_table_is_refused_with_line_column_and_cure(tmp_path, text, rate, words):
+    with pytest.raises(InputError) as refused:
+        read_raw_recording(write(tmp_path / "a.csv", text), sampling_rate=rate)
+    assert str(refused.value).partition("a.csv")[2].startswith(words)
 
 
 def test_a_stretch_keeps_the_samples_and_the_times_of_the_recording(tmp_path):
@@ -342,7 +301,7 @@ def test_a_stretch_keeps_the_samples_and_the_times_of_the_recording(tmp_path):
         part.between(0.5, 3.0)
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(cut=st.integers(0, 3000), junk=st.binary(max_size=12), at=st.integers(0, 3000))
 def test_a_damaged_export_is_read_or_refused_in_words(tmp_path, cut, junk, at):
     content = labchart_block(count=60).encode("cp1252", errors="replace")
@@ -353,12 +312,6 @@ def test_a_damaged_export_is_read_or_refused_in_words(tmp_path, cut, junk, at):
         warnings.simplefilter("ignore", VasowaveWarning)  # it may look cut off, too
         with pytest.raises(InputError):  # 60 samples are too short in any case
             read_raw_recording(path)
-
-
-def test_times_written_to_the_sampling_interval_itself_are_exact_and_read(tmp_path):
-    rows = (f"{k / 1000:.3f},{10 + k % 110 / 20:.3f},{k % 110 / 500:.4f}" for k in range(2500))
-    (tmp_path / "m.csv").write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
-    assert read_raw_recording(tmp_path / "m.csv").sampling_rate == pytest.approx(1000.0)
 
 
 @pytest.mark.parametrize("title", ["Aortendruck", "arterieller Blutdruck", "pression systemique", "Ventrikeldruck"])
@@ -379,16 +332,3 @@ def test_the_pressure_of_the_lung_is_taken_by_its_title_in_another_language_and_
         read_raw_recording(path)
     path.write_text(path.read_text("utf-8").replace(f"0.200;0;{missing}\n", "0.200;0;3\n"), encoding="utf-8")
     assert read_raw_recording(path).pressure.max() == 49
-
-
-def test_a_zero_and_gains_that_were_given_are_noted():
-    raw = RawRecording(np.full(2000, 23.0), np.full(2000, 2.0), 1000.0)
-    right = raw.calibrated(3.0, 1.1, 0.5)
-    np.testing.assert_allclose(right.pressure, 22.0)
-    np.testing.assert_allclose(right.flow, 1.0)
-    assert [str(note) for note in right.notes] == [
-        "the given zero of +3 mmHg was subtracted from the pressure",
-        "the pressure was multiplied by the given gain of 1.1",
-        "the flow was multiplied by the given gain of 0.5",
-    ]
-    assert raw.calibrated().notes == ()

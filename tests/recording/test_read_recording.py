@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.recording import Recording, read_recording
+from vasowave.recording import read_recording
 
 MOUSE = Path(__file__).parents[2] / ".." / "shared" / "data" / "mouse-c6"
 PERIOD = 0.11
@@ -72,12 +72,6 @@ def test_a_repeated_first_sample_is_dropped_whatever_the_separator(tmp_path, suf
     assert any("repeats the first" in str(note) for note in recording.notes)
 
 
-def test_a_blank_separated_table_with_a_header_is_read(tmp_path):
-    header = "time [ms] pressure [kPa] flow [ml/s]"
-    path = write(tmp_path / "c.dat", TIME * 1e3, PRESSURE * 0.133322, FLOW, header=header, separator="  ")
-    np.testing.assert_allclose(read_recording(path).pressure, PRESSURE, atol=1e-6)
-
-
 @pytest.mark.parametrize("line", ['"0.1,12,0.2', "0.1,12," + "1" * 200_000])
 def test_an_open_quotation_mark_or_an_endless_cell_is_refused(tmp_path, line):
     path = tmp_path / "c.csv"
@@ -103,15 +97,6 @@ def test_a_stated_unit_is_used_and_no_longer_assumed(tmp_path):
     assert not any("assumed" in str(note) for note in recording.notes)
 
 
-@pytest.mark.filterwarnings("ignore:.*the upstroke of the flow begins")
-@pytest.mark.filterwarnings("ignore:.*the pressure follows the flow")
-def test_a_flow_that_ends_in_zeros_by_chance_keeps_its_last_sample(tmp_path):
-    resting = np.maximum(FLOW - FLOW[0], 0)
-    assert resting[-1] == resting[0] == 0
-    path = write(tmp_path / "c.csv", TIME, PRESSURE, resting, header="t [s],p [mmHg],q [ml/s]")
-    assert len(read_recording(path).flow) == 256
-
-
 @pytest.mark.parametrize(("p", "q"), [(closed(PRESSURE), FLOW[::2]), (PRESSURE[::2], closed(FLOW))])
 def test_of_two_files_of_different_rates_each_decides_for_itself_whether_its_end_repeats(tmp_path, p, q):
     recording = read_recording(write(tmp_path / "p.dat", p), write(tmp_path / "q.dat", q), period=PERIOD)
@@ -128,8 +113,29 @@ def test_mat_variables_of_different_rates_are_read(tmp_path):
 
 def test_times_in_a_mat_file_give_the_period(tmp_path):
     path = tmp_path / "cycle.mat"
-    savemat(path, {"t": np.append(TIME, PERIOD), "p": closed(PRESSURE), "q": closed(FLOW)})
+    savemat(path, {"t": 1e3 * np.append(TIME, PERIOD), "t_unit": "ms", "p": closed(PRESSURE), "q": closed(FLOW)})
     assert read_recording(path).period == pytest.approx(PERIOD, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"pressure": np.where(np.arange(256) == 2, np.nan, PRESSURE)}, r"pressure\(3\) is nan \(a gap\); fill it"),
+        ({"flow": np.where(np.arange(256) == 3, np.inf, FLOW)}, r"flow\(4\) is inf \(a gap\); fill it"),
+        ({"time": np.where(np.arange(256) == 1, np.nan, TIME)}, r"time\(2\) is nan \(a gap\); fill it"),
+        ({"flow": FLOW[::2]}, "time has 256 samples and flow 128; leave time out and give the period"),
+        ({"P": PRESSURE}, "two variables hold pressure; keep one of them"),
+        ({"T": TIME}, "two variables hold time; keep one of them"),
+        ({"flow": FLOW + 1j}, "variable 'flow' is not a vector of real numbers"),
+        ({"flow": np.ones((2, 2))}, "variable 'flow' has size 2 × 2; it must be one row or one column"),
+        ({"flow": None}, "no variable 'flow'; it has: time, pressure"),
+    ],
+)
+def test_a_cycle_in_variables_is_refused_with_variable_and_place(tmp_path, changes, said):
+    variables = {"time": TIME, "pressure": PRESSURE, "flow": FLOW} | changes
+    savemat(tmp_path / "c.mat", {name: values for name, values in variables.items() if values is not None})
+    with pytest.raises(InputError, match=rf"c\.mat.*{said}"):
+        read_recording(tmp_path / "c.mat")
 
 
 GOOD = {"time [s]": TIME, "pressure [mmHg]": PRESSURE, "flow [ml/s]": FLOW}
@@ -181,11 +187,6 @@ def test_a_wrong_header_is_refused(tmp_path, header, message):
         read_recording(path)
 
 
-def test_a_pressure_without_a_flow_file_asks_for_the_flow(tmp_path):
-    with pytest.raises(InputError, match="give the file of the flow too"):
-        read_recording(write(tmp_path / "p.dat", PRESSURE), period=PERIOD)
-
-
 def test_one_column_with_decimal_commas_is_told_so(tmp_path):
     path = write(tmp_path / "p.dat", PRESSURE)
     path.write_text(path.read_text().replace(".", ","))
@@ -203,12 +204,6 @@ def test_a_continuous_recording_is_told_from_a_cycle(tmp_path):
         read_recording(long)
 
 
-def test_a_table_in_utf_16_is_read(tmp_path):
-    path = write(tmp_path / "cycle.csv", TIME, PRESSURE, FLOW, header=",".join(GOOD))
-    path.write_bytes(path.read_text().encode("utf-16"))
-    np.testing.assert_allclose(read_recording(path).pressure, PRESSURE, atol=1e-8)
-
-
 @pytest.mark.parametrize("separator", [";", "\t", " "])
 def test_decimal_commas_are_read_whatever_other_separator(tmp_path, separator):
     header = separator.join(GOOD)
@@ -218,30 +213,6 @@ def test_decimal_commas_are_read_whatever_other_separator(tmp_path, separator):
     np.testing.assert_allclose(recording.pressure, PRESSURE, atol=1e-8)
     np.testing.assert_allclose(recording.flow, FLOW, atol=1e-8)
     assert recording.period == pytest.approx(PERIOD, rel=1e-6)
-
-
-def test_one_titled_column_with_decimal_commas_is_read(tmp_path):
-    paths = [write(tmp_path / f"{name[0]}.dat", GOOD[name], header=name) for name in ("pressure [mmHg]", "flow [ml/s]")]
-    for path in paths:
-        path.write_text(path.read_text().replace(".", ","))
-    np.testing.assert_allclose(read_recording(*paths, period=PERIOD).pressure, PRESSURE, atol=1e-8)
-
-
-def test_commas_that_separate_and_mark_decimals_are_refused_with_the_cure(tmp_path):
-    path = write(tmp_path / "c.csv", TIME, PRESSURE, FLOW, header=",".join(GOOD))
-    text = path.read_text()
-    path.write_text(text.partition("\n")[0] + "\n" + text.partition("\n")[2].replace(".", ","))
-    with pytest.raises(InputError, match=r"line 2: 6 columns where 3 .* with semicolons"):
-        read_recording(path)
-
-
-def test_marks_between_thousands_are_refused(tmp_path):
-    path = write(tmp_path / "c.csv", TIME, 1000 * PRESSURE, FLOW, header=";".join(GOOD), separator=";", decimals=3)
-    first, second, rest = path.read_text().split("\n", 2)
-    path.write_text("\n".join([first, second.replace("15500.000", "15,500"), rest]))
-    assert "15,500" in path.read_text()
-    with pytest.raises(InputError, match="a number with a comma in line 2, one with a point in line 2"):
-        read_recording(path)
 
 
 def test_too_few_samples_and_a_missing_period_are_refused(tmp_path):
@@ -258,21 +229,6 @@ def test_swapped_files_are_told_so(tmp_path):
         read_recording(flow, pressure, period=PERIOD)
 
 
-def test_times_with_too_few_decimals_are_refused_and_enough_are_taken(tmp_path):
-    coarse = write(tmp_path / "c.csv", TIME, PRESSURE, FLOW, header=",".join(GOOD), decimals=3)
-    with pytest.raises(InputError, match="write more decimals"):
-        read_recording(coarse)
-    fine = write(tmp_path / "f.csv", TIME, PRESSURE, FLOW, header=",".join(GOOD), decimals=4)
-    assert read_recording(fine).period == pytest.approx(PERIOD, rel=1e-3)
-
-
-def test_a_flow_of_a_rat_with_the_unit_of_ml_per_min_forgotten_is_warned_about(tmp_path):
-    path = write(tmp_path / "c.csv", TIME, PRESSURE, FLOW * 60, header=",".join(GOOD))
-    with pytest.warns(VasowaveWarning, match="is the unit of flow right"):
-        recording = read_recording(path)
-    assert any("unit of flow" in str(note) for note in recording.notes)
-
-
 def test_mat_files_that_are_truncated_or_raw_are_refused_with_the_cure(tmp_path):
     path = tmp_path / "cycle.mat"
     path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + b"\x89HDF\r\n\x1a\n")
@@ -281,9 +237,6 @@ def test_mat_files_that_are_truncated_or_raw_are_refused_with_the_cure(tmp_path)
     savemat(path, {"p": PRESSURE, "q": FLOW})
     path.write_bytes(path.read_bytes()[:2500])
     with pytest.raises(InputError, match="truncated, damaged"):
-        read_recording(path)
-    savemat(path, {"p": PRESSURE + 1j, "q": FLOW})
-    with pytest.raises(InputError, match="not a vector of real numbers"):
         read_recording(path)
     savemat(path, {"data": PRESSURE, "datastart": 1, "dataend": 2})
     with pytest.raises(InputError, match="read_raw_recording"):
@@ -378,16 +331,6 @@ def test_a_cycle_that_ends_at_rest_keeps_its_period_and_says_what_another_readin
         assert [one.code for one in told.notes] == ["recording.last-sample-repeated"] * (kept == 127)
 
 
-def test_of_a_cycle_at_rest_without_times_a_warning_says_how_far_apart_samples_would_be(tmp_path):
-    pressure, flow = at_rest(128)
-    files = write(tmp_path / "p.dat", pressure), write(tmp_path / "q.dat", flow)
-    with pytest.warns(
-        VasowaveWarning, match=r"128 samples in 0\.11 s\. Without it they would be 0\.79 % further apart"
-    ):
-        found = read_recording(*files, period=PERIOD)
-    assert len(found.pressure) == len(found.flow) == 128
-
-
 @pytest.mark.filterwarnings("ignore:.*the upstroke of the flow begins")
 def test_a_flow_at_rest_ends_as_the_pressure_that_the_same_program_wrote(tmp_path):
     _, flow = at_rest(128)
@@ -414,9 +357,3 @@ def test_pressure_and_flow_of_two_cycles_are_refused_with_how_long_each_lasts(tm
     ]
     with pytest.raises(InputError, match=r"pressure\.csv lasts 0\.11 s and .*flow\.csv 0\.1155 s; .* of one cycle"):
         read_recording(*files)
-
-
-@pytest.mark.parametrize("period", [np.nan, np.inf, -0.11, 0.0])
-def test_a_cycle_lasts_a_positive_finite_time(period):
-    with pytest.raises(InputError, match="is not a positive number"):
-        Recording(PRESSURE, FLOW, period)

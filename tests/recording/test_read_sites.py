@@ -40,6 +40,7 @@ def test_numbers_and_waveforms_are_read_in_the_unit_of_the_table(tmp_path):
         ("quantity,vessel,unit,error,mean\nflow,a,mmHg,1,2\n", "line 2: 'mmHg' is not a unit of flow"),
         ("quantity,vessel,unit,error,mean\nflow,a,ml/s,x,2\n", "line 2: column 'error': 'x' is not a number"),
         ("quantity,vessel,unit,error,mean\nflow,a,ml/s,,2\n", "line 2: the cell 'error' is empty"),
+        ("quantity,vessel,unit,error,mean\nflow,a,,1,2\n", "line 2: the cell 'unit' is empty"),
         ("quantity,vessel,unit,error,file\nflow,a,ml/s,1,no.csv\n", "line 2: there is no file"),
         ("quantity,vessel,unit,error,file\nflow,a,ul/s,1,wave.csv\n", "its header says ml/s, the table of sites says"),
         ("quantity,vessel,unit,error\nflow,a,ml/s,1\n", "give a waveform, or at least one of mean"),
@@ -61,22 +62,29 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path, text, message):
     [
         ({"mean": 1.0, "systolic": 0.5}, "must rise in this order"),
         ({"systolic": 20.0, "diastolic": 20.0}, "must rise in this order"),
+        ({"diastolic": 1.0, "mean": 0.9}, "must rise in this order"),
         ({"mean": 0.0}, "says nothing of its size"),
         ({"waveform": np.full(64, 0.1)}, "the same number throughout"),
+        ({}, "give a waveform, or at least one of"),
+        ({"mean": 1.0, "waveform": np.sin(np.arange(64))}, "give a waveform, or at least one of"),
         ({"mean": 1.0, "error": None}, "error is None"),
         ({"mean": 1.0, "error": "a"}, "error is 'a'"),
+        ({"mean": 1.0, "error": 0.0}, "error 0 is not valid"),
         ({"mean": 1.0, "place": "x"}, "place is 'x'"),
+        ({"mean": 1.0, "place": 1.01}, r"place 1\.01 lies outside"),
+        ({"mean": 1.0, "place": -0.01}, r"place -0\.01 lies outside"),
+        ({"mean": 1.0, "cm": -0.1}, r"-0\.1 cm lies before the vessel"),
+        ({"mean": 1.0, "cm": 0.1, "place": 0.5}, "give one of them"),
         ({"mean": 1.0, "gain_sd": "x"}, "gain_sd is 'x'"),
+        ({"mean": 1.0, "gain_sd": 2.01}, r"gain_sd 2\.01 is not valid"),
+        ({"mean": 1.0, "zero_sd": -0.1}, r"zero_sd -0\.1 is not valid"),
+        ({"quantity": "diameter", "diastolic": -0.1, "systolic": 0.2}, "is no vessel's"),
+        ({"quantity": "presure", "mean": 1.0}, r"cannot be observed \(did you mean 'pressure'\?\)"),
     ],
 )
-def test_values_that_no_cycle_has_are_refused(given, why):
+def test_what_cannot_be_observed_is_refused(given, why):
     with pytest.raises(InputError, match=why):
-        vw.Observation("flow", "b", **({"error": 0.1} | given))
-
-
-def test_a_vessel_is_never_as_wide_as_nothing():
-    with pytest.raises(InputError, match="is no vessel's"):
-        vw.Observation("diameter", "b", 0.01, diastolic=-0.1, systolic=0.2)
+        vw.Observation(**({"quantity": "flow", "vessel": "b", "error": 0.1} | given))
 
 
 def test_one_place_says_the_unit_and_a_gain_may_be_in_percent(tmp_path):
@@ -86,12 +94,6 @@ def test_one_place_says_the_unit_and_a_gain_may_be_in_percent(tmp_path):
         vw.read_sites(tmp_path / "sites.csv")
     (tmp_path / "sites.csv").write_text(f"{head},gain sd [%]\nflow,b,80,ul/s,1,7\n")
     assert vw.read_sites(tmp_path / "sites.csv")[0].gain_sd == pytest.approx(0.07)
-
-
-def test_an_empty_unit_is_asked_for(tmp_path):
-    (tmp_path / "sites.csv").write_text("quantity,vessel,mean,unit,error\nflow,b,80,,1\n")
-    with pytest.raises(InputError, match="the cell 'unit' is empty"):
-        vw.read_sites(tmp_path / "sites.csv")
 
 
 def test_a_waveform_that_rests_at_both_ends_keeps_its_last_sample_and_so_its_period(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from vasowave.datasets import virtual_mouse
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.recording.same_signal import Trace, are_of_one, trace_of
+from vasowave.recording.same_signal import are_of_one, trace_of
 
 
 def made(seed, **more):
@@ -48,22 +48,3 @@ def test_other_beats_are_another_recording():
     parts = [replace(raw, **{name: getattr(raw, name)[part] for name in ("pressure", "flow", "ecg")})
              for part in (slice(None, half), slice(half, None))]  # fmt: skip
     assert not are_of_one(*(trace_of(part, 545.0) for part in parts))  # of one animal, one after the other
-
-
-def test_traces_of_other_rates_or_hearts_and_stretches_of_fewer_than_four_beats_are_not_compared():
-    """Of 120 beats/min at 100 samples/s four beats are 200 samples."""
-    pressure = np.random.default_rng(0).normal(size=1000).cumsum().astype(np.float32)
-    whole = Trace(pressure, 100.0, 120.0)
-    assert are_of_one(whole, whole)
-    assert are_of_one(whole, replace_trace(whole, heart_rate=126.0))  # by a twentieth
-    assert not are_of_one(whole, replace_trace(whole, heart_rate=126.1))
-    assert not are_of_one(whole, replace_trace(whole, rate=100.1))
-    assert are_of_one(whole, replace_trace(whole, pressure=pressure[300:500]))
-    assert not are_of_one(whole, replace_trace(whole, pressure=pressure[300:499]))
-    slow, slower = (replace_trace(whole, heart_rate=rate) for rate in (119.5, 119.0))
-    assert are_of_one(slow, slow)  # four beats are 200.8 samples, and 200 are the longest stretch
-    assert not are_of_one(slower, slower)  # 201.7
-
-
-def replace_trace(one, **more):
-    return Trace(**{"pressure": one.pressure, "rate": one.rate, "heart_rate": one.heart_rate, **more})

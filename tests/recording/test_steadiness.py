@@ -67,16 +67,6 @@ def test_a_pulse_that_doubles_is_told_unless_beats_scatter_as_much_as_it_changes
     assert unsteady(beats(size[:12, None] * wave, flow[:12]), all_used[:12], 1.0, 2.0) == []  # too few beats to tell
 
 
-def test_the_share_by_which_averaged_beats_are_off_is_that_of_the_means():
-    flow = np.repeat([[1.0], [1.25]], 20, axis=0) * np.ones(50)
-    pressure = np.ones((40, 1)) * np.sin(np.linspace(0, np.pi, 50))
-    used, cut = np.arange(40) >= 30, beats(pressure, flow)
-    told = [dict(one.values) for one in unsteady(cut, used, 1.0, 2.0) if one.code.endswith("apart")]
-    percent = pytest.approx(100 * (1.25 / 1.125 - 1))
-    assert told == [{"what": "the mean flow", "percent": percent, "start": 1.0, "end": 2.0}]
-    assert not [one for one in unsteady(cut, np.zeros(40, bool), 1.0, 2.0) if one.code.endswith("apart")]
-
-
 @pytest.mark.parametrize(("size", "told"), [(0.1, True), (0.03, False)])
 def test_beats_that_alternate_are_told_with_the_size_of_it(size, told):
     rng, wave = np.random.default_rng(3), np.sin(np.linspace(0, np.pi, 51))

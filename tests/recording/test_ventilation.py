@@ -31,7 +31,7 @@ def averaged(seed, breath, ecg=True, hum=0.0):
     return average, [one.code for one in average.findings if one.severity is Severity.LOOK]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_under_a_piston_that_rests_nowhere_the_mean_is_that_of_the_lower_end_and_this_is_said(seed):
     average, looks = averaged(seed, lambda phase: 2.0 - 2.0 * np.cos(2 * np.pi * phase))
     cycle = average.recording
@@ -54,7 +54,7 @@ def test_a_pressure_that_rests_at_one_end_is_taken_there(sign, looks):
     assert seen == looks
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_hum_neither_halves_the_heart_rate_nor_goes_unsaid(seed):
     average, looks = averaged(seed, lambda phase: 0.0 * phase, ecg=False, hum=2.0)
     assert average.recording.heart_rate == pytest.approx(60 / 0.11, rel=0.01)

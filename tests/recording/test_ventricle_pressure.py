@@ -95,20 +95,6 @@ def test_titles_of_another_language_are_known_by_their_units(tmp_path):
     assert found.pressure.max() == pytest.approx(30.0, abs=0.1)
 
 
-@pytest.mark.parametrize(
-    ("header", "words"),
-    [("Dauer,Druck [mmHg]", "no column of time; the header has: dauer, druck"),
-     ("time [s],Druck A [mmHg],Druck B [mmHg]", "not one alone has a unit of pressure")],
-)  # fmt: skip
-def test_columns_that_are_not_understood_are_named(tmp_path, header, words):
-    file = tmp_path / "rv.csv"
-    width = header.count(",") + 1
-    rows = "\n".join(",".join([f"{k / 1000}", *["5.0"] * (width - 1)]) for k in range(64))
-    file.write_text(f"{header}\n{rows}\n", encoding="utf-8")
-    with pytest.raises(InputError, match=words):
-        read_ventricle(file)
-
-
 def test_beats_without_their_time_are_not_taken_for_one_cycle(tmp_path):
     file = tmp_path / "rv.txt"
     file.write_text("\n".join(f"{value:.4f}" for value in pressure(np.arange(990) / 1000)), encoding="utf-8")
