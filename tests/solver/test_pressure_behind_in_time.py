@@ -7,16 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vasowave as vw
-from vasowave.animal.files import read_result, write_result
 from vasowave.errors import InputError
-from vasowave.exchange import export_model
 from vasowave.model.linear import linear_solution
-from vasowave.model.two_ports import driven_from_behind, joined
 from vasowave.recording import read_wedge
-from vasowave.solver.direction import direction_between
 from vasowave.solver.numerics import Numerics
-from vasowave.solver.run import run_to_periodic
-from vasowave.solver.sensitivity import pressure_derivatives
 from vasowave.study.loading import load_animal
 from vasowave.study.settings import StudyFile
 from vasowave.study.single_animal import one_row
@@ -93,50 +87,6 @@ def test_a_wave_that_no_atrium_makes_is_refused(tmp_path, wave, message):
 BEDS_OF_ONE = vw.Windkessel(np.array([5.0]), np.array([70.0]), np.array([1e-3]))
 
 
-@pytest.mark.parametrize("junctions", ["static", "total"])
-def test_the_tree_from_its_beds_up_is_the_system_of_its_nodes(junctions, monkeypatch):
-    """Both ways to the linear waves, with flow into the root and pressures behind the beds."""
-    from vasowave.model import linear
-
-    known = {}
-    model = vw.Model(NETWORK, vw.LinearWall(60.0), BEDS, outlet_pressure=8.0, junctions=junctions)
-    along = linear._along_tree
-
-    def seen(model, ports, end, spectrum, straight):
-        known["given"], known["found"] = (ports, end, spectrum), along(model, ports, end, spectrum, straight)
-        return known["found"]
-
-    monkeypatch.setattr(linear, "_along_tree", seen)
-    linear_solution(model, MOUSE.inflow, 16)
-    ports, end, spectrum = known["given"]
-    behind = np.zeros((len(end), len(NETWORK.terminals)), dtype=complex)
-    behind[0] = 8.0
-    for one, other in zip(known["found"][1:], joined(NETWORK, ports, end, spectrum[:, None], behind), strict=True):
-        assert np.max(np.abs(one - other)) < 1e-9 * np.max(np.abs(other))
-    behind = np.random.default_rng(0).standard_normal(behind.shape) + 0j
-    alone = joined(NETWORK, ports, end, np.zeros((len(end), 1)), behind)
-    for one, other in zip(driven_from_behind(NETWORK, ports, end, behind), alone, strict=True):
-        assert np.max(np.abs(one - other)) < 1e-9 * np.max(np.abs(other))
-
-
-@pytest.mark.validation
-def test_derivatives_about_a_wave_behind_the_beds_are_those_of_differences():
-    numerics = Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-11)
-
-    def run_of(x):
-        wall, beds = vw.LinearWall(60.0 * np.exp(x[0])), BEDS.scaled(*np.exp(x[1:]))
-        model = vw.Model(NETWORK, wall, beds, outlet_pressure=8.0, outlet_pulsation=3 * WAVE)
-        return run_to_periodic(model, MOUSE.inflow, numerics)
-
-    middle, step, ways = run_of(np.zeros(4)), 1e-3, np.eye(4)
-    directions = [direction_between(*(run_of(k * 1e-4 * way).model for k in (-0.5, 0.5)), 1e-4) for way in ways]
-    found = pressure_derivatives(middle, MOUSE.inflow, directions, numerics, 1e-10)
-    for way, one in zip(ways, found, strict=True):
-        ends = [run_of(k * step * way).inlet_pressure(middle.steps) for k in (1, -1)]
-        expected = (ends[0] - ends[1]) / (2 * step)
-        assert np.max(np.abs(one - expected)) < 1e-4 * np.max(np.abs(expected))
-
-
 def told(recording, wave=WAVE):
     return replace(recording, wedge_pressure=8.0, wedge_pulsation=wave)
 
@@ -153,17 +103,6 @@ def test_a_fit_that_is_told_of_the_wave_finds_the_truth_and_one_that_is_not_errs
     assert errors[1] > 20 * errors[0]
     assert fits[0].rmse < 1e-3
     assert fits[1].rmse > 50 * fits[0].rmse
-
-
-@pytest.mark.validation
-def test_what_is_stored_gives_the_model_with_the_wave_again_and_programs_that_know_none_refuse_it(tmp_path):
-    animal = vw.Animal("m", "CTL", NETWORK, told(MOUSE))
-    settings = vw.Settings(walls=("linear",), starts=1, model_selection=False)
-    write_result(vw.analyze(animal, settings), tmp_path / "m.nc")
-    model = vw.stored_model(read_result(tmp_path / "m.nc"))
-    np.testing.assert_allclose(model.outlet_pulsation[:, 0], WAVE - WAVE.mean(), atol=1e-12)
-    with pytest.raises(InputError, match="no pressure behind its outlets that changes over the cycle"):
-        export_model(model, MOUSE.inflow, "svzerod", tmp_path / "out")
 
 
 def written(path, period, wave=WAVE):

@@ -11,9 +11,7 @@ from vasowave.model.walls import LinearWall, TangentWall
 from vasowave.network.network import Network
 from vasowave.recording import Inflow, InletPressure
 from vasowave.solver import Numerics
-from vasowave.solver.direction import direction_between
 from vasowave.solver.places import Places, waves_at
-from vasowave.solver.sensitivity import derivatives
 from vasowave.solver.simulate import simulate_run
 
 INLET = Places(np.array([0]), np.array([0.0]))
@@ -47,27 +45,6 @@ def test_in_the_frequency_domain_too(inflow, wall):
     pressure = InletPressure(solved.over_cycle(solved.pressure[:, 0], 128), inflow.period)
     again = linear_solution(model, pressure)
     assert np.max(np.abs(again.flow[:, 0] - solved.flow[:, 0])) < 1e-6 * np.max(np.abs(solved.flow[:, 0]))
-
-
-def test_derivatives_of_the_predicted_flow_are_those_of_differences(inflow):
-    model = fork(TangentWall(9.0, 4.0))
-    numerics = Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-11)
-    pressure = InletPressure(simulate_run(model, inflow, numerics).inlet_pressure(256), inflow.period)
-    run = simulate_run(model, pressure, numerics)
-    seen = INLET, waves_at(run, pressure, INLET)
-
-    def softer(factor):
-        beds = model.outlets._replace(R2=model.outlets.R2 * factor**2)
-        return model.changed(wall=TangentWall(9.0 * factor, 4.0), outlets=beds)
-
-    inlet, found = derivatives(run, pressure, [direction_between(softer(1.0), softer(2.0), np.log(2.0))], numerics,
-                               seen, 1e-9)  # fmt: skip
-    assert not inlet.any()
-    step = 1e-3
-    ends = [waves_at(simulate_run(softer(np.exp(k * step)), pressure, numerics, run), pressure, INLET).flow[:, 0]
-            for k in (1, -1, 2, -2)]  # fmt: skip
-    expected = (8 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12 * step)
-    assert np.max(np.abs(found.flow[0, :, 0] - expected)) < 1e-6 * np.max(np.abs(expected))
 
 
 def test_a_pressure_drives_one_inlet_only():

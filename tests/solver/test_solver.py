@@ -202,14 +202,6 @@ def test_rows_in_any_order_give_the_same_waveforms(control, inflow):
     np.testing.assert_allclose(b.pressure.sel(vessel=list(network.name)).values, a.pressure.values, atol=1e-6)
 
 
-def test_every_cell_output_joins_the_stations(control, inflow):
-    stations = simulate(control, inflow, Numerics(tolerance=1e-8))
-    cells = simulate(control, inflow, Numerics(tolerance=1e-8, every_cell=True))
-    last = cells.pressure.values[:, np.flatnonzero(cells.vessel.values == "18")[-1]]
-    assert np.max(np.abs(last - stations.pressure.sel(vessel="18", station="outlet").values)) < 1.0
-    assert cells.position.attrs["units"] == "cm"
-
-
 def test_an_ensemble_returns_its_members_and_reports_the_one_that_failed(control, inflow):
     stiff = control.changed(wall=type(control.wall)(100 * control.wall[0], *control.wall[1:]))
     numerics = Numerics(steps_per_cycle=1536)  # enough for one, far too few for the other
@@ -219,6 +211,8 @@ def test_an_ensemble_returns_its_members_and_reports_the_one_that_failed(control
     assert "Courant number" in str(result.failure.values[1])
     alone = simulate(control, inflow, numerics)
     np.testing.assert_array_equal(result.pressure.values[2], alone.pressure.values)
+    with pytest.raises(NumericalError, match="all 2 members failed; the first: "):
+        simulate([stiff, stiff], inflow, numerics)
 
 
 def test_the_runs_of_an_ensemble_are_not_in_memory_together(inflow):
@@ -247,19 +241,3 @@ def test_a_wall_that_collapses_is_an_error_that_names_vessel_and_time(inflow, wa
     model = Model(_tube(), wall, Windkessel(10.0, 60.0, 0.001))
     with pytest.raises(NumericalError, match=r"vessel 'tube'.*t = "):
         simulate(model, Inflow(-20 * inflow.flow, inflow.period), Numerics(samples=64))
-
-
-def test_a_stiffer_vessel_strains_less_as_its_area_compliance_says(control, inflow):
-    row = control.network.row("5")
-    stiff = [np.array(value) for value in control.wall]
-    stiff[0][row] *= 3  # beta or p1
-    wall = type(control.wall)(*stiff)
-    strain, compliance = [], []
-    for model in (control, control.changed(wall=wall)):
-        middle = simulate(model, inflow).sel(vessel="5", station="middle")
-        strain.append(np.ptp(middle.area.values) / np.ptp(middle.pressure.values))
-        law = type(wall)(*(value[row] for value in model.wall))
-        pressures = np.array([middle.pressure.values.min(), middle.pressure.values.max()])
-        compliance.append(np.ptp(walls.area(law, pressures, model.area0[row])) / np.ptp(pressures))
-    np.testing.assert_allclose(strain, compliance, rtol=1e-9)
-    assert strain[0] != pytest.approx(strain[1], rel=0.05)

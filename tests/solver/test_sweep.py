@@ -89,13 +89,6 @@ def test_wrong_values_are_refused_before_anything_is_simulated(model, values, wo
         sweep(model, virtual_mouse(), values)
 
 
-def test_five_hundred_values_take_little_room_and_keep_their_coordinates(model, tmp_path, monkeypatch):
-    """Memory: what is kept of a member is its root's pressure and three numbers a vessel."""
-    found = sweep(model, virtual_mouse(), {"tau": [0.08, 0.16]})
-    assert 250 * found.nbytes < 50e6
-    assert found["tau"].values.tolist() == [0.08, 0.16]
-
-
 def test_the_stored_fit_of_an_animal_is_its_model_again_to_the_last_bit():
     mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
     result = analyze(mouse, Settings(walls=("linear",), starts=1))
@@ -106,21 +99,6 @@ def test_the_stored_fit_of_an_animal_is_its_model_again_to_the_last_bit():
     assert float(abs(again.mean() - stored.mean())) < 1e-3
     with pytest.raises(InputError, match="there are: linear"):
         stored_model(result, "tangent")
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [([], "nothing to vary; give --vary NAME=VALUES"),
-     (["--vary", "R_T=10,20", "--vary", "R_T=5"], "'R_T' is given twice; name it once")],
-)  # fmt: skip
-def test_a_sweep_of_nothing_or_of_one_name_twice_is_refused_by_its_option(more, words, tmp_path):
-    network, mouse = tmp_path / "n.csv", virtual_mouse()
-    write_network(control_network(), network)
-    rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
-    (tmp_path / "c.csv").write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
-    done = CliRunner().invoke(app, ["sweep", str(network), str(tmp_path / "c.csv"), *more])
-    assert isinstance(done.exception, InputError)
-    assert words in str(done.exception)
 
 
 def test_simulate_and_sweep_take_any_wall_and_value(tmp_path):
