@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from vasowave.errors import NumericalError
-from vasowave.model import walls
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
@@ -50,19 +49,6 @@ def test_a_short_vessel_between_others_costs_third_order(inflow, wall):
                          for s, v in ((0, 0), (2, 0), (2, 2))))  # fmt: skip
     assert apart[0] < 1e-3
     assert apart[0] / apart[1] > 6.0
-
-
-def test_a_short_vessel_asks_for_the_steps_of_one_cell(control, inflow):
-    run = run_to_periodic(control, inflow, Numerics(samples=64))
-    network = control.network
-    assert set(np.flatnonzero(run.grid.counts == 1)) == set(np.flatnonzero(network.length <= 0.1))
-    c = walls.wave_speed(control.wall, run.pressure, control.blood.inertia)
-    speed = np.max(np.abs(np.moveaxis(run.stations[1] / run.stations[0], -1, -2)) + c, axis=(0, 1))
-    short = network.length <= 0.1
-    assert run.courant == pytest.approx(
-        np.max(speed / network.length, where=short, initial=0.0) * 0.11 / run.steps, rel=0.1
-    )
-    assert run.courant > 0.7
 
 
 @pytest.mark.parametrize("courant", [0.9, 0.3, 0.05])

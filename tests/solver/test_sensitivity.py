@@ -43,7 +43,7 @@ class Mixed:
         return 1.5, 25.0
 
 
-def fork(wall=LINEAR, friction=None, pressure=None, **parts):
+def fork(wall=LINEAR, friction=None, pressure=0.0, **parts):
     """A junction, and a vessel of one cell."""
     network = Network(("a", "b", "c"), [-1, 0, 0], [0.45, 0.35, 0.09], [0.047, 0.042, 0.037], pressure=pressure)
     blood = Blood(friction=friction or PowerLaw(9.0))
