@@ -58,15 +58,6 @@ def test_a_narrowing_takes_what_its_sources_say_whatever_the_drag_of_its_cells(
     )
 
 
-@pytest.mark.parametrize(
-    ("area_lost", "length", "flow", "expected"),
-    [(0.5, 0.06, 0.05, 2.93), (0.8, 0.02, 0.05, 11.7), (0.8, 0.02, 0.2, 83.1)],
-)
-def test_steady_falls_of_a_stenosis_and_of_a_web_are_those_worked_out_by_hand(area_lost, length, flow, expected):
-    """Radius 0.03 cm, blood of 1.057 g/ml and 0.0462 cm²/s: 50 % over 0.06 cm has K_v 254.8 and loses 2.75 + 0.19."""
-    assert by_the_sources(0.03, area_lost, length, flow, vw.Blood()) == pytest.approx(expected, rel=0.004)
-
-
 def test_coefficients_of_a_narrowing_may_be_given():
     whole = tube()
     rest = fall(vw.narrowed(whole, "only", 0.8, 0.02, coefficients=vw.Stenosis(turbulent=0.0)))
@@ -192,12 +183,6 @@ def test_a_suture_stays_as_narrow_as_it_is_and_an_elastic_narrowing_gives_way():
         expected = 0.3 * np.pi * 0.05**2 * (1 + float(seen.pressure) / (57.0 * stiffer)) ** 2
         assert float(seen.pressure) == pytest.approx(20.0, rel=0.05)
         assert float(seen.area) == pytest.approx(expected, rel=1e-3)
-
-
-def test_a_second_narrowing_of_one_vessel_has_names_of_its_own():
-    twice = vw.narrowed(vw.narrowed(tube(), "only", 0.5, 0.1), "only", 0.5, 0.1)
-    assert twice.network.name == ("only", "only narrow 2", "only beyond 2", "only narrow", "only beyond")
-    assert [twice.network.parent.tolist()] == [[-1, 0, 1, 2, 3]]
 
 
 def test_a_taper_within_its_error_counts_once_and_not_for_every_piece():

@@ -114,19 +114,3 @@ def test_a_pressure_that_falls_below_the_wedge_is_told_and_starts_from_the_volum
     tau = (pressure.mean() - 12.5) / inflow.flow.mean() * volume / np.ptp(pressure)
     assert nominal.time_constant == pytest.approx(tau, rel=1e-6)
     assert "nominal.no-decay" in {one.code for one in oddities(nominal, inflow.flow)}
-
-
-def test_a_flow_that_stops_has_no_such_note(inflow):
-    recording = Recording(12.0 + 31.0 * inflow.flow * np.exp(-np.arange(256) / 256), inflow.flow, inflow.period)
-    assert "nominal.flow-never-stops" not in {
-        one.code for one in oddities(estimate_nominal(control_network(), recording), recording.flow)
-    }
-
-
-def test_an_upstroke_that_ends_below_the_peak_makes_no_flow_one_that_never_stops():
-    t = np.arange(40) / 40
-    flow = 0.5 * np.clip(np.sin(2 * np.pi * t), 0, None) ** 0.5 + 0.0249
-    recording = Recording(12 + 5 * flow * np.exp(-t), flow, 0.11)
-    assert "nominal.flow-never-stops" not in {
-        one.code for one in oddities(estimate_nominal(control_network(), recording), recording.flow)
-    }

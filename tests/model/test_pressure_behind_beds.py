@@ -173,10 +173,3 @@ def test_what_an_unseen_zero_moves_is_told_of_the_resistance_above_the_wedge():
     (plain,), (wedged,) = (zero_unseen(replace(mouse, wedge_pressure=w), 0.5) for w in (0.0, 5.0))
     assert dict(plain.values)["percent"] == pytest.approx(100 / mouse.mean_pressure)
     assert dict(wedged.values)["percent"] == pytest.approx(100 / (mouse.mean_pressure - 5.0))
-
-
-def test_a_number_where_a_shape_is_needed_is_refused_in_words():
-    network = vw.control_network()
-    beds = vw.estimate_nominal(network, vw.virtual_mouse()).outlets
-    with pytest.raises(InputError, match=r"shape: 0.8 is no shape; give Shape"):
-        Model(network, vw.LinearWall(BETA), beds, shape=0.8)

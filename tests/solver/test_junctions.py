@@ -5,7 +5,7 @@ import pytest
 
 from horn import steady_inlet
 from vasowave.datasets import control_network
-from vasowave.errors import InputError, NumericalError
+from vasowave.errors import NumericalError
 from vasowave.model.blood import Blood
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
@@ -151,20 +151,6 @@ def test_a_tree_that_tapers_keeps_its_pressure_and_loses_it_at_static_junctions(
     assert mean() == mean(junctions="static")
     assert 0.1 < mean(shape=tapering) - mean(junctions="total") < 0.4
     assert mean(shape=tapering, junctions="static") - mean() > 1.0
-
-
-@pytest.mark.parametrize(
-    ("parts", "message"),
-    [
-        ({"junctions": "dynamic"}, "'static' or 'total'"),
-        ({"loss": [1.0, 2.0]}, "one for each of the 3"),
-        ({"loss": [0.0, -1.0, 0.0]}, "vessel 'b': loss -1"),
-        ({"loss": np.nan}, "vessel 'a': loss nan"),
-    ],
-)
-def test_junctions_and_losses_that_are_none_are_refused(parts, message):
-    with pytest.raises(InputError, match=message):
-        Model(FORK, LinearWall(57.0), windkessels(FORK, 76.0, 0.11, a=0.2), **parts)
 
 
 def test_a_flow_that_chokes_at_a_junction_is_an_error_that_says_so(inflow):
