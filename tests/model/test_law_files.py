@@ -82,6 +82,7 @@ SLIPS = {
     "an end": ("import numpy as np", "raise SystemExit", "line 3: SystemExit"),
     "a null byte": ("import numpy as np", "\0", "null bytes"),
     "a wrong type": ('2.0, (0.1, 40.0)', '"2", (0.1, 40.0)', "parameter 'm': its nominal value must be a number"),
+    "an outlying value": ("2.0, (0.1, 40.0)", "50.0, (0.1, 40.0)", "its nominal value 50 lies outside its bounds 0.1"),
     "bounds exchanged": ("(0.1, 40.0)", "(40.0, 0.1)", "parameter 'm': .*bounds positive and ordered"),
     "another unit": ('Parameter("mmHg"', 'Parameter("kPa"', "write mmHg for a pressure"),
     "no description": ('return Law("exponential"', 'return ("exponential"', r"law\(\) must return"),

@@ -9,9 +9,8 @@ from own_laws import EXPONENTIAL
 from vasowave.calibration import Search, calibrate
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.datasets import control_network
-from vasowave.descriptions import Parameter
 from vasowave.errors import InputError
-from vasowave.model.laws import LAWS, check_parameter, find_bed, find_law
+from vasowave.model.laws import LAWS, find_bed, find_law
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.walls import LinearWall, wave_speed
@@ -77,31 +76,8 @@ def test_a_law_whose_equations_contradict_each_other_is_refused():
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_our_laws_pass_the_checks_that_foreign_ones_must(name):
-    from vasowave.model.laws import _check_equations
-
-    law = LAWS[name]
-    _check_equations(law, [one.nominal * one.scale(50.0) for one in law.law().parameters])
+def test_the_nominal_values_of_our_laws_lie_within_their_bounds(name):
     assert list(fitted_parameters(name))[-3:] == ["r1", "r2", "c1"]
-    for parameter in law.law().parameters:
+    for parameter in LAWS[name].law().parameters:
         low, high = parameter.bounds
         assert low < parameter.nominal < high
-
-
-def test_what_is_wrong_with_the_description_of_a_parameter_is_said():
-    fine = Parameter("mmHg", "k", "stiffness", "", 5.0, (1.0, 10.0), (2.0, 8.0), 1.0)
-    check_parameter("here", fine)
-    check_parameter("here", fine._replace(nominal=1.0))  # a bound belongs to its range
-    check_parameter("here", fine._replace(nominal=10.0, paper_bounds=None))
-    for change, words in (
-        ({"unit": "kPa"}, "its unit is 'kPa'"),
-        ({"equation": 3}, "must be texts"),
-        ({"bounds": (1.0, 5.0, 10.0)}, "must be two numbers"),
-        ({"paper_bounds": [2.0, 8.0]}, "must be two numbers"),
-        ({"bounds": (0.0, 10.0)}, "positive and ordered"),
-        ({"paper_bounds": (8.0, 8.0)}, "positive and ordered"),
-        ({"nominal": 10.5}, "here: its nominal value 10.5 lies outside its bounds 1 to 10"),
-        ({"nominal": 0.9}, "its nominal value 0.9 lies outside its bounds 1 to 10"),
-    ):
-        with pytest.raises(InputError, match=words):
-            check_parameter("here", fine._replace(**change))

@@ -113,13 +113,6 @@ def test_trees_that_cannot_be_are_refused_by_the_name_of_their_vessel(values, sa
         vw.StructuredTree(**given).checked(("a", "b"))
 
 
-def test_held_parameters_are_fitted_where_bounds_are_given():
-    settings = vw.Settings(beds="tree", bounds={"tree_smallest": (0.5, 2.0)})
-    assert settings.bounds["tree_smallest"] == (0.5, 2.0)
-    with pytest.raises(InputError, match="no parameter 'tree_smalest'"):
-        vw.Settings(beds="tree", bounds={"tree_smalest": (0.5, 2.0)})
-
-
 def authors(shared, name, factors, values, slower):
     """Return model, inflow and the authors' waves; their trees stand at harmonics that are `slower` times too low."""
     folder = shared / "structured-trees"
@@ -200,16 +193,6 @@ def test_small_waves_before_a_tree_that_reflects_are_those_of_its_impedance():
     theory = linear_solution(model, inflow, 32)  # with the impedance of the tree itself
     expected = theory.over_cycle(theory.pressure, 512)[:, 0]
     assert np.sqrt(np.mean((waves - expected) ** 2)) < 0.003 * np.ptp(expected)
-
-
-def test_a_run_starts_from_one_whose_trees_have_another_number_of_modes():
-    network, inflow = vw.Network(("a",), [-1], [2.0], [0.25]), vw.Inflow(1.0 + np.cos(np.arange(64) * np.pi / 32), 0.9)
-    other, many = (Model(network, vw.LinearWall(300.0), wide(smallest=r)) for r in (0.24, 0.1))
-    numerics = Numerics(cell_size=0.5, tolerance=1e-6)
-    near = simulate_run(other, inflow, numerics)
-    assert near.end.memory.shape[1] != many.outlets.rational(0.9).poles.shape[1]
-    fresh, led = simulate_run(many, inflow, numerics), simulate_run(many, inflow, numerics, near)
-    np.testing.assert_allclose(led.pressure, fresh.pressure, atol=1e-4)
 
 
 def test_a_bed_that_is_not_met_is_told_from_half_a_percent_on():

@@ -48,12 +48,12 @@ def test_small_waves_at_any_place_are_those_of_the_frequency_domain():
 
 @pytest.mark.parametrize(
     ("parts", "pressure"),
-    [({}, False), ({}, True), ({"shape": Shape([1.0, 0.8])}, False),
+    [({}, False), ({}, True), ({"shape": Shape([1.0, 0.8]), "wall": LinearWall(57.0)}, False),
      pytest.param({"wall_viscosity": 0.15}, False, marks=pytest.mark.validation)],
     ids=["straight", "driven by a pressure", "tapering", "viscous"],
 )  # fmt: skip
 def test_derivatives_of_every_quantity_are_those_of_differences(inflow, parts, pressure):
-    model = fork(TangentWall(9.0, 4.0), **parts)
+    model = fork(**{"wall": TangentWall(9.0, 4.0), **parts})
     numerics = Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-11)
     run, driven = simulate_run(model, inflow, numerics), inflow
     if pressure:
@@ -62,7 +62,9 @@ def test_derivatives_of_every_quantity_are_those_of_differences(inflow, parts, p
 
     def changed(factor):
         beds = model.outlets._replace(C=model.outlets.C * factor**2)
-        return model.changed(wall=TangentWall(9.0 * factor, 4.0 / factor), outlets=beds)
+        stiffness, *exponents = model.wall
+        wall = type(model.wall)(stiffness * factor, *(one / factor for one in exponents))
+        return model.changed(wall=wall, outlets=beds)
 
     direction, step = direction_between(changed(np.exp(-5e-5)), changed(np.exp(5e-5)), 1e-4), 1e-3
     waves = waves_at(run, driven, PLACES)
