@@ -158,7 +158,7 @@ def test_vtk_itself_opens_every_frame(series, tangent, tmp_path):
     assert told[0]["faces"] == len(arrays_of(frames[0])["connectivity"]) // 4
 
 
-@pytest.mark.parametrize("longer", [1.0, 1.5])
+@pytest.mark.parametrize("longer", [1.0, 1.1])
 def test_a_vessel_that_closes_a_loop_is_an_arc_between_the_ends_of_the_others(longer):
     """Of two ways between the same nodes; the second way is drawn as an arc that is as long as it is, or a flat one."""
     nodes = [[0, 1], [1, 2], [1, 2], [2, 3]]
@@ -169,4 +169,4 @@ def test_a_vessel_that_closes_a_loop_is_an_arc_between_the_ends_of_the_others(lo
     along = np.linalg.norm(np.diff(axes[2], axis=0), axis=1).sum()
     assert along > 1.02 * chord
     if longer > 1:
-        assert along == pytest.approx(longer, rel=0.05)
+        assert along == pytest.approx(longer, rel=0.015)

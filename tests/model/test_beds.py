@@ -188,11 +188,3 @@ def test_unknown_beds_are_refused_with_the_nearest_known_ones():
         vw.Settings(beds="windkesel")
     with pytest.raises(InputError, match="no parameter 'r1'"):
         vw.Settings(beds="rc", fixed={"r1": 1.0})
-
-
-def test_the_papers_bounds_hold_for_the_factors_of_a_windkessel_and_of_no_other_bed():
-    def bounds(kind):
-        return {name: one.paper_bounds for name, one in find_bed(kind).bed().factors.items()}
-
-    assert bounds("windkessel") == dict.fromkeys(("r1", "r2", "c1"), (0.05, 2.5))
-    assert set(bounds("resistance").values()) | set(bounds("reflection").values()) == {None}

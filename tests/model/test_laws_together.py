@@ -15,7 +15,6 @@ from vasowave.calibration import Search, calibrate
 from vasowave.calibration.profile import profile_likelihood
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
-from vasowave.errors import InputError
 from vasowave.findings import OTHER, texts
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
@@ -129,13 +128,6 @@ def test_the_interval_over_laws_is_that_of_draws_from_their_mixture():
     assert np.log(found.value) == pytest.approx(np.median(draws), abs=0.003)
     between = np.var(np.repeat(np.log(values), [5, 2, 3]))
     assert found.between == pytest.approx(between / (between + np.dot(weights, np.square(errors))))
-
-
-def test_a_law_without_weight_has_no_say():
-    alone = averaged([200.0], [0.1], [1.0])
-    assert averaged([200.0, 900.0], [0.1, 0.1], [1.0, 0.0]) == pytest.approx(alone)
-    with pytest.raises(InputError, match="positive"):
-        averaged([200.0, -1.0], [0.1, 0.1], [0.5, 0.5])
 
 
 def three_fits():

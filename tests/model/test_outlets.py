@@ -41,27 +41,6 @@ def test_a_pressure_behind_the_bed_passes_as_through_r2_into_c():
     assert CIRCUIT.passes(np.zeros((1, 1)))[0] == pytest.approx(1.0)
 
 
-def test_totals_of_beds_are_sums_by_hand():
-    beds = Windkessel(R1, R2, C)
-    whole = R1 + R2
-    assert beds.total_resistance() == pytest.approx(1 / np.sum(1 / whole))
-    assert beds.resistance_ratio() == pytest.approx(np.mean(R1 / whole))
-    assert beds.time_constants() == pytest.approx(R2 * C)
-    assert beds.weighted_compliance() == pytest.approx(R2 / whole * C)
-    assert beds.fast_resistance() == pytest.approx(R1)
-    assert beds.knobs() == {"R_T": "mmHg s/ml", "a": "1", "tau": "s"}
-    assert beds.impedance_at(4, 0.11) == pytest.approx(R1 + R2 / (1 + 1j * OMEGA[:, None] * R2 * C))
-    assert beds.impedance(OMEGA[1]).shape == (2,)
-
-
-def test_fields_are_scaled_and_moved_one_by_one():
-    beds = Windkessel(R1, R2, C).scaled(2.0, 3.0, 0.5)
-    assert (beds.R1, beds.R2, beds.C) == (pytest.approx(2 * R1), pytest.approx(3 * R2), pytest.approx(C / 2))
-    moved = Windkessel(R1, R2, C).moved(np.log([[2.0, 1.0], [1.0, 3.0], [1.0, 1.0]]))
-    assert moved.R1 == pytest.approx([24.0, 30.0])
-    assert moved.R2 == pytest.approx([90.0, 600.0])
-
-
 def test_a_spectrum_is_what_it_was_given():
     Z = vw.Windkessel(R1, R2, C).impedance(2 * np.pi / 0.11 * np.arange(24))
     one = vw.ImpedanceSpectrum(Z)

@@ -6,7 +6,7 @@ import pytest
 import vasowave as vw
 from vasowave.animal.result import network_dataset, network_of
 from vasowave.errors import InputError
-from vasowave.network.graph import in_loops, shares_by_conductance, steady_flows
+from vasowave.network.graph import in_loops, steady_flows
 
 TABLE = """name,from,to,length [mm],radius [mm]
 main,heart,a,4.1,0.47
@@ -70,12 +70,6 @@ def test_rings_that_no_blood_reaches_or_leaves_are_refused():
         of([[0, 1], [1, 2], [2, 5], [2, 3], [3, 4], [4, 3]])
     with pytest.raises(InputError, match=r"vessel 'c'\): not reached from an inlet"):
         of([[0, 1], [1, 2], [3, 4], [4, 3], [3, 1]])
-
-
-def test_shares_where_no_loop_is_are_those_of_eq_11():
-    tree = vw.control_network()
-    conductance = tree.radius**4 / tree.length
-    np.testing.assert_allclose(shares_by_conductance(tree.start, tree.end, conductance), tree.flow_fraction, rtol=1e-13)
 
 
 def test_shares_in_a_loop_are_those_of_resistors_and_what_follows_divides_anew(circle):

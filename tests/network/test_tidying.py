@@ -102,14 +102,6 @@ def test_a_vessel_too_short_for_a_wave_hands_resistance_and_compliance_to_its_da
         assert lost == pytest.approx(part / conductance[one] + short.length[row] / short.radius[row] ** 4, rel=1e-12)
 
 
-def test_a_network_in_order_is_returned_as_it_is():
-    network = vw.control_network()
-    tidied = tidy(network)
-    assert tidied.network is network
-    assert tidied.repairs == ()
-    assert tidied.summary() == ""
-
-
 def test_what_is_known_of_radii_is_kept():
     lung = Network(("a", "b", "left", "right"), [-1, 0, 1, 1], [0.2, 0.2, 0.2, 0.2], [0.05, 0.05, 0.03, 0.03],
                    pressure=6.3, radius_sd=[0.002, 0.004, np.nan, 0.001])  # fmt: skip
@@ -178,16 +170,6 @@ def test_unasked_nothing_is_repaired_that_would_add_volume():
     assert record.code == "network.not-repaired"
     added = 0.04**2 * (SHORTEST * 0.04 - 1e-4) / compliance(short)
     assert dict(record.values)["percent"] == pytest.approx(100 * added)
-
-
-def test_the_command_never_overwrites_what_it_reads(tmp_path):
-    vw.write_network(vw.control_network(), tmp_path / "lung.csv")
-    from typer.testing import CliRunner
-
-    from vasowave.cli import app
-
-    said = CliRunner().invoke(app, ["tidy", str(tmp_path / "lung.csv"), "-o", str(tmp_path / "lung.csv")])
-    assert isinstance(said.exception, InputError)
 
 
 def test_a_vessel_with_one_daughter_is_warned_about_and_repaired(tmp_path):

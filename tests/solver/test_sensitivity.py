@@ -24,7 +24,6 @@ from vasowave.solver import Numerics
 from vasowave.solver.direction import direction_between
 from vasowave.solver.sensitivity import pressure_derivatives
 from vasowave.solver.simulate import simulate_run
-from vasowave.solver.varied_stepper import VariedStepper
 
 APART = 1e-3  # in the logarithm: the differences' own error is then below 1e-9
 LINEAR, TANGENT, POWER = LinearWall(57.0), TangentWall(9.0, 4.0), PowerWall(60.0, 1.5)
@@ -207,27 +206,3 @@ def test_a_derivative_that_does_not_become_periodic_is_an_error_and_never_zero(i
     run = simulate_run(model, inflow, numerics)
     with pytest.raises(NumericalError, match="derivatives of the pressure do not become periodic"):
         pressure_derivatives(run, inflow, [direction(("beta", 0), model)], numerics, 1e-300)
-
-
-def arrays(one):
-    """All arrays in a bundle of bundles, each once."""
-    if isinstance(one, np.ndarray):
-        return {id(one): one}
-    return {k: v for part in one for k, v in arrays(part).items()} if isinstance(one, tuple) else {}
-
-
-@WALLS
-def test_no_array_that_kernels_write_overlaps_another(inflow, wall):
-    """They are compiled for that (`cells.Distinct`): with an overlap they would be wrong in silence."""
-    model = fork(wall)
-    run = simulate_run(model, inflow, Numerics(samples=64, every_cell=True))
-    varied = VariedStepper(run, inflow, [direction_between(model, model, 1.0)])
-    stepper = varied.stepper
-    written = arrays(
-        (varied.base, varied.scratch, varied.inlet, varied.seen, stepper.seen, stepper.stations, stepper.cells)
-    )
-    read = arrays((stepper.parts, stepper.law, stepper.outlets, stepper.inflow, varied.shifted, varied.weights))
-    every = written | read
-    assert len(written) > 40
-    for key, one in written.items():
-        assert not [name for name, other in every.items() if name != key and np.may_share_memory(one, other)]

@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-import xarray as xr
-from typer.testing import CliRunner
 
 from approval import PAPER, approve, figure, values
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import read_result, write_result
 from vasowave.animal.pipeline import analyze
 from vasowave.animal.stored import stored_model, stored_recording
-from vasowave.cli import app
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.errors import InputError, NumericalError
 from vasowave.figures.rendering import svg
@@ -19,7 +16,6 @@ from vasowave.figures.sweep import sweep_figure
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.walls import LinearWall
-from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
 from vasowave.solver import Numerics, changed_model, simulate, sweep
 from vasowave.solver.sweep import sweep_table
@@ -99,41 +95,6 @@ def test_the_stored_fit_of_an_animal_is_its_model_again_to_the_last_bit():
     assert float(abs(again.mean() - stored.mean())) < 1e-3
     with pytest.raises(InputError, match="there are: linear"):
         stored_model(result, "tangent")
-
-
-def test_simulate_and_sweep_take_any_wall_and_value(tmp_path):
-    network, mouse = tmp_path / "n.csv", virtual_mouse()
-    write_network(control_network(), network)
-    cycle = tmp_path / "c.csv"
-    rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
-    cycle.write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
-    given = [str(network), str(cycle)]
-    done = CliRunner().invoke(
-        app,
-        [
-            "simulate",
-            *given,
-            "--wall",
-            "power",
-            "--set",
-            "m=1",
-            "--friction",
-            "poiseuille",
-            "-o",
-            str(tmp_path / "w.nc"),
-        ],
-    )
-    assert done.exit_code == 0, done.output
-    assert "PowerWall" in done.output
-    done = CliRunner().invoke(
-        app, ["sweep", *given, "--vary", "beta=40:80:3", "--vary", "a=0.1,0.2", "-o", str(tmp_path / "s.nc")]
-    )
-    assert done.exit_code == 0, done.output
-    found = xr.open_datatree(tmp_path / "s.nc").to_dataset()
-    assert found["beta"].values.tolist() == [40.0, 60.0, 80.0]
-    assert found.sizes["a"] == 2
-    wrong = CliRunner().invoke(app, ["sweep", *given, "--vary", "beta:40"])
-    assert "write NAME=VALUE" in str(wrong.exception)
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # which no command shows

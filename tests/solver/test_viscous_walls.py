@@ -5,7 +5,6 @@ import pytest
 
 import vasowave as vw
 from vasowave.errors import InputError
-from vasowave.model.blood import Blood
 from vasowave.model.linear import linear_solution
 from vasowave.model.nominal import windkessels
 from vasowave.model.shape import Shape
@@ -166,21 +165,6 @@ def test_the_loop_of_pressure_and_area_has_the_area_of_theory():
     phi = eta / (2 * np.sqrt(A.mean(axis=0) * model.area0[rows]))
     expected = np.sum(np.pi * k**2 * 2 * np.pi / T * phi * amplitude**2, axis=0)
     assert np.max(np.abs(np.mean(p * rate, axis=0) * T / expected - 1)) < 0.002
-
-
-def test_a_vessel_cut_into_parallel_halves_carries_the_same_waves(inflow):
-    """Without friction, half of the area with the same η/β does not know of the other half."""
-    numerics = Numerics(samples=64, cell_size=0.1, steps_per_cycle=2048, tolerance=1e-11)
-    parts = {"blood": Blood(viscosity=0.0), "wall_viscosity": 0.1}
-    R, length = 0.047, [0.5, 0.6, 0.5]
-    beds = vw.Windkessel(*(np.array([one]) for one in (10.0, 60.0, 1.5e-3)))
-    line = vw.Network(("i", "m", "o"), [-1, 0, 1], length, [R, R, R])
-    cut = vw.Network(tuple("iabo"), None, [0.5, 0.6, 0.6, 0.5], [R, R * 0.3**0.5, R * 0.7**0.5, R],
-                     nodes=[[0, 1], [1, 2], [1, 2], [2, 3]])  # fmt: skip
-    whole, halves = (
-        simulate_run(vw.Model(one, vw.LinearWall(60.0), beds, **parts), inflow, numerics) for one in (line, cut)
-    )
-    assert np.max(np.abs(whole.pressure[:, :, [0, 1, 1, 2]] - halves.pressure)) < 1e-9
 
 
 def test_small_waves_in_a_ring_are_those_of_the_frequency_domain(inflow):
