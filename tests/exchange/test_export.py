@@ -17,10 +17,8 @@ from vasowave.exchange.export import FORMATS
 from vasowave.exchange.matlab import write_matlab
 from vasowave.exchange.openbf import write_openbf
 from vasowave.exchange.paraview import drawn_axes
-from vasowave.exchange.solved import solve
 from vasowave.exchange.svzerod import write_svzerod
 from vasowave.exchange.tables import write_tables
-from vasowave.model.losses import narrowed
 from vasowave.units import MMHG
 
 
@@ -86,12 +84,6 @@ def test_viscous_walls_are_refused_by_programs_that_are_given_elastic_ones(tange
     for write in (write_openbf, write_svzerod):
         with pytest.raises(InputError, match="elastic walls only"):
             write(viscous, tmp_path)
-
-
-@pytest.fixture(scope="module")
-def jet(tangent, mouse):
-    """Return the waves of the same mouse with four fifths of the area of one vessel closed."""
-    return solve(narrowed(tangent.model, "2", area_lost=0.8, length=0.05), mouse)
 
 
 def test_the_loss_of_a_jet_goes_into_tables_and_matlab_and_is_refused_by_openbf(jet, tmp_path):

@@ -24,7 +24,6 @@ from vasowave.units import MMHG
 
 PA = MMHG / 10
 MANDATORY = {"label": str, "sn": int, "tn": int, "L": float, "E": float}
-KNOWN = {*MANDATORY, "R0", "Rp", "Rd", "M", "h0", "Pext", "gamma_profile", "to_save"}
 OUTLET = {"R1", "R2", "Cc", "inlet_impedance_matching"}
 """The keys of a vessel in openBF's manual, and those of an outlet with three elements."""
 

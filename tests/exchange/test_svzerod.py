@@ -11,7 +11,6 @@ from vasowave.datasets import control_network
 from vasowave.exchange.solved import solve
 from vasowave.exchange.svzerod import write_svzerod
 from vasowave.model.linear import linear_solution
-from vasowave.model.losses import narrowed
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.outlets import Resistance
@@ -106,12 +105,6 @@ def test_slow_waves_meet_the_impedance_of_transmission_lines(mouse, tmp_path):
     line = linear_solution(model, slow.inflow).input_impedance[1, network.root]
     ours = input_impedance(circuit_of(slow, tmp_path), 2 * np.pi / slow.inflow.period) / MMHG
     assert abs(ours / line - 1) < 2e-3
-
-
-@pytest.fixture(scope="module")
-def jet(tangent, mouse):
-    """Return the waves of the same mouse with four fifths of the area of one vessel closed."""
-    return solve(narrowed(tangent.model, "2", area_lost=0.8, length=0.05), mouse)
 
 
 @pytest.mark.validation

@@ -58,18 +58,6 @@ def test_a_narrowing_takes_what_its_sources_say_whatever_the_drag_of_its_cells(
     )
 
 
-def test_coefficients_of_a_narrowing_may_be_given():
-    whole = tube()
-    rest = fall(vw.narrowed(whole, "only", 0.8, 0.02, coefficients=vw.Stenosis(turbulent=0.0)))
-    jets = [
-        fall(vw.narrowed(whole, "only", 0.8, 0.02, coefficients=vw.Stenosis(turbulent=k))) - rest for k in (1.0, 2.0)
-    ]
-    assert jets[0] == pytest.approx(0.5 * whole.blood.inertia * 16 * (Q / (np.pi * 0.05**2)) ** 2, rel=0.02)
-    assert jets[1] == pytest.approx(2 * jets[0], rel=0.01)
-    with pytest.raises(InputError, match="Stenosis: turbulent = -1"):
-        vw.Stenosis(turbulent=-1.0)
-
-
 def test_the_inertia_of_a_narrowing_is_that_of_its_blood_or_what_was_measured():
     """A flow that grows by ΔQ/Δt in a stiff tube without viscosity needs K_u ρ L/A of it in the narrow piece."""
     network, t = vw.Network(("only",), [-1], [1.0], [0.05]), 2 * np.pi * np.arange(256) / 256
@@ -201,6 +189,8 @@ def test_a_vessel_that_tapers_has_no_narrowing_and_angles_are_degrees():
         vw.narrowed(vw.control_network(), "2", 0.5, 0.1)
     with pytest.raises(InputError, match="changes along its way"):
         vw.narrowed(tube(shape=vw.Shape([1.1, 0.9])), "only", 0.5, 0.1)
+    with pytest.raises(InputError, match="Stenosis: turbulent = -1"):
+        vw.Stenosis(turbulent=-1.0)
     with pytest.raises(InputError, match=r"between 0 .* and 180 degrees"):
         vw.angle_losses(vw.control_network(), 190.0)
     with pytest.raises(InputError, match="one for each of the 21 vessels"):

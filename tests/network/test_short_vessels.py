@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from vasowave.errors import NumericalError
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
@@ -72,18 +71,3 @@ def test_the_linear_network_has_the_mean_pressures_of_a_steady_flow(wall):
     run = run_to_periodic(model, steady, Numerics(samples=64))
     found = linear_solution(model, steady).mean_pressure
     np.testing.assert_allclose(found, run.pressure[0, 1], rtol=0.01)
-
-
-def test_a_run_beside_another_begins_nearer_and_one_of_another_network_is_refused():
-    network = Network(("1", "2", "3"), np.array([-1, 0, 0]), np.full(3, 0.4), np.array([0.047, 0.03, 0.03]))
-    inflow = Inflow(0.2 + 0.15 * np.sin(2 * np.pi * np.arange(64) / 64), 0.11)
-    model, near = (Model(network, LinearWall(beta), windkessels(network, 76.0, 0.12)) for beta in (57.0, 57.5))
-    run, numerics = run_to_periodic(model, inflow, Numerics(tolerance=1e-6)), Numerics(tolerance=1e-6)
-    beside, alone = run_to_periodic(near, inflow, numerics, run), run_to_periodic(near, inflow, numerics)
-    first, plain = beside.convergence.changes, alone.convergence.changes
-    assert first[0] < plain[0] / 3
-    assert len(first) <= len(plain)
-    np.testing.assert_allclose(beside.pressure, alone.pressure, atol=1e-4)
-    tube = Network(("1",), np.array([-1]), np.array([0.4]), np.array([0.047]))
-    with pytest.raises(NumericalError, match="another network"):
-        run_to_periodic(Model(tube, LinearWall(57.0), windkessels(tube, 76.0, 0.12)), inflow, numerics, run)

@@ -1,9 +1,10 @@
-"""Vessels that change on their way: the steady differential equation, fine cells, rest, volume, derivatives."""
+"""Vessels that change on their way, and veins: the steady differential equation, fine cells, rest, volume."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from horn import steady_inlet
 from vasowave.datasets import control_network
@@ -13,7 +14,7 @@ from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.outlets import Windkessel
 from vasowave.model.shape import Shape
-from vasowave.model.walls import LinearWall, PowerWall, TangentWall
+from vasowave.model.walls import LinearWall, PowerWall, TangentWall, VeinWall
 from vasowave.network.network import Network
 from vasowave.recording import Inflow
 from vasowave.solver import Numerics
@@ -148,3 +149,31 @@ def test_a_measured_taper_is_simulated_unless_another_shape_is_given(inflow):
     np.testing.assert_allclose(one, two, rtol=1e-12)
     assert np.array_equal(three, four)
     assert np.max(np.abs(one - three)) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "flow", "outlet"),
+    [(60.0, 0.05, 3.0), (60.0, 0.05, -3.0), (20.0, 0.01, -4.0), (60.0, 0.02, -9.0)],
+    ids=["filled", "below zero", "collapsed", "stiff and collapsed"],
+)
+def test_a_steady_flow_in_a_vein_is_that_of_the_ordinary_differential_equation(stiffness, flow, outlet):
+    model = tube(VeinWall(stiffness), 1.0, 0.05, 1.0).changed(outlet_pressure=outlet - flow)
+    run = simulate_run(model, Inflow(np.full(64, flow), 0.11), Numerics(cell_size=1 / 32, samples=64, tolerance=1e-9))
+    expected = steady_inlet(
+        VeinWall, VeinWall(stiffness), model.blood, flow, 0.11, outlet, 1.0, lambda x: 0.05, lambda x: 1.0
+    )
+    assert run.inlet_pressure(64)[0] == pytest.approx(expected, abs=2e-5)
+    assert expected > outlet + 0.05
+    end = run.stations[0, 0, 0, 2] / (np.pi * 0.05**2)
+    assert end == pytest.approx(brentq(lambda a: a**10 - a**-1.5 - 23 * outlet / stiffness, 0.1, 3.0), rel=1e-6)
+    assert abs(run.volume_error) < 1e-12
+    assert [note.code for note in run.notes] == []  # a vein that collapses does what its law says
+
+
+def test_a_vein_that_fills_and_collapses_in_a_beat_keeps_its_blood(inflow):
+    bed = Windkessel(4.0, 16.0, 0.004)
+    model = Model(Network(("vein",), [-1], [1.0], [0.05]), VeinWall(20.0), bed, outlet_pressure=-4.0)
+    run = simulate_run(model, inflow, Numerics(samples=128, tolerance=1e-6))
+    area = run.stations[0, :, 0, 2] / (np.pi * 0.05**2)
+    assert area.min() < 0.8 < 1.02 < area.max()
+    assert abs(run.volume_error) < 1e-10

@@ -7,16 +7,7 @@ import pytest
 
 from vasowave.model import walls
 from vasowave.solver import Numerics
-from vasowave.solver.discharge import common_discharge
 from vasowave.solver.run import run_cycles, run_to_periodic
-
-
-@pytest.fixture(scope="module")
-def periodic(control, inflow):
-    """Return a periodic run and its common discharge."""
-    run = run_to_periodic(control, inflow, Numerics(samples=64, tolerance=1e-9))
-    beds = control.outlets.rational(run.period)
-    return run, common_discharge(run.grid, run.scale, run.end, beds, run.period)
 
 
 @pytest.mark.parametrize(

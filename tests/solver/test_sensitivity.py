@@ -27,7 +27,6 @@ from vasowave.solver.simulate import simulate_run
 
 APART = 1e-3  # in the logarithm: the differences' own error is then below 1e-9
 LINEAR, TANGENT, POWER = LinearWall(57.0), TangentWall(9.0, 4.0), PowerWall(60.0, 1.5)
-WALLS = pytest.mark.parametrize("wall", [LINEAR, TANGENT], ids=["linear", "tangent"])
 FROM_REST = {"cycles_from_rest": 2}
 TAPERS = Shape([[1.2, 0.9], [0.9, 1.05], [1.05, 0.95]], [[1.3, 0.8], [1.0, 1.0], [1.0, 1.0]])
 BULGE = Shape([[1.2, 1.1, 0.9], [0.9, 1.0, 1.05], [1.1, 1.0, 0.92]], TAPERS.stiffness)

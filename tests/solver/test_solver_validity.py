@@ -5,6 +5,8 @@ import re
 import numpy as np
 import pytest
 
+from horn import steady_inlet
+from solver_sweep import KINDS, ORDER, drawn
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.model import walls
 from vasowave.model.blood import Blood, PowerLaw
@@ -108,8 +110,6 @@ def test_a_vessel_that_would_collapse_and_one_that_would_tear_are_named():
 @pytest.mark.parametrize("wall", [LinearWall(57.0), TangentWall(7.0, 2.8)], ids=["linear", "tangent"])
 def test_steady_pressure_in_thin_vessels_is_right_to_a_thousandth(wall, radius, fall):
     """On the default grid, against the ODE: inlet and middle of a vessel that takes up to three quarters of it."""
-    from scipy.integrate import solve_ivp
-
     if radius == 0.01 and fall == 3.0 and isinstance(wall, LinearWall):
         pytest.skip("the flow that this takes passes the wave speed")
     blood, length, end = Blood(friction=PowerLaw(9.0)), 0.05, 10.0
@@ -117,12 +117,10 @@ def test_steady_pressure_in_thin_vessels_is_right_to_a_thousandth(wall, radius, 
     k0, _ = blood.friction.coefficients(blood.viscosity, 0.11)
     A = float(walls.area(wall, end * (1 + fall / 2), A0))
     q = fall * end / length * A**2 / (blood.inertia * k0)
-
-    def slope(x, p):
-        A, dA = walls.area(wall, p, A0), walls.area_compliance(wall, p, A0)
-        return -k0 * q / A / (A / blood.inertia - q**2 / A**2 * dA)
-
-    middle, inlet = solve_ivp(slope, (length, 0), [end], t_eval=[length / 2, 0], rtol=1e-10, atol=1e-10).y[0]
+    inlet, middle = (
+        steady_inlet(type(wall), wall, blood, q, 0.11, end, share * length, lambda x: radius, lambda x: 1.0)
+        for share in (1.0, 0.5)
+    )
     model = _tube(length, radius, wall, end / q, blood)
     found = simulate(model, Inflow(np.full(64, q), 0.11), Numerics(samples=64)).pressure.values[0, 0]
     assert found[:2] == pytest.approx([inlet, middle], rel=1e-3)
@@ -189,29 +187,20 @@ def test_blood_that_cannot_flow_is_refused(wrong, says):
         Blood(**wrong)
 
 
-def _from(kind, number, seed=2):
-    """One model of the sweep in which the fault was seen."""
-    import importlib.util
-    from pathlib import Path
-
-    path = Path(__file__).parents[2] / "benchmarks" / "solver_sweep.py"
-    spec = importlib.util.spec_from_file_location("solver_sweep", path)
-    assert spec is not None
-    assert spec.loader is not None
-    sweep = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(sweep)
-    return sweep.drawn(sweep.KINDS[kind], np.random.default_rng([seed, sweep.ORDER.index(kind), number]))
+def from_sweep(kind, number, seed=2):
+    """One model of the sweep in which a fault was seen."""
+    return drawn(KINDS[kind], np.random.default_rng([seed, ORDER.index(kind), number]))
 
 
 def test_a_wall_driven_against_its_largest_area_says_so_and_not_that_the_step_is_too_large():
-    model, inflow = _from("mismatched", 51)
+    model, inflow = from_sweep("mismatched", 51)
     with pytest.raises(NumericalError, match=r"t = .* s: the wave speed grows without end.*against its largest area"):
         simulate(model, inflow)
 
 
 def test_a_wave_too_steep_for_the_only_cell_of_a_vessel_gets_two_and_is_named_where_cells_are_given():
     """Only the line through the ends of the cell leaves the wall law; on shorter cells no wall does."""
-    model, inflow = _from("sudden *", 1784, seed=31)
+    model, inflow = from_sweep("sudden *", 1784, seed=31)
     with pytest.raises(
         NumericalError, match=r"vessel '5', t = .* too steep for the only cell.* Numerics\(cell_size=0\.031\)"
     ):
@@ -258,18 +247,18 @@ def test_where_all_pressures_are_negative_the_grid_is_doubted_no_more_than_where
 
 
 @pytest.mark.parametrize(
-    ("drawn", "steps", "apart"),
+    ("place", "steps", "apart"),
     [((143, 1005), 13, (0.027, 0.18)), ((479, 1007), 0, (0.028, 0.1)),
      pytest.param((443, 1003), 16, (0.036, 0.36), marks=pytest.mark.validation)],
     ids=["between two samples", "runs to and fro", "cells cannot carry it"],
 )  # fmt: skip
-def test_the_error_of_a_steep_front_is_seen_and_noted(drawn, steps, apart):
+def test_the_error_of_a_steep_front_is_seen_and_noted(place, steps, apart):
     """From its share of the peak against twice the cells to that against eight times as many.
 
     Third differences of 512 samples would give 0.5 % of the first, and the last steps 21 times the peak of the third;
     in the second one passage costs 0.9 %, but R1 of its beds is many times the vessels' impedance.
     """
-    model, inflow = _from("sudden *", *drawn)
+    model, inflow = from_sweep("sudden *", *place)
     run = run_to_periodic(model, inflow, Numerics())
     assert run.steps >= steps * 512
     assert apart[0] < run.extremes.grid_error.value / run.pressure.max() < apart[1]
