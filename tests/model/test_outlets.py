@@ -41,20 +41,6 @@ def test_a_pressure_behind_the_bed_passes_as_through_r2_into_c():
     assert CIRCUIT.passes(np.zeros((1, 1)))[0] == pytest.approx(1.0)
 
 
-def test_a_spectrum_is_what_it_was_given():
-    Z = vw.Windkessel(R1, R2, C).impedance(2 * np.pi / 0.11 * np.arange(24))
-    one = vw.ImpedanceSpectrum(Z)
-    assert one.total_resistance() == pytest.approx(1 / np.sum(1 / (R1 + R2)))
-    assert one.resistance_ratio() == pytest.approx(np.mean(R1 / (R1 + R2)), rel=1e-3)
-    assert np.isnan(one.time_constants()).all()
-    assert one.rational(0.11).direct == pytest.approx(R1, rel=1e-3)
-    longer = one.impedance_at(30, 0.11)
-    assert np.array_equal(longer[:24], Z)
-    assert longer == pytest.approx(vw.Windkessel(R1, R2, C).impedance(2 * np.pi / 0.11 * np.arange(30)), rel=1e-3)
-    with pytest.raises(InputError, match="names no capacitor"):
-        one.weighted_compliance()
-
-
 @pytest.mark.parametrize(("harmonic", "value"), [(0, 0.0), (1, np.nan), (2, -1.0)])
 def test_the_one_vessel_whose_impedance_cannot_be_is_named(harmonic, value):
     spectrum = np.full((3, 2), 100.0 + 0j)

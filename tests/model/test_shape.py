@@ -34,7 +34,6 @@ def test_waves_are_those_of_a_conical_horn():
 
 def test_a_model_shows_the_shape_of_its_vessels():
     assert repr(cone(Blood(), (1.0, 1.0, 1.0), 0.2)).endswith("Shape(radius 1.1 to 0.9, stiffness 1))")
-    assert "Shape(radius 1.1 to 0.9" in cone(Blood(), (1.0, 1.0, 1.0), 0.2)._repr_html_()
     assert "Shape" not in repr(cone(Blood(), (1.0, 1.0, 1.0), 0.0))
     assert repr(Shape([[1.0, 1.2, 0.8], [1.0, 1.0, 0.6]], 2.0)) == "Shape(radius 1 to 0.7, stiffness 2)"
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from vasowave.datasets import control_network
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
@@ -63,8 +64,6 @@ def test_vessels_of_one_cell_are_stable_at_every_step(inflow, courant):
 @WALLS
 def test_the_linear_network_has_the_mean_pressures_of_a_steady_flow(wall):
     """Its areas, friction and pressures fit each other: the nonlinear scheme finds the same along the tree."""
-    from vasowave.datasets import control_network
-
     network = control_network()
     model = Model(network, wall, windkessels(network, 76.0, 0.11, a=0.12))
     steady = Inflow(np.full(64, 0.17), 0.11)

@@ -75,6 +75,12 @@ def test_beds_that_are_no_circuits_refuse_what_they_may_let_through():
         vw.Model(NETWORK, vw.LinearWall(60.0), beds, outlet_pulsation=WAVE)
 
 
+def test_a_program_that_knows_no_such_wave_is_not_given_the_model(tmp_path):
+    model = vw.Model(NETWORK, vw.LinearWall(60.0), BEDS, outlet_pulsation=WAVE)
+    with pytest.raises(InputError, match="no pressure behind its outlets that changes over the cycle"):
+        vw.export_model(model, MOUSE.inflow, "svzerod", tmp_path / "out", numerics=Numerics(samples=64, cell_size=0.5))
+
+
 @pytest.mark.parametrize(
     ("wave", "message"),
     [(15 * WAVE, "falls to -.* mmHg; correct its zero"), (3 * T, "the cycle of the pressure behind the beds does not")],
@@ -87,17 +93,14 @@ def test_a_wave_that_no_atrium_makes_is_refused(tmp_path, wave, message):
 BEDS_OF_ONE = vw.Windkessel(np.array([5.0]), np.array([70.0]), np.array([1e-3]))
 
 
-def told(recording, wave=WAVE):
-    return replace(recording, wedge_pressure=8.0, wedge_pulsation=wave)
-
-
 @pytest.mark.validation
 def test_a_fit_that_is_told_of_the_wave_finds_the_truth_and_one_that_is_not_errs():
     model = vw.Model(NETWORK, vw.LinearWall(70.0), BEDS, outlet_pressure=8.0, outlet_pulsation=3 * WAVE)
     waves = vw.simulate(model, MOUSE.inflow, Numerics(samples=256)).sel(vessel="1", station="inlet")
     recording = vw.Recording(waves.pressure.values, waves.flow.values, MOUSE.period)
-    fits = [vw.calibrate(NETWORK, one, starts=1) for one in (told(recording, 3 * WAVE),
-            replace(recording, wedge_pressure=8.0))]  # fmt: skip
+    untold = replace(recording, wedge_pressure=8.0)
+    told = replace(untold, wedge_pulsation=3 * WAVE)
+    fits = [vw.calibrate(NETWORK, one, starts=1) for one in (told, untold)]
     errors = [abs(np.log(fit.parameters["value"]["beta"] / 70.0)) for fit in fits]
     assert errors[0] < 1e-3
     assert errors[1] > 20 * errors[0]
@@ -121,9 +124,7 @@ def test_a_table_of_the_wave_gives_its_mean_and_its_pulsation_and_must_last_one_
 
 @pytest.mark.parametrize(("cells", "mean"), [({}, 8.0 + WAVE.mean()), ({"wedge [mmHg]": "6.5"}, 6.5)])
 def test_an_animal_has_the_wave_of_its_column_and_the_mean_that_is_given(tmp_path, cells, mean):
-    from vasowave.network.vessel_table import write_network
-
-    write_network(NETWORK, tmp_path / "lung.csv")
+    vw.write_network(NETWORK, tmp_path / "lung.csv")
     columns = [MOUSE.time, MOUSE.pressure, np.interp(MOUSE.time, np.arange(len(MOUSE.flow)) * MOUSE.period /
                len(MOUSE.flow), MOUSE.flow)]  # fmt: skip
     np.savetxt(tmp_path / "cycle.csv", np.stack(columns, axis=1), delimiter=",", comments="",

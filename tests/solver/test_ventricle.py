@@ -143,11 +143,6 @@ def test_the_volume_that_is_ejected_does_not_depend_on_the_step():
     assert np.ptp(strokes) < 1e-5 * strokes[2]
 
 
-def test_an_accuracy_can_be_asked_for():
-    waves = simulate(fork(), ventricle(), Numerics(accuracy=0.05))
-    assert waves.attrs["error_estimate"] <= 0.05
-
-
 def test_derivatives_of_a_network_behind_a_ventricle_are_refused():
     model, heart = fork(), ventricle()
     run = simulate_run(model, heart, NUMERICS)
