@@ -47,9 +47,12 @@ def test_two_waves_that_were_added_are_separated_again():
     assert (waves.backward_intensity <= 0).all()
 
 
-def test_a_negative_wave_speed_is_refused():
-    with pytest.raises(InputError, match="wave speed"):
-        wave_intensity(PLUS, PLUS, T, A0, -C, RHO)
+def test_waves_of_a_speed_that_changes_are_summed_over_the_means_of_two_neighbors():
+    p, u, c = np.array([1.0, 3, 2, 4]), np.array([0.0, 1, 0, 2]), np.array([10.0, 20, 30, 40]) / RHO
+    found = wave_intensity(p, u * 0.5, 0.1, 0.5, c, RHO)
+    rises = 0.5 * (np.array([2, -1, 2, -3]) + np.array([15, 25, 35, 25]) * np.array([1, -1, 2, -2]))
+    assert found.forward_pressure == pytest.approx(1 + np.array([0, *np.cumsum(rises)[:3]]))
+    assert found.drift == pytest.approx(rises.sum())
 
 
 def test_windkessel_waveforms_return_the_windkessel_impedance():
@@ -109,10 +112,21 @@ def test_area_and_wave_speed_at_mean_pressure_are_found_from_the_upslope(seen_at
     assert at_rest < 0.8 * true.wave_speed
 
 
-def test_a_flow_without_a_harmonic_has_no_impedance_there_and_says_which():
+def test_an_impedance_that_cannot_be_is_refused():
     flow = np.where(np.arange(64) % 2, 3.0, 1.0)  # its mean and harmonic 32 alone
     with pytest.raises(InputError, match="flow harmonic 1 is zero"):
         impedance(np.ones(64), flow, 0.1, harmonics=3)
+    with pytest.raises(InputError, match="period 0 s is not a positive number"):
+        impedance(np.ones(64), np.ones(64), 0.0, 2)
+    with pytest.raises(InputError, match="samples cannot carry 4 harmonics; give one finite"):
+        fourier_series(np.ones(8), 4)
+
+
+def test_compliances_of_a_ring_are_joined_as_conductances():
+    """Two equal ways from the inlet's vessel to the outlet's: each of two compliances in series."""
+    nodes = [[0, 1], [1, 2], [2, 4], [1, 3], [3, 4], [4, 5]]
+    ring = Network(tuple("abcdef"), None, np.ones(6), 0.1 * np.ones(6), nodes=nodes)
+    assert series_parallel(ring, np.array([4.0, 2, 2, 2, 2, 4])) == pytest.approx(1 / (1 / 4 + 1 / 2 + 1 / 4))
 
 
 def test_the_linear_law_behind_the_operating_point_is_the_one_whose_impedance_was_given():

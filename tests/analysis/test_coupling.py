@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import vasowave as vw
+from approval import approve, parts
 from vasowave.analysis.coupling import coupling
 from vasowave.errors import InputError
 from vasowave.model.nominal import windkessels
@@ -127,3 +128,19 @@ def test_a_ventricle_that_does_not_reach_the_artery_is_refused():
         coupling(recording, VentricularPressure(inside.pressure / 7.5, PERIOD))
     with pytest.raises(InputError, match="beginning and end"):
         coupling(Recording(recording.pressure, recording.flow + 5, PERIOD), inside)
+
+
+def test_approved_couplings_of_a_ventricle_and_its_artery():
+    """Of one beat, with its error by the slopes of the fit, and of one that lasts longer than the artery's."""
+    t = np.arange(256) / 256
+    flow = np.where((t > 0.1) & (t < 0.4), np.sin(np.pi * np.clip((t - 0.1) / 0.3, 0, 1)), 0.0)
+    artery = Recording(15 + 4 * np.sin(2 * np.pi * (t - 0.12)), flow, period=0.11)
+    lines = []
+    for period, most in ((0.11, 30.0), (0.13, 15.0)):
+        inside = VentricularPressure(3 + (most - 3) * np.sin(np.pi * np.minimum(t / 0.5, 1)) ** 2, period=period)
+        found = coupling(artery, inside)
+        lines += parts(f"period {period}", found)
+        lines += [str(one) for one in found.findings]
+        lines += parts(f"period {period}, ventricle", found.ventricle)
+        lines.append(repr(found))
+    approve("coupling", lines, 1e-9, 1e-3)

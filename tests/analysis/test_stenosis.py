@@ -61,14 +61,6 @@ def test_under_noise_the_standard_errors_hold_what_is_found_without(truth, area_
     assert np.all((share > 0.88) & (share < 0.99))
 
 
-def test_coefficients_that_are_found_make_the_same_fall_again():
-    truth, area_lost, length = TRUTHS[2]
-    before, beyond, _ = two_sides(truth, area_lost, length)
-    found = fitted(two_sides(truth, area_lost, length), area_lost, length)
-    again, other, _ = two_sides(found.coefficients, area_lost, length)
-    np.testing.assert_allclose(again - other, before - beyond, atol=0.02 * np.ptp(before - beyond))
-
-
 def test_signals_that_cannot_be_a_stenosis_are_refused():
     truth, area_lost, length = TRUTHS[0]
     before, beyond, flow = two_sides(truth, area_lost, length)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from vasowave import analysis
-from vasowave.analysis.waves import _runs
 from vasowave.datasets import control_network
 from vasowave.errors import InputError
 from vasowave.model.blood import Blood
@@ -68,23 +67,12 @@ def test_the_waves_of_a_varying_wave_speed_add_up_to_the_drift():
     assert found["backward"] == pytest.approx(-waves.drift)
 
 
-def test_waves_of_two_stations_at_once_are_refused():
-    p = np.tile(10 + pulse(0, 0.04, 8.0), (2, 1))
-    with pytest.raises(InputError, match="one station"):
-        analysis.named_waves(analysis.wave_intensity(p, p, T, A0, C, RHO), T)
-
-
-def test_every_estimator_of_characteristic_impedance_is_exact_without_reflections():
-    q = 0.01 + pulse(0.01, 0.05, 0.5)
+@pytest.mark.parametrize("least", [0.01, 0.5], ids=["stops", "never stops"])
+def test_every_estimator_of_characteristic_impedance_is_exact_without_reflections(least):
+    q = least + pulse(0.01, 0.05, 0.5)
     found = analysis.characteristic_impedances(Recording(8.0 + 31.0 * q, q, T), harmonics=(2, 4))
     np.testing.assert_allclose(found, 31.0, rtol=1e-9)
     assert len(found) == 5
-
-
-def test_a_flow_that_never_stops_has_the_same_characteristic_impedance():
-    q = 0.5 + pulse(0.01, 0.05, 0.5)
-    found = analysis.characteristic_impedances(Recording(8.0 + 31.0 * q, q, T), harmonics=(2, 4))
-    np.testing.assert_allclose(found, 31.0, rtol=1e-9)
 
 
 def test_in_front_of_a_windkessel_high_frequencies_see_r1_and_only_noise_gives_no_number():
@@ -163,13 +151,37 @@ def test_a_vessel_that_is_collapsed_is_named_with_its_pressure():
         analysis.wave_speeds(model, np.array([10.0, -500.0]))
 
 
-def test_a_pressure_that_only_rises_is_one_compression_as_long_as_the_cycle():
-    """8 mmHg more at the end than at the start, in equal steps; the intensity is largest at the third of ten."""
-    intensity = np.ones(10)
-    intensity[2] = 5.0
-    ((name, direction, kind, start, peak, length, height, energy, change),) = _runs(
-        "forward", 0.8 * np.arange(10), 8.0, intensity, 0.1
-    )
-    assert (name, direction, kind) == ("FCW", "forward", "compression")
-    assert (start, peak, length, height) == pytest.approx((0.0, 0.02, 0.1, 5.0))
-    assert (energy, change) == pytest.approx((0.14, 8.0))
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"flow": np.ones(63)}, r"pressure has shape \(64,\), flow \(63,\); give both on the same times, at least 4"),
+        ({"pressure": np.ones(3), "flow": np.ones(3)}, r"shape \(3,\), flow \(3,\); give both"),
+        ({"area": np.ones(3)}, r"area or wave speed does not fit the shape \(64,\) of pressure"),
+        ({"wave_speed": -C}, "^wave speed must be positive"),
+        ({"period": 0.0}, "^period must be positive"),
+        ({"pressure": np.full(64, np.nan)}, "pressure or flow holds a value that is not finite"),
+    ],
+)
+def test_waves_without_what_they_need_are_refused(changes, words):
+    signal = np.sin(np.arange(64))
+    given = {"pressure": signal, "flow": signal, "period": T, "area": A0, "wave_speed": C, "inertia": RHO}
+    with pytest.raises(InputError, match=words):
+        analysis.wave_intensity(**(given | changes))
+
+
+def test_waves_are_named_at_one_station_by_a_period_and_a_share():
+    p = np.tile(10 + pulse(0, 0.04, 8.0), (2, 1))
+    with pytest.raises(InputError, match="one station"):
+        analysis.named_waves(analysis.wave_intensity(p, p, T, A0, C, RHO), T)
+    with pytest.raises(InputError, match="period 0 s must be positive, smallest 1 between 0 and 1"):
+        analysis.named_waves(analysis.wave_intensity(p[0], p[0], T, A0, C, RHO), 0.0, 1.0)
+
+
+def test_characteristic_impedances_need_harmonics_from_the_first_and_an_upstroke():
+    q = 0.01 + pulse(0.01, 0.05, 0.5)
+    for harmonics in ((0, 4), (5, 4)):
+        with pytest.raises(InputError, match="give the first and the last, from 1"):
+            analysis.characteristic_impedances(Recording(8.0 + 31.0 * q, q, T), harmonics)
+    sudden = np.where(np.arange(64) < 9, 1.0, 0.0)
+    with pytest.raises(InputError, match="made: no upstroke of flow"):
+        analysis.characteristic_impedances(Recording(8.0 + sudden, sudden, T, "made"), (1, 4))

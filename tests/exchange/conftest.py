@@ -6,6 +6,7 @@ from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.exchange.solved import solve
 from vasowave.model.blood import Blood, BoundaryLayer, Poiseuille
+from vasowave.model.losses import narrowed
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.walls import LinearWall, TangentWall
@@ -33,3 +34,9 @@ def linear(mouse):
 def tangent(mouse):
     """Return the waves of a stiffening wall and the paper's friction."""
     return solve(a_model("tangent", BoundaryLayer()), mouse)
+
+
+@pytest.fixture(scope="session")
+def jet(tangent, mouse):
+    """Return the waves of the same mouse with four fifths of the area of one vessel closed."""
+    return solve(narrowed(tangent.model, "2", area_lost=0.8, length=0.05), mouse)

@@ -17,10 +17,8 @@ from vasowave.exchange.export import FORMATS
 from vasowave.exchange.matlab import write_matlab
 from vasowave.exchange.openbf import write_openbf
 from vasowave.exchange.paraview import drawn_axes
-from vasowave.exchange.solved import solve
 from vasowave.exchange.svzerod import write_svzerod
 from vasowave.exchange.tables import write_tables
-from vasowave.model.losses import narrowed
 from vasowave.units import MMHG
 
 
@@ -88,12 +86,6 @@ def test_viscous_walls_are_refused_by_programs_that_are_given_elastic_ones(tange
             write(viscous, tmp_path)
 
 
-@pytest.fixture(scope="module")
-def jet(tangent, mouse):
-    """Return the waves of the same mouse with four fifths of the area of one vessel closed."""
-    return solve(narrowed(tangent.model, "2", area_lost=0.8, length=0.05), mouse)
-
-
 def test_the_loss_of_a_jet_goes_into_tables_and_matlab_and_is_refused_by_openbf(jet, tmp_path):
     """1.52 (1/0.2 - 1)² = 24.32 behind the narrowing, and nowhere else."""
     row = jet.network.row("2 beyond")
@@ -154,10 +146,9 @@ def test_approved_what_other_programs_are_given(tangent, tmp_path):
         (["-o", "network.csv"], "is a file"),
     ],
 )
-def test_a_wrong_option_is_an_error_before_anything_is_simulated(tmp_path, mouse, monkeypatch, arguments, words):
+def test_a_wrong_option_is_an_error_and_nothing_is_written(tmp_path, mouse, monkeypatch, arguments, words):
     files = written_mouse(tmp_path, mouse)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("vasowave.exchange.export.solve", None)
     done = CliRunner().invoke(app, ["export", *files, *arguments])
     assert isinstance(done.exception, InputError)
     assert words in str(done.exception)

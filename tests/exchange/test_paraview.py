@@ -13,15 +13,13 @@ from programs_by_others import environment_with
 from vasowave.errors import InputError
 from vasowave.exchange.paraview import (
     SIDES,
-    _bow,
-    _frame,
-    _Tube,
     drawn_axes,
     read_axes,
     ring_directions,
     write_paraview,
 )
 from vasowave.model.walls import pressure
+from vasowave.network.network import Network
 
 TYPES = {"Float32": "<f4", "Int32": "<i4"}
 SCRIPT = """
@@ -160,33 +158,15 @@ def test_vtk_itself_opens_every_frame(series, tangent, tmp_path):
     assert told[0]["faces"] == len(arrays_of(frames[0])["connectivity"]) // 4
 
 
-@pytest.mark.parametrize(("length", "height"), [(5.0, 0.75), (5.5, None)])
-def test_a_vessel_that_closes_a_loop_is_a_bow_between_its_ends_as_long_as_it_is(length, height):
-    """From (1, 2) to (4, 6), 5 cm apart; of a vessel no longer than that the arc still rises by 0.15 of its chord."""
-    start, end = np.array([1.0, 2.0, 0.0]), np.array([4.0, 6.0, 0.0])
-    arc = _bow(start, end, length)
-    assert arc[0] == pytest.approx(start)
-    assert arc[-1] == pytest.approx(end)
-    along, beside = (arc - start) @ np.array([0.6, 0.8, 0.0]), (arc - start) @ np.array([-0.8, 0.6, 0.0])
-    assert np.diff(along) == pytest.approx(np.full(12, 5 / 12))
-    apex = -beside.min()
-    assert beside == pytest.approx(-4 * apex * along * (5 - along) / 25)
-    if height is not None:
-        assert apex == pytest.approx(height)
-    else:
-        assert np.linalg.norm(np.diff(arc, axis=0), axis=1).sum() == pytest.approx(length, rel=0.015)
-
-
-def test_a_network_of_one_vessel_is_a_frame_too(tmp_path):
-    """Rings of 0.2 and 0.1 cm around an axis along z, with the pressures of the second sample."""
-    points = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    waves = {"area_cm2": np.pi * np.array([[1.0, 1.0], [0.04, 0.01]]), "pressure_mmHg": np.array([[1.0, 2], [10, 12]])}
-    tube = _Tube(points, ring_directions(points), waves)
-    faces = np.array([[0, 1, SIDES + 1, SIDES]])
-    (tmp_path / "one.vtp").write_text(_frame([tube], faces, np.zeros(2 * SIDES, dtype=np.int32), 1, 0.05))
-    found = arrays_of(tmp_path / "one.vtp")
-    assert found["TimeValue"] == 0.05
-    np.testing.assert_allclose(np.hypot(*found["Points"].T[:2]), np.repeat([0.2, 0.1], SIDES), rtol=1e-6)
-    np.testing.assert_allclose(found["Points"][:, 2], np.repeat([0.0, 1.0], SIDES))
-    assert found["pressure_mmHg"].tolist() == [10.0] * SIDES + [12.0] * SIDES
-    assert (found["connectivity"].tolist(), found["offsets"].tolist()) == (faces.ravel().tolist(), [4])
+@pytest.mark.parametrize("longer", [1.0, 1.1])
+def test_a_vessel_that_closes_a_loop_is_an_arc_between_the_ends_of_the_others(longer):
+    """Of two ways between the same nodes; the second way is drawn as an arc that is as long as it is, or a flat one."""
+    nodes = [[0, 1], [1, 2], [1, 2], [2, 3]]
+    ring = Network(tuple("abcd"), None, [1.0, 1.0, longer, 1.0], [0.1, 0.08, 0.06, 0.09], nodes=nodes)
+    axes = drawn_axes(ring)
+    np.testing.assert_allclose(axes[2][[0, -1]], axes[1][[0, -1]])
+    chord = np.linalg.norm(axes[2][-1] - axes[2][0])
+    along = np.linalg.norm(np.diff(axes[2], axis=0), axis=1).sum()
+    assert along > 1.02 * chord
+    if longer > 1:
+        assert along == pytest.approx(longer, rel=0.015)

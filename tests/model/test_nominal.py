@@ -17,9 +17,8 @@ from vasowave.model.nominal import (
     windkessels,
 )
 from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.network.network import Network
 from vasowave.recording import Inflow, Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.solver import simulate
 
 
 def test_windkessels_share_resistance_and_time_constant_and_split_by_a():
@@ -85,19 +84,6 @@ def test_a_flow_that_never_stops_is_fitted_and_its_wall_and_resistance_are_found
     assert "nominal.flow-never-stops" in {one.code for one in fit.findings}
 
 
-def test_an_artery_of_the_arm_is_fitted_with_an_interval_though_its_flow_never_stops():
-    share = np.arange(256) / 256
-    flow = 0.6 + 2.6 * np.exp(-0.5 * ((share - 0.15) / 0.05) ** 2) + 0.5 * np.exp(-0.5 * ((share - 0.5) / 0.09) ** 2)
-    arm = Network(("brachial", "radial", "ulnar"), [-1, 0, 0], [22.0, 23.0, 24.0], [0.21, 0.15, 0.14])
-    truth = Model(arm, LinearWall(1200.0), windkessels(arm, 88.0 / flow.mean(), 1.2, a=0.25))
-    root = simulate(truth, Inflow(flow, 0.9), Numerics(samples=256)).sel(vessel="brachial", station="inlet")
-    noise = np.random.default_rng(1).normal(0, 0.3, 256)
-    fit = calibrate(arm, Recording(root["pressure"].values + noise, flow, 0.9), starts=2, pressure_harmonics=20)
-    row = fit.parameters.loc["beta"]
-    assert row["interval_low"] < 1200.0 < row["interval_high"] < 1.5 * row["interval_low"]
-    assert "nominal.flow-never-stops" in {one.code for one in fit.findings}
-
-
 def test_a_pressure_out_of_step_is_told_and_starts_from_the_higher_harmonics(inflow):
     pressure = 12.0 + 20.0 * np.roll(inflow.flow, 128)
     nominal = estimate_nominal(control_network(), Recording(pressure, inflow.flow, inflow.period))
@@ -114,19 +100,3 @@ def test_a_pressure_that_falls_below_the_wedge_is_told_and_starts_from_the_volum
     tau = (pressure.mean() - 12.5) / inflow.flow.mean() * volume / np.ptp(pressure)
     assert nominal.time_constant == pytest.approx(tau, rel=1e-6)
     assert "nominal.no-decay" in {one.code for one in oddities(nominal, inflow.flow)}
-
-
-def test_a_flow_that_stops_has_no_such_note(inflow):
-    recording = Recording(12.0 + 31.0 * inflow.flow * np.exp(-np.arange(256) / 256), inflow.flow, inflow.period)
-    assert "nominal.flow-never-stops" not in {
-        one.code for one in oddities(estimate_nominal(control_network(), recording), recording.flow)
-    }
-
-
-def test_an_upstroke_that_ends_below_the_peak_makes_no_flow_one_that_never_stops():
-    t = np.arange(40) / 40
-    flow = 0.5 * np.clip(np.sin(2 * np.pi * t), 0, None) ** 0.5 + 0.0249
-    recording = Recording(12 + 5 * flow * np.exp(-t), flow, 0.11)
-    assert "nominal.flow-never-stops" not in {
-        one.code for one in oddities(estimate_nominal(control_network(), recording), recording.flow)
-    }

@@ -12,7 +12,6 @@ from vasowave.calibration import Search, calibrate
 from vasowave.errors import InputError
 from vasowave.exchange import export_model
 from vasowave.inference.posterior import Sampling, posterior_of, problem_of
-from vasowave.inference.wording import zero_unseen
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.model.outlets import ImpedanceSpectrum, Resistance
@@ -166,17 +165,3 @@ def test_results_keep_the_pressure_and_exports_write_it_or_refuse(before_the_atr
     np.testing.assert_allclose(pressures, len(model.network.terminals) * [BEHIND * 1333.22], rtol=1e-5)
     with pytest.raises(InputError, match="openBF knows no pressure behind its outlets"):
         export_model(model, recording.inflow, "openbf", tmp_path / "openbf")
-
-
-def test_what_an_unseen_zero_moves_is_told_of_the_resistance_above_the_wedge():
-    mouse = replace(vw.virtual_mouse(), pressure_error=None)
-    (plain,), (wedged,) = (zero_unseen(replace(mouse, wedge_pressure=w), 0.5) for w in (0.0, 5.0))
-    assert dict(plain.values)["percent"] == pytest.approx(100 / mouse.mean_pressure)
-    assert dict(wedged.values)["percent"] == pytest.approx(100 / (mouse.mean_pressure - 5.0))
-
-
-def test_a_number_where_a_shape_is_needed_is_refused_in_words():
-    network = vw.control_network()
-    beds = vw.estimate_nominal(network, vw.virtual_mouse()).outlets
-    with pytest.raises(InputError, match=r"shape: 0.8 is no shape; give Shape"):
-        Model(network, vw.LinearWall(BETA), beds, shape=0.8)

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from vasowave.errors import InputError
 from vasowave.model.outlets import ImpedanceSpectrum, Windkessel
-from vasowave.model.rational import Rational, fitted, joined, nearby
+from vasowave.model.rational import fitted
 
 HARMONICS = 2 * np.pi / 0.11 * np.arange(40)
 
@@ -129,21 +129,3 @@ def test_the_modes_of_a_periodic_flow_are_those_to_which_steps_lead():
     spectrum = np.fft.rfft(flow)[:5, np.newaxis] / count
     spectrum[1:] *= 2
     np.testing.assert_allclose(x, beds.waves(spectrum, period, -0.5 * period / count), atol=1e-3 * np.abs(x).max())
-
-
-def test_a_small_change_of_a_bed_moves_poles_and_residues_as_fitting_anew_does():
-    base, step = fitted(HARMONICS, resonant(HARMONICS)), 1e-4
-    change = (resonant(HARMONICS, 1 + step) - resonant(HARMONICS))[:, np.newaxis]
-    moved = nearby(HARMONICS, change, base)
-    found = (moved.impedance(1j * HARMONICS) - base.impedance(1j * HARMONICS)) / step
-    np.testing.assert_allclose(found, change / step, rtol=1e-3, atol=1e-3)
-
-
-def test_beds_of_different_numbers_of_modes_stand_beside_each_other():
-    few, many = fitted(HARMONICS, 20 + 130 / (1 + 0.1j * HARMONICS)), fitted(HARMONICS, resonant(HARMONICS))
-    both = joined([few, many])
-    assert isinstance(both, Rational)
-    assert both.poles.shape == (2, many.poles.shape[1])
-    s = 1j * HARMONICS
-    np.testing.assert_allclose(both.impedance(s)[:, 0], few.impedance(s)[:, 0])
-    np.testing.assert_allclose(both.impedance(s)[:, 1], many.impedance(s)[:, 0])

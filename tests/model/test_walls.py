@@ -3,6 +3,7 @@ import pytest
 
 from vasowave.errors import InputError
 from vasowave.model import walls
+from vasowave.model.blood import BoundaryLayer, Poiseuille, PowerLaw
 from vasowave.model.per_vessel import one_per_vessel
 from vasowave.model.walls import LinearWall, PowerWall, TangentWall, VeinWall
 
@@ -68,13 +69,6 @@ def test_the_area_of_the_tangent_wall_ends_at_that_of_equation_5():
     assert np.isinf(LinearWall.limits(57.0)[1])
 
 
-def test_at_small_strain_the_laws_agree_where_beta_is_2_pi_p1_over_gamma():
-    p, p1, gamma = 1e-4, 7.0, 4.0
-    beta = 2 * np.pi * p1 / gamma
-    for wall in (LinearWall(beta), TangentWall(p1, gamma)):
-        assert walls.area(wall, p, 1.0) - 1 == pytest.approx(2 * p / beta, rel=1e-4)
-
-
 def test_one_parameter_per_vessel_gives_one_pressure_per_vessel():
     found = walls.pressure(LinearWall(np.array([50.0, 80.0])), np.array([[4.0, 2.25]]), 1.0)
     np.testing.assert_allclose(found, [[50.0, 40.0]], rtol=1e-14)
@@ -108,3 +102,21 @@ def test_a_parameter_of_a_vessel_that_is_zero_or_not_finite_is_refused_by_the_ve
         one_per_vessel(LinearWall(np.inf), ("a", "b"), "wall")
     with pytest.raises(InputError, match=r"beta has shape \(3,\); give one number or 2 values"):
         one_per_vessel(LinearWall(np.ones(3)), ("a", "b"), "wall")
+
+
+def test_pressures_of_every_law_are_those_worked_out_by_hand():
+    """Linear: 60 (√1.44 - 1) = 12; power with m = 2: 60/4 (1.5² - 1) = 18.75, below 0 linear; tangent: 9 tan(π/4)."""
+    assert walls.pressure(LinearWall(60.0), 1.44, 1.0) == pytest.approx(12.0)
+    assert walls.pressure(PowerWall(60.0, 2.0), 3.0, 2.0) == pytest.approx(18.75)
+    assert walls.pressure(PowerWall(60.0, 2.0), 0.64, 1.0) == pytest.approx(-12.0)
+    assert walls.pressure(TangentWall(9.0, 4.0), 2.0, 1.0) == pytest.approx(9.0)
+    assert walls.pressure(VeinWall(23.0), 0.25, 1.0) == pytest.approx(0.25**10 - 8)
+    assert TangentWall(9.0, 1.0).limits(9.0, 1.0) == (0.5, 1.5)
+
+
+def test_blood_has_the_friction_of_its_profile():
+    """2 π (ζ + 2) ν of a power of ζ, Poiseuille's of 2, and a layer of √(ν T/2π)."""
+    layer = np.sqrt(0.03 * 0.11 / (2 * np.pi))
+    assert BoundaryLayer().coefficients(0.03, 0.11) == pytest.approx((0.0, 2 * np.sqrt(np.pi) * 0.03 / layer))
+    assert Poiseuille().coefficients(0.03, 0.11) == pytest.approx((8 * np.pi * 0.03, 0.0))
+    assert PowerLaw(5.0).coefficients(0.03, 0.11) == pytest.approx((2 * np.pi * 7 * 0.03, 0.0))

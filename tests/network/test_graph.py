@@ -6,7 +6,7 @@ import pytest
 import vasowave as vw
 from vasowave.animal.result import network_dataset, network_of
 from vasowave.errors import InputError
-from vasowave.network.graph import in_loops, shares_by_conductance, steady_flows
+from vasowave.network.graph import in_loops
 
 TABLE = """name,from,to,length [mm],radius [mm]
 main,heart,a,4.1,0.47
@@ -72,12 +72,6 @@ def test_rings_that_no_blood_reaches_or_leaves_are_refused():
         of([[0, 1], [1, 2], [3, 4], [4, 3], [3, 1]])
 
 
-def test_shares_where_no_loop_is_are_those_of_eq_11():
-    tree = vw.control_network()
-    conductance = tree.radius**4 / tree.length
-    np.testing.assert_allclose(shares_by_conductance(tree.start, tree.end, conductance), tree.flow_fraction, rtol=1e-13)
-
-
 def test_shares_in_a_loop_are_those_of_resistors_and_what_follows_divides_anew(circle):
     """By Kirchhoff's laws for the loop with its two exits, whose ends share one pressure; then eq. 11 as ever."""
     g = circle.radius**4 / circle.length
@@ -92,15 +86,6 @@ def test_shares_in_a_loop_are_those_of_resistors_and_what_follows_divides_anew(c
                       nodes=np.vstack([circle.nodes, [[5, 6], [5, 7]]]))  # fmt: skip
     split = more.radius[6:] ** 4 / more.length[6:]
     np.testing.assert_allclose(more.flow_fraction[6:], expected[5] * split / split.sum(), rtol=1e-12)
-
-
-def test_compliances_joined_as_conductances_are_the_published_rule_in_a_tree():
-    from vasowave.analysis.compliance import series_parallel
-
-    tree = vw.control_network()
-    C = tree.radius**2 * tree.length
-    whole = steady_flows(tree.start, tree.end, C)[tree.root]
-    assert whole == pytest.approx(series_parallel(tree, C), rel=1e-12)
 
 
 def test_repairs_keep_loops_and_never_make_a_vessel_end_where_it_begins(circle):

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from vasowave.errors import NumericalError
-from vasowave.model import walls
+from vasowave.datasets import control_network
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
@@ -52,19 +51,6 @@ def test_a_short_vessel_between_others_costs_third_order(inflow, wall):
     assert apart[0] / apart[1] > 6.0
 
 
-def test_a_short_vessel_asks_for_the_steps_of_one_cell(control, inflow):
-    run = run_to_periodic(control, inflow, Numerics(samples=64))
-    network = control.network
-    assert set(np.flatnonzero(run.grid.counts == 1)) == set(np.flatnonzero(network.length <= 0.1))
-    c = walls.wave_speed(control.wall, run.pressure, control.blood.inertia)
-    speed = np.max(np.abs(np.moveaxis(run.stations[1] / run.stations[0], -1, -2)) + c, axis=(0, 1))
-    short = network.length <= 0.1
-    assert run.courant == pytest.approx(
-        np.max(speed / network.length, where=short, initial=0.0) * 0.11 / run.steps, rel=0.1
-    )
-    assert run.courant > 0.7
-
-
 @pytest.mark.parametrize("courant", [0.9, 0.3, 0.05])
 def test_vessels_of_one_cell_are_stable_at_every_step(inflow, courant):
     """Among shorter ones a vessel meets steps far below its own; what it learned half a step ago must not grow."""
@@ -78,26 +64,9 @@ def test_vessels_of_one_cell_are_stable_at_every_step(inflow, courant):
 @WALLS
 def test_the_linear_network_has_the_mean_pressures_of_a_steady_flow(wall):
     """Its areas, friction and pressures fit each other: the nonlinear scheme finds the same along the tree."""
-    from vasowave.datasets import control_network
-
     network = control_network()
     model = Model(network, wall, windkessels(network, 76.0, 0.11, a=0.12))
     steady = Inflow(np.full(64, 0.17), 0.11)
     run = run_to_periodic(model, steady, Numerics(samples=64))
     found = linear_solution(model, steady).mean_pressure
     np.testing.assert_allclose(found, run.pressure[0, 1], rtol=0.01)
-
-
-def test_a_run_beside_another_begins_nearer_and_one_of_another_network_is_refused():
-    network = Network(("1", "2", "3"), np.array([-1, 0, 0]), np.full(3, 0.4), np.array([0.047, 0.03, 0.03]))
-    inflow = Inflow(0.2 + 0.15 * np.sin(2 * np.pi * np.arange(64) / 64), 0.11)
-    model, near = (Model(network, LinearWall(beta), windkessels(network, 76.0, 0.12)) for beta in (57.0, 57.5))
-    run, numerics = run_to_periodic(model, inflow, Numerics(tolerance=1e-6)), Numerics(tolerance=1e-6)
-    beside, alone = run_to_periodic(near, inflow, numerics, run), run_to_periodic(near, inflow, numerics)
-    first, plain = beside.convergence.changes, alone.convergence.changes
-    assert first[0] < plain[0] / 3
-    assert len(first) <= len(plain)
-    np.testing.assert_allclose(beside.pressure, alone.pressure, atol=1e-4)
-    tube = Network(("1",), np.array([-1]), np.array([0.4]), np.array([0.047]))
-    with pytest.raises(NumericalError, match="another network"):
-        run_to_periodic(Model(tube, LinearWall(57.0), windkessels(tube, 76.0, 0.12)), inflow, numerics, run)

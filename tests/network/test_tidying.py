@@ -2,8 +2,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import vasowave as vw
+from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.model.linear import linear_solution
 from vasowave.model.nominal import estimate_nominal, windkessels
@@ -102,24 +104,6 @@ def test_a_vessel_too_short_for_a_wave_hands_resistance_and_compliance_to_its_da
         assert lost == pytest.approx(part / conductance[one] + short.length[row] / short.radius[row] ** 4, rel=1e-12)
 
 
-def test_a_short_terminal_is_lengthened_and_the_added_volume_is_said():
-    lung = Network(("main", "left", "right"), [-1, 0, 0], [0.4, 0.3, 1.1e-3], [0.05, 0.04, 0.02])
-    tidied = tidy(lung)
-    (repair,) = tidied.repairs
-    assert (repair.code, repair.vessel) == ("lengthened", "right")
-    assert tidied.network.length[2] == pytest.approx(SHORTEST * 0.02)
-    assert tidied.added_volume == pytest.approx(compliance(tidied.network) / compliance(lung) - 1, rel=1e-9)
-    assert "1 lengthened" in tidied.summary()
-
-
-def test_a_network_in_order_is_returned_as_it_is():
-    network = vw.control_network()
-    tidied = tidy(network)
-    assert tidied.network is network
-    assert tidied.repairs == ()
-    assert tidied.summary() == ""
-
-
 def test_what_is_known_of_radii_is_kept():
     lung = Network(("a", "b", "left", "right"), [-1, 0, 1, 1], [0.2, 0.2, 0.2, 0.2], [0.05, 0.05, 0.03, 0.03],
                    pressure=6.3, radius_sd=[0.002, 0.004, np.nan, 0.001])  # fmt: skip
@@ -149,16 +133,14 @@ def test_repairs_of_a_measured_tree_do_not_change_its_impedance():
 
 
 def test_a_tree_of_a_micrometer_vessel_is_repaired_by_the_command_and_then_simulated(tmp_path):
-    from typer.testing import CliRunner
-
-    from vasowave.cli import app
-
     rows = ["name,parent,length [cm],radius [cm]", "main,,0.4,0.05", "stub,main,0.00014,0.04", "left,stub,0.4,0.03",
             "right,stub,0.3,0.03", "other,main,0.3,0.03", ""]  # fmt: skip
     (tmp_path / "tree.csv").write_text("\n".join(rows), "utf-8")
     said = CliRunner().invoke(app, ["tidy", str(tmp_path / "tree.csv"), "-o", str(tmp_path / "tidied.csv")])
     assert said.exit_code == 0, said.output
     assert "merged: 'stub' (0.00014 cm long" in said.output
+    over = CliRunner().invoke(app, ["tidy", str(tmp_path / "tree.csv"), "-o", str(tmp_path / "tree.csv")])
+    assert isinstance(over.exception, InputError)  # what it reads is never overwritten
     network, mouse = vw.read_network(tmp_path / "tidied.csv"), vw.virtual_mouse()
     assert network.name == ("main", "left", "right", "other")
     beds = estimate_nominal(network, mouse).outlets
@@ -188,36 +170,6 @@ def test_unasked_nothing_is_repaired_that_would_add_volume():
     assert record.code == "network.not-repaired"
     added = 0.04**2 * (SHORTEST * 0.04 - 1e-4) / compliance(short)
     assert dict(record.values)["percent"] == pytest.approx(100 * added)
-
-
-def test_a_tree_of_a_micrometer_vessel_is_simulated_as_it_is_and_the_repair_is_said(tmp_path):
-    from typer.testing import CliRunner
-
-    from vasowave.cli import app
-
-    rows = ["name,parent,length [cm],radius [cm]", "main,,0.4,0.05", "stub,main,0.00014,0.04", "left,stub,0.4,0.03",
-            "right,stub,0.3,0.03", "other,main,0.3,0.03", ""]  # fmt: skip
-    (tmp_path / "tree.csv").write_text("\n".join(rows), "utf-8")
-    mouse = vw.virtual_mouse().resampled(256)
-    time = np.arange(256) * (mouse.period / 256)
-    np.savetxt(
-        tmp_path / "mouse.csv", np.stack([time, mouse.pressure, mouse.flow], axis=1), delimiter=",", comments="",
-        header="time [s],pressure [mmHg],flow [ml/s]",
-    )  # fmt: skip
-    files = [str(tmp_path / name) for name in ("tree.csv", "mouse.csv")]
-    said = CliRunner().invoke(app, ["simulate", *files, "-o", str(tmp_path / "waves.nc")])
-    assert said.exit_code == 0, said.output
-    assert "'stub' (0.00014 cm long" in " ".join(said.output.split())
-
-
-def test_the_command_never_overwrites_what_it_reads(tmp_path):
-    vw.write_network(vw.control_network(), tmp_path / "lung.csv")
-    from typer.testing import CliRunner
-
-    from vasowave.cli import app
-
-    said = CliRunner().invoke(app, ["tidy", str(tmp_path / "lung.csv"), "-o", str(tmp_path / "lung.csv")])
-    assert isinstance(said.exception, InputError)
 
 
 def test_a_vessel_with_one_daughter_is_warned_about_and_repaired(tmp_path):

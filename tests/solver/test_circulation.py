@@ -5,13 +5,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vasowave as vw
-from vasowave.errors import InputError, NumericalError
+from vasowave.errors import InputError
 from vasowave.model.linear import linear_solution
 from vasowave.recording import Inflow
-from vasowave.solver import Numerics, circulation
+from vasowave.solver import Numerics
 
 T = 0.11
 NUMERICS = Numerics(samples=256)
+COARSE = Numerics(samples=64)
 STIFF = vw.LinearWall(8000.0)
 
 
@@ -88,11 +89,15 @@ def lung():
     return vw.Circulation(arteries, veins, {"b": "x", "c": "y"})
 
 
-def test_what_enters_the_arteries_leaves_the_veins_and_every_bed_loses_what_ohms_law_says(lung):
-    inflow = pulse()
-    waves = lung.simulate(inflow, NUMERICS)
-    arteries, veins = waves["arteries"], waves["veins"]
-    mean = inflow.flow.mean()
+@pytest.fixture(scope="module")
+def breathing(lung):
+    """The waves of that lung."""
+    return lung.simulate(pulse(), COARSE)
+
+
+def test_what_enters_the_arteries_leaves_the_veins_and_every_bed_loses_what_ohms_law_says(lung, breathing):
+    arteries, veins = breathing["arteries"], breathing["veins"]
+    mean = pulse().flow.mean()
     assert float(veins.flow.sel(vessel="z", station="outlet").mean()) == pytest.approx(mean, rel=2e-4)
     for artery, vein in lung.drains.items():
         before, behind = arteries.sel(vessel=artery, station="outlet"), veins.sel(vessel=vein, station="inlet")
@@ -102,10 +107,10 @@ def test_what_enters_the_arteries_leaves_the_veins_and_every_bed_loses_what_ohms
     np.testing.assert_allclose(*(veins.pressure.sel(vessel=one) for one in "xy"), atol=1e-6)
 
 
-def test_a_beating_atrium_reaches_the_arteries_through_veins_and_beds(lung):
+def test_a_beating_atrium_reaches_the_arteries_through_veins_and_beds(lung, breathing):
     still = vw.Circulation(lung.arteries, lung.veins.changed(outlet_pulsation=None), lung.drains)
-    moved, at_rest = (one.simulate(pulse(), NUMERICS)["veins"].pressure for one in (lung, still))
-    assert np.ptp((moved - at_rest).sel(vessel="x", station="inlet").values) > 1.0
+    at_rest = still.simulate(pulse(), COARSE)["veins"].pressure
+    assert np.ptp((breathing["veins"].pressure - at_rest).sel(vessel="x", station="inlet").values) > 1.0
 
 
 def test_a_pressure_drives_arteries_and_veins_in_series():
@@ -113,16 +118,10 @@ def test_a_pressure_drives_arteries_and_veins_in_series():
     arteries = vw.Model(stub("a"), STIFF, vw.Windkessel([2.0], [18.0], [1e-3]))
     veins = vw.Model(stub("v"), STIFF, vw.Resistance([20.0]), outlet_pressure=5.0)
     driven = vw.InletPressure(10 + pulse(8.0).flow, T)
-    waves = vw.Circulation(arteries, veins, {"a": "v"}).simulate(driven, NUMERICS)
+    waves = vw.Circulation(arteries, veins, {"a": "v"}).simulate(driven, COARSE)
     mean = float(waves["veins"].flow.sel(station="outlet").mean())
     assert mean == pytest.approx((18.0 - 5.0) / 40.0, rel=1e-3)
     assert float(waves["arteries"].flow.sel(station="inlet").mean()) == pytest.approx(mean, rel=1e-3)
-
-
-def test_what_does_not_settle_is_told(lung, monkeypatch):
-    monkeypatch.setattr(circulation, "_TURNS", 1)
-    with pytest.raises(NumericalError, match=r"between arteries and veins does not settle: it changed by .* mmHg"):
-        lung.simulate(pulse(), NUMERICS)
 
 
 @pytest.mark.parametrize(

@@ -7,47 +7,7 @@ import pytest
 
 from vasowave.model import walls
 from vasowave.solver import Numerics
-from vasowave.solver.discharge import common_discharge
 from vasowave.solver.run import run_cycles, run_to_periodic
-from vasowave.solver.stepper import Stepper
-
-
-@pytest.fixture(scope="module")
-def periodic(control, inflow):
-    """Return a periodic run and its common discharge."""
-    run = run_to_periodic(control, inflow, Numerics(samples=64, tolerance=1e-9))
-    beds = control.outlets.rational(run.period)
-    return run, common_discharge(run.grid, run.scale, run.end, beds, run.period)
-
-
-def test_the_pressure_of_all_vessels_is_their_volume_over_their_compliance(periodic):
-    run, discharge = periodic
-    grid, wider = run.grid, replace(run.end, area=run.end.area + np.where(run.grid.has_state, 1e-6, 0.0))
-    rise = (run.scale.vector(wider) - run.scale.vector(run.end)) @ discharge.volume
-    pressure = walls.pressure(grid.wall, run.end.area, grid.area0)
-    soft = walls.area_compliance(grid.wall, pressure, grid.area0)
-    assert rise == pytest.approx(1e-6 * grid.spacing[grid.is_cell].sum() / (soft * grid.spacing)[grid.is_cell].sum())
-
-
-def test_after_one_cycle_the_discharge_is_all_that_is_left(control, inflow, periodic):
-    """A periodic state, disturbed: what the next cycle brings tells where all later ones lead, to a few percent.
-
-    Of pressures, that is: the small flows of the discharge are neglected.
-    """
-    run, discharge = periodic
-    stepper = Stepper(run.grid, inflow, Numerics(samples=64), run.steps)
-
-    def after_cycle(x):
-        return run.scale.vector(stepper.cycle(run.scale.state(x)))
-
-    at_rest = run.scale.vector(run.end)
-    before = after_cycle(at_rest + 0.5 * np.random.default_rng(0).normal(size=len(at_rest)))
-    end = after_cycle(before)
-    left, foretold = at_rest - end, discharge.after(end - before)
-    assert np.max(np.abs(left)) > 1e-3
-    pressures = foretold != 0
-    assert np.sum(pressures) >= run.grid.is_cell.sum() + len(control.network.terminals)
-    np.testing.assert_allclose(foretold[pressures], left[pressures], rtol=0.05)
 
 
 @pytest.mark.parametrize(

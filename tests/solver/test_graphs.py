@@ -5,14 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_sensitivity import differences, part_times
 
 import vasowave as vw
 from vasowave.errors import InputError
 from vasowave.model.linear import linear_solution
-from vasowave.solver.direction import direction_between
-from vasowave.solver.sensitivity import pressure_derivatives
-from vasowave.solver.simulate import simulate_run
 
 DATA = Path(__file__).parents[3] / "shared/data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no measured data at {DATA}")
@@ -163,19 +159,6 @@ def test_the_mean_of_a_ring_is_that_of_resistors(inflow):
     np.testing.assert_allclose(
         linear.flow[0].real, [flow, q1, flow - q1, q1 - across, flow - q1 + across, across], rtol=1e-6, atol=1e-9
     )
-
-
-def test_derivatives_in_a_ring_are_those_of_central_differences(inflow):
-    one = model(ring(0.03), junctions="total", loss=0.4, outlet_pressure=2.0)
-    numerics = vw.Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-11)
-    run = simulate_run(one, inflow, numerics)
-    parts = [("beta", 5), ("radius", 2), ("length", 5), ("R2", 0), ("C", 0)]
-    changes = [lambda f, part=part, vessel=vessel: part_times(part, vessel, f) for part, vessel in parts]
-    directions = [direction_between(change(1.0)(one), change(2.0)(one), np.log(2.0)) for change in changes]
-    found = pressure_derivatives(run, inflow, directions, numerics, 1e-9)
-    for change, derivative, part in zip(changes, found, parts, strict=True):
-        expected = differences(change, one, inflow, numerics, run)
-        assert largest(derivative - expected) < 1e-6 * largest(expected), part
 
 
 def test_a_graph_that_is_a_tree_is_the_tree_to_the_last_digit(inflow):

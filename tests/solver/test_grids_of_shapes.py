@@ -69,25 +69,6 @@ def test_cells_whose_faces_miss_the_points_of_a_shape_are_far_worse_and_another_
     assert true_error(run_to_periodic(model, inflow, Numerics()), model, inflow) < 0.2 * true
 
 
-def test_faces_lie_where_a_shape_has_a_point_and_in_the_middle(inflow):
-    tables = np.ones((3, 4))
-    tables[1] = 1.0, 1.2, 0.9, 1.1
-    model = Model(FORK, LinearWall(57.0), windkessels(FORK, 76.0, 0.12), shape=Shape(tables))
-    for numerics in (Numerics(), Numerics(cell_size=0.05)):
-        grid = run_to_periodic(model, inflow, numerics).grid
-        faces = grid.share[1][grid.vessels.first[1] : grid.vessels.last[1] + 1]
-        for place in (1 / 3, 1 / 2, 2 / 3):
-            assert np.min(np.abs(faces - place)) < 1e-12
-    assert grid.counts.tolist() == [9, 12, 8]
-
-
-def test_straight_vessels_and_slight_tapers_are_run_once_and_a_shape_of_ones_changes_nothing(inflow):
-    plain, ones = (run_to_periodic(fork(points), inflow, Numerics()) for points in (None, (1.0, 1.0, 1.0)))
-    assert plain.two_grids is None is run_to_periodic(fork((1.1, 0.9)), inflow, Numerics()).two_grids
-    np.testing.assert_array_equal(ones.pressure, plain.pressure)
-    assert ones.two_grids is None
-
-
 def test_a_run_beside_another_states_the_error_of_its_cells(inflow):
     model = fork((1.0, 0.8, 1.0, 0.8, 1.0))
     run = run_to_periodic(model, inflow, Numerics())

@@ -5,8 +5,8 @@ import pytest
 
 from horn import steady_inlet
 from vasowave.datasets import control_network
-from vasowave.errors import InputError, NumericalError
-from vasowave.model.blood import Blood, PowerLaw
+from vasowave.errors import NumericalError
+from vasowave.model.blood import Blood
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
@@ -16,8 +16,6 @@ from vasowave.model.walls import LinearWall, PowerWall, TangentWall
 from vasowave.network.network import Network
 from vasowave.recording import Inflow
 from vasowave.solver import Numerics
-from vasowave.solver.direction import direction_between
-from vasowave.solver.sensitivity import pressure_derivatives
 from vasowave.solver.simulate import simulate_run
 
 WALLS = pytest.mark.parametrize("wall", [LinearWall(57.0), TangentWall(9.0, 4.0)], ids=["linear", "tangent"])
@@ -61,7 +59,7 @@ ROWS = {
 }
 
 
-@pytest.mark.parametrize("row", [*list(ROWS)[:-1], pytest.param("human, power", marks=pytest.mark.validation)])
+@pytest.mark.parametrize("row", ["mouse", *(pytest.param(one, marks=pytest.mark.validation) for one in list(ROWS)[1:])])
 def test_pieces_of_tube_that_share_the_total_pressure_become_the_cone_and_others_do_not(row):
     """Steady flow in a cone that falls by 40 %: its differential equation, and straight pieces of it at junctions."""
     wall, length, radius, R_T, flow, period = ROWS[row]
@@ -139,36 +137,6 @@ def test_small_waves_about_a_fast_flow_are_those_of_linear_theory(shape, loss, c
         np.testing.assert_allclose(np.abs(ours[1:11] / (np.fft.rfft(station, axis=0)[1:11] / 128)), 1.0, atol=2 * close)
 
 
-@WALLS
-@pytest.mark.parametrize("shape", [None, Shape([1.1, 0.9])], ids=["straight", "tapering"])
-@pytest.mark.parametrize("practice", [{}, {"cycles_from_rest": 2}], ids=["periodic", "from rest"])
-def test_derivatives_with_total_pressure_are_those_of_differences(inflow, wall, shape, practice):
-    numerics = Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-11, **practice)
-    beds, radii = windkessels(FORK, 76.0, 0.11, a=0.2), np.array([0.3, 1.0, -0.5])
-
-    def changed(name, by):
-        f = np.exp(by)
-        sizes = {"radius": FORK.radius, "length": FORK.length}
-        sizes |= {name: sizes[name] * np.exp(by * radii)} if name in sizes else {}
-        law = wall._replace(**{name: getattr(wall, name) * f}) if name in wall._fields else wall
-        outlets = beds._replace(**{name: getattr(beds, name) * f}) if name in beds._fields else beds
-        tree = Network(FORK.name, FORK.parent, **sizes)
-        blood = Blood(friction=PowerLaw(9.0))
-        return Model(tree, law, outlets, blood, shape=shape, junctions="total", loss=[0.0, 0.8, 0.0])
-
-    run = simulate_run(changed("C", 0.0), inflow, numerics)
-    names = (*wall._fields, "radius", "length", "R1", "C")
-    directions = [direction_between(changed(name, -1e-5), changed(name, 1e-5), 2e-5) for name in names]
-    found = pressure_derivatives(run, inflow, directions, numerics, 1e-10)
-    for name, derivative in zip(names, found, strict=True):
-        p = [
-            simulate_run(changed(name, k * 1e-3), inflow, numerics, None if practice else run).inlet_pressure(2048)
-            for k in (1, -1, 2, -2)
-        ]
-        expected = (8 * (p[0] - p[1]) - (p[2] - p[3])) / 12e-3
-        assert np.max(np.abs(derivative - expected)) < 1e-7 * np.max(np.abs(expected)), name
-
-
 def test_a_tree_that_tapers_keeps_its_pressure_and_loses_it_at_static_junctions(inflow):
     """The tree's own drag rises the mean pressure by a few tenths of a mmHg; static junctions take more than one."""
     network, beds = control_network(), windkessels(control_network(), 76.0, 0.12, 0.12)
@@ -183,27 +151,6 @@ def test_a_tree_that_tapers_keeps_its_pressure_and_loses_it_at_static_junctions(
     assert mean() == mean(junctions="static")
     assert 0.1 < mean(shape=tapering) - mean(junctions="total") < 0.4
     assert mean(shape=tapering, junctions="static") - mean() > 1.0
-
-
-def test_directions_lead_between_models_of_the_same_junctions():
-    beds = windkessels(FORK, 76.0, 0.11, a=0.2)
-    one, two = (Model(FORK, LinearWall(57.0), beds, junctions=kind) for kind in ("static", "total"))
-    with pytest.raises(InputError, match="same junctions"):
-        direction_between(one, two, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("parts", "message"),
-    [
-        ({"junctions": "dynamic"}, "'static' or 'total'"),
-        ({"loss": [1.0, 2.0]}, "one for each of the 3"),
-        ({"loss": [0.0, -1.0, 0.0]}, "vessel 'b': loss -1"),
-        ({"loss": np.nan}, "vessel 'a': loss nan"),
-    ],
-)
-def test_junctions_and_losses_that_are_none_are_refused(parts, message):
-    with pytest.raises(InputError, match=message):
-        Model(FORK, LinearWall(57.0), windkessels(FORK, 76.0, 0.11, a=0.2), **parts)
 
 
 def test_a_flow_that_chokes_at_a_junction_is_an_error_that_says_so(inflow):

@@ -7,16 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vasowave as vw
-from vasowave.animal.files import read_result, write_result
 from vasowave.errors import InputError
-from vasowave.exchange import export_model
 from vasowave.model.linear import linear_solution
 from vasowave.model.numerics import Numerics
-from vasowave.model.two_ports import driven_from_behind, joined
 from vasowave.recording import read_wedge
-from vasowave.solver.direction import direction_between
-from vasowave.solver.run import run_to_periodic
-from vasowave.solver.sensitivity import pressure_derivatives
 from vasowave.study.loading import load_animal
 from vasowave.study.settings import StudyFile
 from vasowave.study.single_animal import one_row
@@ -81,6 +75,12 @@ def test_beds_that_are_no_circuits_refuse_what_they_may_let_through():
         vw.Model(NETWORK, vw.LinearWall(60.0), beds, outlet_pulsation=WAVE)
 
 
+def test_a_program_that_knows_no_such_wave_is_not_given_the_model(tmp_path):
+    model = vw.Model(NETWORK, vw.LinearWall(60.0), BEDS, outlet_pulsation=WAVE)
+    with pytest.raises(InputError, match="no pressure behind its outlets that changes over the cycle"):
+        vw.export_model(model, MOUSE.inflow, "svzerod", tmp_path / "out", numerics=Numerics(samples=64, cell_size=0.5))
+
+
 @pytest.mark.parametrize(
     ("wave", "message"),
     [(15 * WAVE, "falls to -.* mmHg; correct its zero"), (3 * T, "the cycle of the pressure behind the beds does not")],
@@ -93,77 +93,19 @@ def test_a_wave_that_no_atrium_makes_is_refused(tmp_path, wave, message):
 BEDS_OF_ONE = vw.Windkessel(np.array([5.0]), np.array([70.0]), np.array([1e-3]))
 
 
-@pytest.mark.parametrize("junctions", ["static", "total"])
-def test_the_tree_from_its_beds_up_is_the_system_of_its_nodes(junctions, monkeypatch):
-    """Both ways to the linear waves, with flow into the root and pressures behind the beds."""
-    from vasowave.model import linear
-
-    known = {}
-    model = vw.Model(NETWORK, vw.LinearWall(60.0), BEDS, outlet_pressure=8.0, junctions=junctions)
-    along = linear._along_tree
-
-    def seen(model, ports, end, spectrum, straight):
-        known["given"], known["found"] = (ports, end, spectrum), along(model, ports, end, spectrum, straight)
-        return known["found"]
-
-    monkeypatch.setattr(linear, "_along_tree", seen)
-    linear_solution(model, MOUSE.inflow, 16)
-    ports, end, spectrum = known["given"]
-    behind = np.zeros((len(end), len(NETWORK.terminals)), dtype=complex)
-    behind[0] = 8.0
-    for one, other in zip(known["found"][1:], joined(NETWORK, ports, end, spectrum[:, None], behind), strict=True):
-        assert np.max(np.abs(one - other)) < 1e-9 * np.max(np.abs(other))
-    behind = np.random.default_rng(0).standard_normal(behind.shape) + 0j
-    alone = joined(NETWORK, ports, end, np.zeros((len(end), 1)), behind)
-    for one, other in zip(driven_from_behind(NETWORK, ports, end, behind), alone, strict=True):
-        assert np.max(np.abs(one - other)) < 1e-9 * np.max(np.abs(other))
-
-
-@pytest.mark.validation
-def test_derivatives_about_a_wave_behind_the_beds_are_those_of_differences():
-    numerics = Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-11)
-
-    def run_of(x):
-        wall, beds = vw.LinearWall(60.0 * np.exp(x[0])), BEDS.scaled(*np.exp(x[1:]))
-        model = vw.Model(NETWORK, wall, beds, outlet_pressure=8.0, outlet_pulsation=3 * WAVE)
-        return run_to_periodic(model, MOUSE.inflow, numerics)
-
-    middle, step, ways = run_of(np.zeros(4)), 1e-3, np.eye(4)
-    directions = [direction_between(*(run_of(k * 1e-4 * way).model for k in (-0.5, 0.5)), 1e-4) for way in ways]
-    found = pressure_derivatives(middle, MOUSE.inflow, directions, numerics, 1e-10)
-    for way, one in zip(ways, found, strict=True):
-        ends = [run_of(k * step * way).inlet_pressure(middle.steps) for k in (1, -1)]
-        expected = (ends[0] - ends[1]) / (2 * step)
-        assert np.max(np.abs(one - expected)) < 1e-4 * np.max(np.abs(expected))
-
-
-def told(recording, wave=WAVE):
-    return replace(recording, wedge_pressure=8.0, wedge_pulsation=wave)
-
-
 @pytest.mark.validation
 def test_a_fit_that_is_told_of_the_wave_finds_the_truth_and_one_that_is_not_errs():
     model = vw.Model(NETWORK, vw.LinearWall(70.0), BEDS, outlet_pressure=8.0, outlet_pulsation=3 * WAVE)
     waves = vw.simulate(model, MOUSE.inflow, Numerics(samples=256)).sel(vessel="1", station="inlet")
     recording = vw.Recording(waves.pressure.values, waves.flow.values, MOUSE.period)
-    fits = [vw.calibrate(NETWORK, one, starts=1) for one in (told(recording, 3 * WAVE),
-            replace(recording, wedge_pressure=8.0))]  # fmt: skip
+    untold = replace(recording, wedge_pressure=8.0)
+    told = replace(untold, wedge_pulsation=3 * WAVE)
+    fits = [vw.calibrate(NETWORK, one, starts=1) for one in (told, untold)]
     errors = [abs(np.log(fit.parameters["value"]["beta"] / 70.0)) for fit in fits]
     assert errors[0] < 1e-3
     assert errors[1] > 20 * errors[0]
     assert fits[0].rmse < 1e-3
     assert fits[1].rmse > 50 * fits[0].rmse
-
-
-@pytest.mark.validation
-def test_what_is_stored_gives_the_model_with_the_wave_again_and_programs_that_know_none_refuse_it(tmp_path):
-    animal = vw.Animal("m", "CTL", NETWORK, told(MOUSE))
-    settings = vw.Settings(walls=("linear",), starts=1, model_selection=False)
-    write_result(vw.analyze(animal, settings), tmp_path / "m.nc")
-    model = vw.stored_model(read_result(tmp_path / "m.nc"))
-    np.testing.assert_allclose(model.outlet_pulsation[:, 0], WAVE - WAVE.mean(), atol=1e-12)
-    with pytest.raises(InputError, match="no pressure behind its outlets that changes over the cycle"):
-        export_model(model, MOUSE.inflow, "svzerod", tmp_path / "out")
 
 
 def written(path, period, wave=WAVE):
@@ -182,9 +124,7 @@ def test_a_table_of_the_wave_gives_its_mean_and_its_pulsation_and_must_last_one_
 
 @pytest.mark.parametrize(("cells", "mean"), [({}, 8.0 + WAVE.mean()), ({"wedge [mmHg]": "6.5"}, 6.5)])
 def test_an_animal_has_the_wave_of_its_column_and_the_mean_that_is_given(tmp_path, cells, mean):
-    from vasowave.network.vessel_table import write_network
-
-    write_network(NETWORK, tmp_path / "lung.csv")
+    vw.write_network(NETWORK, tmp_path / "lung.csv")
     columns = [MOUSE.time, MOUSE.pressure, np.interp(MOUSE.time, np.arange(len(MOUSE.flow)) * MOUSE.period /
                len(MOUSE.flow), MOUSE.flow)]  # fmt: skip
     np.savetxt(tmp_path / "cycle.csv", np.stack(columns, axis=1), delimiter=",", comments="",

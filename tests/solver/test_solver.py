@@ -87,14 +87,6 @@ def test_periodic_to_1e_8_mmhg_within_ten_cycles(control, inflow, tau):
     assert result.attrs["cycles"] <= 10
 
 
-def test_accelerated_state_equals_plain_repetition(inflow):
-    network = _tube()
-    model = Model(network, LinearWall(60.0), Windkessel(10.0, 60.0, 0.0008))
-    fast = simulate(model, inflow, Numerics(tolerance=1e-9, steps_per_cycle=512))
-    plain = simulate(model, inflow, Numerics(cycles_from_rest=60, steps_per_cycle=512))
-    np.testing.assert_allclose(fast.pressure.values, plain.pressure.values, atol=1e-7)
-
-
 @pytest.mark.parametrize("wall", [LinearWall(60.0), TangentWall(20.0, 5.0)], ids=["linear", "tangent"])
 def test_order_of_accuracy_is_two_through_junctions_and_outlets(inflow, wall):
     """Three grids, each twice as fine: the differences shrink by four, for p and q at every node."""
@@ -159,18 +151,6 @@ def test_small_amplitude_impedance_agrees_with_the_linear_network(wall):
     assert np.max(np.abs(np.angle(P / Q / theory))) < 0.005
 
 
-def test_tangent_law_at_small_strain_is_the_linear_law_with_beta_two_pi_p1_over_gamma():
-    """Eq. 24."""
-    network = _tube()
-    t = np.arange(128) / 128
-    tiny = Inflow(1e-4 * (1 + np.sin(2 * np.pi * t)), 0.11)
-    outlets = Windkessel(10.0, 60.0, 0.001)
-    tangent = simulate(Model(network, TangentWall(9.0, 2.0), outlets), tiny, Numerics(samples=128, tolerance=1e-12))
-    linear = simulate(Model(network, LinearWall(9.0 * np.pi), outlets), tiny, Numerics(samples=128, tolerance=1e-12))
-    scale = linear.pressure.values.max()
-    np.testing.assert_allclose(tangent.pressure.values, linear.pressure.values, atol=3e-4 * scale)
-
-
 def test_windkessels_given_by_their_impedance_are_windkessels(control, inflow):
     steps = 2048
     omega = 2 * np.pi / inflow.period * np.arange(steps // 2 + 1)
@@ -179,14 +159,6 @@ def test_windkessels_given_by_their_impedance_are_windkessels(control, inflow):
     ode = simulate(control, inflow, numerics)
     by_impedance = simulate(control.changed(outlets=spectrum), inflow, numerics)
     assert np.max(np.abs(ode.pressure.values - by_impedance.pressure.values)) < 1e-6
-
-
-def test_trifurcations_and_long_chains_run_and_conserve_flow(inflow):
-    network = Network(tuple("abcdefg"), np.array([-1, 0, 0, 0, 1, 4, 5]), np.full(7, 0.3), np.full(7, 0.04))
-    model = Model(network, LinearWall(60.0), windkessels(network, 76.0, 0.1))
-    result = simulate(model, inflow, Numerics(tolerance=1e-9))
-    mean = result.flow.values.mean(axis=0)[:, 2]
-    assert mean[network.terminals].sum() == pytest.approx(0.17, rel=1e-6)
 
 
 def test_rows_in_any_order_give_the_same_waveforms(control, inflow):
@@ -202,14 +174,6 @@ def test_rows_in_any_order_give_the_same_waveforms(control, inflow):
     np.testing.assert_allclose(b.pressure.sel(vessel=list(network.name)).values, a.pressure.values, atol=1e-6)
 
 
-def test_every_cell_output_joins_the_stations(control, inflow):
-    stations = simulate(control, inflow, Numerics(tolerance=1e-8))
-    cells = simulate(control, inflow, Numerics(tolerance=1e-8, every_cell=True))
-    last = cells.pressure.values[:, np.flatnonzero(cells.vessel.values == "18")[-1]]
-    assert np.max(np.abs(last - stations.pressure.sel(vessel="18", station="outlet").values)) < 1.0
-    assert cells.position.attrs["units"] == "cm"
-
-
 def test_an_ensemble_returns_its_members_and_reports_the_one_that_failed(control, inflow):
     stiff = control.changed(wall=type(control.wall)(100 * control.wall[0], *control.wall[1:]))
     numerics = Numerics(steps_per_cycle=1536)  # enough for one, far too few for the other
@@ -219,6 +183,8 @@ def test_an_ensemble_returns_its_members_and_reports_the_one_that_failed(control
     assert "Courant number" in str(result.failure.values[1])
     alone = simulate(control, inflow, numerics)
     np.testing.assert_array_equal(result.pressure.values[2], alone.pressure.values)
+    with pytest.raises(NumericalError, match="all 2 members failed; the first: "):
+        simulate([stiff, stiff], inflow, numerics)
 
 
 def test_the_runs_of_an_ensemble_are_not_in_memory_together(inflow):
@@ -247,19 +213,3 @@ def test_a_wall_that_collapses_is_an_error_that_names_vessel_and_time(inflow, wa
     model = Model(_tube(), wall, Windkessel(10.0, 60.0, 0.001))
     with pytest.raises(NumericalError, match=r"vessel 'tube'.*t = "):
         simulate(model, Inflow(-20 * inflow.flow, inflow.period), Numerics(samples=64))
-
-
-def test_a_stiffer_vessel_strains_less_as_its_area_compliance_says(control, inflow):
-    row = control.network.row("5")
-    stiff = [np.array(value) for value in control.wall]
-    stiff[0][row] *= 3  # beta or p1
-    wall = type(control.wall)(*stiff)
-    strain, compliance = [], []
-    for model in (control, control.changed(wall=wall)):
-        middle = simulate(model, inflow).sel(vessel="5", station="middle")
-        strain.append(np.ptp(middle.area.values) / np.ptp(middle.pressure.values))
-        law = type(wall)(*(value[row] for value in model.wall))
-        pressures = np.array([middle.pressure.values.min(), middle.pressure.values.max()])
-        compliance.append(np.ptp(walls.area(law, pressures, model.area0[row])) / np.ptp(pressures))
-    np.testing.assert_allclose(strain, compliance, rtol=1e-9)
-    assert strain[0] != pytest.approx(strain[1], rel=0.05)

@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-import xarray as xr
-from typer.testing import CliRunner
 
 from approval import PAPER, approve, figure, values
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import read_result, write_result
 from vasowave.animal.pipeline import analyze
 from vasowave.animal.stored import stored_model, stored_recording
-from vasowave.cli import app
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.errors import InputError, NumericalError
 from vasowave.figures.rendering import svg
@@ -19,7 +16,6 @@ from vasowave.figures.sweep import sweep_figure
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.walls import LinearWall
-from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
 from vasowave.solver import Numerics, changed_model, simulate, sweep
 from vasowave.solver.sweep import sweep_table
@@ -60,17 +56,6 @@ def test_approved_the_figure_and_the_table_of_a_sweep(model):
     approve("sweep", [*(line for name, one in drawn.items() for line in figure(name, one)), *columns], PAPER)
 
 
-def test_flow_times_resistance_is_the_mean_pressure_of_every_terminal_vessel(model):
-    mouse = virtual_mouse()
-    found = sweep(model, mouse, {"R_T": [60.0, 120.0]})
-    ends = [model.network.name[row] for row in model.network.terminals]
-    for R_T in (60.0, 120.0):
-        beds, ended = changed_model(model, {"R_T": R_T}).outlets, found.sel(R_T=R_T, vessel=ends)
-        drop = ended.mean_pressure - ended.mean_flow * (beds.R1 + beds.R2)  # friction from the middle to the outlet
-        assert np.all((drop > 0) & (drop < 0.06 * ended.mean_pressure))
-        assert float(ended.mean_flow.sum()) == pytest.approx(mouse.flow.mean(), rel=1e-3)
-
-
 def test_a_combination_that_cannot_be_simulated_is_named_and_the_others_are_there(model):
     found = sweep(model, virtual_mouse(), {"beta": [57.0, 1e7]})
     assert found["failure"].values[0] == ""
@@ -89,13 +74,6 @@ def test_wrong_values_are_refused_before_anything_is_simulated(model, values, wo
         sweep(model, virtual_mouse(), values)
 
 
-def test_five_hundred_values_take_little_room_and_keep_their_coordinates(model, tmp_path, monkeypatch):
-    """Memory: what is kept of a member is its root's pressure and three numbers a vessel."""
-    found = sweep(model, virtual_mouse(), {"tau": [0.08, 0.16]})
-    assert 250 * found.nbytes < 50e6
-    assert found["tau"].values.tolist() == [0.08, 0.16]
-
-
 def test_the_stored_fit_of_an_animal_is_its_model_again_to_the_last_bit():
     mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
     result = analyze(mouse, Settings(walls=("linear",), starts=1))
@@ -106,56 +84,6 @@ def test_the_stored_fit_of_an_animal_is_its_model_again_to_the_last_bit():
     assert float(abs(again.mean() - stored.mean())) < 1e-3
     with pytest.raises(InputError, match="there are: linear"):
         stored_model(result, "tangent")
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [([], "nothing to vary; give --vary NAME=VALUES"),
-     (["--vary", "R_T=10,20", "--vary", "R_T=5"], "'R_T' is given twice; name it once")],
-)  # fmt: skip
-def test_a_sweep_of_nothing_or_of_one_name_twice_is_refused_by_its_option(more, words, tmp_path):
-    network, mouse = tmp_path / "n.csv", virtual_mouse()
-    write_network(control_network(), network)
-    rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
-    (tmp_path / "c.csv").write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
-    done = CliRunner().invoke(app, ["sweep", str(network), str(tmp_path / "c.csv"), *more])
-    assert isinstance(done.exception, InputError)
-    assert words in str(done.exception)
-
-
-def test_simulate_and_sweep_take_any_wall_and_value(tmp_path):
-    network, mouse = tmp_path / "n.csv", virtual_mouse()
-    write_network(control_network(), network)
-    cycle = tmp_path / "c.csv"
-    rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
-    cycle.write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
-    given = [str(network), str(cycle)]
-    done = CliRunner().invoke(
-        app,
-        [
-            "simulate",
-            *given,
-            "--wall",
-            "power",
-            "--set",
-            "m=1",
-            "--friction",
-            "poiseuille",
-            "-o",
-            str(tmp_path / "w.nc"),
-        ],
-    )
-    assert done.exit_code == 0, done.output
-    assert "PowerWall" in done.output
-    done = CliRunner().invoke(
-        app, ["sweep", *given, "--vary", "beta=40:80:3", "--vary", "a=0.1,0.2", "-o", str(tmp_path / "s.nc")]
-    )
-    assert done.exit_code == 0, done.output
-    found = xr.open_datatree(tmp_path / "s.nc").to_dataset()
-    assert found["beta"].values.tolist() == [40.0, 60.0, 80.0]
-    assert found.sizes["a"] == 2
-    wrong = CliRunner().invoke(app, ["sweep", *given, "--vary", "beta:40"])
-    assert "write NAME=VALUE" in str(wrong.exception)
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # which no command shows
