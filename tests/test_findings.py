@@ -11,19 +11,32 @@ from typer.testing import CliRunner
 
 import finding_codes as pages
 import vasowave as vw
-from vasowave import findings
 from vasowave.animal.law_result import OVERSTRAINED, SITE_DOUBTS
 from vasowave.cli import app
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import VasowaveWarning
-from vasowave.findings import KINDS, OTHER, Finding, Kind, Place, Severity, as_json, finding_of, from_json, kind, warn
+from vasowave.findings import (
+    KINDS,
+    OTHER,
+    Finding,
+    Kind,
+    Place,
+    Severity,
+    as_json,
+    finding_of,
+    from_json,
+    kind,
+    shared,
+    texts,
+    warn,
+)  # fmt: skip
 from vasowave.study.checking import check_study
 
 
 @pytest.fixture
-def some_kind(monkeypatch):
-    monkeypatch.setattr(findings, "KINDS", dict(KINDS))
-    return kind("test.too-warm", Severity.LOOK, "{degrees:.1f} °C in '{room}'", "Open a window.")
+def some_kind():
+    yield kind("test.too-warm", Severity.LOOK, "{degrees:.1f} °C in '{room}'", "Open a window.")
+    KINDS.pop("test.too-warm", None)
 
 
 def test_a_finding_is_its_code_and_values_and_writes_its_text_from_them(some_kind):
@@ -50,9 +63,9 @@ def test_findings_come_back_from_json_as_they_were(some_kind):
     assert [row["text"] for row in json.loads(as_json(found))] == ["31.0 °C in 'lab'", "odd"]
 
 
-def test_a_finding_of_a_code_that_is_not_known_keeps_its_code_severity_and_text(some_kind, monkeypatch):
+def test_a_finding_of_a_code_that_is_not_known_keeps_its_code_severity_and_text(some_kind):
     stored = as_json([some_kind(degrees=31.0, room="lab")])
-    findings.KINDS.pop(some_kind.code)
+    KINDS.pop(some_kind.code)
     (found,) = from_json(stored)
     assert (found.code, found.severity, str(found)) == ("test.too-warm", Severity.LOOK, "31.0 °C in 'lab'")
     assert from_json(as_json([found])) == (found,)
@@ -75,6 +88,16 @@ def test_a_place_that_is_given_later_leaves_the_vessel_that_was_named(some_kind)
 def test_file_names_in_a_finding_are_seen_from_a_folder(some_kind):
     found = some_kind(degrees=31.0, room="/study/a.txt").at("/study/a.txt").inside("/study/")
     assert (found.place.file, dict(found.values)["room"]) == ("a.txt", "a.txt")
+
+
+def test_what_all_laws_say_is_said_once_and_the_rest_by_its_law(some_kind):
+    one, two, three = (some_kind(degrees=degrees, room="lab") for degrees in (1.0, 2.0, 3.0))
+    found = shared({"linear": [one, two], "tangent": [two, three]})
+    assert [(dict(each.values)["degrees"], each.place.law) for each in found] == [
+        (2.0, ""), (1.0, "linear"), (3.0, "tangent")
+    ]  # fmt: skip
+    assert texts(found)[1] == "linear wall: 1.0 °C in 'lab'"
+    assert from_json(as_json(found)) == tuple(found)
 
 
 def test_codes_name_a_room_and_what_was_noticed_and_every_look_has_a_remedy():

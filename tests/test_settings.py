@@ -12,8 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import vasowave as vw
+from vasowave.cli import app
 from vasowave.errors import InputError
 from vasowave.imaging.options import Options
 from vasowave.settings import settings_of
@@ -96,6 +98,7 @@ def test_every_setting_says_what_it_means_and_its_values_cannot_be_changed(kind)
         (lambda: vw.Numerics(accuracy=0.1, cycles_from_rest=8), "accuracy chooses steps and cycles"),
         (lambda: StudyFile(calibration={"starts": "x"}), "calibration.starts: 'x' is not a whole number"),
         (lambda: StudyFile(groups=None), "groups: write a list"),
+        (lambda: vw.Numerics(tolerance="1,5"), "tolerance: '1,5' is not a number; write a decimal point"),
         (lambda: Options(root="1,2"), "root: '1,2' is not a place"),
         (lambda: Options(cannula=3), "cannula: 3 is too large; it must be below 2"),
     ],
@@ -110,6 +113,21 @@ def test_a_wrong_setting_is_one_sentence_in_python_too(make, words):
 def test_numbers_of_numpy_are_numbers():
     found = vw.Search(starts=np.int64(4), bounds={"beta": np.array([1.0, 2.0]).tolist()}, fixed={"c1": np.float32(2)})
     assert (found.starts, found.bounds["beta"], found.fixed["c1"]) == (4, (1.0, 2.0), 2.0)
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ("animals: Mice.XLSX\n", "rows are added to CSV only; save it as CSV"),
+        ("no such key: 1\n", "mend the study file"),
+    ],
+)
+def test_rows_are_added_neither_to_a_workbook_nor_under_a_broken_study_file(tmp_path, settings, words):
+    (tmp_path / "study.yaml").write_text(settings, "utf-8")
+    (tmp_path / "lung.csv").write_text("name,parent,length [cm],radius [cm]\na,,0.4,0.05\n", "utf-8")
+    told = CliRunner().invoke(app, ["add", str(tmp_path), str(tmp_path / "lung.csv")])
+    assert told.exit_code != 0
+    assert words in str(told.exception)
 
 
 def test_fields_of_a_section_are_those_of_the_class_that_the_function_takes():

@@ -88,10 +88,10 @@ def test_a_passive_tree_leaves_the_beds_no_more_than_the_measured_resistance():
     [
         ({"fixed": {"betta": 1.0}}, r"no parameter 'betta' \(did you mean 'beta'\?\); it has: beta"),
         ({"fixed": {"wall_viscosity": 0.1}}, "no parameter 'wall_viscosity'"),  # elastic walls have none
-        ({"fixed": {"beta": 0.0}}, "beta cannot be held at 0; it must be positive"),
-        ({"fixed": {"beta": np.nan}}, "beta"),
+        ({"fixed": {"beta": 0.0}}, "fixed.beta: 0 is too small; it must be above 0"),
+        ({"fixed": {"beta": np.nan}}, "fixed.beta"),
         ({"fixed": dict.fromkeys(("beta", "r1", "r2", "c1"), 1.0)}, "every parameter is held fixed"),
-        ({"bounds": {"beta": (0.0, 1.0)}}, "must be positive and ordered"),
+        ({"bounds": {"beta": (0.0, 1.0)}}, "bounds.beta.0: 0 is too small; it must be above 0"),
         ({"bounds": {"beta": (3.0, 2.0)}}, "3 is not below 2"),
     ],
 )

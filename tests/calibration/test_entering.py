@@ -112,7 +112,7 @@ def test_the_error_that_a_flow_passes_on_is_the_scatter_of_simulations_by_flows_
     scatter = np.mean(np.square(found), axis=0)
     how = Sampling(search=vw.Search(pressure_harmonics=12, enters="both"))
     problem = problem_of(NETWORK, told, "linear", how)
-    expected = np.diag(problem._errors)[:25] - problem.zero_variance * (np.arange(25) == 0)
+    expected = np.diag(problem.discrepancy().measured)[:25] - problem.zero_variance * (np.arange(25) == 0)
     ratio = scatter / expected
     assert 0.6 < ratio[0] < 1.6
     by_harmonic = 0.5 * (ratio[1:13] + ratio[13:])  # cosines and sines: 120 draws each

@@ -126,6 +126,11 @@ def test_an_averaged_cycle_is_said_not_to_show_its_zero(found):
     assert zero_unseen(looked_at, 0.5) == []
 
 
+def test_a_posterior_shows_itself_and_how_far_it_may_be_trusted(found):
+    assert repr(found).startswith("Posterior(linear wall: beta")
+    assert f"Pareto k {found.diagnostics.k_hat:.2f}" in repr(found)
+
+
 def test_every_block_of_harmonics_is_left_out_once(found):
     blocks = found.left_out.index
     assert list(blocks[:4]) == ["0", "1", "2", "3-4"]
@@ -202,6 +207,8 @@ def test_posterior_and_prior_are_the_same_only_where_middle_and_width_agree():
     )
     scores = pd.Series({name: score for name, (_, score) in rows.items()})
     unknowns = dict.fromkeys(rows, Unknown("1", "a factor", 1.0, 0.05, True, "image"))
+    contradicted = meanings(summary, scores.replace(1.0, -2.1), unknowns)
+    assert [one.code for one in contradicted][2:] == ["posterior.prior-conflict"]
     silent, moved = meanings(summary, scores, unknowns)
     assert str(silent).startswith("The recording says nothing about alike: posterior and prior are the same")
     assert str(moved) == (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import genpareto
 
-from vasowave.inference.reweighting import _quantile, smoothed
+from vasowave.inference.reweighting import smoothed
 
 
 @pytest.mark.parametrize("k", [0.2, 0.5, 0.9])
@@ -70,9 +70,3 @@ def test_a_draw_that_cannot_be_simulated_has_no_weight():
     log = np.random.default_rng(5).normal(0, 0.3, 100)
     log[3] = -np.inf
     assert np.exp(smoothed(log).log_weight)[3] == 0.0
-
-
-@pytest.mark.parametrize("k", [-0.4, 0.0, 1e-9, 0.7])
-def test_quantiles_are_those_of_the_generalized_pareto_distribution_and_without_a_shape_of_the_exponential_one(k):
-    share = np.array([0.0, 0.2, 0.5, 0.99])
-    np.testing.assert_allclose(_quantile(share, k, 3.0), genpareto.ppf(share, k, scale=3.0), rtol=1e-7)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -5,8 +7,10 @@ from scipy.linalg import circulant, toeplitz
 from scipy.stats import multivariate_normal
 
 from approval import approve, tree
+from made_fit import made_fit, made_recording
 from vasowave import noise, selection
 from vasowave.errors import InputError
+from vasowave.selection.averaging import averaged_draws
 from vasowave.selection.criteria import preferred
 
 T, N = 0.11, 64
@@ -64,6 +68,7 @@ def test_the_condition_number_is_met_by_the_smallest_weight_that_meets_it():
     sigma = 2.5 * noise.squared_exponential(TIME, 0.02)
     better, weight = noise.regularize(sigma)
     assert np.linalg.cond(better) == pytest.approx(1e4, rel=1e-4)
+    assert np.trace(better) == pytest.approx(np.trace(sigma))
     less = (1 - 0.99 * weight) * sigma + 0.99 * weight * 2.5 * np.eye(N)
     assert np.linalg.cond(less) > 1e4
     assert noise.regularize(toeplitz([2.0, 1.0, 0.0]))[1] == 0
@@ -145,6 +150,43 @@ def test_the_best_of_three_models_is_preferred_only_if_the_runner_up_is_far_behi
 def test_residuals_that_cannot_be_compared_are_refused(residuals, words):
     with pytest.raises(InputError, match=words):
         selection.compare_residuals(residuals, D, T)
+
+
+LINEAR, TANGENT = made_fit("linear"), made_fit("tangent")
+SHIFTED = made_recording()
+
+
+@pytest.mark.parametrize(
+    ("fits", "words"),
+    [
+        ([], "different wall laws; given: none"),
+        ([LINEAR, LINEAR], "different wall laws; given: linear"),
+        ([LINEAR, replace(TANGENT, residual=TANGENT.residual[:-1])], "another recording, or to other harmonics"),
+        (
+            [LINEAR, replace(TANGENT, compared=replace(TANGENT.compared, recording=replace(SHIFTED, period=0.2)))],
+            "the tangent wall was fitted to another recording",
+        ),
+    ],
+)
+def test_fits_that_do_not_follow_the_same_cycle_are_not_compared(fits, words):
+    with pytest.raises(InputError, match=words):
+        selection.compare_models(fits)
+
+
+def test_covariances_are_tried_one_after_the_other_and_told():
+    heard = []
+    how = selection.Comparing(("independent", "circulant"), seed=3)
+    found = selection.compare_models([LINEAR, TANGENT], how, samples=64, progress=lambda *told: heard.append(told))
+    assert heard == [(1, 2, "independent"), (2, 2, "circulant")]
+    assert set(found["N"].values) == {64.0}
+    assert set(found["D"].values) == {4.0, 5.0}
+
+
+def test_draws_of_laws_are_joined_by_their_weights():
+    found = averaged_draws([np.full(10, 1.0), np.full(1000, 4.0)], np.array([0.6, 0.4]))
+    assert (found.low, found.value, found.high) == pytest.approx((1.0, 1.0, 4.0))
+    spread = averaged_draws([np.exp([0.0, 2.0]), np.exp([3.0, 3.0])], np.array([0.5, 0.5]))
+    assert spread.between == pytest.approx(1.0 / (1.0 + 0.5))  # of logarithms: between the laws, and within the first
 
 
 def test_an_unknown_noise_model_is_named_with_the_known_ones():

@@ -27,15 +27,6 @@ def test_the_neural_network_kernel_is_the_mean_product_of_random_error_functions
     np.testing.assert_allclose(noise.neural_network(t, 0.7, 1.5), hidden.T @ hidden / len(hidden), atol=0.0064)
 
 
-def test_regularization_reaches_the_condition_number_and_keeps_the_variance():
-    sigma = 2.5 * noise.squared_exponential(T, 0.02)
-    better, weight = noise.regularize(sigma)
-    assert np.linalg.cond(better) == pytest.approx(1e4, rel=1e-6)
-    assert np.trace(better) == pytest.approx(np.trace(sigma))
-    assert 0 < weight < 64 / (1e4 - 1 + 64)
-    assert noise.regularize(np.eye(5))[1] == 0
-
-
 def test_the_likelihood_agrees_with_scipy_and_with_whitening():
     sigma = 2.5 * noise.matern32(T, 0.01)
     r = np.random.default_rng(0).standard_normal(64)
