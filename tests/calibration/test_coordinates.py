@@ -28,26 +28,3 @@ def test_coordinates_and_logarithms_are_inverse_and_their_slopes_are_the_derivat
     h = 1e-4 * rng.standard_normal(len(z))
     change = there.logarithms(z + h) - there.logarithms(z - h)
     np.testing.assert_allclose(change, 2 * there.slopes(z) @ h, rtol=1e-4, atol=1e-10)
-
-
-@pytest.mark.parametrize("wall", LAWS)
-def test_the_first_coordinate_is_the_area_strain_at_mean_pressure_and_r1_and_r2_give_resistance_and_ratio(wall):
-    there = coordinates_of(wall)
-    z = there.of(np.log(there.space.nominal))
-    model = there.space.model(there.space.nominal)
-    law = type(model.wall)(*(value[0] for value in model.wall))
-    strain, largest = law.ratio_at(there.pressure, *law) - 1.0, law.limits(*law)[1] - 1.0
-    assert np.exp(z[0]) == pytest.approx((strain**-4 - largest**-4) ** -0.25)  # the strain, far from the law's end
-    moved = z.copy()
-    place = there.space.names.index("r1")
-    moved[place] += np.log(2.0)
-    values = there.space.values(there.logarithms(moved))
-    outlets = there.space.model(values).outlets
-    assert outlets.total_resistance() == pytest.approx(2 * model.outlets.total_resistance())
-    assert outlets.resistance_ratio() == pytest.approx(model.outlets.resistance_ratio())
-
-
-def test_a_held_stiffness_stays_a_held_stiffness():
-    there = coordinates_of("tangent", {"p1": 5.0})
-    assert not there.strained
-    assert there.space.values(there.logarithms(there.of(np.zeros(4))))[0] == 5.0

@@ -131,16 +131,6 @@ def test_a_wrong_pressure_of_the_image_is_an_error_that_says_where(tmp_path, tit
         read_network(path)
 
 
-@pytest.mark.parametrize("pressure", [-0.1, 101.0, np.nan])
-def test_an_absurd_pressure_of_the_image_is_refused(pressure):
-    with pytest.raises(InputError, match="between 0"):
-        filled(pressure)
-
-
-def test_a_stored_animal_keeps_the_pressure_of_its_image():
-    assert network_of(network_dataset(filled())).pressure == FILLED
-
-
 def test_a_stored_animal_keeps_what_was_known_of_its_radii_and_tapers():
     taper = np.linspace(-0.02, 0.02, len(filled()))
     known = {"taper": taper, "taper_sd": np.abs(taper) + 0.01, "radius_sd": 0.1 * filled().radius}

@@ -1,7 +1,6 @@
 """Starts that the linear model leads to one place are followed once, and none is lost by that."""
 
 import numpy as np
-import pytest
 
 import vasowave as vw
 from vasowave.calibration import starts as starting
@@ -29,18 +28,6 @@ def test_starts_of_a_linear_wall_are_led_to_where_the_fit_ends():
     assert len(set(leads)) <= 3
     assert np.max(np.abs(places[0] - ended)) < 0.3
     assert np.max(np.abs(starts[5] - ended)) > 0.3
-
-
-@pytest.mark.parametrize("law", ["linear", "tangent"])
-def test_starts_are_stood_for_by_one_that_begins_alike_and_others_are_followed(law):
-    space, compared, starts = posed(law)
-    places, leads = screened(space, compared, starts)
-    for number, lead in enumerate(leads):
-        assert lead <= number
-        assert np.max(np.abs(places[number] - places[lead])) < 0.15
-    followed = sorted(set(leads))
-    apart = [np.max(np.abs(places[one] - places[other])) for one in followed for other in followed if one < other]
-    assert min(apart, default=1.0) >= 0.15
 
 
 def test_the_linear_model_is_followed_downhill():

@@ -64,10 +64,6 @@ def test_what_is_drawn_is_what_the_results_say(cohort_results):
         assert all(re.search(r"\[.+\]$", one["label"]) for one in drawn["quantities"])
 
 
-def test_a_law_that_nobody_was_fitted_with_draws_nothing(cohort_results):
-    assert space_block(gathered(cohort_results), "power-of-nobody") == []
-
-
 def test_in_a_browser_networks_turn_and_change_their_color(cohort_page, tmp_path):
     path = tmp_path / "supplement.html"
     path.write_text(cohort_page.replace("</body>", f"<script>{DRIVE}</script></body>"), encoding="utf-8")

@@ -20,8 +20,8 @@ from vasowave.solver import Numerics
 def test_starts_that_are_not_followed_would_have_ended_at_the_same_optimum():
     network, mouse = Network(("1", "2", "3"), [-1, 0, 0], [0.4, 0.4, 0.5], [0.05, 0.035, 0.04]), virtual_mouse()
     space = parameter_space("tangent", network, estimate_nominal(network, mouse), Blood(), {}, {}, False)
-    compared = compared_part(mouse, 8)
-    numerics = Numerics(samples=64, tolerance=1e-6, cell_size=0.3)
+    compared = compared_part(mouse, "signal")
+    numerics = Numerics(samples=64, tolerance=1e-6, cell_size=0.2)
     points = starting.starting_points(space, 3, seed=1)
     found, stopped = starting.search_all(space, compared, numerics, points, "least-squares")
     assert not stopped

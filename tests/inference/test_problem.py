@@ -35,14 +35,6 @@ def whole():
     return problem()
 
 
-def test_at_the_medians_the_model_is_the_nominal_one_of_the_image(whole):
-    model = whole.unknowns.model(np.zeros(len(whole.unknowns.all)))
-    nominal = whole.unknowns.nominal
-    assert np.allclose(model.wall.beta, nominal.beta)
-    assert np.allclose(model.outlets.R2, nominal.outlets.R2)
-    assert np.array_equal(model.network.radius, control_network().radius)
-
-
 def test_the_mean_may_be_wrong_by_half_of_what_it_falls_along_the_vessels(whole):
     model = whole.unknowns.model(np.zeros(len(whole.unknowns.all)))
     result = simulate(model, whole.recording.inflow, Numerics(samples=256))
@@ -95,13 +87,6 @@ def test_what_one_vessel_changes_is_what_a_network_with_that_vessel_changes(whol
     assert columns.shape == (42, whole.samples)
     assert columns[21 + 2] == pytest.approx(expected, abs=2e-3)  # tolerances of four simulations
     assert np.abs(expected).max() > 0.02
-
-
-def test_the_errors_of_measurement_are_zero_grid_and_beats(whole):
-    wide = problem(Priors(zero_sd=2.0))
-    assert wide.measurement_error[0] - whole.measurement_error[0] == pytest.approx(whole.samples * (2.0**2 - 0.5**2))
-    assert np.array_equal(wide.measurement_error[1:], whole.measurement_error[1:])
-    assert whole.measurement_error.min() >= 0.02**2
 
 
 def test_known_radii_replace_the_assumed_error(whole):
@@ -164,13 +149,6 @@ def test_a_vessel_without_a_measured_taper_stays_straight():
     assert np.flatnonzero(unknowns.own_errors[2]).tolist() == [0]
 
 
-def test_a_prior_without_width_takes_vessels_for_straight():
-    flat = narrowing(np.full(21, 0.2), priors=Priors(taper=0))
-    assert not flat.unknowns.fall.any()
-    assert "taper_scale" not in flat.unknowns.all
-    assert flat.key == problem().key
-
-
 def test_the_pressure_of_the_image_is_unknown_and_anchors_the_wall(whole):
     space = replace(whole.unknowns.space, network=replace(control_network(), pressure=6.3))
     unknowns = Unknowns(space, whole.unknowns.nominal, Priors(), virtual_mouse())
@@ -194,11 +172,6 @@ def test_smaller_vessels_are_stiffer_and_more_viscous_by_the_exponent_that_is_un
     assert model.wall.beta == pytest.approx(plain.wall.beta * ratio)
     assert model.wall_viscosity == pytest.approx(plain.wall_viscosity * ratio)
     assert model.outlet_pressure == pytest.approx(space.outlet_pressure + 3.0)
-
-
-def test_what_has_no_width_is_not_unknown():
-    fixed = problem(Priors(radius_scale_sd=0, length_scale_sd=0, k_sd=0), fixed={"c1": 1.0})
-    assert list(fixed.unknowns.all) == ["beta", "r1", "r2"]
 
 
 def test_a_prior_of_something_else_is_an_error_that_names_what_there_is():

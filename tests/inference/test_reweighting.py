@@ -27,12 +27,6 @@ def test_the_tail_has_the_quantiles_of_the_pareto_distribution_above_the_largest
     np.testing.assert_allclose((scaled - 1)[below_the_cap] / (scaled[0] - 1), expected[below_the_cap] / expected[0])
 
 
-def test_a_tail_of_five_weights_is_the_smallest_that_has_a_shape():
-    log = np.random.default_rng(4).normal(size=25)
-    assert np.isfinite(smoothed(log).k_hat)  # a fifth of 25
-    assert smoothed(log[:20]).k_hat == np.inf
-
-
 def test_weights_add_up_to_one_and_keep_their_order():
     log = np.random.default_rng(2).normal(0, 1.5, 500)
     weights = smoothed(log)
@@ -50,12 +44,6 @@ def test_smoothing_brings_a_weighted_mean_nearer_to_the_truth():
         smooth.append(np.exp(smoothed(log).log_weight) @ x**2)
     error = [np.sqrt(np.mean((np.array(one) - 2.56) ** 2)) for one in (plain, smooth)]
     assert error[1] < error[0]
-
-
-def test_equal_weights_are_all_effective_and_trusted():
-    weights = smoothed(np.zeros(200))
-    assert weights.effective == pytest.approx(200)
-    assert weights.trusted
 
 
 def test_one_weight_that_carries_everything_is_not_trusted():

@@ -49,13 +49,6 @@ def test_the_evidence_of_a_bent_valley_is_its_integral():
     assert found == pytest.approx(np.log(2 * np.pi * 0.5), abs=4 * error)
 
 
-def test_every_step_that_is_asked_for_is_kept_and_the_last_among_them():
-    begin = np.random.default_rng(5).standard_normal((10, 2))
-    each, some = (sample(banana, begin, 20, np.random.default_rng(6), keep_every=n).points for n in (1, 5))
-    assert each.shape == (20, 10, 2)
-    np.testing.assert_array_equal(some, each[4::5])
-
-
 @pytest.mark.parametrize("kept", [0.0, 0.5, 0.8])
 def test_walkers_are_worth_the_fewer_draws_the_longer_they_remember(kept):
     """Autoregressive walkers: n (1 - φ)/(1 + φ) of n points are independent, of long chains."""
