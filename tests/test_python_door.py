@@ -69,18 +69,6 @@ def test_every_line_of_the_page_for_python_users_runs(study, tmp_path, monkeypat
         plt.close("all")
 
 
-def test_what_a_value_draws_is_a_figure_that_a_notebook_shows(results, comparison):
-    import matplotlib.pyplot as plt
-
-    plt.close("all")
-    mouse, result = vw.virtual_mouse(), results["CTL 1"]
-    for count, draw in enumerate((vw.control_network().plot, mouse.plot, result.plot.pressure), start=1):
-        draw()
-        assert len(plt.get_fignums()) == count
-    assert comparison.forest().figure.number in plt.get_fignums()
-    plt.close("all")
-
-
 def test_no_public_function_takes_more_than_seven_arguments():
     functions = {name: getattr(vw, name) for name in vw.__all__ if inspect.isfunction(getattr(vw, name))}
     assert len(functions) > 15

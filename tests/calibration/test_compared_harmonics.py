@@ -11,7 +11,7 @@ from vasowave.datasets import control_network
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.errors import InputError
-from vasowave.recording import Catheter, Recording, average_beats, correct_catheter, read_recording, resample
+from vasowave.recording import Recording, average_beats, read_recording, resample
 from vasowave.selection.choices import answers_by_harmonics
 
 PHASE = 2 * np.pi * np.arange(256) / 256
@@ -92,15 +92,6 @@ def test_the_discrepancy_is_what_the_residual_has_beyond_the_error():
     assert table["discrepancy"][3] == pytest.approx(np.sqrt(0.25 - 2 * 0.01))
     assert table["discrepancy"][5] == 0
     assert table["measured_modulus"][2] == pytest.approx(4 * 0.49)
-
-
-def test_a_corrected_catheter_corrects_the_errors_too():
-    recording = replace(cycle(9), pressure_error=np.full(129, 0.01), flow_error=np.full(129, 1e-3))
-    catheter = Catheter(natural_frequency=60.0, damping=0.6)
-    corrected = correct_catheter(recording, catheter)
-    gain = 1 / np.abs(catheter.response(np.arange(10) / 0.11))
-    np.testing.assert_allclose(corrected.pressure_error[:10], 0.01 * gain)
-    np.testing.assert_allclose(corrected.pressure_error[10:], 0.01)
 
 
 def test_a_simulation_is_compared_in_the_same_harmonics_as_the_recording():

@@ -11,10 +11,6 @@ from vasowave.calibration import Search, calibrate
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.errors import InputError
-from vasowave.imaging.exchange.tables import write_network_table
-from vasowave.imaging.measure.measurement import filled_at, measured_alone
-from vasowave.imaging.options import Options
-from vasowave.imaging.tree import Line, Tree
 from vasowave.model import walls
 from vasowave.model.blood import Blood
 from vasowave.model.linear import linear_solution
@@ -170,16 +166,6 @@ def test_a_row_that_contradicts_the_network_is_refused(tmp_path):
         study_of_one(tmp_path / "study", "", "7.5", in_file=True)
     with pytest.raises(InputError, match="image_pressure"):
         study_of_one(tmp_path / "wrong", "image_pressure: -3\n")
-
-
-def test_an_extraction_writes_the_pressure_of_its_image(tmp_path):
-    lines = tuple(Line(np.array([[0, 0, x], [0, 0, x + 1.0], [0, 0, x + 2.0]]), np.full(3, 0.04)) for x in (0.0, 2.0))
-    measured = filled_at(measured_alone(Tree(lines, np.array([-1, 0]))), FILLED)
-    write_network_table(measured, tmp_path / "network.csv")
-    assert read_network(tmp_path / "network.csv").pressure == FILLED
-    assert Options(pressure=FILLED).pressure == FILLED
-    with pytest.raises(InputError, match="pressure"):
-        Options(pressure=-1.0)
 
 
 @pytest.mark.validation

@@ -30,17 +30,6 @@ def test_starts_of_a_linear_wall_are_led_to_where_the_fit_ends():
     assert np.max(np.abs(starts[5] - ended)) > 0.3
 
 
-def test_the_linear_model_is_followed_downhill():
-    """Wherever it leads, the objective of the linear model there is no more than where the start was."""
-    from vasowave.calibration import screening
-
-    space, compared, starts = posed("linear")
-    for start in starts[:4]:
-        residuals = screening.linear_residuals(space, compared)
-        before, after = (np.sum(residuals(x) ** 2) for x in (start, screened(space, compared, [start])[0][0]))
-        assert after <= before
-
-
 def test_every_start_has_its_row_and_says_by_which_one_it_was_stood_for():
     reached = []
     fit = vw.calibrate(NETWORK, MOUSE, "linear", starts=8, numerics=COARSE, progress=lambda *one: reached.append(one))

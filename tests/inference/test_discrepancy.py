@@ -151,7 +151,8 @@ def regression(signal, rng, impedance=2.0):
     return seen, pressure, noise.beside_flow(variance, power, pressure)
 
 
-@pytest.mark.parametrize("signal", [1.5, pytest.param(6.0, marks=pytest.mark.validation)])
+@pytest.mark.validation
+@pytest.mark.parametrize("signal", [1.5, 6.0])
 def test_noise_of_a_flow_that_enters_draws_no_impedance_down(signal):
     """At the truth the score has the mean zero (maximum likelihood of a regression with errors in both signals)."""
     rng, near = np.random.default_rng(12), np.log(2.0) + 1e-4 * np.array([1.0, -1.0])

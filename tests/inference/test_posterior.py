@@ -89,13 +89,6 @@ def test_the_measured_mean_has_the_error_of_its_zero_and_the_model_its_waves(fou
     assert np.corrcoef(found.draws("tau"), found.draws("R_T") * found.draws("C_p"))[0, 1] > 0.5
 
 
-def test_independent_draws_are_one_chain_with_the_likelihood_of_each(found):
-    assert dict(found.data["posterior"].sizes)["chain"] == 1
-    likelihood = found.data["log_likelihood"]["pressure"].to_numpy()
-    assert likelihood.shape == (1, len(found.draws("beta")))
-    assert np.isfinite(likelihood).all()
-
-
 def test_arviz_reads_the_file(found, tmp_path):
     arviz = pytest.importorskip("arviz_base")
     tree = arviz.convert_to_datatree(str(found.to_netcdf(tmp_path / "draws.nc")))

@@ -141,14 +141,6 @@ def test_a_taper_as_uncertain_as_the_prior_is_believed_half():
     assert unknowns.all["taper_scale"].source == "image"
 
 
-def test_a_vessel_without_a_measured_taper_stays_straight():
-    fall = np.array([0.2, *[np.nan] * 20])
-    unknowns = narrowing(fall, np.full(21, 0.05)).unknowns
-    model = unknowns.model(np.zeros(len(unknowns.all)))
-    assert np.flatnonzero(model.changing).tolist() == [0]
-    assert np.flatnonzero(unknowns.own_errors[2]).tolist() == [0]
-
-
 def test_the_pressure_of_the_image_is_unknown_and_anchors_the_wall(whole):
     space = replace(whole.unknowns.space, network=replace(control_network(), pressure=6.3))
     unknowns = Unknowns(space, whole.unknowns.nominal, Priors(), virtual_mouse())

@@ -184,6 +184,6 @@ def test_points_that_cannot_be_simulated_have_no_weight():
 
 
 def test_the_same_seed_gives_the_same_draws():
-    first, second = (explored_by(target(bent, white(0.3)), 14, 100) for _ in range(2))
+    first, second = (explored_by(target(bent, white(0.3)), 14, 40) for _ in range(2))
     assert np.array_equal(first.points, second.points)
     assert first.log_evidence == second.log_evidence

@@ -36,11 +36,6 @@ def test_draws_are_distributed_like_the_valley_drawn_directly():
         assert ks_2samp(ours_one, theirs).pvalue > 0.01
 
 
-def test_stored_log_densities_belong_to_the_points():
-    points, values = drawn(banana, np.random.default_rng(4), steps=100)
-    assert np.allclose(values, banana(points))
-
-
 def test_the_evidence_of_a_bent_valley_is_its_integral():
     rng = np.random.default_rng(5)
     points, values = drawn(banana, rng)
