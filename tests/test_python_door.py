@@ -104,21 +104,6 @@ def test_results_show_themselves_as_a_short_table_that_says_what_can_be_typed_ne
         eval(typed, {"results": results})  # what we say can be typed
 
 
-def test_the_error_of_too_few_animals_names_three_reasons_and_how_many_more(tmp_path):
-    store, pieces = Store(tmp_path / "results"), {}
-    few = [next(one for one in planted_results() if one.group == label) for label in ("CTL", "HPH")]
-    for number, one in enumerate(few):
-        pieces[one.name, one.group] = store.keep(f"{number}", to_bytes(one.to_datatree()))
-    write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["CTL", "HPH"]))
-    comparison = vw.read_results(tmp_path).compare("HPH")
-    count = len(comparison.primary.left_out)
-    with pytest.raises(vw.errors.InputError) as caught:
-        comparison.forest()
-    assert count > 4
-    assert str(caught.value).count("fewer than two animals") == 3
-    assert f"and {count - 3} more (all in `.primary.left_out`); add animals" in str(caught.value)
-
-
 def test_the_table_holds_every_stored_number_with_its_interval_and_unit_once(results):
     table = results.table()
     assert list(table.columns) == ["animal", "group", "law", "quantity", "value", "low", "high", "unit"]

@@ -101,14 +101,6 @@ def test_a_network_keeps_the_pressure_of_its_image_in_its_file(tmp_path):
     assert not unknown_pressure(filled())
 
 
-@pytest.mark.parametrize(("unit", "factor"), [("kPa", 7.50064), ("cmH2O", 0.735559), ("mmHg", 1.0)])
-def test_the_pressure_of_the_image_is_read_in_its_unit(tmp_path, unit, factor):
-    path = tmp_path / "network.csv"
-    rows = "a,,0.4,0.04,2\nb,a,0.4,0.03,2\nc,a,0.4,0.03,2\n"
-    path.write_text(f"name,parent,length [cm],radius [cm],pressure [{unit}]\n{rows}")
-    assert read_network(path).pressure == pytest.approx(2 * factor, rel=1e-5)
-
-
 @pytest.mark.parametrize(
     ("title", "cells", "message"),
     [

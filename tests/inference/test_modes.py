@@ -111,14 +111,7 @@ def test_a_start_that_cannot_be_simulated_is_a_failed_start_and_not_the_end():
     modes = find_modes(above, folded, DATA, NOISE, [OTHER], screened(folded, UNKNOWNS, 0))
     assert [np.sign(mode.middle[0]) for mode in modes] == [1.0]
     with pytest.raises(NumericalError, match="start"):
-        find_modes(
-            lambda points: np.full((len(points), SAMPLES), np.nan),
-            folded,
-            DATA,
-            NOISE,
-            [],
-            screened(folded, UNKNOWNS, 0),
-        )
+        find_modes(nowhere, folded, DATA, NOISE, [], screened(folded, UNKNOWNS, 0))
 
 
 def test_a_fit_elsewhere_is_a_finding_with_distance_and_nats():

@@ -134,14 +134,12 @@ def test_a_run_goes_on_from_its_file_with_the_same_result(tmp_path):
     assert first.diagnostics == second.diagnostics
 
 
-def test_a_fit_of_another_law_is_refused():
-    with pytest.raises(InputError, match="not of tangent"):
-        posterior(control_network(), virtual_mouse(), "tangent", fit=made_fit("linear"))
-
-
-def test_too_few_draws_are_refused():
-    with pytest.raises(InputError, match="at least 40"):
-        posterior(control_network(), virtual_mouse(), draws=10)
+@pytest.mark.parametrize(
+    ("asked", "words"), [({"fit": made_fit("linear")}, "not of tangent"), ({"draws": 10}, "at least 40")]
+)
+def test_a_fit_of_another_law_and_too_few_draws_are_refused(asked, words):
+    with pytest.raises(InputError, match=words):
+        posterior(control_network(), virtual_mouse(), "tangent", **asked)
 
 
 @pytest.mark.validation
