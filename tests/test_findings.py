@@ -45,11 +45,6 @@ def test_a_finding_is_its_code_and_values_and_writes_its_text_from_them(some_kin
     assert len({found, some_kind(degrees=31.0, room="lab"), some_kind(degrees=32.0, room="lab")}) == 2
 
 
-def test_a_code_is_declared_once(some_kind):
-    with pytest.raises(ValueError, match="declared twice"):
-        kind(some_kind.code, Severity.NOTE, "again")
-
-
 def test_findings_come_back_from_json_as_they_were(some_kind):
     found = (some_kind(degrees=31.0, room="lab").at("raw/a.txt"), OTHER(text="odd"))
     assert from_json(as_json(found)) == found

@@ -153,11 +153,6 @@ def test_a_comparison_says_itself_draws_itself_and_can_be_turned_round(results, 
     assert any("mPAP" in text for text in words)
 
 
-def test_a_parameter_of_one_law_is_compared_where_other_laws_have_none(results):
-    compared = results.compare("HPH", quantities=("beta",), law="linear")
-    assert list(compared.table["quantity"].unique()) == ["beta"]
-
-
 @pytest.mark.parametrize(
     ("asked", "words"),
     [

@@ -77,12 +77,6 @@ def test_in_a_browser_networks_turn_and_change_their_color(cohort_page, tmp_path
     assert 0 < low < high
 
 
-def test_without_scripts_and_on_paper_nothing_of_it_is_seen(cohort_page):
-    figure = re.search(r'<figure id="figure-Space"[^>]*>', cohort_page)[0]
-    assert "hidden" in figure
-    assert ".space { display: none; }" in cohort_page
-
-
 @pytest.mark.parametrize("name", ["</script>", "a\u2028b"])
 def test_names_cannot_end_the_script(name, cohort_results, tmp_path):
     from vasowave.report.blocks import REPORT, Report, Section
