@@ -4,7 +4,6 @@ import xarray as xr
 from scipy.stats import multivariate_normal
 
 from approval import approve, tree
-from made_fit import made_fit
 from vasowave import noise, selection
 from vasowave.errors import InputError
 from vasowave.selection.averaging import averaged_draws
@@ -99,18 +98,6 @@ def test_the_best_of_three_models_is_preferred_only_if_the_runner_up_is_far_behi
 def test_residuals_that_cannot_be_compared_are_refused(residuals, words):
     with pytest.raises(InputError, match=words):
         selection.compare_residuals(residuals, D, T)
-
-
-LINEAR, TANGENT = made_fit("linear"), made_fit("tangent")
-
-
-def test_covariances_are_tried_one_after_the_other_and_told():
-    heard = []
-    how = selection.Comparing(("independent", "circulant"), seed=3)
-    found = selection.compare_models([LINEAR, TANGENT], how, samples=64, progress=lambda *told: heard.append(told))
-    assert heard == [(1, 2, "independent"), (2, 2, "circulant")]
-    assert set(found["N"].values) == {64.0}
-    assert set(found["D"].values) == {4.0, 5.0}
 
 
 def test_draws_of_laws_are_joined_by_their_weights():
