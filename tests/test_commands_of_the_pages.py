@@ -6,7 +6,6 @@ NOT_RUN names what does not run, with the reason.
 """
 
 import ast
-import importlib
 import re
 import shlex
 import shutil
@@ -90,9 +89,9 @@ def blocks(page: Path) -> tuple[list[tuple[str, str]], str]:
     return [(mark, inside) for _, mark, inside in sorted(found)], left
 
 
-def command_lines(page: Path) -> list[Line]:
+def command_lines(page: Path, root: Path = ROOT) -> list[Line]:
     """Return the command lines of a page: those of its blocks, then those of its sentences and tables."""
-    name = page.relative_to(ROOT).as_posix()
+    name = page.relative_to(root).as_posix()
     inside, left = blocks(page)
     found = [
         Line(name, EXPLAINED.split(line.strip())[0], False, mark == "{shown}")
@@ -161,35 +160,6 @@ def test_every_option_in_a_sentence_is_one_of_a_command():
     assert {span for span in spans if re.split(r"[\s=]", span)[0] not in known} == set()
 
 
-def test_every_name_in_a_sentence_is_one_of_the_package():
-    spans = {span for page in PAGES for span in re.findall(r"`v(?:w|asowave)\.([A-Za-z_.]+)", blocks(page)[1])}
-    assert len(spans) > 40
-    elsewhere = {
-        "fit",
-        "compare",
-        "open_results",
-        "read_raw",
-        "profile",
-        "py",
-    }  # of docs/python.md, which says what to type; a file vasowave.py
-    assert {span for span in spans - elsewhere if not _is_there(span.strip("."))} == set()
-    assert not _is_there("calibrat")
-
-
-def _is_there(name: str) -> bool:
-    value, module = vw, "vasowave"
-    for part in name.split("."):
-        module = f"{module}.{part}"
-        try:
-            value = getattr(value, part)
-        except AttributeError:
-            try:
-                value = importlib.import_module(module)
-            except ImportError:
-                return False
-    return True
-
-
 def test_every_program_that_a_page_names_is_there():
     texts = (page.read_text(encoding="utf-8") for page in PAGES)
     named = {name for text in texts for name in re.findall(r"\b((?:benchmarks|tools)/\w+\.py)", text)}
@@ -197,7 +167,7 @@ def test_every_program_that_a_page_names_is_there():
     assert {name for name in named if not (ROOT / name).is_file()} == set()
 
 
-def test_a_misspelt_option_or_command_and_a_surplus_word_are_found(tmp_path, monkeypatch):
+def test_a_misspelt_option_or_command_and_a_surplus_word_are_found(tmp_path):
     page = tmp_path / "page.md"
     page.write_text(
         "Type `vasowave fit a.csv b.txt --strats 4`, `vasowave chekc` or `vasowave status --jsn`, or\n\n"
@@ -205,8 +175,7 @@ def test_a_misspelt_option_or_command_and_a_surplus_word_are_found(tmp_path, mon
         "or `vasowave fit` with `vasowave run my-study`.\n",
         encoding="utf-8",
     )
-    monkeypatch.setattr("test_commands_of_the_pages.ROOT", tmp_path)
-    said = {line.text: wrong(line) for line in command_lines(page)}
+    said = {line.text: wrong(line) for line in command_lines(page, tmp_path)}
     assert [text for text, words in said.items() if not words] == ["vasowave fit", "vasowave run my-study"]
     assert "--strats" in said["vasowave fit a.csv b.txt --strats 4"]
     assert len(said) == 7

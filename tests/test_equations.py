@@ -79,10 +79,6 @@ def test_the_equation_has_a_test(number):
     assert any(isinstance(node, ast.Assert) or "assert" in ast.dump(node) for node in ast.walk(functions[name]))
 
 
-def test_citations_are_read_in_all_their_forms():
-    assert cited("x (eq. 3). y (eqs. 25 to 27, 30), z (eqs. 8 and 9) in eq. 4") == {3, 4, 8, 9, 25, 26, 27, 30}
-
-
 def test_the_paper_has_as_many_numbered_equations(shared):
     text = "\n".join(path.read_text(encoding="utf-8") for path in (shared.parent / "paper").glob("*.txt"))
     count = len(re.findall(r"\\begin\{equation\}", text))

@@ -10,7 +10,7 @@ from vasowave.datasets.raw import synthetic_raw_recording
 
 @pytest.fixture(scope="module")
 def network():
-    return vw.control_network()
+    return vw.Network(("MPA", "LPA", "RPA"), [-1, 0, 0], [0.4, 0.4, 0.5], [0.05, 0.035, 0.04])
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,9 @@ def test_a_raw_recording_draws_a_stretch_and_averages_its_beats(raw):
     assert bands[0].max() == pytest.approx((average.recording.pressure + average.pressure_sd).max())
 
 
-def test_keywords_of_a_search_are_taken_directly_and_a_slip_is_named(network, mouse, fit):
+def test_an_average_serves_as_a_cycle_and_a_slip_among_keywords_is_named(network, mouse, fit, raw):
+    average = raw.average(10)
+    assert vw.calibrate(network, average, starts=1, pressure_harmonics=8).recording is average.recording
     named = vw.calibrate(network, mouse, search=vw.Search(starts=1))
     assert fit.parameters["value"].equals(named.parameters["value"])
     with pytest.raises(vw.errors.InputError, match=r"no setting 'start'.*'starts'"):
@@ -111,8 +113,3 @@ def test_what_is_not_a_cycle_or_a_network_is_said_in_words(door, network, mouse,
         door("lung.csv", mouse)
     with pytest.raises(vw.errors.InputError, match="ndarray was given where a Recording is needed"):
         door(network, mouse.pressure)
-
-
-def test_an_average_serves_as_a_cycle(network, raw):
-    average = raw.average(10)
-    assert vw.calibrate(network, average, starts=1).recording is average.recording

@@ -76,19 +76,20 @@ def test_strict_mypy_sees_real_types_in_a_users_script_and_finds_what_is_wrong(t
         assert word in wrong.stdout
 
 
-def test_values_show_themselves_in_a_notebook_with_every_text_escaped():
-    network = vasowave.Network(("<b>root</b>", "left"), [-1, 0], [0.4, 0.4], [0.05, 0.03])
-    assert "&lt;b&gt;root&lt;/b&gt;" in network._repr_html_()
-    assert "β" in made_fit("linear")._repr_html_()
+NETWORK, MOUSE = vasowave.Network(("<b>root</b>", "left"), [-1, 0], [0.4, 0.4], [0.05, 0.03]), vasowave.virtual_mouse()
+BEDS = vasowave.estimate_nominal(NETWORK, MOUSE).outlets
 
 
-def test_recordings_and_models_show_their_numbers_in_a_notebook():
-    mouse = vasowave.virtual_mouse()
-    assert f"{mouse.pressure.mean():.1f} mmHg" in mouse._repr_html_()
-    raw = synthetic_raw_recording(mouse, np.random.default_rng(1), duration=6.0).raw
-    assert "6 s at" in raw._repr_html_()
-    network = vasowave.control_network()
-    beds = vasowave.estimate_nominal(network, mouse).outlets
-    shown = vasowave.Model(network, vasowave.LinearWall(np.linspace(60.0, 90.0, len(network))), beds)._repr_html_()
-    assert "60 to 90" in shown
-    assert "11 terminals" in shown
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (NETWORK, "&lt;b&gt;root&lt;/b&gt;"),  # escaped, as every text
+        (made_fit("linear"), "β"),
+        (MOUSE, f"{MOUSE.pressure.mean():.1f} mmHg"),
+        (synthetic_raw_recording(MOUSE, np.random.default_rng(1), duration=6.0).raw, "6 s at"),
+        (vasowave.Model(NETWORK, vasowave.LinearWall(np.array([60.0, 90.0])), BEDS), "60 to 90"),
+    ],
+    ids=lambda one: type(one).__name__,
+)
+def test_values_show_themselves_in_a_notebook(value, words):
+    assert words in value._repr_html_()

@@ -1,19 +1,16 @@
 """Settings are declared once: what is made from the declaration follows it, and the type checker sees it."""
 
 import json
-import os
 import pickle
-import re
-import shutil
-import subprocess
-import sys
-from dataclasses import FrozenInstanceError, asdict, fields, is_dataclass, replace
+from dataclasses import FrozenInstanceError, asdict, is_dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import vasowave as vw
+from vasowave.cli import app
 from vasowave.errors import InputError
 from vasowave.imaging.options import Options
 from vasowave.settings import settings_of
@@ -96,6 +93,7 @@ def test_every_setting_says_what_it_means_and_its_values_cannot_be_changed(kind)
         (lambda: vw.Numerics(accuracy=0.1, cycles_from_rest=8), "accuracy chooses steps and cycles"),
         (lambda: StudyFile(calibration={"starts": "x"}), "calibration.starts: 'x' is not a whole number"),
         (lambda: StudyFile(groups=None), "groups: write a list"),
+        (lambda: vw.Numerics(tolerance="1,5"), "tolerance: '1,5' is not a number; write a decimal point"),
         (lambda: Options(root="1,2"), "root: '1,2' is not a place"),
         (lambda: Options(cannula=3), "cannula: 3 is too large; it must be below 2"),
     ],
@@ -107,90 +105,16 @@ def test_a_wrong_setting_is_one_sentence_in_python_too(make, words):
     assert "pydantic" not in str(caught.value)
 
 
-def test_numbers_of_numpy_are_numbers():
-    found = vw.Search(starts=np.int64(4), bounds={"beta": np.array([1.0, 2.0]).tolist()}, fixed={"c1": np.float32(2)})
-    assert (found.starts, found.bounds["beta"], found.fixed["c1"]) == (4, (1.0, 2.0), 2.0)
-
-
-def test_fields_of_a_section_are_those_of_the_class_that_the_function_takes():
-    """No setting of a search, an average or a primary family is written down a second time."""
-    sections = {name: one.section for name, one in settings_of(StudyFile).items() if one.section}
-    assert {one.name for one in fields(vw.Search)} < {one.name for one in fields(sections["calibration"])}
-    assert sections["averaging"] is vw.Averaging
-    declared = [name for kind in StudyFile.__mro__ for name in vars(kind).get("__annotations__", {})]
-    assert len(declared) == len(set(declared))
-
-
-ADDED = '''    seed: Annotated[int, Ge(0)] = 0
-    """Seed of everything random; the same seed gives the same result."""
-'''
-DIFF = (
-    ADDED
-    + '''    patience: Annotated[int, Ge(1)] = 7
-    """Searches without progress before the others are left."""
-'''
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ("animals: Mice.XLSX\n", "rows are added to CSV only; save it as CSV"),
+        ("no such key: 1\n", "mend the study file"),
+    ],
 )
-SHOWN = """
-import json, sys
-from typer.testing import CliRunner
-import vasowave as vw
-from vasowave.cli import app
-from vasowave.study.reading import parse_settings
-from vasowave.study.template import keys_table, schema_text, study_text
-print("  # Searches without progress before the others are left.\\n  patience: 7" in study_text())
-print("| `calibration.patience` | `7` | Searches without progress before the others are left. |" in keys_table())
-print(json.loads(schema_text())["$defs"]["Calibration"]["properties"]["patience"]["minimum"])
-print("--patience" in CliRunner().invoke(app, ["fit", "--help"], env={"COLUMNS": "200"}).output)
-print(vw.Settings(patience=3).search("linear").patience, '"patience": 3' in vw.Settings(patience=3).as_json())
-print(*map(str, parse_settings(b"calibration:\\n  patience: 0\\n  patence: 3\\n")[1]), sep="; ")
-"""
-
-
-@pytest.mark.validation
-def test_a_new_setting_touches_one_place(tmp_path):
-    """Two lines are added to a copy of the source; study file, schema, page, command, key and errors know it."""
-    package = Path(vw.__file__).parent
-    shutil.copytree(package, tmp_path / "vasowave", ignore=shutil.ignore_patterns("__pycache__"))
-    place = tmp_path / "vasowave" / "calibration" / "calibrate.py"
-    before = place.read_text("utf-8")
-    assert before.count(ADDED) == 1
-    place.write_text(before.replace(ADDED, DIFF), "utf-8")
-    env = os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
-    done = subprocess.run(
-        [sys.executable, "-c", SHOWN], capture_output=True, text=True, env=env, cwd=tmp_path, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    *lines, wrong = done.stdout.splitlines()
-    assert lines == ["True", "True", "1", "True", "3 True"]
-    assert "study.yaml, line 2, column 13: calibration.patience: '0' is too small; at least 1" in wrong
-    assert "study.yaml, line 3, column 3: unknown key 'patence' (did you mean 'patience'?)" in wrong
-
-
-TYPED = """
-import vasowave as vw
-from vasowave.study.settings import StudyFile
-reveal_type(StudyFile(groups=["CTL"]).calibration.starts)
-reveal_type(StudyFile().averaging.harmonics)
-reveal_type(vw.Settings(walls=("linear",)).blood.density)
-StudyFile(groups=3)
-StudyFile(grups=["CTL"])
-vw.Search(starts="four")
-StudyFile().calibration.start
-StudyFile().title = "x"
-"""
-
-
-@pytest.mark.validation  # the type checker reads the whole package
-def test_the_type_checker_sees_every_setting(tmp_path):
-    (tmp_path / "typed.py").write_text(TYPED, "utf-8")
-    command = [sys.executable, "-m", "mypy", "--no-error-summary", str(tmp_path / "typed.py")]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[1], check=False)
-    lines = [line for line in done.stdout.splitlines() if "typed.py:" in line]
-    told = {
-        int(re.search(r"typed\.py:(\d+): ", line)[1]): line for line in lines if "error" in line or "Revealed" in line
-    }
-    assert sorted(told) == [4, 5, 6, 7, 8, 9, 10, 11]
-    for line, kind in {4: '"int"', 5: '"int | None"', 6: '"float"'}.items():
-        assert kind in told[line]
-    for line, words in {7: "arg-type", 8: "call-arg", 9: "arg-type", 10: "attr-defined", 11: "misc"}.items():
-        assert words in told[line]
+def test_rows_are_added_neither_to_a_workbook_nor_under_a_broken_study_file(tmp_path, settings, words):
+    (tmp_path / "study.yaml").write_text(settings, "utf-8")
+    (tmp_path / "lung.csv").write_text("name,parent,length [cm],radius [cm]\na,,0.4,0.05\n", "utf-8")
+    told = CliRunner().invoke(app, ["add", str(tmp_path), str(tmp_path / "lung.csv")])
+    assert told.exit_code != 0
+    assert words in str(told.exception)

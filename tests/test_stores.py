@@ -1,11 +1,11 @@
 """What the program stores is read strictly: whatever stands there, it is believed only where it is what was written."""
 
 import ast
-import dataclasses
 import json
 import os
 import warnings
 from contextlib import suppress
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +25,7 @@ from vasowave.network_formats import NETWORKS
 from vasowave.recording.formats import RECORDINGS
 from vasowave.stores import LARGEST, STORES, parsed, parsed_as
 from vasowave.study.plan import RECORD, read_declared
-from vasowave.study.store import Journal, JournalEnd, _checksum, read_journal
+from vasowave.study.store import Journal, read_journal
 
 SOURCE = Path(__file__).parents[1] / "src" / "vasowave"
 BRACKETS = b"[" * 60_000
@@ -134,28 +134,11 @@ def test_findings_that_cannot_be_said_are_refused_where_they_are_read(text):
         from_json(text)
 
 
-def lines(path, *ends, key=None):
-    """Write a journal whose check sums are right."""
-    of = path.with_stem(key) if key else path
-    texts = [one if isinstance(one, str) else json.dumps(one) for one in ends]
-    path.write_text("".join(f"{_checksum(of, text):08x} {text}\n" for text in texts), encoding="utf-8")
-    return path
-
-
-END = {"wall": "linear", "stage": "scout", "start": 0, "starts": 1, "x": [0.1], "S": 1.0, "simulations": 3,
-       "converged": True, "message": "", "residual": [1.0], "joined": False}  # fmt: skip
-
-
-@pytest.mark.parametrize("missing", END)
-def test_a_line_of_a_journal_without_a_key_or_with_another_type_counts_for_nothing(tmp_path, missing):
-    without = {name: value for name, value in END.items() if name != missing}
-    path = lines(tmp_path / "a.jsonl", without, END | {missing: None}, END | {missing: {"a": 1}}, BRACKETS.decode())
-    assert read_journal(path) == []
-    assert read_journal(lines(path, END)) == [JournalEnd(**END)]
-
-
 def test_a_journal_that_lies_under_another_animals_name_counts_for_nothing(tmp_path):
-    assert read_journal(lines(tmp_path / "b.jsonl", END, key="a")) == []
+    forms.FORMS["journal of searches"].write(tmp_path)
+    (path,) = tmp_path.glob("*.jsonl")
+    assert len(read_journal(path)) == 5
+    assert read_journal(path.rename(path.with_stem("another"))) == []
 
 
 @pytest.fixture(scope="module")
@@ -173,8 +156,10 @@ def _fit(path):
 
 
 def planted(path, tmp_path, change):
-    ends = [vars(one) | change(one) for one in read_journal(path)]
-    return lines(tmp_path / path.name, *ends)
+    journal = Journal(tmp_path / path.name)
+    for one in read_journal(path):
+        journal.write(replace(one, **change(one)))
+    return journal.path
 
 
 def test_a_journal_that_is_ours_is_believed_without_a_word(fitted, tmp_path):
@@ -221,10 +206,10 @@ def test_planted_simulations_of_a_posterior_are_made_anew_and_told(tmp_path):
 
 
 def test_a_record_of_what_was_declared_carries_a_check_sum_and_one_of_an_earlier_version_is_read(tmp_path):
-    forms._record(tmp_path)
+    forms.FORMS["record of what was declared"].write(tmp_path)
     text = (tmp_path / RECORD).read_text()
     (tmp_path / RECORD).write_text(text.replace("2026-01-02", "2026-01-01"))
     with pytest.raises(InputError, match="SHA-256"):
         read_declared(tmp_path / RECORD)
-    (tmp_path / RECORD).write_text(json.dumps([dataclasses.asdict(one) for one in forms.DECLARED]))
+    (tmp_path / RECORD).write_text(json.dumps([asdict(one) for one in forms.DECLARED]))
     assert read_declared(tmp_path / RECORD) == forms.DECLARED

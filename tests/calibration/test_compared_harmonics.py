@@ -5,16 +5,13 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from made_fit import made_fit
 from vasowave.calibration import Search, calibrate
 from vasowave.calibration.compared import compared_part
 from vasowave.datasets import control_network
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.errors import InputError
-from vasowave.noise.spectrum import fourier, known_variance, least_squares_covariance, likely_spectra
-from vasowave.recording import Catheter, Recording, average_beats, correct_catheter, read_recording, resample
-from vasowave.selection import compare_models
+from vasowave.recording import Recording, average_beats, read_recording, resample
 from vasowave.selection.choices import answers_by_harmonics
 
 PHASE = 2 * np.pi * np.arange(256) / 256
@@ -56,7 +53,8 @@ def test_a_number_or_all_can_be_asked_for_and_what_is_no_evidence_is_said():
     assert (given.harmonics, given.samples, given.choice) == (30, 61, "given")
     assert "no evidence" in str(given.findings()[0])
     assert "no evidence" not in str(compared_part(recording, 8).findings()[0])
-    assert Search(pressure_harmonics="20") == Search(pressure_harmonics="20")
+    with pytest.raises(InputError, match="hold 127 harmonics, 200 cannot"):
+        compared_part(recording, 200)
 
 
 @pytest.mark.parametrize("wrong", [0, 7, 600, -3, 10.5, "some", True])
@@ -70,11 +68,6 @@ def test_a_cycle_that_kept_its_first_harmonics_is_compared_at_the_samples_that_c
     cut = Recording(resample(resample(mouse.pressure, 41), 512), mouse.flow, mouse.period)  # 20 harmonics
     assert compared_part(cut, "all").samples in (41, 42)
     assert compared_part(cut).samples <= 41
-
-
-def test_more_harmonics_than_a_recording_holds_are_refused():
-    with pytest.raises(InputError, match="hold 127 harmonics, 200 cannot"):
-        compared_part(cycle(9), 200)
 
 
 def test_a_weak_recording_keeps_the_fewest_harmonics_and_says_so():
@@ -99,36 +92,6 @@ def test_the_discrepancy_is_what_the_residual_has_beyond_the_error():
     assert table["discrepancy"][3] == pytest.approx(np.sqrt(0.25 - 2 * 0.01))
     assert table["discrepancy"][5] == 0
     assert table["measured_modulus"][2] == pytest.approx(4 * 0.49)
-
-
-def test_where_the_error_explains_the_residual_it_alone_makes_the_intervals():
-    rng = np.random.default_rng(3)
-    N, PULSE = 41, 3.0  # mmHg: a discrepancy of 0.02 to 0.4 is expected
-    J = np.stack([np.ones(N), np.cos(2 * np.pi * np.arange(N) / N)], axis=1)
-    power = np.full(21, 0.2**2)
-    known = known_variance(power, N)
-    noise = fourier(np.eye(N)).T @ (np.sqrt(known) * rng.standard_normal(N))
-    residual = noise - J @ np.linalg.lstsq(J, noise, rcond=None)[0]
-    matrix = least_squares_covariance(J, likely_spectra(residual, J, PULSE, known))
-    # The mean's variance is the error power of harmonic 0; a cosine's amplitude has that of one component.
-    assert np.sqrt(np.diag(matrix)) == pytest.approx([0.2, 0.2], rel=0.25)
-
-
-def test_a_corrected_catheter_corrects_the_errors_too():
-    recording = replace(cycle(9), pressure_error=np.full(129, 0.01), flow_error=np.full(129, 1e-3))
-    catheter = Catheter(natural_frequency=60.0, damping=0.6)
-    corrected = correct_catheter(recording, catheter)
-    gain = 1 / np.abs(catheter.response(np.arange(10) / 0.11))
-    np.testing.assert_allclose(corrected.pressure_error[:10], 0.01 * gain)
-    np.testing.assert_allclose(corrected.pressure_error[10:], 0.01)
-
-
-def test_fits_to_different_harmonics_cannot_be_compared():
-    one, other = made_fit("linear"), made_fit("tangent")
-    fewer = compared_part(other.recording, 20)
-    other = replace(other, compared=fewer, residual=other.residual[: fewer.samples])
-    with pytest.raises(InputError, match="other harmonics"):
-        compare_models([one, other])
 
 
 def test_a_simulation_is_compared_in_the_same_harmonics_as_the_recording():

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import vasowave as vw
 from known_exactly import summary_without_errors
@@ -14,7 +13,6 @@ from vasowave.calibration.compared import compared_part
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import parameter_space
 from vasowave.calibration.sites import sites_of
-from vasowave.cli.app import app
 from vasowave.errors import InputError
 from vasowave.inference.posterior import Sampling, problem_of
 from vasowave.noise.spectrum import fourier
@@ -112,7 +110,7 @@ def test_the_error_that_a_flow_passes_on_is_the_scatter_of_simulations_by_flows_
     scatter = np.mean(np.square(found), axis=0)
     how = Sampling(search=vw.Search(pressure_harmonics=12, enters="both"))
     problem = problem_of(NETWORK, told, "linear", how)
-    expected = np.diag(problem._errors)[:25] - problem.zero_variance * (np.arange(25) == 0)
+    expected = np.diag(problem.discrepancy().measured)[:25] - problem.zero_variance * (np.arange(25) == 0)
     ratio = scatter / expected
     assert 0.6 < ratio[0] < 1.6
     by_harmonic = 0.5 * (ratio[1:13] + ratio[13:])  # cosines and sines: 120 draws each
@@ -165,11 +163,8 @@ def test_stored_results_of_a_pressure_that_entered_give_its_waves_again(tmp_path
     assert "the measured pressure entered at the inlet, and the flow was compared" in page.read_text(encoding="utf-8")
 
 
-def test_a_signal_that_cannot_enter_is_refused_with_those_that_can(tmp_path):
+def test_a_signal_that_cannot_enter_is_refused_with_those_that_can():
     with pytest.raises(InputError, match=r"enters: .*flow.*pressure.*both"):
         vw.Search(enters="velocity")
     with pytest.raises(InputError, match="a pressure that enters needs a periodic state"):
         vw.calibrate(NETWORK, MOUSE, enters="pressure", numerics=vw.Numerics(cycles_from_rest=4, steps_per_cycle=2048))
-    ended = CliRunner().invoke(app, ["fit", "net.csv", "rec.csv", "--enters", "velocity", "-o", str(tmp_path / "x")])
-    assert ended.exit_code != 0
-    assert "flow" in str(ended.exception or ended.output)

@@ -11,10 +11,6 @@ from vasowave.calibration import Search, calibrate
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.errors import InputError
-from vasowave.imaging.exchange.tables import write_network_table
-from vasowave.imaging.measure.measurement import filled_at, measured_alone
-from vasowave.imaging.options import Options
-from vasowave.imaging.tree import Line, Tree
 from vasowave.model import walls
 from vasowave.model.blood import Blood
 from vasowave.model.linear import linear_solution
@@ -105,14 +101,6 @@ def test_a_network_keeps_the_pressure_of_its_image_in_its_file(tmp_path):
     assert not unknown_pressure(filled())
 
 
-@pytest.mark.parametrize(("unit", "factor"), [("kPa", 7.50064), ("cmH2O", 0.735559), ("mmHg", 1.0)])
-def test_the_pressure_of_the_image_is_read_in_its_unit(tmp_path, unit, factor):
-    path = tmp_path / "network.csv"
-    rows = "a,,0.4,0.04,2\nb,a,0.4,0.03,2\nc,a,0.4,0.03,2\n"
-    path.write_text(f"name,parent,length [cm],radius [cm],pressure [{unit}]\n{rows}")
-    assert read_network(path).pressure == pytest.approx(2 * factor, rel=1e-5)
-
-
 @pytest.mark.parametrize(
     ("title", "cells", "message"),
     [
@@ -129,16 +117,6 @@ def test_a_wrong_pressure_of_the_image_is_an_error_that_says_where(tmp_path, tit
     path.write_text(f"name,parent,length [cm],radius [cm],{title}\na,,0.4,0.04,{cells[0]}\nb,a,0.4,0.03,{cells[1]}\n")
     with pytest.raises(InputError, match=message):
         read_network(path)
-
-
-@pytest.mark.parametrize("pressure", [-0.1, 101.0, np.nan])
-def test_an_absurd_pressure_of_the_image_is_refused(pressure):
-    with pytest.raises(InputError, match="between 0"):
-        filled(pressure)
-
-
-def test_a_stored_animal_keeps_the_pressure_of_its_image():
-    assert network_of(network_dataset(filled())).pressure == FILLED
 
 
 def test_a_stored_animal_keeps_what_was_known_of_its_radii_and_tapers():
@@ -180,16 +158,6 @@ def test_a_row_that_contradicts_the_network_is_refused(tmp_path):
         study_of_one(tmp_path / "study", "", "7.5", in_file=True)
     with pytest.raises(InputError, match="image_pressure"):
         study_of_one(tmp_path / "wrong", "image_pressure: -3\n")
-
-
-def test_an_extraction_writes_the_pressure_of_its_image(tmp_path):
-    lines = tuple(Line(np.array([[0, 0, x], [0, 0, x + 1.0], [0, 0, x + 2.0]]), np.full(3, 0.04)) for x in (0.0, 2.0))
-    measured = filled_at(measured_alone(Tree(lines, np.array([-1, 0]))), FILLED)
-    write_network_table(measured, tmp_path / "network.csv")
-    assert read_network(tmp_path / "network.csv").pressure == FILLED
-    assert Options(pressure=FILLED).pressure == FILLED
-    with pytest.raises(InputError, match="pressure"):
-        Options(pressure=-1.0)
 
 
 @pytest.mark.validation

@@ -90,12 +90,13 @@ def test_an_unknown_filter_is_found_beside_a_wall_that_stiffens(cutoff):
     assert abs(found.value - 1 / (2 * np.pi * cutoff)) < 2.5 * found.error
 
 
-def test_a_filter_of_the_flow_is_told_as_one_of_the_flow():
-    seen = replace(animal(), flow=charged(animal().flow, animal().period, 50.0))
-    _, (finding,) = of_filters(seen)
-    values = dict(finding.values)
-    assert values["signal"] == "flow"
-    assert values["cutoff"] == pytest.approx(50.0, rel=0.35)
+def test_a_filter_of_the_flow_and_a_late_pressure_are_told_as_what_they_are():
+    filtered = replace(animal(), flow=charged(animal().flow, animal().period, 50.0))
+    late = replace(animal(), pressure=np.roll(animal().pressure, round(0.004 / animal().period * 256)))
+    told = [dict(finding.values) for seen in (filtered, late) for finding in of_filters(seen)[1]]
+    assert [one["signal"] for one in told] == ["flow", "pressure"]
+    assert told[0]["cutoff"] == pytest.approx(50.0, rel=0.35)
+    assert told[1]["delay"] == pytest.approx(4.0, rel=0.35)
 
 
 @pytest.mark.parametrize("cutoff", [0.0, 50.0, 20.0])
@@ -149,14 +150,6 @@ def test_an_unknown_catheter_with_a_prior_is_fitted_beside_the_parameters_and_to
     (told,) = (dict(one.values) for one in fit.findings if one.code == "fit.inertia")
     assert told["inertia"] == pytest.approx(1e6 * inertia.value)
     assert f"inertia of the catheter {1e6 * inertia.value:.2g} ±" in repr(fit)
-
-
-def test_a_pressure_that_is_late_is_told_as_late():
-    seen = replace(animal(), pressure=np.roll(animal().pressure, round(0.004 / animal().period * 256)))
-    _, (finding,) = of_filters(seen)
-    values = dict(finding.values)
-    assert values["signal"] == "pressure"
-    assert values["delay"] == pytest.approx(4.0, rel=0.35)
 
 
 def test_a_figure_shows_the_fitted_pressure_as_the_filter_let_it_through():

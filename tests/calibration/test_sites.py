@@ -80,6 +80,22 @@ def test_a_waveform_and_its_numbers_say_the_same_of_a_cycle(truth):
     assert other[1] - other[2] == pytest.approx(truth[0].pulse_pressure)
 
 
+def test_a_diameter_that_is_half_of_what_is_foretold_was_a_radius(truth):
+    half = site(truth, "diameter", 0.5)
+    fit = vw.calibrate(NETWORK, truth[0], starts=1, sites=[half], numerics=COARSE, pressure_harmonics=8)
+    (named,) = (str(one) for one in fit.findings if one.code == "fit.site-unit")
+    assert "a radius had been given for it" in named
+
+
+def test_errors_of_sites_are_their_own_and_those_of_their_gain(truth):
+    """Of one number of a flow with an error of 10 % in its gain, in mmHg of the inlet's pulse."""
+    flow = vw.Observation("flow", BRANCH, 0.01, mean=0.08, systolic=0.2, gain_sd=0.1)
+    sites = sites_of([flow], NETWORK, compared_part(truth[0]))
+    own = sites.measured / np.array(list(flow.numbers.values()))  # how much of a site's unit counts as 1 mmHg
+    expected = np.diag((0.01 * own) ** 2) + 0.1**2 * np.outer(sites.measured, sites.measured)
+    np.testing.assert_allclose(sites.covariance, expected)
+
+
 @pytest.mark.parametrize(
     "quantity",
     [pytest.param(one, marks=pytest.mark.validation) if one != "diameter" else one for one in ERROR],

@@ -64,10 +64,6 @@ def test_what_is_drawn_is_what_the_results_say(cohort_results):
         assert all(re.search(r"\[.+\]$", one["label"]) for one in drawn["quantities"])
 
 
-def test_a_law_that_nobody_was_fitted_with_draws_nothing(cohort_results):
-    assert space_block(gathered(cohort_results), "power-of-nobody") == []
-
-
 def test_in_a_browser_networks_turn_and_change_their_color(cohort_page, tmp_path):
     path = tmp_path / "supplement.html"
     path.write_text(cohort_page.replace("</body>", f"<script>{DRIVE}</script></body>"), encoding="utf-8")
@@ -79,12 +75,6 @@ def test_in_a_browser_networks_turn_and_change_their_color(cohort_page, tmp_path
     assert out["waves"] == 4
     low, high = map(float, out["range"])
     assert 0 < low < high
-
-
-def test_without_scripts_and_on_paper_nothing_of_it_is_seen(cohort_page):
-    figure = re.search(r'<figure id="figure-Space"[^>]*>', cohort_page)[0]
-    assert "hidden" in figure
-    assert ".space { display: none; }" in cohort_page
 
 
 @pytest.mark.parametrize("name", ["</script>", "a\u2028b"])

@@ -43,12 +43,3 @@ def test_a_block_that_alone_fixes_an_unknown_is_not_trusted():
     found = left_out(noise, DATA - draws @ J.T, np.full(400, -np.log(400)))
     assert found.loc["0", "k_hat"] > 0.7
     assert found.loc["5", "k_hat"] < 0.7
-
-
-def test_draws_that_could_not_be_simulated_count_for_nothing():
-    some = residuals(400)
-    weights = np.full(401, -np.log(400))
-    weights[-1] = -np.inf
-    with_one_lost = left_out(NOISE, np.vstack([some, np.full(SAMPLES, np.nan)]), weights)
-    found = left_out(NOISE, some, np.full(400, -np.log(400)))
-    assert with_one_lost["log_density"].to_numpy() == pytest.approx(found["log_density"].to_numpy(), abs=1e-2)

@@ -20,7 +20,6 @@ from vasowave.inference.findings import (
 )
 from vasowave.inference.mixture import explore, separate
 from vasowave.inference.mode import climb
-from vasowave.inference.result import Diagnostics
 from vasowave.inference.rounds import Target
 from vasowave.inference.starts import find_modes, screened
 from vasowave.quantities import derived
@@ -112,22 +111,7 @@ def test_a_start_that_cannot_be_simulated_is_a_failed_start_and_not_the_end():
     modes = find_modes(above, folded, DATA, NOISE, [OTHER], screened(folded, UNKNOWNS, 0))
     assert [np.sign(mode.middle[0]) for mode in modes] == [1.0]
     with pytest.raises(NumericalError, match="start"):
-        find_modes(
-            lambda points: np.full((len(points), SAMPLES), np.nan),
-            folded,
-            DATA,
-            NOISE,
-            [],
-            screened(folded, UNKNOWNS, 0),
-        )
-
-
-def test_a_posterior_whose_halves_differ_is_not_trusted():
-    said = Diagnostics(0.1, 330.0, 0.1, 0.1, 1.0, 0.1, 500, 3, 16, 400, 0.8, halves_apart=0.4)
-    assert said.trusted
-    assert not said._replace(halves_apart=0.6).trusted
-    assert said._replace(halves_apart=0.6, effective=40.0).trusted  # so few draws do not tell
-    assert not said._replace(k_hat=0.8).trusted
+        find_modes(nowhere, folded, DATA, NOISE, [], screened(folded, UNKNOWNS, 0))
 
 
 def test_a_fit_elsewhere_is_a_finding_with_distance_and_nats():

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 from scipy.stats import ks_2samp
 
 from made_fit import made_fit
@@ -90,26 +89,11 @@ def test_the_measured_mean_has_the_error_of_its_zero_and_the_model_its_waves(fou
     assert np.corrcoef(found.draws("tau"), found.draws("R_T") * found.draws("C_p"))[0, 1] > 0.5
 
 
-def test_independent_draws_are_one_chain_with_the_likelihood_of_each(found):
-    assert dict(found.data["posterior"].sizes)["chain"] == 1
-    likelihood = found.data["log_likelihood"]["pressure"].to_numpy()
-    assert likelihood.shape == (1, len(found.draws("beta")))
-    assert np.isfinite(likelihood).all()
-
-
-def test_the_file_holds_the_groups_that_arviz_reads(found, tmp_path):
-    path = found.to_netcdf(tmp_path / "draws.nc")
-    with xr.open_datatree(path) as result:
-        assert {"posterior", "prior", "sample_stats", "posterior_predictive", "observed_data"} <= set(result.children)
-        beta = result["posterior"]["beta"]
-        assert beta.dims == ("chain", "draw")
-        assert beta.attrs["units"] == "mmHg"
-        assert np.array_equal(beta.to_numpy().ravel(), found.draws("beta"))
-
-
 def test_arviz_reads_the_file(found, tmp_path):
     arviz = pytest.importorskip("arviz_base")
     tree = arviz.convert_to_datatree(str(found.to_netcdf(tmp_path / "draws.nc")))
+    assert {"prior", "sample_stats", "posterior_predictive", "observed_data"} <= set(tree.children)
+    assert tree["posterior"]["beta"].attrs["units"] == "mmHg"
     beta = arviz.extract(tree, var_names="beta")  # its own stacking of chains and draws
     assert sorted(beta.to_numpy()) == sorted(found.draws("beta"))
     assert arviz.extract(tree, group="prior", var_names="beta").sizes["sample"] > 100
@@ -126,11 +110,9 @@ def test_an_averaged_cycle_is_said_not_to_show_its_zero(found):
     assert zero_unseen(looked_at, 0.5) == []
 
 
-def test_every_block_of_harmonics_is_left_out_once(found):
-    blocks = found.left_out.index
-    assert list(blocks[:4]) == ["0", "1", "2", "3-4"]
-    assert blocks[-1].endswith(f"-{found.diagnostics.harmonics}")
-    assert np.isfinite(found.left_out["log_density"]).all()
+def test_a_posterior_shows_itself_and_how_far_it_may_be_trusted(found):
+    assert repr(found).startswith("Posterior(linear wall: beta")
+    assert f"Pareto k {found.diagnostics.k_hat:.2f}" in repr(found)
 
 
 @pytest.mark.validation
@@ -152,14 +134,12 @@ def test_a_run_goes_on_from_its_file_with_the_same_result(tmp_path):
     assert first.diagnostics == second.diagnostics
 
 
-def test_a_fit_of_another_law_is_refused():
-    with pytest.raises(InputError, match="not of tangent"):
-        posterior(control_network(), virtual_mouse(), "tangent", fit=made_fit("linear"))
-
-
-def test_too_few_draws_are_refused():
-    with pytest.raises(InputError, match="at least 40"):
-        posterior(control_network(), virtual_mouse(), draws=10)
+@pytest.mark.parametrize(
+    ("asked", "words"), [({"fit": made_fit("linear")}, "not of tangent"), ({"draws": 10}, "at least 40")]
+)
+def test_a_fit_of_another_law_and_too_few_draws_are_refused(asked, words):
+    with pytest.raises(InputError, match=words):
+        posterior(control_network(), virtual_mouse(), "tangent", **asked)
 
 
 @pytest.mark.validation
@@ -202,6 +182,8 @@ def test_posterior_and_prior_are_the_same_only_where_middle_and_width_agree():
     )
     scores = pd.Series({name: score for name, (_, score) in rows.items()})
     unknowns = dict.fromkeys(rows, Unknown("1", "a factor", 1.0, 0.05, True, "image"))
+    contradicted = meanings(summary, scores.replace(1.0, -2.1), unknowns)
+    assert [one.code for one in contradicted][2:] == ["posterior.prior-conflict"]
     silent, moved = meanings(summary, scores, unknowns)
     assert str(silent).startswith("The recording says nothing about alike: posterior and prior are the same")
     assert str(moved) == (

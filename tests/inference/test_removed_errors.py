@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vasowave.datasets import control_network
-from vasowave.inference.known_errors import KnownErrors, Seen, columns, kinds
+from vasowave.inference.known_errors import KnownErrors, Seen, kinds
 from vasowave.model.blood import Blood
 from vasowave.recording import Recording
 
@@ -49,24 +49,6 @@ def test_blood_and_structure():
     assert without("k", 0.3) is SEEN
 
 
-def test_medians_are_no_error_and_the_pressure_that_is_known():
-    assert {name: one.center(SEEN) for name, one in kinds().items()} == {
-        "radius_scale": 1.0, "length_scale": 1.0, "k": 0.0, "taper": 0.0,
-        "image_pressure": SEEN.network.pressure, "flow_gain": 1.0,
-        "flow_delay": 0.0, "zero": 0.0, "flow_zero": 0.0, "pressure_lag": 0.0, "pressure_inertia": 0.0, "flow_lag": 0.0,
-        "pressure_gain": 1.0, "viscosity": 1.0}  # fmt: skip
-    assert {name for name, one in kinds().items() if one.positive} == {
-        "radius_scale", "length_scale", "image_pressure", "flow_gain", "pressure_gain", "viscosity"}  # fmt: skip
-
-
-def test_what_is_not_said_is_as_usual_and_what_is_said_zero_is_not_there():
-    errors = KnownErrors(flow_gain_sd=0.07, zero_sd=0.0)
-    assert (errors.sd("flow_gain"), errors.sd("zero"), errors.sd("radius_scale")) == (0.07, 0.0, 0.05)
-    assert {one.name: (one.sd, one.unit, one.source) for one in errors.assumed(SEEN.network)} == {
-        "radius_scale": (0.05, "1", "usual"), "length_scale": (0.05, "1", "usual"), "k": (0.5, "1", "usual"),
-        "taper": (0.1, "1", "usual"), "flow_gain": (0.07, "1", "lab"), "zero": (0.0, "mmHg", "lab")}  # fmt: skip
-
-
 def test_a_network_tells_the_pressure_of_its_image_and_how_well_it_was_measured():
     image = replace(SEEN.network, pressure=6.0, radius_sd=0.08 * SEEN.network.radius)
     errors = {one.name: one for one in KnownErrors().assumed(image)}
@@ -79,10 +61,3 @@ def test_a_network_tells_the_pressure_of_its_image_and_how_well_it_was_measured(
     falling = replace(SEEN.network, taper=0.1 * SEEN.network.radius / SEEN.network.length)
     taper = {one.name: one for one in KnownErrors().assumed(falling)}["taper"]
     assert (taper.sd, taper.source) == (pytest.approx(0.01), "image")  # a tenth of what all fall
-
-
-def test_columns_say_the_unit_of_what_is_no_share():
-    found = {name: title for name, (title, _) in columns().items()}
-    assert (found["zero_sd"], found["flow_delay_sd"]) == ("zero sd [mmHg]", "flow delay sd [s]")
-    assert (found["flow_gain_sd"], found["image_pressure_sd"], found["k_sd"]) == (
-        "flow gain sd", "image pressure sd", "k sd")  # fmt: skip

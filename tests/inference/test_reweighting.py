@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import genpareto
 
-from vasowave.inference.reweighting import _quantile, smoothed
+from vasowave.inference.reweighting import smoothed
 
 
 @pytest.mark.parametrize("k", [0.2, 0.5, 0.9])
@@ -27,12 +27,6 @@ def test_the_tail_has_the_quantiles_of_the_pareto_distribution_above_the_largest
     np.testing.assert_allclose((scaled - 1)[below_the_cap] / (scaled[0] - 1), expected[below_the_cap] / expected[0])
 
 
-def test_a_tail_of_five_weights_is_the_smallest_that_has_a_shape():
-    log = np.random.default_rng(4).normal(size=25)
-    assert np.isfinite(smoothed(log).k_hat)  # a fifth of 25
-    assert smoothed(log[:20]).k_hat == np.inf
-
-
 def test_weights_add_up_to_one_and_keep_their_order():
     log = np.random.default_rng(2).normal(0, 1.5, 500)
     weights = smoothed(log)
@@ -52,12 +46,6 @@ def test_smoothing_brings_a_weighted_mean_nearer_to_the_truth():
     assert error[1] < error[0]
 
 
-def test_equal_weights_are_all_effective_and_trusted():
-    weights = smoothed(np.zeros(200))
-    assert weights.effective == pytest.approx(200)
-    assert weights.trusted
-
-
 def test_one_weight_that_carries_everything_is_not_trusted():
     log = np.random.default_rng(4).normal(0, 3.0, 400)
     log[7] = 30.0
@@ -70,9 +58,3 @@ def test_a_draw_that_cannot_be_simulated_has_no_weight():
     log = np.random.default_rng(5).normal(0, 0.3, 100)
     log[3] = -np.inf
     assert np.exp(smoothed(log).log_weight)[3] == 0.0
-
-
-@pytest.mark.parametrize("k", [-0.4, 0.0, 1e-9, 0.7])
-def test_quantiles_are_those_of_the_generalized_pareto_distribution_and_without_a_shape_of_the_exponential_one(k):
-    share = np.array([0.0, 0.2, 0.5, 0.99])
-    np.testing.assert_allclose(_quantile(share, k, 3.0), genpareto.ppf(share, k, scale=3.0), rtol=1e-7)

@@ -5,7 +5,6 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import ks_2samp, multivariate_normal, norm
 
-from vasowave.errors import NumericalError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.mixture import explore
 from vasowave.inference.mode import climb
@@ -184,12 +183,7 @@ def test_points_that_cannot_be_simulated_have_no_weight():
     assert np.all(weighted(explored)[explored.points[:, 0] > 0.8] == 0.0)
 
 
-def test_a_start_that_cannot_be_simulated_is_an_error():
-    with pytest.raises(NumericalError, match="start"):
-        explored_by(target(lambda points: np.full((len(points), SAMPLES), np.nan), white(1.0)), 13)
-
-
 def test_the_same_seed_gives_the_same_draws():
-    first, second = (explored_by(target(bent, white(0.3)), 14, 100) for _ in range(2))
+    first, second = (explored_by(target(bent, white(0.3)), 14, 40) for _ in range(2))
     assert np.array_equal(first.points, second.points)
     assert first.log_evidence == second.log_evidence

@@ -59,9 +59,3 @@ def test_a_damaged_file_is_an_error_that_says_what_to_do(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(InputError, match="remove it"):
         Simulations(double, path, "key")
-
-
-def test_progress_counts_the_points_that_were_asked_for():
-    counts = []
-    Simulations(double, progress=counts.append)(POINTS)
-    assert counts == [32, 64, 70]

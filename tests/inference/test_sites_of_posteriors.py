@@ -41,23 +41,6 @@ def test_what_was_kept_of_one_site_is_not_taken_for_another():
     assert len({problem(sites=(site,)).key for site in sites}) == len(sites)
 
 
-def test_what_was_kept_of_a_loop_is_not_taken_for_a_tree():
-    def key(ends):
-        network = vw.Network(
-            ("in", "a", "b", "out", "side"), None, [0.5] * 5, [0.05, 0.04, 0.04, 0.05, 0.02], nodes=ends
-        )
-        return network.parent.tolist(), problem_of(network, MOUSE, "linear", Sampling()).key
-
-    ring, tree = key([[0, 1], [1, 2], [1, 2], [2, 3], [1, 4]]), key([[0, 1], [1, 2], [1, 5], [2, 3], [1, 4]])
-    assert ring[0] == tree[0]
-    assert ring[1] != tree[1]
-
-
-def test_as_many_harmonics_are_compared_at_a_site_as_at_the_inlet():
-    both = problem(sites=(SITE,), search=vw.Search(pressure_harmonics="all"))
-    assert both.sites.harmonic.max() == (both.samples - 1) // 2
-
-
 def test_a_site_far_from_all_models_costs_likelihood_and_one_whose_error_is_endless_costs_none():
     point = np.zeros((1, len(problem().unknowns.all)))
 

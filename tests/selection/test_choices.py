@@ -1,67 +1,40 @@
-"""Tables of what an analyst's choices change: which fits are asked for, and what each row says of its fit."""
+"""Tables of what an analyst's choices change: a row for every fit, which says what its fit says."""
 
 from dataclasses import replace
 
-import numpy as np
-import pytest
-
 from made_fit import made_fit, made_recording
 from vasowave.calibration import Search
-from vasowave.calibration.calibrate import NUMERICS
-from vasowave.calibration.compared import compared_part
-from vasowave.datasets import control_network
-from vasowave.model.blood import Blood
-from vasowave.selection import choices
+from vasowave.network.network import Network
+from vasowave.selection.choices import answers, answers_by_harmonics, answers_by_image_pressure
+from vasowave.solver import Numerics
 
-WALLS = ("linear", "tangent")
-
-
-@pytest.fixture
-def asked(monkeypatch):
-    """Return what `calibrate` is asked for; in place of a search, fits made from formulas answer."""
-    calls = []
-
-    def calibrate(network, recording, wall, search, **more):
-        calls.append((network, wall, search, more))
-        fit = made_fit(wall, recording=recording, network=network)
-        return replace(fit, compared=compared_part(recording, search.pressure_harmonics))
-
-    monkeypatch.setattr(choices, "calibrate", calibrate)
-    monkeypatch.setattr(choices, "answers", lambda fits, covariance: choices.pd.DataFrame(
-        [choices.answer(fit) for fit in fits], choices.pd.Index([fit.wall for fit in fits], name="wall")))  # fmt: skip
-    return calls
+NETWORK = Network(("1", "2", "3"), [-1, 0, 0], [0.4, 0.4, 0.5], [0.05, 0.035, 0.04])
+QUICK = {"search": Search(starts=1, pressure_harmonics=8), "numerics": Numerics(cell_size=0.3)}
 
 
-def test_every_law_is_fitted_to_every_choice_of_harmonics_and_each_row_says_what_its_fit_says(asked):
+def test_a_law_is_fitted_to_every_choice_of_harmonics():
     heard = []
-    table = choices.answers_by_harmonics(
-        control_network(), made_recording(), WALLS, (10, 20), search=Search(starts=3),
-        progress=lambda done, all_: heard.append((done, all_)),
-    )  # fmt: skip
-    assert [(wall, search.pressure_harmonics, search.starts) for _, wall, search, _ in asked] == [
-        (wall, number, 3) for number in (10, 20) for wall in WALLS
-    ]
-    assert heard == [(1, 4), (2, 4), (3, 4), (4, 4)]
-    assert asked[0][3] == {"blood": Blood(), "numerics": NUMERICS}
-    assert table.index.tolist() == [(number, wall) for number in (10, 20) for wall in WALLS]
-    fit = made_fit("tangent")
-    row = table.loc[(20, "tangent")]
-    assert row["N"] == len(fit.residual) == 128
-    assert row["S [mmHg2]"] == fit.S
-    assert row["mean square [mmHg2]"] == pytest.approx(fit.S / 128)
-    assert row["gamma [1]"] == 1.6
-    assert row["p1 [mmHg]"] == 9.1
-    outlets = fit.model.outlets
-    assert row["R_T [mmHg s/ml]"] == pytest.approx(1 / np.sum(1 / (outlets.R1 + outlets.R2)))
+    told = {"progress": lambda done, whole: heard.append((done, whole))}
+    table = answers_by_harmonics(NETWORK, made_recording(), ("linear",), (8, 10), **QUICK, **told)
+    assert table.index.tolist() == [(8, "linear"), (10, "linear")]
+    assert table["N"].tolist() == [17, 21]
+    assert heard == [(1, 2), (2, 2)]
+    assert table["R_T [mmHg s/ml]"].max() < 1.05 * table["R_T [mmHg s/ml]"].min()  # of one mean pressure and flow
 
 
-@pytest.mark.parametrize(("pressure", "expected"), [(0.0, [0.0, 6.3]), (4.0, [0.0, 4.0])])
-def test_radii_are_taken_at_zero_and_at_the_pressure_of_the_image_or_the_papers(asked, pressure, expected):
-    network = replace(control_network(), pressure=pressure)
-    table = choices.answers_by_image_pressure(network, made_recording(), ("linear",))
-    assert [one.pressure for one, *_ in asked] == expected
-    assert table.index.names == ["image pressure [mmHg]", "wall"]
-    assert table.index.tolist() == [(one, "linear") for one in expected]
-    asked.clear()
-    choices.answers_by_image_pressure(network, made_recording(), ("linear",), (2.0,), blood=Blood(viscosity=0.05))
-    assert [(one.pressure, more["blood"].viscosity) for one, _, _, more in asked] == [(2.0, 0.05)]
+def test_radii_that_belong_to_a_pressure_need_a_softer_wall_than_the_same_at_rest():
+    image = replace(NETWORK, pressure=4.0)
+    table = answers_by_image_pressure(image, made_recording(), ("linear",), **QUICK)
+    assert table.index.tolist() == [(0.0, "linear"), (4.0, "linear")]
+    beta = table["beta [mmHg]"].to_numpy()
+    assert beta[0] > beta[1] + 4.0  # that of the nominal wall, and more, since the artery is narrower at rest
+
+
+def test_answers_of_several_fits_have_their_differences_beside_them():
+    fits = [made_fit("linear"), made_fit("tangent")]
+    table = answers(fits, "independent")
+    assert list(table.index) == ["linear", "tangent"]
+    assert table["S [mmHg2]"].tolist() == [fit.S for fit in fits]
+    assert table.loc["tangent", ["p1 [mmHg]", "gamma [1]"]].tolist() == [9.1, 1.6]
+    assert table["AICc difference"].min() == 0.0
+    assert "AICc difference" not in answers(fits[:1])

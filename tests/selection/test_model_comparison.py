@@ -1,13 +1,12 @@
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.linalg import circulant, toeplitz
 from scipy.stats import multivariate_normal
 
 from approval import approve, tree
 from vasowave import noise, selection
 from vasowave.errors import InputError
-from vasowave.selection.criteria import preferred
+from vasowave.selection.averaging import averaged_draws
 
 T, N = 0.11, 64
 TIME = np.arange(N) * T / N
@@ -18,31 +17,8 @@ def drawn(covariance, count, seed):
     return np.random.default_rng(seed).multivariate_normal(np.zeros(len(covariance)), covariance, count)
 
 
-def periodic_power(count=N):
-    return 2.0 * ((1 + (np.arange(count // 2 + 1) / 3.0) ** 2) ** -1.5 + 0.01)
-
-
 def two_series(seed=5):
     return dict(zip(D, drawn(0.25 * noise.matern32(TIME, 0.01), 2, seed)))
-
-
-@pytest.mark.parametrize("count", [N, N - 1])
-def test_the_circulant_likelihood_is_that_of_its_dense_matrix(count):
-    power = periodic_power(count)
-    process = noise.CirculantNoise(power, count, {})
-    dense = circulant(np.fft.irfft(power, count))
-    residuals = drawn(dense, 1, 0)[0]
-    assert process.log_likelihood(residuals) == pytest.approx(multivariate_normal(cov=dense).logpdf(residuals))
-    white = process.whiten(np.linalg.cholesky(dense))
-    np.testing.assert_allclose(white @ white.T, np.eye(count), atol=1e-10)
-    np.testing.assert_allclose(process.covariance, dense, atol=1e-12)
-
-
-def test_the_spectrum_of_periodic_noise_is_found_again():
-    dense = circulant(np.fft.irfft(periodic_power(), N))
-    found = noise.fit_noise("circulant", drawn(dense, 400, 1), T, rng=np.random.default_rng(0))
-    # 400 series: each harmonic's power has a standard error of √(2/800) = 5 %, a fit of four numbers less.
-    np.testing.assert_allclose(found.power, periodic_power(), rtol=0.08)
 
 
 def test_the_fitted_kernel_has_the_greatest_likelihood_of_a_grid_and_is_near_the_truth():
@@ -58,21 +34,6 @@ def test_the_fitted_kernel_has_the_greatest_likelihood_of_a_grid_and_is_near_the
         assert joint(fitted) > joint(values["amplitude [mmHg2]"] * noise.matern32(TIME, length))
     assert joint(fitted) > joint(1.03 * fitted)
     assert joint(fitted) > joint(0.97 * fitted)
-
-
-def test_the_condition_number_is_met_by_the_smallest_weight_that_meets_it():
-    sigma = 2.5 * noise.squared_exponential(TIME, 0.02)
-    better, weight = noise.regularize(sigma)
-    assert np.linalg.cond(better) == pytest.approx(1e4, rel=1e-4)
-    less = (1 - 0.99 * weight) * sigma + 0.99 * weight * 2.5 * np.eye(N)
-    assert np.linalg.cond(less) > 1e4
-    assert noise.regularize(toeplitz([2.0, 1.0, 0.0]))[1] == 0
-
-
-def test_no_weight_of_512_samples_reaches_a_tenth():
-    t = np.arange(512) / 512
-    for length in (0.2, 1.0):
-        assert 0 < noise.regularize(noise.squared_exponential(t, length))[1] < 512 / (1e4 - 1 + 512)
 
 
 def compared(residuals, **how):
@@ -118,14 +79,6 @@ def test_equal_residuals_prefer_fewer_parameters_by_less_than_can_be_decided():
     assert table["BIC_difference"].max() == pytest.approx(np.log(N))
 
 
-def test_a_noise_model_that_needs_too_much_regularization_stands_last_with_its_weight():
-    table = compared(two_series(), covariances=("periodic", "Matern 3/2"), largest_weight=5e-4)
-    weights = table.groupby("covariance")["lambda"].first()
-    assert weights["periodic"] > 5e-4 > weights["Matern 3/2"]
-    assert table["covariance"].tolist() == ["Matern 3/2"] * 2 + ["periodic"] * 2
-    assert table["discarded"].tolist() == [0, 0, 1, 1]
-
-
 def test_the_best_of_three_models_is_preferred_only_if_the_runner_up_is_far_behind():
     scores = {"linear": 100.0, "power": 101.0, "tangent": 130.0}
     assert [verdict for _, _, verdict in selection.verdicts(scores)] == ["undecided", "undecided", "worse"]
@@ -147,15 +100,13 @@ def test_residuals_that_cannot_be_compared_are_refused(residuals, words):
         selection.compare_residuals(residuals, D, T)
 
 
+def test_draws_of_laws_are_joined_by_their_weights():
+    found = averaged_draws([np.full(10, 1.0), np.full(1000, 4.0)], np.array([0.6, 0.4]))
+    assert (found.low, found.value, found.high) == pytest.approx((1.0, 1.0, 4.0))
+    spread = averaged_draws([np.exp([0.0, 2.0]), np.exp([3.0, 3.0])], np.array([0.5, 0.5]))
+    assert spread.between == pytest.approx(1.0 / (1.0 + 0.5))  # of logarithms: between the laws, and within the first
+
+
 def test_an_unknown_noise_model_is_named_with_the_known_ones():
     with pytest.raises(InputError, match=r"Matern 7/2.*circulant"):
         compared(two_series(), covariances=("Matern 7/2",))
-
-
-def test_preferred_is_the_first_noise_that_is_not_discarded():
-    def block(covariance, discarded):
-        return [{"covariance": covariance, "discarded": discarded}]
-
-    others = [block("ARMA", True), block("periodic", True)]
-    assert preferred([*others, block("circulant", False), block("Matern 3/2", False)]) == "circulant"
-    assert preferred(others) == ""

@@ -1,39 +1,11 @@
 import numpy as np
 import pytest
-from scipy.special import gamma, kv
 from scipy.stats import multivariate_normal
 
 from vasowave import noise, selection
 from vasowave.errors import InputError, NumericalError
 
 T = np.linspace(0, 0.11, 64, endpoint=False)
-
-
-@pytest.mark.parametrize(("kernel", "nu"), [(noise.matern32, 1.5), (noise.matern52, 2.5)])
-def test_matern_kernels_are_the_bessel_form(kernel, nu):
-    s = np.sqrt(2 * nu) * np.abs(np.subtract.outer(T, T))[0, 1:] / 0.02
-    expected = 2 ** (1 - nu) / gamma(nu) * s**nu * kv(nu, s)
-    np.testing.assert_allclose(kernel(T, 0.02)[0, 1:], expected, rtol=1e-10)
-
-
-def test_the_neural_network_kernel_is_the_mean_product_of_random_error_functions():
-    from scipy.special import erf
-
-    rng = np.random.default_rng(1)
-    a, b = 0.7 * rng.standard_normal((400_000, 1)), 1.5 * rng.standard_normal((400_000, 1))
-    t = np.array([-0.5, 0.2, 1.0])
-    hidden = erf(a + b * t)
-    # Standard error of the mean of products below 1 is under 1/√400000 = 0.0016; four of them.
-    np.testing.assert_allclose(noise.neural_network(t, 0.7, 1.5), hidden.T @ hidden / len(hidden), atol=0.0064)
-
-
-def test_regularization_reaches_the_condition_number_and_keeps_the_variance():
-    sigma = 2.5 * noise.squared_exponential(T, 0.02)
-    better, weight = noise.regularize(sigma)
-    assert np.linalg.cond(better) == pytest.approx(1e4, rel=1e-6)
-    assert np.trace(better) == pytest.approx(np.trace(sigma))
-    assert 0 < weight < 64 / (1e4 - 1 + 64)
-    assert noise.regularize(np.eye(5))[1] == 0
 
 
 def test_the_likelihood_agrees_with_scipy_and_with_whitening():
