@@ -5,7 +5,7 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.calibration.compared import compared_part
-from vasowave.calibration.result import Fit
+from vasowave.calibration.result import CalibratedModel
 from vasowave.calibration.uncertainty import UNDETERMINED
 from vasowave.datasets import control_network
 from vasowave.model.laws import find_law
@@ -50,7 +50,7 @@ def made_fit(
     residual = whole.measured - resample(inlet, whole.samples)
     names = list(values)
     correlation = pd.DataFrame(0.3 + 0.7 * np.eye(len(names)), index=names, columns=names)
-    return Fit(
+    return CalibratedModel(
         wall, model, whole, nominal, made_parameters(values), correlation, made_starts(values, wall), simulation,
         residual, float(np.sum(residual**2)),
         (UNDETERMINED(parameter="r1", low=0.5, high=2.5),) if wall == "tangent" else (),

@@ -17,7 +17,7 @@ from vasowave.findings import (
     KINDS,
     OTHER,
     Finding,
-    Kind,
+    FindingKind,
     Place,
     Severity,
     as_json,
@@ -153,7 +153,7 @@ def test_other_words_change_nothing_of_a_study(tmp_path, monkeypatch):
 
 
 def test_a_finding_that_another_version_stored_with_other_values_keeps_its_text_and_severity(monkeypatch):
-    now = Kind("test.asks-for-more", Severity.LOOK, "{what} stands at its {end} value. {remedy}", "Look.")
+    now = FindingKind("test.asks-for-more", Severity.LOOK, "{what} stands at its {end} value. {remedy}", "Look.")
     monkeypatch.setitem(KINDS, now.code, now)
     (stored,) = json.loads(as_json([now(what="the flow", end="largest")]))
     stored |= {"text": "the flow stands at its largest value", "values": {"what": "the flow"}}

@@ -20,7 +20,7 @@ from vasowave.datasets.virtual_files import table_text
 from vasowave.study.reporting import report_study
 from vasowave.study.results import write_results
 from vasowave.study.settings import StudyFile
-from vasowave.study.store import Store
+from vasowave.study.store import ResultStore
 
 PAGE = Path(__file__).parents[1] / "docs" / "python.md"
 ROW = re.compile(r"^\| `(?P<typed>[^`]+)` \| (?P<here>works|`[^`]+`) \|", re.MULTILINE)
@@ -30,7 +30,7 @@ ROW = re.compile(r"^\| `(?P<typed>[^`]+)` \| (?P<here>works|`[^`]+`) \|", re.MUL
 def study(tmp_path_factory):
     """Return a folder with the results of 3 + 3 animals."""
     folder = tmp_path_factory.mktemp("door") / "study"
-    store, pieces = Store(folder / "results"), {}
+    store, pieces = ResultStore(folder / "results"), {}
     for number, one in enumerate(planted_results()):
         pieces[one.name, one.group] = store.keep(f"{number}", to_bytes(one.to_datatree()))
     write_results(folder / "results", pieces, {}, StudyFile(groups=["CTL", "HPH"], report={"pdf": False}))

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.uncertainty import Spread, fit_findings, parameter_table
+from vasowave.calibration.uncertainty import ParameterSpread, fit_findings, parameter_table
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.findings import texts
 from vasowave.model.blood import Blood
@@ -22,7 +22,7 @@ def space():
 
 
 def spread(errors, assumed=False):
-    return Spread(np.diag(np.square(errors)), np.array(errors), assumed)
+    return ParameterSpread(np.diag(np.square(errors)), np.array(errors), assumed)
 
 
 def said(space, x, one, correlation=NONE, starts=AGREE):

@@ -9,10 +9,9 @@ import pytest
 import vasowave as vw
 from known_exactly import summary_without_errors
 from vasowave.animal.stored import stored_inflow
-from vasowave.calibration.compared import compared_part
+from vasowave.calibration.compared import compared_part, sites_of
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.sites import sites_of
 from vasowave.errors import InputError
 from vasowave.inference.posterior import Sampling, problem_of
 from vasowave.noise.spectrum import fourier

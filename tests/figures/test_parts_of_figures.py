@@ -17,7 +17,7 @@ from vasowave.errors import InputError
 from vasowave.figures import fit, forest, groups, look, measured, modeled, network, panels, rendering, signals, sweep
 from vasowave.figures import style as looks
 from vasowave.figures.compared import planned_figure
-from vasowave.figures.forest import NARROW, WIDE, Dot, Point, Row
+from vasowave.figures.forest import NARROW, WIDE, Dot, ForestRow, Point
 from vasowave.figures.rendering import svg
 from vasowave.figures.style import new_figure, style
 from vasowave.imaging.places import Frame
@@ -189,11 +189,11 @@ def point(value, low, high, source="linear"):
 
 
 ROWS = [
-    Row("Pressure", "mPAP", "1.6 [1.3, 2.0]", "0.01", point(1.6, 1.3, 2.0), (),
+    ForestRow("Pressure", "mPAP", "1.6 [1.3, 2.0]", "0.01", point(1.6, 1.3, 2.0), (),
         [Dot(1.0, "CTL", "a", "a"), Dot(1.001, "CTL", "b", "b"), Dot(1.7, "HPH", "c", "c")]),
-    Row("Pressure", "CO", "0.5", "", point(0.5, 0.01, 70.0),
+    ForestRow("Pressure", "CO", "0.5", "", point(0.5, 0.01, 70.0),
         [point(0.7, 0.3, 2.0, "tangent"), point(0.9, 0.9, 0.9, "data")]),
-    Row("Two\nlines", "τ", "2.0", "no p", point(2.0, 1.0, np.inf), [point(1.5, 0.0, 3.0, "tangent")]),
+    ForestRow("Two\nlines", "τ", "2.0", "no p", point(2.0, 1.0, np.inf), [point(1.5, 0.0, 3.0, "tangent")]),
 ]  # fmt: skip
 
 
@@ -211,9 +211,9 @@ def test_rows_of_a_forest_stand_below_each_other_by_what_they_hold():
 def test_a_forest_reaches_a_tenth_beyond_its_ends_and_no_farther_than_fifty_times():
     assert forest._limits(ROWS) == pytest.approx((0.02, 50.0))
     assert forest._limits([ROWS[0]]) == pytest.approx((1.0 / 1.1, 2.0 * 1.1))
-    high = Row("", "", "", "", point(2.0, 1.5, 3.0))
+    high = ForestRow("", "", "", "", point(2.0, 1.5, 3.0))
     assert forest._limits([high]) == pytest.approx((1 / 1.1, 3.3))
-    low = Row("", "", "", "", point(0.5, 0.4, 0.8))
+    low = ForestRow("", "", "", "", point(0.5, 0.4, 0.8))
     assert forest._limits([low]) == pytest.approx((0.4 / 1.1, 1.1))
 
 
@@ -221,7 +221,7 @@ def test_animals_share_lanes_where_they_do_not_touch():
     limits = (0.5, 2.0)
     length = 4.7 / 2.54 * 72 / np.log(4.0)
     apart = np.exp(3.8 / length)
-    row = Row("", "", "", "", point(1, 1, 1), [point(1, 1, 1)], [
+    row = ForestRow("", "", "", "", point(1, 1, 1), [point(1, 1, 1)], [
         Dot(1.0, "A", "a", ""), Dot(apart * 1.0001, "A", "b", ""), Dot(apart * 0.999, "A", "c", ""),
         Dot(1.0, "B", "d", ""), Dot(1.0, "B", "e", ""),
     ])  # fmt: skip
@@ -237,7 +237,7 @@ def test_animals_share_lanes_where_they_do_not_touch():
 )
 def test_many_rows_have_fewer_lanes_so_that_they_fit_a_page(count, beside, sides, lanes):
     dots = [Dot(1.0, f"g{side}", "", "") for side in range(sides)]
-    rows = [Row("", "", "", "", point(1, 1, 1), [point(1, 1, 1)] * beside, dots)] * count
+    rows = [ForestRow("", "", "", "", point(1, 1, 1), [point(1, 1, 1)] * beside, dots)] * count
     assert forest._most_lanes(rows) == lanes
     assert forest._most_lanes([ROWS[1]] * 13) >= 1
 

@@ -14,7 +14,7 @@ from vasowave.inference.findings import (
     FIT_LIKELIER,
     HALVES_DIFFER,
     SEVERAL_MODES,
-    Optimum,
+    FitOptimum,
     findings,
     halves_limit,
 )
@@ -119,7 +119,7 @@ def test_a_fit_elsewhere_is_a_finding_with_distance_and_nats():
              (("wave_speed", 250.0), ("R_T", 76.0))}  # fmt: skip
 
     def said(speed, log):
-        fit = Optimum(log, {"wave_speed": speed, "R_T": 76.0})
+        fit = FitOptimum(log, {"wave_speed": speed, "R_T": 76.0})
         return list(findings(0.1, 300.0, np.ones(1), fit, 20.0, draws))
 
     assert said(270.0, 19.0) == []

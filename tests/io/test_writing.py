@@ -23,7 +23,7 @@ from vasowave.io.files import (
 from vasowave.runtime.writing import append
 from vasowave.study.results import write_results
 from vasowave.study.settings import StudyFile
-from vasowave.study.store import Journal, Store, holder, locked, read_journal
+from vasowave.study.store import Journal, ResultStore, holder, locked, read_journal
 
 END = SearchEnd(np.array([0.1]), 12.5, 31, True, "done", np.array([2.0]))
 MINE = b"mine, and nobody else's\n"
@@ -190,7 +190,7 @@ def test_a_folder_that_becomes_a_link_while_a_study_runs_is_not_written_through(
     for folder in ("results/animals", "results/searches"):
         (tmp_path / "study" / folder).mkdir(parents=True)
         (elsewhere / folder.removeprefix(name).strip("/")).mkdir(parents=True, exist_ok=True)
-    store, searches = Store(results), Journal(results / "searches" / "a.jsonl").of("linear", 4)
+    store, searches = ResultStore(results), Journal(results / "searches" / "a.jsonl").of("linear", 4)
     (elsewhere / "cache").mkdir()
     piece = store.keep("a", b"a")
     content = piece.read_bytes()
