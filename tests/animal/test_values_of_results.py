@@ -1,6 +1,5 @@
 """Numbers of a result by arithmetic: errors and shares of quantities, readings of datasets, what is stored of beats."""
 
-import warnings
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -11,11 +10,11 @@ import xarray as xr
 
 from made_cohort import bare_law, bare_result
 from made_fit import made_fit, made_recording
-from vasowave.animal import datasets, pipeline, quantities, reading, signals
+from vasowave.animal import datasets, quantities, reading, signals
 from vasowave.animal.failure import Failure, Stage, as_plain, from_plain
 from vasowave.animal.result import as_chosen
 from vasowave.descriptions import Quantity
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
 from vasowave.recording import Recording
 
 KNOWN = {"x": Quantity("mmHg", "X", "an x", "eq. 3"), "y": Quantity("1", "Y", "a y")}
@@ -56,43 +55,6 @@ def test_errors_of_what_is_derived_go_through_its_slopes_on_logarithms():
     error = np.sqrt(slope @ covariance @ slope)
     assert found["product"] == pytest.approx((error, 1.959964 * error), rel=1e-6)
     assert found["one"] == pytest.approx((0.0, 0.0), abs=1e-9)
-
-
-def test_quantities_of_laws_are_averaged_where_each_has_an_error():
-    def one(value, error, name="R_T", **more):
-        attrs = {"units": "1", "long_name": "n", "symbol": "s", "standard_error": error} | more
-        return xr.DataArray(value, name=name, attrs=attrs)
-
-    mean = quantities._mean_of_laws([one(100.0, 10.0), one(300.0, 90.0)], np.array([0.25, 0.75]))
-    assert 100 < float(mean) < 300
-    assert mean.attrs["interval_low"] < float(mean) < mean.attrs["interval_high"]
-    log = np.log([100.0, 300.0])
-    middle = log @ [0.25, 0.75]
-    between = (log - middle) ** 2 @ [0.25, 0.75]
-    within = 0.25 * 0.01 + 0.75 * 0.09
-    assert mean.attrs["between_laws"] == pytest.approx(between / (between + within))
-    share = quantities._mean_of_laws([one(0.9, 0.4, "a"), one(0.8, 0.4, "a")], np.array([0.5, 0.5]))
-    assert share.attrs["interval_high"] == 1.0
-    assert quantities._log_error(one(4.0, 1.0)) == 0.25
-    assert quantities._log_error(one(4.0, 0.0)) is None
-
-
-def test_intervals_of_sites_end_at_the_bounds_of_their_quantities():
-    ends = {"low": [1.0, 0.5], "high": [900.0, 9.0]}
-    sites = xr.Dataset(
-        {name: ("quantity", values) for name, values in {"value": [50.0, 3.0], **ends}.items()}
-        | {f"{name}_without": (("site", "quantity"), [one]) for name, one in {"value": [200.0, 3.0], **ends}.items()},
-        {"quantity": ["beta", "other"]},
-    )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(quantities, "_bounds", lambda fit, settings: {"beta": (10.0, 140.0)})
-        found = quantities.sites_within_bounds(SimpleNamespace(sites=sites), None)
-    assert (found["low"].values.tolist(), found["high"].values.tolist()) == ([10.0, 0.5], [140.0, 9.0])
-    assert (found["low_without"].values.tolist(), found["high_without"].values.tolist()) == (
-        [[10.0, 0.5]],
-        [[200.0, 9.0]],
-    )
-    assert quantities.sites_within_bounds(SimpleNamespace(sites=None), None) is None
 
 
 def test_the_noise_of_a_flow_is_the_scatter_of_its_beats_or_its_highest_harmonics():
@@ -170,33 +132,6 @@ def test_the_error_of_an_impedance_joins_those_of_pressure_and_flow():
     assert reading.impedance_error(none) is None
 
 
-def average(*beats, rate=100.0, **more):
-    made = [SimpleNamespace(start=start, end=end, averaged=kept, rejected=None) for start, end, kept in beats]
-    return SimpleNamespace(beats=made, **more)
-
-
-def test_the_excerpt_of_a_recording_is_six_seconds_around_the_middle_of_the_averaged_beats():
-    signal = np.arange(2000.0)
-    raw = SimpleNamespace(
-        pressure=signal, flow=-signal, ecg=None, sampling_rate=100.0, origin=2.0, time=2 + signal / 100
-    )
-    part = datasets._excerpt(average((2.5, 3.0, False), (9.0, 9.5, True), (14.5, 15.0, True), (20.0, 21.0, False)), raw)
-    assert len(part["trace_pressure"]) == 600
-    assert (
-        part["trace_pressure"].values[0] == 700
-    )  # 12 s is the middle: a thousand samples after 2 s, less three hundred
-    assert part["trace_time"].values[0] == pytest.approx(9.0)
-    assert "trace_ecg" not in part
-    early = datasets._excerpt(average((2.0, 2.5, True)), raw)
-    assert early["trace_pressure"].values[0] == 0
-    late = datasets._excerpt(average((21.0, 22.0, True)), raw)
-    assert late["trace_pressure"].values[-1] == 1999
-    raw.pressure = raw.flow = raw.ecg = signal[:90]
-    raw.time = raw.time[:90]
-    short = datasets._excerpt(average((2.1, 2.4, True)), raw)
-    assert len(short["trace_ecg"]) == 90
-
-
 def test_what_is_stored_of_a_wedge_is_what_is_known_of_it():
     cycle = made_recording(count=64)
     bare = datasets.recording_dataset(cycle)
@@ -231,15 +166,6 @@ def test_a_failure_is_of_the_whole_animal_where_nothing_of_it_was_computed():
     assert str(one) == "linear wall, fit: why"
     assert str(Failure("a", "CTL", "", Stage.COMPARISON, "why")) == "comparison: why"
     assert from_plain(as_plain([one])) == (one,)
-
-
-def test_warnings_of_ours_are_kept_as_findings():
-    with pipeline._collected() as found:
-        warnings.warn("noted", VasowaveWarning, stacklevel=1)
-    assert [str(one) for one in found] == ["noted"]
-    with pytest.warns(UserWarning, match="of others"), pipeline._collected() as none:
-        warnings.warn("of others", UserWarning, stacklevel=1)
-    assert none == []
 
 
 def test_a_posteriors_answers_are_its_quantiles_and_others_stay_those_of_the_fit():

@@ -9,7 +9,7 @@ from jsonschema import Draft202012Validator
 import study_file
 from vasowave.errors import InputError
 from vasowave.settings import settings_of
-from vasowave.study.reading import parse_settings
+from vasowave.study.reading import parse_settings, read_document
 from vasowave.study.settings import StudyFile
 from vasowave.study.template import FOLDERS, new_study, schema_text, study_text, with_groups, with_value, written
 
@@ -225,3 +225,36 @@ def test_a_value_is_replaced_whole_and_the_remark_behind_it_stays(tmp_path, line
     path = tmp_path / "study.yaml"
     path.write_text(f"groups: [CTL]\n{line}\n", encoding="utf-8")
     assert with_value(path, ("title",), '"New"') == f"groups: [CTL]\n{changed}\n"
+
+
+def test_one_value_of_a_study_file_is_changed_and_the_rest_stays(tmp_path):
+    path = tmp_path / "study.yaml"
+
+    def changed(text, key, value):
+        path.write_text(text)
+        return with_value(path, key, value)
+
+    assert changed("title: a  # mine\nspecies: rat\n", ("title",), "b") == "title: b  # mine\nspecies: rat\n"
+    assert changed("title: a\n", ("species",), "rat") == "title: a\nspecies: rat\n"
+    nested = "calibration:\n   starts: 3 # few\ntitle: a\n"
+    assert changed(nested, ("calibration", "starts"), "4") == "calibration:\n   starts: 4 # few\ntitle: a\n"
+    assert changed("calibration:\n  starts: 3\n", ("calibration", "beds"), "windkessel") == (
+        "calibration:\n  beds: windkessel\n  starts: 3\n"
+    )
+    assert changed("title: a\n", ("report", "pdf"), "false") == "title: a\nreport:\n  pdf: false\n"
+    with pytest.raises(InputError, match=r"'groups' is written over several lines; write there: groups: \[A, B\]$"):
+        changed("groups:\n- CTL\n- HPH\n", ("groups",), "[A, B]")
+    with pytest.raises(InputError, match=r"'report.pdf' is written over several|report.pdf"):
+        changed("report: {pdf: true, law: linear}\n", ("report", "pdf"), "false")
+    path.write_text("groups: [B]\n")
+    assert with_groups(path, ["A", "C, D"]) == 'groups: [A, "C, D"]\n'
+
+
+def test_a_study_file_that_is_not_there_says_where_the_study_is(tmp_path):
+    (tmp_path / "study.yaml").write_text("")
+    inner = tmp_path / "a" / "b"
+    inner.mkdir(parents=True)
+    with pytest.raises(InputError, match=f"no such file or directory; the study is {tmp_path}$"):
+        read_document(inner / "study.yaml")
+    with pytest.raises(InputError, match=r"a: is a folder; `vasowave new FOLDER` makes a new study"):
+        read_document(tmp_path / "a")
