@@ -4,7 +4,6 @@ import ast
 
 import pytest
 
-import faults
 import lines_of_tests
 import load
 import mutants
@@ -67,16 +66,3 @@ def test_what_a_test_sets_up_for_its_file_is_recorded_for_all_of_the_file():
 @pytest.mark.parametrize("name", ["inputs", "faults", "kills", "load", "mutants"])
 def test_the_page_of_robustness_has_a_place_for_every_program(name):
     assert robustness_page.PAGE.read_text(encoding="utf-8").count(f"<!-- {name} -->") == 1
-
-
-def test_a_fault_that_ends_in_a_traceback_or_in_other_results_does_not_hold(tmp_path, monkeypatch):
-    def told(words, status):
-        monkeypatch.setitem(faults.FAULTS, "planted", lambda folder: faults.Said(1, words))
-        monkeypatch.setattr(faults, "run", lambda folder: faults.Said(status, ""))
-        monkeypatch.setattr(faults, "same", lambda one, other: True)
-        monkeypatch.setattr(faults, "write_study", lambda folder: folder)
-        return faults.tried("planted", tmp_path, tmp_path)[2]
-
-    assert told("Error: the disk is full", 0)
-    assert not told("Traceback (most recent call last)", 0)
-    assert not told("Error: the disk is full", 1)

@@ -1,7 +1,6 @@
 """From the files a lab has to a study that runs: `new`, `add`, and nothing left to mend."""
 
 import csv
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,9 +15,6 @@ from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
 from vasowave.study.adding import add_files, told_network
 from vasowave.study.checking import check_study
-from vasowave.study.grouping import within
-from vasowave.study.names import plain_name
-from vasowave.study.sorting import _refuse_vessels
 from vasowave.study.template import new_study
 
 QUIET = Disturbances(pressure_drift=0.0)
@@ -277,36 +273,6 @@ def test_a_letter_that_unicode_writes_in_two_ways_is_one_name(tmp_path):
     assert not [problem for problem in problems if problem.error]
 
 
-@pytest.mark.parametrize(
-    ("few", "many", "stands"),
-    [
-        (("mouse", "7"), ("lung", "mouse", "7"), True),
-        (("mouse", "7"), ("mouse", "lung", "7"), False),
-        (("7",), ("17",), False),
-        ((), ("mouse",), False),
-        (("a", "b"), ("a",), False),
-        (("b",), ("b",), True),
-    ],
-)
-def test_a_name_stands_in_a_file_s_name_in_one_piece_or_not_at_all(few, many, stands):
-    assert within(few, many) == stands
-
-
-@pytest.mark.parametrize(
-    ("stem", "name"),
-    [("mouse 9 (2)", "mouse 9 (2)"), ("(mouse 9)", "mouse 9"), ("_mouse(9)_", "mouse(9)"), ("mouse (", "mouse")],
-)
-def test_a_name_keeps_the_brackets_within_it(stem, name):
-    assert plain_name(stem) == name
-
-
-def test_a_network_is_told_by_the_animals_name_or_else_by_its_group():
-    networks, marks = [Path("lab/CTL/a.csv"), Path("lab/HPH/b.csv")], {"CTL": ["CTL"], "HPH": ["HPH"]}
-    for group, expected in (("CTL", networks[0]), ("HPH", networks[1]), ("", None)):
-        assert told_network("mouse 9", group, marks, networks, Path("study")) == expected
-    assert told_network("b", "CTL", marks, networks, Path("study")) == networks[1]
-
-
 def test_a_network_is_not_taken_for_all_beside_one_that_cannot_be_read_and_a_kept_one_is_told(lab, tmp_path):
     folder, _ = lab
     study, nets = tmp_path / "s", tmp_path / "nets"
@@ -322,14 +288,6 @@ def test_a_network_is_not_taken_for_all_beside_one_that_cannot_be_read_and_a_kep
     (nets / "normoxia.csv").write_bytes(sound)
     again = add_files(study, [folder / "normoxia" / "M11.txt", nets])
     assert any("M11: the table keeps ../nets/loop.csv (not ../nets/normoxia.csv)" in one for one in again.said)
-
-
-def test_the_only_network_serves_all_unless_another_file_could_not_be_read():
-    networks = [Path("nets/loop.csv")]
-    told = [
-        told_network("rat 1", "sham", {"sham": ["sham"]}, networks, Path("study"), whole) for whole in (True, False)
-    ]
-    assert told == [networks[0], None]
 
 
 @pytest.mark.parametrize(
@@ -349,32 +307,16 @@ def test_a_cell_that_no_animal_can_have_is_not_written_into_the_table(tmp_path, 
     assert (tmp_path / "study" / "animals.csv").read_bytes() == before
 
 
-def test_a_recording_of_an_animal_has_the_network_that_is_called_like_the_animal(tmp_path):
-    """Two recordings of each of several mice, and one lung a mouse: the name of a recording begins with the mouse's."""
-    lungs = [Path(f"lungs/{name}.csv") for name in ("Süd 1", "Süd 11", "Öst 1", "Öst 1 links")]
-    marks = {"Süd": ("Süd",), "Öst": ("Öst",)}
-
-    def told(name, group, networks=lungs):
-        found = told_network(name, group, marks, networks, tmp_path)
-        return found.stem if found else None
-
-    assert [told(f"Süd 1 {when}", "Süd") for when in ("vor", "nach")] == ["Süd 1"] * 2
-    assert told("Süd 11 vor", "Süd") == "Süd 11"
-    assert told("Öst 1 links nach", "Öst") == "Öst 1 links"  # the longest that fits
-    assert told("Süd 2 vor", "Süd") is None
-    of_groups = [Path("Süd.csv"), Path("Öst.csv")]
-    assert told("Süd 1 vor", "Öst", of_groups) == "Öst"  # a word of another group is no name
-
-
 def test_a_table_of_vessels_with_other_titles_is_no_recording_and_serves_nobody(tmp_path):
     """A lung that is called like another group is not given to animals whose own lung was not understood."""
     folder = tmp_path / "lab"
     (folder / "Kontrolle").mkdir(parents=True)
     (folder / "Hypoxie").mkdir()
     (folder / "lung Kontrolle.csv").write_text("Gefäß;Länge [mm];Radius [µm]\n1;4,1;470\n", encoding="utf-8")
-    with pytest.raises(InputError, match="looks like a table of vessels") as said:
-        _refuse_vessels(folder / "lung Kontrolle.csv")
-    assert "gefäß, länge, radius" in str(said.value)
+    new_study(tmp_path / "s")
+    (refused,) = (one for one in add_files(tmp_path / "s", [folder]).refused if "lung Kontrolle" in one)
+    assert "looks like a table of vessels" in refused
+    assert "gefäß, länge, radius" in refused
     marks = {"Kontrolle": ("Kontrolle",), "Hypoxie": ("Hypoxie",)}
     only = [folder / "lung Hypoxie.csv"]
     assert told_network("mouse 1", "Kontrolle", marks, only, folder) is None

@@ -11,12 +11,10 @@ from typer.testing import CliRunner
 from vasowave.cli import app
 from vasowave.cohort.design import Design
 from vasowave.errors import VasowaveWarning
-from vasowave.findings import OTHER
 from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
 from vasowave.study.adding import add_files
 from vasowave.study.plan import read_study
-from vasowave.study.problems import Problem, one_per_cause
 from vasowave.study.results import write_results
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -186,19 +184,6 @@ def test_status_says_of_which_earlier_design_the_results_are(lab, tmp_path):
     assert "The results are of an earlier design and column 'sex'; vasowave run" in said
 
 
-def test_a_problem_of_many_animals_is_one_and_names_them_all():
-    at = OTHER(text="no").at("a.csv")
-    one, other = (Problem(at.at(line=line, animal=name)) for line, name in ((2, "a"), (3, "b")))
-    (joined,) = one_per_cause([one, other])
-    assert joined.animals == ("a", "b")
-
-
-def test_in_the_folder_of_a_study_a_file_needs_no_name_of_it(lab, tmp_path, monkeypatch):
-    typed("new", tmp_path / "s t", "--groups", "Nx,SuHx")
-    monkeypatch.chdir(tmp_path / "s t")
-    assert "animals.csv: 1 new row" in typed("add", lab / "Nx_2.csv", lab / "lung.csv")
-
-
 def test_new_quotes_names_and_says_what_one_group_means(tmp_path):
     said = typed("new", tmp_path / "my study", "--groups", "normoxia SuHx")
     assert "note: 'normoxia SuHx' is one group, and nothing is compared with it; commas separate groups" in said
@@ -232,8 +217,3 @@ def test_status_lists_the_animals_that_can_run_and_then_the_errors(lab, tmp_path
     assert "Nx_1: waiting" in said
     assert "0 of 3 animals done" in said
     assert "column 'network': the cell is empty" in said
-
-
-def test_a_report_of_a_folder_that_is_not_there_names_it(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert str(CliRunner().invoke(app, ["report", "Stu"]).exception) == "Stu: there is no such folder"

@@ -17,7 +17,7 @@ from vasowave.cli import app
 from vasowave.cli.progress import alive
 from vasowave.network.vessel_table import write_network
 from vasowave.study.adding import add_files
-from vasowave.study.grouping import proposed_groups, told_group
+from vasowave.study.grouping import proposed_groups
 from vasowave.study.overview import AnimalRead, overview_lines
 from vasowave.study.results import read_results
 
@@ -216,13 +216,6 @@ def test_files_of_one_name_in_two_folders_are_called_by_their_folders_too(lab, t
 def test_groups_are_proposed_where_names_share_the_files_among_them(names, groups):
     found = proposed_groups([Path(f"/data/lab/{name}.txt") for name in names.split()], Path("/data/study"))
     assert (list(found.marks) if found else None) == groups
-
-
-def test_a_folder_that_holds_the_study_too_tells_no_group():
-    marks = {"WT": ["WT"], "HOX": ["HOX"]}
-    assert told_group(Path("/data/WT lab/raw/1.txt"), Path("/data/WT lab/study"), marks) == ""
-    assert told_group(Path("/data/lab/WT old/1.txt"), Path("/data/lab/study"), marks) == "WT"
-    assert told_group(Path("/data/lab/WT/HOX 1.txt"), Path("/data/lab/study"), marks) == "HOX"
 
 
 def test_words_of_which_none_is_a_reference_are_given_to_no_group(tmp_path, mice):

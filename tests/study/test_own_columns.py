@@ -10,7 +10,7 @@ from scipy import stats
 
 from made_cohort import made_results
 from vasowave.animal.files import to_bytes
-from vasowave.cohort import primary_comparison, variables
+from vasowave.cohort import primary_comparison
 from vasowave.cohort.design import laid_out
 from vasowave.cohort.guard import Shape, doubts_of
 from vasowave.errors import InputError
@@ -191,14 +191,16 @@ def test_a_row_that_changes_once_results_are_there_is_said_in_methods(tmp_path, 
 
 
 @pytest.mark.validation
-def test_an_order_of_rows_that_turns_the_reference_round_is_said_in_methods(tmp_path, results, monkeypatch):
-    monkeypatch.setattr(variables, "FIRST", ())  # else 'before' is first wherever it stands
+def test_an_order_of_rows_that_turns_the_reference_round_is_said_in_methods(tmp_path, results):
     study = make(tmp_path, results)
+    week = {"before": "w1", "after": "w2"}  # none of which says that it came first, as 'before' does
+    with_cell(study, "time", lambda row: week[row["time"]])
+    study = read_study(tmp_path)
     run(study, results)
     rows = study.table.read_text(encoding="utf-8").splitlines()
     study.table.write_text("\n".join(rows[:1] + rows[2:] + rows[1:2]), encoding="utf-8")
     said = methods_of(run(read_study(tmp_path), results))
-    assert ", when results were there already: reference (before → after)." in said
+    assert ", when results were there already: reference (w1 → w2)." in said
 
 
 def test_a_column_that_the_design_does_not_name_is_no_part_of_what_is_declared(tmp_path, results):

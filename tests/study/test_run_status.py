@@ -5,7 +5,6 @@ import os
 import platform
 import signal
 from contextlib import suppress
-from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
@@ -16,12 +15,10 @@ from vasowave.errors import InputError, NumericalError
 from vasowave.io.files import not_written
 from vasowave.io.reserved import SLOT
 from vasowave.study import run_status as module
-from vasowave.study import store
 from vasowave.study.engine import Progress
 from vasowave.study.plan import RESULTS, read_study
-from vasowave.study.run_status import STATUS, Ended, RunStatus, ask_to_stop, record_end, run_status, running
+from vasowave.study.run_status import STATUS, Ended, ask_to_stop, record_end, run_status, running
 from vasowave.study.running import analyze_study
-from vasowave.study.store import LOCK, locked
 
 
 @pytest.fixture
@@ -203,29 +200,9 @@ def test_a_torn_record_leaves_the_one_before(results):
         assert run_status(results).done == 1
 
 
-def test_a_run_that_begins_while_the_lock_is_only_looked_at_waits_for_it(results, monkeypatch):
-    tries = []
-
-    def busy_twice(handle, real=store.lock_open_file):
-        tries.append(handle)
-        if len(tries) < 3:
-            raise BlockingIOError
-        real(handle)
-
-    monkeypatch.setattr(store, "lock_open_file", busy_twice)
-    with locked(results / LOCK) as is_held:
-        assert (is_held, len(tries)) == (True, 3)
-
-
 def test_how_the_last_run_ended_stands_in_status(make_study):
     folder = make_study()
     ended_by(InputError("n.csv: a gap"), folder)
     said = CliRunner().invoke(app, ["status", str(folder)]).output
     assert "0 of 3 animals done; not being run\n" in said
     assert "failed while computing, 1 of 2 animals done. n.csv: a gap\n" in said
-
-
-def test_a_status_is_a_value():
-    one = RunStatus("2026-11-27 19:40:00", 12, "lab", count=3)
-    assert replace(one, done=1) != one
-    assert str(replace(one, done=1, stopped_by="x")) == "reading files, 1 of 3 animals done; asked to stop by x"
