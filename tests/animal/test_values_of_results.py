@@ -1,6 +1,5 @@
 """Numbers of a result by arithmetic: errors and shares of quantities, readings of datasets, what is stored of beats."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,10 +8,8 @@ import pytest
 import xarray as xr
 
 from made_cohort import bare_law, bare_result
-from made_fit import made_fit, made_recording
+from made_fit import made_recording
 from vasowave.animal import datasets, quantities, reading, signals
-from vasowave.animal.failure import Failure, Stage, as_plain, from_plain
-from vasowave.animal.result import as_chosen
 from vasowave.descriptions import Quantity
 from vasowave.errors import InputError
 from vasowave.recording import Recording
@@ -46,30 +43,6 @@ def test_a_quantity_has_its_error_its_interval_and_the_shares_of_what_is_known_o
     assert far["interval_high"] == pytest.approx(np.exp(200))
 
 
-def test_errors_of_what_is_derived_go_through_its_slopes_on_logarithms():
-    fit = made_fit("linear")
-    found = quantities.errors_of(fit, lambda values: {"product": values["beta"] * values["r1"] ** 2, "one": 1.0})
-    spread = 0.3 * np.ones(len(fit.correlation))
-    covariance = fit.correlation.to_numpy() * np.outer(spread, spread)
-    slope = np.array([1.0, 2.0, 0.0, 0.0])
-    error = np.sqrt(slope @ covariance @ slope)
-    assert found["product"] == pytest.approx((error, 1.959964 * error), rel=1e-6)
-    assert found["one"] == pytest.approx((0.0, 0.0), abs=1e-9)
-
-
-def test_the_noise_of_a_flow_is_the_scatter_of_its_beats_or_its_highest_harmonics():
-    kept = [SimpleNamespace(averaged=one) for one in (True, False, True, True)]
-    beats = SimpleNamespace(beats=kept, flow_sd=np.array([0.1, 0.2, 0.1, 0.3, 0.2]))
-    variance = np.mean(np.square(beats.flow_sd)) / 3
-    assert signals.flow_noise(None, beats) == pytest.approx(np.sqrt(2 * variance / 2))
-    none = SimpleNamespace(beats=[], flow_sd=np.array([0.1, 0.2]))
-    assert signals.flow_noise(None, none) == pytest.approx(np.sqrt(2 * 0.025))
-    t = np.arange(64) / 64
-    flow = 0.2 + 0.1 * np.cos(2 * np.pi * t) + 0.03 * np.cos(2 * np.pi * 20 * t) + 0.01 * np.sin(2 * np.pi * 21 * t)
-    assert signals.flow_noise(SimpleNamespace(flow=flow), None) == pytest.approx(0.01)
-    assert signals.flow_noise(SimpleNamespace(flow=flow[:41]), None) == 0.0
-
-
 def test_the_autocorrelation_of_a_residual_is_that_of_its_cycle():
     r = np.array([1.0, -2.0, 0.5, 3.0, 1.0, -1.0])
     centered = r - r.mean()
@@ -99,73 +72,6 @@ def test_a_cycle_is_turned_to_the_foot_of_its_pressure_and_closed():
     first = int(np.ceil(foot * 128 - 1e-9)) % 128
     assert pressure[:-1] == pytest.approx(np.roll(cycle.pressure, -first))
     assert reading.from_foot(result, "flow")[1][:-1] == pytest.approx(np.roll(cycle.flow, -first))
-
-
-def test_flow_is_told_at_its_own_times():
-    size = 64
-    time = np.arange(size) / size
-    later = (time[::2] + 0.25) % 1.0
-    recording = {
-        "time": xr.DataArray(time), "flow_time": xr.DataArray(later), "flow": xr.DataArray(later.copy()),
-        "pressure": xr.DataArray(20 + 5 * np.sin(2 * np.pi * time)),
-    }  # fmt: skip
-    foot = reading.cycle_foot(recording["pressure"].values)
-    share, flow = reading.from_foot(SimpleNamespace(recording=recording, period=1.0), "flow")
-    assert len(share) == 33
-    assert flow == pytest.approx((share + foot) % 1.0)
-    assert share[-1] == pytest.approx(share[0] + 1)
-
-
-def test_the_error_of_an_impedance_joins_those_of_pressure_and_flow():
-    turn = 2 * np.pi * np.arange(8) / 8
-    recording = xr.Dataset({
-        "pressure": ("time", 10 + 4 * np.cos(turn) + np.cos(2 * turn)),
-        "flow": ("flow_time", 0.2 + 0.1 * np.cos(turn) + 0.05 * np.cos(2 * turn)),
-        "pressure_error": ("k", [0.5, 0.2, 0.1]), "flow_error": ("f", [0.01, 0.02]),
-    })  # fmt: skip
-    measured = SimpleNamespace(impedance=xr.Dataset(coords={"harmonic": [0, 1]}))
-    found = reading.impedance_error(SimpleNamespace(recording=recording, measured=measured))
-    assert found == pytest.approx([np.hypot(0.05, 0.05), np.hypot(0.2 / 4, 0.02 / 0.1)])
-    more = SimpleNamespace(impedance=xr.Dataset(coords={"harmonic": [0, 1, 2]}))
-    assert reading.impedance_error(SimpleNamespace(recording=recording, measured=more))[2] == 0.0  # it is not known
-    none = SimpleNamespace(recording=recording.drop_vars("flow_error"), measured=measured)
-    assert reading.impedance_error(none) is None
-
-
-def test_what_is_stored_of_a_wedge_is_what_is_known_of_it():
-    cycle = made_recording(count=64)
-    bare = datasets.recording_dataset(cycle)
-    assert "wedge_pressure" not in bare
-    assert "wedge_pulsation" not in bare
-    full = datasets.recording_dataset(replace(cycle, wedge_pressure=4.0, wedge_pulsation=np.tile([1.0, -1.0], 16)))
-    assert float(full["wedge_pressure"]) == 4.0
-    assert full["wedge_pulsation"].values.tolist() == [1.0, -1.0] * 16
-    assert float(bare["mPAP"]) == pytest.approx(cycle.mean_pressure)
-    assert bare["flow_time"].values == pytest.approx(np.arange(64) * cycle.period / 64)
-    assert "pressure_sd" not in datasets.recording_with_scatter(cycle, None)
-    scattered = datasets.recording_with_scatter(
-        cycle, SimpleNamespace(pressure_sd=np.full(64, 0.5), flow_sd=np.full(64, 0.01))
-    )
-    assert scattered["pressure_sd"].values == pytest.approx(np.full(64, 0.5))
-    assert scattered["flow_sd"].dims == ("flow_time",)
-
-
-def test_laws_stand_as_they_were_chosen_by_name_or_by_module():
-    laws = {
-        name: bare_law(name, calibration=xr.Dataset(attrs={"law": law}))
-        for name, law in (("a", "m:A"), ("b", "m:B"), ("c", ""))
-    }
-    assert list(as_chosen(laws, ("m:B", "c"))) == ["b", "c", "a"]
-    assert list(as_chosen(laws, ())) == ["a", "b", "c"]
-
-
-def test_a_failure_is_of_the_whole_animal_where_nothing_of_it_was_computed():
-    whole = {stage: Failure("a", "CTL", "", stage, "why").whole for stage in Stage}
-    assert [stage for stage, one in whole.items() if one] == [Stage.READING, Stage.COMPUTING]
-    one = Failure("a", "CTL", "linear", Stage.FIT, "why", 15.0)
-    assert str(one) == "linear wall, fit: why"
-    assert str(Failure("a", "CTL", "", Stage.COMPARISON, "why")) == "comparison: why"
-    assert from_plain(as_plain([one])) == (one,)
 
 
 def test_a_posteriors_answers_are_its_quantiles_and_others_stay_those_of_the_fit():

@@ -69,29 +69,6 @@ def lab(tmp_path_factory):
     return folder, {name.split("/")[1][:3]: truth for name, (truth, _) in texts.items()}
 
 
-@pytest.mark.validation
-def test_six_exports_and_a_spreadsheet_become_a_study_that_can_run_in_two_commands(lab, tmp_path):
-    folder, truth = lab
-    study = tmp_path / "my-study"
-    assert CliRunner().invoke(app, ["new", str(study), "--groups", "normoxia,hypoxia"]).exit_code == 0
-    done = CliRunner().invoke(app, ["add", str(study), str(folder)])
-    assert done.exit_code == 0, done.output
-    assert "6 new rows" in done.output
-    assert "The study can run" in done.output
-    problems, read, *_ = check_study(study)
-    assert [problem for problem in problems if problem.error] == []
-    assert {one.animal: one.group for one in read} == {
-        name: "normoxia" if name.startswith("M1") else "hypoxia" for name in truth
-    }
-    for one in read:
-        assert one.mean_pressure == pytest.approx(truth[one.animal], abs=0.1), one.animal
-    drifted = {one.animal: one.drift for one in read if abs(one.drift) > 1}
-    assert drifted == {"M12": pytest.approx(-4, abs=0.3), "M22": pytest.approx(6, abs=0.3)}
-    said = "\n".join(map(str, problems))
-    assert "drifts by -4" in said
-    assert "drifts by +6" in said or "drifts by +5.9" in said
-
-
 def test_a_recording_that_stands_in_the_table_is_not_added_twice_and_the_table_keeps_its_rows(lab, tmp_path):
     folder, _ = lab
     study = tmp_path / "s"
@@ -105,25 +82,6 @@ def test_a_recording_that_stands_in_the_table_is_not_added_twice_and_the_table_k
     rows = list(csv.DictReader(line for line in after.splitlines() if not line.startswith("#")))
     assert [row["animal"] for row in rows] == ["M11", "M12", "M13", "M21"]
     assert rows[3]["network"] == rows[0]["network"]  # the only one the study has
-
-
-def test_of_recordings_that_are_added_again_those_that_got_nothing_new_are_counted(tmp_path):
-    mouse, study = virtual_mouse(), tmp_path / "s"
-    new_study(study)
-    place = study / "recordings" / "CTL"
-    place.mkdir()
-    for more, name in enumerate(("C6", "C7", "C8")):
-        np.savetxt(place / f"p_{name}.dat", mouse.pressure + more)
-        np.savetxt(place / f"q_{name}.dat", mouse.flow + 0.01 * more)
-    write_network(control_network(), study / "networks" / "ctl.csv")
-    assert len(add_files(study, [place], cells={"period [s]": "0.11"}).rows) == 3
-    table = study / "animals.csv"
-    whole = table.read_text("utf-8")
-    (line,) = (line for line in whole.splitlines() if line.startswith("C7,"))
-    table.write_text(whole.replace(line, line.replace("networks/ctl.csv", "")), "utf-8")  # C7 has lost its network
-    again = add_files(study, [place])
-    assert (again.rows, again.updated) == ((), ("C7",))
-    assert any(one.startswith("2 of these recordings are in the table already") for one in again.said)
 
 
 def test_pressure_and_flow_in_files_of_their_own_are_one_animal(tmp_path):
@@ -171,50 +129,6 @@ def test_files_beside_a_recording_are_found_from_where_they_were_typed(lab, tmp_
     added = add_files(study, [one], group="CTL", cells={"wedge wave": "Vorhof links.csv"})
     (name,) = {row["wedge wave"] for row in added.rows}
     assert (study / name).samefile(tmp_path / "Vorhof links.csv")
-
-
-def test_groups_may_be_given_to_new_as_they_are_to_add(tmp_path):
-    done = CliRunner().invoke(app, ["new", str(tmp_path / "s"), "--groups", "control=WT,hypoxia=HOX"])
-    assert done.exit_code == 0, done.output
-    assert "groups: [control, hypoxia]" in (tmp_path / "s" / "study.yaml").read_text("utf-8")
-    assert "say the whole to `vasowave add --groups`" in done.output
-
-
-@pytest.fixture
-def pigs(tmp_path):
-    """Return a folder of two folders; the names of the files in the second hold the word of the first, too."""
-    for folder, name in (("Kontrolltiere", "Ferkel"), ("Lungenembolie", "LE-Ferkel")):
-        (tmp_path / folder).mkdir()
-        for number in (1, 2, 3):
-            text = exported(10 * number + len(name), 15.0)
-            (tmp_path / folder / f"{name} {number}.txt").write_text(text, encoding="cp1252", errors="replace")
-    return tmp_path
-
-
-def groups_of(study):
-    with (study / "animals.csv").open(encoding="utf-8") as file:
-        rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        return {row["animal"]: row["group"] for row in rows}
-
-
-def test_words_that_tell_the_group_of_every_file_are_proposed_before_those_that_leave_some_in_doubt(pigs):
-    study = pigs / "s"
-    new_study(study)
-    add_files(study, [pigs / "Kontrolltiere", pigs / "Lungenembolie"])
-    assert groups_of(study) == {f"Ferkel {i}": "Kontrolltiere" for i in (1, 2, 3)} | {
-        f"LE-Ferkel {i}": "Lungenembolie" for i in (1, 2, 3)
-    }
-
-
-def test_what_is_said_of_groups_comes_before_what_rows_and_groups_were_called(pigs):
-    study = pigs / "s"
-    new_study(study, ["Ferkel", "LE"])
-    files = [pigs / "Kontrolltiere", pigs / "Lungenembolie"]
-    add_files(study, files)
-    assert set(groups_of(study).values()) == {"Ferkel", ""}  # the names of the others hold both words
-    add_files(study, files, groups="Sham=Kontrolltiere,LE=Lungenembolie")
-    assert groups_of(study) == {f"Ferkel {i}": "Sham" for i in (1, 2, 3)} | {f"LE-Ferkel {i}": "LE" for i in (1, 2, 3)}
-    assert "\ngroups: [Sham, LE]" in (study / "study.yaml").read_text("utf-8")  # nothing is called Ferkel any more
 
 
 def test_one_cause_is_one_error_with_all_its_lines(tmp_path):

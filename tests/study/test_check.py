@@ -17,7 +17,6 @@ from vasowave.datasets import control_network, hypertensive_network
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.network.network import Network
 from vasowave.network.vessel_table import write_network
-from vasowave.recording import Recording
 from vasowave.species import SPECIES, SpeciesName
 from vasowave.study.animals import read_animals
 from vasowave.study.checking import check_study
@@ -262,13 +261,6 @@ def test_values_as_published_are_plausible_and_those_in_another_unit_are_not(spe
     assert all(not low <= 10 * value <= high for value in KNOWN[species]["root_radius"])  # mm
 
 
-@pytest.mark.parametrize("name", KNOWN["rat"])
-def test_values_of_mice_and_men_are_none_of_a_rat(name):
-    low, high = getattr(SPECIES["rat"], name)
-    of_others = {"HR": (70, 600), "mPAP": (0.5,), "pPAP": (0.5,), "CO": (0.2, 90.0), "root_radius": (0.03, 1.4)}
-    assert all(not low <= value <= high for value in of_others[name])
-
-
 def test_every_species_that_can_be_named_has_its_ranges_and_every_range_is_one():
     assert set(get_args(SpeciesName)) == {*SPECIES, "other"}
     for one in SPECIES.values():
@@ -276,17 +268,6 @@ def test_every_species_that_can_be_named_has_its_ranges_and_every_range_is_one()
         assert len(ranges) == 7
         assert all(0 < low < high for low, high in ranges)
         assert one.heart_rates[0] < one.HR[0] < one.HR[1] < one.heart_rates[1]
-
-
-@pytest.mark.parametrize(("pressure", "right"), [(-0.01, False), (0.0, True), (100.0, True), (100.01, False)])
-def test_the_pressure_of_the_images_lies_between_0_and_100_mmhg(pressure, right):
-    from vasowave.study.settings import StudyFile
-
-    if right:
-        assert StudyFile(image_pressure=pressure).image_pressure == pressure
-    else:
-        with pytest.raises(ValueError, match="image_pressure"):
-            StudyFile(image_pressure=pressure)
 
 
 @pytest.mark.parametrize("network", [control_network(), hypertensive_network()])
@@ -415,18 +396,6 @@ def test_any_table_is_understood_or_refused(tmp_path_factory, header, rows):
     assert all(str(problem.finding) for problem in problems)
 
 
-def test_recordings_of_other_units_are_converted(make_study, mice):
-    folder = make_study()
-    mouse: Recording = mice[0]
-    np.savetxt(folder / "p.dat", mouse.pressure)
-    np.savetxt(folder / "q.dat", 1e3 * mouse.flow)
-    header = "animal,group,network,recording,flow,period [s],pressure unit,flow unit"
-    table(folder, f"a,CTL,n.csv,p.dat,q.dat,{mouse.period!r},mmHg,ul/s", header=header)
-    study = read_study(folder)
-    animal = load_animal(study.animals[0], study.settings, study.folder)
-    assert animal.recording.cardiac_output == pytest.approx(mouse.cardiac_output, rel=1e-12)
-
-
 def middle(species):
     names = ("HR", "mPAP", "pPAP", "CO", "root radius")
     return {name: 0.5 * sum(getattr(SPECIES[species], name.replace(" ", "_"))) for name in names}
@@ -436,15 +405,6 @@ def test_an_animal_that_fits_several_species_is_told_all_of_them_once():
     (found,) = physiology_findings(middle("dog"), 0.4, "mouse")
     assert "All of them fit a dog or a pig or a human: write species: dog" in str(found)
     assert not physiology_findings(middle("dog"), 0.4, "other")
-
-
-def test_a_rat_among_mice_is_told_its_species_and_a_slip_is_not():
-    rat = middle("rat")
-    (found,) = physiology_findings(rat, 0.2, "mouse")  # one remedy for all values
-    assert "All of them fit a rat: write species: rat (vasowave fit: --species rat)" in str(found)
-    assert not physiology_findings(rat, 0.2, "rat")
-    (slip,) = physiology_findings(middle("mouse") | {"CO": 10.0}, 0.2, "mouse")
-    assert "species:" not in str(slip).partition("?")[2]
 
 
 def test_the_species_is_an_option_of_new_and_fit(tmp_path):
@@ -473,13 +433,6 @@ def test_what_a_report_cannot_honour_and_a_wedge_of_some_animals_are_said_before
     assert "'power' is none of calibration.walls (tangent, linear)" in found["check.law-not-fitted"]
     assert "no animal will have 'PVRR' (did you mean 'PVR'?)" in found["check.no-quantity"]
     assert f"1 of {len(table) - 1} animals have a wedge pressure" in found["check.wedge-of-some"]
-
-
-def test_beds_that_are_a_list_are_refused_in_words(make_study):
-    study = make_study()
-    (study / "study.yaml").write_text("groups: [CTL, HPH]\ncalibration: {beds: [rc]}\n", "utf-8")
-    (problem,) = [one for one in check_study(study).problems if "beds" in str(one)]
-    assert "is no name; write one name" in str(problem)
 
 
 @pytest.mark.parametrize("place", ["study.yaml", "animals.csv", "n.csv"])

@@ -17,7 +17,6 @@ import grimp
 import pytest
 
 from vasowave.errors import InputError
-from vasowave.runtime.memory import is_starved
 from vasowave.runtime.threads import cores
 from vasowave.study import engine
 from vasowave.study.engine import Job, run_jobs
@@ -121,20 +120,6 @@ def test_a_pool_whose_own_thread_dies_of_a_lack_of_memory_breaks_instead_of_wait
     assert not multiprocessing.active_children()
 
 
-@pytest.mark.parametrize(
-    ("error", "starved"),
-    [
-        (MemoryError(), True),
-        (OSError(errno.ENOMEM, "x"), True),
-        (ImportError("libssl.so.3: failed to map segment from shared object"), True),
-        (ImportError("No module named 'netCDF4'"), False),
-        (OSError(errno.ENOSPC, "No space left on device"), False),
-    ],
-)
-def test_a_lack_of_memory_is_known_by_its_many_words(error, starved):
-    assert is_starved(error) is starved
-
-
 def test_workers_share_the_cores_and_linear_algebra_takes_one(tmp_path):
     (result, other), _ = run(cheap_tasks.allowed_threads, ["a", "b"], tmp_path / "log", threads=3)[0].values(), None
     assert result == other == (3, "1")
@@ -152,13 +137,6 @@ def test_progress_counts_every_piece_and_estimates_the_time_left(tmp_path):
     assert [step.done for step in steps] == [1, 2, 3]
     assert Counter(step.what for step in steps) == {"computed": 2, "failed": 1}
     assert steps[0].left >= steps[-1].left == 0
-
-
-def test_what_was_compiled_once_is_not_expected_again(tmp_path):
-    steps = []
-    names = ["first", *"abcd"]
-    run(cheap_tasks.compiles_first, names, tmp_path / "log", in_threads, workers=1, progress=steps.append)
-    assert steps[0].left == pytest.approx(4 * 0.1, rel=0.3)
 
 
 def test_a_worker_of_another_version_is_refused():

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from small_study import make_study_in
 
-from vasowave.cli.options import read_settings
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.datasets.virtual_files import labchart_text
@@ -110,8 +109,3 @@ def test_beats_of_larger_animals_are_found_with_their_slower_waves(species, rate
     assert beats.heart_rate == pytest.approx(rate, rel=0.03)
     assert beats.fiducial == ("ecg" if ecg else "pressure")
     assert abs(len(beats.times) - len(expected.times)) <= 2
-
-
-def test_a_range_of_heart_rates_is_given_as_an_option():
-    assert read_settings({"heart_rates": "200,600"}, "one", "animal").averaging.heart_rates == (200.0, 600.0)
-    assert read_settings({"catheter": "30,0.2"}, "one", "animal").catheter == (30.0, 0.2)

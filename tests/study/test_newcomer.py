@@ -3,22 +3,18 @@
 import csv
 import os
 import re
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.io import savemat
-from test_doors import cycle_text
 from typer.testing import CliRunner
 
 from lab_files import SMALL, exported, recorded, write_lab
 from vasowave.cli import app
-from vasowave.cli.progress import alive
 from vasowave.network.vessel_table import write_network
 from vasowave.study.adding import add_files
 from vasowave.study.grouping import proposed_groups
-from vasowave.study.overview import AnimalRead, overview_lines
 from vasowave.study.results import read_results
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -218,18 +214,6 @@ def test_groups_are_proposed_where_names_share_the_files_among_them(names, group
     assert (list(found.marks) if found else None) == groups
 
 
-def test_words_of_which_none_is_a_reference_are_given_to_no_group(tmp_path, mice):
-    study, lab = tmp_path / "s", tmp_path / "lab"
-    typed("new", study, "--groups", "WT,SuHx 3w")
-    for place, name in enumerate(("SuHx_1", "SuHx_2", "Tier_1", "Tier_2")):
-        lab.mkdir(exist_ok=True)
-        (lab / f"{name}.csv").write_text(cycle_text(mice[place % len(mice)], flow_scale=1 + place / 100), "utf-8")
-    said = " ".join(add_files(study, [lab]).said)
-    assert "--groups 'WT=WORD,SuHx 3w=WORD'" in said
-    assert "SuHx (2 of them)" in said
-    assert "Tier (2 of them)" in said
-
-
 def test_groups_that_a_user_chose_are_not_replaced_and_one_option_says_which_is_which(lab, tmp_path):
     study = tmp_path / "s"
     typed("new", study, "--groups", "control,hypoxic")
@@ -288,32 +272,6 @@ def test_other_labs_habits_need_no_mending_either(habit, tmp_path):
     assert sorted(row["group"] for row in rows.values()) == ["KO", "KO", "WT", "WT"]
     starts = [row.get("start [s]", "") for row in rows.values()]
     assert starts == (["2.5", "", "", ""] if habit is pauses else [""] * 4)
-
-
-@pytest.mark.parametrize("width", [80, 60, 40])
-def test_the_table_of_what_was_read_fits_and_breaks_no_word(width):
-    read = [
-        AnimalRead("WT_101", "WT", 21, "raw", 14.0, (20, 123), 533.0, 14.2, 0.18, 0.0),
-        AnimalRead("Maus Ö-17 (links)", "hypoxisch", 120, "raw", 1234.5, (20, 12345), 533.0, 114.2, 1.18, -14.0),
-        AnimalRead("c", "WT", 3, "cycle", 0.0, (0, 0), 533.0, 14.2, 0.18, 0.0),
-    ]
-    lines = overview_lines(read, width)
-    assert max(map(len, lines)) <= width
-    words = " ".join(lines).split()
-    for one in read:
-        assert all(word in words or f"{word}," in words or f"({word}):" in words for word in one.animal.split())
-        assert any(f"{one.mean_pressure:.1f}" == word.strip(",") for word in words)
-
-
-def test_long_work_without_a_terminal_writes_a_line_at_every_interval(capsys):
-    done = [0]
-    with alive(lambda: f"{done[0]} of 3 searches", every=0.05):
-        for done[0] in (1, 2, 3):
-            time.sleep(0.12)
-    lines = capsys.readouterr().err.splitlines()
-    assert 3 <= len(lines) <= 8
-    assert re.fullmatch(r"0 min: \d of 3 searches", lines[0])
-    assert "3 of 3" in lines[-1]
 
 
 @pytest.mark.validation

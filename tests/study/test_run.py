@@ -1,3 +1,4 @@
+import json
 import os
 import random
 import resource
@@ -13,11 +14,12 @@ import pandas as pd
 import pytest
 import xarray as xr
 from small_study import make_study_in
+from typer.testing import CliRunner
 
 from vasowave.animal.failure import Stage
 from vasowave.animal.result import AnimalResult
+from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.study import reporting
 from vasowave.study.loading import animal_key
 from vasowave.study.plan import RESULTS, read_study
 from vasowave.study.reporting import report_study
@@ -109,17 +111,6 @@ def finish_as(undisturbed: Path, folder: Path) -> None:
     assert program.returncode == 0, said
     assert_same(results(folder), results(undisturbed))
     assert not list((folder / RESULTS).rglob(".vasowave-part-*"))
-
-
-@pytest.mark.validation
-def test_a_run_killed_at_three_random_moments_goes_on_to_the_same_results(undisturbed, tmp_path):
-    folder, moment = tmp_path / "killed", random.Random(1)
-    lasts = warm_duration(undisturbed[0], folder)
-    shutil.rmtree(folder / RESULTS)
-    assert killed_after(folder, moment.uniform(0.1, 0.5) * lasts)
-    for _ in range(2):
-        killed_after(folder, moment.uniform(0.1, 0.5) * lasts)
-    finish_as(undisturbed[0], folder)
 
 
 def test_what_a_run_left_unfinished_that_was_killed_while_it_wrote_its_results_is_removed(undisturbed, tmp_path):
@@ -227,6 +218,10 @@ def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_p
     assert (done.computed, done.kept) == ((), ("mouse 0", "mouse 2"))
     results = read_results(folder)
     assert done.failures == results.failures
+    told = CliRunner().invoke(app, ["run", str(folder), "--json", "--no-report"])
+    assert told.exit_code == 3
+    last = [json.loads(line) for line in told.stdout.splitlines() if line.startswith("{")][-1]
+    assert [(one["animal"], one["law"], one["stage"]) for one in last["failures"]] == [("mouse 1", "", "reading")]
     assert list(results) == ["mouse 0", "mouse 2"]
     (lost,) = results.failures
     assert (lost.animal, lost.group, lost.law, lost.stage) == ("mouse 1", "CTL", "", Stage.READING)
@@ -288,10 +283,9 @@ def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed
     assert len(list((folder / RESULTS / "cache").iterdir())) == 1
 
 
-def test_a_report_says_that_the_study_changed_since_it_was_run(undisturbed, tmp_path, recwarn, monkeypatch):
+def test_a_report_says_that_the_study_changed_since_it_was_run(undisturbed, tmp_path, recwarn):
     folder = copied(undisturbed, tmp_path / "study")
-    monkeypatch.setattr(reporting, "write_cohort_report", lambda *given, **more: folder)
-    report_study(folder)
+    report_study(folder, animal="mouse 1")
     assert len(recwarn) == 0
     table, settings = folder / "animals.csv", folder / "study.yaml"
     first, second, *others = table.read_text().splitlines()[1:]
@@ -300,13 +294,13 @@ def test_a_report_says_that_the_study_changed_since_it_was_run(undisturbed, tmp_
     table.write_text("\n".join([header, first, moved, *others, first.replace("mouse 0", "mouse 9")]) + "\n")
     settings.write_text(f"title: Another\n{settings.read_text()}")
     with pytest.warns(VasowaveWarning, match="changed since it was run") as caught:
-        report_study(folder)
+        report_study(folder, animal="mouse 1")
     said = str(caught[0].message)
     assert "another group: mouse 1 (HPH, was CTL); " in said
     assert "program) changed: mouse 1; new animals: mouse 9; settings: title" in said
     table.write_text("\n".join([header, first, *others]) + "\n")
     with pytest.warns(VasowaveWarning, match="no longer in the table: mouse 1; settings"):
-        report_study(folder)
+        report_study(folder, animal="mouse 1")
 
 
 def test_a_folder_one_level_too_deep_is_told_where_the_study_is(tmp_path):
@@ -317,19 +311,6 @@ def test_a_folder_one_level_too_deep_is_told_where_the_study_is(tmp_path):
         read_study(tmp_path / "report")
     with pytest.raises(InputError, match=f"they are those of {tmp_path}$"):
         read_results(tmp_path / "report")
-
-
-@pytest.mark.validation
-def test_a_second_run_at_once_is_refused(undisturbed, tmp_path):
-    from vasowave.study.store import locked
-
-    folder = copied(undisturbed, tmp_path / "study")
-    with locked(folder / RESULTS / "running.lock"):
-        with start(folder) as program:
-            said = program.communicate()[0]
-        assert program.returncode == 1
-        assert f"being run by process {os.getpid()}" in said
-        assert "compil" not in said
 
 
 def smallest_piece(folder: Path) -> int:

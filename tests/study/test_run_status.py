@@ -15,10 +15,8 @@ from vasowave.errors import InputError, NumericalError
 from vasowave.io.files import not_written
 from vasowave.io.reserved import SLOT
 from vasowave.study import run_status as module
-from vasowave.study.engine import Progress
-from vasowave.study.plan import RESULTS, read_study
+from vasowave.study.plan import RESULTS
 from vasowave.study.run_status import STATUS, Ended, ask_to_stop, record_end, run_status, running
-from vasowave.study.running import analyze_study
 
 
 @pytest.fixture
@@ -152,26 +150,6 @@ def test_a_run_elsewhere_or_a_process_that_only_has_its_number_is_asked_and_neve
         with pytest.raises(InputError, match=f"does not; end process {os.getpid()} on {run.status.node}"):
             ask_to_stop(results, "me")
         assert str(run_status(results)).endswith("asked to stop by me")
-
-
-def test_a_run_that_no_signal_reaches_stops_between_two_animals(make_study, monkeypatch):
-    study, reached = read_study(make_study()), []
-
-    def all_done(jobs, *rest):
-        for number, job in enumerate(jobs, 1):
-            rest[-1](Progress(job.name, "computed", number, len(jobs)))
-
-    def step(progress):
-        reached.append(progress.name)
-        ask_to_stop(study.results, "a notebook")
-        assert run._asked.wait(30)
-
-    monkeypatch.setattr(module, "is_heard", lambda: False)
-    monkeypatch.setattr("vasowave.study.running.run_jobs", all_done)
-    with pytest.raises(KeyboardInterrupt), running(study.folder, 3) as run:
-        analyze_study(run, study, progress=step)
-    assert reached == ["mouse 0"]
-    assert (run_status(study.results).done, run_status(study.results).stopped_by) == (1, "a notebook")
 
 
 def test_what_is_no_status_of_ours_is_none(results):

@@ -102,16 +102,6 @@ def test_a_slip_is_named_where_it_stands(text, place, words):
     assert words in message
 
 
-def test_the_viscosity_of_a_wall_has_bounds_where_walls_are_viscous_and_nowhere_else():
-    bounds = "  bounds: {wall_viscosity: [0.01, 1]}\n"
-    for text in ("true", "yes", "True"):
-        found, problems = parse_settings(f"calibration:\n  viscous: {text}\n{bounds}".encode())
-        assert problems == []
-        assert (found.calibration.viscous, found.calibration.bounds) == (True, {"wall_viscosity": (0.01, 1.0)})
-    for text in ("", "  viscous: false\n"):
-        assert "'wall_viscosity' is not known" in said(f"calibration:\n{text}{bounds}")[0]
-
-
 def test_numbers_and_labels_mean_what_they_look_like():
     found, _ = parse_settings(b"groups: [no, 1]\nnumerics: {tolerance: 1e-8}\ncalibration:\naveraging: {harmonics: }\n")
     assert found.groups == ["no", "1"]  # YAML 1.1 would make False and 1 of them
@@ -211,20 +201,6 @@ def test_a_species_that_is_not_known_is_named_before_anything_is_written(tmp_pat
     with pytest.raises(InputError, match=r"'guinea pig' is not known; .* other \(any that is not named before it\)"):
         new_study(tmp_path / "s", species="guinea pig")
     assert not (tmp_path / "s").exists()
-
-
-@pytest.mark.parametrize(
-    ("line", "changed"),
-    [
-        ('title: "Lab #1 study"   # of 2026', 'title: "New"   # of 2026'),
-        ("title: 'it''s #3'", 'title: "New"'),
-        ("title: a # b", 'title: "New" # b'),
-    ],
-)
-def test_a_value_is_replaced_whole_and_the_remark_behind_it_stays(tmp_path, line, changed):
-    path = tmp_path / "study.yaml"
-    path.write_text(f"groups: [CTL]\n{line}\n", encoding="utf-8")
-    assert with_value(path, ("title",), '"New"') == f"groups: [CTL]\n{changed}\n"
 
 
 def test_one_value_of_a_study_file_is_changed_and_the_rest_stays(tmp_path):
