@@ -61,14 +61,6 @@ def test_options_that_contradict_each_other_are_an_error_that_names_them(tmp_pat
     assert str(result.exception).startswith("options: practice 'paper' sets numerics itself")
 
 
-def test_an_error_of_ours_is_one_line_and_exit_status_1():
-    done = _vasowave("fit", "missing.csv", "x.csv")
-    output = done.communicate(timeout=300)[0]
-    assert done.returncode == 1
-    assert output.startswith("Error: missing.csv")
-    assert len(output.splitlines()) == 1
-
-
 def test_more_than_pressure_and_flow_are_no_recording(tmp_path):
     files = [str(tmp_path / name) for name in ("n.csv", "p.csv", "q.csv", "r.csv")]
     done = CliRunner().invoke(app, ["fit", *files, "-o", str(tmp_path / "out")])

@@ -45,6 +45,7 @@ def test_wrong_data_wrong_commands_and_failures_are_told_apart(tmp_path, vasowav
     status, output, errors = vasowave("simulate", "missing.csv", "c.csv")
     assert (status, output) == (1, "")
     assert errors.startswith("Error: missing.csv")
+    assert len(errors.splitlines()) == 1
     assert vasowave("simulate", "n.csv", "c.csv", "--wal", "linear")[0] == 2
     failing = mock.Mock(side_effect=NumericalError("vessel 'a', t = 0.01 s: the flow passes the wave speed"))
     with mock.patch("vasowave.solver.simulate", failing):

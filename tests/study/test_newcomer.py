@@ -14,7 +14,6 @@ from lab_files import SMALL, exported, recorded, write_lab
 from vasowave.cli import app
 from vasowave.network.vessel_table import write_network
 from vasowave.study.adding import add_files
-from vasowave.study.grouping import proposed_groups
 from vasowave.study.results import read_results
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -97,8 +96,7 @@ def test_six_labchart_files_become_results_with_four_commands_and_nothing_to_men
 @pytest.mark.parametrize(
     "way",
     [
-        "relative",
-        *(pytest.param(one, marks=pytest.mark.validation) for one in ("absolute", "dots", "link")),
+        *(pytest.param(one, marks=pytest.mark.validation) for one in ("relative", "absolute", "dots", "link")),
         "files",
         "link inside",
     ],
@@ -190,28 +188,6 @@ def test_files_of_one_name_in_two_folders_are_called_by_their_folders_too(lab, t
     typed("new", tmp_path / "s", "--groups", "sham,banded")
     added = add_files(tmp_path / "s", [tmp_path / "lab", lab / "lung.csv"])
     assert {row["animal"]: row["group"] for row in added.rows} == {"sham 1": "sham", "banded 1": "banded"}
-
-
-@pytest.mark.parametrize(
-    ("names", "groups"),
-    [
-        ("WT_101 WT_102 HOX_1 HOX_2", ["WT", "HOX"]),
-        ("HOX1 HOX2 HOX3 wt1 wt2", ["wt", "HOX"]),
-        ("2023-04-01_KO_1 2023-04-01_KO_2 2023-04-02_WT_1 2023-04-02_WT_2", ["WT", "KO"]),
-        ("m12_nx m13_nx m14_hx m15_hx", ["nx", "hx"]),
-        (
-            "sham/male 1|sham/female 2|PAB/male 3|PAB/female 4".replace("|", " ").replace("male ", "male_"),
-            ["sham", "PAB"],
-        ),
-        ("alice bob carl dora", None),
-        ("M1 M2 M3 M4", None),
-        ("male_1 male_2 female_1 female_2", None),
-        ("WT_1 HOX_1", None),
-    ],
-)
-def test_groups_are_proposed_where_names_share_the_files_among_them(names, groups):
-    found = proposed_groups([Path(f"/data/lab/{name}.txt") for name in names.split()], Path("/data/study"))
-    assert (list(found.marks) if found else None) == groups
 
 
 def test_groups_that_a_user_chose_are_not_replaced_and_one_option_says_which_is_which(lab, tmp_path):

@@ -34,8 +34,8 @@ HEARD = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)
 PROGRAM = [sys.executable, "-c", f"{HEARD}; from vasowave.cli import run; run()"]
 
 
-def start(folder: Path, workers: int = 1, **more) -> subprocess.Popen:
-    command = [*PROGRAM, "run", str(folder), "--workers", str(workers), "--no-report"]
+def start(folder: Path, **more) -> subprocess.Popen:
+    command = [*PROGRAM, "run", str(folder), "--workers", "1", "--no-report"]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
 
 
@@ -53,10 +53,9 @@ def results(folder: Path) -> dict[str, AnimalResult]:
 def test_every_tree_names_its_files_with_their_hashes(undisturbed):
     import hashlib
 
-    folder, _ = undisturbed
-    found = results(folder)["mouse 1"].origin
+    found = results(undisturbed)["mouse 1"].origin
     for role, name in (("network", "n.csv"), ("recording", "recordings/1.csv")):
-        assert found[f"sha256 of {role}"] == f"{hashlib.sha256((folder / name).read_bytes()).hexdigest()} ({name})"
+        assert found[f"sha256 of {role}"] == f"{hashlib.sha256((undisturbed / name).read_bytes()).hexdigest()} ({name})"
 
 
 def assert_same(one: dict[str, AnimalResult], other: dict[str, AnimalResult]) -> None:
@@ -67,19 +66,16 @@ def assert_same(one: dict[str, AnimalResult], other: dict[str, AnimalResult]) ->
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory, mice) -> tuple[Path, float]:
-    """Return a study that ran through, and how long that took."""
+def undisturbed(tmp_path_factory, mice) -> Path:
+    """Return a study that ran through."""
     folder = make_study_in(tmp_path_factory.mktemp("run") / "study", mice)
-    began = time.monotonic()
-    with start(folder, 2) as program:
-        said = program.communicate()[0]
-    assert program.returncode == 0, said
-    assert "3 animals computed, 0 kept from earlier, 0 failed" in said
-    return folder, time.monotonic() - began
+    done = finish(folder)
+    assert (done.computed, done.failures) == (("mouse 0", "mouse 1", "mouse 2"), ())
+    return folder
 
 
 def copied(undisturbed, to: Path) -> Path:
-    shutil.copytree(undisturbed[0], to)
+    shutil.copytree(undisturbed, to)
     return to
 
 
@@ -118,21 +114,21 @@ def test_what_a_run_left_unfinished_that_was_killed_while_it_wrote_its_results_i
     for place in ("", "animals", "cache"):
         (folder / RESULTS / place / ".vasowave-part-x").write_text("half an index")
     assert finish(folder).computed == ()
-    assert_same(results(folder), results(undisturbed[0]))
+    assert_same(results(folder), results(undisturbed))
     assert not list((folder / RESULTS).rglob(".vasowave-part-*"))
 
 
 @pytest.mark.validation
 def test_runs_killed_at_twenty_random_moments_go_on_to_the_same_results(undisturbed, tmp_path):
-    moment, lasts = random.Random(2), warm_duration(undisturbed[0], tmp_path / "warm")
+    moment, lasts = random.Random(2), warm_duration(undisturbed, tmp_path / "warm")
     killed = 0
     for number in range(60):
         folder = tmp_path / f"killed {number}"
-        shutil.copytree(undisturbed[0], folder, ignore=shutil.ignore_patterns(RESULTS))
+        shutil.copytree(undisturbed, folder, ignore=shutil.ignore_patterns(RESULTS))
         after = moment.uniform(0.1, 0.95) * lasts
         if killed_after(folder, after):
             killed += 1
-            finish_as(undisturbed[0], folder)
+            finish_as(undisturbed, folder)
         else:
             lasts = after  # the machine has become quicker than it was when the run was timed
         if killed == 20:
@@ -156,11 +152,11 @@ def test_what_has_finished_is_found_by_content_and_only_what_changed_is_computed
     done = finish(folder)
     assert (done.computed, done.kept) == (("mouse 0",), ("mouse 1", "mouse 2"))
     with pytest.raises(AssertionError):
-        assert_same(results(folder), results(undisturbed[0]))
+        assert_same(results(folder), results(undisturbed))
 
     first.write_text(original)  # the earlier result was not overwritten by that of the other input
     assert finish(folder).computed == ()
-    assert_same(results(folder), results(undisturbed[0]))
+    assert_same(results(folder), results(undisturbed))
 
 
 def test_a_line_lost_from_the_table_is_missed_and_comes_back_without_computing(undisturbed, tmp_path):
@@ -172,7 +168,7 @@ def test_a_line_lost_from_the_table_is_missed_and_comes_back_without_computing(u
         assert finish(folder).kept == ("mouse 0", "mouse 2")
     table.write_text(whole)
     assert finish(folder).computed == ()
-    assert_same(results(folder), results(undisturbed[0]))
+    assert_same(results(folder), results(undisturbed))
 
 
 def test_a_truncated_piece_is_computed_again(undisturbed, tmp_path):
@@ -182,7 +178,7 @@ def test_a_truncated_piece_is_computed_again(undisturbed, tmp_path):
     done = finish(folder)
     assert len(done.computed) == 1
     assert len(done.kept) == 2
-    assert_same(results(folder), results(undisturbed[0]))
+    assert_same(results(folder), results(undisturbed))
 
 
 @pytest.mark.parametrize(
@@ -268,7 +264,7 @@ def test_an_animal_that_goes_on_from_kept_searches_is_counted_as_such(make_study
 
 def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    shutil.copytree(undisturbed[0], folder, ignore=shutil.ignore_patterns(RESULTS))
+    shutil.copytree(undisturbed, folder, ignore=shutil.ignore_patterns(RESULTS))
     with start(folder) as program:
         assert program.stdout is not None
         assert program.stdout.readline().startswith("3 animals.")
@@ -339,7 +335,7 @@ def test_a_disk_that_takes_no_more_stops_the_run_with_a_message_and_it_goes_on_l
 
     done = finish(folder)
     assert len(done.computed) == 1
-    assert_same(results(folder), results(undisturbed[0]))
+    assert_same(results(folder), results(undisturbed))
 
 
 @pytest.mark.validation  # a whole run; the test above shows the same of one animal
@@ -347,7 +343,7 @@ def test_a_full_file_system_stops_the_run_with_a_message_and_it_goes_on_later(un
     """A real file system of a megabyte in memory, in a mount name space of its own, where the system allows that."""
     folder = tmp_path / "small"
     folder.mkdir()
-    source = undisturbed[0]
+    source = undisturbed
     room = smallest_piece(source) * 2 // 1024 + 200
     saved = tmp_path / "saved"
     script = (

@@ -163,20 +163,6 @@ def test_the_documentation_lists_every_key_and_column_as_the_program_knows_it():
     assert study_file.PAGE.read_text(encoding="utf-8") == study_file.page(), "run `uv run python tools/study_file.py`"
 
 
-def test_every_example_of_the_template_is_read_as_it_was_meant():
-    """Its comment sign taken away; a name with a comma would otherwise be two keys."""
-    lines, read = study_text().splitlines(), 0
-    for section in [StudyFile, *(one.section for one in settings_of(StudyFile).values() if one.section)]:
-        for name, one in settings_of(section).items():
-            found = [line.strip()[2:] for line in lines if line.strip().startswith((f"# {name}: {{", f"# {name}: ["))]
-            if one.example is not None:
-                (example,) = found
-                plain = [*one.example] if isinstance(one.example, tuple) else one.example
-                assert yaml.safe_load(example) == {name: plain}
-                read += 1
-    assert read > 2
-
-
 def test_a_label_with_a_comma_stays_one_when_groups_are_written_anew(tmp_path):
     labels = ["HPH, drug", "CTL", "sham (1)"]
     assert parse_settings(study_text(labels).encode())[0].groups == labels
