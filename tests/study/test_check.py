@@ -106,16 +106,8 @@ def test_everything_wrong_in_the_table_is_said_at_once(make_study):
             "a,CTL,n.csv,recordings/0.csv,8",
             "header, column 'wedge': unknown column (did you mean 'wedge [mmHg]'?)",
         ),
-        ("animal,group,network,recording,kind", "a,CTL,n.csv,recordings/0.csv,rwa", "'rwa' (did you mean 'raw'?)"),
-        ("animal,group,network,recording,period [s]", "a,CTL,n.csv,recordings/0.csv,-1", "not a positive number"),
-        ("animal,group,network,recording,period [s]", "a,CTL,n.csv,recordings/0.csv,one", "'one' is not a number"),
         ("animal,group,network,recording,wedge [mmHg]", "a,CTL,n.csv,recordings/0.csv,1_0", "'1_0' is not a number"),
         ("animal,group,network,recording,flow unit", "a,CTL,n.csv,recordings/0.csv,ml/sec2", "not a unit of flow"),
-        (
-            "animal,group,network,recording,kind,block",
-            "a,CTL,n.csv,recordings/0.csv,cycle,2",
-            "no meaning for an animal",
-        ),
         ("animal,group,network,recording", "a,CTL,n.csv", "line 2: 3 columns where 4 were expected"),
     ],
 )

@@ -1,46 +1,16 @@
-"""Numbers of a result by arithmetic: errors and shares of quantities, readings of datasets, what is stored of beats."""
+"""Readings of a stored result by arithmetic: residuals, the cycle from its foot, answers, impedance."""
 
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 
 from made_cohort import bare_law, bare_result
 from made_fit import made_recording
-from vasowave.animal import datasets, quantities, reading, signals
-from vasowave.descriptions import Quantity
+from vasowave.animal import datasets, reading, signals
 from vasowave.errors import InputError
 from vasowave.recording import Recording
-
-KNOWN = {"x": Quantity("mmHg", "X", "an x", "eq. 3"), "y": Quantity("1", "Y", "a y")}
-
-
-def test_a_quantity_has_its_error_its_interval_and_the_shares_of_what_is_known_of_it():
-    effects = pd.DataFrame(
-        {"radius_scale": [0.3, np.nan], "flow_gain": [0.4, 0.1], "zero": [0.0, 0.1]}, index=["x", "y"]
-    )
-    effects.attrs["sd"] = {"radius_scale": 0.1, "flow_gain": 0.07, "zero": 0.5}
-    found = quantities.quantities_dataset({"x": 2.0, "y": 5.0}, KNOWN, {"x": (0.5, 1.0), "y": (0.2, 0.4)}, effects)
-    one = found["x"].attrs
-    error = np.sqrt(0.25 + 0.25)
-    reach = np.sqrt(1.0 + 1.959964**2 * 0.25)
-    assert one["standard_error"] == pytest.approx(2 * error)
-    assert (one["interval_low"], one["interval_high"]) == pytest.approx((2 * np.exp(-reach), 2 * np.exp(reach)))
-    assert (one["share_image"], one["share_probe"], one["share_calibration"]) == pytest.approx((0.18, 0.32, 0.0))
-    assert (one["units"], one["symbol"], one["long_name"], one["equation"]) == ("mmHg", "X", "an x", "eq. 3")
-    assert one["interval_level"] == 0.95
-    assert one["per_radius"] == pytest.approx(3.0)
-    other = found["y"].attrs  # an effect that is not known counts for none
-    assert other["standard_error"] == pytest.approx(1.0)
-    assert "share_image" not in other
-    assert "equation" not in other
-    bare = quantities.quantities_dataset({"x": 2.0, "z": 1.0}, KNOWN)
-    assert list(bare) == ["x"]
-    assert "standard_error" not in bare["x"].attrs
-    far = quantities.quantities_dataset({"y": 1.0}, KNOWN, {"y": (1.0, 1e9)})["y"].attrs
-    assert far["interval_high"] == pytest.approx(np.exp(200))
 
 
 def test_the_autocorrelation_of_a_residual_is_that_of_its_cycle():
