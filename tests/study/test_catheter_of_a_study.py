@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from small_study import write_cycle
 
 from vasowave.errors import InputError
 from vasowave.recording import Catheter, LowPass, correct_catheter, read_recording, suspect_catheter
+from vasowave.recording.catheter import ringing
 from vasowave.study.loading import animal_key, load_animal
 from vasowave.study.plan import read_study
 
@@ -35,20 +35,16 @@ def test_a_corrected_animal_is_another_one_for_the_results(make_study):
 
 
 def test_a_suspected_catheter_is_said_with_what_it_means_for_the_pulse_and_what_to_do(make_study):
-    folder = make_study()
-    assert suspect_catheter(loaded(folder).recording) is None
-    cycle = read_recording(read_study(folder).animals[0].recordings[0])
-    harmonics = np.fft.rfft(cycle.flow)
-    turns = np.exp(-2j * np.pi * np.arange(len(harmonics)) * 0.001 / cycle.period)
-    rung = 40 * harmonics * turns * Catheter(60.0, 0.2).response(np.arange(len(harmonics)) / cycle.period)
-    ringing = replace(cycle, pressure=np.fft.irfft(rung, len(cycle.flow)))  # a resistance, seen through a catheter
-    write_cycle(folder / "recordings/0.csv", ringing)
-    animal, suspected = loaded(folder), suspect_catheter(ringing)
-    (note,) = (str(one) for one in animal.recording.notes if "rang at about" in str(one))
-    assert suspected.natural_frequency == pytest.approx(60.0, rel=0.1)
-    true = np.ptp(correct_catheter(animal.recording, suspected).pressure)
-    assert f"the pulse pressure is {true:.3g} mmHg, not {np.ptp(animal.recording.pressure):.3g}" in note
+    recording = loaded(make_study()).recording
+    assert suspect_catheter(recording) is None  # none is suspected by itself
+    note = str(ringing(Catheter(60.0, 0.3), recording))
+    true = np.ptp(correct_catheter(recording, Catheter(60.0, 0.3)).pressure)
+    assert "rang at about 60 Hz (damping 0.3)" in note
+    assert f"the pulse pressure is {true:.3g} mmHg, not {np.ptp(recording.pressure):.3g}" in note
     assert "`catheter: [natural frequency, damping]`" in note
+    beyond = str(ringing(Catheter(3.0, 0.1), recording))
+    assert "3 Hz" in beyond
+    assert "what it lost cannot be recovered" in beyond
 
 
 def test_a_catheter_without_damping_is_refused(make_study):

@@ -7,10 +7,11 @@ from made_cohort import crossed_cohort
 from vasowave.animal.failure import Failure, Stage
 from vasowave.animal.files import to_bytes
 from vasowave.cohort import Design, Variable, gathered
-from vasowave.cohort.planning import Planning, plan_of, spreads_of, with_occasions
+from vasowave.cohort.planning import spreads_of, with_occasions
 from vasowave.datasets import published_table
 from vasowave.errors import InputError
-from vasowave.study.planning import plan, published_spreads
+from vasowave.study import planning
+from vasowave.study.planning import published_spreads
 from vasowave.study.results import read_results, write_results
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import Store
@@ -75,7 +76,9 @@ def test_an_animal_that_is_not_there_is_told_with_what_is(made):
     assert "HPH 9" not in made
 
 
-def test_a_plan_is_made_of_the_first_recording_of_each_subject_and_knows_how_occasions_differ(tmp_path):
+def test_a_plan_is_made_of_the_first_recording_of_each_subject_and_knows_how_occasions_differ(tmp_path, monkeypatch):
+    planned = []
+    monkeypatch.setattr(planning, "plan_of", lambda *given: planned.append(given))  # cohorts of half a minute
     cohort = crossed_cohort(2, ())
     names = [one.name for one in cohort.results]
     variables = [
@@ -89,10 +92,15 @@ def test_a_plan_is_made_of_the_first_recording_of_each_subject_and_knows_how_occ
         gathered(some, "Kontrolle Süd", variables=variables, design=design) for some in (firsts, cohort.results)
     )
     spreads, together = spreads_of(alone, study.settings.report)
-    expected = plan_of(
-        with_occasions(spreads, everything, study.settings.report), together, "Mice", Planning(effect=1.4)
-    )
-    assert plan(study, effect=1.4).powers.equals(expected.powers)
+    expected = with_occasions(spreads, everything, study.settings.report)
+    planning.plan(study, effect=1.4)
+    ((found, correlation, title, asked),) = planned
+    assert (title, asked.effect) == ("Mice", 1.4)
+    assert [one.quantity for one in found] == [one.quantity for one in expected]
+    for one, other in zip(found, expected, strict=True):
+        values, wanted = ((*each.between, each.error, each.within) for each in (one, other))
+        assert values == pytest.approx(wanted)
+    assert correlation == pytest.approx(together)
 
 
 def test_a_plan_without_a_study_is_made_of_the_published_spreads():
