@@ -89,3 +89,23 @@ def test_a_law_and_an_animal_that_failed_are_told_everywhere(study, mice):
     again = run(study)
     assert again.kept == ("mouse 0",)  # with its failure, which is not tried again
     assert again.failures[1] == other
+
+
+def test_the_commands_tell_what_failed_and_end_with_status_3(study, monkeypatch):
+    done = run(study)
+    monkeypatch.setattr(running, "analyze_study", lambda *given, **more: done)
+    told = CliRunner().invoke(app, ["run", str(study), "--json", "--no-report"])
+    assert told.exit_code == 3
+    last = [json.loads(line) for line in told.stdout.splitlines() if line.startswith("{")][-1]
+    assert [(one["animal"], one["law"], one["stage"]) for one in last["failures"]] == [
+        ("mouse 1", "", "computing"),
+        ("mouse 0", "tangent", "fit"),
+    ]
+    (missing,) = last["missing"]
+    assert (missing["group"], missing["animals"], missing["count"]) == ("CTL", ["mouse 1"], 2)
+    assert missing["pressures"] == pytest.approx([done.lost[0].mean_pressure])
+    assert missing["others"] == pytest.approx([done.failures[1].mean_pressure], rel=1e-3)
+    plain = CliRunner().invoke(app, ["run", str(study), "--no-report"])
+    assert plain.exit_code == 3
+    assert "1 failed" in plain.output
+    assert "failed: mouse 0: tangent wall, fit: no start" in plain.output
