@@ -2,6 +2,7 @@
 
 import hashlib
 import warnings
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,21 +10,22 @@ import pytest
 
 from made_fit import PARAMETERS, made_fit, made_recording
 from vasowave.analysis import compliance
-from vasowave.animal import pipeline
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import read_result, write_result
 from vasowave.animal.pipeline import analyze
 from vasowave.animal.quantities import derived_of, errors_of, quantities_of
 from vasowave.animal.signals import flow_noise
 from vasowave.animal.stored import stored_inflow
-from vasowave.datasets import control_network
+from vasowave.datasets import control_network, virtual_mouse
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.findings import texts
 from vasowave.model.laws import find_law
 from vasowave.model.outlets import Windkessel
+from vasowave.network.network import Network
 from vasowave.quantities import QUANTITIES
 from vasowave.recording import Recording
+from vasowave.solver import Numerics
 
 GROUPS = {
     "network", "recording", "beats", "nominal",
@@ -231,28 +233,30 @@ def test_an_animal_without_a_name_is_refused():
         Animal("m", " ", control_network(), made_recording())
 
 
-@pytest.mark.parametrize(
-    ("starts", "found", "interrupted"),
-    [([3, 3, 3], 3, False), ([3, 2, 3], 2, True), ([3, None, 3], 1, True), ([1, 3, 3], 1, True)],
-)
-def test_an_interrupted_fit_ends_the_fits_and_keeps_those_before_it(starts, found, interrupted, monkeypatch):
-    """A fit of fewer starts than were asked for was interrupted after some, one of none (None) before any had ended."""
-    ends = iter(starts)
+def test_an_interrupted_fit_ends_the_fits_and_keeps_those_before_it():
+    class Interrupted(dict):
+        """Kept searches whose second law is interrupted before it begins."""
 
-    def fit(animal, settings, wall, progress, kept):
-        count = next(ends)
-        if count is None:
-            raise KeyboardInterrupt
-        return SimpleNamespace(wall=wall, starts=range(count))
+        def of(self, wall, starts):
+            if wall == "tangent":
+                raise KeyboardInterrupt
+            return self
 
-    monkeypatch.setattr(pipeline, "_calibrated", fit)
-    settings = Settings(walls=("linear", "tangent", "power"), starts=3)
-    animal = Animal("m", "CTL", control_network(), made_recording())
-    fits, ended = pipeline.fits_of(animal, settings, None, None, [])
-    assert ([one.wall for one in fits], ended) == (list(settings.walls[:found]), interrupted)
-    ends = iter([None])
+        def find(self, stage, start):
+            return None
+
+        def keep(self, stage, start, end):
+            self[stage, start] = end
+
+    network = Network(("1", "2", "3"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037])
+    animal = Animal("m", "CTL", network, virtual_mouse(), synthetic=True)
+    settings = Settings(walls=("linear", "tangent", "power"), starts=1, numerics=Numerics(cell_size=0.3))
+    kept = Interrupted()
+    result = analyze(animal, settings, kept=kept)
+    assert (list(result.laws), result.interrupted) == (["linear"], True)
+    assert kept
     with pytest.raises(KeyboardInterrupt):  # nothing is there that could be kept
-        pipeline.fits_of(animal, settings, None, None, [])
+        analyze(animal, replace(settings, walls=("tangent", "linear")), kept=kept)
 
 
 def test_what_enters_a_stored_fit_is_the_flow_that_was_measured_or_what_a_pressure_let_in(result):

@@ -3,16 +3,14 @@
 import numpy as np
 import pytest
 
-from made_fit import made_fit
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import from_bytes, to_bytes
-from vasowave.animal.pipeline import analyze, posteriors_of
+from vasowave.animal.pipeline import analyze
 from vasowave.animal.result import AnimalResult
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.findings import from_json, texts
 from vasowave.inference.known_errors import SOURCES
 from vasowave.report.write import write_report
-from vasowave.study.settings import StudyFile, animal_settings
 from vasowave.study.store import Journal
 
 
@@ -41,14 +39,3 @@ def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_k
     np.testing.assert_array_equal(again.laws["linear"].posterior.table["median"], table["median"])
     page = write_report([result], tmp_path / "report", pdf=False).with_name("supplement.html").read_text("utf-8")
     assert "Linear wall: posterior" in page
-
-
-def test_the_zero_of_a_study_is_that_of_its_posteriors(monkeypatch):
-    asked = []
-    monkeypatch.setattr("vasowave.animal.pipeline.posterior", lambda *_, priors, **__: asked.append(priors.sd("zero")))
-    mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
-    study = StudyFile(inference="posterior", zero_sd=1.5)
-    posteriors_of(mouse, [made_fit("linear")], animal_settings(study), None, [])
-    paper = StudyFile(inference="posterior", zero_sd=2.0, practice="paper")
-    posteriors_of(mouse, [made_fit("linear")], animal_settings(paper), None, [])
-    assert asked == [1.5, 2.0]

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from typer.testing import CliRunner
 
 from approval import approve, tree
 from vasowave.cli import app
-from vasowave.cli.fit import _known
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.errors import InputError
@@ -31,23 +29,6 @@ def test_help_shows_an_example(command):
     result = CliRunner().invoke(app, [*command, "--help"])
     assert result.exit_code == 0
     assert "Example: vasowave" in result.output
-
-
-@pytest.mark.parametrize(("command", "columns"), [("fit", "length [cm], radius [cm]"), ("extract", "x [cm], y [cm]")])
-def test_help_shows_units_in_brackets(command, columns):
-    words = re.sub(r"[\s│]+", " ", CliRunner().invoke(app, [command, "--help"], terminal_width=200).output)
-    assert columns in words
-
-
-def test_help_names_the_columns_of_a_table_of_sites():
-    words = re.sub(r"[\s│]+", " ", CliRunner().invoke(app, ["fit", "--help"], terminal_width=200).output)
-    assert all(f"{name}, " in words for name in ("quantity", "vessel", "place", "file", "unit", "error"))
-
-
-def test_fit_names_a_file_that_does_not_exist():
-    result = CliRunner().invoke(app, ["fit", "missing.csv", "x.csv"])
-    assert isinstance(result.exception, InputError)
-    assert "missing.csv" in str(result.exception)
 
 
 def test_a_recording_in_place_of_the_network_is_named(tmp_path):
@@ -78,14 +59,6 @@ def test_options_that_contradict_each_other_are_an_error_that_names_them(tmp_pat
     result = CliRunner().invoke(app, ["fit", str(network), str(cycle), "--practice", "paper", "--cell-size", "0.3"])
     assert isinstance(result.exception, InputError)
     assert str(result.exception).startswith("options: practice 'paper' sets numerics itself")
-
-
-def test_an_error_of_ours_is_one_line_and_exit_status_1():
-    done = _vasowave("fit", "missing.csv", "x.csv")
-    output = done.communicate(timeout=300)[0]
-    assert done.returncode == 1
-    assert output.startswith("Error: missing.csv")
-    assert len(output.splitlines()) == 1
 
 
 def test_more_than_pressure_and_flow_are_no_recording(tmp_path):
@@ -131,6 +104,9 @@ def test_interrupting_the_search_writes_nothing_or_what_had_finished(tmp_path):
         (("--reference-radius", "0.07", "--friction", "poiseuille"), "belongs to friction 'boundary-layer'"),
         (("--method", "newton"), "choose from: least-squares, sqp"),
         (("--starts", "0"), "--starts: calibration.starts: '0' is too small; at least 1"),
+        (("--unit", "flwo=x"), "did you mean 'flow'"),
+        (("--unit", "flow"), "--unit flow: write pressure=… or flow=…"),
+        (("--unit", "ecg=mV"), "--unit ecg=mV"),
     ],
 )
 def test_a_wrong_option_of_fit_is_an_error_that_says_what_to_write(tmp_path, option, message):
@@ -325,20 +301,39 @@ def described(command, name):
         yield from described(command.resolve_command(typer.Context(command), [inner])[1], f"{name} {inner}")
 
 
-def test_a_posterior_takes_law_and_beds_from_its_options_or_from_the_settings(tmp_path):
-    write_network(control_network(), tmp_path / "lung.csv")
-    mouse = virtual_mouse()
-    np.savetxt(tmp_path / "p.dat", mouse.pressure)
-    np.savetxt(tmp_path / "q.dat", mouse.flow)
-    files, options = [tmp_path / "p.dat", tmp_path / "q.dat"], {"period": "0.11"}
-    for kinds, law, bed in ((("", ""), "linear", "windkessel"), (("tangent", "rc"), "tangent", "rc")):
-        (name, found), network, cycle, sites, settings = _known(tmp_path / "lung.csv", files, "", kinds, dict(options))
-        assert (name, found.law().name, settings.beds) == (law, law, bed)
-        assert (len(network), len(cycle.flow), sites) == (21, len(mouse.flow), ())
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [(["m.csv"], "m.csv"), (["--bed", "rc"], "--bed"), (["--seed", "1"], "--seed")],
+)
+def test_a_fits_folder_brings_all_and_what_is_given_beside_it_is_to_be_left_out(tmp_path, given, words):
+    refused = CliRunner().invoke(app, ["posterior", str(tmp_path), *given, "-o", str(tmp_path / "p.nc")])
+    assert re.search(f"brings recording and settings along; leave out {words}$", str(refused.exception))
 
 
-def test_a_fits_folder_brings_all_and_what_is_given_beside_it_is_to_be_left_out(tmp_path):
-    given = ([Path("m.csv")], ("", ""), {}), ([], ("", "rc"), {}), ([], ("", ""), {"starts": 3})
-    for (recording, kinds, options), words in zip(given, ("m.csv", "--bed", "--starts"), strict=True):
-        with pytest.raises(InputError, match=f"along; leave out {words}$"):
-            _known(tmp_path, recording, "", kinds, options)
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (["study", "c.csv"], "leave the recording out"),
+        (["study", "--bed", "windkessel"], "leave --bed out"),
+        (["model.yaml", "--wall", "tangent"], "openBF's wall is the linear one"),
+        (["n.csv", "c.csv", "--friction", "poisseuille"], "did you mean 'poiseuille'"),
+        (["n.csv", "c.csv", "--set", "a=1,2"], "a=1,2: write one number"),
+        (["n.csv", "c.csv", "--set", "a"], "'a': write NAME=VALUE, for example beta=60"),
+    ],
+)
+def test_what_a_simulation_cannot_take_is_said_with_what_to_write(tmp_path, monkeypatch, given, words):
+    network, cycle = _write_mouse(tmp_path)
+    network.rename(tmp_path / "n.csv")
+    cycle.rename(tmp_path / "c.csv")
+    (tmp_path / "study").mkdir()
+    (tmp_path / "model.yaml").write_text("project_name: one\n", "utf-8")
+    monkeypatch.chdir(tmp_path)
+    refused = CliRunner().invoke(app, ["simulate", *given])
+    assert words in str(refused.exception)
+
+
+@pytest.mark.parametrize("text", ["1:2", "1:2:x", "a", ""])
+def test_values_to_vary_that_are_no_range_are_told_how_to_write_one(tmp_path, text):
+    network, cycle = _write_mouse(tmp_path)
+    sweep = ["sweep", str(network), str(cycle), "-o", str(tmp_path / "s.csv"), "--vary", f"beta={text}"]
+    assert "write one number, one,other or from:to:count" in str(CliRunner().invoke(app, sweep).exception)

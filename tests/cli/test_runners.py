@@ -1,21 +1,21 @@
 """The programs that try vasowave do what they say: mutants, growth, the page of their tables."""
 
 import ast
-import os
-import subprocess
-import sys
 
 import pytest
 
-import faults
 import lines_of_tests
 import load
 import mutants
 import robustness_page
 
 
-def test_a_drawn_mutant_changes_one_line_and_still_is_python():
-    drawn = mutants.drawn(12, 3)
+@pytest.fixture(scope="module")
+def drawn():
+    return mutants.drawn(12, 3)
+
+
+def test_a_drawn_mutant_changes_one_line_and_still_is_python(drawn):
     assert len({(one.file, one.line) for one in drawn}) == 12
     for one in drawn:
         before, after = one.file.read_text(encoding="utf-8").splitlines(), one.source().splitlines()
@@ -23,7 +23,7 @@ def test_a_drawn_mutant_changes_one_line_and_still_is_python():
         ast.parse(one.source())
 
 
-def test_every_kind_of_change_is_drawn(tmp_path, monkeypatch):
+def test_every_kind_of_change_is_drawn(tmp_path):
     (tmp_path / "a.py").write_text("def f(x, y):\n    return not x < y and x + 2.5 == [True]\n")
     changes = {(one.old, one.new) for one in mutants.mutants_of(tmp_path / "a.py")}
     assert changes == {
@@ -37,13 +37,13 @@ def test_every_kind_of_change_is_drawn(tmp_path, monkeypatch):
     }
 
 
-def test_the_tests_of_a_module_are_its_namesakes_first_and_never_none():
+def test_the_tests_of_a_module_are_its_namesakes_first_and_never_none(drawn):
     names = [test.name for test in mutants.nearest_tests(mutants.SOURCE / "recording" / "baseline.py")]
     assert names[0] == "test_baseline.py"
     assert "test_sensitivity.py" in [
         t.name for t in mutants.nearest_tests(mutants.SOURCE / "solver" / "node_variations.py")
     ]
-    assert all(mutants.tests_of(one) for one in mutants.drawn(2, 4))
+    assert all(mutants.tests_of(one) for one in drawn[:2])
 
 
 def test_growth_is_the_power_between_the_two_largest_studies():
@@ -61,86 +61,12 @@ def test_a_table_goes_between_its_marks_and_nowhere_else(tmp_path):
         robustness_page.put("y", "", page)
 
 
-def test_a_mutant_meets_the_tests_that_run_its_statement_the_quick_ones_first(tmp_path, monkeypatch):
-    module = tmp_path / "src" / "part.py"
-    module.parent.mkdir()
-    module.write_text(
-        "ABOVE = 3\n\n@f(1)\ndef inside(\n    x=1,\n):\n    return (\n        x + 2\n    )\n\n\nBELOW = 4\n"
-    )
-    monkeypatch.setattr(mutants, "ROOT", tmp_path)
-    begin = 7
-    ran = {
-        str(module.relative_to(mutants.ROOT)): {
-            str(begin): ["tests/a.py::slow", "tests/a.py::quick", "tests/test_part.py::own"]
-        }
-    }
-    seconds = {"tests/a.py::slow": 50.0, "tests/a.py::quick": 2.0, "tests/test_part.py::own": 9.0}
-    monkeypatch.setattr(mutants, "record", lambda: {"lines": ran, "seconds": seconds})
-    inside = mutants.Mutant(module, begin + 1, 0, "", "")
-    assert mutants.tests_of(inside) == [
-        "tests/test_part.py::own",
-        "tests/a.py::quick",
-        "tests/a.py::slow",
-        mutants.EVERYWHERE,
-    ]
-    # A flag meets what holds everywhere first; what runs on import, too, and then every test of the module.
-    assert mutants.tests_of(inside._replace(old="True"))[:2] == [mutants.EVERYWHERE, "tests/test_part.py::own"]
-    for line in (1, 3, 5, 12):
-        on_import = mutants.tests_of(mutants.Mutant(module, line, 0, "", ""))
-        assert on_import == [mutants.EVERYWHERE, "tests/test_part.py::own", "tests/a.py::quick", "tests/a.py::slow"]
-
-
 def test_what_a_test_sets_up_for_its_file_is_recorded_for_all_of_the_file():
     said = ["src/a.py:7\tt.py::one (setup)", "src/a.py:8\tt.py::two (call)", "src/a.py:9\t"]
     found = lines_of_tests.lines_of(said, ["t.py::one", "t.py::two", "other.py::three"])
     assert found == {"src/a.py": {"7": ["t.py::one", "t.py::two"], "8": ["t.py::two"]}}
 
 
-def test_a_line_reports_the_test_that_runs_it_also_from_a_process_of_its_own(tmp_path, monkeypatch):
-    folder, copy = tmp_path / "src" / "vasowave", tmp_path / "copy"
-    for place in (folder, copy / "vasowave"):
-        place.mkdir(parents=True)
-    (copy / "vasowave" / "__init__.py").touch()
-    module = folder / "part.py"
-    module.write_text(
-        '"""A."""\n\nA = 1\n\n\ndef f(x):\n    if x:\n        return 1\n    elif x == 0:\n        return 2\n'
-    )
-    (folder / "kernel.py").write_text("import numpy\nfrom numba import njit\n\n\ndef g():\n    return 1\n")
-    monkeypatch.setattr(lines_of_tests, "ROOT", tmp_path)
-    monkeypatch.setattr(lines_of_tests, "SOURCE", folder)
-    asked = lines_of_tests._reporting({(module, 3), (module, 8), (module, 9), (folder / "kernel.py", 6)}, copy)
-    name = str(module.relative_to(tmp_path))
-    assert asked == {(name, "3"), (name, "8"), (name, "9")}
-    (copy / "reporter.py").write_text(lines_of_tests.REPORTER.format(folder=str(tmp_path)))
-    script = "from vasowave.part import f; assert [f(1), f(1), f(0)] == [1, 1, 2]"
-    environment = os.environ | {"PYTHONPATH": str(copy), "PYTEST_CURRENT_TEST": "t.py::one (call)"}
-    process = subprocess.Popen([sys.executable, "-c", script], env=environment)
-    assert process.wait() == 0
-    said = (tmp_path / str(process.pid)).read_text().splitlines()
-    assert said == [f"{name}:{line}\tt.py::one (call)" for line in (3, 8, 9)]
-
-
-def test_what_is_set_up_for_a_whole_session_is_used_by_all_files_that_name_it():
-    report, walls = (
-        lines_of_tests._shared(mutants.TESTS / name) for name in ("report/test_report.py", "model/test_walls.py")
-    )
-    assert {"cohort_report", "cohort_results"} <= report
-    assert not report & walls
-
-
 @pytest.mark.parametrize("name", ["inputs", "faults", "kills", "load", "mutants"])
 def test_the_page_of_robustness_has_a_place_for_every_program(name):
     assert robustness_page.PAGE.read_text(encoding="utf-8").count(f"<!-- {name} -->") == 1
-
-
-def test_a_fault_that_ends_in_a_traceback_or_in_other_results_does_not_hold(tmp_path, monkeypatch):
-    def told(words, status):
-        monkeypatch.setitem(faults.FAULTS, "planted", lambda folder: faults.Said(1, words))
-        monkeypatch.setattr(faults, "run", lambda folder: faults.Said(status, ""))
-        monkeypatch.setattr(faults, "same", lambda one, other: True)
-        monkeypatch.setattr(faults, "write_study", lambda folder: folder)
-        return faults.tried("planted", tmp_path, tmp_path)[2]
-
-    assert told("Error: the disk is full", 0)
-    assert not told("Traceback (most recent call last)", 0)
-    assert not told("Error: the disk is full", 1)

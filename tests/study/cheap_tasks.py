@@ -49,17 +49,6 @@ def process_and_wait(log: str, name: str) -> None:
     time.sleep(60)
 
 
-def compiles_first(log: str, name: str) -> float:
-    """Return a time constant after a tenth of a second; the first one also compiles for a second."""
-    if name == "first":
-        from vasowave.runtime import kernels
-
-        kernels._clock.start()
-        time.sleep(1.0)
-        kernels._clock.stop()
-    return decay_time(log, name, 0.1)
-
-
 def starved_once(log, name):
     """Find no memory the first time, as beside others."""
     seen = Path(f"{log} {name}")

@@ -7,7 +7,7 @@ import pytest
 
 from vasowave.errors import InputError
 from vasowave.recording import Catheter, LowPass, correct_catheter, read_recording, suspect_catheter
-from vasowave.study import loading
+from vasowave.recording.catheter import ringing
 from vasowave.study.loading import animal_key, load_animal
 from vasowave.study.plan import read_study
 
@@ -34,22 +34,17 @@ def test_a_corrected_animal_is_another_one_for_the_results(make_study):
     assert len({animal_key(study.animals[0], settings, folder) for settings in variants}) == 3
 
 
-def test_a_suspected_catheter_is_said_with_what_it_means_for_the_pulse_and_what_to_do(make_study, monkeypatch):
-    monkeypatch.setattr(loading, "suspect_catheter", lambda recording: Catheter(60.0, 0.3))
-    animal = loaded(make_study())
-    note = next(note for note in animal.recording.notes if "rang at about 60 Hz (damping 0.3)" in str(note))
-    true = np.ptp(correct_catheter(animal.recording, Catheter(60.0, 0.3)).pressure)
-    assert f"the pulse pressure is {true:.3g} mmHg, not {np.ptp(animal.recording.pressure):.3g}" in str(note)
-    assert "`catheter: [natural frequency, damping]`" in str(note)
-    assert suspect_catheter(animal.recording) is None  # none is suspected by itself
-
-
-def test_a_suspicion_that_cannot_be_corrected_is_said_and_stops_nobody(make_study, monkeypatch):
-    monkeypatch.setattr(loading, "suspect_catheter", lambda recording: Catheter(3.0, 0.1))
-    animal = loaded(make_study())
-    assert any(
-        "3 Hz" in str(note) and "what it lost cannot be recovered" in str(note) for note in animal.recording.notes
-    )
+def test_a_suspected_catheter_is_said_with_what_it_means_for_the_pulse_and_what_to_do(make_study):
+    recording = loaded(make_study()).recording
+    assert suspect_catheter(recording) is None  # none is suspected by itself
+    note = str(ringing(Catheter(60.0, 0.3), recording))
+    true = np.ptp(correct_catheter(recording, Catheter(60.0, 0.3)).pressure)
+    assert "rang at about 60 Hz (damping 0.3)" in note
+    assert f"the pulse pressure is {true:.3g} mmHg, not {np.ptp(recording.pressure):.3g}" in note
+    assert "`catheter: [natural frequency, damping]`" in note
+    beyond = str(ringing(Catheter(3.0, 0.1), recording))
+    assert "3 Hz" in beyond
+    assert "what it lost cannot be recovered" in beyond
 
 
 def test_a_catheter_without_damping_is_refused(make_study):

@@ -11,12 +11,10 @@ from typer.testing import CliRunner
 from vasowave.cli import app
 from vasowave.cohort.design import Design
 from vasowave.errors import VasowaveWarning
-from vasowave.findings import OTHER
 from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
 from vasowave.study.adding import add_files
 from vasowave.study.plan import read_study
-from vasowave.study.problems import Problem, one_per_cause
 from vasowave.study.results import write_results
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -67,22 +65,6 @@ def test_the_first_group_of_the_option_stays_the_reference(lab, tmp_path):
     assert chosen_groups(study) == "[normoxia, SuHx]"
     assert not any("groups are" in one for one in again.said)
     assert groups_of(study) == {"Nx_1": "normoxia", "SuHx_1": "SuHx"}
-
-
-@pytest.mark.parametrize(
-    ("given", "left"),
-    [
-        ("SuHx,normoxia=Nx", "[SuHx, normoxia]"),  # all groups in use are named: the user's order
-        ("SuHx", "[normoxia, SuHx]"),  # one of them: nothing is turned around and none is lost
-        ("MCT,Sham", "[normoxia, SuHx, MCT, Sham]"),  # further ones come behind those in use
-    ],
-)
-def test_an_option_turns_no_reference_around_but_that_it_names(lab, tmp_path, given, left):
-    study = tmp_path / "s"
-    typed("new", study, "--groups", "normoxia,SuHx")
-    add_files(study, [lab], groups="normoxia=Nx,SuHx")
-    add_files(study, [lab], groups=given)
-    assert chosen_groups(study) == left
 
 
 @pytest.mark.validation
@@ -136,29 +118,6 @@ def test_files_that_cannot_be_read_are_counted_and_the_exit_says_so(lab, tmp_pat
     assert len(groups_of(tmp_path / "s")) == 4
 
 
-@pytest.mark.parametrize("networks", [[], ["lung.csv"]])
-def test_a_recording_that_cannot_be_read_is_said_at_the_first_add_whatever_else_its_row_lacks(lab, tmp_path, networks):
-    text = (lab / "SuHx_1.csv").read_text("utf-8").replace("flow [ml/s]", "x1 [V]")
-    (lab / "SuHx_8.csv").write_text(text, "utf-8")
-    study = tmp_path / "s"
-    typed("new", study, "--groups", "Nx,SuHx")
-    said = typed("add", study, lab / "SuHx_8.csv", *(lab / name for name in networks), status=3)
-    assert "no column 'flow'" in said
-    assert len(groups_of(study)) == 1
-    said = typed("add", study, lab / "Nx_1.csv", status=1)
-    assert "no column 'flow'" not in said
-
-
-def test_adding_a_file_says_nothing_of_the_errors_of_others(lab, tmp_path):
-    study = tmp_path / "s"
-    typed("new", study, "--groups", "Nx,SuHx")
-    typed("add", study, lab / "Nx_1.csv", lab / "lung.csv")
-    (lab / "Nx_1.csv").unlink()
-    said = typed("add", study, lab / "SuHx_1.csv", status=1)  # as check has it
-    assert "'../lab/Nx_1.csv' does not exist" not in said
-    assert "1 finding of animals that were there: see vasowave check" in said
-
-
 def test_a_group_is_given_to_what_is_added_alone_and_a_new_one_is_said(lab, tmp_path):
     study = tmp_path / "s"
     typed("new", study, "--groups", "Nx,SuHx")
@@ -184,26 +143,6 @@ def test_status_says_of_which_earlier_design_the_results_are(lab, tmp_path):
     write_results(study / "results", {}, (), other, plan.variables)
     said = typed("status", study)
     assert "The results are of an earlier design and column 'sex'; vasowave run" in said
-
-
-def test_a_problem_of_many_animals_is_one_and_names_them_all():
-    at = OTHER(text="no").at("a.csv")
-    one, other = (Problem(at.at(line=line, animal=name)) for line, name in ((2, "a"), (3, "b")))
-    (joined,) = one_per_cause([one, other])
-    assert joined.animals == ("a", "b")
-
-
-def test_in_the_folder_of_a_study_a_file_needs_no_name_of_it(lab, tmp_path, monkeypatch):
-    typed("new", tmp_path / "s t", "--groups", "Nx,SuHx")
-    monkeypatch.chdir(tmp_path / "s t")
-    assert "animals.csv: 1 new row" in typed("add", lab / "Nx_2.csv", lab / "lung.csv")
-
-
-def test_new_quotes_names_and_says_what_one_group_means(tmp_path):
-    said = typed("new", tmp_path / "my study", "--groups", "normoxia SuHx")
-    assert "note: 'normoxia SuHx' is one group, and nothing is compared with it; commas separate groups" in said
-    assert f"vasowave add '{tmp_path / 'my study'}' FILES" in said
-    assert "is one group" not in typed("new", tmp_path / "t")
 
 
 def test_a_group_in_other_letters_is_proposed(lab, tmp_path):
@@ -232,8 +171,3 @@ def test_status_lists_the_animals_that_can_run_and_then_the_errors(lab, tmp_path
     assert "Nx_1: waiting" in said
     assert "0 of 3 animals done" in said
     assert "column 'network': the cell is empty" in said
-
-
-def test_a_report_of_a_folder_that_is_not_there_names_it(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert str(CliRunner().invoke(app, ["report", "Stu"]).exception) == "Stu: there is no such folder"

@@ -1,6 +1,4 @@
 import errno
-import io
-import logging
 import multiprocessing
 import multiprocessing.queues
 import os
@@ -19,9 +17,8 @@ import grimp
 import pytest
 
 from vasowave.errors import InputError
-from vasowave.runtime.memory import is_starved
 from vasowave.runtime.threads import cores
-from vasowave.study import engine, executors, running
+from vasowave.study import engine
 from vasowave.study.engine import Job, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
 from vasowave.study.store import _NOT_NUMERICAL, Store, locked
@@ -123,20 +120,6 @@ def test_a_pool_whose_own_thread_dies_of_a_lack_of_memory_breaks_instead_of_wait
     assert not multiprocessing.active_children()
 
 
-@pytest.mark.parametrize(
-    ("error", "starved"),
-    [
-        (MemoryError(), True),
-        (OSError(errno.ENOMEM, "x"), True),
-        (ImportError("libssl.so.3: failed to map segment from shared object"), True),
-        (ImportError("No module named 'netCDF4'"), False),
-        (OSError(errno.ENOSPC, "No space left on device"), False),
-    ],
-)
-def test_a_lack_of_memory_is_known_by_its_many_words(error, starved):
-    assert is_starved(error) is starved
-
-
 def test_workers_share_the_cores_and_linear_algebra_takes_one(tmp_path):
     (result, other), _ = run(cheap_tasks.allowed_threads, ["a", "b"], tmp_path / "log", threads=3)[0].values(), None
     assert result == other == (3, "1")
@@ -154,13 +137,6 @@ def test_progress_counts_every_piece_and_estimates_the_time_left(tmp_path):
     assert [step.done for step in steps] == [1, 2, 3]
     assert Counter(step.what for step in steps) == {"computed": 2, "failed": 1}
     assert steps[0].left >= steps[-1].left == 0
-
-
-def test_what_was_compiled_once_is_not_expected_again(tmp_path):
-    steps = []
-    names = ["first", *"abcd"]
-    run(cheap_tasks.compiles_first, names, tmp_path / "log", in_threads, workers=1, progress=steps.append)
-    assert steps[0].left == pytest.approx(4 * 0.1, rel=0.3)
 
 
 def test_a_worker_of_another_version_is_refused():
@@ -333,18 +309,6 @@ def test_a_dask_worker_killed_in_the_middle_loses_nothing_and_repeats_nothing_ke
     assert sum(runs.values()) <= len(names) + 2  # what the killed worker was at, and a result it had not handed over
 
 
-def test_what_a_library_prints_of_errors_that_it_raises_is_not_printed():
-    logger, printed = logging.getLogger("loud"), io.StringIO()
-    printer = logging.StreamHandler(printed)
-    logger.addHandler(printer)
-    with executors._quiet("loud"):
-        logging.getLogger("loud.client").error("Traceback")
-    assert printed.getvalue() == ""
-    logger.error("heard again")
-    assert printed.getvalue() == "heard again\n"
-    logger.removeHandler(printer)
-
-
 def test_a_system_without_room_for_shared_locks_is_one_sentence(monkeypatch):
     """Their semaphores are files in /dev/shm, which a container may not have and a limit of sizes may forbid."""
     monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
@@ -356,27 +320,3 @@ def test_a_system_without_room_for_shared_locks_is_one_sentence(monkeypatch):
     with pytest.raises(InputError, match=r"processes cannot be started.*no space left.*/dev/shm"), process_pool(1):
         pass
     assert "PYTHONSAFEPATH" not in os.environ
-
-
-@pytest.mark.parametrize(
-    ("given", "at_once", "threads"),
-    [
-        ((None, None, None, 3), 3, 2),
-        ((None, None, 16, 2), 2, 4),
-        ((None, None, 5, 100), 5, 1),
-        ((None, None, 16, 0), 1, 8),
-        ((None, None, None, 100), 8, 1),
-        ((None, "tcp://one:8786", 5, 3), 256, 1),
-    ],
-)
-def test_processes_share_eight_cores_and_a_job_of_a_cluster_has_one_thread(given, at_once, threads, monkeypatch):
-    monkeypatch.setattr(running, "cores", lambda: 8)
-    assert running._pools(*given, ())[1:] == (at_once, threads)
-
-
-def test_an_executor_that_is_given_is_the_one_that_runs_and_decides_about_its_threads():
-    mine = object()
-    pools, at_once, threads = running._pools(mine, None, 2, 3, ())
-    with pools(1) as executor:
-        assert executor is mine
-    assert (at_once, threads) == (256, None)

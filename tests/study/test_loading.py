@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from small_study import make_study_in
 
-from vasowave.cli.options import read_settings
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.datasets.virtual_files import labchart_text
@@ -14,9 +13,8 @@ from vasowave.errors import NumericalError
 from vasowave.recording import Recording
 from vasowave.recording.beats import find_beats
 from vasowave.species import heart_rates_of
-from vasowave.study.loading import animal_key, load_animal
+from vasowave.study.loading import load_animal
 from vasowave.study.plan import read_study
-from vasowave.study.programs import trust_study
 
 
 def test_a_recording_that_says_it_is_synthetic_is_synthetic_whatever_the_table_says(tmp_path):
@@ -30,28 +28,6 @@ def test_a_recording_that_says_it_is_synthetic_is_synthetic_whatever_the_table_s
     recording = row.recordings[0]
     recording.write_text("# SYNTHETIC: made, not measured\n" + recording.read_text())
     assert load_animal(row, study.settings, folder).synthetic
-
-
-def test_a_law_in_the_folder_of_a_study_is_found_and_a_changed_one_asks_for_new_results(tmp_path):
-    law = tmp_path / "law_of_this_study.py"
-    law.write_text(
-        "from vasowave.model.walls import LinearWall as _Linear\nfrom typing import NamedTuple\n"
-        "class Own(NamedTuple):\n    beta: float\n"
-        "    law = staticmethod(lambda: _Linear.law()._replace(name='own'))\n"
-        "    pressure_at, ratio_at = staticmethod(_Linear.pressure_at), staticmethod(_Linear.ratio_at)\n"
-        "    slope_at, limits = staticmethod(_Linear.slope_at), staticmethod(_Linear.limits)\n"
-    )
-    (tmp_path / "study.yaml").write_text("groups: [CTL]\ncalibration: {walls: ['law_of_this_study:Own']}\n")
-    (tmp_path / "animals.csv").write_text("animal,group,network,recording,period [s]\nm,CTL,n.csv,r.csv,0.11\n")
-    for name in ("n.csv", "r.csv"):
-        (tmp_path / name).write_text("pressure [mmHg],flow [ml/s]\n1,2\n")
-    trust_study(tmp_path)
-    study = read_study(tmp_path)
-    before = animal_key(study.animals[0], study.settings, tmp_path)
-    law.write_text(law.read_text() + "# changed\n")
-    trust_study(tmp_path)
-    again = read_study(tmp_path)
-    assert animal_key(again.animals[0], again.settings, tmp_path) != before
 
 
 @pytest.mark.parametrize("ecg", [True, False])
@@ -110,8 +86,3 @@ def test_beats_of_larger_animals_are_found_with_their_slower_waves(species, rate
     assert beats.heart_rate == pytest.approx(rate, rel=0.03)
     assert beats.fiducial == ("ecg" if ecg else "pressure")
     assert abs(len(beats.times) - len(expected.times)) <= 2
-
-
-def test_a_range_of_heart_rates_is_given_as_an_option():
-    assert read_settings({"heart_rates": "200,600"}, "one", "animal").averaging.heart_rates == (200.0, 600.0)
-    assert read_settings({"catheter": "30,0.2"}, "one", "animal").catheter == (30.0, 0.2)

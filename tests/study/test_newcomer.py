@@ -3,22 +3,17 @@
 import csv
 import os
 import re
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.io import savemat
-from test_doors import cycle_text
 from typer.testing import CliRunner
 
 from lab_files import SMALL, exported, recorded, write_lab
 from vasowave.cli import app
-from vasowave.cli.progress import alive
 from vasowave.network.vessel_table import write_network
 from vasowave.study.adding import add_files
-from vasowave.study.grouping import proposed_groups, told_group
-from vasowave.study.overview import AnimalRead, overview_lines
 from vasowave.study.results import read_results
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -101,8 +96,7 @@ def test_six_labchart_files_become_results_with_four_commands_and_nothing_to_men
 @pytest.mark.parametrize(
     "way",
     [
-        "relative",
-        *(pytest.param(one, marks=pytest.mark.validation) for one in ("absolute", "dots", "link")),
+        *(pytest.param(one, marks=pytest.mark.validation) for one in ("relative", "absolute", "dots", "link")),
         "files",
         "link inside",
     ],
@@ -196,47 +190,6 @@ def test_files_of_one_name_in_two_folders_are_called_by_their_folders_too(lab, t
     assert {row["animal"]: row["group"] for row in added.rows} == {"sham 1": "sham", "banded 1": "banded"}
 
 
-@pytest.mark.parametrize(
-    ("names", "groups"),
-    [
-        ("WT_101 WT_102 HOX_1 HOX_2", ["WT", "HOX"]),
-        ("HOX1 HOX2 HOX3 wt1 wt2", ["wt", "HOX"]),
-        ("2023-04-01_KO_1 2023-04-01_KO_2 2023-04-02_WT_1 2023-04-02_WT_2", ["WT", "KO"]),
-        ("m12_nx m13_nx m14_hx m15_hx", ["nx", "hx"]),
-        (
-            "sham/male 1|sham/female 2|PAB/male 3|PAB/female 4".replace("|", " ").replace("male ", "male_"),
-            ["sham", "PAB"],
-        ),
-        ("alice bob carl dora", None),
-        ("M1 M2 M3 M4", None),
-        ("male_1 male_2 female_1 female_2", None),
-        ("WT_1 HOX_1", None),
-    ],
-)
-def test_groups_are_proposed_where_names_share_the_files_among_them(names, groups):
-    found = proposed_groups([Path(f"/data/lab/{name}.txt") for name in names.split()], Path("/data/study"))
-    assert (list(found.marks) if found else None) == groups
-
-
-def test_a_folder_that_holds_the_study_too_tells_no_group():
-    marks = {"WT": ["WT"], "HOX": ["HOX"]}
-    assert told_group(Path("/data/WT lab/raw/1.txt"), Path("/data/WT lab/study"), marks) == ""
-    assert told_group(Path("/data/lab/WT old/1.txt"), Path("/data/lab/study"), marks) == "WT"
-    assert told_group(Path("/data/lab/WT/HOX 1.txt"), Path("/data/lab/study"), marks) == "HOX"
-
-
-def test_words_of_which_none_is_a_reference_are_given_to_no_group(tmp_path, mice):
-    study, lab = tmp_path / "s", tmp_path / "lab"
-    typed("new", study, "--groups", "WT,SuHx 3w")
-    for place, name in enumerate(("SuHx_1", "SuHx_2", "Tier_1", "Tier_2")):
-        lab.mkdir(exist_ok=True)
-        (lab / f"{name}.csv").write_text(cycle_text(mice[place % len(mice)], flow_scale=1 + place / 100), "utf-8")
-    said = " ".join(add_files(study, [lab]).said)
-    assert "--groups 'WT=WORD,SuHx 3w=WORD'" in said
-    assert "SuHx (2 of them)" in said
-    assert "Tier (2 of them)" in said
-
-
 def test_groups_that_a_user_chose_are_not_replaced_and_one_option_says_which_is_which(lab, tmp_path):
     study = tmp_path / "s"
     typed("new", study, "--groups", "control,hypoxic")
@@ -295,32 +248,6 @@ def test_other_labs_habits_need_no_mending_either(habit, tmp_path):
     assert sorted(row["group"] for row in rows.values()) == ["KO", "KO", "WT", "WT"]
     starts = [row.get("start [s]", "") for row in rows.values()]
     assert starts == (["2.5", "", "", ""] if habit is pauses else [""] * 4)
-
-
-@pytest.mark.parametrize("width", [80, 60, 40])
-def test_the_table_of_what_was_read_fits_and_breaks_no_word(width):
-    read = [
-        AnimalRead("WT_101", "WT", 21, "raw", 14.0, (20, 123), 533.0, 14.2, 0.18, 0.0),
-        AnimalRead("Maus Ö-17 (links)", "hypoxisch", 120, "raw", 1234.5, (20, 12345), 533.0, 114.2, 1.18, -14.0),
-        AnimalRead("c", "WT", 3, "cycle", 0.0, (0, 0), 533.0, 14.2, 0.18, 0.0),
-    ]
-    lines = overview_lines(read, width)
-    assert max(map(len, lines)) <= width
-    words = " ".join(lines).split()
-    for one in read:
-        assert all(word in words or f"{word}," in words or f"({word}):" in words for word in one.animal.split())
-        assert any(f"{one.mean_pressure:.1f}" == word.strip(",") for word in words)
-
-
-def test_long_work_without_a_terminal_writes_a_line_at_every_interval(capsys):
-    done = [0]
-    with alive(lambda: f"{done[0]} of 3 searches", every=0.05):
-        for done[0] in (1, 2, 3):
-            time.sleep(0.12)
-    lines = capsys.readouterr().err.splitlines()
-    assert 3 <= len(lines) <= 8
-    assert re.fullmatch(r"0 min: \d of 3 searches", lines[0])
-    assert "3 of 3" in lines[-1]
 
 
 @pytest.mark.validation

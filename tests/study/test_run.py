@@ -13,13 +13,11 @@ import pandas as pd
 import pytest
 import xarray as xr
 from small_study import make_study_in
-from typer.testing import CliRunner
 
 from vasowave.animal.failure import Stage
 from vasowave.animal.result import AnimalResult
-from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.study import reporting
+from vasowave.study.loading import animal_key
 from vasowave.study.plan import RESULTS, read_study
 from vasowave.study.reporting import report_study
 from vasowave.study.results import read_results
@@ -33,8 +31,8 @@ HEARD = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)
 PROGRAM = [sys.executable, "-c", f"{HEARD}; from vasowave.cli import run; run()"]
 
 
-def start(folder: Path, workers: int = 1, **more) -> subprocess.Popen:
-    command = [*PROGRAM, "run", str(folder), "--workers", str(workers), "--no-report"]
+def start(folder: Path, **more) -> subprocess.Popen:
+    command = [*PROGRAM, "run", str(folder), "--workers", "1", "--no-report"]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
 
 
@@ -52,10 +50,9 @@ def results(folder: Path) -> dict[str, AnimalResult]:
 def test_every_tree_names_its_files_with_their_hashes(undisturbed):
     import hashlib
 
-    folder, _ = undisturbed
-    found = results(folder)["mouse 1"].origin
+    found = results(undisturbed)["mouse 1"].origin
     for role, name in (("network", "n.csv"), ("recording", "recordings/1.csv")):
-        assert found[f"sha256 of {role}"] == f"{hashlib.sha256((folder / name).read_bytes()).hexdigest()} ({name})"
+        assert found[f"sha256 of {role}"] == f"{hashlib.sha256((undisturbed / name).read_bytes()).hexdigest()} ({name})"
 
 
 def assert_same(one: dict[str, AnimalResult], other: dict[str, AnimalResult]) -> None:
@@ -66,19 +63,16 @@ def assert_same(one: dict[str, AnimalResult], other: dict[str, AnimalResult]) ->
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory, mice) -> tuple[Path, float]:
-    """Return a study that ran through, and how long that took."""
+def undisturbed(tmp_path_factory, mice) -> Path:
+    """Return a study that ran through."""
     folder = make_study_in(tmp_path_factory.mktemp("run") / "study", mice)
-    began = time.monotonic()
-    with start(folder, 2) as program:
-        said = program.communicate()[0]
-    assert program.returncode == 0, said
-    assert "3 animals computed, 0 kept from earlier, 0 failed" in said
-    return folder, time.monotonic() - began
+    done = finish(folder)
+    assert (done.computed, done.failures) == (("mouse 0", "mouse 1", "mouse 2"), ())
+    return folder
 
 
 def copied(undisturbed, to: Path) -> Path:
-    shutil.copytree(undisturbed[0], to)
+    shutil.copytree(undisturbed, to)
     return to
 
 
@@ -112,37 +106,26 @@ def finish_as(undisturbed: Path, folder: Path) -> None:
     assert not list((folder / RESULTS).rglob(".vasowave-part-*"))
 
 
-@pytest.mark.validation
-def test_a_run_killed_at_three_random_moments_goes_on_to_the_same_results(undisturbed, tmp_path):
-    folder, moment = tmp_path / "killed", random.Random(1)
-    lasts = warm_duration(undisturbed[0], folder)
-    shutil.rmtree(folder / RESULTS)
-    assert killed_after(folder, moment.uniform(0.1, 0.5) * lasts)
-    for _ in range(2):
-        killed_after(folder, moment.uniform(0.1, 0.5) * lasts)
-    finish_as(undisturbed[0], folder)
-
-
 def test_what_a_run_left_unfinished_that_was_killed_while_it_wrote_its_results_is_removed(undisturbed, tmp_path):
     folder = copied(undisturbed, tmp_path / "killed")
     for place in ("", "animals", "cache"):
         (folder / RESULTS / place / ".vasowave-part-x").write_text("half an index")
     assert finish(folder).computed == ()
-    assert_same(results(folder), results(undisturbed[0]))
+    assert_same(results(folder), results(undisturbed))
     assert not list((folder / RESULTS).rglob(".vasowave-part-*"))
 
 
 @pytest.mark.validation
 def test_runs_killed_at_twenty_random_moments_go_on_to_the_same_results(undisturbed, tmp_path):
-    moment, lasts = random.Random(2), warm_duration(undisturbed[0], tmp_path / "warm")
+    moment, lasts = random.Random(2), warm_duration(undisturbed, tmp_path / "warm")
     killed = 0
     for number in range(60):
         folder = tmp_path / f"killed {number}"
-        shutil.copytree(undisturbed[0], folder, ignore=shutil.ignore_patterns(RESULTS))
+        shutil.copytree(undisturbed, folder, ignore=shutil.ignore_patterns(RESULTS))
         after = moment.uniform(0.1, 0.95) * lasts
         if killed_after(folder, after):
             killed += 1
-            finish_as(undisturbed[0], folder)
+            finish_as(undisturbed, folder)
         else:
             lasts = after  # the machine has become quicker than it was when the run was timed
         if killed == 20:
@@ -166,11 +149,11 @@ def test_what_has_finished_is_found_by_content_and_only_what_changed_is_computed
     done = finish(folder)
     assert (done.computed, done.kept) == (("mouse 0",), ("mouse 1", "mouse 2"))
     with pytest.raises(AssertionError):
-        assert_same(results(folder), results(undisturbed[0]))
+        assert_same(results(folder), results(undisturbed))
 
     first.write_text(original)  # the earlier result was not overwritten by that of the other input
     assert finish(folder).computed == ()
-    assert_same(results(folder), results(undisturbed[0]))
+    assert_same(results(folder), results(undisturbed))
 
 
 def test_a_line_lost_from_the_table_is_missed_and_comes_back_without_computing(undisturbed, tmp_path):
@@ -182,7 +165,7 @@ def test_a_line_lost_from_the_table_is_missed_and_comes_back_without_computing(u
         assert finish(folder).kept == ("mouse 0", "mouse 2")
     table.write_text(whole)
     assert finish(folder).computed == ()
-    assert_same(results(folder), results(undisturbed[0]))
+    assert_same(results(folder), results(undisturbed))
 
 
 def test_a_truncated_piece_is_computed_again(undisturbed, tmp_path):
@@ -192,25 +175,28 @@ def test_a_truncated_piece_is_computed_again(undisturbed, tmp_path):
     done = finish(folder)
     assert len(done.computed) == 1
     assert len(done.kept) == 2
-    assert_same(results(folder), results(undisturbed[0]))
+    assert_same(results(folder), results(undisturbed))
 
 
-def test_settings_that_change_numbers_ask_for_new_ones_and_others_do_not(undisturbed, tmp_path):
-    from vasowave.study.running import _plan
-    from vasowave.study.store import Store
+@pytest.mark.parametrize(
+    ("changed", "computed"),
+    [
+        (lambda text: f"title: another\nspecies: other\n{text}", False),
+        (lambda text: f"averaging: {{beats: 5}}\n{text}", False),  # no animal of this study is averaged
+        (lambda text: text.replace("starts: 2", "starts: 3"), True),
+        (lambda text: f"{text}blood: {{viscosity: 0.05}}\n", True),
+    ],
+)
+def test_settings_that_change_numbers_ask_for_new_ones_and_others_do_not(make_study, changed, computed):
+    folder = make_study(animals=1)
 
-    folder = copied(undisturbed, tmp_path / "study")
-    text = (folder / "study.yaml").read_text()
+    def key() -> str:
+        study = read_study(folder)
+        return animal_key(study.animals[0], study.settings, folder)
 
-    def to_compute(settings: str) -> int:
-        (folder / "study.yaml").write_text(settings)
-        return len(_plan(read_study(folder), Store(folder / RESULTS), {})[1])
-
-    assert to_compute(text) == 0
-    assert to_compute("title: another\nspecies: other\n" + text) == 0
-    assert to_compute("averaging: {beats: 5}\n" + text) == 0  # no animal of this study is averaged
-    assert to_compute(text.replace("starts: 2", "starts: 3")) == 3
-    assert to_compute(text + "blood: {viscosity: 0.05}\n") == 3
+    before = key()
+    (folder / "study.yaml").write_text(changed((folder / "study.yaml").read_text()))
+    assert (key() != before) is computed
 
 
 def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_path):
@@ -257,7 +243,7 @@ def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_p
             report_study(folder, animal=name)
 
 
-def test_an_animal_that_goes_on_from_kept_searches_is_counted_as_such(make_study, monkeypatch):
+def test_an_animal_that_goes_on_from_kept_searches_is_counted_as_such(make_study):
     folder = make_study(animals=2)
     other = folder / "recordings/1.csv"
     other.write_text("time [s],pressure [mmHg],flow [ml/s]\n0,1,2\n")
@@ -267,14 +253,11 @@ def test_an_animal_that_goes_on_from_kept_searches_is_counted_as_such(make_study
         piece.unlink()
     again = finish(folder)
     assert (again.computed, again.resumed) == (("mouse 0",), ("mouse 0",))
-    monkeypatch.setattr("vasowave.study.running.analyze_study", lambda *given, **more: again)
-    said = CliRunner().invoke(app, ["run", str(folder), "--no-report"]).output
-    assert "1 animal computed (1 from searches that were kept), 0 kept from earlier, 1 failed." in said
 
 
 def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    shutil.copytree(undisturbed[0], folder, ignore=shutil.ignore_patterns(RESULTS))
+    shutil.copytree(undisturbed, folder, ignore=shutil.ignore_patterns(RESULTS))
     with start(folder) as program:
         assert program.stdout is not None
         assert program.stdout.readline().startswith("3 animals.")
@@ -289,10 +272,9 @@ def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed
     assert len(list((folder / RESULTS / "cache").iterdir())) == 1
 
 
-def test_a_report_says_that_the_study_changed_since_it_was_run(undisturbed, tmp_path, recwarn, monkeypatch):
+def test_a_report_says_that_the_study_changed_since_it_was_run(undisturbed, tmp_path, recwarn):
     folder = copied(undisturbed, tmp_path / "study")
-    monkeypatch.setattr(reporting, "write_cohort_report", lambda *given, **more: folder)
-    report_study(folder)
+    report_study(folder, animal="mouse 1")
     assert len(recwarn) == 0
     table, settings = folder / "animals.csv", folder / "study.yaml"
     first, second, *others = table.read_text().splitlines()[1:]
@@ -301,13 +283,13 @@ def test_a_report_says_that_the_study_changed_since_it_was_run(undisturbed, tmp_
     table.write_text("\n".join([header, first, moved, *others, first.replace("mouse 0", "mouse 9")]) + "\n")
     settings.write_text(f"title: Another\n{settings.read_text()}")
     with pytest.warns(VasowaveWarning, match="changed since it was run") as caught:
-        report_study(folder)
+        report_study(folder, animal="mouse 1")
     said = str(caught[0].message)
     assert "another group: mouse 1 (HPH, was CTL); " in said
     assert "program) changed: mouse 1; new animals: mouse 9; settings: title" in said
     table.write_text("\n".join([header, first, *others]) + "\n")
     with pytest.warns(VasowaveWarning, match="no longer in the table: mouse 1; settings"):
-        report_study(folder)
+        report_study(folder, animal="mouse 1")
 
 
 def test_a_folder_one_level_too_deep_is_told_where_the_study_is(tmp_path):
@@ -318,19 +300,6 @@ def test_a_folder_one_level_too_deep_is_told_where_the_study_is(tmp_path):
         read_study(tmp_path / "report")
     with pytest.raises(InputError, match=f"they are those of {tmp_path}$"):
         read_results(tmp_path / "report")
-
-
-@pytest.mark.validation
-def test_a_second_run_at_once_is_refused(undisturbed, tmp_path):
-    from vasowave.study.store import locked
-
-    folder = copied(undisturbed, tmp_path / "study")
-    with locked(folder / RESULTS / "running.lock"):
-        with start(folder) as program:
-            said = program.communicate()[0]
-        assert program.returncode == 1
-        assert f"being run by process {os.getpid()}" in said
-        assert "compil" not in said
 
 
 def smallest_piece(folder: Path) -> int:
@@ -359,7 +328,7 @@ def test_a_disk_that_takes_no_more_stops_the_run_with_a_message_and_it_goes_on_l
 
     done = finish(folder)
     assert len(done.computed) == 1
-    assert_same(results(folder), results(undisturbed[0]))
+    assert_same(results(folder), results(undisturbed))
 
 
 @pytest.mark.validation  # a whole run; the test above shows the same of one animal
@@ -367,7 +336,7 @@ def test_a_full_file_system_stops_the_run_with_a_message_and_it_goes_on_later(un
     """A real file system of a megabyte in memory, in a mount name space of its own, where the system allows that."""
     folder = tmp_path / "small"
     folder.mkdir()
-    source = undisturbed[0]
+    source = undisturbed
     room = smallest_piece(source) * 2 // 1024 + 200
     saved = tmp_path / "saved"
     script = (

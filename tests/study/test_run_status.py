@@ -5,7 +5,6 @@ import os
 import platform
 import signal
 from contextlib import suppress
-from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
@@ -16,12 +15,8 @@ from vasowave.errors import InputError, NumericalError
 from vasowave.io.files import not_written
 from vasowave.io.reserved import SLOT
 from vasowave.study import run_status as module
-from vasowave.study import store
-from vasowave.study.engine import Progress
-from vasowave.study.plan import RESULTS, read_study
-from vasowave.study.run_status import STATUS, Ended, RunStatus, ask_to_stop, record_end, run_status, running
-from vasowave.study.running import analyze_study
-from vasowave.study.store import LOCK, locked
+from vasowave.study.plan import RESULTS
+from vasowave.study.run_status import STATUS, Ended, ask_to_stop, record_end, run_status, running
 
 
 @pytest.fixture
@@ -157,26 +152,6 @@ def test_a_run_elsewhere_or_a_process_that_only_has_its_number_is_asked_and_neve
         assert str(run_status(results)).endswith("asked to stop by me")
 
 
-def test_a_run_that_no_signal_reaches_stops_between_two_animals(make_study, monkeypatch):
-    study, reached = read_study(make_study()), []
-
-    def all_done(jobs, *rest):
-        for number, job in enumerate(jobs, 1):
-            rest[-1](Progress(job.name, "computed", number, len(jobs)))
-
-    def step(progress):
-        reached.append(progress.name)
-        ask_to_stop(study.results, "a notebook")
-        assert run._asked.wait(30)
-
-    monkeypatch.setattr(module, "is_heard", lambda: False)
-    monkeypatch.setattr("vasowave.study.running.run_jobs", all_done)
-    with pytest.raises(KeyboardInterrupt), running(study.folder, 3) as run:
-        analyze_study(run, study, progress=step)
-    assert reached == ["mouse 0"]
-    assert (run_status(study.results).done, run_status(study.results).stopped_by) == (1, "a notebook")
-
-
 def test_what_is_no_status_of_ours_is_none(results):
     with running(results.parent):
         pass
@@ -203,29 +178,9 @@ def test_a_torn_record_leaves_the_one_before(results):
         assert run_status(results).done == 1
 
 
-def test_a_run_that_begins_while_the_lock_is_only_looked_at_waits_for_it(results, monkeypatch):
-    tries = []
-
-    def busy_twice(handle, real=store.lock_open_file):
-        tries.append(handle)
-        if len(tries) < 3:
-            raise BlockingIOError
-        real(handle)
-
-    monkeypatch.setattr(store, "lock_open_file", busy_twice)
-    with locked(results / LOCK) as is_held:
-        assert (is_held, len(tries)) == (True, 3)
-
-
 def test_how_the_last_run_ended_stands_in_status(make_study):
     folder = make_study()
     ended_by(InputError("n.csv: a gap"), folder)
     said = CliRunner().invoke(app, ["status", str(folder)]).output
     assert "0 of 3 animals done; not being run\n" in said
     assert "failed while computing, 1 of 2 animals done. n.csv: a gap\n" in said
-
-
-def test_a_status_is_a_value():
-    one = RunStatus("2026-11-27 19:40:00", 12, "lab", count=3)
-    assert replace(one, done=1) != one
-    assert str(replace(one, done=1, stopped_by="x")) == "reading files, 1 of 3 animals done; asked to stop by x"

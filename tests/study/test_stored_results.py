@@ -1,6 +1,5 @@
 """The stored form of a study: one file an animal and an index that says what each must be."""
 
-import gc
 import json
 from dataclasses import replace
 
@@ -13,7 +12,6 @@ from vasowave.animal.files import to_bytes
 from vasowave.cohort.cohort import gathered
 from vasowave.errors import InputError
 from vasowave.report.write import write_report
-from vasowave.runtime.memory import seldom_collected
 from vasowave.study.reporting import report_study
 from vasowave.study.results import INDEX, _digest, read_results, write_results
 from vasowave.study.settings import StudyFile
@@ -116,22 +114,15 @@ def test_files_of_animals_that_are_no_longer_there_go(stored):
     assert list(read_results(stored)) == ["A"]
 
 
-def test_the_group_that_the_study_names_first_is_the_reference_of_its_report(tmp_path, monkeypatch):
-    from vasowave.study import reporting
-    from vasowave.study import results as stored_results
-
-    store, pieces, told = Store(tmp_path / "results"), {}, {}
+def test_the_group_that_the_study_names_first_is_the_reference_and_stands_first(tmp_path):
+    store, pieces = Store(tmp_path / "results"), {}
     for name, group in (("a", "CTL"), ("b", "HPH"), ("c", "CTL"), ("d", "HPH")):
         pieces[name, group] = store.keep(name, to_bytes(bare_result(name, group).to_datatree()))
     write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["HPH", "CTL"]))
-    monkeypatch.setattr(
-        stored_results, "gathered", lambda trees, first, *_, **more: told.update(trees=trees, reference=first)
-    )
-    monkeypatch.setattr(reporting, "looks_of", lambda bare, species: ())
-    monkeypatch.setattr(reporting, "write_cohort_report", lambda *arguments, **more: None)
-    reporting.report_study(tmp_path)
-    assert told["reference"] == "HPH"
-    assert [tree.name for tree in told["trees"]] == ["b", "d", "a", "c"]
+    stored = read_results(tmp_path)
+    assert [one.name for one in stored.in_order()] == ["b", "d", "a", "c"]
+    with pytest.raises(InputError, match="'HPH' is the reference itself"):
+        stored.compare("HPH")
 
 
 def test_light_results_hold_the_inlets_and_everything_else_and_what_is_shown_is_whole(cohort_results):
@@ -170,13 +161,3 @@ def test_a_report_made_in_processes_is_the_one_made_here(cohort_results, tmp_pat
     assert names == sorted(one.name for one in there.iterdir())
     assert len(names) > 20
     assert all((here / name).read_bytes() == (there / name).read_bytes() for name in names)
-
-
-def test_garbage_is_looked_for_as_often_as_before_after_a_report(stored):
-    before = gc.get_threshold()
-    with seldom_collected():
-        assert gc.get_threshold()[0] > before[0]
-    assert gc.get_threshold() == before
-    with pytest.raises(InputError), seldom_collected():
-        raise InputError
-    assert gc.get_threshold() == before

@@ -9,7 +9,7 @@ from jsonschema import Draft202012Validator
 import study_file
 from vasowave.errors import InputError
 from vasowave.settings import settings_of
-from vasowave.study.reading import parse_settings
+from vasowave.study.reading import parse_settings, read_document
 from vasowave.study.settings import StudyFile
 from vasowave.study.template import FOLDERS, new_study, schema_text, study_text, with_groups, with_value, written
 
@@ -102,16 +102,6 @@ def test_a_slip_is_named_where_it_stands(text, place, words):
     assert words in message
 
 
-def test_the_viscosity_of_a_wall_has_bounds_where_walls_are_viscous_and_nowhere_else():
-    bounds = "  bounds: {wall_viscosity: [0.01, 1]}\n"
-    for text in ("true", "yes", "True"):
-        found, problems = parse_settings(f"calibration:\n  viscous: {text}\n{bounds}".encode())
-        assert problems == []
-        assert (found.calibration.viscous, found.calibration.bounds) == (True, {"wall_viscosity": (0.01, 1.0)})
-    for text in ("", "  viscous: false\n"):
-        assert "'wall_viscosity' is not known" in said(f"calibration:\n{text}{bounds}")[0]
-
-
 def test_numbers_and_labels_mean_what_they_look_like():
     found, _ = parse_settings(b"groups: [no, 1]\nnumerics: {tolerance: 1e-8}\ncalibration:\naveraging: {harmonics: }\n")
     assert found.groups == ["no", "1"]  # YAML 1.1 would make False and 1 of them
@@ -173,20 +163,6 @@ def test_the_documentation_lists_every_key_and_column_as_the_program_knows_it():
     assert study_file.PAGE.read_text(encoding="utf-8") == study_file.page(), "run `uv run python tools/study_file.py`"
 
 
-def test_every_example_of_the_template_is_read_as_it_was_meant():
-    """Its comment sign taken away; a name with a comma would otherwise be two keys."""
-    lines, read = study_text().splitlines(), 0
-    for section in [StudyFile, *(one.section for one in settings_of(StudyFile).values() if one.section)]:
-        for name, one in settings_of(section).items():
-            found = [line.strip()[2:] for line in lines if line.strip().startswith((f"# {name}: {{", f"# {name}: ["))]
-            if one.example is not None:
-                (example,) = found
-                plain = [*one.example] if isinstance(one.example, tuple) else one.example
-                assert yaml.safe_load(example) == {name: plain}
-                read += 1
-    assert read > 2
-
-
 def test_a_label_with_a_comma_stays_one_when_groups_are_written_anew(tmp_path):
     labels = ["HPH, drug", "CTL", "sham (1)"]
     assert parse_settings(study_text(labels).encode())[0].groups == labels
@@ -213,15 +189,34 @@ def test_a_species_that_is_not_known_is_named_before_anything_is_written(tmp_pat
     assert not (tmp_path / "s").exists()
 
 
-@pytest.mark.parametrize(
-    ("line", "changed"),
-    [
-        ('title: "Lab #1 study"   # of 2026', 'title: "New"   # of 2026'),
-        ("title: 'it''s #3'", 'title: "New"'),
-        ("title: a # b", 'title: "New" # b'),
-    ],
-)
-def test_a_value_is_replaced_whole_and_the_remark_behind_it_stays(tmp_path, line, changed):
+def test_one_value_of_a_study_file_is_changed_and_the_rest_stays(tmp_path):
     path = tmp_path / "study.yaml"
-    path.write_text(f"groups: [CTL]\n{line}\n", encoding="utf-8")
-    assert with_value(path, ("title",), '"New"') == f"groups: [CTL]\n{changed}\n"
+
+    def changed(text, key, value):
+        path.write_text(text)
+        return with_value(path, key, value)
+
+    assert changed("title: a  # mine\nspecies: rat\n", ("title",), "b") == "title: b  # mine\nspecies: rat\n"
+    assert changed("title: a\n", ("species",), "rat") == "title: a\nspecies: rat\n"
+    nested = "calibration:\n   starts: 3 # few\ntitle: a\n"
+    assert changed(nested, ("calibration", "starts"), "4") == "calibration:\n   starts: 4 # few\ntitle: a\n"
+    assert changed("calibration:\n  starts: 3\n", ("calibration", "beds"), "windkessel") == (
+        "calibration:\n  beds: windkessel\n  starts: 3\n"
+    )
+    assert changed("title: a\n", ("report", "pdf"), "false") == "title: a\nreport:\n  pdf: false\n"
+    with pytest.raises(InputError, match=r"'groups' is written over several lines; write there: groups: \[A, B\]$"):
+        changed("groups:\n- CTL\n- HPH\n", ("groups",), "[A, B]")
+    with pytest.raises(InputError, match=r"'report.pdf' is written over several|report.pdf"):
+        changed("report: {pdf: true, law: linear}\n", ("report", "pdf"), "false")
+    path.write_text("groups: [B]\n")
+    assert with_groups(path, ["A", "C, D"]) == 'groups: [A, "C, D"]\n'
+
+
+def test_a_study_file_that_is_not_there_says_where_the_study_is(tmp_path):
+    (tmp_path / "study.yaml").write_text("")
+    inner = tmp_path / "a" / "b"
+    inner.mkdir(parents=True)
+    with pytest.raises(InputError, match=f"no such file or directory; the study is {tmp_path}$"):
+        read_document(inner / "study.yaml")
+    with pytest.raises(InputError, match=r"a: is a folder; `vasowave new FOLDER` makes a new study"):
+        read_document(tmp_path / "a")
