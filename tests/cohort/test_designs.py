@@ -20,8 +20,6 @@ from vasowave.cohort.simultaneous import Fitted, joint
 from vasowave.errors import InputError
 from vasowave.report.answer.groups import not_told
 
-NOTHING = np.zeros((1, 1))
-
 
 def variables(table):
     """Return the columns of a table, `group` left out, by name."""

@@ -147,16 +147,9 @@ def test_every_figure_and_table_of_the_paper_is_there(page, folder, tables):
         letters = "".join(ElementTree.parse(folder / "figures" / f"{name}.svg").getroot().itertext())
         assert re.search(r"\[|%", letters), f"{name} has no editable letters"
         assert (folder / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
-    for name in [
-        "HemoStats",
-        "Network",
-        "ParNom",
-        "Bounds",
-        "Parameters-linear",
-        "Parameters-tangent",
-        "Groups",
-        "Starts",
-    ]:
+    names_of_tables = ("HemoStats", "Network", "ParNom", "Bounds", "Parameters-linear",
+                       "Parameters-tangent", "Groups", "Starts")  # fmt: skip
+    for name in names_of_tables:
         assert f"table-{name}" in tables
         assert (folder / "tables" / f"{name}.tex").is_file()
         assert len(pd.read_csv(folder / "tables" / f"{name}.csv"))

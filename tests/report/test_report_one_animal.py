@@ -52,19 +52,9 @@ def test_the_page_is_about_one_animal(page, folder):
     assert "<h1>Supplement: Hemodynamic assessment of sham 1</h1>" in page
     assert 'id="groups"' not in page
     assert "±" not in page.split('id="table-HemoStats"')[1].split("</table>")[0]
-    for name in [
-        "hemoData",
-        "Network",
-        "parEst",
-        "PQsim-1",
-        "PAsim",
-        "Waterfall",
-        "WIA-1",
-        "Impd",
-        "Residuals",
-        "beats-1",
-        "fit-1",
-    ]:
+    drawn = ("hemoData", "Network", "parEst", "PQsim-1", "PAsim", "Waterfall",
+             "WIA-1", "Impd", "Residuals", "beats-1", "fit-1")  # fmt: skip
+    for name in drawn:
         assert f'id="figure-{name}"' in page
     for name in ("ParOpt", "ParAll_change", "Ratios-linear"):
         assert f'id="figure-{name}"' not in page

@@ -12,6 +12,7 @@ from made_posterior import NAMES, with_posterior
 from vasowave.cohort import Family, Primary, gathered, primary_comparison
 from vasowave.cohort.votes import ballots, differences, stored
 from vasowave.findings import OTHER, as_json
+from vasowave.report.answer.effects import where
 from vasowave.report.answer.forest import group_rows
 from vasowave.report.answer.groups import by_fits, group_answer, influence, other_laws
 from vasowave.report.answer.limits import model_limits, shared_images
@@ -336,3 +337,16 @@ def test_fits_that_judge_otherwise_than_posteriors_are_told():
     assert "R_T in HPH, which they do not show (2.0 times [0.9, 4.4])" in said
     (same,) = by_fits(rows(fits, fits | wide | {"p": 0.3}), plain)
     assert same == "Fits of the same animals show the same effects as their posteriors."
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ({"within": "at w1"}, ("in HPH than in CTL at w1", "between HPH and CTL at w1")),
+        ({"what": "factor", "within": "in A"}, ("at HPH than at CTL in A", "between HPH and CTL in A")),
+        ({"what": "trend"}, ("at HPH than at CTL by the trend", "from CTL to HPH by the trend")),
+        ({"what": "contrast"}, ("by the contrast 'HPH'", "by the contrast 'HPH'")),
+    ],
+)
+def test_an_effect_of_a_design_is_told_with_where_it_is(row, said):
+    assert where(pd.Series(ROW | {"what": "groups", "change": "", "within": ""} | row), True) == said
