@@ -50,7 +50,7 @@ def test_one_quantity_alone_has_the_power_of_the_t_test():
     assert enough == np.ceil(np.interp(0.8, found.powers["mPAP"], found.powers.index))
 
 
-@pytest.mark.parametrize("alike", [0.0, 0.8, 0.9])
+@pytest.mark.parametrize("alike", [0.0, 0.9])
 def test_pairs_of_one_quantity_have_the_power_of_the_paired_t_test(alike):
     """Pairs that hardly resemble each other have more: a variance of subjects is none where it would be negative."""
     found = plan_of([Spread("mPAP", (0.3, 0.2))], np.eye(1), "theory", Planning(effect=1.3, pairs=alike))
@@ -139,9 +139,9 @@ def test_a_second_occasion_saves_animals_where_animals_differ_from_day_to_day_an
 
 
 def test_what_an_animal_differs_between_occasions_is_taken_from_what_animals_differ():
-    """Twelve mice of three recordings each: by mean squares, balanced, the restricted likelihood's answer."""
-    rng, results = np.random.default_rng(9), made_results({"CTL": 18, "HPH": 18}, walls=())
-    mouse = {result.name: f"{result.group}{place % 6}" for place, result in enumerate(results)}
+    """Six mice of three recordings each: by mean squares, balanced, the restricted likelihood's answer."""
+    rng, results = np.random.default_rng(9), made_results({"CTL": 9, "HPH": 9}, walls=())
+    mouse = {result.name: f"{result.group}{place % 3}" for place, result in enumerate(results)}
     level = {name: 0.3 * rng.standard_normal() for name in set(mouse.values())}
     for result in results:
         value = float(np.exp(level[mouse[result.name]] + 0.1 * rng.standard_normal()))
