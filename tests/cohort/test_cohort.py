@@ -1,5 +1,5 @@
+from dataclasses import replace
 from itertools import combinations
-from math import comb
 
 import numpy as np
 import pandas as pd
@@ -7,23 +7,16 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-import relabelings
-from vasowave.cohort import contrasts, describe, leave_one_out, pairwise_contrasts
-from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.comparison import compare
-from vasowave.cohort.estimates import _log_error
+from made_cohort import changed, made_results
+from vasowave.cohort import cohort_table, contrasts, describe, leave_one_out
+from vasowave.cohort.cohort import typical_animal
+from vasowave.cohort.estimates import estimates_of
 from vasowave.cohort.two_groups import MOST_EXACT, exact_mann_whitney, hedges_g, holm, mann_whitney
+from vasowave.cohort.votes import misfits
 from vasowave.datasets import published_table
 from vasowave.errors import InputError
 
-AS_MEASURED = {"beta [mmHg]": "HR [1]", "S [mmHg2]": "CO [1]"}
 BETA, S = "beta [mmHg]", "S [mmHg2]"
-
-
-def _third():
-    """Return a group that lies beyond the others."""
-    third = published_table("optimized_linear").query("group == 'HPH'")
-    return third.assign(group="c", **{BETA: 1.5 * third[BETA], S: 0.7 * third[S]})
 
 
 def test_the_published_stiffness_doubles_with_hypertension():
@@ -56,20 +49,9 @@ def test_the_rank_test_of_many_animals_is_the_normal_one_and_near_the_exact_one(
     assert mann_whitney(x, y[1:]) == exact_mann_whitney(x, y[1:])
 
 
-def test_contrasts_of_every_pair_stand_pair_by_pair_and_holm_counts_them_all():
-    table = pd.concat([published_table("optimized_linear").replace({"HPH": "b"}), _third()], ignore_index=True)
-    cohort = Cohort({}, {}, table.assign(source="measured", animal=table.index).rename(columns=AS_MEASURED))
-    found = compare(cohort, "measured").contrasts
-    pd.testing.assert_frame_equal(found, pairwise_contrasts(cohort.table, list(AS_MEASURED.values())))
-
-
 def test_holm_steps_down_and_never_decreases():
     np.testing.assert_allclose(holm(np.array([0.04, 0.01, 0.03])), [0.06, 0.03, 0.06])
-
-
-@pytest.mark.parametrize(("n", "m"), [(3, 3), (7, 5), (2, 6)])
-def test_groups_that_do_not_overlap_have_the_smallest_p(n, m):
-    assert exact_mann_whitney(np.arange(n), np.arange(m) + 10.0) == pytest.approx(2 / comb(n + m, n))
+    assert holm(np.array([0.6, 0.7, 0.5])).tolist() == [1.0, 1.0, 1.0]
 
 
 def test_groups_with_any_labels_are_described():
@@ -117,51 +99,52 @@ def test_one_animal_that_carries_the_result_is_found_out():
         leave_one_out(table.iloc[5:9], ["x"], "a", "b")
 
 
-def three_groups():
-    table = published_table("optimized_linear")
-    table = table.assign(group=["sham", "early", "late"] * 4)
-    table.loc[table["group"] == "late", BETA] *= 3
-    return table
+@pytest.mark.parametrize(("table", "words"), [
+    ({"group": [*"aabb"], "x": [1.0, 2.0, -1.0, 3.0]}, "a ratio needs positive"),
+    ({"group": [*"aab"], "x": [1.0, 2.0, 3.0]}, "needs two animals in each"),
+])  # fmt: skip
+def test_values_that_have_no_ratio_and_groups_of_one_are_refused(table, words):
+    with pytest.raises(InputError, match=words):
+        contrasts(pd.DataFrame(table), ["x"], "a", "b")
 
 
-def test_three_groups_are_compared_two_by_two_with_holm_over_all():
-    found = pairwise_contrasts(three_groups(), [BETA, S])
-    assert (
-        list(zip(found["reference"], found["other"]))
-        == [("sham", "early")] * 2 + [("sham", "late")] * 2 + [("early", "late")] * 2
-    )
-    np.testing.assert_allclose(found["p Holm"], holm(found["p"].to_numpy()))
+def test_a_quantity_has_one_unit_in_all_animals():
+    results = made_results({"CTL": 2}, walls=())
+    results[1].measured.quantities["mPAP"].attrs["units"] = "kPa"
+    with pytest.raises(InputError, match="'mPAP' of animal 'CTL 2' is in kPa, before in mmHg"):
+        cohort_table(results)
 
 
-def test_many_relabelings_are_drawn_and_the_labels_as_they_are_are_one_of_them(monkeypatch):
-    monkeypatch.setattr(relabelings, "MOST_RELABELINGS", 50)
-    few = relabelings._relabelings(5, 2, None)
-    assert sorted(map(tuple, few.tolist())) == sorted(map(tuple, np.unique(few, axis=0).tolist()))
-    assert few.shape == (10, 5)  # all
-    many = relabelings._relabelings(12, 4, None)
-    assert many.shape == (50, 12)
-    assert many[0].tolist() == [True] * 4 + [False] * 8
-    assert (many.sum(axis=1) == 4).all()
+def test_an_interval_of_95_percent_tells_the_error_of_a_value_that_says_none():
+    results = made_results({"CTL": 2}, walls=("linear",))
+    ends = [(0.5, 2.0), (0.8, 1.25)]
+    for result, (low, high) in zip(results, ends, strict=True):
+        value = result.laws["linear"].quantities["stiffness"]
+        value.attrs = {"interval_low": low * float(value), "interval_high": high * float(value)}
+    found = estimates_of(results, "linear", "stiffness").errors
+    assert found == pytest.approx([np.log(high / low) / (2 * stats.norm.ppf(0.975)) for low, high in ends], rel=1e-6)
 
 
-def test_the_exact_rank_test_counts_ties_as_all_relabelings_do():
-    rng = np.random.default_rng(0)
-    for _ in range(60):
-        k, values = int(rng.integers(2, 5)), rng.integers(0, 4, int(rng.integers(6, 9))).astype(float)
-        ranks = stats.rankdata(values)
-        sums = np.array([ranks[list(chosen)].sum() for chosen in combinations(range(len(ranks)), k)])
-        away = np.abs(sums - sums.mean())
-        expected = np.mean(away >= abs(ranks[:k].sum() - sums.mean()) - 1e-9)
-        assert exact_mann_whitney(values[:k], values[k:]) == pytest.approx(expected)
+def test_a_fit_that_leaves_less_than_the_beats_scatter_does_not_miss_its_data():
+    """Of a beat whose SD is 3 and 4 mmHg in equal parts, the mean of 4 beats has an error of √(12.5 / 4) mmHg."""
+    (result,) = made_results({"CTL": 1}, walls=("linear",))
+    sd = np.resize([3.0, 4.0], len(result.recording["pressure"]))
+    recording = result.recording.assign(pressure_sd=(result.recording["pressure"].dims, sd))
+    beats = xr.Dataset({"kept": ("beat", [1, 1, 0, 1, 1])})
+    error, pulse = np.sqrt(12.5 / 4), 10.0
+    for left, missed in ((0.99 * error, False), (1.01 * error, True)):  # both above a tenth of the pulse
+        one = changed(changed(result, "linear/calibration", RMSE=left), "measured/quantities", pPAP=pulse)
+        table = misfits([replace(one, recording=recording, beats=beats)])
+        assert table["error"][0] == pytest.approx(error)
+        assert table["share"][0] == pytest.approx(left / pulse)
+        assert table["missed"][0] == missed
 
 
-def test_no_adjusted_p_exceeds_one():
-    assert holm(np.array([0.6, 0.7, 0.5])).tolist() == [1.0, 1.0, 1.0]
-
-
-def test_an_error_of_a_logarithm_is_what_a_value_says_of_itself_or_its_interval_of_it():
-    value = xr.DataArray(2.0, attrs={"standard_error": 0.1, "interval_low": 1.0, "interval_high": 4.0})
-    assert _log_error(value) == pytest.approx(0.05)
-    del value.attrs["standard_error"]
-    assert _log_error(value) == pytest.approx(np.log(4.0) / (2 * 1.959964))  # 95 % of a normal distribution
-    assert np.isnan(_log_error(xr.DataArray(2.0)))
+def test_the_animal_that_is_shown_is_nearest_to_the_medians_in_deviations():
+    rows = pd.DataFrame({
+        "animal": list("abcd"), "group": "CTL", "source": "measured", "mPAP [mmHg]": [10.0, 12.0, 14.0, 40.0],
+        "CO [ml/s]": [0.1, 0.4, 0.2, 0.2], "HR [beats/min]": 500.0,
+    })  # fmt: skip
+    values = rows[["mPAP [mmHg]", "CO [ml/s]"]].to_numpy()
+    away = (((values - np.median(values, axis=0)) / values.std(axis=0)) ** 2).sum(axis=1)
+    assert typical_animal(rows, "CTL") == "abcd"[int(np.argmin(away))]

@@ -13,14 +13,12 @@ from made_cohort import made_results
 from vasowave.cohort import Design, Family, Variable, gathered, primary_comparison
 from vasowave.cohort.contrast import degrees_left
 from vasowave.cohort.design import DRIFT, laid_out
-from vasowave.cohort.designed import modeled, occasions_apart
+from vasowave.cohort.designed import modeled
 from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.cohort.primary import known_values
 from vasowave.cohort.simultaneous import Fitted, joint
 from vasowave.errors import InputError
 from vasowave.report.answer.groups import not_told
-
-NOTHING = np.zeros((1, 1))
 
 
 def variables(table):
@@ -607,37 +605,11 @@ def test_the_effect_of_a_covariate_is_that_of_weighted_least_squares_in_other_co
     assert (reach > 1.96 * np.sqrt(np.diag(covariance)[2:])).all()
 
 
-def test_the_effect_of_a_covariate_is_that_of_the_pairs_it_divides():
-    """Groups of as many males as females: the ratio lies between those of the groups."""
-    results = made_results({"CTL": 6, "HPH": 6}, walls=())
-    sex = {result.name: "fm"[place % 2] for place, result in enumerate(results)}
-    cohort = gathered(results, variables=[Variable.of("sex", sex)], design=Design(covariates=("sex",)))
-    found = primary_comparison(cohort, Family(quantities=("CO", "mPAP"))).adjusted
-    assert found["covariate"].tolist() == ["sex: m / f"] * 2
-    for row in found.to_dict("records"):
-        logs = {result.name: np.log(float(result.measured.quantities[row["quantity"]])) for result in results}
-        each = {group: [np.mean([logs[one.name] for one in members if sex[one.name] == which]) for which in "fm"]
-                for group, members in cohort.groups.items()}  # fmt: skip
-        differences = sorted(male - female for female, male in each.values())
-        assert differences[0] <= np.log(row["ratio"]) <= differences[1]
-        assert row["low"] < row["ratio"] < row["high"]
-
-
 def test_a_covariate_that_says_what_groups_say_has_no_effect_of_its_own():
     results = made_results({"CTL": 5, "HPH": 5}, walls=())
     same = Variable.of("chip", {result.name: result.group for result in results})
     cohort = gathered(results, variables=[same], design=Design(covariates=("chip",)))
     assert not len(primary_comparison(cohort, Family(quantities=("CO",))).adjusted)
-
-
-def test_what_a_subject_differs_between_its_recordings_is_unknown_where_each_has_one():
-    results = made_results({"CTL": 4, "HPH": 4}, walls=())
-    own = [Variable.of("mouse", {one.name: one.name for one in results})]
-    cohort = gathered(results, variables=own, design=Design(subject="mouse"))
-    values = known_values(cohort, "measured", "mPAP", list(cohort.groups))
-    assert occasions_apart(cohort, values) == 0.0
-    assert occasions_apart(cohort, None) == 0.0
-    assert occasions_apart(gathered(results), values) == 0.0
 
 
 @pytest.mark.parametrize(("count", "words"), [(1, "1 animal is too few"), (3, "3 animals are too few")])

@@ -5,9 +5,7 @@ import pytest
 from scipy import stats
 from scipy.optimize import brentq
 
-from made_cohort import made_results
-from vasowave.cohort import gathered
-from vasowave.cohort.comparison import group_means, pooled
+from vasowave.cohort.comparison import pooled
 from vasowave.cohort.estimates import Estimates
 from vasowave.cohort.two_groups import importance_index, importance_interval
 
@@ -49,15 +47,6 @@ def test_of_one_animal_and_of_equal_ones_there_is_a_mean_without_an_interval():
         value, *ends = pooled(known(logs))
         assert value == pytest.approx(np.exp(4.0))
         assert np.isnan(ends).all()
-
-
-def test_every_group_of_a_cohort_has_its_own_mean_of_its_own_animals():
-    cohort = gathered(made_results({"CTL": 3, "HPH": 4}))
-    means = group_means(cohort, "measured", "mPAP")
-    for group, results in cohort.groups.items():
-        values = [float(result.measured.quantities["mPAP"]) for result in results]
-        assert means[group].value == pytest.approx(stats.gmean(values))
-        assert means[group].low < means[group].value < means[group].high
 
 
 def test_the_ends_of_the_importance_interval_are_where_welchs_t_of_the_ratio_is_at_its_limit():

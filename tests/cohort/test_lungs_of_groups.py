@@ -57,8 +57,10 @@ def test_how_much_lungs_differ_is_usual_told_or_seen_in_the_roots_of_several_lun
 
 
 def test_animals_whose_errors_are_not_known_have_those_of_the_others_as_long_as_they_are_the_fewer():
+    made = made_results({"CTL": 4, "HPH": 3}, walls=("linear",))
+
     def without(count):
-        results = told(made_results({"CTL": 4, "HPH": 3}, walls=("linear",)))
+        results = told(made)
         for result in results[:count]:
             value = result.laws["linear"].quantities["stiffness"]
             value.attrs = {"standard_error": 0.01 * float(value)}
@@ -69,7 +71,7 @@ def test_animals_whose_errors_are_not_known_have_those_of_the_others_as_long_as_
     assert one.covariance == pytest.approx(whole.covariance)
     assert one.per_radius == pytest.approx(whole.per_radius)
     assert not most.told
-    unknown = told(made_results({"CTL": 4, "HPH": 3}, walls=("linear",)))
+    unknown = told(made)
     value = unknown[0].laws["linear"].quantities["stiffness"]
     value.attrs = {"standard_error": 2.0 * float(value)}  # the data tell nothing of it, whatever the others' errors are
     known = estimates_of(unknown, "linear", "stiffness")

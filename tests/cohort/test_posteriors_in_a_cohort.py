@@ -46,14 +46,6 @@ def test_the_supplement_says_which_values_come_from_posteriors(results):
         "tau": "linear",
     }
     assert "From posteriors" in table.note
-    (plain,) = primary_tables(primary_comparison(gathered(made_results({"CTL": 4, "HPH": 3}, walls=("linear",)))), {})
-    assert "From posteriors" not in plain.note
-    for cells, row in zip(plain.rows, plain.data.to_dict("records"), strict=True):
-        if row["source"] == "linear":
-            assert cells[7] == "none: one image"
-        else:
-            assert float(cells[7]) == float(f"{row['p']:.2g}")
-        assert float(cells[8]) == float(f"{row['smallest p']:.2g}")
 
 
 def test_what_the_fits_say_stands_beside_a_row_by_posteriors(results):
@@ -99,11 +91,6 @@ def test_one_posterior_that_cannot_be_trusted_leaves_all_animals_to_their_fits(r
     one = estimates_of(results, "linear", "stiffness")
     assert one.origin == "fit"
     assert one.shared.max() == 0.0
-
-
-def test_without_posteriors_the_effects_are_those_of_the_fits(results):
-    rows = primary_comparison(gathered(results), FAMILY).rows
-    assert rows["estimates"].tolist() == ["fit", "fit"]
 
 
 def test_what_is_shared_adds_to_the_variance_of_a_ratio():

@@ -11,8 +11,8 @@ from scipy import stats
 from made_cohort import changed, made_results
 from relabelings import family_p
 from vasowave.cohort import Family, contrasts, gathered, pooled_mean, pooled_ratio, primary_comparison
+from vasowave.cohort.declared import Declaration
 from vasowave.cohort.primary import Untested, smallest_p
-from vasowave.cohort.two_groups import exact_mann_whitney
 from vasowave.datasets import published_table
 from vasowave.errors import InputError
 
@@ -38,53 +38,6 @@ def brute_force(values, labels):
 def test_the_family_p_is_that_of_all_relabelings_one_by_one():
     values = np.random.default_rng(4).standard_normal((7, 3)) + np.outer(LABELS, [2.5, 0.0, 1.2])
     np.testing.assert_allclose(family_p(values, LABELS), brute_force(values, LABELS))
-
-
-def test_an_animal_without_a_value_is_left_out_of_that_quantity_only():
-    values = np.random.default_rng(5).standard_normal((7, 1)) + np.outer(LABELS, [2.0])
-    with_gap = np.vstack([values, [[np.nan]]])
-    labels = np.append(LABELS, True)
-    every = [list(chosen) for chosen in combinations(range(8), 4)]
-
-    def t(chosen):
-        one = [row for row in chosen if row < 7]
-        return abs(stats.ttest_ind(values[one, 0], np.delete(values[:, 0], one)).statistic)
-
-    observed = t(np.flatnonzero(labels))
-    expected = np.mean([t(chosen) >= observed - 1e-9 for chosen in every])
-    np.testing.assert_allclose(family_p(with_gap, labels), [expected])
-
-
-@pytest.mark.parametrize(("n", "m"), [(3, 3), (7, 5)])
-def test_groups_far_apart_reach_the_smallest_p(n, m):
-    values = np.random.default_rng(1).normal(0, 0.01, (n + m, 2)) + np.outer(np.arange(n + m) >= n, [5.0, 7.0])
-    assert family_p(values, np.arange(n + m) >= n) == pytest.approx(smallest_p((n, m)))
-
-
-def test_where_nothing_differs_a_family_is_wrong_no_more_often_than_it_says():
-    rng, wrong = np.random.default_rng(2), 0
-    mixed = np.linalg.cholesky(0.6 + 0.4 * np.eye(6))
-    for _ in range(400):
-        values = rng.standard_normal((10, 6)) @ mixed.T
-        wrong += family_p(values, np.arange(10) >= 5).min() <= 0.05
-    # Binomial standard error of 5 % in 400: 1.1 %; three of them.
-    assert wrong / 400 < 0.083
-
-
-def test_relabelings_beyond_counting_are_drawn_and_agree_with_a_rank_test(monkeypatch):
-    monkeypatch.setattr("relabelings.MOST_RELABELINGS", 20_000)
-    x = np.random.default_rng(8).standard_normal((24, 1)) + np.outer(np.arange(24) >= 12, [0.9])
-    drawn, ranks = family_p(x, np.arange(24) >= 12)[0], exact_mann_whitney(x[:12, 0], x[12:, 0])
-    t = stats.ttest_ind(x[12:, 0], x[:12, 0]).pvalue
-    assert drawn == pytest.approx(t, abs=0.01)
-    assert abs(np.log(drawn / ranks)) < np.log(3)
-
-
-def test_what_cannot_be_tested_is_refused():
-    with pytest.raises(InputError, match="two groups"):
-        family_p(np.ones((4, 1)), np.zeros(4, bool))
-    with pytest.raises(InputError, match="same value"):
-        family_p(np.ones((7, 1)), LABELS)
 
 
 def test_the_pooled_mean_is_the_published_one_of_the_vaccine_trials():
@@ -272,7 +225,23 @@ def test_more_pairs_of_groups_cost_no_more_than_their_number():
     assert set(early["smallest p"]) == {2 * smallest_p((3, 3))}
 
 
-def test_a_group_of_one_and_a_quantity_without_scatter_are_named_not_compared():
+def test_groups_of_one_and_quantities_that_are_negative_or_do_not_scatter_are_named_not_compared():
     found = primary_comparison(gathered(made_results({"CTL": 3, "HPH": 1}, walls=())))
     assert len(found.rows) == 0
     assert found.left_out["mPAP (HPH)"] == "a group has fewer than two animals with it"
+    results = made_results({"CTL": 3, "HPH": 3}, walls=())
+    equal = [changed(one, "measured/quantities", mPAP=15.0, CO=-1.0) for one in results]
+    found = primary_comparison(gathered(equal), Family(quantities=("mPAP", "CO", "PVR")))
+    assert found.rows["quantity"].tolist() == ["PVR"]
+    assert found.left_out["mPAP (HPH)"].startswith("the values hardly vary within a group")
+    assert found.left_out["CO (HPH)"] == "a value is not positive; a ratio needs positive values"
+
+
+def test_a_later_declaration_tells_what_it_changed_and_in_which_animals():
+    first = Declaration("1", False, {"law": "linear", "animals": {"a": {"group": "CTL"}, "b": {"group": "HPH"}}})
+    later = Declaration("2", True, {"law": "tangent", "animals": {"a": {"group": "HPH"}, "c": {}}, "family": 1})
+    assert later.changes(first) == ["law", "animals"]
+    assert later.first_said(first) == ["family"]
+    assert later.rows(first) == (("c",), ("b",), (("a", "group", "CTL", "HPH"),))
+    more = Declaration("3", False, {"animals": {"a": {"group": "CTL", "sex": "f"}, "b": {"group": "HPH"}}})
+    assert more.changes(first) == []

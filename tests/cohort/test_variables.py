@@ -25,6 +25,7 @@ def test_a_column_is_of_numbers_of_dates_or_of_words():
     assert (born.kind, born.numbers) == ("date", {"m0": 2.0, "m1": 0.0, "m2": 6.0})
     assert column("sex", *"fmfmfmfm").kind == "category"
     assert column("week", "10", "2", "2", "10").order == ["2", "10"]
+    assert column("time", "after", "before").order == ["before", "after"]
     with pytest.raises(InputError, match="'2O' of m1 is not a number"):
         column("weight", "20", "2O", "21")
     with pytest.raises(InputError, match="is not a number"):

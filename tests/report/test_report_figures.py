@@ -41,14 +41,6 @@ def test_the_same_tree_gives_the_same_figure_to_the_last_byte(result):
     assert "pressure [mmHg]" in letters
 
 
-def test_the_fit_figure_draws_the_data_and_the_papers_walls_dashed_and_solid(result):
-    pressure = fit_figure(result).axes[0]
-    measured, linear, tangent = pressure.get_lines()
-    np.testing.assert_array_equal(measured.get_ydata()[:-1], result.recording["pressure"])
-    assert (linear.get_linestyle(), tangent.get_linestyle()) == ("--", "-")
-    assert pressure.get_ylabel() == "pressure [mmHg]"
-
-
 def test_a_sheet_draws_every_animal_once_the_worst_fit_first(result):
     animals = []
     for number, error in enumerate((0.3, 0.9, 0.1)):

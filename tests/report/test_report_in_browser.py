@@ -7,12 +7,10 @@ import pytest
 from matplotlib import colormaps
 
 from chromium import browser, measured, run
-from made_cohort import made_results
 from vasowave.figures.style import SCALE, new_figure, style
 from vasowave.provenance import provenance
 from vasowave.report.blocks import Drawing, Report, Section
 from vasowave.report.html import page
-from vasowave.report.write import write_report
 
 WIDTHS = (400, 1200, 1920)
 
@@ -33,21 +31,14 @@ def test_the_forest_plot_scrolls_at_no_width_and_is_shown_once(cohort_answer, tm
     assert {one["shown"] for one in found} == {4}
 
 
-@pytest.fixture(scope="module")
-def of_one(tmp_path_factory):
-    """The page of one animal; its supplement stands beside it."""
-    browser()
-    return write_report(made_results({"sham": 1}, raw=1), tmp_path_factory.mktemp("one") / "animal", pdf=False)
-
-
-def test_the_page_of_an_animal_fits_into_every_width(of_one, tmp_path):
-    assert_fits(of_one.read_text(encoding="utf-8"), tmp_path, at_least=3)
-    assert_fits(of_one.with_name("supplement.html").read_text(encoding="utf-8"), tmp_path, at_least=10)
+def test_the_page_of_an_animal_fits_into_every_width(lone_report, tmp_path):
+    assert_fits((lone_report / "report.html").read_text(encoding="utf-8"), tmp_path, at_least=3)
+    assert_fits((lone_report / "supplement.html").read_text(encoding="utf-8"), tmp_path, at_least=10)
 
 
 @pytest.mark.parametrize("scale", [-1e-3, *(pytest.param(one, marks=pytest.mark.validation) for one in (1e-5, 1.0))])
-def test_numbers_beside_the_waveforms_in_space_are_whole(scale, of_one, tmp_path):
-    text = of_one.with_name("supplement.html").read_text(encoding="utf-8")
+def test_numbers_beside_the_waveforms_in_space_are_whole(scale, lone_report, tmp_path):
+    text = (lone_report / "supplement.html").read_text(encoding="utf-8")
     before, begin, rest = text.partition('class="space"')
     head, script, data = rest.partition('<script type="application/json">')
     data, end, after = data.partition("</script>")

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from approval import approve, artists
-from made_cohort import crossed_cohort, made_results
-from vasowave.cohort import Family, gathered, primary_comparison
+from made_cohort import crossed_cohort
+from vasowave.cohort import Family, primary_comparison
 from vasowave.cohort.comparison import group_means
 from vasowave.figures.compared import means_figure
 from vasowave.figures.measured import hemodynamics_figure
@@ -18,12 +18,11 @@ from vasowave.figures.overview import waveforms_figure
 from vasowave.figures.style import style
 from vasowave.report.answer.design import design_text
 from vasowave.report.answer.forest import animals_of
-from vasowave.report.answer.groups import influence
 from vasowave.report.answer.page import decay
-from vasowave.report.documents import report_of, supplement_of
+from vasowave.report.documents import report_of
 from vasowave.report.html import page
 from vasowave.report.sections.methods import methods_section
-from vasowave.report.tables import data, groups, models
+from vasowave.report.tables import data
 from vasowave.report.tables.groups import primary_tables
 
 FOUR = {"mPAP [mmHg]": "pressure [mmHg]", "CO [ml/s]": "flow [ml/s]", "R_T [mmHg s/ml]": "R_T [mmHg s/ml]"}
@@ -49,13 +48,6 @@ def test_before_and_after_are_described_apart(cohort):
         assert rows.loc[cell, ["mean", "SD", "n"]].tolist() == pytest.approx([np.mean(own), np.std(own, ddof=1), 3])
 
 
-def test_every_quantity_and_wave_has_a_row_for_each_group_and_occasion(cohort):
-    described, waves = groups.groups(cohort), models.waves(cohort)
-    assert described.header[2:4] == ("group, time", "n")
-    assert [row[2:4] for row in described.rows[:4]] == [(cell, "3") for cell in CELLS]
-    assert {row[2] for row in waves.rows} == set(CELLS)
-
-
 def test_a_mean_beside_points_is_that_of_its_occasion(cohort):
     means = group_means(cohort, "measured", "mPAP")
     assert list(means) == CELLS
@@ -66,13 +58,6 @@ def test_a_mean_beside_points_is_that_of_its_occasion(cohort):
 def test_the_measured_decay_is_said_of_each_occasion(cohort):
     said = decay(cohort, "linear")
     assert all(f"s in {group} ({level})" in said for group, level in (cell.split(", ") for cell in CELLS))
-
-
-def test_groups_without_a_second_column_are_described_as_they_were():
-    plain = gathered(made_results({"CTL": 2, "HPH": 2}, walls=()))
-    assert list(data.hemodynamics(plain).header[1:]) == ["CTL (n = 2)", "HPH (n = 2)"]
-    assert not plain.crossed
-    assert plain.described["group"].tolist() == plain.table["group"].tolist()
 
 
 def test_animals_are_shown_at_the_same_occasion_in_every_group(cohort):
@@ -141,16 +126,6 @@ def test_the_primary_table_counts_animals_and_says_which_stand_on_both_sides(coh
     assert "one animal, with all its recordings" in table.note
 
 
-def test_the_effect_that_an_animal_moves_most_is_named(primary):
-    (said,) = influence(primary, str)
-    rows = primary.rows
-    row = rows.loc[np.log(rows["ratio without"] / rows["ratio"]).abs().idxmax()]
-    assert said.startswith(
-        f"One animal moves an effect most: without {row['without']}, {row['quantity']} ({row['change']}"
-    )
-    assert row["without"] in {"Süd 1", "Süd 2", "Süd 3", "Öst 1", "Öst 2", "Öst 3"}
-
-
 @pytest.fixture(scope="module")
 def text(cohort, primary):
     with style():
@@ -205,26 +180,3 @@ def test_points_of_the_forest_are_the_ratios_that_its_rows_are_of(cohort, primar
     for what, row in rows_of(primary, "mPAP").iterrows():
         own = [dot.value for dot in rows[what] if what == "factor" or dot.group == "Hypoxie Öst"]
         assert min(own) < row["ratio"] < max(own)
-
-
-@pytest.mark.validation
-def test_captions_explain_what_is_drawn_and_nothing_else(cohort, primary):
-    drawings = {one.name: one.caption for one in supplement_of(cohort, primary).drawings()}
-    for name in ("ParOpt", "WIA-I_R"):
-        assert "lines join those of one animal" in drawings[name]
-        assert " p: " not in drawings[name]
-    (forest,) = [one.caption for one in report_of(cohort, primary, Family()).drawings() if one.name == "Forest"]
-    assert "as measured" not in forest
-    assert "for time every animal's own ratio" in forest
-
-
-def test_levels_of_a_law_stand_side_by_side_and_means_stand_beside_their_points():
-    cohort = crossed_cohort(2, ("linear", "tangent"))
-    with style():
-        (ax,) = means_figure(cohort, {"R_T [mmHg s/ml]": "R_T [mmHg s/ml]"}, cohort.walls, {}).axes
-    assert [tick.get_text() for tick in ax.get_xticklabels()] == [
-        f"{law}\n{level}" for _ in cohort.groups for law in ("lin.", "tan.") for level in ("vor", "nach")
-    ]
-    gaps = np.diff(ax.get_xticks())
-    assert gaps[::2] == pytest.approx(1.0)
-    assert (gaps[1::2] > 1.5).all()

@@ -3,19 +3,24 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
-from vasowave.report.answer.design import _weights
-from vasowave.report.answer.walls import _MOST_RATIOS, _range, _ratio, _times
 from vasowave.report.wording import (
+    DRAWS,
     ERROR_OF_DRAWS,
+    friction_words,
     listed,
     number,
     p_value,
+    probability,
     ratio_with_interval,
     some_of,
+    table_rows,
     undecided,
     unlimited,
+    value_text,
     with_error,
     with_interval,
 )
@@ -60,7 +65,7 @@ def test_an_error_has_two_digits_and_its_value_as_many_places(value, error, writ
         (2e6, 1e6, 3e6, "2.0 [1.0, 3.0]·10⁶"),
         (-1.0, -2.0, 4.0, "-1.0 [-2.0, 4.0]"),
         (0.0, -1.0, 1.0, "0.0 [-1.0, 1.0]"),
-        (1e-9, -1.0, 1.0, "0.0 [-1.0, 1.0]"),
+        (1.7e-5, 1.1e-5, 2.4e-5, "1.70 [1.10, 2.40]·10⁻⁵"),
         (0.0, -2e-7, 3e-7, "0.0 [-2.0, 3.0]·10⁻⁷"),
     ],
 )
@@ -68,17 +73,23 @@ def test_an_interval_has_two_digits_of_its_nearer_end_or_of_each_number(value, l
     assert with_interval(value, low, high) == written
 
 
-def test_ends_of_ratios_show_on_which_side_of_one_they_lie():
-    assert ratio_with_interval(1.5, 1.0004, 2.2) == "1.50 [1.0004, 2.20]"
-    assert ratio_with_interval(0.7, 0.5, 0.9996) == "0.70 [0.50, 0.9996]"
-    assert ratio_with_interval(2.0, 1e-3, 1e4).endswith("[no limits]")
-    assert not unlimited(1e-3, 1e3)
-    assert unlimited(1e-3, 1.0001e3)
+@pytest.mark.parametrize(
+    ("value", "low", "high", "written"),
+    [
+        (1.5, 1.0004, 2.2, "1.50 [1.0004, 2.20]"),
+        (0.42, 0.18, 0.9996, "0.42 [0.18, 0.9996]"),
+        (0.874, 0.7612, 1.004, "0.87 [0.76, 1.004]"),
+        (2.17, 1.023, 4.53, "2.2 [1.02, 4.5]"),
+        (2.10, 1.31, 3.37, "2.10 [1.31, 3.37]"),
+        (0.558, 1e-9, 1e9, "0.558 [no limits]"),
+    ],
+)
+def test_ends_of_ratios_show_on_which_side_of_one_they_lie(value, low, high, written):
+    assert ratio_with_interval(value, low, high) == written
+    assert unlimited(low, high) == ("no limits" in written)
 
 
 def test_p_is_not_written_smaller_than_the_draws_can_tell():
-    from vasowave.report.wording import DRAWS
-
     least = 1 / (DRAWS + 1)
     assert p_value(1.49 * least) == f"≤ {least:.4f}"
     assert p_value(1.5 * least) == number(1.5 * least, 2)
@@ -98,30 +109,31 @@ def test_lists_in_words():
     assert some_of(["a", "b", "c", "d"], 2) == "a, b and 2 more"
 
 
-def test_ratios_of_evidence_are_counted_to_a_thousand():
-    assert [_ratio(one) for one in (1000.0, 1000.1, 1e-3, 0.99e-3)] == ["1000", "over 1000", "0.0010", "under 0.001"]
-    few, many = np.full(_MOST_RATIOS, 2.0), np.arange(1.0, _MOST_RATIOS + 2)
-    assert _times(few) == f"{listed(['2.0'] * _MOST_RATIOS)} times"
-    assert _times(many).endswith(f"times (median; 1.0 to {_ratio(many.max())})")
+@pytest.mark.parametrize(
+    ("p", "said"), [(0.5, "p = 0.50"), (0.0302, "p = 0.030"), (0.0002, "p = 0.00020"), (1e-4, "p ≤ 0.0001"),
+                  (0.049, "p ≈ 0.049"), (0.0451, "p = 0.045"), (0.0539, "p ≈ 0.054"), (0.055, "p = 0.055")]
+)  # fmt: skip
+def test_a_p_that_no_drawn_cohort_reaches_is_said_as_a_bound(p, said):
+    """10 000 cohorts, the observed one among them: 0.0001 is the least that there can be."""
+    assert probability(p) == said
 
 
-def test_the_range_of_an_exponent_says_which_end_is_known():
-    from vasowave.cohort.walls import Exponent
-
-    def said(low, high):
-        return _range(Exponent("m", 1.0, 2.0, low, high, 1, 0, 0, False))
-
-    assert said(1.0, 3.0) == "m = 2.0 [1.0, 3.0]"
-    assert said(0.0, 3.0) == "m is at most 3.0 (95 %)"
-    assert said(1.0, math.inf) == "m is at least 1.0 (95 %)"
-    assert said(0.0, math.inf) == "m is not determined"
-    assert Exponent("m", 1.0, 2.0, 1.0, 3.0, 1, 0, 0, False).side == 0
-    assert Exponent("m", 1.0, 2.0, 1.001, 3.0, 1, 0, 0, False).side == 1
-    assert Exponent("m", 1.0, 0.5, 0.1, 1.0, 1, 0, 0, False).side == 0
-    assert Exponent("m", 1.0, 0.5, 0.1, 0.999, 1, 0, 0, False).side == -1
+def test_values_and_tables_are_written_with_units():
+    value = xr.DataArray(2.0, attrs={"units": "mmHg2", "interval_low": 1.0, "interval_high": 3.0})
+    assert value_text(value) == "2.0 [1.0, 3.0] mmHg²"
+    assert value_text(xr.DataArray(2.0, attrs={"units": "1"})) == "2.00"
+    assert table_rows(pd.DataFrame({"a [cm2]": [1.23456], "b": [True]})) == (("a [cm²]", "b"), [("1.235", "yes")])
 
 
-def test_a_contrast_is_written_as_a_sum_that_begins_with_what_counts_up():
-    assert _weights({"a": -1.0, "b": 1.0}) == "'b' − 'a'"
-    assert _weights({"a": -0.5, "b": 1.0, "c": -0.5, "d": 0.0}) == "'b' − 0.5 · 'a' − 0.5 · 'c'"
-    assert _weights({"a": -1.0, "b": -1.0}) == "− 'a' − 'b'"
+@pytest.mark.parametrize(
+    ("law", "settings", "words"),
+    [
+        ("BoundaryLayer", {"reference_radius": None}, "a boundary layer (local radius)"),
+        ("BoundaryLayer", {"reference_radius": 0.047}, "a boundary layer (fixed radius 0.0470 cm)"),
+        ("Poiseuille", {}, "Poiseuille flow"),
+        ("PowerLaw", {"exponent": 9.0}, "a power-law profile (exponent 9.00)"),
+        ("Ours", {"first_part": 2.5, "second": 3.0}, "Ours (first part 2.50, second 3.00)"),
+    ],
+)
+def test_a_friction_is_called_by_its_law_and_its_settings(law, settings, words):
+    assert friction_words(law, settings) == words
