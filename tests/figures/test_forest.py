@@ -108,18 +108,12 @@ def test_the_titles_of_the_columns_stand_a_line_above_the_first_row(form):
     assert gap > 0.4 * boxes["1.6 [1.3, 2.0]"].height
 
 
-def test_a_point_under_the_diamond_would_be_found(monkeypatch):
-    from vasowave.figures import forest
-
-    monkeypatch.setattr(forest, "_lanes", lambda row, limits, axis, most: forest._Lanes([0] * len(row.dots), 1))
-    monkeypatch.setattr(forest, "_CLEARANCE", 0.0)
-    rng = np.random.default_rng(3)
-    with style():
-        figure = forest.forest_figure(
-            [row("mPAP", {"WT": 3, "HOX": 2}, 0.1, rng)], group_looks(["WT", "HOX"]),
-            source_looks(["linear", "tangent", "power"]), "ratio", ("r", "p"),
-        )  # fmt: skip
-        assert covered(figure, 5) >= 2
+def test_a_point_under_the_diamond_would_be_found(ax):
+    ax.plot([1.6], [0.0], marker="D", markersize=6)
+    ax.plot([1.6], [0.1], marker="o", markersize=3.8)
+    ax.plot([1.3], [8.0], marker="o", markersize=3.8)
+    ax.set_ylim(-10, 10)
+    assert covered(ax.figure, 2) == 1
 
 
 @pytest.mark.parametrize("form", [WIDE, NARROW])

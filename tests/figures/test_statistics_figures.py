@@ -16,11 +16,10 @@ from vasowave import analysis
 from vasowave.animal.datasets import calibration_dataset, recording_dataset
 from vasowave.animal.reading import autocorrelation
 from vasowave.animal.signals import Station, waves_dataset
-from vasowave.cohort import contrasts
 from vasowave.cohort.comparison import GroupMean
 from vasowave.datasets import published_table
 from vasowave.figures.fit import plot_autocorrelation, plot_modulus, plot_phase, plot_residuals, unwrapped
-from vasowave.figures.groups import plot_groups, plot_ratios
+from vasowave.figures.groups import plot_groups
 from vasowave.figures.modeled import plot_separated_pressure, plot_waterfall, plot_wave_intensity
 from vasowave.figures.network import plot_network
 from vasowave.figures.signals import thinned
@@ -100,13 +99,6 @@ def test_every_animal_stands_beside_the_mean_of_its_group_with_its_interval_n_an
     assert [label.get_text() for label in ax.get_xticklabels()] == ["CTL\nn = 7", "HPH\nn = 5"]
 
 
-def test_ratios_stand_with_their_intervals(ax):
-    found = contrasts(published_table("optimized_linear"), ["beta [mmHg]", "S [mmHg2]"], "CTL", "HPH")
-    plot_ratios(ax, found)
-    bars = ax.containers[0].lines[2][0].get_segments()
-    np.testing.assert_allclose([bar[:, 0] for bar in bars], found[["ratio low", "ratio high"]])
-
-
 def test_the_autocorrelation_of_a_harmonic_is_its_cosine():
     r = np.sin(2 * np.pi * 3 * np.arange(N) / N)
     np.testing.assert_allclose(autocorrelation(r), np.cos(2 * np.pi * 3 * np.arange(N // 2 + 1) / N), atol=1e-12)
@@ -173,15 +165,6 @@ def test_the_phase_of_a_delay_falls_on_a_line_and_a_noisy_harmonic_joins_it():
     found = unwrapped(np.angle(np.exp(1j * wrapped)), reliable)
     np.testing.assert_allclose(found[reliable], line[reliable], atol=1e-12)
     assert found[7] == pytest.approx(line[7] + 0.4)
-
-
-def test_errors_of_the_impedance_are_drawn_as_intervals_on_its_own_scale(ax):
-    spectrum = xr.Dataset({"frequency": ("harmonic", [0.0, 9.0]), "modulus": ("harmonic", [70.0, 12.0]),
-                           "reliable": ("harmonic", [True, True])})  # fmt: skip
-    plot_modulus(ax, spectrum, np.array([0.0, 0.1]))
-    (bar,) = ax.containers
-    ends = bar.lines[2][0].get_segments()[1][:, 1]
-    np.testing.assert_allclose(ends, 12.0 * np.exp([-0.196, 0.196]), rtol=1e-4)
 
 
 @pytest.mark.parametrize("name", ["v", "left_lower_lobe_artery"])
