@@ -55,6 +55,15 @@ def asker(study):
         yield one
 
 
+@pytest.fixture
+def started(monkeypatch, tmp_path):
+    """The addresses that a browser was started with."""
+    found = []
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr("webbrowser.open", found.append)
+    return found
+
+
 TREE = vw.Network(("2", "3", "1"), [2, 2, -1], [0.45, 0.37, 0.41], [0.026, 0.037, 0.047])
 """The tree of three vessels, whose root is not the first of its rows."""
 

@@ -18,18 +18,21 @@ from hypothesis.stateful import (
     rule,
     run_state_machine_as_test,
 )
+from served import served
 
 import vasowave as vw
 from lab_files import SMALL
 from vasowave.errors import InputError
 from vasowave.io.files import write_files
 from vasowave.network.vessel_table import write_network
+from vasowave.study.adding import add_files
 from vasowave.study.checking import check_study
 from vasowave.study.loading import load_animal, read_stretch
 from vasowave.study.plan import inspect_study, read_study
 from vasowave.study.reading import read_settings
 from vasowave.study.rows import COLUMNS
 from vasowave.study.table import read_rows
+from vasowave.study.template import new_study
 from vasowave.workbench.actions import Workplace, act
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import Lungs
@@ -58,16 +61,11 @@ def do(at, what, **given):
 @pytest.mark.validation
 def test_dropped_files_become_the_same_study_as_on_the_command_line(asker, lab, tmp_path, study):
     """Names, bytes and the table: `vasowave new`, `vasowave add` on one side, dropping a folder on the other."""
-    from vasowave.study.adding import add_files
-    from vasowave.study.template import new_study
-
     by_hand, dropped = tmp_path / "by hand", tmp_path / "dropped"
     new_study(by_hand)
     shutil.copytree(lab, by_hand / "recordings" / "lab")
     (by_hand / "recordings" / "lab" / "lung.csv").rename(by_hand / "networks" / "lung.csv")
     add_files(by_hand, [by_hand / "recordings", by_hand / "networks"])
-    from served import served
-
     with served(dropped) as door:
         assert door.get("study")["study"] is False
         names = []
@@ -109,15 +107,6 @@ def test_the_page_shows_a_program_of_the_study_and_lets_it_run_as_it_was_shown(s
     assert (tmp_path / "ran").exists()  # a study that is shown is checked, and a law that may run is tried
 
 
-def test_two_who_share_a_recording_are_mended_by_a_click(study):
-    at = place(study)
-    do(at, "set-cells", animal="mouse_c2", cells={"recording": rows(study)["mouse_c1"]["recording"]})
-    (problem,) = (one for one in checked(at.desk)["problems"] if one["error"])
-    for one in problem["remedies"][0]["acts"]:
-        act(at, one)
-    assert [one for one in checked(at.desk)["problems"] if one["error"]] == []
-
-
 def test_a_recording_that_was_exported_anew_is_mended_by_the_same_click(study):
     at, known = place(study), rows(study)
     first = study / known["mouse_c1"]["recording"]
@@ -137,30 +126,69 @@ def test_a_recording_that_was_exported_anew_is_mended_by_the_same_click(study):
     assert [one for one in checked(at.desk)["problems"] if one["error"]] == []
 
 
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ([], "a message names what to do"),
+        ({"do": "set-cell"}, r"there is no action 'set-cell' \(did you mean 'set-cells'\?\)"),
+        ({"do": "set-cells", "cells": {}}, "animal: there is no value; give one"),
+        ({"do": "at-end"}, "stop: there is no value; give one"),
+        ({"do": "set-zero", "animal": "mouse_c1", "at": 1}, "there is no setting 'at'"),
+        ({"do": "set-cells", "animal": "m9", "cells": {"group": "A"}}, "there is no animal 'm9' in animals.csv"),
+        ({"do": "set-cells", "animal": "mouse_c1", "cells": {"grup": "A"}}, r"did you mean 'group'\?"),
+        ({"do": "set-cells", "animal": "mouse_c1", "cells": {"end [s]": "-1"}}, "-1 is not a positive number"),
+        ({"do": "set-cells", "animal": "mouse_c1", "cells": {"animal": " MOUSE_c2\t"}}, "a name that no other has"),
+        ({"do": "use-network", "network": "networks/none.csv"}, "there is no file networks/none.csv in this study"),
+        ({"do": "add-column", "title": "weight (g)"}, r"would be read as 'weight \[g\]'; write it"),
+        ({"do": "remove-column", "title": "group"}, "no column 'group' of your own in animals.csv"),
+        ({"do": "remove-animal", "animal": "m3"}, "there is no animal 'm3' in animals.csv"),
+        ({"do": "set-setting", "key": "title", "value": "a\nb"}, "is no key with a value"),
+        ({"do": "edit-beats", "animal": "mouse_c1", "edits": [["keep", 1.0, 2.0]]}, "a beat is moved to a time, and"),
+        ({"do": "undo"}, "there is nothing to undo"),
+        ({"do": "edit-tree", "image": "i", "action": "move", "point": [1, 2, 3]}, "a move has a place to go to"),
+        ({"do": "edit-tree", "image": "i", "action": "radius", "point": [1, 2, 3]}, "a radius its size"),
+    ],
+)
+def test_what_cannot_be_done_is_told_and_changes_no_file(tiny, message, words):
+    before = texts(tiny)
+    with pytest.raises(InputError, match=words):
+        act(place(tiny), message)
+    assert texts(tiny) == before
+
+
+def test_edits_of_beats_replace_those_within_a_millisecond(tiny):
+    at = place(tiny)
+    do(at, "edit-beats", animal="mouse_c1", edits=[["reject", 1.0, None], ["move", 2.0, 2.1]])
+    do(at, "edit-beats", animal="mouse_c1", edits=[["keep", 1.0009, None]])
+    do(at, "edit-beats", animal="mouse_c1", edits=[["keep", 1.0021, None]], forget=[2.0005])
+    kept = vw.read_edits(tiny / rows(tiny)["mouse_c1"]["beat edits"])
+    assert [(one.action, one.time, one.to) for one in kept] == [("keep", 1.0009, None), ("keep", 1.0021, None)]
+
+
+def test_the_mark_of_a_study_changes_with_each_of_its_files(tiny):
+    desk = Desk(tiny)
+    marks = [desk.mark()]
+    assert desk.mark() == marks[0]
+    for name in ("results/index.json", "edits/a.csv", "animals.csv", "study.yaml", "results/other.json"):
+        path = tiny / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text((path.read_text(encoding="utf-8") if path.exists() else "") + "\n", encoding="utf-8")
+        marks.append(desk.mark())
+    assert len(set(marks)) == 6
+
+
 def test_what_is_set_reads_the_same_for_every_other_command(study):
     at = place(study)
     do(at, "set-cells", animal="mouse_c1", cells={"wedge [mmHg]": "4", "animal": "Maus Ä"})
     do(at, "set-stretch", animal="Maus Ä", start=1.25, end=7.5)
+    do(at, "set-cells", animal="mouse_c2", cells={"network": ""})
+    assert at.recordings.described(at.desk, "mouse_c2")["error"] == ""  # its signals are there to look at
     do(at, "set-setting", key="averaging.drift", value="warn")
     do(at, "set-setting", key="calibration.starts", value="3")
     known = read_study(study)
     (row,) = (one for one in known.animals if one.animal == "Maus Ä")
     assert (row.wedge, row.start, row.end) == (4.0, 1.25, 7.5)
     assert (known.settings.averaging.drift, known.settings.calibration.starts) == ("warn", 3)
-
-
-@pytest.mark.parametrize(
-    ("message", "said"),
-    [
-        ({"do": "set-cells", "cells": {}}, "animal: there is no value; give one"),
-        ({"do": "set-gain", "animal": "mouse_c1"}, "signal: there is no value; give one"),
-        ({"do": "at-end"}, "stop: there is no value; give one"),
-        ({"do": "set-zero", "animal": "mouse_c1", "at": 1}, "there is no setting 'at'"),
-    ],
-)
-def test_a_message_that_lacks_a_value_or_has_one_too_many_says_which(tmp_path, message, said):
-    with pytest.raises(InputError, match=said):
-        act(place(tmp_path), message)
 
 
 def test_comments_and_everything_else_in_study_yaml_stay(study):

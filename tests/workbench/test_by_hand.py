@@ -10,7 +10,7 @@ from served import served
 
 import vasowave as vw
 from phantom import embed, render
-from vasowave.imaging import Options, extract, write_volume
+from vasowave.imaging import write_volume
 from vasowave.imaging.places import written
 from vasowave.network.network import Network
 from vasowave.study.table import read_rows
@@ -43,13 +43,6 @@ def tab_to(page, selector):
             return
         page.key("Tab")
     pytest.fail(f"Tab does not reach {selector}")
-
-
-def text(page, words):
-    """Type over what stands in a field."""
-    page.key("a", modifiers=2, commands=["selectAll"])
-    page.ask("Input.insertText", text=words)
-    page.key("Tab")
 
 
 def cells(study, animal):
@@ -152,41 +145,6 @@ def imaged(tmp_path):
     return folder
 
 
-def table(page):
-    """Return name, parent and length of the vessels in the table."""
-    cells = "[...document.querySelectorAll('tr[data-vessel]')].map(one => [0, 1, 2].map(k => one.cells[k].innerText))"
-    return {name: (parent, float(length)) for name, parent, length in page.js(cells)}
-
-
-def test_vessels_are_merged_and_cut_by_clicks_as_the_command_does_with_the_same_edits(program, imaged):
-    with served(imaged) as door:
-        page = opened(program, door, "lung/lung", f"{SEEN} && {COUNT} === 5")
-        before = table(page)
-        inner = next(
-            name for name, (parent, _) in before.items() if parent and any(p == name for p, _ in before.values())
-        )
-        page.click(f"[data-key='look {inner}']")
-        page.click("[data-edit=merge]")
-        page.until(f"{COUNT} === 4")
-        merged = table(page)
-        assert sorted(parent for parent, _ in merged.values()) == ["", "1", "1", "1"]
-        longest = max((name for name, (parent, _) in merged.items() if parent), key=lambda name: merged[name][1])
-        page.click(f"[data-key='look {longest}']")
-        page.click("[data-edit=cut]")
-        page.until(
-            f"document.querySelector('[data-vessel=\"{longest}\"]').cells[2].innerText !== '{merged[longest][1]:g}'"
-        )
-        cut = table(page)
-        assert 0.4 * merged[longest][1] < cut[longest][1] < 0.6 * merged[longest][1]  # at its middle point
-        threshold = float(page.js("document.querySelector('[data-key=threshold]').value"))
-        assert page.errors == []
-    options = Options(threshold=threshold, edits=imaged / "edits" / "lung.txt")
-    found = extract(imaged / "images" / "lung.nrrd", options).network
-    assert {name: length for name, (_, length) in cut.items()} == pytest.approx(
-        dict(zip(found.name, found.length, strict=True)), rel=1e-3
-    )
-
-
 def test_the_lung_desk_by_keys_alone_finds_removes_takes_back_and_writes(program, imaged):
     (imaged / "edits" / "lung.txt").rename(imaged / "root.txt")
     root = np.array((imaged / "root.txt").read_text().split()[1:], dtype=float)
@@ -216,52 +174,6 @@ def test_the_lung_desk_by_keys_alone_finds_removes_takes_back_and_writes(program
         page.until("document.body.innerText.includes('network.csv is written')", 60)
         assert page.errors == []
     assert len(vw.read_network(imaged / "lungs" / "lung" / "network.csv")) == 5
-
-
-def test_the_explorer_by_keys_alone_moves_a_parameter_and_another_animal_comes(program, kept_results):
-    drawn = "Number(document.querySelector('[data-panel=pressure]')?.dataset.drawn)"
-    pressure = "Number(document.querySelector('[data-index=mPAP]').textContent)"
-    with served(kept_results) as door:
-        page = opened(program, door, "explorer/CTL%200/linear", f"{drawn} > 1")
-        fit = page.js(pressure)
-        tab_to(page, "[data-knob=R_T]")
-        press(page, "PageUp", 6)
-        page.until(f"{pressure} > {1.03 * fit}")
-        tab_to(page, "[data-key=back]")
-        page.key("Enter")
-        page.until(f"{pressure} === {fit}")
-        tab_to(page, "[data-key=animal]")
-        press(page, "ArrowDown")
-        page.until(
-            "location.hash.includes('CTL%201') && document.querySelector('[data-key=animal]')?.value === 'CTL 1'"
-        )
-        page.until(f"{drawn} > 1")
-        assert page.errors == []
-
-
-def test_the_figure_desk_by_keys_alone_saves_the_file_that_its_line_of_python_draws(program, kept_results, tmp_path):
-    with served(kept_results) as door:
-        page = opened(program, door, "figures/HPH%202", "document.querySelector('img.preview')?.dataset.drawn === '1'")
-        program.ask(None, "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)})
-        tab_to(page, "[data-key='panel flow']")
-        page.key(" ")
-        tab_to(page, "[data-key=width]")
-        text(page, "120")
-        line = "document.querySelector('code.line').textContent"
-        page.until(f"{line}.includes('120') && {line}.includes(\"'flow'\")")
-        tab_to(page, "[data-key='save svg']")
-        page.key("Enter")
-        saved = tmp_path / "HPH 2.svg"
-        for _ in range(100):
-            if saved.is_file():
-                break
-            page.js("new Promise((done) => setTimeout(done, 50))")
-        color = page.js("document.querySelector('[data-key=color]').value")
-        given = {"animal": "HPH 2", "panels": ["pressure", "flow", "impedance"], "width": 120, "height": 60, "font": 8,
-                 "family": "sans-serif", "color": color}  # fmt: skip
-        asked = door.raw("POST", door.root + "figure", json.dumps(given | {"format": "svg"}).encode())[2]
-        assert saved.read_bytes() == asked
-        assert page.errors == []
 
 
 OUTSIDE = """[...document.querySelectorAll('main *, header *')].filter((one) => {

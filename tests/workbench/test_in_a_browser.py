@@ -222,9 +222,7 @@ def names(folder):
 
 
 @pytest.mark.validation
-def test_the_file_that_a_browser_is_started_with_leads_to_the_page(program, asker, monkeypatch, tmp_path):
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    monkeypatch.setattr("webbrowser.open", lambda address: True)
+def test_the_file_that_a_browser_is_started_with_leads_to_the_page(program, asker, started):
     file = in_a_browser(asker.address, "#recording/mouse_c1", asker.guard)
     page = program.page(file.as_uri())
     page.until(f"Number(document.querySelector('{CANVAS}')?.dataset.drawn) > 0")

@@ -76,6 +76,8 @@ def by_command(lab):
 def test_edits_of_the_desk_are_the_file_that_extract_reads_and_give_its_network(at, lab):
     shown, point = begun(at)
     assert len(shown["vessels"]) == 3
+    do(at, "edit-tree", action="root", point=ROOT)  # takes the place of the one before
+    assert (lab / "edits" / "mouse 6.txt").read_text(encoding="utf-8").count("root") == 1
     do(at, "edit-tree", action="radius", point=point, radius=0.0123)
     do(at, "edit-tree", action="move", point=shown["vessels"][0]["points"][-1][:3], to=[0.03, 0.061, 0.093])
     ours, theirs = found(at), by_command(lab)
