@@ -95,19 +95,6 @@ def test_an_interval_that_leaves_the_axis_ends_in_an_arrow_and_no_other_does(for
     assert arrows == [[("<", 0.02), (">", 50.0)], []]
 
 
-@pytest.mark.parametrize("form", [WIDE, NARROW])
-def test_the_titles_of_the_columns_stand_a_line_above_the_first_row(form):
-    one = Row("Pressure", "mPAP", "1.6 [1.3, 2.0]", "0.01", Point(1.6, 1.3, 2.0, "linear"))
-    with style():
-        figure = forest_figure(
-            [one] * 3, group_looks(["WT"]), source_looks(["linear"]), "r", ("ratio [95 %]", "p"), form
-        )
-        figure.draw_without_rendering()
-        boxes = {text.get_text(): text.get_window_extent() for ax in figure.axes for text in ax.texts[::-1]}
-    gap = boxes["ratio [95 %]"].y0 - boxes["1.6 [1.3, 2.0]"].y1
-    assert gap > 0.4 * boxes["1.6 [1.3, 2.0]"].height
-
-
 def test_a_point_under_the_diamond_would_be_found(ax):
     ax.plot([1.6], [0.0], marker="D", markersize=6)
     ax.plot([1.6], [0.1], marker="o", markersize=3.8)

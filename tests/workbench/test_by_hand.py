@@ -145,37 +145,6 @@ def imaged(tmp_path):
     return folder
 
 
-def test_the_lung_desk_by_keys_alone_finds_removes_takes_back_and_writes(program, imaged):
-    (imaged / "edits" / "lung.txt").rename(imaged / "root.txt")
-    root = np.array((imaged / "root.txt").read_text().split()[1:], dtype=float)
-    with served(imaged) as door:
-        page = opened(program, door, "lung/lung", SEEN)
-        tab_to(page, "canvas.slice")
-        where = "document.querySelector('#picked').innerText"
-        now = np.array(page.js(where).split(":")[1].split("cm")[0].split(","), dtype=float)
-        steps = np.round((root - now) / 0.012).astype(int)  # x, y, z; the first slice lies across z
-        for keys, count in zip(
-            (("ArrowLeft", "ArrowRight"), ("ArrowUp", "ArrowDown"), ("PageDown", "PageUp")), steps, strict=True
-        ):
-            press(page, keys[int(count > 0)], abs(int(count)))
-        page.until(f"{where}.includes(',')")
-        tab_to(page, "[data-edit=root]")
-        page.key("Enter")
-        page.until(f"{COUNT} === 5", 60)
-        tab_to(page, "[data-key='look 5']")
-        page.key("Enter")
-        tab_to(page, "[data-edit=remove]")
-        page.key("Enter")
-        page.until(f"{COUNT} === 3", 60)
-        page.key("z", modifiers=2)
-        page.until(f"{COUNT} === 5", 60)
-        tab_to(page, "#write")
-        page.key("Enter")
-        page.until("document.body.innerText.includes('network.csv is written')", 60)
-        assert page.errors == []
-    assert len(vw.read_network(imaged / "lungs" / "lung" / "network.csv")) == 5
-
-
 OUTSIDE = """[...document.querySelectorAll('main *, header *')].filter((one) => {
   if (!one.checkVisibility() || one.closest('.table')) return false;
   return one.getBoundingClientRect().right > document.documentElement.clientWidth + 1;

@@ -29,49 +29,6 @@ def row(study, animal):
     return next(one for one in read_rows(study / "animals.csv").rows if one["animal"] == animal)
 
 
-NUMBERS = "document.querySelector('.numbers').innerText"
-
-
-def until_changed(page, before):
-    page.until(f"{NUMBERS} !== {json.dumps(before)}")
-
-
-@pytest.mark.validation
-def test_a_beat_is_rejected_by_keys_and_the_numbers_change_at_once(program, study, asker):
-    page = opened(program, asker, "recording/mouse_c1")
-    before = page.js(NUMBERS)
-    page.click_text("all")
-    page.js(f"document.querySelector('{CANVAS}').focus()")
-    page.key("n")
-    while "averaged" not in page.js("document.querySelector('[data-beat]').textContent"):
-        page.key("n")
-    page.key("x")
-    until_changed(page, before)
-    edits = vw.read_edits(study / row(study, "mouse_c1")["beat edits"])
-    assert [one.action for one in edits] == ["reject"]
-    assert "by hand" in page.js("document.body.innerText")
-    page.key("z", modifiers=2)
-    page.until(f"{NUMBERS} === {json.dumps(before)}")
-    assert page.errors == []
-    assert row(study, "mouse_c1").get("beat edits", "") == ""
-
-
-@pytest.mark.validation
-def test_a_stretch_that_is_dragged_is_the_one_that_is_averaged(program, study, asker):
-    page = opened(program, asker, "recording/mouse_c1")
-    before = page.js(NUMBERS)
-    page.drag(CANVAS, 0.4, 0.8)
-    page.click_text("Average this stretch")
-    until_changed(page, before)
-    cells = row(study, "mouse_c1")
-    start, end = float(cells["start [s]"]), float(cells["end [s]"])
-    duration = vw.read_raw_recording(study / cells["recording"]).duration
-    # 0.4 and 0.8 of the canvas, whose axis begins at 54 px and which shows the recording with 2 % around it at most
-    assert 0.25 * duration < start < 0.45 * duration
-    assert 0.7 * duration < end < 0.85 * duration
-    assert page.errors == []
-
-
 @pytest.mark.validation
 def test_whoever_changes_desks_faster_than_they_come_sees_the_last_and_its_numbers(program, study, asker):
     page = opened(program, asker)
@@ -126,14 +83,6 @@ def test_what_another_hand_or_another_tab_writes_is_seen_and_a_reload_loses_noth
     assert set(one.js("[...document.querySelectorAll('tr[data-animal]')].map(one => one.dataset.animal)")) >= {
         "Maus Ä", "other"}  # fmt: skip
     assert (one.errors, other.errors) == ([], [])
-
-
-@pytest.mark.validation
-def test_a_server_that_is_gone_is_told_in_a_sentence(program, study):
-    with served(study) as door:
-        page = opened(program, door)
-        page.until(READ)
-    page.until("document.querySelector('#said').textContent.includes('start `vasowave open` again')")
 
 
 def test_names_that_look_like_markup_are_text(program, study, asker):
