@@ -8,7 +8,7 @@ import xarray as xr
 from made_cohort import bare_result
 from vasowave.figures.measured import plot_decay, plot_upstroke
 from vasowave.figures.rendering import as_file, lettered, mark, svg
-from vasowave.figures.style import columns_that_fit, legend_above, new_figure, ratio_ticks, style
+from vasowave.figures.style import new_figure, ratio_ticks, style
 
 
 @pytest.mark.parametrize(
@@ -18,14 +18,6 @@ from vasowave.figures.style import columns_that_fit, legend_above, new_figure, r
 )  # fmt: skip
 def test_ticks_of_ratios_are_as_many_as_their_range_has_room_for(low, high, ticks):
     assert ratio_ticks(low, high) == pytest.approx(ticks)
-
-
-def test_a_legend_has_as_many_columns_as_its_longest_words_leave_room_for(ax):
-    for width, columns in ((99, 4), (3 * 78 / 72 * 2.54, 3), (3 * 78 / 72 * 2.54 - 0.01, 2), (1, 1)):
-        assert columns_that_fit(["x" * 10] * 6, width, 4) == columns
-    ax.plot([1], [1], label="x" * 10)
-    legend_above(ax, 2)
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["x" * 10]
 
 
 def test_a_figure_has_its_size_in_cm_and_letters_where_it_has_several_panels(in_style):

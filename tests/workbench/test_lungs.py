@@ -10,7 +10,7 @@ from served import served
 
 from driven import driven
 from vasowave.errors import InputError
-from vasowave.imaging import Options, Volume, extract, write_volume
+from vasowave.imaging import Options, extract, write_volume
 from vasowave.network_formats import read_network
 from vasowave.study.template import new_study
 from vasowave.workbench.actions import Workplace, act
@@ -23,16 +23,6 @@ from vasowave.workbench.running import Runs
 pytestmark = pytest.mark.filterwarnings("ignore::vasowave.errors.VasowaveWarning")  # the lumen touches the border
 WISHES = {"threshold": 100.0, "cannula": 0.0, "species": "other"}
 ROOT = (0.03, 0.06, 0.002)
-
-
-@pytest.fixture(scope="module")
-def scan():
-    """A vessel of 0.09 cm that divides into two."""
-    z, y, x = np.indices((90, 60, 30)) * 0.002  # cm
-    side = np.where(z < 0.09, 0.0, 0.5 * (z - 0.09))
-    axis = np.minimum(np.abs(y - 0.06 - side), np.abs(y - 0.06 + side))
-    grey = 200.0 * ((np.hypot(axis, x - 0.03) < 0.011) & (z < 0.17))
-    return Volume(grey, (0.002,) * 3, (0, 0, 0))
 
 
 @pytest.fixture
