@@ -1,7 +1,8 @@
 """Approved descriptions: what a program draws and writes, in files that are read when they change.
 
-A description tells results (sizes, colors, places, ranges, words), never the source. Words must be the same,
-numbers nearly so: another machine may round the last digit of a coordinate, and nobody sees it. When a change is meant,
+A description tells results (words, values, kinds, looks), never the source, and of a drawing nothing of its layout.
+Words must be the same, numbers nearly so: another machine may round the last digit, and nobody sees it. When a change
+is meant,
 
     VASOWAVE_APPROVE=1 uv run pytest -n 0 -k approved
 
@@ -12,6 +13,7 @@ import base64
 import dataclasses
 import difflib
 import io
+import json
 import math
 import os
 import re
@@ -28,11 +30,13 @@ if TYPE_CHECKING:
 
 APPROVED = Path(__file__).parent / "approved"
 RELATIVE = 2e-4  # difference of numbers that count as the same
-PAPER = 0.02  # pt, as well: 7 µm on paper
+PAPER = 0.02  # of values read back from a drawing, as well
 NUMBER = re.compile(r"(?<![\w#.])[-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w#])")
 DIGEST = re.compile(r"[0-9a-f]{16,}")
 BLOCKS = {"h1", "h2", "h3", "h4", "p", "li", "tr", "dt", "dd", "summary", "label", "button", "pre", "title"}
 UNSEEN = {"svg", "style", "script"}
+MARK = "mark:"  # before what a page knows of a part of a drawing
+BARE = re.compile(r"[-+−]?[\d.,]+(?:[×·]10.*)?")  # a number alone
 LINK = "{http://www.w3.org/1999/xlink}href"
 
 
@@ -65,73 +69,115 @@ def alike(one: str, other: str, absolute: float, relative: float) -> bool:
 
 
 def figure(name: str, svg: str) -> Iterator[str]:
-    """Describe a drawing: of every panel what looks alike, how much of it, from where to where, with its words."""
+    """Describe a drawing: of every panel what looks alike and how much of it, with values where the panel has a scale.
+
+    Where things lie on the paper is left out, and so are numbers along axes, which room and letters decide.
+    """
     root = ElementTree.fromstring(svg)
-    yield f"== {name}: {_short(root.get('width'))} x {_short(root.get('height'))}"
+    shapes = {f"#{one.get('id')}": len(_points(one.get("d", ""))) for one in root.iter() if one.get("id")}
+    yield f"== {name}"
     for panel in root.findall(".//*[@id='figure_1']/*"):
         kinds: dict[str, list[tuple[np.ndarray, str]]] = {}
-        for look, points, words in _drawn(panel):
-            kinds.setdefault(look, []).append((points, words))
+        scale = _scale(panel)
+        for look, points, words in _drawn(panel, shapes):
+            kinds.setdefault(look, []).append((scale(points), words))
         for look, parts in kinds.items():
-            points = np.concatenate([part for part, _ in parts])
-            words = " | ".join(word for _, word in parts if word)
-            yield f"{len(parts)} {look}{_span(points)}{': ' * bool(words)}{words}"
+            yield _alike_in_look(look, parts)
 
 
 def artists(figure: Any) -> Iterator[str]:
-    """Describe a figure by what it was asked to draw, with the values themselves, before anything is laid out."""
-    yield f"{len(figure.axes)} panels in {figure.get_figwidth():.4f} x {figure.get_figheight():.4f}"
+    """Describe a figure by what it was asked to draw: words, kinds, looks and values, and not where they are put.
+
+    Numbers along an axis that says nothing, and along one whose ticks are words, are places and no values.
+    """
+    yield f"{len(figure.axes)} panels"
     for legend in figure.legends:
         yield _legend(legend)
     for ax in figure.axes:
-        place = " ".join(f"{value:.4f}" for value in ax.get_position().bounds)
-        (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-        yield f"== {place}: {_title(ax)}; {ax.get_xscale()} {left:.5g}..{right:.5g} {ax.get_xlabel()};" + (
-            f" {ax.get_yscale()} {low:.5g}..{high:.5g} {ax.get_ylabel()}{'' if ax.axison else ' (hidden)'}"
-        )
-        for axis in (ax.xaxis, ax.yaxis):
-            words = [one.get_text() for one in axis.get_majorticklabels()]
-            yield f"{axis.axis_name}: {' | '.join(words)!r} at {_numbers(axis.get_majorticklocs())}"
-        for line in ax.lines:
-            look = (line.get_color(), line.get_linestyle(), line.get_linewidth(), line.get_marker(),
-                    line.get_markersize(), line.get_markerfacecolor(), line.get_alpha(), line.get_zorder(),
-                    line.get_label(), line.get_gid())  # fmt: skip
-            yield f"line {' '.join(map(str, look))}: {_numbers(line.get_xdata())}; {_numbers(line.get_ydata())}"
-        for one in (*ax.patches, *ax.collections):
-            paths = [one.get_path()] if hasattr(one, "get_path") else one.get_paths()
-            points = np.concatenate([path.vertices for path in paths]) if paths else np.empty((0, 2))
-            colors = np.round(np.atleast_2d(one.get_facecolor()), 3).tolist()
-            look = (type(one).__name__, colors[:3], one.get_linewidth(), one.get_hatch(), one.get_label())
-            yield f"{' '.join(map(str, look))}{_span(points)}"
-        for text in ax.texts:
-            arrow = getattr(text, "arrow_patch", None)
-            said = f", arrow {arrow.get_linewidth():.4g} {arrow.get_edgecolor()} {arrow.get_gid()}" if arrow else ""
-            at = f"{_numbers(getattr(text, 'xy', ()))} by {_numbers(text.get_position())}"
-            look = (text.get_fontsize(), text.get_color(), text.get_ha(), text.get_va(), text.get_rotation())
-            yield f"text {text.get_text()!r} at {at}: {' '.join(map(str, look))}{said}"
+        yield f"== {_title(ax)}; x: {_axis(ax.xaxis)}; y: {_axis(ax.yaxis)}{'' if ax.axison else ' (hidden)'}"
+        measured = [ax.axison and _measures(axis) for axis in (ax.xaxis, ax.yaxis)]
+        kinds: dict[str, list[tuple[np.ndarray, str]]] = {}
+        for look, points, words in _asked(ax):
+            kinds.setdefault(look, []).append((np.where(measured, points, np.nan), words))
+        for look, parts in kinds.items():
+            yield _alike_in_look(look, parts)
         if ax.get_legend():
             yield _legend(ax.get_legend())
 
 
 def _legend(legend: Any) -> str:
-    return f"legend of {legend._ncols}: {' | '.join(text.get_text() for text in legend.get_texts())}"
+    return f"legend: {' | '.join(text.get_text() for text in legend.get_texts())}"
 
 
 def _title(ax: Any) -> str:
     return repr(" ".join(filter(None, (ax.get_title(place) for place in ("left", "center", "right")))))
 
 
-def _numbers(numbers: Iterable[float]) -> str:
-    found = np.asarray(numbers, float)
-    return values(found) if len(found) > 8 else " ".join(f"{one:.5g}" for one in found)
+def _axis(axis: Any) -> str:
+    said = [axis.get_scale(), axis.get_label_text(), "" if _measures(axis) else " | ".join(_ticks(axis))]
+    return repr(" ".join(filter(None, said)))
 
 
-def _span(points: np.ndarray) -> str:
-    if not len(points):
-        return ""
-    ranges = zip("xy", points.min(0), points.max(0), points.mean(0), strict=True)
-    spans = (f"{axis} {low:.2f}..{high:.2f} ({mean:.2f})" for axis, low, high, mean in ranges)
-    return f"; {len(points)} at {' '.join(spans)}"
+def _ticks(axis: Any) -> list[str]:
+    return [one.get_text() for one in axis.get_majorticklabels() if one.get_text()]
+
+
+def _measures(axis: Any) -> bool:
+    """Whether places along an axis are values; phases are written in halves of π."""
+    shown = axis.get_tick_params().get("labelleft" if axis.axis_name == "y" else "labelbottom", True)
+    return bool(shown or axis.get_label_text()) and not any(re.search(r"[^\W\d_π]", one) for one in _ticks(axis))
+
+
+def _asked(ax: Any) -> Iterator[tuple[str, np.ndarray, str]]:
+    """Yield the look, the points and the words of everything that a panel was asked to draw."""
+    for line in ax.lines:
+        marker = f"{line.get_marker()} {line.get_markersize():g} {line.get_markerfacecolor()}"
+        marked = "" if line.get_marker() in ("None", "", None) else f", mark {marker}"
+        look = f"line {line.get_color()} {line.get_linestyle()} {line.get_linewidth():g}{marked}{_clear(line)}"
+        yield look, np.asarray(line.get_xydata(), float), _words(line)
+    for one in (*ax.patches, *ax.collections):
+        colors = np.unique(np.round(np.atleast_2d(one.get_facecolor()), 3), axis=0).tolist()
+        look = f"{type(one).__name__} {colors[:3]} {np.atleast_1d(one.get_linewidth())[:1]} {one.get_hatch()}"
+        yield look, _outline(one), _words(one)
+    for text in ax.texts:
+        arrow = getattr(text, "arrow_patch", None)
+        said = f", arrow {arrow.get_linewidth():.3g} {np.round(arrow.get_edgecolor(), 3).tolist()}" if arrow else ""
+        yield f"text {text.get_color()}{said}", np.empty((0, 2)), text.get_text()
+
+
+def _clear(artist: Any) -> str:
+    return f", opacity {artist.get_alpha():g}" if artist.get_alpha() is not None else ""
+
+
+def _words(artist: Any) -> str:
+    """Return the name of an artist in a legend and the tip that a page shows of it."""
+    label, note = str(artist.get_label()), str(artist.get_gid() or "")
+    tip = json.loads(note.removeprefix(MARK)).get("tip", "") if note.startswith(MARK) else ""
+    return ", ".join(dict.fromkeys(one for one in (label, tip) if one and not one.startswith("_")))
+
+
+def _outline(artist: Any) -> np.ndarray:
+    """Return the corners of a patch or a collection in data; an arrow has only places."""
+    if hasattr(artist, "get_paths"):
+        paths = [path.vertices for path in artist.get_paths()]
+        return np.concatenate(paths) if paths else np.empty((0, 2))
+    if hasattr(artist, "get_arrowstyle"):
+        return np.empty((0, 2))
+    return np.asarray(artist.get_patch_transform().transform(artist.get_path().vertices))
+
+
+def _alike_in_look(look: str, parts: list[tuple[np.ndarray, str]]) -> str:
+    """Describe what looks alike: how many, their words, and values from where to where."""
+    points = np.concatenate([part for part, _ in parts])
+    known = [column[np.isfinite(column)] for column in points.T]
+    spans = [f"{axis} {_span(values)}" for axis, values in zip("xy", known, strict=True) if len(values)]
+    words = " | ".join(word for _, word in parts if word)
+    return "; ".join([f"{len(parts)} {look}", *spans]) + (f": {words}" if words else "")
+
+
+def _span(values: np.ndarray) -> str:
+    low, high = values.min(), values.max()
+    return f"{low:.5g}" if low == high else f"{low:.5g}..{high:.5g}"
 
 
 def figures(folder: Path, without: tuple[str, ...] = ()) -> Iterator[str]:
@@ -141,45 +187,64 @@ def figures(folder: Path, without: tuple[str, ...] = ()) -> Iterator[str]:
             yield from figure(path.stem, path.read_text(encoding="utf-8"))
 
 
-def _drawn(panel: ElementTree.Element) -> Iterator[tuple[str, np.ndarray, str]]:
+def _drawn(panel: ElementTree.Element, shapes: Mapping[str, int]) -> Iterator[tuple[str, np.ndarray, str]]:
     """Yield the look, the points and the words of every path, mark, text and picture of a panel."""
+    nowhere, along = np.empty((0, 2)), _along_axes(panel)
     for element in panel.iter():
         kind, look = element.tag.partition("}")[2], _look(element)
-        if kind == "path":
+        if kind == "text":
+            words = "".join(element.itertext()).strip()
+            if element not in along or not BARE.fullmatch(words):
+                yield "text", nowhere, words
+        elif element in along or look == "fill: none":  # nothing of which is seen
+            continue
+        elif kind == "path":
             yield f"path {look}", _points(element.get("d", "")), ""
         elif kind == "use":
-            yield f"mark {look}", np.array([[float(element.get(axis, 0)) for axis in "xy"]]), ""
-        elif kind == "text":
-            place = re.findall(r"[-\d.]+", element.get("transform", "")) or [0, element.get("x"), element.get("y")]
-            yield f"text {look}", np.array([place[-2:]], float), "".join(element.itertext()).strip()
+            place = np.array([[float(element.get(axis, 0)) for axis in "xy"]])
+            yield f"mark of {shapes.get(element.get(LINK, ''), 0)} points {look}", place, ""
         elif kind == "title":
-            yield "tip", np.empty((0, 2)), (element.text or "").strip()
+            yield "tip", nowhere, (element.text or "").strip()
         elif kind == "image":
-            yield f"picture {_pixels(element)}", np.array([[float(element.get(axis, 0)) for axis in ("x", "y")]]), ""
+            yield f"picture of {_mean_color(element)}", nowhere, ""
+
+
+def _along_axes(panel: ElementTree.Element) -> set[ElementTree.Element]:
+    """Return what belongs to the axes of a panel or is a shape that is only referred to."""
+    found = set()
+    for element in panel.iter():
+        if element.get("id", "").startswith("matplotlib.axis_") or element.tag.endswith("}defs"):
+            found |= set(element.iter())
+    return found
+
+
+def _scale(panel: ElementTree.Element) -> Callable[[np.ndarray], np.ndarray]:
+    """Return what turns points on paper into values; a panel without a scale of its own has none."""
+    group = next((one for one in panel.iter() if one.get("data-scale")), None)
+    path = None if group is None else group.find("{*}path")
+    if group is None or path is None:
+        return lambda points: np.full_like(points, np.nan)
+    limits, frame = json.loads(group.get("data-scale", "")), _points(path.get("d", ""))
+    left, bottom = frame[:, 0].min(), frame[:, 1].max()
+    size = np.array([frame[:, 0].max() - left, frame[:, 1].min() - bottom])
+    low, high = np.array([limits["x"], limits["y"]]).T
+    return lambda points: low + (points - [left, bottom]) / size * (high - low)
 
 
 def _look(element: ElementTree.Element) -> str:
-    style = re.sub(r"font-family: [^;]*|stroke-line(cap|join): \w+", "", element.get("style", ""))
-    turned = re.search(r"rotate\(([-\d.]+)", element.get("transform", ""))
-    parts = [part.strip() for part in style.split(";") if part.strip()]
-    return ", ".join(parts) + (f", turned {float(turned[1]):.0f}" if turned and float(turned[1]) else "")
+    style = re.sub(r"stroke-line(cap|join): \w+", "", element.get("style", ""))
+    return ", ".join(part.strip() for part in style.split(";") if part.strip())
 
 
 def _points(path: str) -> np.ndarray:
     return np.array(re.findall(r"-?[\d.]+(?:e-?\d+)?", path), float).reshape(-1, 2)
 
 
-def _pixels(element: ElementTree.Element) -> str:
-    """Describe a picture by its size and mean color."""
+def _mean_color(element: ElementTree.Element) -> str:
     from matplotlib.image import imread
 
     data = base64.b64decode(element.get(LINK, "").partition(",")[2])
-    pixels = imread(io.BytesIO(data))
-    return f"{pixels.shape[0]} by {pixels.shape[1]} of " + " ".join(f"{mean:.2f}" for mean in pixels.mean((0, 1)))
-
-
-def _short(length: str | None) -> str:
-    return f"{float((length or '0').removesuffix('pt')):.1f}"
+    return " ".join(f"{mean:.2f}" for mean in imread(io.BytesIO(data)).mean((0, 1)))
 
 
 class _Page(HTMLParser):

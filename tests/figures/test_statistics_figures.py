@@ -3,24 +3,19 @@ from itertools import combinations
 
 import matplotlib
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 
 matplotlib.use("Agg")
 from matplotlib.figure import Figure
 
-from made_cohort import bare_law, bare_result
-from made_fit import made_fit
 from vasowave import analysis
-from vasowave.animal.datasets import calibration_dataset, recording_dataset
 from vasowave.animal.reading import autocorrelation
 from vasowave.animal.signals import Station, waves_dataset
-from vasowave.cohort import contrasts
 from vasowave.cohort.comparison import GroupMean
 from vasowave.datasets import published_table
-from vasowave.figures.fit import plot_autocorrelation, plot_modulus, plot_phase, plot_residuals, unwrapped
-from vasowave.figures.groups import plot_groups, plot_ratios
+from vasowave.figures.fit import plot_modulus, plot_phase, unwrapped
+from vasowave.figures.groups import plot_groups
 from vasowave.figures.modeled import plot_separated_pressure, plot_waterfall, plot_wave_intensity
 from vasowave.figures.network import plot_network
 from vasowave.figures.signals import thinned
@@ -100,29 +95,9 @@ def test_every_animal_stands_beside_the_mean_of_its_group_with_its_interval_n_an
     assert [label.get_text() for label in ax.get_xticklabels()] == ["CTL\nn = 7", "HPH\nn = 5"]
 
 
-def test_ratios_stand_with_their_intervals(ax):
-    found = contrasts(published_table("optimized_linear"), ["beta [mmHg]", "S [mmHg2]"], "CTL", "HPH")
-    plot_ratios(ax, found)
-    bars = ax.containers[0].lines[2][0].get_segments()
-    np.testing.assert_allclose([bar[:, 0] for bar in bars], found[["ratio low", "ratio high"]])
-
-
 def test_the_autocorrelation_of_a_harmonic_is_its_cosine():
     r = np.sin(2 * np.pi * 3 * np.arange(N) / N)
     np.testing.assert_allclose(autocorrelation(r), np.cos(2 * np.pi * 3 * np.arange(N // 2 + 1) / N), atol=1e-12)
-
-
-def test_residuals_and_their_autocorrelation_are_drawn_for_both_walls(ax):
-    fits = made_fit("linear"), made_fit("tangent")
-    laws = {fit.wall: bare_law(fit.wall, calibration=calibration_dataset(fit)) for fit in fits}
-    result = bare_result(recording=recording_dataset(fits[0].recording), laws=laws)
-    plot_residuals(ax, result)
-    _, linear, tangent = ax.lines
-    assert [line.get_linestyle() for line in (linear, tangent)] == ["--", "-"]
-    np.testing.assert_array_equal(tangent.get_ydata(), fits[1].residual)
-    ax.clear()
-    plot_autocorrelation(ax, result)
-    np.testing.assert_allclose(ax.lines[0].get_ydata(), autocorrelation(fits[0].residual))
 
 
 def test_groups_of_any_label_get_colors_and_markers_of_their_own():
@@ -139,15 +114,6 @@ def test_walls_of_any_name_differ_in_grey_and_the_papers_two_keep_its_lines():
     assert len({str(line["linestyle"]) for line in lines.values()}) == len(walls)
     assert len({look.hatch for look in source_looks(walls).values()}) == len(walls)
     assert all(look.short for look in source_looks(["measured", *walls]).values())
-
-
-def test_two_sources_stand_side_by_side_and_keep_their_values(ax):
-    table = pd.DataFrame({"group": list("aabb") * 2, "source": ["linear"] * 4 + ["tangent"] * 4, "x [1]": range(8)})
-    plot_groups(ax, table, "x [1]")
-    points = [line.get_ydata()[0] for line in ax.lines if line.get_marker() in ("^", "D")]
-    assert points == [0, 1, 4, 5, 2, 3, 6, 7]
-    assert [line.get_markerfacecolor() == "none" for line in ax.lines] == [True, True, False, False] * 2
-    assert [label.get_text().split() for label in ax.get_xticklabels()].count(["lin."]) == 2
 
 
 def test_a_thinned_trace_keeps_its_highest_spike_and_its_order():
@@ -173,15 +139,6 @@ def test_the_phase_of_a_delay_falls_on_a_line_and_a_noisy_harmonic_joins_it():
     found = unwrapped(np.angle(np.exp(1j * wrapped)), reliable)
     np.testing.assert_allclose(found[reliable], line[reliable], atol=1e-12)
     assert found[7] == pytest.approx(line[7] + 0.4)
-
-
-def test_errors_of_the_impedance_are_drawn_as_intervals_on_its_own_scale(ax):
-    spectrum = xr.Dataset({"frequency": ("harmonic", [0.0, 9.0]), "modulus": ("harmonic", [70.0, 12.0]),
-                           "reliable": ("harmonic", [True, True])})  # fmt: skip
-    plot_modulus(ax, spectrum, np.array([0.0, 0.1]))
-    (bar,) = ax.containers
-    ends = bar.lines[2][0].get_segments()[1][:, 1]
-    np.testing.assert_allclose(ends, 12.0 * np.exp([-0.196, 0.196]), rtol=1e-4)
 
 
 @pytest.mark.parametrize("name", ["v", "left_lower_lobe_artery"])

@@ -5,12 +5,14 @@ import warnings
 from concurrent.futures import ThreadPoolExecutor
 from urllib.parse import urlsplit
 
+import numpy as np
 import pytest
 from served import served
 
 import vasowave as vw
 from driven import driven
 from lab_files import SMALL, exported, recorded
+from vasowave.imaging import Volume
 from vasowave.network.vessel_table import write_network
 from vasowave.study.adding import add_files
 from vasowave.study.template import new_study
@@ -53,6 +55,25 @@ def study(kept_study, tmp_path):
 def asker(study):
     with served(study) as one:
         yield one
+
+
+@pytest.fixture(scope="session")
+def scan():
+    """A vessel of 0.09 cm that divides into two."""
+    z, y, x = np.indices((90, 60, 30)) * 0.002  # cm
+    side = np.where(z < 0.09, 0.0, 0.5 * (z - 0.09))
+    axis = np.minimum(np.abs(y - 0.06 - side), np.abs(y - 0.06 + side))
+    grey = 200.0 * ((np.hypot(axis, x - 0.03) < 0.011) & (z < 0.17))
+    return Volume(grey, (0.002,) * 3, (0, 0, 0))
+
+
+@pytest.fixture
+def started(monkeypatch, tmp_path):
+    """The addresses that a browser was started with."""
+    found = []
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr("webbrowser.open", found.append)
+    return found
 
 
 TREE = vw.Network(("2", "3", "1"), [2, 2, -1], [0.45, 0.37, 0.41], [0.026, 0.037, 0.047])

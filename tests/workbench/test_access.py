@@ -1,11 +1,9 @@
 """Whoever is not the page on this machine is refused, and the server lives on."""
 
-import errno
 import json
 import re
 import socket
 import stat
-import threading
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -33,65 +31,35 @@ def alive(door):
     return door.get("state")["study"]
 
 
+@pytest.fixture
+def impatient(monkeypatch):
+    """A server that waits half a second where it waits twenty."""
+    monkeypatch.setattr(access, "_PATIENCE", 0.5)
+
+
 def test_the_page_answers_whoever_has_the_address(door):
     status, headers, body = door.raw("GET", door.root)
     assert (status, headers["content-type"]) == (200, "text/html; charset=utf-8")
     assert b"main.js" in body
 
 
-def test_the_door_is_this_machines_own_and_has_another_key_each_time(kept_study):
-    with server._door(0) as one:
-        assert one.getsockname()[0] == "127.0.0.1"
-    keys = []
-    for _ in range(2):
-        with served(kept_study) as one:
-            keys.append(one.root.strip("/"))
-    assert keys[0] != keys[1]
-    assert min(map(len, keys)) >= 32  # 24 bytes by chance
+def test_every_opening_has_another_key(kept_study, door):
+    with served(kept_study) as one:
+        assert one.root != door.root
+        assert min(len(one.root), len(door.root)) > 32  # 24 bytes by chance
 
 
-def test_nobody_waits_for_what_takes_another_long(study, monkeypatch):
-    begun, ended = threading.Event(), threading.Event()
-    monkeypatch.setattr(server, "checked", lambda desk: begun.set() or {"waited": ended.wait(20)})
-    monkeypatch.setattr(server, "line_of", lambda desk, wish: str(ended.wait(20)))
-    with served(study) as door:
-        long = [
-            threading.Thread(target=door.get, args=("check",)),
-            threading.Thread(target=door.post, args=("figure", {"only": "line"})),
-        ]
-        for one in long:
-            one.start()
-        assert begun.wait(10)
-        asked = time.monotonic()
-        assert alive(door)
-        door.act("set-groups", groups=["control", "hypoxic", "third"])
-        assert time.monotonic() - asked < 10.0
-        assert not ended.is_set()
-        ended.set()
-        for one in long:
-            one.join()
-
-
-@pytest.mark.parametrize("path", ["/", "/wrong/", "/wrong/state", "//state", "/%00/state"])
-def test_without_the_key_there_is_nothing(door, path):
-    status, _, body = door.raw("GET", path)
-    assert status == 404
-    assert b"Open the address" in body
-
-
-def test_a_key_that_is_nearly_right_is_wrong(door):
+def test_without_the_key_or_with_one_that_is_nearly_right_there_is_nothing(door):
     root = door.root.rstrip("/")
-    for path in (root[:-1] + "/state", root + "x/state", root.swapcase() + "/state", root):
-        assert door.raw("GET", path)[0] == 404
+    nearly = (root[:-1] + "/state", root + "x/state", root.swapcase() + "/state", root)
+    for path in ("/", "/wrong/", "/wrong/state", "//state", "/%00/state", *nearly):
+        status, _, body = door.raw("GET", path)
+        assert (status, b"Open the address" in body) == (404, True), path
 
 
-@pytest.fixture
-def started(monkeypatch, tmp_path):
-    """The addresses that a browser was started with."""
-    found = []
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    monkeypatch.setattr("webbrowser.open", found.append)
-    return found
+def test_a_port_that_is_taken_is_named(kept_study, door):
+    with pytest.raises(InputError, match=f"port {door.port}: address already in use; give another"):
+        server.serve(kept_study, door.port, lambda *opened: None)
 
 
 def test_a_browser_is_started_with_a_file_of_its_user_alone_and_without_the_key(door, started):
@@ -126,16 +94,13 @@ def test_where_the_users_folder_cannot_be_written_the_file_lies_elsewhere(door, 
     assert in_a_browser(door.address, "", door.guard).parent == tmp_path / "state" / "vasowave"
 
 
-@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1", "127.0.0.1:1", "evil.example:{port}", "", None])
-def test_another_host_is_refused(door, host):
+@pytest.mark.parametrize(
+    "host", ["evil.example", "127.0.0.1", "127.0.0.1:1", "evil.example:{port}", "", None, ["127.0.0.1:{port}", "evil"]]
+)
+def test_another_host_is_refused_and_so_is_a_second(door, host):
     """A page of another site whose name leads here (DNS rebinding) asks under its own name."""
-    given = host.format(port=door.port) if host else host
-    status, _, _ = door.raw("GET", door.root + "state", Host=given)
-    assert status in (400, 421)
-
-
-def test_two_hosts_are_refused(door):
-    assert door.raw("GET", door.root + "state", Host=[f"127.0.0.1:{door.port}", "evil.example"])[0] in (400, 421)
+    given = [one and one.format(port=door.port) for one in (host if isinstance(host, list) else [host])]
+    assert door.raw("GET", door.root + "state", Host=given)[0] in (400, 421)
 
 
 @pytest.mark.parametrize(
@@ -146,9 +111,6 @@ def test_another_origin_changes_nothing(door, origin):
     body = json.dumps({"do": "set-groups", "groups": ["A"]}).encode()
     assert door.raw("POST", door.root + "act", body, Origin=given)[0] == 403
     assert door.get("study")["groups"] == ["control", "hypoxic"]
-
-
-def test_what_a_browser_marks_as_of_another_site_is_refused(door):
     assert door.raw("GET", door.root + "state", Sec_Fetch_Site="cross-site")[0] == 403
 
 
@@ -177,33 +139,31 @@ def test_no_path_leads_out_of_the_study_or_the_page(door, path):
     assert b"import" not in body
 
 
-def test_a_link_out_of_the_report_is_not_followed(study):
+def test_no_link_out_of_a_study_is_read_or_written_through(study):
     (study / "report").mkdir()
     (study.parent / "secret.html").write_text("secret", encoding="utf-8")
     (study / "report" / "report.html").symlink_to(study.parent / "secret.html")
     (study / "report" / "inner.html").symlink_to(study / "study.yaml")
     (study / "report" / "second.html").hardlink_to(study.parent / "secret.html")
-    with served(study) as door:
-        assert door.raw("GET", door.of_report + "report/second.html")[0] == 404
-        assert door.raw("GET", door.of_report + "report/report.html")[0] == 404
-        assert door.raw("GET", door.of_report + "report/inner.html")[0] == 404
-
-
-@pytest.mark.parametrize("name", ["../out.csv", "/etc/passwd", "..", ".", "a/../../out.csv", "away/out.csv", "a\0b"])
-def test_no_name_and_no_link_of_a_study_leads_out_of_it(study, name):
-    (study.parent / "out.csv").write_text("1\n", encoding="utf-8")
-    (study / "away").symlink_to(study.parent)
-    with pytest.raises(InputError, match="no file inside this study"):
-        Desk(study).inside(name)
-
-
-def test_edits_are_not_written_through_a_link_out_of_the_study(study):
     (study.parent / "elsewhere").mkdir()
     (study / "edits").symlink_to(study.parent / "elsewhere")
     with served(study) as door:
+        for name in ("second", "report", "inner"):
+            assert door.raw("GET", f"{door.of_report}report/{name}.html")[0] == 404
         status, answer = door.post("act", beats(["reject", 3.0, None]))
     assert (status, list((study.parent / "elsewhere").iterdir())) == (400, [])
     assert "inside this study" in answer["error"]
+
+
+@pytest.mark.parametrize(
+    "name", ["../out.csv", "/etc/passwd", "..", ".", "a/../../out.csv", "away/out.csv", "a\0b", "loop/x"]
+)
+def test_no_name_and_no_link_of_a_study_leads_out_of_it(study, name):
+    (study.parent / "out.csv").write_text("1\n", encoding="utf-8")
+    (study / "away").symlink_to(study.parent)
+    (study / "loop").symlink_to("loop")
+    with pytest.raises(InputError, match="no file inside this study"):
+        Desk(study).inside(name)
 
 
 @pytest.mark.parametrize(
@@ -230,37 +190,13 @@ def test_a_dropped_file_never_replaces_another(asker, study):
     assert asker.put("control/mouse_c1.txt", before) == (200, {"name": "recordings/control/mouse_c1.txt"})
 
 
-def test_what_says_it_is_too_large_is_refused_before_it_comes(door):
-    status, _, _ = door.raw("PUT", door.root + "upload?name=big.txt", Content_Length=str(10 << 30))
-    assert status == 413
-    assert alive(door)
-
-
-def test_an_action_is_no_way_to_send_a_large_file(door):
+def test_what_is_too_large_is_refused_before_it_comes_and_cut_off_where_it_does_not_say_so(door):
+    assert door.raw("PUT", door.root + "upload?name=big.txt", Content_Length=str(10 << 30))[0] == 413
     assert door.raw("POST", door.root + "act", Content_Length=str((4 << 20) + 1))[0] == 413
     body = json.dumps({"do": "undo", "more": "x" * (4 << 20)}).encode()
     chunks = b"".join(b"%x\r\n%b\r\n" % (len(part), part) for part in (body[:9000], body[9000:])) + b"0\r\n\r\n"
     assert door.raw("POST", door.root + "act", chunks, Transfer_Encoding="chunked")[0] == 413
     assert alive(door)
-
-
-def test_what_is_too_large_without_saying_so_is_cut_off_and_leaves_nothing(study, monkeypatch):
-    monkeypatch.setattr(access, "LARGEST_FILE", 1 << 16)
-    with served(study) as door:
-        chunk = b"%x\r\n" % 4096 + b"x" * 4096 + b"\r\n"
-        before = sorted(study.rglob("*"))
-        with socket.create_connection(("127.0.0.1", door.port), timeout=20) as one:
-            head = f"PUT {door.root}upload?name=big.txt HTTP/1.1\r\nHost: 127.0.0.1:{door.port}\r\n"
-            one.sendall(
-                head.encode()
-                + f"Origin: {door.origin}\r\n".encode()
-                + b"Transfer-Encoding: chunked\r\n\r\n"
-                + chunk * 20
-                + b"0\r\n\r\n"
-            )
-            assert b" 413 " in one.recv(200)
-        assert sorted(study.rglob("*")) == before
-        assert alive(door)
 
 
 def cells(**given):
@@ -275,38 +211,23 @@ def beats(*edits):
     return {"do": "edit-beats", "animal": "mouse_c1", "edits": edits}
 
 
-NO_MESSAGES = [b"", b"{", b"[]", b"null", b"1", b'"do"', b"\xff\xfe", b"[" * 100_000]
+NO_MESSAGES = [b"", b"{", b"[]", b'"do"', b"\xff\xfe", b"[" * 100_000, b'{"do": "undo", "title": "\\ud800"}']
 MALFORMED = [
-    {"do": 5},
     {"do": "rm"},
-    {"do": "set-cells"},
     {"do": "set-cells", "animal": 5, "cells": []},
-    {"do": "set-cells", "animal": "nobody", "cells": {"group": "control"}},
     cells(group=5),
     cells(__class__="x"),
     cells(recording="../../../etc/passwd"),
-    cells(animal="mouse_c2"),
-    cells(animal=""),
-    cells(start="x") | {"cells": {"start [s]": "soon"}},
-    beats(["reject"]),
     beats(["reject", float("nan"), None]),
     beats(["reject", -1, None]),
-    beats(["move", 1.0, None]),
     beats(["burn", 1.0, None]),
-    {"do": "set-stretch", "animal": "mouse_c1", "start": "x"},
     {"do": "set-zero", "animal": "mouse_c1", "start": 500.0, "end": 600.0},
     {"do": "set-setting", "key": "../x", "value": "1"},
     {"do": "set-setting", "key": "calibration.starts", "value": "1\nx: 2"},
-    {"do": "set-setting", "key": "calibration.starts", "value": "many"},
-    {"do": "set-setting", "key": "calibration.nothing", "value": "1"},
-    {"do": "set-groups", "groups": [""]},
     {"do": "set-groups", "groups": ["$(x)"]},
     {"do": "add-files", "files": ["../../etc/passwd"]},
     {"do": "add-files", "files": ["/etc/passwd"]},
-    {"do": "add-files", "files": []},
-    {"do": "remove-animal", "animal": "nobody"},
     {"do": "undo", "more": 1},
-    {"do": "undo"},
     {"do": "new-study"},
 ]
 BODIES = [*NO_MESSAGES, *(json.dumps(one).encode() for one in MALFORMED)]
@@ -342,17 +263,6 @@ def test_a_question_that_makes_no_sense_is_answered_by_a_sentence(door, what):
     status, _, answer = door.raw("GET", door.root + what)
     assert status == 400
     assert json.loads(answer)["error"]
-
-
-def test_a_full_disk_that_no_action_foresees_is_told_in_a_sentence_and_the_server_lives_on(study, monkeypatch):
-    def full(desk):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(server, "checked", full)
-    with served(study) as door:
-        status, _, answer = door.raw("GET", door.root + "check")
-        assert (status, "no space left on the disk" in json.loads(answer)["error"]) == (507, True)
-        assert alive(door)
 
 
 def ended(one):
@@ -394,14 +304,6 @@ def test_a_thousand_sockets_do_not_end_it(door):
             time.sleep(0.05)
 
 
-def test_a_connection_that_asks_nothing_is_closed(kept_study, monkeypatch):
-    monkeypatch.setattr(access, "_PATIENCE", 0.2)
-    with served(kept_study) as door, socket.create_connection(("127.0.0.1", door.port), timeout=10) as one:
-        one.sendall(b"GET / HTTP/1.1\r\nX-Slow: ")
-        assert one.recv(10) == b""
-        assert alive(door)
-
-
 def test_every_answer_forbids_what_the_page_does_not_need(door):
     for path in ("", "state", "page/main.js", "wrong"):
         _, headers, _ = door.raw("GET", door.root + path)
@@ -411,22 +313,15 @@ def test_every_answer_forbids_what_the_page_does_not_need(door):
         assert headers["x-content-type-options"] == "nosniff"
 
 
-def test_a_report_cannot_ask_the_workbench_anything(study):
-    (study / "report").mkdir()
-    (study / "report" / "report.html").write_text("<script>1</script>", encoding="utf-8")
-    with served(study) as door:
-        _, headers, _ = door.raw("GET", door.of_report + "report/report.html")
-    policy = headers["content-security-policy"]
-    assert "sandbox" in policy
-    assert "allow-same-origin" not in policy
-    assert "default-src 'none'" in policy
-
-
 def test_a_report_stands_at_an_address_with_which_nothing_else_can_be_asked(study):
     (study / "report").mkdir()
     (study / "report" / "a b.html").write_text("all", encoding="utf-8")
     with served(study) as door:
         status, headers, _ = door.raw("GET", door.root + "report/a%20b.html")
+        policy = door.raw("GET", door.of_report + "report/a%20b.html")[1]["content-security-policy"]
+        assert "default-src 'none'" in policy
+        assert "sandbox" in policy
+        assert "allow-same-origin" not in policy
         assert (status, headers["location"]) == (307, door.of_report + "report/a%20b.html")
         assert door.raw("GET", headers["location"])[::2] == (200, b"all")
         key = door.of_report
@@ -459,8 +354,7 @@ def sending(door, method, what):
 
 
 @pytest.mark.parametrize(("method", "what"), [("PUT", "upload?name=slow.txt"), ("POST", "act"), ("POST", "nothing")])
-def test_a_body_of_which_nothing_more_comes_is_given_up(study, monkeypatch, method, what):
-    monkeypatch.setattr(access, "_PATIENCE", 0.3)
+def test_a_body_of_which_nothing_more_comes_is_given_up(study, impatient, method, what):
     with served(study) as door:
         before = sorted(study.rglob("*"))
         with sending(door, method, what) as one:
@@ -472,8 +366,7 @@ def test_a_body_of_which_nothing_more_comes_is_given_up(study, monkeypatch, meth
         assert alive(door)
 
 
-def test_a_hundred_and_fifty_uploads_that_trickle_are_ended_and_the_page_is_answered_beside_them(study, monkeypatch):
-    monkeypatch.setattr(access, "_PATIENCE", 3.0)
+def test_a_hundred_and_fifty_uploads_that_trickle_are_ended_and_the_page_is_answered_beside_them(study, impatient):
     with served(study) as door:
         before, begun, slow = sorted(study.rglob("*")), time.monotonic(), []
         try:
@@ -501,9 +394,8 @@ def ended_with_word(one):
         return True
 
 
-def test_what_comes_slowly_but_steadily_is_taken(study, monkeypatch):
+def test_what_comes_slowly_but_steadily_is_taken(study, impatient):
     """For three times as long as nothing may come."""
-    monkeypatch.setattr(access, "_PATIENCE", 0.5)
     with served(study) as door, sending(door, "PUT", "upload?name=steady.txt") as one:
         for _ in range(10):
             one.sendall(10_000 * b"1")
@@ -512,8 +404,7 @@ def test_what_comes_slowly_but_steadily_is_taken(study, monkeypatch):
     assert (study / "recordings" / "steady.txt").stat().st_size == 100_000
 
 
-def test_an_answer_that_nobody_takes_is_given_up(study, monkeypatch):
-    monkeypatch.setattr(access, "_PATIENCE", 0.5)
+def test_an_answer_that_nobody_takes_is_given_up(study, impatient):
     (study / "report").mkdir()
     with (study / "report" / "large.pdf").open("wb") as file:
         file.truncate(200 << 20)  # more than a system holds for a connection
@@ -528,12 +419,14 @@ def test_an_answer_that_nobody_takes_is_given_up(study, monkeypatch):
         assert alive(door)
 
 
-def test_a_second_request_that_trickles_is_given_up_too(kept_study, monkeypatch):
-    monkeypatch.setattr(access, "_PATIENCE", 0.5)
+@pytest.mark.parametrize("before", ["", "GET {root}page/no HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n"])
+def test_a_connection_that_asks_nothing_or_nothing_more_is_closed(kept_study, impatient, before):
     with served(kept_study) as door, socket.create_connection(("127.0.0.1", door.port), timeout=10) as one:
-        one.sendall(f"GET {door.root}page/no HTTP/1.1\r\nHost: 127.0.0.1:{door.port}\r\n\r\n".encode())
-        assert b" 404 " in one.recv(2000)
+        if before:
+            one.sendall(before.format(root=door.root, port=door.port).encode())
+            assert b" 404 " in one.recv(2000)
         one.sendall(b"GET / HTTP/1.1\r\nX-Slow: ")
         begun = time.monotonic()
         assert one.recv(10) == b""
-        assert 0.2 < time.monotonic() - begun < 8
+        assert time.monotonic() - begun < 8
+        assert alive(door)

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import threading
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -55,30 +56,6 @@ def do(at, what, **given):
     return act(at, {"do": what, **given})
 
 
-@pytest.mark.validation
-def test_dropped_files_become_the_same_study_as_on_the_command_line(asker, lab, tmp_path, study):
-    """Names, bytes and the table: `vasowave new`, `vasowave add` on one side, dropping a folder on the other."""
-    from vasowave.study.adding import add_files
-    from vasowave.study.template import new_study
-
-    by_hand, dropped = tmp_path / "by hand", tmp_path / "dropped"
-    new_study(by_hand)
-    shutil.copytree(lab, by_hand / "recordings" / "lab")
-    (by_hand / "recordings" / "lab" / "lung.csv").rename(by_hand / "networks" / "lung.csv")
-    add_files(by_hand, [by_hand / "recordings", by_hand / "networks"])
-    from served import served
-
-    with served(dropped) as door:
-        assert door.get("study")["study"] is False
-        names = []
-        for path in sorted(lab.rglob("*.*")):
-            status, answer = door.put(f"lab/{path.relative_to(lab).as_posix()}", path.read_bytes())
-            assert status == 200, answer
-            names.append(answer["name"])
-        assert len(door.act("add-files", files=names)["animals"]) == 6
-    assert texts(dropped) == texts(by_hand)
-
-
 def test_the_desk_says_what_check_says(study):
     (study / "animals.csv").write_text(
         (study / "animals.csv").read_text(encoding="utf-8").replace(",hypoxic,", ",hypoxc,", 1), encoding="utf-8"
@@ -109,15 +86,6 @@ def test_the_page_shows_a_program_of_the_study_and_lets_it_run_as_it_was_shown(s
     assert (tmp_path / "ran").exists()  # a study that is shown is checked, and a law that may run is tried
 
 
-def test_two_who_share_a_recording_are_mended_by_a_click(study):
-    at = place(study)
-    do(at, "set-cells", animal="mouse_c2", cells={"recording": rows(study)["mouse_c1"]["recording"]})
-    (problem,) = (one for one in checked(at.desk)["problems"] if one["error"])
-    for one in problem["remedies"][0]["acts"]:
-        act(at, one)
-    assert [one for one in checked(at.desk)["problems"] if one["error"]] == []
-
-
 def test_a_recording_that_was_exported_anew_is_mended_by_the_same_click(study):
     at, known = place(study), rows(study)
     first = study / known["mouse_c1"]["recording"]
@@ -137,30 +105,69 @@ def test_a_recording_that_was_exported_anew_is_mended_by_the_same_click(study):
     assert [one for one in checked(at.desk)["problems"] if one["error"]] == []
 
 
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ([], "a message names what to do"),
+        ({"do": "set-cell"}, r"there is no action 'set-cell' \(did you mean 'set-cells'\?\)"),
+        ({"do": "set-cells", "cells": {}}, "animal: there is no value; give one"),
+        ({"do": "at-end"}, "stop: there is no value; give one"),
+        ({"do": "set-zero", "animal": "mouse_c1", "at": 1}, "there is no setting 'at'"),
+        ({"do": "set-cells", "animal": "m9", "cells": {"group": "A"}}, "there is no animal 'm9' in animals.csv"),
+        ({"do": "set-cells", "animal": "mouse_c1", "cells": {"grup": "A"}}, r"did you mean 'group'\?"),
+        ({"do": "set-cells", "animal": "mouse_c1", "cells": {"end [s]": "-1"}}, "-1 is not a positive number"),
+        ({"do": "set-cells", "animal": "mouse_c1", "cells": {"animal": " MOUSE_c2\t"}}, "a name that no other has"),
+        ({"do": "use-network", "network": "networks/none.csv"}, "there is no file networks/none.csv in this study"),
+        ({"do": "add-column", "title": "weight (g)"}, r"would be read as 'weight \[g\]'; write it"),
+        ({"do": "remove-column", "title": "group"}, "no column 'group' of your own in animals.csv"),
+        ({"do": "remove-animal", "animal": "m3"}, "there is no animal 'm3' in animals.csv"),
+        ({"do": "set-setting", "key": "title", "value": "a\nb"}, "is no key with a value"),
+        ({"do": "edit-beats", "animal": "mouse_c1", "edits": [["keep", 1.0, 2.0]]}, "a beat is moved to a time, and"),
+        ({"do": "undo"}, "there is nothing to undo"),
+        ({"do": "edit-tree", "image": "i", "action": "move", "point": [1, 2, 3]}, "a move has a place to go to"),
+        ({"do": "edit-tree", "image": "i", "action": "radius", "point": [1, 2, 3]}, "a radius its size"),
+    ],
+)
+def test_what_cannot_be_done_is_told_and_changes_no_file(tiny, message, words):
+    before = texts(tiny)
+    with pytest.raises(InputError, match=words):
+        act(place(tiny), message)
+    assert texts(tiny) == before
+
+
+def test_edits_of_beats_replace_those_within_a_millisecond(tiny):
+    at = place(tiny)
+    do(at, "edit-beats", animal="mouse_c1", edits=[["reject", 1.0, None], ["move", 2.0, 2.1]])
+    do(at, "edit-beats", animal="mouse_c1", edits=[["keep", 1.0009, None]])
+    do(at, "edit-beats", animal="mouse_c1", edits=[["keep", 1.0021, None]], forget=[2.0005])
+    kept = vw.read_edits(tiny / rows(tiny)["mouse_c1"]["beat edits"])
+    assert [(one.action, one.time, one.to) for one in kept] == [("keep", 1.0009, None), ("keep", 1.0021, None)]
+
+
+def test_the_mark_of_a_study_changes_with_each_of_its_files(tiny):
+    desk = Desk(tiny)
+    marks = [desk.mark()]
+    assert desk.mark() == marks[0]
+    for name in ("results/index.json", "edits/a.csv", "animals.csv", "study.yaml", "results/other.json"):
+        path = tiny / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text((path.read_text(encoding="utf-8") if path.exists() else "") + "\n", encoding="utf-8")
+        marks.append(desk.mark())
+    assert len(set(marks)) == 6
+
+
 def test_what_is_set_reads_the_same_for_every_other_command(study):
     at = place(study)
     do(at, "set-cells", animal="mouse_c1", cells={"wedge [mmHg]": "4", "animal": "Maus Ä"})
     do(at, "set-stretch", animal="Maus Ä", start=1.25, end=7.5)
+    do(at, "set-cells", animal="mouse_c2", cells={"network": ""})
+    assert at.recordings.described(at.desk, "mouse_c2")["error"] == ""  # its signals are there to look at
     do(at, "set-setting", key="averaging.drift", value="warn")
     do(at, "set-setting", key="calibration.starts", value="3")
     known = read_study(study)
     (row,) = (one for one in known.animals if one.animal == "Maus Ä")
     assert (row.wedge, row.start, row.end) == (4.0, 1.25, 7.5)
     assert (known.settings.averaging.drift, known.settings.calibration.starts) == ("warn", 3)
-
-
-@pytest.mark.parametrize(
-    ("message", "said"),
-    [
-        ({"do": "set-cells", "cells": {}}, "animal: there is no value; give one"),
-        ({"do": "set-gain", "animal": "mouse_c1"}, "signal: there is no value; give one"),
-        ({"do": "at-end"}, "stop: there is no value; give one"),
-        ({"do": "set-zero", "animal": "mouse_c1", "at": 1}, "there is no setting 'at'"),
-    ],
-)
-def test_a_message_that_lacks_a_value_or_has_one_too_many_says_which(tmp_path, message, said):
-    with pytest.raises(InputError, match=said):
-        act(place(tmp_path), message)
 
 
 def test_comments_and_everything_else_in_study_yaml_stay(study):
@@ -393,152 +400,115 @@ class AnySequence(RuleBasedStateMachine):
         edits = {name: dict(one) for name, one in self.edits.items()}
         return table, edits, self.starts, list(self.groups), list(self.own)
 
-    def step(self, before):
+    @contextmanager
+    def step(self, what, **given):
+        """Do something; what the model is changed to within can be undone."""
+        before = self.kept()
+        do(self.at, what, **given)
+        yield
         if self.kept() != before:
             self.past.append(before)
             self.future = []
 
-    def names(self):
-        return sorted(self.table)
+    def refused(self, what, **given):
+        with pytest.raises(InputError):
+            do(self.at, what, **given)
+
+    def one(self, data):
+        return data.draw(st.sampled_from(sorted(self.table)))
 
     @precondition(lambda self: self.table)
-    @rule(
-        data=st.data(),
-        title=st.sampled_from(["wedge [mmHg]", "zero [mmHg]", "group", "start [s]"]),
-        value=st.integers(0, 3),
-    )
-    def cell(self, data, title, value):
-        name, before = data.draw(st.sampled_from(self.names())), self.kept()
-        text = (
-            ["", "1", "2.5", "3"][value]
-            if title != "group"
-            else ["", *self.groups, "control"][value % (len(self.groups) + 2)]
-        )
-        do(self.at, "set-cells", animal=name, cells={title: text}, was={title: self.table[name].get(title, "")})
-        self.table[name] = {key: one for key, one in (self.table[name] | {title: text}).items() if one}
-        self.step(before)
+    @rule(data=st.data())
+    def cell(self, data):
+        may = dict.fromkeys(("wedge [mmHg]", "zero [mmHg]", "start [s]"), ("", "1", "2.5", "3"))
+        may |= {"group": ("", "control", *self.groups)} | dict.fromkeys(self.own, ("", "f", "23.5", "<b>", '"a, b"'))
+        name, title = self.one(data), data.draw(st.sampled_from(list(may)))
+        text = data.draw(st.sampled_from(may[title]))
+        with self.step("set-cells", animal=name, cells={title: text}, was={title: self.table[name].get(title, "")}):
+            self.table[name] = {key: one for key, one in (self.table[name] | {title: text}).items() if one}
 
     @precondition(lambda self: self.table)
     @rule(data=st.data(), other=st.sampled_from(["mouse_c1", "Maus Ä", "<b>", "x,y", "=1+1"]))
     def rename(self, data, other):
-        name, before = data.draw(st.sampled_from(self.names())), self.kept()
+        name = self.one(data)
         if "<" in other or "=" in other or other.casefold() in {one.casefold() for one in self.table if one != name}:
-            with pytest.raises(InputError):
-                do(self.at, "set-cells", animal=name, cells={"animal": other})
+            self.refused("set-cells", animal=name, cells={"animal": other})
             return
-        do(self.at, "set-cells", animal=name, cells={"animal": other})
-        self.table = {(other if one == name else one): row for one, row in self.table.items()}
-        self.edits = {(other if one == name else one): row for one, row in self.edits.items()}
-        self.table[other]["animal"] = other
-        self.step(before)
+        with self.step("set-cells", animal=name, cells={"animal": other}):
+            self.table = {(other if one == name else one): row for one, row in self.table.items()}
+            self.edits = {(other if one == name else one): row for one, row in self.edits.items()}
+            self.table[other]["animal"] = other
 
     @precondition(lambda self: self.table)
     @rule(data=st.data(), time=st.integers(1, 4), action=st.sampled_from(["reject", "keep", "move"]))
     def beat(self, data, time, action):
-        name, before = data.draw(st.sampled_from(self.names())), self.kept()
-        own = self.at.desk.folder / self.table[name]["beat edits"] if self.table[name].get("beat edits") else None
-        do(self.at, "edit-beats", animal=name, edits=[[action, float(time), time + 0.01 if action == "move" else None]])
-        self.edits[name][float(time)] = action
-        self.table[name]["beat edits"] = rows(self.study)[name]["beat edits"]
-        assert own is None or (self.study / self.table[name]["beat edits"]) == own
-        self.step(before)
+        name = self.one(data)
+        own = self.table[name].get("beat edits")
+        to = time + 0.01 if action == "move" else None
+        with self.step("edit-beats", animal=name, edits=[[action, float(time), to]]):
+            self.edits[name][float(time)] = action
+            self.table[name]["beat edits"] = rows(self.study)[name]["beat edits"]
+        assert own in (None, self.table[name]["beat edits"])
 
-    @precondition(lambda self: self.table)
+    @precondition(lambda self: any(self.edits.values()))
     @rule(data=st.data())
     def forget(self, data):
-        name, before = data.draw(st.sampled_from(self.names())), self.kept()
-        if not self.edits[name]:
-            return
+        name = data.draw(st.sampled_from(sorted(one for one, edits in self.edits.items() if edits)))
         time = data.draw(st.sampled_from(sorted(self.edits[name])))
-        do(self.at, "edit-beats", animal=name, forget=[time])
-        del self.edits[name][time]
-        self.step(before)
+        with self.step("edit-beats", animal=name, forget=[time]):
+            del self.edits[name][time]
 
     @precondition(lambda self: len(self.table) > 2)
     @rule(data=st.data())
     def remove(self, data):
-        name, before = data.draw(st.sampled_from(self.names())), self.kept()
-        do(self.at, "remove-animal", animal=name)
-        del self.table[name], self.edits[name]
-        self.step(before)
+        name = self.one(data)
+        with self.step("remove-animal", animal=name):
+            del self.table[name], self.edits[name]
 
     @rule(count=st.integers(-1, 30))
     def setting(self, count):
-        before = self.kept()
         if count < 1:
-            with pytest.raises(InputError):
-                do(self.at, "set-setting", key="calibration.starts", value=str(count))
+            self.refused("set-setting", key="calibration.starts", value=str(count))
             return
-        do(self.at, "set-setting", key="calibration.starts", value=str(count))
-        self.starts = count
-        self.step(before)
+        with self.step("set-setting", key="calibration.starts", value=str(count)):
+            self.starts = count
 
     @rule(extra=st.sampled_from([[], ["sham"], ["sham", "sham"]]))
     def label(self, extra):
-        before, wished = self.kept(), ["control", "hypoxic", *extra]
+        wished = ["control", "hypoxic", *extra]
         if len(set(wished)) < len(wished):
-            with pytest.raises(InputError):
-                do(self.at, "set-groups", groups=wished)
+            self.refused("set-groups", groups=wished)
             return
-        do(self.at, "set-groups", groups=wished)
-        self.groups = wished
-        self.step(before)
+        with self.step("set-groups", groups=wished):
+            self.groups = wished
 
     @rule(title=st.sampled_from(["sex", "weight [g]", "wedg [mmHg]", "Group", "value"]))
     def column(self, title):
-        before = self.kept()
         if title in self.own or title in ("wedg [mmHg]", "Group", "value"):  # twice, a slip, taken, of the results
-            with pytest.raises(InputError):
-                do(self.at, "add-column", title=title)
+            self.refused("add-column", title=title)
             return
-        do(self.at, "add-column", title=title)
-        self.own.append(title)
-        self.step(before)
-
-    @precondition(lambda self: self.own and self.table)
-    @rule(data=st.data(), text=st.sampled_from(["", "f", "23.5", "<b>", '"a, b"']))
-    def own_cell(self, data, text):
-        name, title, before = (
-            data.draw(st.sampled_from(self.names())),
-            data.draw(st.sampled_from(self.own)),
-            self.kept(),
-        )
-        do(self.at, "set-cells", animal=name, cells={title: text}, was={title: self.table[name].get(title, "")})
-        self.table[name] = {key: one for key, one in (self.table[name] | {title: text}).items() if one}
-        self.step(before)
+        with self.step("add-column", title=title):
+            self.own.append(title)
 
     @rule(title=st.sampled_from(["sex", "weight [g]", "group"]))
     def without_column(self, title):
-        before = self.kept()
         if title not in self.own:
-            with pytest.raises(InputError, match="no column"):
-                do(self.at, "remove-column", title=title)
+            self.refused("remove-column", title=title)
             return
-        do(self.at, "remove-column", title=title)
-        self.own.remove(title)
-        for row in self.table.values():
-            row.pop(title, None)
-        self.step(before)
+        with self.step("remove-column", title=title):
+            self.own.remove(title)
+            for row in self.table.values():
+                row.pop(title, None)
 
-    @rule()
-    def undo(self):
-        if not self.past:
-            with pytest.raises(InputError, match="nothing to undo"):
-                do(self.at, "undo")
+    @rule(what=st.sampled_from(["undo", "redo"]))
+    def back_and_forth(self, what):
+        there, here = (self.past, self.future) if what == "undo" else (self.future, self.past)
+        if not there:
+            self.refused(what)
             return
-        do(self.at, "undo")
-        self.future.append(self.kept())
-        self.table, self.edits, self.starts, self.groups, self.own = self.past.pop()
-
-    @rule()
-    def redo(self):
-        if not self.future:
-            with pytest.raises(InputError, match="nothing to do again"):
-                do(self.at, "redo")
-            return
-        do(self.at, "redo")
-        self.past.append(self.kept())
-        self.table, self.edits, self.starts, self.groups, self.own = self.future.pop()
+        do(self.at, what)
+        here.append(self.kept())
+        self.table, self.edits, self.starts, self.groups, self.own = there.pop()
 
     @invariant()
     def the_files_hold_what_the_model_says(self):

@@ -10,7 +10,7 @@ from served import served
 
 from driven import driven
 from vasowave.errors import InputError
-from vasowave.imaging import Options, Volume, extract, write_volume
+from vasowave.imaging import Options, extract, write_volume
 from vasowave.network_formats import read_network
 from vasowave.study.template import new_study
 from vasowave.workbench.actions import Workplace, act
@@ -23,16 +23,6 @@ from vasowave.workbench.running import Runs
 pytestmark = pytest.mark.filterwarnings("ignore::vasowave.errors.VasowaveWarning")  # the lumen touches the border
 WISHES = {"threshold": 100.0, "cannula": 0.0, "species": "other"}
 ROOT = (0.03, 0.06, 0.002)
-
-
-@pytest.fixture(scope="module")
-def scan():
-    """A vessel of 0.09 cm that divides into two."""
-    z, y, x = np.indices((90, 60, 30)) * 0.002  # cm
-    side = np.where(z < 0.09, 0.0, 0.5 * (z - 0.09))
-    axis = np.minimum(np.abs(y - 0.06 - side), np.abs(y - 0.06 + side))
-    grey = 200.0 * ((np.hypot(axis, x - 0.03) < 0.011) & (z < 0.17))
-    return Volume(grey, (0.002,) * 3, (0, 0, 0))
 
 
 @pytest.fixture
@@ -76,6 +66,8 @@ def by_command(lab):
 def test_edits_of_the_desk_are_the_file_that_extract_reads_and_give_its_network(at, lab):
     shown, point = begun(at)
     assert len(shown["vessels"]) == 3
+    do(at, "edit-tree", action="root", point=ROOT)  # takes the place of the one before
+    assert (lab / "edits" / "mouse 6.txt").read_text(encoding="utf-8").count("root") == 1
     do(at, "edit-tree", action="radius", point=point, radius=0.0123)
     do(at, "edit-tree", action="move", point=shown["vessels"][0]["points"][-1][:3], to=[0.03, 0.061, 0.093])
     ours, theirs = found(at), by_command(lab)

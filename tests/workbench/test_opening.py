@@ -5,7 +5,7 @@ import pytest
 from lab_files import recorded
 from vasowave.errors import InputError
 from vasowave.study.table import read_rows
-from vasowave.workbench.opening import _folder, opened
+from vasowave.workbench.opening import opened
 
 
 def raw_files(folder, names):
@@ -58,13 +58,6 @@ def test_a_place_that_is_not_there_is_refused_and_says_what_makes_a_study(tmp_pa
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_of_results_alone_opens_at_its_explorer_and_a_study_at_its_animals(tmp_path):
-    (tmp_path / "results").mkdir()
-    assert _folder(tmp_path)[:2] == (tmp_path, "#explorer")
-    (tmp_path / "study.yaml").touch()
-    assert _folder(tmp_path)[:2] == (tmp_path, "")
-
-
 def test_a_recording_of_a_study_whose_table_has_another_name_opens_in_that_study(tmp_path):
     raw_files(tmp_path / "lab", ["CTL/a.mat", "HPH/b.mat"])
     study = opened(tmp_path / "lab").folder
@@ -76,3 +69,24 @@ def test_a_recording_of_a_study_whose_table_has_another_name_opens_in_that_study
     (study / "mice.csv").write_text(table.replace("../lab/CTL/a.mat", "recordings/c.mat"), encoding="utf-8")
     assert opened(raw)[:2] == (study, "#recording/a")
     assert not raw.with_name("c study").exists()
+
+
+def test_a_folder_of_results_alone_opens_at_its_explorer_and_a_study_at_its_animals(tmp_path):
+    (tmp_path / "results").mkdir()
+    assert opened(tmp_path)[:2] == (tmp_path, "#explorer")
+    (tmp_path / "study.yaml").touch()
+    assert opened(tmp_path) == opened(tmp_path / "study.yaml") == (tmp_path, "", (), None)
+
+
+def test_a_folder_of_slices_gets_a_study_beside_it_and_what_is_of_no_use_is_refused(tmp_path):
+    scan = tmp_path / "my scan"
+    scan.mkdir()
+    (scan / "1").write_bytes(b"\0" * 128 + b"DICM")
+    found = opened(scan)
+    assert (found.folder.name, found.desk, found.image) == ("my scan study", "#lung/my%20scan", scan)
+    (tmp_path / "x.doc").touch()
+    with pytest.raises(InputError, match=r"x.doc: the workbench opens studies, fits, recordings and images"):
+        opened(tmp_path / "x.doc")
+    for name in ("none.csv", "none.nrrd"):
+        with pytest.raises(InputError, match=f"{name}: there is no such file"):
+            opened(tmp_path / name)

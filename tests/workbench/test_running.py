@@ -27,6 +27,15 @@ def desk(tmp_path):
     return Desk(tmp_path / "study")
 
 
+@pytest.fixture
+def listed(desk):
+    """The desk of a study that lists an animal, whose files are there."""
+    (desk.folder / "animals.csv").write_text("animal,group,network,recording\na,CTL,n.csv,r.txt\n")
+    for name in ("n.csv", "r.txt"):
+        (desk.folder / name).touch()
+    return desk
+
+
 class Program:
     """A process as `subprocess` would show it."""
 
@@ -64,10 +73,8 @@ def test_a_run_goes_on_when_the_workbench_is_closed_unless_it_is_to_stop_with_it
     assert not Runs().close()  # none was begun
 
 
-def test_who_runs_the_study_is_named_and_stopped_and_a_second_run_is_refused(desk, runs):
-    (desk.folder / "animals.csv").write_text("animal,group,network,recording\na,CTL,n.csv,r.txt\n")
-    for name in ("n.csv", "r.txt"):
-        (desk.folder / name).touch()
+def test_who_runs_the_study_is_named_and_stopped_and_a_second_run_is_refused(listed, runs):
+    desk = listed
     assert runs.runner(desk).startswith(f"process {runs.program.pid} on ")
     with pytest.raises(InputError, match="is being run by process"):
         runs.start(desk)
@@ -114,16 +121,15 @@ def test_a_run_that_ends_before_it_has_written_anything_is_told(desk):
 
 
 @pytest.mark.parametrize("error", [errno.ENOSPC, errno.EROFS])
-def test_a_run_that_could_write_nothing_is_not_begun_and_why_is_said(error, desk, monkeypatch):
+def test_a_run_that_could_write_nothing_is_not_begun_and_why_is_said(error, listed, monkeypatch):
     def fails(*rest):
         raise OSError(error, os.strerror(error))
 
     monkeypatch.setattr("vasowave.io.reserved.put", fails)
-    monkeypatch.setattr("vasowave.workbench.running.refuse", lambda problems: None)
     with pytest.raises(
         InputError, match=r"run\.status: (no space left; .* make room|cannot be written: the disk is read)"
     ):
-        Runs().start(desk)
+        Runs().start(listed)
 
 
 @pytest.mark.parametrize(("loops", "open_loops"), [("open", True), ("refuse", False)])
