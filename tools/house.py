@@ -22,9 +22,9 @@ LIMITS = {
     "modules in circles": 0,
     "upward arrows": 0,
     "imports by a string": 10,
-    "private names in tests": 436,
-    "patched attributes in tests": 249,
-    "module paths in tests": 386,
+    "private names in tests": 16,
+    "patched attributes in tests": 40,
+    "module paths in tests": 327,
 }
 """What must not rise; whoever lowers a number lowers its limit."""
 VAGUE = frozenset(

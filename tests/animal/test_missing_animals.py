@@ -10,7 +10,7 @@ import pytest
 from made_cohort import made_results
 from vasowave.animal.failure import Failure, Stage, as_plain, from_plain
 from vasowave.cohort.cohort import gathered
-from vasowave.cohort.missing import Missing, Standing, missing_animals
+from vasowave.cohort.missing import Missing, PressureRank, missing_animals
 from vasowave.cohort.primary import Primary, primary_comparison
 from vasowave.report.answer.problems import problems
 from vasowave.report.write import write_report
@@ -72,12 +72,12 @@ def test_the_primary_comparison_itself_tells_whom_it_misses_and_where_their_pres
 @pytest.mark.parametrize(
     ("pressures", "others", "standing"),
     [
-        ((33.8,), (18.0, 25.0), Standing.ABOVE),
-        ((24.0,), (18.0, 20.0, 25.0), Standing.HIGHER),
-        ((19.0,), (18.0, 20.0, 25.0), Standing.LOWER),
-        ((9.0,), (18.0, 25.0), Standing.BELOW),
-        ((), (18.0, 25.0), Standing.UNKNOWN),
-        ((33.8,), (), Standing.UNKNOWN),
+        ((33.8,), (18.0, 25.0), PressureRank.ABOVE),
+        ((24.0,), (18.0, 20.0, 25.0), PressureRank.HIGHER),
+        ((19.0,), (18.0, 20.0, 25.0), PressureRank.LOWER),
+        ((9.0,), (18.0, 25.0), PressureRank.BELOW),
+        ((), (18.0, 25.0), PressureRank.UNKNOWN),
+        ((33.8,), (), PressureRank.UNKNOWN),
     ],
 )
 def test_missing_animals_stand_somewhere_among_the_others_by_their_measured_pressure(pressures, others, standing):

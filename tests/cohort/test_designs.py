@@ -11,7 +11,7 @@ from scipy import stats
 
 from made_cohort import made_results
 from vasowave.cohort import Design, Family, Variable, gathered, primary_comparison
-from vasowave.cohort.contrast import degrees_left
+from vasowave.cohort.degrees import degrees_left
 from vasowave.cohort.design import DRIFT, laid_out
 from vasowave.cohort.designed import modeled
 from vasowave.cohort.mixed import Structure, fit_mixed

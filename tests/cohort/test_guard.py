@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from vasowave.cohort.design import Design, laid_out
-from vasowave.cohort.guard import RULES, Shape, doubts_of, rate_of_blocks
+from vasowave.cohort.guard import RULES, PopulationShape, doubts_of, rate_of_blocks
 from vasowave.cohort.unused import unused_columns
 from vasowave.cohort.variables import Variable
 
@@ -37,25 +37,25 @@ def test_rates_of_two_groups_are_those_of_welchs_test(sizes):
     found = doubts(layout(dict(zip(GROUPS, sizes, strict=True))), 1)
     rng = np.random.default_rng(5)
     first = rng.exponential(size=(20_000, sizes[0])) - 1
-    for ratio, rate in zip(RULES.spread_ratios, found[Shape.SKEWED].rates, strict=True):
+    for ratio, rate in zip(RULES.spread_ratios, found[PopulationShape.SKEWED].rates, strict=True):
         assert rate == pytest.approx(welch(first, ratio * (rng.exponential(size=(20_000, sizes[1])) - 1)), abs=0.022)
-    assert found[Shape.SKEWED].cells == ("HPH",)
+    assert found[PopulationShape.SKEWED].cells == ("HPH",)
     respond = rng.standard_normal((20_000, sizes[1])) + RULES.shift * (rng.random((20_000, sizes[1])) < RULES.respond)
     rate = welch(rng.standard_normal((20_000, sizes[0])), respond - RULES.shift * RULES.respond)
-    responders = found.get(Shape.RESPONDERS)
+    responders = found.get(PopulationShape.RESPONDERS)
     assert (responders.rates[0] if responders else RULES.tolerable) == pytest.approx(rate, abs=0.022)
 
 
 def test_a_smaller_group_that_varies_more_is_worse_whichever_it_is_and_many_animals_show_their_shape():
-    assert doubts(layout({"CTL": 4, "HPH": 12}), 1)[Shape.SKEWED].cells == ("CTL",)
+    assert doubts(layout({"CTL": 4, "HPH": 12}), 1)[PopulationShape.SKEWED].cells == ("CTL",)
     assert doubts_of(layout({"CTL": 40, "HPH": 40}), 1) == ()
 
 
 def test_a_design_with_a_covariate_is_doubted_as_one_without():
-    plain = doubts(layout({"CTL": 7, "HPH": 4}), 3)[Shape.SKEWED].rates[-1]
-    sex = doubts(layout({"CTL": 7, "HPH": 4}, Design(covariates=("sex",)), sex="fmfmfmffmfm"), 3)[Shape.SKEWED].rates[
-        -1
-    ]
+    plain = doubts(layout({"CTL": 7, "HPH": 4}), 3)[PopulationShape.SKEWED].rates[-1]
+    sex = doubts(layout({"CTL": 7, "HPH": 4}, Design(covariates=("sex",)), sex="fmfmfmffmfm"), 3)[
+        PopulationShape.SKEWED
+    ].rates[-1]
     assert plain > 0.12
     assert sex > 0.12
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from approval import approve, artists
-from vasowave.figures.forest import NARROW, WIDE, Dot, Point, Row, forest_figure
+from vasowave.figures.forest import NARROW, WIDE, Dot, ForestRow, Point, forest_figure
 from vasowave.figures.style import group_looks, source_looks, style
 
 
@@ -17,7 +17,7 @@ def row(label, sizes, spread, rng, laws=("tangent", "power")):
         for place in range(count)
     ]
     beside = [Point(1.5, 1.1, 2.2, law, law) for law in laws]
-    return Row(
+    return ForestRow(
         "Pressure and flow", label, "1.6 [1.3, 2.0]", "0.01", Point(1.6, 1.3, 2.0, "linear", "effect"), beside, dots
     )
 
@@ -76,7 +76,7 @@ def test_every_animal_of_both_groups_stands_free(sizes, spread, form):
 
 def test_animals_of_equal_value_stand_beside_each_other():
     dots = [Dot(1.6, group, f"{group} {place}", "") for group in ("WT", "HOX") for place in range(3)]
-    alike = Row("", "mPAP", "", "", Point(1.6, 1.6, 1.6, "linear"), [], dots)
+    alike = ForestRow("", "mPAP", "", "", Point(1.6, 1.6, 1.6, "linear"), [], dots)
     with style():
         figure = forest_figure([alike], group_looks(["WT", "HOX"]), source_looks(["linear"]), "ratio", ("r", "p"))
         assert covered(figure, 6) == 0
@@ -84,7 +84,7 @@ def test_animals_of_equal_value_stand_beside_each_other():
 
 @pytest.mark.parametrize("form", [WIDE, NARROW])
 def test_an_interval_that_leaves_the_axis_ends_in_an_arrow_and_no_other_does(form):
-    wide = Row("", "mPAP", "", "", Point(1.6, 1.3, 4.0, "linear"), [Point(9.0, 0.001, 900.0, "tangent")])
+    wide = ForestRow("", "mPAP", "", "", Point(1.6, 1.3, 4.0, "linear"), [Point(9.0, 0.001, 900.0, "tangent")])
     looks = group_looks(["WT", "HOX"]), source_looks(["linear", "tangent"])
     with style():
         arrows = [

@@ -25,7 +25,7 @@ from vasowave.cohort.two_groups import holm
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError
 from vasowave.figures.style import new_figure, style
-from vasowave.report.blocks import SUPPLEMENT, Answers, Columns, Drawing, Fold, Paragraph, Report, Section
+from vasowave.report.blocks import SUPPLEMENT, Answers, Drawing, Fold, Paragraph, Report, Section, SideBySide
 from vasowave.report.pdf import markup
 from vasowave.report.sections.groups import groups_section
 from vasowave.report.sections.methods import methods_section
@@ -286,7 +286,7 @@ def test_a_figure_stands_on_the_page_of_its_words_where_it_can(height, after, pa
     with style():
         drawing = Drawing("Forest", "A caption of the figure.", new_figure(17, height))
     answers = Answers([(f"Question {k}?", "An answer of more than one line. " * 6) for k in range(5)])
-    blocks = [Columns([answers], [drawing]), *[Paragraph("A paragraph of more than one line. " * 6)] * after]
+    blocks = [SideBySide([answers], [drawing]), *[Paragraph("A paragraph of more than one line. " * 6)] * after]
     sections = [Section("answer", "The answer", blocks)]
     (tmp_path / "Forest.svg").write_text(drawing.svg, encoding="utf-8")
     (tmp_path / "page.typ").write_text(markup(Report("report", "Mice", "two", "", sections)), encoding="utf-8")

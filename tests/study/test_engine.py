@@ -21,7 +21,7 @@ from vasowave.runtime.threads import cores
 from vasowave.study import engine
 from vasowave.study.engine import Job, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
-from vasowave.study.store import _NOT_NUMERICAL, Store, locked
+from vasowave.study.store import _NOT_NUMERICAL, ResultStore, locked
 
 HERE = Path(__file__).parent
 
@@ -217,7 +217,7 @@ def test_two_runs_in_one_study_are_refused_and_a_dead_one_holds_nothing(tmp_path
 
 
 def test_a_piece_is_found_by_its_key_and_a_damaged_one_is_not(tmp_path):
-    store = Store(tmp_path)
+    store = ResultStore(tmp_path)
     path = store.keep("aa", b"key aa" + b"0123456789" * 1000)
     store.keep("ab", b"key ab, other")
     assert store.find("aa") == path
@@ -238,7 +238,7 @@ def test_what_enters_no_key_is_not_needed_to_compute_an_animal():
 
 
 def test_the_bytes_of_one_piece_under_the_key_of_another_are_no_piece(tmp_path):
-    store = Store(tmp_path)
+    store = ResultStore(tmp_path)
     one = store.keep("aa", b"key aa, a result")
     other = one.rename(one.with_name(one.name.replace("aa-", "ab-")))
     assert store.find("ab") is None
@@ -266,7 +266,7 @@ def test_a_program_killed_while_it_writes_leaves_no_piece(tmp_path):
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == -signal.SIGKILL
     folder = tmp_path / "cache"
     assert len(list(folder.iterdir())) == 1
-    assert Store(tmp_path).find("aa") is None
+    assert ResultStore(tmp_path).find("aa") is None
     assert list(folder.iterdir()) == []
 
 
@@ -283,7 +283,7 @@ def test_a_dask_worker_killed_in_the_middle_loses_nothing_and_repeats_nothing_ke
     from distributed import LocalCluster
 
     names = [f"animal {i}" for i in range(8)]
-    store, log = Store(tmp_path), tmp_path / "log"
+    store, log = ResultStore(tmp_path), tmp_path / "log"
     at_kill: dict[str, list[str]] = {}
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:

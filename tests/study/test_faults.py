@@ -11,7 +11,7 @@ from vasowave.errors import InputError
 from vasowave.study.engine import Job, run_jobs
 from vasowave.study.results import write_results
 from vasowave.study.settings import StudyFile
-from vasowave.study.store import Store
+from vasowave.study.store import ResultStore
 
 
 class Vanishing(Executor):
@@ -51,7 +51,7 @@ def test_work_that_is_cancelled_again_and_again_is_a_failure_of_its_animal(tmp_p
 
 @pytest.fixture
 def store(tmp_path):
-    return Store(tmp_path)
+    return ResultStore(tmp_path)
 
 
 def test_a_folder_in_place_of_a_piece_is_named(store):

@@ -10,7 +10,7 @@ from made_cohort import made_results
 from vasowave.animal.files import to_bytes
 from vasowave.cohort import primary_comparison
 from vasowave.cohort.design import laid_out
-from vasowave.cohort.guard import Shape, doubts_of
+from vasowave.cohort.guard import PopulationShape, doubts_of
 from vasowave.errors import InputError
 from vasowave.report.answer.groups import group_answer
 from vasowave.report.documents import report_of, supplement_of
@@ -19,7 +19,7 @@ from vasowave.study.designing import understood
 from vasowave.study.loading import animal_key
 from vasowave.study.plan import RECORD, declare, inspect_study, read_study
 from vasowave.study.results import read_results, write_results
-from vasowave.study.store import Store
+from vasowave.study.store import ResultStore
 
 DESIGN = (
     "design: {covariates: [sex], blocks: [litter], subject: mouse, occasion: time}\nreport: {quantities: [mPAP, CO]}\n"
@@ -44,7 +44,7 @@ def make(tmp_path, results, design=DESIGN):
 def run(study, results):
     """Put made results where a run puts its own."""
     study.results.mkdir(exist_ok=True)
-    store = Store(study.results)
+    store = ResultStore(study.results)
     pieces = {(one.name, one.group): store.keep(one.name, to_bytes(one.to_datatree())) for one in results}
     write_results(study.results, pieces, [], study.settings, study.variables, declare(study))
     return read_results(study.folder)
@@ -412,6 +412,6 @@ def test_the_page_says_how_often_few_animals_show_what_is_not_there(tmp_path, re
     primary = primary_comparison(cohort, stored.settings.report)
     text = dict(report_of(cohort, primary, stored.settings.report).answers())["How sure is this?"]
     layout = laid_out(cohort.design, cohort.variables, cohort.members, ["CTL", "HPH"])
-    (skewed,) = [doubt for doubt in doubts_of(layout, 2) if doubt.shape is Shape.SKEWED]
+    (skewed,) = [doubt for doubt in doubts_of(layout, 2) if doubt.shape is PopulationShape.SKEWED]
     low, high = (f"{100 * rate:.0f}" for rate in (min(skewed.rates), max(skewed.rates)))
     assert f"in {low} to {high} if they are skewed and {skewed.cells[0]}" in text

@@ -14,7 +14,7 @@ from vasowave.study import planning
 from vasowave.study.planning import published_spreads
 from vasowave.study.results import read_results, write_results
 from vasowave.study.settings import StudyFile
-from vasowave.study.store import Store
+from vasowave.study.store import ResultStore
 
 LOST = Failure("HPH 9", "HPH", "", Stage.COMPUTING, "no beats", 61.2)
 
@@ -22,7 +22,7 @@ LOST = Failure("HPH 9", "HPH", "", Stage.COMPUTING, "no beats", 61.2)
 def stored(folder, results, groups, variables=(), design=None):
     """Store results as a run does, and read them again."""
     settings = StudyFile(title="Mice", groups=list(groups), **({"design": design} if design else {}))
-    store = Store(folder / "results")
+    store = ResultStore(folder / "results")
     pieces = {(one.name, one.group): store.keep(f"{n}", to_bytes(one.to_datatree())) for n, one in enumerate(results)}
     write_results(folder / "results", pieces, [LOST], settings, variables)
     return read_results(folder)

@@ -15,7 +15,7 @@ from vasowave.report.write import write_report
 from vasowave.study.reporting import report_study
 from vasowave.study.results import INDEX, _digest, read_results, write_results
 from vasowave.study.settings import StudyFile
-from vasowave.study.store import Store
+from vasowave.study.store import ResultStore
 
 LOST = Failure("CTL 9", "CTL", "", Stage.COMPUTING, "why", 21.5)
 NAMES = ["CTL 1", "Å é", "x" * 300, "A"]
@@ -25,7 +25,7 @@ NAMES = ["CTL 1", "Å é", "x" * 300, "A"]
 def stored(tmp_path):
     """Return a folder with the results of a few animals, each a result of one number."""
     folder = tmp_path / "results"
-    store = Store(folder)
+    store = ResultStore(folder)
     pieces = {}
     for number, name in enumerate(NAMES):
         key = f"key{number}"
@@ -48,7 +48,7 @@ def test_every_animal_comes_back_by_its_name_whatever_the_name(stored):
 def test_the_report_of_an_animal_that_is_not_there_names_some_that_are(stored):
     with pytest.raises(InputError, match=r"no result of 'nobody'; there are: CTL 1, Å é, x{300} and A$"):
         report_study(stored, animal="nobody")
-    store, result = Store(stored), bare_result().to_datatree()
+    store, result = ResultStore(stored), bare_result().to_datatree()
     pieces = {(f"mouse {number}", "CTL"): store.keep(f"{number}", to_bytes(result)) for number in range(9)}
     write_results(stored, pieces, {}, StudyFile())
     with pytest.raises(InputError, match=r"there are: mouse 0, .*mouse 5 and 3 more$"):
@@ -108,14 +108,14 @@ def test_an_index_that_is_nested_without_end_is_damaged(stored):
 
 
 def test_files_of_animals_that_are_no_longer_there_go(stored):
-    one = {("A", "CTL"): Store(stored).find("key3")}
+    one = {("A", "CTL"): ResultStore(stored).find("key3")}
     write_results(stored, one, {}, StudyFile())
     assert [path.name[:2] for path in (stored / "animals").iterdir()] == ["A-"]
     assert list(read_results(stored)) == ["A"]
 
 
 def test_the_group_that_the_study_names_first_is_the_reference_and_stands_first(tmp_path):
-    store, pieces = Store(tmp_path / "results"), {}
+    store, pieces = ResultStore(tmp_path / "results"), {}
     for name, group in (("a", "CTL"), ("b", "HPH"), ("c", "CTL"), ("d", "HPH")):
         pieces[name, group] = store.keep(name, to_bytes(bare_result(name, group).to_datatree()))
     write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["HPH", "CTL"]))
@@ -146,7 +146,7 @@ def test_a_report_made_in_processes_is_the_one_made_here(cohort_results, tmp_pat
     settings = StudyFile(groups=["CTL", "HPH"], report={"pdf": False})
     for workers in (1, 2):
         folder = tmp_path / str(workers)
-        store, pieces = Store(folder / "results"), {}
+        store, pieces = ResultStore(folder / "results"), {}
         for number in range(20):
             one = replace(cohort_results[number % len(cohort_results)], name=f"mouse {number}")
             pieces[one.name, one.group] = store.keep(f"{number}", to_bytes(one.to_datatree()))

@@ -15,7 +15,7 @@ from vasowave.animal.files import to_bytes
 from vasowave.animal.stored import stored_model, stored_recording
 from vasowave.study.results import write_results
 from vasowave.study.settings import StudyFile
-from vasowave.study.store import Store
+from vasowave.study.store import ResultStore
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.explorer import Explorer, posterior_draws
 
@@ -225,7 +225,7 @@ def test_the_line_of_python_draws_the_figure_of_the_page_again(program, kept_res
 
 @pytest.mark.validation
 def test_the_figure_of_two_groups_is_that_of_their_line_of_python(kept_results, tmp_path, monkeypatch):
-    store, pieces = Store(tmp_path / "results"), {}
+    store, pieces = ResultStore(tmp_path / "results"), {}
     for number, one in enumerate(reversed(planted_results())):  # the reference is the first group, not the first file
         pieces[one.name, one.group] = store.keep(f"{number}", to_bytes(one.to_datatree()))
     write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["CTL", "HPH"]))
