@@ -21,7 +21,7 @@ from robustness_page import put
 from vasowave.cohort import pooled_ratio
 from vasowave.cohort.estimates import Estimates, shared_error
 from vasowave.cohort.pooling import difference, pooled_means
-from vasowave.cohort.simultaneous import LEVEL, TestedQuantity, simultaneous
+from vasowave.cohort.simultaneous import LEVEL, ComparedQuantity, simultaneous
 from vasowave.cohort.two_groups import holm
 from vasowave.datasets import published_table
 
@@ -86,7 +86,7 @@ def judged(one: Cohort, draws: int, seed: int, relabel: bool = False) -> Found:
     for quantity, logs in enumerate(one.logs.T):
         known = np.flatnonzero(np.isfinite(logs))
         errors, other = one.errors[known, quantity], one.other[known]
-        rows.append(TestedQuantity(quantity, known, other, logs[known], errors, one.shared[quantity]))
+        rows.append(ComparedQuantity(quantity, known, other, logs[known], errors, one.shared[quantity]))
         groups = (pooled_means(logs[known][own], np.zeros(1)) for own in (~other, other))
         welch.append(float(difference(*groups).p))
     found = simultaneous(rows, draws, seed)

@@ -14,7 +14,7 @@ from vasowave.cohort.design import Design, Layout, laid_out
 from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.cohort.planning import Planning, Spread, plan_of
 from vasowave.cohort.pooling import difference, pooled_means
-from vasowave.cohort.simultaneous import Fitted, TestedQuantity, joint, simultaneous
+from vasowave.cohort.simultaneous import ComparedQuantity, Fitted, joint, simultaneous
 from vasowave.cohort.variables import Variable
 
 SPREADS = [Spread("mPAP", (0.2, 0.3), 0.1), Spread("a", (0.5, 0.5), 0.3, 0.1), Spread("R_T", (0.3, 0.2))]
@@ -46,7 +46,7 @@ def found_again(size: int, effect: float, studies: int, draws: int) -> np.ndarra
         for place, one in enumerate(SPREADS):
             spread = np.hypot(np.where(other, one.between[1], one.between[0]), one.error)
             logs, errors = scores[:, place] * spread + one.shared * common[place] * other, np.full(2 * size, one.error)
-            rows.append(TestedQuantity(place, np.arange(2 * size), other, logs, errors, one.shared))
+            rows.append(ComparedQuantity(place, np.arange(2 * size), other, logs, errors, one.shared))
         critical = simultaneous(rows, draws, number).critical  # which no shift of a group changes
         for place, row in enumerate(rows):
             first, second = (pooled_means(row.logs[own], row.errors[own]) for own in (~other, other))

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.calibration.compared import compared_part
+from vasowave.calibration.compared import compared_part, sites_of
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.sites import POINT, sites_of
+from vasowave.calibration.sites import POINT
 from vasowave.errors import InputError
 from vasowave.recording import resample
 from vasowave.solver.places import Places, waves_at

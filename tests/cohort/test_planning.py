@@ -16,7 +16,7 @@ from vasowave.cohort.design import laid_out
 from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.cohort.planning import _SIZES, Plan, Planning, Spread, plan_of, spreads_of, with_occasions
 from vasowave.cohort.primary import Family
-from vasowave.cohort.simultaneous import TestedQuantity, simultaneous
+from vasowave.cohort.simultaneous import ComparedQuantity, simultaneous
 from vasowave.errors import InputError
 from vasowave.figures.rendering import svg
 from vasowave.report.planned import plan_texts, write_plan
@@ -170,7 +170,7 @@ def test_the_promised_power_is_found_again_in_simulated_studies(planned):
         z = rng.standard_normal((16, 3)) @ root.T
         for moved in range(3):
             rows = [
-                TestedQuantity(place, np.arange(16), other,
+                ComparedQuantity(place, np.arange(16), other,
                     z[:, place] * np.hypot(np.where(other, one.between[1], one.between[0]), one.error)
                     + (np.log(1.6) * other if place == moved else 0.0), np.full(16, one.error), 0.0)
                 for place, one in enumerate(SPREADS)

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from vasowave.cohort import pooled_ratio
-from vasowave.cohort.simultaneous import LEVEL, TestedQuantity, simultaneous
+from vasowave.cohort.simultaneous import LEVEL, ComparedQuantity, simultaneous
 
 DRAWS = 4_999
 ERROR = 4 * np.sqrt(0.25 / DRAWS)  # four standard errors of a share, at its worst
@@ -16,7 +16,7 @@ def rows_of(logs, other, errors=0.0, shared=0.0):
     rows = []
     for quantity, own in enumerate(logs.T):
         known = np.flatnonzero(np.isfinite(own))
-        rows.append(TestedQuantity(quantity, known, other[known], own[known], np.full(len(known), errors), shared))
+        rows.append(ComparedQuantity(quantity, known, other[known], own[known], np.full(len(known), errors), shared))
     return rows
 
 
@@ -56,7 +56,7 @@ def test_several_groups_against_one_are_dunnetts_test():
     rng = np.random.default_rng(3)
     groups = [0.5 * place + rng.standard_normal(25) for place in range(3)]
     rows = [
-        TestedQuantity(0, np.concatenate([np.arange(25), 25 * place + np.arange(25)]), np.arange(50) >= 25,
+        ComparedQuantity(0, np.concatenate([np.arange(25), 25 * place + np.arange(25)]), np.arange(50) >= 25,
             np.concatenate([groups[0], groups[place]]), np.zeros(50), 0.0)
         for place in (1, 2)
     ]  # fmt: skip

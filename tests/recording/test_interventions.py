@@ -5,9 +5,10 @@ import pytest
 
 from vasowave.errors import VasowaveWarning
 from vasowave.recording import describe_recording, read_raw_recording
-from vasowave.recording.baseline import Baseline, Step, baseline_findings, with_comments
+from vasowave.recording.baseline import baseline_findings, with_comments
 from vasowave.recording.channels import Comment
 from vasowave.recording.interventions import comment_findings, is_intervention
+from vasowave.recording.trend import Baseline, LevelStep
 
 
 @pytest.mark.parametrize(
@@ -70,7 +71,7 @@ def test_an_intervention_within_a_stretch_that_was_asked_for_is_told():
 
 def test_a_step_beside_a_comment_is_not_called_an_instruments_and_stays():
     time = np.arange(10.0)
-    baseline = Baseline(time, time, 2.0 * (time > 4), (Step(4.5, 2.0),), 0.01, 0.0, removed=True)
+    baseline = Baseline(time, time, 2.0 * (time > 4), (LevelStep(4.5, 2.0),), 0.01, 0.0, removed=True)
     comments = (Comment(3.0, "clamp"),)
     told = [str(one) for one in baseline_findings(baseline, 0.0, 1.0, comments) if "step" in one.code]
     assert "beside the comment 'clamp' at 3 s, so that it may be the animal's" in told[0]

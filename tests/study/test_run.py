@@ -18,11 +18,12 @@ from vasowave.animal.failure import Stage
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.study.loading import animal_key
-from vasowave.study.plan import RESULTS, read_study
+from vasowave.study.plan import read_study
 from vasowave.study.reporting import report_study
 from vasowave.study.results import read_results
 from vasowave.study.running import Done, run_study
 from vasowave.study.status import study_status
+from vasowave.study.study import RESULTS
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 

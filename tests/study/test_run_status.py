@@ -15,8 +15,8 @@ from vasowave.errors import InputError, NumericalError
 from vasowave.io.files import not_written
 from vasowave.io.reserved import SLOT
 from vasowave.study import run_status as module
-from vasowave.study.plan import RESULTS
 from vasowave.study.run_status import STATUS, Ended, ask_to_stop, record_end, run_status, running
+from vasowave.study.study import RESULTS
 
 
 @pytest.fixture

@@ -11,9 +11,9 @@ import pytest
 
 from held_run import held_run
 from vasowave.errors import InputError
-from vasowave.study.plan import RESULTS
 from vasowave.study.reporting import ONE_BY_ONE, REPORT_FOLDER, report_study
 from vasowave.study.run_status import running
+from vasowave.study.study import RESULTS
 from vasowave.study.template import new_study
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import Wishes, stored_wishes

@@ -9,7 +9,7 @@ import numpy as np
 from vasowave.cohort.balanced import changes_of, effects_of_repeated, structure_of_pairs
 from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.cohort.pooling import difference, pooled_means
-from vasowave.cohort.simultaneous import Fitted, TestedQuantity, critical_p, joint
+from vasowave.cohort.simultaneous import ComparedQuantity, Fitted, critical_p, joint
 from vasowave.cohort.spread import Planning, Spread
 
 _LEAST = 1e-9  # p of one row that is as good as none
@@ -74,7 +74,7 @@ def _critical_of_groups(asked: PlannedStudies) -> list[float]:
     found = []
     for study in range(_STUDIES):
         rows = [
-            TestedQuantity(
+            ComparedQuantity(
                 place, animals, animals >= asked.size, values[study].ravel(), np.full(len(animals), error), one.shared
             )
             for place, (one, (values, error, _)) in enumerate(zip(asked.spreads, drawn, strict=True))

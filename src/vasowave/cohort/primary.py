@@ -17,7 +17,7 @@ from vasowave.cohort.estimates import Estimates, estimates_of, image_unknown, sh
 from vasowave.cohort.lungs import LungDifferences, tipping_radius
 from vasowave.cohort.missing import Missing, missing_animals
 from vasowave.cohort.pooling import Ratio, pooled_ratio
-from vasowave.cohort.simultaneous import Simultaneous, TestedQuantity, simultaneous
+from vasowave.cohort.simultaneous import ComparedQuantity, Simultaneous, simultaneous
 from vasowave.cohort.table import column, rows_of
 from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError, did_you_mean
@@ -468,13 +468,13 @@ def _by_fits(one: GroupContrast, critical: float) -> dict[str, object]:
     return {"fits ratio": value, "fits low": low, "fits high": high}
 
 
-def _joint(found: Sequence[GroupContrast]) -> list[TestedQuantity]:
+def _joint(found: Sequence[GroupContrast]) -> list[ComparedQuantity]:
     """Return what the rows of all pairs of groups are, with numbers for animals and quantities."""
     animals = {name: place for place, name in enumerate(dict.fromkeys(name for one in found for name in one.names))}
     quantities = {name: place for place, name in enumerate(dict.fromkeys(one.name for one in found))}
     return [
-        TestedQuantity(quantities[one.name], np.array([animals[name] for name in one.names]), one.other, one.known.logs,
-            one.known.errors, shared_error(one.known, one.other))
+        ComparedQuantity(quantities[one.name], np.array([animals[name] for name in one.names]), one.other,
+                         one.known.logs, one.known.errors, shared_error(one.known, one.other))
         for one in found
     ]  # fmt: skip
 

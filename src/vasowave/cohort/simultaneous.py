@@ -18,7 +18,7 @@ _MOST_NUMBERS = 2_000_000
 """Numbers in the largest array of one round of draws."""
 
 
-class TestedQuantity(NamedTuple):
+class ComparedQuantity(NamedTuple):
     """One quantity of two groups.
 
     Attributes
@@ -62,7 +62,7 @@ class Simultaneous(NamedTuple):
     rate: float
 
 
-def simultaneous(rows: Sequence[TestedQuantity], draws: int = DRAWS, seed: int = 0) -> Simultaneous:
+def simultaneous(rows: Sequence[ComparedQuantity], draws: int = DRAWS, seed: int = 0) -> Simultaneous:
     """Return p of a family of ratios, and the level at which their intervals hold together.
 
     Each row by itself has Welch's p, or where errors are known that of the pooled means of Hartung and Knapp. Cohorts
@@ -78,7 +78,7 @@ def simultaneous(rows: Sequence[TestedQuantity], draws: int = DRAWS, seed: int =
 
     Parameters
     ----------
-    rows : sequence of TestedQuantity
+    rows : sequence of ComparedQuantity
         Each with two animals or more in both groups, whose values vary.
     draws, seed : int
     """
@@ -88,13 +88,13 @@ def simultaneous(rows: Sequence[TestedQuantity], draws: int = DRAWS, seed: int =
     return Simultaneous(p, _critical(once, twice), float(wrong.mean()))
 
 
-def critical_p(rows: Sequence[TestedQuantity], draws: int, seed: int) -> float:
+def critical_p(rows: Sequence[ComparedQuantity], draws: int, seed: int) -> float:
     """Return the p of one row below which the family's is below its level, as `simultaneous` does."""
     _, (once, twice) = _drawn(rows, draws, seed, 2)
     return _critical(once, twice)
 
 
-def _drawn(rows: Sequence[TestedQuantity], draws: int, seed: int, depth: int) -> tuple["_World", np.ndarray]:
+def _drawn(rows: Sequence[ComparedQuantity], draws: int, seed: int, depth: int) -> tuple["_World", np.ndarray]:
     """Return what was observed, and the least p of cohorts each drawn from the one before, sorted (depth, draws)."""
     rng = np.random.default_rng(seed)
     size = 1 + max(int(row.animals.max()) for row in rows), 1 + max(row.quantity for row in rows)
@@ -137,7 +137,7 @@ class _World(NamedTuple):
         return np.asarray(self.p.min(axis=0))
 
     @classmethod
-    def seen(cls, rows: Sequence[TestedQuantity], logs: Sequence[np.ndarray], size: tuple[int, int]) -> "_World":
+    def seen(cls, rows: Sequence[ComparedQuantity], logs: Sequence[np.ndarray], size: tuple[int, int]) -> "_World":
         """Return what is seen in cohorts whose rows have these values, each of shape (cohort, animal)."""
         residuals = np.zeros((len(logs[0]), *size))
         p, spreads = [], []
@@ -152,7 +152,7 @@ class _World(NamedTuple):
         groups = 1 + int(np.bincount([row.quantity for row in rows]).max())  # a quantity has a row for each pair
         return cls(np.array(p), spreads, np.linalg.cholesky(correlation_of(residuals, size[0] - groups)), size[0])
 
-    def draw(self, rows: Sequence[TestedQuantity], count: int, rng: np.random.Generator) -> list[np.ndarray]:
+    def draw(self, rows: Sequence[ComparedQuantity], count: int, rng: np.random.Generator) -> list[np.ndarray]:
         """Return the values of `count` cohorts without an effect, of each row, shape (cohort, animal)."""
         scores = rng.standard_normal((count, self.animals, self.root.shape[-1])) @ np.swapaxes(self.root, -1, -2)
         common = rng.standard_normal((len(rows), count, 1))
