@@ -216,7 +216,7 @@ FAULTS = [
     Fault(
         "a frame of zeros is background",
         "imaging/lumen/levels.py",
-        (("real |= grey[np.ix_(*beside)] != here", "real |= True"),),
+        (("real |= grey[np.ix_(*neighbors)] != sample", "real |= True"),),
     ),
     Fault("resampled cubes drift", "imaging/read/volume.py", (("step = smallest", "step = 1.002 * smallest"),)),
     Fault("the second witness overlooks ends", "imaging/witness/topology.py", (("if spare and all_ends", "if False"),)),

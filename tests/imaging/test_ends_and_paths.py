@@ -76,7 +76,7 @@ def test_differences_along_a_vessel_vanish_on_arcs_of_nodes_and_on_straight_radi
                   np.array([0, 5, 10]), np.array([-1, 0]))  # fmt: skip
     kept = differences(tubes)
     values = kept.of(tubes.state)
-    nodes = [tubes.nodes[tubes.at[:5]], tubes.nodes[tubes.at[5:]]]
+    nodes = [tubes.nodes[tubes.place_nodes[:5]], tubes.nodes[tubes.place_nodes[5:]]]
     own = [tubes.radius[:5], tubes.radius[5:]]
     for vessel in range(2):
         of = kept.vessel == vessel

@@ -112,12 +112,12 @@ def as_extracted(tree: Tree, surface: np.ndarray | None = None, ends: Ends = "au
     spacing = float(np.median([line.typical_radius for line in longer.lines])) / FINE
     points = _ball_surface(longer) if surface is None else surface
     first = fitted(with_met_axes(_even(longer, spacing)), points, spacing)
-    whole = without_short_vessels(first, collapse)
-    if len(whole) < len(first):
-        end_sd = end_sd[[any(line is kept for kept in whole.lines) for line in first.lines]]
-        first = fitted(whole, points, spacing)
-    found = settled(first, points, spacing)
-    first = found.tree
+    collapsed = without_short_vessels(first, collapse)
+    if len(collapsed) < len(first):
+        end_sd = end_sd[[any(line is remaining for remaining in collapsed.lines) for line in first.lines]]
+        first = fitted(collapsed, points, spacing)
+    settled_tree = settled(first, points, spacing)
+    first = settled_tree.tree
     if surface is not None:
         first = _ending_at(first, surface)
         end_sd = np.where(_at(first, surface), ENDS * spacing, end_sd)
@@ -129,16 +129,16 @@ def as_extracted(tree: Tree, surface: np.ndarray | None = None, ends: Ends = "au
         share = STEPPED if _stepped(tree) else SHARE
         step = float(np.mean([np.median(np.diff(line.run)) for line in tree.lines]))
         place = np.hypot(share * _junction_radius(again), COARSE * step)
-    return Alike(again, np.sqrt(found.open_sd**2 + place**2 + end_sd**2))
+    return Alike(again, np.sqrt(settled_tree.open_sd**2 + place**2 + end_sd**2))
 
 
 def _stepped(tree: Tree) -> bool:
     """Return whether radii step where vessels meet, as those that were drawn do and those of balls cannot."""
     for row, parent in enumerate(tree.parent.tolist()):
         if parent >= 0:
-            way = tree.lines[parent][-3:].then(tree.lines[row][:3])
-            excess = np.abs(np.diff(way.radius)) - np.linalg.norm(np.diff(way.points, axis=0), axis=1)
-            if excess.max() > STEP * way.radius.max():
+            passage = tree.lines[parent][-3:].then(tree.lines[row][:3])
+            excess = np.abs(np.diff(passage.radius)) - np.linalg.norm(np.diff(passage.points, axis=0), axis=1)
+            if excess.max() > STEP * passage.radius.max():
                 return True
     return False
 
@@ -164,10 +164,10 @@ def _missing(line: Line, ends: Ends) -> tuple[float, float]:
         return 0.0, SURE
     if ends == "auto" and _steps_to_the_cap(line):
         return 0.0, SURE
-    own, radius = step[len(step) // 2 :], line.radius[len(step) // 2 :]
+    last_steps, radius = step[len(step) // 2 :], line.radius[len(step) // 2 :]
     if ends == "auto" and len(radius) > 2 and np.abs(np.diff(radius, 2)).max() < DRAWN * radius.max():
         return 0.0, SURE
-    if ends == "ball" or own.std() > UNEVEN * own.mean():
+    if ends == "ball" or last_steps.std() > UNEVEN * last_steps.mean():
         return 1.0, SURE
     return 0.5, 1 / np.sqrt(12)
 
@@ -177,25 +177,25 @@ def _steps_to_the_cap(line: Line) -> bool:
 
     Balls in a surface scatter from point to point; what was put between the last of them and the cap does not.
     """
-    way, back = line[::-1], 2
-    columns = np.column_stack([way.points, way.radius])
-    while back < len(way):
-        between = way.run[: back + 1, None] / max(float(way.run[back]), 1e-12)
-        beside = np.abs(columns[: back + 1] - columns[0] - between * (columns[back] - columns[0])).max(axis=0)
-        if beside[:3].max() > CAP_STEP.straight * way.run[back] or beside[3] > DRAWN * way.radius[0]:
+    reverse, back = line[::-1], 2
+    columns = np.column_stack([reverse.points, reverse.radius])
+    while back < len(reverse):
+        between = reverse.run[: back + 1, None] / max(float(reverse.run[back]), 1e-12)
+        deviation = np.abs(columns[: back + 1] - columns[0] - between * (columns[back] - columns[0])).max(axis=0)
+        if deviation[:3].max() > CAP_STEP.straight * reverse.run[back] or deviation[3] > DRAWN * reverse.radius[0]:
             break
         back += 1
     last = back - 1
-    pieces = last >= 2 and way.run[last] >= CAP_STEP.shortest * way.radius[0]
-    return bool(pieces and way.run[min(back, len(way) - 1)] >= CAP_STEP.whole * way.radius[0])
+    pieces = last >= 2 and reverse.run[last] >= CAP_STEP.shortest * reverse.radius[0]
+    return bool(pieces and reverse.run[min(back, len(reverse) - 1)] >= CAP_STEP.whole * reverse.radius[0])
 
 
-def _prolonged(line: Line, more: float) -> Line:
-    """Return `line` prolonged by `more`, in the direction of its last radius."""
+def _prolonged(line: Line, extension: float) -> Line:
+    """Return `line` prolonged by `extension`, in the direction of its last radius."""
     back = min(int(np.searchsorted(line.run, line.length - line.radius[-1])), len(line) - 2)
     along = line.points[-1] - line.points[back]
-    end = line.points[-1:] + more * along / max(float(np.linalg.norm(along)), 1e-12)
-    return line.then(Line(end, line.radius[-1:])) if more else line
+    end = line.points[-1:] + extension * along / max(float(np.linalg.norm(along)), 1e-12)
+    return line.then(Line(end, line.radius[-1:])) if extension else line
 
 
 def _even(tree: Tree, step: float) -> Tree:
@@ -212,20 +212,22 @@ def _ball_surface(tree: Tree) -> np.ndarray:
     angle = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
     rings = []
     for line in tree.lines:
-        own = _at_steps(line, ALONG * line.typical_radius)
-        along = tangents(own.points, 1)
+        balls = _at_steps(line, ALONG * line.typical_radius)
+        along = tangents(balls.points, 1)
         along[np.linalg.norm(along, axis=1) < 0.5] = [0.0, 0.0, 1.0]  # where a line turns back on itself
         u, v = across(along)
-        way = np.cos(angle)[:, None] * u[:, None] + np.sin(angle)[:, None] * v[:, None]
-        rings.append((own.points[:, None] + own.radius[:, None, None] * way).reshape(-1, 3))
+        direction = np.cos(angle)[:, None] * u[:, None] + np.sin(angle)[:, None] * v[:, None]
+        rings.append((balls.points[:, None] + balls.radius[:, None, None] * direction).reshape(-1, 3))
     points = np.concatenate(rings)
     outside = np.ones(len(points), dtype=bool)
     for line in tree.lines:
-        own = _at_steps(line, 0.25 * ALONG * line.typical_radius)
-        reach = own.radius.max()
-        near = np.flatnonzero(((points > own.points.min(0) - reach) & (points < own.points.max(0) + reach)).all(axis=1))
-        distance, nearest = cKDTree(own.points).query(points[near])
-        outside[near[distance < COVERED * own.radius[nearest]]] = False
+        balls = _at_steps(line, 0.25 * ALONG * line.typical_radius)
+        reach = balls.radius.max()
+        candidates = np.flatnonzero(
+            ((points > balls.points.min(0) - reach) & (points < balls.points.max(0) + reach)).all(axis=1)
+        )
+        distance, nearest = cKDTree(balls.points).query(points[candidates])
+        outside[candidates[distance < COVERED * balls.radius[nearest]]] = False
     return points[outside]
 
 
@@ -247,7 +249,7 @@ def _at(tree: Tree, surface: np.ndarray) -> np.ndarray:
 
 def _junction_radius(tree: Tree) -> np.ndarray:
     """Return the radius that a vessel's junctions are placed against: its parent's, and its own where it branches."""
-    own = np.array([line.typical_radius for line in tree.lines])
-    begin = np.where(tree.parent >= 0, own[tree.parent], 0.0)
+    radius = np.array([line.typical_radius for line in tree.lines])
+    begin = np.where(tree.parent >= 0, radius[tree.parent], 0.0)
     inner = np.isin(np.arange(len(tree)), tree.parent)
-    return np.hypot(begin, np.where(inner, own, 0.0))
+    return np.hypot(begin, np.where(inner, radius, 0.0))

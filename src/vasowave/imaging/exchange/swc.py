@@ -56,8 +56,8 @@ def read_swc(path: Path, unit: float) -> Skeleton:
 
 def _above(path: Path, lines: Sequence[int], values: np.ndarray) -> np.ndarray:
     """Return for each row that of its parent, -1 for a root."""
-    whole = np.isfinite(values) & (np.abs(values) < _LARGEST) & (np.floor(values) == values)
-    wrong = np.flatnonzero(~whole[:, [0, 6]].all(axis=1))
+    is_integer = np.isfinite(values) & (np.abs(values) < _LARGEST) & (np.floor(values) == values)
+    wrong = np.flatnonzero(~is_integer[:, [0, 6]].all(axis=1))
     if len(wrong):
         raise InputError(f"{path}, line {lines[int(wrong[0])]}: the numbers of a point and its parent must be whole")
     row = {int(number): index for index, number in enumerate(values[:, 0])}

@@ -39,10 +39,10 @@ def background_level(volume: Volume) -> float:
 
 def background_and_noise(volume: Volume) -> tuple[float, float]:
     """Return `background_level` and the noise's standard deviation, from the median of differences; grey levels."""
-    (near, one), (far, other) = _sample(volume, 0), _sample(volume, LAG)
-    real = one & other
-    difference = (far - near)[real] if real.any() else far - near
-    return _middle(near, one), float(1.4826 * np.median(np.abs(difference)) / np.sqrt(2))
+    (levels, valid), (shifted_levels, shifted_valid) = _sample(volume, 0), _sample(volume, LAG)
+    real = valid & shifted_valid
+    difference = (shifted_levels - levels)[real] if real.any() else shifted_levels - levels
+    return _middle(levels, valid), float(1.4826 * np.median(np.abs(difference)) / np.sqrt(2))
 
 
 def _middle(grey: np.ndarray, real: np.ndarray) -> float:
@@ -56,14 +56,14 @@ def _sample(volume: Volume, shift: int) -> tuple[np.ndarray, np.ndarray]:
     grey = volume.grey
     places = [np.arange(0, count, EVERY) for count in grey.shape]
     places[2] = np.minimum(places[2] + shift, grey.shape[2] - 1)
-    here = grey[np.ix_(*places)].astype(np.float32)
-    real = np.zeros(here.shape, dtype=bool)
+    sample = grey[np.ix_(*places)].astype(np.float32)
+    real = np.zeros(sample.shape, dtype=bool)
     for axis in range(3):
         for step in (-1, 1):
-            beside = list(places)
-            beside[axis] = np.clip(places[axis] + step, 0, grey.shape[axis] - 1)  # at a face the voxel itself
-            real |= grey[np.ix_(*beside)] != here
-    return here, real
+            neighbors = list(places)
+            neighbors[axis] = np.clip(places[axis] + step, 0, grey.shape[axis] - 1)  # at a face the voxel itself
+            real |= grey[np.ix_(*neighbors)] != sample
+    return sample, real
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,8 @@ class Levels:
 
 def levels_of(volume: Volume) -> Levels:
     """Return background and lumen of `volume`: the largest bright piece is looked at, again and again."""
-    every = -(-max(volume.grey.shape) // FINEST)
-    grey = ndimage.gaussian_filter(np.asarray(volume.grey[::every, ::every, ::every], dtype=np.float32), SMOOTH)
+    stride = -(-max(volume.grey.shape) // FINEST)
+    grey = ndimage.gaussian_filter(np.asarray(volume.grey[::stride, ::stride, ::stride], dtype=np.float32), SMOOTH)
     dark, bright = background_level(volume), float(np.percentile(grey, FIRST))
     for _ in range(ROUNDS):
         pieces, count = ndimage.label(grey > dark + SHARE * (bright - dark))

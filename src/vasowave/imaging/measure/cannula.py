@@ -43,11 +43,11 @@ def cannula_tip(line: Line, radius: np.ndarray) -> int:
     """
     places, misfits, steps = _candidates(line, radius)
     best = int(np.argmin(misfits))
-    near, far = steps[best]
-    if abs(far - near) < STEP * near:
+    tubing_radius, vessel_radius = steps[best]
+    if abs(vessel_radius - tubing_radius) < STEP * tubing_radius:
         raise NoCannulaError(
-            f"no cannula found: where the root's radius changes most it steps only from {near:.4g} to {far:.4g} cm; "
-            f"{_NONE}; {_ELSE}"
+            f"no cannula found: where the root's radius changes most it steps only from {tubing_radius:.4g} to "
+            f"{vessel_radius:.4g} cm; {_NONE}; {_ELSE}"
         )
     return int(places[best])
 
@@ -77,15 +77,19 @@ def _candidates(line: Line, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray,
         )
     values, along = radius[inner], run[inner]
     fits = [_fit(values, along, tip) for tip in range(MARGIN, len(values) - MARGIN)]
-    return inner[MARGIN:-MARGIN], np.array([misfit for misfit, *_ in fits]), [(near, far) for _, near, far in fits]
+    return (
+        inner[MARGIN:-MARGIN],
+        np.array([misfit for misfit, *_ in fits]),
+        [(tubing_radius, vessel_radius) for _, tubing_radius, vessel_radius in fits],
+    )
 
 
 def _fit(radius: np.ndarray, run: np.ndarray, tip: int) -> tuple[float, float, float]:
     """Return the squared misfit of a constant before `tip` and a line after it, and both radii at the tip."""
     slope, start = np.polyfit(run[tip:] - run[tip], radius[tip:], 1)
-    rest = radius[tip:] - start - slope * (run[tip:] - run[tip])
-    near = float(radius[:tip].mean())
-    return float(((radius[:tip] - near) ** 2).sum() + (rest**2).sum()), near, float(start)
+    residual = radius[tip:] - start - slope * (run[tip:] - run[tip])
+    tubing_radius = float(radius[:tip].mean())
+    return float(((radius[:tip] - tubing_radius) ** 2).sum() + (residual**2).sum()), tubing_radius, float(start)
 
 
 def without_cannula(tree: Tree, volume: Volume) -> tuple[Tree, Line]:
@@ -107,11 +111,11 @@ def cannula_radius(line: Line, volume: Volume) -> float:
     """
     run, typical = line.run, float(np.median(line.radius))
     free = np.flatnonzero((run > 1.2 * typical) & (run < run[-1] - 0.5 * typical))
-    one = profile(line, free, typical, volume)
-    if one is None:
+    sections = profile(line, free, typical, volume)
+    if sections is None:
         raise InputError(f"the cannula shows only {run[-1]:.3g} cm, too little to measure its radius; {_ELSE}")
-    contrast, _ = own_contrast(one, BLUR * float(volume.spacing[0]))
-    return densitometric_radius(one, contrast)
+    contrast, _ = own_contrast(sections, BLUR * float(volume.spacing[0]))
+    return densitometric_radius(sections, contrast)
 
 
 OTHER_SCALE = look_kind(
@@ -122,7 +126,7 @@ OTHER_SCALE = look_kind(
 )
 
 
-def scale_of(cannula: Line, volume: Volume, known: float) -> float:
+def scale_of(cannula: Line, volume: Volume, known_radius: float) -> float:
     """Return the known over the measured radius of the `cannula`.
 
     Warns
@@ -131,7 +135,7 @@ def scale_of(cannula: Line, volume: Volume, known: float) -> float:
         They differ by more than 1 %.
     """
     measured = cannula_radius(cannula, volume)
-    scale = known / measured
+    scale = known_radius / measured
     if abs(scale - 1) > 0.01:
-        warn(OTHER_SCALE(measured=float(measured), known=float(known), percent=float(100 * (scale - 1))))
+        warn(OTHER_SCALE(measured=float(measured), known=float(known_radius), percent=float(100 * (scale - 1))))
     return scale

@@ -65,16 +65,18 @@ class GreyScale:
     @property
     def pairs(self) -> tuple[tuple[float, float], ...]:
         """Measured and linear levels that correct the scale."""
-        few = np.linspace(0, len(self.measured) - 1, KNOTS).round().astype(int)
-        return tuple(zip(self.measured[few].tolist(), self.linear[few].tolist(), strict=True))
+        knots = np.linspace(0, len(self.measured) - 1, KNOTS).round().astype(int)
+        return tuple(zip(self.measured[knots].tolist(), self.linear[knots].tolist(), strict=True))
 
 
 def corrected(volume: Volume, pairs: tuple[tuple[float, float], ...]) -> Volume:
     """Return `volume` with the linear level of every measured one, straight between the `pairs` and beyond them."""
     measured, linear = np.array(pairs).T
     slope = np.diff(linear) / np.diff(measured)
-    at = np.clip(np.searchsorted(measured, volume.grey, side="right") - 1, 0, len(slope) - 1)
-    return Volume(linear[at] + slope[at] * (volume.grey - measured[at]), volume.spacing, volume.origin, volume.axes)
+    segment = np.clip(np.searchsorted(measured, volume.grey, side="right") - 1, 0, len(slope) - 1)
+    return Volume(
+        linear[segment] + slope[segment] * (volume.grey - measured[segment]), volume.spacing, volume.origin, volume.axes
+    )
 
 
 def grey_scale(tree: Tree, volume: Volume) -> GreyScale | None:
@@ -104,25 +106,27 @@ def _rings(tree: Tree, row: int, stretch: tuple[float, float], volume: Volume) -
     grid = disc(line.typical_radius + REACH * spacing, STEP * spacing)
     places = line.points[sections, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
     grey = sampled(volume.grey, places, volume.origin, spacing)
-    others = tree.line[tree.owner != row]
-    if len(others):
-        grey[in_tube(places, line.points[sections], others.points, others.radius + APART * spacing)] = np.nan
+    neighbors = tree.line[tree.owner != row]
+    if len(neighbors):
+        grey[in_tube(places, line.points[sections], neighbors.points, neighbors.radius + APART * spacing)] = np.nan
     differs = grey[LAG:-LAG] - (grey[: -2 * LAG] + grey[2 * LAG :]) / 2
     ring = (np.hypot(*grid.T) / (BIN * spacing)).astype(int)
-    found = []
+    samples = []
     for number in np.unique(ring):
-        own, here = differs[:, ring == number], grey[LAG:-LAG, ring == number]
-        seen = np.isfinite(own)
-        if seen.sum() >= SAMPLES:
-            found.append((here[seen].mean(), np.quantile(np.abs(own[seen]), WITHIN) / np.sqrt(1.5), seen.sum()))
-    return np.array(found).reshape(-1, 3).T
+        deviations, levels = differs[:, ring == number], grey[LAG:-LAG, ring == number]
+        valid = np.isfinite(deviations)
+        if valid.sum() >= SAMPLES:
+            samples.append(
+                (levels[valid].mean(), np.quantile(np.abs(deviations[valid]), WITHIN) / np.sqrt(1.5), valid.sum())
+            )
+    return np.array(samples).reshape(-1, 3).T
 
 
-def _smooth(level: np.ndarray, value: np.ndarray, weight: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the polynomial through `value` at the levels `at`, outliers counting less."""
+def _smooth(level: np.ndarray, value: np.ndarray, weight: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Return the polynomial through `value` at the levels `knots`, outliers counting less."""
 
     def basis(levels: np.ndarray) -> np.ndarray:
-        return np.polynomial.legendre.legvander(2 * (levels - at[0]) / (at[-1] - at[0]) - 1, DEGREE)
+        return np.polynomial.legendre.legvander(2 * (levels - knots[0]) / (knots[-1] - knots[0]) - 1, DEGREE)
 
     matrix, full = basis(level), np.sqrt(weight / weight.max())
     root = full
@@ -131,4 +135,4 @@ def _smooth(level: np.ndarray, value: np.ndarray, weight: np.ndarray, at: np.nda
         off = value - matrix @ fit
         size = max(1.4826 * float(np.median(np.abs(off))), 1e-9)
         root = full / np.sqrt(1 + (off / (OUTLIER * size)) ** 2)
-    return np.asarray(basis(at) @ fit)
+    return np.asarray(basis(knots) @ fit)

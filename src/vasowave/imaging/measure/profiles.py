@@ -72,11 +72,11 @@ Look = Callable[[Line, np.ndarray, float, Volume, Sequence[Line]], Profile | Non
 
 
 def profile(
-    line: Line, sections: np.ndarray, radius: float, volume: Volume, others: Sequence[Line] = ()
+    line: Line, sections: np.ndarray, radius: float, volume: Volume, neighbors: Sequence[Line] = ()
 ) -> Profile | None:
     """Return what the `sections` (points of `line`) of a vessel of about `radius` (cm) show; None without sections.
 
-    Directions in which one of the `others` comes into a section are left out together with their opposites.
+    Directions in which one of the `neighbors` comes into a section are left out together with their opposites.
     """
     if len(sections) == 0:
         return None
@@ -89,19 +89,23 @@ def profile(
     rho = np.hypot(*grid.T)
     within, core = rho <= inner, rho <= max(CORE[0] * spacing, radius - CORE[1] * spacing)
     foreign = np.zeros(places.shape[:2], dtype=bool)
-    for other in others:
-        foreign |= in_tube(places, line.points[sections], other.points, other.radius + CLEARANCE * spacing)
-    kept, ring = _seen(grid, within, foreign)
-    good = (kept.sum(axis=1) >= SEEN * within.sum()) & ring.any(axis=1)
+    for neighbor in neighbors:
+        foreign |= in_tube(places, line.points[sections], neighbor.points, neighbor.radius + CLEARANCE * spacing)
+    valid, ring = _seen(grid, within, foreign)
+    good = (valid.sum(axis=1) >= SEEN * within.sum()) & ring.any(axis=1)
     if not good.any():
         return None
     background = medians(grey[good], ring[good])
-    above, kept = grey[good] - background[:, None], kept[good]
+    above, valid = grey[good] - background[:, None], valid[good]
     area = within.sum() * (STEP * spacing) ** 2
-    signal = np.maximum((above * kept).sum(axis=1) / kept.sum(axis=1) * area, 0.0)
-    whole = above[kept[:, within].all(axis=1)]
-    spread = _spread(whole[:, within].mean(axis=0), grid[within]) if len(whole) else np.full(2, np.nan)
-    steepest = _slope(above, kept, rho, BIN * spacing)
+    signal = np.maximum((above * valid).sum(axis=1) / valid.sum(axis=1) * area, 0.0)
+    complete_sections = above[valid[:, within].all(axis=1)]
+    spread = (
+        _spread(complete_sections[:, within].mean(axis=0), grid[within])
+        if len(complete_sections)
+        else np.full(2, np.nan)
+    )
+    steepest = _slope(above, valid, rho, BIN * spacing)
     # The integral's own noise, and that of the background's median (π/2 as much as of a mean) over its area.
     noise = np.sqrt(area + np.pi / 2 * area**2 / (np.mean(ring[good].sum(axis=1)) * (STEP * spacing) ** 2))
     plateau = above[:, core].mean(axis=1)
@@ -126,11 +130,11 @@ def _spread(weight: np.ndarray, grid: np.ndarray) -> np.ndarray:
     return np.linalg.eigvalsh((away * weight[:, None]).T @ away)[::-1]
 
 
-def _slope(above: np.ndarray, kept: np.ndarray, rho: np.ndarray, width: float) -> float:
+def _slope(above: np.ndarray, valid: np.ndarray, rho: np.ndarray, width: float) -> float:
     """Return the steepest fall of the mean grey level from bin to bin of `width`, grey levels per cm."""
     bins = (rho / width).astype(int)
-    total = np.bincount(np.broadcast_to(bins, above.shape)[kept], above[kept])
-    count = np.bincount(np.broadcast_to(bins, above.shape)[kept])
+    total = np.bincount(np.broadcast_to(bins, above.shape)[valid], above[valid])
+    count = np.bincount(np.broadcast_to(bins, above.shape)[valid])
     mean = total / np.maximum(count, 1)
     return float(np.max(mean[:-2] - mean[2:], initial=0.0) / (2 * width))
 

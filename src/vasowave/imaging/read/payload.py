@@ -19,11 +19,11 @@ _UNPACKED = 1 << 24  # bytes that are unpacked at a time
 _AGAIN = "copy or export it again"
 
 
-def no_voxel_size(path: Path, what: str) -> InputError:
+def no_voxel_size(path: Path, problem: str) -> InputError:
     """Return the error that a header does not say how large a voxel is: nothing is assumed."""
     return InputError(
-        f"{path}: {what}, so that the size of its voxels is not known; give it in cm (--voxel of `vasowave extract`, "
-        "spacing of `read_volume`)"
+        f"{path}: {problem}, so that the size of its voxels is not known; give it in cm (--voxel of "
+        "`vasowave extract`, spacing of `read_volume`)"
     )
 
 
@@ -70,8 +70,8 @@ def require_bytes(path: Path, start: int, count: int, packing: Packing = "raw") 
         raise InputError(f"{path}: more voxels than the {count} bytes that its header announces; {_AGAIN}")
 
 
-def unpacked(path: Path, start: int, packing: Packing, most: int) -> Iterator[bytes]:
-    """Yield what stands packed in `path` from byte `start` on, in pieces; it ends soon after `most` bytes.
+def unpacked(path: Path, start: int, packing: Packing, limit: int) -> Iterator[bytes]:
+    """Yield what stands packed in `path` from byte `start` on, in pieces; it ends soon after `limit` bytes.
 
     Raises
     ------
@@ -83,13 +83,13 @@ def unpacked(path: Path, start: int, packing: Packing, most: int) -> Iterator[by
     stream, size = _stream(packing), 0
     with path.open("rb") as file:
         file.seek(start)
-        while size <= most:
+        while size <= limit:
             if stream.ended:
-                rest = stream.unused
-                if packing == "zlib" or not (rest or (rest := file.read(_CHUNK))).strip(b"\0"):
+                remainder = stream.unused
+                if packing == "zlib" or not (remainder or (remainder := file.read(_CHUNK))).strip(b"\0"):
                     return
                 stream = _stream(packing)  # gzip and bzip2 may hold several streams, one after the other
-                piece = stream.add(rest)
+                piece = stream.add(remainder)
             elif stream.hungry:
                 chunk = file.read(_CHUNK)
                 if not chunk:

@@ -73,16 +73,17 @@ class GreyLook:
     contradicted: bool = False
 
 
-def grey_look(tree: Tree, volume: Volume, lumen: Segmentation, cannula: Line | None, known: float) -> GreyLook:
-    """Return what `volume` (cubes) and the `cannula` of `known` radius (cm) say of the grey scale."""
+def grey_look(tree: Tree, volume: Volume, lumen: Segmentation, cannula: Line | None, known_radius: float) -> GreyLook:
+    """Return what `volume` (cubes) and the `cannula` of `known_radius` (cm) say of the grey scale."""
     share, highest = saturation(volume, lumen)
     scale = grey_scale(tree, volume)
     if scale is None or cannula is None or share > CLIPPED:
         return GreyLook(share, highest, scale)
     try:
-        near = _around(cannula, volume)
+        region = _around(cannula, volume)
         before, after = (
-            abs(float(np.log(cannula_radius(cannula, one) / known))) for one in (near, corrected(near, scale.pairs))
+            abs(float(np.log(cannula_radius(cannula, image) / known_radius)))
+            for image in (region, corrected(region, scale.pairs))
         )
     except InputError:  # too little of the cannula is seen
         return GreyLook(share, highest, scale)
@@ -106,28 +107,29 @@ def saturation(volume: Volume, lumen: Segmentation) -> tuple[float, float]:
     box = tuple(slice(a, a + n) for a, n in zip(lumen.corner, lumen.mask.shape, strict=True))
     grey = volume.grey[box][lumen.mask]
     highest, lowest = float(grey.max()), float(volume.grey.min())
-    near = volume.grey[box]
-    mask = bool(((near == highest) | (near == lowest)).all())
+    levels = volume.grey[box]
+    mask = bool(((levels == highest) | (levels == lowest)).all())
     made = lumen.noise == 0 and not np.array_equal(grey, np.round(grey))
     if mask or made:
         return 0.0, highest
     return float(np.mean(grey >= highest - 1e-6 * (highest - lowest))), highest
 
 
-def grey_doubts(look: GreyLook, vessels: Sequence[str]) -> list[Doubt]:
+def grey_doubts(observation: GreyLook, vessels: Sequence[str]) -> list[Doubt]:
     """Return the gravest thing that the grey levels say against the radii of all `vessels`, if there is one."""
     names = tuple(vessels)
-    if look.saturated > CLIPPED:
-        return [Doubt("radius", IMAGE_CLIPPED(share=look.saturated, level=look.highest), names)]
-    scale = look.scale
-    if scale is None or look.contradicted or not _is_off(scale):
+    if observation.saturated > CLIPPED:
+        return [Doubt("radius", IMAGE_CLIPPED(share=observation.saturated, level=observation.highest), names)]
+    scale = observation.scale
+    if scale is None or observation.contradicted or not _is_off(scale):
         return []
-    way = LINEAR
-    if look.offered:
-        way = f"with it corrected, grey {grey_text(look.offered)}, the cannula has its known diameter: extract again so"
+    remedy = LINEAR
+    if observation.offered:
+        pairs = grey_text(observation.offered)
+        remedy = f"with it corrected, grey {pairs}, the cannula has its known diameter: extract again so"
     if scale.flatness < FLAT:
-        return [Doubt("radius", IMAGE_FLAT(flatness=scale.flatness, way=way), names)]
-    return [Doubt("radius", IMAGE_BENT(bend=scale.bend, way=way), names)]
+        return [Doubt("radius", IMAGE_FLAT(flatness=scale.flatness, way=remedy), names)]
+    return [Doubt("radius", IMAGE_BENT(bend=scale.bend, way=remedy), names)]
 
 
 def _is_off(scale: GreyScale) -> bool:

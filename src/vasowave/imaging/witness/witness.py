@@ -103,8 +103,8 @@ def doubts_about(
     all_ends : bool
         Whether the tree should have every end of the lumen, see `topology_doubts`.
     """
-    least = measured.network.length - SURE * measured.length_sd
-    doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends, least)
+    min_lengths = measured.network.length - SURE * measured.length_sd
+    doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends, min_lengths)
     doubts += crossing_doubts(measured.tree) + (_shattered(measured) if all_ends else [])
     return (
         *doubts,
@@ -120,8 +120,8 @@ def _shattered(measured: Measurement) -> list[Doubt]:
     short = ~measured.reliable
     if short.mean() <= SHATTERED:
         return []
-    found = SHATTER(short=int(short.sum()), vessels=len(short))
-    return [Doubt("topology", found, tuple(measured.network.name[row] for row in np.flatnonzero(short)))]
+    finding = SHATTER(short=int(short.sum()), vessels=len(short))
+    return [Doubt("topology", finding, tuple(measured.network.name[row] for row in np.flatnonzero(short)))]
 
 
 def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
@@ -145,12 +145,12 @@ def _unsettled(measured: Measurement) -> list[Doubt]:
     lengths = ~(SURE * measured.length_sd <= LENGTH * network.length)
     radii = ~(deviations * measured.radius_sd <= RADIUS * network.radius)
     sure = {"share": RADIUS, "deviations": float(deviations)}
-    found: list[tuple[About, np.ndarray, Kind, dict[str, float]]] = [
+    cases: list[tuple[About, np.ndarray, Kind, dict[str, float]]] = [
         ("length", lengths, UNSURE_LENGTH, {"share": LENGTH, "deviations": SURE}),
         ("radius", radii & measured.reliable, UNSURE_RADIUS, sure),
         ("radius", ~measured.reliable, NO_RADIUS, {}),
     ]
-    return [_doubt(measured, about, rows, which, **values) for about, rows, which, values in found if rows.any()]
+    return [_doubt(measured, about, rows, kind, **values) for about, rows, kind, values in cases if rows.any()]
 
 
 def _junctions(measured: Measurement, place_sd: np.ndarray) -> list[Doubt]:
@@ -181,10 +181,10 @@ def _uneven(measured: Measurement, misfit: np.ndarray) -> list[Doubt]:
     return doubts
 
 
-def _doubt(measured: Measurement, about: About, rows: np.ndarray, which: Kind, **values: float) -> Doubt:
+def _doubt(measured: Measurement, about: About, rows: np.ndarray, kind: Kind, **values: float) -> Doubt:
     names = tuple(measured.network.name[row] for row in np.flatnonzero(rows))
     places = [line.points[len(line) // 2] for line, taken in zip(measured.tree.lines, rows, strict=True) if taken]
-    return Doubt(about, which(vessels=", ".join(names), **values), names, np.array(places))
+    return Doubt(about, kind(vessels=", ".join(names), **values), names, np.array(places))
 
 
 def surface_misfit(tree: Tree, radius: np.ndarray, surface: np.ndarray, spacing: float) -> np.ndarray:
@@ -214,10 +214,10 @@ def surface_misfit(tree: Tree, radius: np.ndarray, surface: np.ndarray, spacing:
     # What a tube's own taper explains is no misfit: the gap is taken from the mean along it.
     misfit = np.full(len(tree), np.nan)
     for row, (begin, end) in enumerate(free_stretches(tree)):
-        own = (owner == row) & (run > begin) & (run < end) & (distance < 3 * radius[row] + 3 * spacing)
-        if own.sum() < 30:
+        in_tube = (owner == row) & (run > begin) & (run < end) & (distance < 3 * radius[row] + 3 * spacing)
+        if in_tube.sum() < 30:
             continue
-        bins = (run[own] / max(radius[row], spacing)).astype(int)
-        mean = np.bincount(bins, distance[own]) / np.maximum(np.bincount(bins), 1)
-        misfit[row] = float(np.median(np.abs(distance[own] - mean[bins]))) / radius[row]
+        bins = (run[in_tube] / max(radius[row], spacing)).astype(int)
+        mean = np.bincount(bins, distance[in_tube]) / np.maximum(np.bincount(bins), 1)
+        misfit[row] = float(np.median(np.abs(distance[in_tube] - mean[bins]))) / radius[row]
     return misfit
