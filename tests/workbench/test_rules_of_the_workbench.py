@@ -357,7 +357,7 @@ def test_places_are_opened_as_what_they_are(at, tmp_path):
     (scan / "1").write_bytes(b"\0" * 128 + b"DICM")
     found = opening.opened(scan)
     assert (found.folder.name, found.desk, found.image) == ("my scan study", "#lung/my%20scan", scan)
-    assert found.said[0].startswith("Its study, which holds what is found: ")
+    assert found.notices[0].startswith("Its study, which holds what is found: ")
     assert not opening._slices(empty)
     inside = folder / "images"
     inside.mkdir()
