@@ -206,9 +206,15 @@ FAULTS = [
     ),
     Fault("tangent wall of constant slope", "model/walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),
     Fault("tubes' free ends slide along their axes", TUBES, (("along * np.sqrt(DENSITY)", "along * 0.0"),)),
-    Fault("tubes are as stiff with a wall as without", STIFFNESS, (("FREE, HIDDEN = 0.35", "FREE, HIDDEN = 64.0"),)),
     Fault(
-        "a thin vessel's own contrast is believed", "imaging/measure/contrast.py", (("UNSURE = 1.0", "UNSURE = 0.0"),)
+        "tubes are as stiff with a wall as without",
+        STIFFNESS,
+        (("FREE_WEIGHT, HIDDEN_WEIGHT = 0.35", "FREE_WEIGHT, HIDDEN_WEIGHT = 64.0"),),
+    ),
+    Fault(
+        "a thin vessel's own contrast is believed",
+        "imaging/measure/contrast.py",
+        (("UNKNOWN_BLUR_SHARE = 1.0", "UNKNOWN_BLUR_SHARE = 0.0"),),
     ),
     Fault(
         "every vessel has the contrast of the tree", "imaging/measure/contrast.py", (("prior = 1 /", "prior = 1e9 /"),)

@@ -23,10 +23,10 @@ from vasowave.network.remarks import unlike_the_species
 SCALE_LIMIT = 0.2
 """A cannula that is off by more than this share is no matter of scale: the root or the voxel size is wrong."""
 
-SHOWN, END_REACH, SMOOTH = 6.0, 12, 3.0
+END_RADII, END_VOXELS, SMOOTHING_VOXELS = 6.0, 12, 3.0
 """The end of a vessel is looked at along so many radii, at least so many voxels; its path is smoothed over voxels."""
-_BEYOND = 3.0  # radii around an end within which the lumen is looked at, from half as far
-CLEAR, NAMED = 0.85, 4
+_NEIGHBORHOOD_RADII = 3.0  # radii around an end within which the lumen is looked at, from half as far
+CLEAR_RATIO, MAX_NAMED_ENDS = 0.85, 4
 """An end is clear if the next is narrower than this share of it; so many ends are named."""
 
 ROOT_TAKEN = note_kind(
@@ -71,17 +71,17 @@ def entrances(lumen: Segmentation, volume: Volume) -> tuple[Entrance, ...]:
 def goes_on(lumen: Segmentation, end: Entrance) -> bool:
     """Whether the lumen goes on to two sides of an end: a ring has such ends where the paths around it meet."""
     middle = np.round((end.place - lumen.origin) / lumen.spacing).astype(int)
-    reach = int(np.ceil(_BEYOND * end.radius / lumen.spacing))
+    reach = int(np.ceil(_NEIGHBORHOOD_RADII * end.radius / lumen.spacing))
     low = np.maximum(middle - reach, 0)
     window = lumen.mask[tuple(slice(first, last) for first, last in zip(low, middle + reach + 1, strict=True))]
     distance = np.linalg.norm(np.moveaxis(np.indices(window.shape), 0, -1) + low - middle, axis=-1) * lumen.spacing
-    pieces, _ = label(window & (distance < _BEYOND * end.radius))
+    pieces, _ = label(window & (distance < _NEIGHBORHOOD_RADII * end.radius))
     piece = pieces == pieces[tuple(middle - low)]
-    return bool(label(piece & (distance > 0.5 * _BEYOND * end.radius))[1] > 1)
+    return bool(label(piece & (distance > 0.5 * _NEIGHBORHOOD_RADII * end.radius))[1] > 1)
 
 
 def _ways_from_ends(paths: MinimalPaths) -> list[Line]:
-    """Return the path from each end of the lumen inward, as long as `SHOWN` says, without stairs."""
+    """Return the path from each end of the lumen inward, as long as `END_RADII` says, without stairs."""
     tips, traces = long_tips(paths), []
     for tip in tips:
         rows = [tip]
@@ -93,9 +93,9 @@ def _ways_from_ends(paths: MinimalPaths) -> list[Line]:
     lines = []
     for rows in traces:
         line = Line(paths.points[rows], paths.depth[rows] * paths.spacing)
-        wide = float(line.radius[line.run < END_REACH * paths.spacing].max())
-        line = line[line.run < max(SHOWN * wide, END_REACH * paths.spacing)]
-        lines.append(Line(gaussian_filter1d(line.points, SMOOTH, axis=0, mode="nearest"), line.radius))
+        wide = float(line.radius[line.run < END_VOXELS * paths.spacing].max())
+        line = line[line.run < max(END_RADII * wide, END_VOXELS * paths.spacing)]
+        lines.append(Line(gaussian_filter1d(line.points, SMOOTHING_VOXELS, axis=0, mode="nearest"), line.radius))
     return lines
 
 
@@ -121,12 +121,12 @@ def clear_entrance(ends: Sequence[Entrance], cannula: float) -> Entrance | None:
     """Return the one end that is as wide as the `cannula` (radius, cm; 0 without one), None if it is not so clear."""
     if not cannula or not ends or abs(np.log(ends[0].radius / cannula)) > np.log1p(SCALE_LIMIT):
         return None
-    return ends[0] if len(ends) == 1 or ends[1].radius < CLEAR * ends[0].radius else None
+    return ends[0] if len(ends) == 1 or ends[1].radius < CLEAR_RATIO * ends[0].radius else None
 
 
 def root_wanted(ends: Sequence[Entrance]) -> InputError:
     """Return the error that asks for the root and names the widest ends of the lumen."""
-    places = "; ".join(f"{written(end.place)} (radius {end.radius:.2g})" for end in ends[:NAMED])
+    places = "; ".join(f"{written(end.place)} (radius {end.radius:.2g})" for end in ends[:MAX_NAMED_ENDS])
     return InputError(
         f"where does the blood enter? Give the root as x,y,z in cm: the outer end of the cannula. The widest ends of "
         f"the lumen: {places}"

@@ -24,7 +24,7 @@ LARGEST_ACTION = 4 << 20
 
 _CONNECTIONS = 200  # a browser opens six
 _PATIENCE = 20.0  # s that a connection may take until a request is there, or more of its body, or of its answer goes
-_SLOWEST = 4096  # bytes a second of a body after that; a browser on the same machine sends a thousand times as many
+_BODY_RATE = 4096  # bytes a second of a body after that; a browser on the same machine sends a thousand times as many
 _PAGE = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
 _ALWAYS = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 PAGE_POLICY = _PAGE + _ALWAYS
@@ -106,7 +106,7 @@ class Guarded:
 
         async def counted() -> MutableMapping[str, Any]:
             nonlocal received, waited, is_incomplete
-            start, patience = monotonic(), _PATIENCE + received / _SLOWEST - waited
+            start, patience = monotonic(), _PATIENCE + received / _BODY_RATE - waited
             try:
                 message = await wait_for(receive(), min(_PATIENCE, patience) if is_incomplete else None)
             except TimeoutError:

@@ -23,8 +23,8 @@ from vasowave.workbench.study_actions import Name, set_cells, write_cells
 from vasowave.workbench.workplace import ACTIONS, Workplace, action
 
 Time = Annotated[float, Ge(0)]
-_APART = 0.01  # of what was read: two points of calibration nearer to each other than this tell no gain
-_SAME = 1e-3  # s between two times that mean the same beat
+_MIN_SHARE = 0.01  # of what was read: two points of calibration nearer to each other than this tell no gain
+_TIME_TOLERANCE = 1e-3  # s between two times that mean the same beat
 
 Point = tuple[float, float, float]
 _HEAD = "# Corrections of the tree; places are x y z as a viewer shows the image."
@@ -61,7 +61,7 @@ def set_gain(
         return set_cells(workplace, animal, {title: ""})
     read = mean_between(workplace.recordings.opened(row).traces, signal, start, end)
     above = read - row.calibration[0 if signal == "pressure" else 3]
-    if not (above if signal == "pressure" else abs(above)) > _APART * abs(read):  # a probe may be mounted backward
+    if not (above if signal == "pressure" else abs(above)) > _MIN_SHARE * abs(read):  # a probe may be mounted backward
         raise InputError(f"the {signal} that was read here, {above:.3g} above zero, is not above the zero; "
                          "say first where it is zero, or take another stretch")  # fmt: skip
     return set_cells(workplace, animal, {title: f"{known / above:.6g}"})
@@ -86,7 +86,7 @@ def edit_beats(
         before = read_edits(path) if path.is_file() else ()
         after = np.searchsorted(gone, [edit.time for edit in before])
         old_edits = [edit for edit, i in zip(before, after, strict=True)
-                     if min(gone[i] - edit.time, edit.time - gone[i - 1]) > _SAME]  # fmt: skip
+                     if min(gone[i] - edit.time, edit.time - gone[i - 1]) > _TIME_TOLERANCE]  # fmt: skip
         require_few(path, len(old_edits) + len(new_edits))
         change.write(path, edits_text([*old_edits, *new_edits]))
         write_cells(desk, change, read_rows(desk.table), animal, {"beat edits": cell})

@@ -36,14 +36,14 @@ BANDS = ("pressure", "forward", "backward", "modulus")
 """Curves of which a band is drawn."""
 
 _SIZES = ("radius", "length")  # factors of the network's
-_SHOWN = 128  # samples of a curve
+_CURVE_SAMPLES = 128  # samples of a curve
 _HARMONICS = 10
-_AROUND = 3.0  # a slider reaches so many times down and up from the fit
-_FARTHEST, _FARTHEST_SIZE = 1000.0, 10.0  # times; a value beyond is a slip, and a vessel as long takes minutes
-_KEPT = 8  # models in memory
+_SLIDER_FACTOR = 3.0  # a slider reaches so many times down and up from the fit
+_MAX_FACTOR, _MAX_SIZE_FACTOR = 1000.0, 10.0  # times; a value beyond is a slip, and a vessel as long takes minutes
+_MAX_MODELS = 8  # models in memory
 _FRAMES = 32  # instants of the tree
 _DRAWS = 40  # models about a fit
-_WALKED = 100  # draws of a posterior, of all that there are
+_MAX_WALKED_DRAWS = 100  # draws of a posterior, of all that there are
 
 
 class _Fitted(NamedTuple):
@@ -67,7 +67,7 @@ class Explorer:
             if key not in self._fitted:
                 result = desk.stored()[animal]
                 self._fitted[key] = _Fitted(result, stored_model(result, law), stored_recording(result))
-                while len(self._fitted) > _KEPT:
+                while len(self._fitted) > _MAX_MODELS:
                     self._fitted.popitem(last=False)
             self._fitted.move_to_end(key)
             return self._fitted[key]
@@ -153,7 +153,7 @@ def _require_near(fitted: Model, values: Mapping[str, float]) -> None:
     viscosity = max(1.0, float(np.median(fitted.wall_viscosity)))  # of most walls it is not known
     fitted_values = parameters_of(fitted) | dict.fromkeys(_SIZES, 1.0) | {WALL_VISCOSITY: viscosity}
     for name in fitted_values.keys() & values.keys():
-        factor = _FARTHEST_SIZE if name in _SIZES else _FARTHEST
+        factor = _MAX_SIZE_FACTOR if name in _SIZES else _MAX_FACTOR
         low, high = 0.0 if name == WALL_VISCOSITY else fitted_values[name] / factor, fitted_values[name] * factor
         if fitted_values[name] > 0 and not low <= values[name] <= high:
             raise InputError(f"{name}: {values[name]:.3g} is far from {fitted_values[name]:.3g}, which the fit holds; "
@@ -195,7 +195,7 @@ def _knobs(result: AnimalResult, model: Model, law: str) -> list[dict[str, Any]]
     knobs = []
     for name, value in fitted.items():
         attrs = quantities[name].attrs if name in quantities else {}
-        reach = 1.3 if name in _SIZES else _AROUND
+        reach = 1.3 if name in _SIZES else _SLIDER_FACTOR
         high = min(value * reach, 0.95) if name == "a" else value * reach
         knobs.append({
             "name": name, "symbol": attrs.get("symbol", name), "unit": "" if units[name] == "1" else units[name],
@@ -220,7 +220,7 @@ def _modulus(recording: Recording) -> list[float | None]:
 
 
 def _curve(values: np.ndarray) -> list[float | None]:
-    return numbers(resample(np.asarray(values), _SHOWN))
+    return numbers(resample(np.asarray(values), _CURVE_SAMPLES))
 
 
 def models_around(model: Model, fit: xr.Dataset) -> list[Model]:
@@ -280,7 +280,7 @@ def posterior_draws(posterior: PosteriorResult) -> dict[str, Any]:
     """Return draws of a posterior one by one: the pressure that was simulated, and every unknown and quantity."""
     drawn, predictive = posterior.groups["posterior"], posterior.groups.get("posterior_predictive")
     count = drawn.sizes["chain"] * drawn.sizes["draw"]
-    indices = np.unique(np.linspace(0, count - 1, min(count, _WALKED)).round().astype(int))
+    indices = np.unique(np.linspace(0, count - 1, min(count, _MAX_WALKED_DRAWS)).round().astype(int))
     values = {
         str(name): numbers(value.values.reshape(count)[indices])
         for name, value in drawn.data_vars.items() if value.dims == ("chain", "draw")

@@ -29,10 +29,10 @@ from vasowave.workbench.values import number
 IMAGES, LUNGS = "images", "lungs"
 """Folders of the images that are dropped, and of what is extracted from each."""
 
-_FINEST = 144  # voxels along an edge of what is sent to the page
+_MAX_EDGE_VOXELS = 144  # voxels along an edge of what is sent to the page
 _POINTS = 40  # of a vessel, likewise
 _LEVELS = 65535  # grey levels, likewise
-_KEPT = 8  # extractions of one image, so that an edit that is undone costs nothing
+_CAPACITY = 8  # extractions of one image, so that an edit that is undone costs nothing
 
 
 @settings_class
@@ -156,7 +156,7 @@ class Lungs:
                     self.stage = ""
                 entry = Found(key, extraction)
                 self._volume = (path, wishes.voxel, _mark(path)), extraction.image  # the one that the stages hold
-            self._found = [*(candidate for candidate in self._found if candidate is not entry), entry][-_KEPT:]
+            self._found = [*(candidate for candidate in self._found if candidate is not entry), entry][-_CAPACITY:]
             return entry.extraction
 
     def shown(self, desk: Desk, name: str, wishes: Wishes) -> dict[str, Any]:
@@ -258,7 +258,7 @@ def smaller(grey: np.ndarray) -> tuple[np.ndarray, int]:
 
     The last cube of an edge that they do not fill is filled with its last plane.
     """
-    step = -(-max(grey.shape) // _FINEST)
+    step = -(-max(grey.shape) // _MAX_EDGE_VOXELS)
     if step == 1:
         return np.asarray(grey, dtype=np.float32), 1
     padded = np.pad(grey, [(0, -length % step) for length in grey.shape], mode="edge")

@@ -25,8 +25,8 @@ from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import IMAGES, is_image, name_of
 
 _NETWORKS, _RECORDINGS = FOLDERS
-_DEEPEST, _LONGEST = 8, 120  # folders, and letters of a name
-_FORBIDDEN = set('<>:"|?*\\')  # which one of the systems has no files of
+_MAX_FOLDERS, _MAX_NAME_LETTERS = 8, 120  # folders, and letters of a name
+_FORBIDDEN_LETTERS = set('<>:"|?*\\')  # which one of the systems has no files of
 
 
 class Opened(NamedTuple):
@@ -155,9 +155,9 @@ def place_of(desk: Desk, name: str) -> Path:
         A name that leads out of the study, is hidden, or is none that any system can have; not a type that is read.
     """
     components = PurePosixPath(unicodedata.normalize("NFC", name)).parts
-    good = 0 < len(components) <= _DEEPEST and all(
-        len(component) <= _LONGEST and component.isprintable() and not component.startswith(".")
-        and not set(component) & _FORBIDDEN and component not in ("/", "..") and component == component.strip()
+    good = 0 < len(components) <= _MAX_FOLDERS and all(
+        len(component) <= _MAX_NAME_LETTERS and component.isprintable() and not component.startswith(".")
+        and not set(component) & _FORBIDDEN_LETTERS and component not in ("/", "..") and component == component.strip()
         for component in components
     )  # fmt: skip
     if not good:

@@ -33,9 +33,9 @@ from vasowave.workbench.desk import EDITS, Desk
 from vasowave.workbench.values import number, numbers
 
 SIGNALS = ("pressure", "flow", "ecg")
-_KEPT, _MOST = 3, 9_000_000  # recordings in memory, and their samples in all, save for the one that is looked at
-_FIRST, _COARSER = 32, 4  # samples in a pair of the finest level, and pairs of one level in one of the next
-_WIDEST = 4000  # pixels
+_CAPACITY, _MOST = 3, 9_000_000  # recordings in memory, and their samples in all, save for the one that is looked at
+_FIRST_COUNT, _LEVEL_FACTOR = 32, 4  # samples in a pair of the finest level, and pairs of one level in one of the next
+_MAX_PIXELS = 4000  # pixels
 _STRETCH = ("start [s]", "end [s]")
 
 
@@ -45,13 +45,13 @@ class Trace:
     def __init__(self, values: np.ndarray, rate: float) -> None:
         self.values, self.rate = values, rate
         self.levels: list[tuple[int, np.ndarray]] = []
-        count, low, high = _FIRST, values, values
-        step = _FIRST
+        count, low, high = _FIRST_COUNT, values, values
+        step = _FIRST_COUNT
         while len(low) > step:
             first = np.arange(0, len(low), step)
             low, high = np.fmin.reduceat(low, first), np.fmax.reduceat(high, first)
             self.levels.append((count, np.stack([low, high])))
-            count, step = count * _COARSER, _COARSER
+            count, step = count * _LEVEL_FACTOR, _LEVEL_FACTOR
 
     def between(self, start: float, end: float, width: int) -> np.ndarray:
         """Return lowest and highest value in each of `width` equal parts of `start` to `end` (s), shape (2, width).
@@ -133,7 +133,7 @@ class Recordings:
 
     def trace(self, desk: Desk, animal: str, signal: str, start: float, end: float, width: int) -> np.ndarray:
         """Return a part of one signal, see `Trace.between`."""
-        if not (0 < width <= _WIDEST and np.isfinite([start, end]).all() and start < end):
+        if not (0 < width <= _MAX_PIXELS and np.isfinite([start, end]).all() and start < end):
             raise InputError("a stretch begins before it ends, and a screen has 1 to 4000 pixels")
         row, _ = row_of(desk, animal)
         traces = self.opened(row).traces
@@ -153,7 +153,7 @@ class Recordings:
         with self._lock:
             if key not in self._opened:
                 self._opened[key] = _opened(row)
-                while len(self._opened) > _KEPT or (len(self._opened) > 1 and self._samples() > _MOST):
+                while len(self._opened) > _CAPACITY or (len(self._opened) > 1 and self._samples() > _MOST):
                     self._opened.popitem(last=False)
             self._opened.move_to_end(key)
             return self._opened[key]

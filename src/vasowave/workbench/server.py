@@ -40,7 +40,7 @@ _OF_REPORT = ("style.css", "turntable.js")
 
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 _THREADS = 4  # of one route: what takes long there keeps no other waiting
-_FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
+_FORBIDDEN_ERRORS = (errno.EACCES, errno.EPERM, errno.EROFS)
 _LAST_WORD = 1  # s that answers under way have when the workbench ends
 
 
@@ -262,7 +262,7 @@ async def _unforeseen(request: Request, error: Exception) -> Response:
     """Say what went wrong; the server lives on."""
     if is_full(error):
         return JSONResponse({"error": "no space left on the disk; make room and do it again"}, status_code=507)
-    if isinstance(error, OSError) and error.errno in _FORBIDDEN:
+    if isinstance(error, OSError) and error.errno in _FORBIDDEN_ERRORS:
         text = f"{error.filename}: {(error.strerror or '').lower()}; see who may read and write there, then do it again"
         return JSONResponse({"error": text}, status_code=403)
     text = f"the workbench failed here ({type(error).__name__}: {error}); reload the page to see what is stored"

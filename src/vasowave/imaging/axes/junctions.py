@@ -11,7 +11,7 @@ from vasowave.imaging.tree import Line, Tree, clear_stretch, free_stretch
 
 REACH = 2.5
 """An axis is fitted over so many junction radii: farther out, a vessel's curvature misleads."""
-FARTHEST = 2.0
+MAX_MOVE_VOXELS = 2.0
 """An end moves by at most so many voxels from the surface."""
 PLATEAU = 1.5, 3.0
 """The vessel's own grey is that on its axis so many voxels before its end; in wide vessels to 1.5 radii before it."""
@@ -123,19 +123,19 @@ def with_ends_at_half_grey(tree: Tree, lumen: Segmentation) -> Tree:
 
 
 def _half_grey(line: Line, lumen: Segmentation) -> Line:
-    """Return `line` shortened or prolonged by at most FARTHEST voxels."""
+    """Return `line` shortened or prolonged by at most MAX_MOVE_VOXELS."""
     run, radius = line.run, float(np.median(line.radius[len(line) // 2 :]))
     axis = line.points[-1] - line.points[np.searchsorted(run, run[-1] - radius) - 1]
     axis /= np.linalg.norm(axis)
     (u,), (v,) = across(axis[None])
     grid = disc(0.5 * radius, STEP * lumen.spacing)
     full = PLATEAU[0], max(PLATEAU[1], 1.5 * radius / lumen.spacing)
-    offsets = np.arange(-full[1], FARTHEST + 0.05, 0.1)
+    offsets = np.arange(-full[1], MAX_MOVE_VOXELS + 0.05, 0.1)
     centers = line.points[-1] + offsets[:, None] * lumen.spacing * axis
     places = centers[:, None] + grid[:, :1] * u + grid[:, 1:] * v
     profile = sampled(lumen.grey, places, lumen.origin, lumen.spacing).mean(axis=1)
     half = (np.median(profile[offsets <= -full[0]]) + lumen.background) / 2
-    falls = np.flatnonzero((profile[:-1] >= half) & (profile[1:] < half) & (offsets[:-1] >= -FARTHEST))
+    falls = np.flatnonzero((profile[:-1] >= half) & (profile[1:] < half) & (offsets[:-1] >= -MAX_MOVE_VOXELS))
     if len(falls) == 0:
         return line
     move = float(offsets[falls[np.argmin(np.abs(offsets[falls]))]]) * lumen.spacing

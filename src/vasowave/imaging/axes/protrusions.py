@@ -18,10 +18,10 @@ HEIGHT, MISFIT = (1.1, 1.2), (0.35, 0.25)
 number in an image without noise, the second added times its roughness (see `MinimalPaths`)."""
 CORNER = 2.0
 """What rises within so many radii of a vessel's end is a corner of that end: opposite corners are 2 radii apart."""
-BESIDE = 5.0
+NEIGHBOR_RADII = 5.0
 """A vessel that is missing bends its neighbor for some radii of that, which lets the other side of it stick out. Of
 tips that lie within so many radii only the highest is a vessel at once; with it, the others are judged anew."""
-ROUND, STATIONS = 2.0, 10
+ROUND_EXCESS_VOXELS, MIN_STATIONS = 2.0, 10
 """A round tube is exceeded everywhere by up to so many voxels, times the image's roughness. Where the middle of at
 least so many voxels of a vessel exceeds it by more, the vessel is not round, and heights count from its own outline."""
 STIFF = 1000.0
@@ -34,7 +34,7 @@ def tips_outside(tree: Tree, paths: MinimalPaths) -> list[int]:
     A tip that is judged by its distance to one ball of a wide neighbor is easily missed or invented. Here the
     vessels' own radii, carried into their junctions, make tubes; ends go on straight, for a flat end has corners.
     """
-    height, radius = height_outside(tree, paths.points, paths.spacing, ROUND * paths.roughness)
+    height, radius = height_outside(tree, paths.points, paths.spacing, ROUND_EXCESS_VOXELS * paths.roughness)
     out = np.flatnonzero((height > SHELL) & ~end_around(paths, paths.start))
     touching = cKDTree(paths.voxels[out]).query_pairs(1.8, output_type="ndarray").T
     graph = coo_array((np.ones(touching.shape[1], dtype=bool), touching), shape=(len(out),) * 2)
@@ -50,7 +50,7 @@ def tips_outside(tree: Tree, paths: MinimalPaths) -> list[int]:
         is_corner = bool((np.linalg.norm(places - paths.points[tip], axis=1) < corner).any())
         if height[tip] >= max(min_height, misfit * radius[tip]) and not is_corner:
             tips.append(tip)
-    return _highest(tips, paths.points, height, BESIDE * radius * paths.spacing)
+    return _highest(tips, paths.points, height, NEIGHBOR_RADII * radius * paths.spacing)
 
 
 def _highest(tips: list[int], points: np.ndarray, height: np.ndarray, reach: np.ndarray) -> list[int]:
@@ -103,7 +103,7 @@ def height_outside(tree: Tree, points: np.ndarray, spacing: float, even: float) 
 def _outline(ring: np.ndarray) -> float:
     """Return the middle of what exceeds a vessel's tube at its stations, each half a voxel; 0 if they are too few."""
     heights = ring[np.isfinite(ring)]
-    return float(np.median(heights)) if len(heights) >= 2 * STATIONS else 0.0
+    return float(np.median(heights)) if len(heights) >= 2 * MIN_STATIONS else 0.0
 
 
 def _tube_radius(line: Line, stretch: tuple[float, float], is_end: bool) -> np.ndarray:

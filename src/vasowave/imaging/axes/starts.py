@@ -16,16 +16,16 @@ from scipy.spatial import cKDTree
 from vasowave.imaging.axes.tubes import fitted_apart
 from vasowave.imaging.tree import Line, Tree
 
-ARM, MOST, FEWEST = 5.0, 0.6, 5
-"""An arm reaches so many radii from its junction, at most along this share of its vessel; it has FEWEST points."""
-AWAY, LEAST = 1.5, 0.4
+ARM, MAX_ARM_SHARE, MIN_ARM_POINTS = 5.0, 0.6, 5
+"""An arm reaches so many radii from its junction, at most along this share of its vessel; it has so many points."""
+AWAY, MAX_START_SHARE = 1.5, 0.4
 """A start lies so many radii from where vessels meet now, at most this share of the arm it lies on."""
-FIRST, WORTH, SAME = 3, 2.0, 0.1
-"""After FIRST soft rounds a start is followed to its end unless its misfit is WORTH times the least, or its junction
-lies within SAME radii of that of a better one."""
-ALIKE = 0.1
+FIRST_ROUNDS, MAX_MISFIT_RATIO, MIN_GAP_RADII = 3, 2.0, 0.1
+"""After FIRST_ROUNDS soft rounds a start is followed to its end unless its misfit is MAX_MISFIT_RATIO times the least,
+or its junction lies within MIN_GAP_RADII of that of a better one."""
+MISFIT_SCALE = 0.1
 """A misfit that is larger by this share is less likely by the factor e."""
-BETTER = 0.95
+MOVED_MISFIT_SHARE = 0.95
 """A junction is moved where that brings the misfit below this share of what it was."""
 UNSEEN = 0.06
 """Standard deviation of a junction's place that no start shows, radii of the parent."""
@@ -166,10 +166,12 @@ def _is_same(stretch: Line, arm: Line) -> bool:
 def _cuts(tree: Tree, rows: list[int]) -> list[slice]:
     """Return which points of the vessels that meet, the parent first, are their arms."""
     parent, reach = tree.lines[rows[0]], ARM * tree.lines[rows[0]].typical_radius
-    back = int(np.searchsorted(parent.run, parent.length - min(reach, MOST * parent.length)))
-    cuts = [slice(min(back, max(len(parent) - FEWEST, 0)), len(parent))]
+    back = int(np.searchsorted(parent.run, parent.length - min(reach, MAX_ARM_SHARE * parent.length)))
+    cuts = [slice(min(back, max(len(parent) - MIN_ARM_POINTS, 0)), len(parent))]
     for line in (tree.lines[daughter] for daughter in rows[1:]):
-        cuts.append(slice(0, max(int(np.searchsorted(line.run, min(reach, MOST * line.length))), FEWEST)))
+        cuts.append(
+            slice(0, max(int(np.searchsorted(line.run, min(reach, MAX_ARM_SHARE * line.length))), MIN_ARM_POINTS))
+        )
     return cuts
 
 
@@ -195,8 +197,8 @@ def _fit(evidence: _Evidence, spacing: float, roughness: float) -> _Fit:
     """Return what the fits of a junction say of it."""
     fits = _fits(evidence, spacing, roughness)
     misfit = np.array([misfit for _, misfit in fits])
-    best = int(np.argmin(misfit)) if misfit.min() < BETTER * misfit[0] else 0
-    likely = np.exp(-(misfit / max(misfit[best], 1e-12) - 1) / ALIKE)
+    best = int(np.argmin(misfit)) if misfit.min() < MOVED_MISFIT_SHARE * misfit[0] else 0
+    likely = np.exp(-(misfit / max(misfit[best], 1e-12) - 1) / MISFIT_SCALE)
     likely /= likely.sum()
     lengths = np.array([[arm.length for arm in tree.lines] for tree, _ in fits])
     places = np.array([_place(tree) for tree, _ in fits])
@@ -212,12 +214,12 @@ def _fits(evidence: _Evidence, spacing: float, roughness: float) -> list[tuple[T
     What is far from the surface after a few rounds, or at the place of another, is not followed to its end.
     """
     starts = _starts(evidence.arms)
-    begun = fitted_apart(starts, [evidence.surface] * len(starts), spacing, roughness, rounds=FIRST)
-    min_misfit, min_gap = min(misfit for _, misfit in begun), SAME * evidence.radius
+    begun = fitted_apart(starts, [evidence.surface] * len(starts), spacing, roughness, rounds=FIRST_ROUNDS)
+    min_misfit, min_gap = min(misfit for _, misfit in begun), MIN_GAP_RADII * evidence.radius
     followed = begun[:1]
     for tree, misfit in sorted(begun[1:], key=lambda fit: fit[1]):
         gap = min(np.linalg.norm(_place(tree) - _place(rival)) for rival, _ in followed)
-        if misfit < WORTH * min_misfit and gap > min_gap:
+        if misfit < MAX_MISFIT_RATIO * min_misfit and gap > min_gap:
             followed.append((tree, misfit))
     return fitted_apart([tree for tree, _ in followed], [evidence.surface] * len(followed), spacing, roughness, 1.0)
 
@@ -237,7 +239,7 @@ def _starts(arms: tuple[Line, ...]) -> list[Tree]:
 def _earlier(arms: tuple[Line, ...], radius: float) -> tuple[Line, ...]:
     """Return the arms with their junction nearer to the root: the daughters share the stretch beyond."""
     parent = arms[0]
-    back = min(AWAY * radius, LEAST * parent.length)
+    back = min(AWAY * radius, MAX_START_SHARE * parent.length)
     point = max(int(np.searchsorted(parent.run, parent.length - back)), 1)
     return parent[: point + 1], *(parent[point:-1].then(arm) for arm in arms[1:])
 
@@ -245,7 +247,9 @@ def _earlier(arms: tuple[Line, ...], radius: float) -> tuple[Line, ...]:
 def _later(arms: tuple[Line, ...], daughter: int, radius: float) -> tuple[Line, ...]:
     """Return the arms with their junction farther along the `daughter`, to which its sisters lead."""
     along = arms[daughter]
-    point = min(max(int(np.searchsorted(along.run, min(AWAY * radius, LEAST * along.length))), 1), len(along) - 3)
+    point = min(
+        max(int(np.searchsorted(along.run, min(AWAY * radius, MAX_START_SHARE * along.length))), 1), len(along) - 3
+    )
     shared = along[: point + 1]
     moved = [arms[0][:-1].then(shared)]
     for row, arm in enumerate(arms[1:], 1):

@@ -20,32 +20,33 @@ from vasowave.imaging.axes.feet import BEYOND, Feet, Tubes, feet_on, near_points
 from vasowave.imaging.kernels import summed_on_pieces
 from vasowave.imaging.tree import Line, Tree, distance_along, with_inscribed_radii
 
-FREE, HIDDEN = 0.35, 4.0
+FREE_WEIGHT, HIDDEN_WEIGHT = 0.35, 4.0
 """Weights of a changing curvature against the points of the surface, with a wall of its own all around and without."""
-ROUGH = 0.18, 4
-"""Where noise over contrast exceeds the first number, FREE rises with this power of their ratio."""
+ROUGHNESS_RISE = 0.18, 4
+"""Where noise over contrast exceeds the first number, FREE_WEIGHT rises with this power of their ratio."""
 SWELLING, TAPER = 20.0, 0.05
 """Weights of a changing taper and of a taper."""
-LONGEST = 3
+MAX_ORDER = 3
 """No difference is of a higher order."""
-FULL = 0.6
+FULL_WALL_QUANTILE = 0.6
 """A node has all its wall if it has as many points for its size as this quantile of all nodes."""
-FEWEST = 4
+MIN_POINTS = 4
 """A difference weighs as much as a node has points, at least so many."""
-STEP, SHORTEST, PIECES = 0.4, 2.0, 4
-"""Nodes of an axis lie STEP radii apart, at least SHORTEST voxels; a vessel has at least PIECES pieces."""
+STEP_RADII, MIN_STEP_VOXELS, MIN_PIECES = 0.4, 2.0, 4
+"""Nodes of an axis lie STEP_RADII apart, at least MIN_STEP_VOXELS; a vessel has at least MIN_PIECES."""
 DENSITY = 62
 """So many points of the surface a node are enough; the rest is left out."""
 OUTLIER, SHAPE = 0.5, 0.1
 """A point this far from all tubes, OUTLIER voxels + SHAPE radii, counts half: noise, fillets of junctions."""
-NARROWEST = 0.5
+MIN_RADIUS_VOXELS = 0.5
 """Least radius, voxels."""
 DAMPING = 0.3
 """Holds what the surface does not decide, as where along an axis its nodes lie; points of the surface a node."""
-STIFF = 32.0
+FIRST_STIFFNESS = 32.0
 """The fit begins so much stiffer and softens by half a round: a bend that a hidden stretch has first straightens."""
-ROUNDS, ENOUGH, FARTHEST = 7, 0.05, 2.0
-"""Soft, the fit ends after ROUNDS, or when no node moves by ENOUGH voxels; none moves farther than FARTHEST at once."""
+ROUNDS, SETTLED_MOVE_VOXELS, MAX_MOVE_VOXELS = 7, 0.05, 2.0
+"""Soft, the fit ends after ROUNDS, or when no node moves by SETTLED_MOVE_VOXELS; none moves farther than
+MAX_MOVE_VOXELS at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +55,9 @@ class Differences:
 
     Attributes
     ----------
-    columns : int array, shape (difference, LONGEST + 1)
+    columns : int array, shape (difference, MAX_ORDER + 1)
         The unknowns that each difference spans; the last one again where it spans fewer.
-    stencil : float array, shape (difference, LONGEST + 1)
+    stencil : float array, shape (difference, MAX_ORDER + 1)
         Their factors; 0 where an unknown stands again.
     vessel : int array, shape (difference,)
     weight : float array, shape (difference,)
@@ -84,8 +85,8 @@ def differences(tubes: Tubes) -> Differences:
     for unknowns, orders in (*((3 * tubes.place_nodes + k, ((3, np.nan),)) for k in range(3)), radius):
         for order, weight in orders:
             first = np.flatnonzero(beyond >= order)
-            spans = first[:, None] + np.minimum(np.arange(LONGEST + 1), order)
-            stencil = np.append(np.diff(np.eye(order + 1), order, axis=0)[0], np.zeros(LONGEST - order))
+            spans = first[:, None] + np.minimum(np.arange(MAX_ORDER + 1), order)
+            stencil = np.append(np.diff(np.eye(order + 1), order, axis=0)[0], np.zeros(MAX_ORDER - order))
             about = np.tile(stencil, (len(first), 1)), vessel[first], np.full(len(first), weight)
             blocks.append((unknowns[spans], *about, spans[:, [0, -1]]))
     return Differences(*(np.concatenate(arrays) for arrays in zip(*blocks, strict=True)))
@@ -93,15 +94,16 @@ def differences(tubes: Tubes) -> Differences:
 
 def strengths(tubes: Tubes, feet: Feet, penalties: Differences, roughness: float) -> np.ndarray:
     """Return the weight of each difference against points of the surface that weigh 1; of roughness see `fitted`."""
-    free = min(FREE * max(roughness / ROUGH[0], 1.0) ** ROUGH[1], HIDDEN)
+    free = min(FREE_WEIGHT * max(roughness / ROUGHNESS_RISE[0], 1.0) ** ROUGHNESS_RISE[1], HIDDEN_WEIGHT)
     wall = _own_wall(tubes, feet)
     first, last = penalties.window.T
-    min_wall = np.min([wall[np.minimum(first + step, last)] for step in range(LONGEST + 1)], axis=0)
-    bending = HIDDEN + (free - HIDDEN) * min_wall
+    min_wall = np.min([wall[np.minimum(first + step, last)] for step in range(MAX_ORDER + 1)], axis=0)
+    bending = HIDDEN_WEIGHT + (free - HIDDEN_WEIGHT) * min_wall
     # A difference weighs as much as a node has points, so that neither resolution nor width changes the balance.
     points = np.bincount(feet.vessel, minlength=len(tubes.parent)) / np.diff(tubes.begins)
     return (
-        np.where(np.isnan(penalties.weight), bending, penalties.weight) * np.maximum(points, FEWEST)[penalties.vessel]
+        np.where(np.isnan(penalties.weight), bending, penalties.weight)
+        * np.maximum(points, MIN_POINTS)[penalties.vessel]
     )
 
 
@@ -112,10 +114,12 @@ def _own_wall(tubes: Tubes, feet: Feet) -> np.ndarray:
     half = tubes.lengths / 2
     length = np.bincount(tubes.pieces, half, size) + np.bincount(tubes.pieces + 1, half, size)
     density = count / np.maximum(tubes.radius * length, 1e-9)
-    return np.asarray(np.clip(density / max(float(np.quantile(density, FULL)), 1e-9), 0, 1))
+    return np.asarray(np.clip(density / max(float(np.quantile(density, FULL_WALL_QUANTILE)), 1e-9), 0, 1))
 
 
-def fitted(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 0.0, begin: float = STIFF) -> Tree:
+def fitted(
+    tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 0.0, begin: float = FIRST_STIFFNESS
+) -> Tree:
     """Return `tree` with its axes where tubes around them fit the lumen's `surface` best, inscribed radii anew.
 
     All tubes are fitted at once, each point of the surface to the tube that it lies nearest to. What a vessel hides
@@ -145,7 +149,7 @@ def fitted_apart(
     surfaces: Sequence[np.ndarray],
     spacing: float,
     roughness: float,
-    begin: float = STIFF,
+    begin: float = FIRST_STIFFNESS,
     rounds: int = ROUNDS,
 ) -> list[tuple[Tree, float]]:
     """Return each of `trees` fitted to its own surface, with the radii of its tubes, and what the fit made small.
@@ -191,7 +195,7 @@ def _fitted(
             closer = equations.solved(tubes, feet, weight, stiffness, roughness)
             moved = np.abs(closer.nodes - tubes.nodes).max()
             tubes = closer
-            if moved < ENOUGH:
+            if moved < SETTLED_MOVE_VOXELS:
                 break
     return tubes
 
@@ -237,7 +241,7 @@ def _tubes(trees: Sequence[Tree], spacing: float) -> Tubes:
         above = len(rows)
         for line, parent in zip(tree.lines, tree.parent.tolist(), strict=True):
             run, wide = line.run, line.typical_radius
-            pieces = max(PIECES, round(float(run[-1]) / max(STEP * wide, SHORTEST * spacing)))
+            pieces = max(MIN_PIECES, round(float(run[-1]) / max(STEP_RADII * wide, MIN_STEP_VOXELS * spacing)))
             stations = np.linspace(0, run[-1], pieces + 1)[int(parent >= 0) :]
             nodes.append(line.at(stations).points)
             indices = node + np.arange(len(stations))
@@ -297,9 +301,9 @@ class _Equations:
         right = np.bincount(self._piece.ravel(), pull.ravel(), size)
         right -= np.bincount(small.columns.ravel(), bent.ravel(), size)
         matrix = csc_array((entries, self._rows, self._begins), shape=(size, size))
-        step = np.clip(spsolve(matrix, right, permc_spec="MMD_AT_PLUS_A"), -FARTHEST, FARTHEST)
+        step = np.clip(spsolve(matrix, right, permc_spec="MMD_AT_PLUS_A"), -MAX_MOVE_VOXELS, MAX_MOVE_VOXELS)
         nodes, radius = np.split(step, [tubes.nodes.size])
-        wide = np.maximum(tubes.radius + radius, NARROWEST)
+        wide = np.maximum(tubes.radius + radius, MIN_RADIUS_VOXELS)
         return replace(tubes, nodes=tubes.nodes + nodes.reshape(-1, 3), radius=wide)
 
     def _held(self, nodes: np.ndarray) -> np.ndarray:

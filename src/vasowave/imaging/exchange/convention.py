@@ -25,13 +25,13 @@ from vasowave.imaging.tree import Line, Tree
 
 Ends = Literal["auto", "ball", "wall"]
 
-FINE = 3.0
+VOXELS_PER_RADIUS = 3.0
 """The fit's voxel without an image: so many in a vessel's median radius."""
-AROUND, ALONG = 16, 0.4
+RING_POINTS, RING_STEP_RADII = 16, 0.4
 """Points of a ball's ring, and the distance of rings, radii."""
-COVERED = 0.97
+COVERED_SHARE = 0.97
 """What lies within this share of another ball's radius is no surface."""
-TOUCHING, LONGER, THIN, UNEVEN, DRAWN = 0.02, 1.3, 0.5, 0.5, 1e-4
+TOUCHING_TOLERANCE, LAST_STEP_RATIO, THIN_END_SHARE, STEP_SCATTER_SHARE, SMOOTH_RADIUS_SHARE = 0.02, 1.3, 0.5, 0.5, 1e-4
 """How the end of a line is told: a last step that is its ball's radius, within the first share, and the second number
 times as long as the others, leads to the wall, in one piece or in several (`CAP_STEP`); a line thinner there than the
 third share of its vessel ends at the wall; steps that scatter by the fourth share of their mean are those of a Voronoi
@@ -50,7 +50,7 @@ class CapStepRules:
     whole : float
         Its length with the piece in which the ball lies, radii; less than 1, as caps are not flat.
     straight : float
-        How far points may lie beside it, share of its length; radii change evenly within `DRAWN`.
+        How far points may lie beside it, share of its length; radii change evenly within `SMOOTH_RADIUS_SHARE`.
     """
 
     shortest: float = 0.45
@@ -59,14 +59,14 @@ class CapStepRules:
 
 
 CAP_STEP = CapStepRules()
-SHARE = 0.14
+PLACE_SD_RADII = 0.14
 """SD of a junction's place without the surface, radii, besides what the fits show."""
-STEP, STEPPED = 0.05, 0.5
-"""Radii of balls in a surface differ by no more than their distance; where they step by STEP radii more, they were
-drawn, and the balls show no junction: SD of its place, radii."""
-COARSE = 0.3
+RADIUS_STEP, STEPPED_SD_RADII = 0.05, 0.5
+"""Radii of balls in a surface differ by no more than their distance; where they step by RADIUS_STEP radii more, they
+were drawn, and the balls show no junction: SD of its place, radii."""
+PLACE_SD_STEPS = 0.3
 """SD of a junction's place where points lie far apart and no surface is given, mean distances of points."""
-SURE = 0.15
+END_SD_RADII = 0.15
 """SD of an end whose place is known, radii of its ball."""
 ENDS = 0.3
 """SD of an end at a surface, voxels of the fit."""
@@ -109,7 +109,7 @@ def as_extracted(tree: Tree, surface: np.ndarray | None = None, ends: Ends = "au
     if min(line.length for line in tree.lines) <= 0:
         raise InputError("a vessel without length: two junctions, or an end, lie at the same place; repair the lines")
     longer, end_sd = _to_the_wall(without_short_vessels(tree, collapse), ends)
-    spacing = float(np.median([line.typical_radius for line in longer.lines])) / FINE
+    spacing = float(np.median([line.typical_radius for line in longer.lines])) / VOXELS_PER_RADIUS
     points = _ball_surface(longer) if surface is None else surface
     first = fitted(with_met_axes(_even(longer, spacing)), points, spacing)
     collapsed = without_short_vessels(first, collapse)
@@ -126,9 +126,9 @@ def as_extracted(tree: Tree, surface: np.ndarray | None = None, ends: Ends = "au
     again = first.with_lines(lines)
     place = np.zeros(len(again))
     if surface is None:
-        share = STEPPED if _stepped(tree) else SHARE
+        share = STEPPED_SD_RADII if _stepped(tree) else PLACE_SD_RADII
         step = float(np.mean([np.median(np.diff(line.run)) for line in tree.lines]))
-        place = np.hypot(share * _junction_radius(again), COARSE * step)
+        place = np.hypot(share * _junction_radius(again), PLACE_SD_STEPS * step)
     return Alike(again, np.sqrt(settled_tree.open_sd**2 + place**2 + end_sd**2))
 
 
@@ -138,7 +138,7 @@ def _stepped(tree: Tree) -> bool:
         if parent >= 0:
             passage = tree.lines[parent][-3:].then(tree.lines[row][:3])
             excess = np.abs(np.diff(passage.radius)) - np.linalg.norm(np.diff(passage.points, axis=0), axis=1)
-            if excess.max() > STEP * passage.radius.max():
+            if excess.max() > RADIUS_STEP * passage.radius.max():
                 return True
     return False
 
@@ -158,17 +158,17 @@ def _to_the_wall(tree: Tree, ends: Ends) -> tuple[Tree, np.ndarray]:
 def _missing(line: Line, ends: Ends) -> tuple[float, float]:
     """Return how much of its last ball's radius a line lacks to the wall, and the SD of that."""
     step = np.diff(line.run)
-    unlike = len(step) < 3 or step[-1] > LONGER * np.median(step[:-1])
-    touching = unlike and abs(step[-1] / line.radius[-1] - 1) < TOUCHING
-    if ends == "wall" or touching or line.radius[-1] < THIN * line.typical_radius:
-        return 0.0, SURE
+    unlike = len(step) < 3 or step[-1] > LAST_STEP_RATIO * np.median(step[:-1])
+    touching = unlike and abs(step[-1] / line.radius[-1] - 1) < TOUCHING_TOLERANCE
+    if ends == "wall" or touching or line.radius[-1] < THIN_END_SHARE * line.typical_radius:
+        return 0.0, END_SD_RADII
     if ends == "auto" and _steps_to_the_cap(line):
-        return 0.0, SURE
+        return 0.0, END_SD_RADII
     last_steps, radius = step[len(step) // 2 :], line.radius[len(step) // 2 :]
-    if ends == "auto" and len(radius) > 2 and np.abs(np.diff(radius, 2)).max() < DRAWN * radius.max():
-        return 0.0, SURE
-    if ends == "ball" or last_steps.std() > UNEVEN * last_steps.mean():
-        return 1.0, SURE
+    if ends == "auto" and len(radius) > 2 and np.abs(np.diff(radius, 2)).max() < SMOOTH_RADIUS_SHARE * radius.max():
+        return 0.0, END_SD_RADII
+    if ends == "ball" or last_steps.std() > STEP_SCATTER_SHARE * last_steps.mean():
+        return 1.0, END_SD_RADII
     return 0.5, 1 / np.sqrt(12)
 
 
@@ -182,7 +182,10 @@ def _steps_to_the_cap(line: Line) -> bool:
     while back < len(reverse):
         between = reverse.run[: back + 1, None] / max(float(reverse.run[back]), 1e-12)
         deviation = np.abs(columns[: back + 1] - columns[0] - between * (columns[back] - columns[0])).max(axis=0)
-        if deviation[:3].max() > CAP_STEP.straight * reverse.run[back] or deviation[3] > DRAWN * reverse.radius[0]:
+        if (
+            deviation[:3].max() > CAP_STEP.straight * reverse.run[back]
+            or deviation[3] > SMOOTH_RADIUS_SHARE * reverse.radius[0]
+        ):
             break
         back += 1
     last = back - 1
@@ -209,10 +212,10 @@ def _at_steps(line: Line, step: float) -> Line:
 
 def _ball_surface(tree: Tree) -> np.ndarray:
     """Return points of the surface of all balls along the lines, shape (point, 3)."""
-    angle = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
+    angle = np.linspace(0, 2 * np.pi, RING_POINTS, endpoint=False)
     rings = []
     for line in tree.lines:
-        balls = _at_steps(line, ALONG * line.typical_radius)
+        balls = _at_steps(line, RING_STEP_RADII * line.typical_radius)
         along = tangents(balls.points, 1)
         along[np.linalg.norm(along, axis=1) < 0.5] = [0.0, 0.0, 1.0]  # where a line turns back on itself
         u, v = across(along)
@@ -221,13 +224,13 @@ def _ball_surface(tree: Tree) -> np.ndarray:
     points = np.concatenate(rings)
     outside = np.ones(len(points), dtype=bool)
     for line in tree.lines:
-        balls = _at_steps(line, 0.25 * ALONG * line.typical_radius)
+        balls = _at_steps(line, 0.25 * RING_STEP_RADII * line.typical_radius)
         reach = balls.radius.max()
         candidates = np.flatnonzero(
             ((points > balls.points.min(0) - reach) & (points < balls.points.max(0) + reach)).all(axis=1)
         )
         distance, nearest = cKDTree(balls.points).query(points[candidates])
-        outside[candidates[distance < COVERED * balls.radius[nearest]]] = False
+        outside[candidates[distance < COVERED_SHARE * balls.radius[nearest]]] = False
     return points[outside]
 
 
@@ -243,7 +246,7 @@ def _at(tree: Tree, surface: np.ndarray) -> np.ndarray:
     index, on = cKDTree(surface), np.ones(len(tree), dtype=bool)
     for row, end in [(tree.root, 0), *((row, -1) for row in tree.terminals)]:
         line = tree.lines[row]
-        on[row] &= bool(index.query(line.points[end])[0] < THIN * line.typical_radius)
+        on[row] &= bool(index.query(line.points[end])[0] < THIN_END_SHARE * line.typical_radius)
     return on
 
 

@@ -36,8 +36,8 @@ from vasowave.stores import parsed, stored
 T = TypeVar("T")
 FOLDER = "stages"
 _SUFFIX = ".stage"
-_ALL = (Volume, Segmentation, Line, Tree, Elsewhere, Settled, Thinned, Profile, GreyLook, GreyScale)
-_KINDS: dict[str, type] = {kind.__name__: kind for kind in _ALL}
+_STORED_TYPES = (Volume, Segmentation, Line, Tree, Elsewhere, Settled, Thinned, Profile, GreyLook, GreyScale)
+_KINDS: dict[str, type] = {kind.__name__: kind for kind in _STORED_TYPES}
 _BITS = np.dtype(bool).str
 _WORD = 16
 """Arrays begin at multiples of so many bytes."""

@@ -26,7 +26,7 @@ MARGIN = 3
 LARGE = 1 << 30
 """Bytes of grey levels beyond which a volume is smoothed in parts."""
 _SIZE = 4  # bytes of a smoothed grey level
-LEAST, LEAST_SHARE = 100, 0.003
+MIN_PIECE_VOXELS, MIN_PIECE_SHARE = 100, 0.003
 """A separate piece of so many voxels, and of such a share of the lumen, is as large as a vessel."""
 AT_BORDER = look_kind(
     "image.lumen-at-border",
@@ -268,7 +268,7 @@ def _pieces(volume: Volume, bright: np.ndarray, seed: np.ndarray | None) -> tupl
     touching = coo_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(len(places), len(places)))
     labels = connected_components(touching, directed=False)[1]
     chosen, sizes = _chosen(volume, voxels, labels, seed), np.bincount(labels)
-    large = np.flatnonzero(sizes >= max(LEAST, LEAST_SHARE * sizes[chosen]))
+    large = np.flatnonzero(sizes >= max(MIN_PIECE_VOXELS, MIN_PIECE_SHARE * sizes[chosen]))
     return voxels[labels == chosen], [voxels[labels == label] for label in large if label != chosen]
 
 

@@ -10,11 +10,11 @@ from vasowave.imaging.measure.radii import densitometric_radius, section_radii
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line, Tree
 
-STEP = 0.03
+MIN_STEP_SHARE = 0.03
 """The radius changes at the tip by at least this share."""
-MARGIN = 4
+MARGIN_POINTS = 4
 """Fewest points on either side of the tip."""
-ALIKE = 2 * np.sqrt(np.pi) * BLUR
+NOISE_LENGTH_VOXELS = 2 * np.sqrt(np.pi) * BLUR
 """Voxels along which the errors of sections are alike: the integral scale of noise that is as blurred as the image."""
 _ELSE = "or the root is not at the cannula's outer end"
 _NONE = "if there is none in the image, give --cannula 0 (cannula=0 in Python) and the root where the network begins"
@@ -44,7 +44,7 @@ def cannula_tip(line: Line, radius: np.ndarray) -> int:
     places, misfits, steps = _candidates(line, radius)
     best = int(np.argmin(misfits))
     tubing_radius, vessel_radius = steps[best]
-    if abs(vessel_radius - tubing_radius) < STEP * tubing_radius:
+    if abs(vessel_radius - tubing_radius) < MIN_STEP_SHARE * tubing_radius:
         raise NoCannulaError(
             f"no cannula found: where the root's radius changes most it steps only from {tubing_radius:.4g} to "
             f"{vessel_radius:.4g} cm; {_NONE}; {_ELSE}"
@@ -61,7 +61,7 @@ def tip_sd(cannula: Line, root: Line, volume: Volume) -> float:
     line = cannula[:-1].then(root)
     places, misfits, _ = _candidates(line, section_radii(line, volume))
     run = line.run[places]
-    independent = np.ptp(run) / (ALIKE * float(volume.spacing[0]))
+    independent = np.ptp(run) / (NOISE_LENGTH_VOXELS * float(volume.spacing[0]))
     likely = np.exp(-independent / 2 * (misfits / max(misfits.min(), np.finfo(float).tiny) - 1))
     return float(np.sqrt(np.cov(run, aweights=likely, ddof=0)))
 
@@ -70,15 +70,15 @@ def _candidates(line: Line, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     """Return every point that may be the tip, the squared misfit with it, and both radii there."""
     run, typical = line.run, np.median(line.radius)
     inner = np.flatnonzero((run > 1.2 * typical) & (run < run[-1] - 1.2 * typical))
-    if len(inner) < 3 * MARGIN:
+    if len(inner) < 3 * MARGIN_POINTS:
         raise NoCannulaError(
             "the root vessel is too short to show where the cannula ends; give the outlets, if false branches cut it; "
             f"{_NONE}; {_ELSE}"
         )
     values, along = radius[inner], run[inner]
-    fits = [_fit(values, along, tip) for tip in range(MARGIN, len(values) - MARGIN)]
+    fits = [_fit(values, along, tip) for tip in range(MARGIN_POINTS, len(values) - MARGIN_POINTS)]
     return (
-        inner[MARGIN:-MARGIN],
+        inner[MARGIN_POINTS:-MARGIN_POINTS],
         np.array([misfit for misfit, *_ in fits]),
         [(tubing_radius, vessel_radius) for _, tubing_radius, vessel_radius in fits],
     )

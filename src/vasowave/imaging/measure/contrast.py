@@ -10,9 +10,9 @@ BLUR = 0.9
 """Standard deviation of the blur where no vessel is wide enough to show it, voxels."""
 WIDE = 3.5
 """A vessel of so many voxels of radius shows the blur in the slope of its wall."""
-UNSURE = 1.0
+UNKNOWN_BLUR_SHARE = 1.0
 """Of what blur takes from a vessel's middle, this share is not known: a thin vessel does not show its own contrast."""
-LEAST = 0.01
+MIN_PLATEAU_ERROR = 0.01
 """Least relative error of a plateau: background and axis are never quite right."""
 
 
@@ -40,7 +40,9 @@ def own_contrast(sections: Profile, blur: float) -> tuple[float, float]:
         axis_share = _left(signal, contrast, blur)
         contrast = 0.5 * (contrast + plateau / axis_share)
     noise = float(np.std(sections.plateau)) / np.sqrt(max(len(sections.plateau) / 3, 1))  # neighbors share their noise
-    return contrast, float(np.hypot(noise / axis_share, np.hypot(UNSURE * (1 - axis_share), LEAST) * contrast))
+    return contrast, float(
+        np.hypot(noise / axis_share, np.hypot(UNKNOWN_BLUR_SHARE * (1 - axis_share), MIN_PLATEAU_ERROR) * contrast)
+    )
 
 
 def contrasts(profiles: Sequence[Profile | None], distance: np.ndarray, blur: float) -> tuple[np.ndarray, np.ndarray]:

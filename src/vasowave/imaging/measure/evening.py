@@ -9,11 +9,11 @@ from vasowave.imaging.measure.profiles import COPIES, Profile
 
 FEWEST = 5
 """A slope is looked for in at least so many sections."""
-SURE = 3.0
+MIN_SLOPE_ERRORS = 3.0
 """A slope counts beyond so many standard errors: at 2 the radii of vessels that do not narrow scatter more."""
-SHARED = 3.0
+SECTIONS_PER_SAMPLE = 3.0
 """Neighboring sections share their noise: so many count as one."""
-BELIEVED = 6.0
+PRIOR_SECTIONS = 6.0
 """The scatter that noise alone explains weighs as much as that of so many independent sections."""
 
 
@@ -34,9 +34,9 @@ class Evened:
 def evened_sections(sections: Profile, middle: float) -> Evened:
     """Return the sections of a vessel carried to its `middle` (cm along it) by the slope of their radius.
 
-    Sections of a vessel that narrows differ, and those that are clear of its junctions lie nearer to one end. The
-    slope is the median of all pairs' (Theil and Sen), less what `SURE` of its standard errors explain, so that a vessel
-    that does not narrow keeps its sections.
+    Sections of a vessel that narrows differ, and those that are clear of its junctions lie nearer to one end. The slope
+    is the median of all pairs' (Theil and Sen), less what `MIN_SLOPE_ERRORS` of its standard errors explain, so that a
+    vessel that does not narrow keeps its sections.
     """
     width = np.sqrt(sections.signal)
     if np.ptp(sections.run) <= 0 or len(width) < FEWEST:
@@ -44,11 +44,11 @@ def evened_sections(sections: Profile, middle: float) -> Evened:
     slope = _median_slope(sections.run, width)
     residual = width - slope * sections.run
     at_middle = float(np.median(residual)) + slope * middle
-    error = float(np.std(residual)) / (float(np.std(sections.run)) * np.sqrt(len(width) / SHARED))
+    error = float(np.std(residual)) / (float(np.std(sections.run)) * np.sqrt(len(width) / SECTIONS_PER_SAMPLE))
     if at_middle <= 0:
         return Evened(sections, 0.0)
     taper, taper_sd = -slope / at_middle, error / at_middle
-    slope *= max(0.0, 1 - (SURE * error / max(abs(slope), 1e-12)) ** 2)
+    slope *= max(0.0, 1 - (MIN_SLOPE_ERRORS * error / max(abs(slope), 1e-12)) ** 2)
     line = np.median(width - slope * sections.run) + slope * np.append(sections.run, middle)
     if line.min() <= 0:
         return Evened(sections, 0.0, taper, taper_sd)
@@ -68,7 +68,7 @@ def moderated(profiles: Sequence[Profile | None], noise_beside: np.ndarray) -> n
 
     The scatter of a dozen sections is known to a fifth, and where it happens to be small a wrong radius would look
     sure. All vessels of an image share its noise: what that lets a section scatter, by its area and that of its
-    background, is scaled to the median of all vessels, and counts as `BELIEVED` sections beside the vessel's own.
+    background, is scaled to the median of all vessels, and counts as `PRIOR_SECTIONS` beside the vessel's own.
     The same is done with what sections beside their vessel show (`noise_beside`), and the larger error counts:
     sections of one vessel do not show what noise they have in common, those beside it not that they differ.
 
@@ -80,7 +80,9 @@ def moderated(profiles: Sequence[Profile | None], noise_beside: np.ndarray) -> n
     """
     deviation = np.array([np.nan if sections is None else float(np.std(sections.signal)) for sections in profiles])
     noise = np.array([np.nan if sections is None else sections.noise for sections in profiles])
-    count = np.array([1.0 if sections is None else max(len(sections.signal) / SHARED, 1.0) for sections in profiles])
+    count = np.array(
+        [1.0 if sections is None else max(len(sections.signal) / SECTIONS_PER_SAMPLE, 1.0) for sections in profiles]
+    )
     scatter = _pooled(deviation, noise, count - 1) / np.sqrt(count)
     common = _pooled(noise_beside, noise / np.sqrt(count), np.full(len(deviation), COPIES / 2))
     return np.asarray(np.fmax(scatter, common))
@@ -93,4 +95,6 @@ def _pooled(deviation: np.ndarray, expected: np.ndarray, count: np.ndarray) -> n
         return deviation
     usual = float(np.nanmedian(deviation / expected)) * expected
     count = np.where(is_known, count, 0.0)
-    return np.asarray(np.sqrt((BELIEVED * usual**2 + count * np.nan_to_num(deviation) ** 2) / (BELIEVED + count)))
+    return np.asarray(
+        np.sqrt((PRIOR_SECTIONS * usual**2 + count * np.nan_to_num(deviation) ** 2) / (PRIOR_SECTIONS + count))
+    )

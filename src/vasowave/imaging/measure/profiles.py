@@ -15,21 +15,21 @@ from vasowave.imaging.tree import Line
 
 DISC, RING = 2.0, 7.0
 """A section is integrated up to DISC voxels beyond the radius, its background taken from there to RING voxels."""
-CLEARANCE, DIRECTIONS, SEEN = 1.0, 32, 0.3
+CLEARANCE, DIRECTIONS, MIN_SECTION_SHARE = 1.0, 32, 0.3
 """Directions (of so many) in which a section comes within CLEARANCE voxels of another vessel are not measured; sections
-of which less than SEEN is left are not used."""
+of which less than MIN_SECTION_SHARE is left are not used."""
 CORE = 0.6, 2.5
 """The middle of a section: within the radius less the second number, at least the first, voxels."""
 BIN = 0.5
 """Width of the bins of distance from the axis in which the wall's slope is looked for, voxels."""
 COPIES = 12
 """The sections are laid in so many directions beside their vessel."""
-EVERY, FINE = 2.0, 4.0
-"""One section in EVERY voxels is enough, and one sample a voxel: neighbors share their noise. In vessels wider than
-FINE voxels samples, and then sections, are so many to a radius, for their radii are sure."""
-CLEAR = 0.9
+SECTION_STEP_VOXELS, SAMPLES_PER_RADIUS = 2.0, 4.0
+"""One section in SECTION_STEP_VOXELS is enough, and one sample a voxel: neighbors share their noise. In vessels wider
+than SAMPLES_PER_RADIUS voxels samples, and then sections, are so many to a radius, for their radii are sure."""
+MIN_CLEAR_SHARE = 0.9
 """A section is used if so much of it is no vessel."""
-FEWEST = 4
+MIN_COPIES = 4
 """Fewer copies that lie clear of all vessels say nothing."""
 Beside = Callable[[Line, np.ndarray, float, Volume, Line], float]
 """Tells what noise adds to sections, see `signal_beside`."""
@@ -92,7 +92,7 @@ def profile(
     for neighbor in neighbors:
         foreign |= in_tube(places, line.points[sections], neighbor.points, neighbor.radius + CLEARANCE * spacing)
     valid, ring = _seen(grid, within, foreign)
-    good = (valid.sum(axis=1) >= SEEN * within.sum()) & ring.any(axis=1)
+    good = (valid.sum(axis=1) >= MIN_SECTION_SHARE * within.sum()) & ring.any(axis=1)
     if not good.any():
         return None
     background = medians(grey[good], ring[good])
@@ -148,9 +148,9 @@ def signal_beside(line: Line, sections: np.ndarray, radius: float, volume: Volum
     """
     spacing = float(volume.spacing[0])
     inner, outer = radius + DISC * spacing, radius + RING * spacing
-    rows = sections[:: round(max(EVERY, radius / (FINE * spacing)))]
+    rows = sections[:: round(max(SECTION_STEP_VOXELS, radius / (SAMPLES_PER_RADIUS * spacing)))]
     u, v = (axis[rows] for axis in across(tangents(line.points, 4)))
-    grid = disc(outer, max(spacing, radius / FINE))
+    grid = disc(outer, max(spacing, radius / SAMPLES_PER_RADIUS))
     within = np.hypot(*grid.T) <= inner
     area, means = np.pi * inner**2, []
     for angle in 2 * np.pi * np.arange(COPIES) / COPIES:
@@ -158,14 +158,14 @@ def signal_beside(line: Line, sections: np.ndarray, radius: float, volume: Volum
         places = centers[:, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
         voxels = (places - volume.origin) / spacing
         clear = ~in_tube(places, centers, vessels.points, vessels.radius + spacing) & _inside(voxels, volume.grey.shape)
-        good = (clear & within).sum(axis=1) >= CLEAR * within.sum()
+        good = (clear & within).sum(axis=1) >= MIN_CLEAR_SHARE * within.sum()
         if good.sum() < max(0.5 * len(rows), 1) or not (clear[good] & ~within).any(axis=1).all():
             continue
         grey = sampled(volume.grey, places[good], volume.origin, spacing)
         disc_mean = _mean(grey, clear[good] & within)
         background = medians(grey, clear[good] & ~within)
         means.append(float(np.mean(disc_mean - background)) * area)
-    return float(np.median(np.abs(means))) / 0.6745 if len(means) >= FEWEST else np.nan
+    return float(np.median(np.abs(means))) / 0.6745 if len(means) >= MIN_COPIES else np.nan
 
 
 def reach_beside(radius: float, spacing: float) -> float:

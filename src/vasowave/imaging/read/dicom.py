@@ -37,10 +37,10 @@ class Slice(NamedTuple):
     grey: np.ndarray
 
 
-_BESIDE = 1.0
+_MAX_SHIFT_VOXELS = 1.0
 """Voxels by which the last slice may stand beside the first; rounded positions stay far below."""
 
-_SAME = ("SeriesInstanceUID", "Rows", "Columns", "PixelSpacing", "ImageOrientationPatient")
+_SERIES_KEYS = ("SeriesInstanceUID", "Rows", "Columns", "PixelSpacing", "ImageOrientationPatient")
 
 
 def read_dicom_series(folder: Path) -> Image:
@@ -77,7 +77,7 @@ def _slice(file: Path) -> Slice:
         raise InputError(MISSING) from None
     try:
         image = pydicom.dcmread(file)
-        same = {key: str(image.get(key)) for key in _SAME}
+        same = {key: str(image.get(key)) for key in _SERIES_KEYS}
     except Exception:
         raise InputError(f"{file}: not a readable DICOM file; remove it from the folder or export again") from None
     try:
@@ -96,7 +96,7 @@ def _slice(file: Path) -> Slice:
 
 
 def _require_one_series(folder: Path, slices: list[Slice]) -> None:
-    for key in _SAME:
+    for key in _SERIES_KEYS:
         mismatch = next((candidate for candidate in slices if candidate.same[key] != slices[0].same[key]), None)
         if mismatch is not None:
             raise InputError(
@@ -124,7 +124,7 @@ def _slice_distance(folder: Path, height: np.ndarray, names: list[str]) -> float
 def _require_upright(folder: Path, first: Slice, last: Slice) -> None:
     """Raise `InputError` if the last slice does not stand above the first, as with a tilted gantry."""
     shift = np.abs(first.axes @ (last.place - first.place)) / first.spacing[::-1]
-    if shift.max() > _BESIDE:
+    if shift.max() > _MAX_SHIFT_VOXELS:
         raise InputError(
             f"{folder}: slices are shifted sideways ({last.name} by {shift.max():.1f} voxels from {first.name}), as "
             "those of a tilted gantry; resample the series to upright slices (Slicer, dcm2niix) and give the result"

@@ -14,7 +14,7 @@ _BYTES = {
     "CHAR": 1, "UCHAR": 1, "SHORT": 2, "USHORT": 2, "INT": 4, "UINT": 4, "LONG": 4, "ULONG": 4, "LONG_LONG": 8,
     "ULONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8,
 }  # fmt: skip
-_LONGEST = 1 << 16
+_MAX_HEADER_BYTES = 1 << 16
 """No header is longer, bytes."""
 
 
@@ -23,7 +23,7 @@ def require_whole_metaimage(path: Path, sized: bool = False) -> None:
 
     Nor, if it must be `sized`, without their size.
     """
-    start = read_start(path, _LONGEST)
+    start = read_start(path, _MAX_HEADER_BYTES)
     last = re.search(rb"^ElementDataFile *= *([^\r\n]*)\r?(\n|$)", start, re.MULTILINE)
     if last is None:
         raise InputError(f"{path}: not an image that can be read: its header has no ElementDataFile; export it again")

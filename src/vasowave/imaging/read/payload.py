@@ -16,7 +16,7 @@ LARGE, DENSE = 1 << 31, 200
 
 _CHUNK = 1 << 20  # bytes that are read at a time
 _UNPACKED = 1 << 24  # bytes that are unpacked at a time
-_AGAIN = "copy or export it again"
+_REMEDY = "copy or export it again"
 
 
 def no_voxel_size(path: Path, problem: str) -> InputError:
@@ -63,11 +63,11 @@ def require_bytes(path: Path, start: int, count: int, packing: Packing = "raw") 
         try:
             actual = sum(map(len, unpacked(path, start, packing, count)))
         except (EOFError, OSError, ValueError, zlib.error) as error:
-            raise InputError(f"{path}: truncated or damaged ({error}); {_AGAIN}") from None
+            raise InputError(f"{path}: truncated or damaged ({error}); {_REMEDY}") from None
     if actual < count:
-        raise InputError(f"{path}: truncated, {max(actual, 0)} of {count} bytes of voxels; {_AGAIN}")
+        raise InputError(f"{path}: truncated, {max(actual, 0)} of {count} bytes of voxels; {_REMEDY}")
     if actual > count:
-        raise InputError(f"{path}: more voxels than the {count} bytes that its header announces; {_AGAIN}")
+        raise InputError(f"{path}: more voxels than the {count} bytes that its header announces; {_REMEDY}")
 
 
 def unpacked(path: Path, start: int, packing: Packing, limit: int) -> Iterator[bytes]:

@@ -12,7 +12,7 @@ from vasowave.imaging.tree import Line, Tree
 Junction = Literal["axes", "tube", "vmtk"]
 _SHARES = {"tube": 0.5, "vmtk": 1.0}
 """An axis leaves its sister where it is this share of the sister's inscribed radius away from the sister's axis."""
-_MOST = 0.5
+_MAX_SHARE = 0.5
 """At most this share of a daughter is given to its parent."""
 
 
@@ -46,7 +46,7 @@ def _shared(tree: Tree, row: int, sisters: np.ndarray, share: float) -> float:
     """Return how far along itself a vessel is last inside the tube of a sister, cm."""
     line = tree.lines[row]
     crossing = max(_left(line, tree.lines[sister], share) for sister in sisters if sister != row)
-    return min(crossing, _MOST * line.length)
+    return min(crossing, _MAX_SHARE * line.length)
 
 
 def _left(line: Line, sister: Line, share: float) -> float:

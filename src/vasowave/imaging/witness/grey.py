@@ -15,12 +15,12 @@ from vasowave.imaging.read.volume import Volume, part_of
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
 
-CLIPPED = 0.05
+MAX_CLIPPED_SHARE = 0.05
 """A lumen with a larger share of voxels at its highest grey level is cut off there."""
-BENT, SURELY, FLAT = 0.035, 0.06, 0.4
+MAX_BEND, SURE_BEND, MIN_FLATNESS = 0.035, 0.06, 0.4
 """A scale that is off by more than the first share of the contrast is bent (radii are off by about half as much), by
 more than the second whatever the cannula says; an end flatter than the third of the mean slope is flat."""
-AGREE, CONTRADICT = 0.02, 0.01
+MAX_AGREEING_ERROR, MAX_LINEAR_ERROR = 0.02, 0.01
 """A correction is right if the cannula then has its known radius within the first share; a bend is none if it has it
 within the second as the image is, and not after a correction."""
 
@@ -77,7 +77,7 @@ def grey_look(tree: Tree, volume: Volume, lumen: Segmentation, cannula: Line | N
     """Return what `volume` (cubes) and the `cannula` of `known_radius` (cm) say of the grey scale."""
     share, highest = saturation(volume, lumen)
     scale = grey_scale(tree, volume)
-    if scale is None or cannula is None or share > CLIPPED:
+    if scale is None or cannula is None or share > MAX_CLIPPED_SHARE:
         return GreyLook(share, highest, scale)
     try:
         region = _around(cannula, volume)
@@ -87,8 +87,14 @@ def grey_look(tree: Tree, volume: Volume, lumen: Segmentation, cannula: Line | N
         )
     except InputError:  # too little of the cannula is seen
         return GreyLook(share, highest, scale)
-    offered = scale.pairs if _is_off(scale) and after < AGREE else ()
-    return GreyLook(share, highest, scale, offered, before < CONTRADICT and after > AGREE and abs(scale.bend) < SURELY)
+    offered = scale.pairs if _is_off(scale) and after < MAX_AGREEING_ERROR else ()
+    return GreyLook(
+        share,
+        highest,
+        scale,
+        offered,
+        before < MAX_LINEAR_ERROR and after > MAX_AGREEING_ERROR and abs(scale.bend) < SURE_BEND,
+    )
 
 
 def _around(line: Line, volume: Volume) -> Volume:
@@ -118,7 +124,7 @@ def saturation(volume: Volume, lumen: Segmentation) -> tuple[float, float]:
 def grey_doubts(observation: GreyLook, vessels: Sequence[str]) -> list[Doubt]:
     """Return the gravest thing that the grey levels say against the radii of all `vessels`, if there is one."""
     names = tuple(vessels)
-    if observation.saturated > CLIPPED:
+    if observation.saturated > MAX_CLIPPED_SHARE:
         return [Doubt("radius", IMAGE_CLIPPED(share=observation.saturated, level=observation.highest), names)]
     scale = observation.scale
     if scale is None or observation.contradicted or not _is_off(scale):
@@ -127,10 +133,10 @@ def grey_doubts(observation: GreyLook, vessels: Sequence[str]) -> list[Doubt]:
     if observation.offered:
         pairs = grey_text(observation.offered)
         remedy = f"with it corrected, grey {pairs}, the cannula has its known diameter: extract again so"
-    if scale.flatness < FLAT:
+    if scale.flatness < MIN_FLATNESS:
         return [Doubt("radius", IMAGE_FLAT(flatness=scale.flatness, way=remedy), names)]
     return [Doubt("radius", IMAGE_BENT(bend=scale.bend, way=remedy), names)]
 
 
 def _is_off(scale: GreyScale) -> bool:
-    return abs(scale.bend) > BENT or scale.flatness < FLAT
+    return abs(scale.bend) > MAX_BEND or scale.flatness < MIN_FLATNESS

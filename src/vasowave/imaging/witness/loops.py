@@ -16,16 +16,16 @@ from vasowave.imaging.tree import Tree
 from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
 from vasowave.imaging.witness.skeleton import skeleton_voxels
 
-SMALLEST = 5.0
+MIN_RING_VOXELS = 5.0
 """The least ring of voxels around a hole is longer, voxels; shorter ones are voxels that all touch each other."""
-APART = 3.0
+MIN_GAP_VOXELS = 3.0
 """Two rings whose thinnest places lie so many voxels apart are named as one."""
 
-NAMED = 6
+MAX_NAMED_RINGS = 6
 """A message names so many rings."""
 GAP = 3
 """Gaps that so many voxels on either side close are as wide as those that noise leaves between spurs."""
-RAISED, KEPT = (1.15, 1.3, 1.5), 0.6
+CONTRAST_FACTORS, MIN_LUMEN_SHARE = (1.15, 1.3, 1.5), 0.6
 """Multiples of the contrast of the wall at which a higher threshold is tried; so much of the lumen must stay."""
 
 LOOP = doubt_kind(
@@ -98,8 +98,8 @@ def told_loops(lumen: Segmentation, policy: Literal["refuse", "open"], guided: b
     if count <= 0:
         return np.empty((0, 3))
     loops = loops_of(lumen)
-    places = [f"{written(loop.place)} (ring of {loop.length:.2g} cm)" for loop in loops[:NAMED]]
-    suffix = f"; and {len(loops) - NAMED} more" if len(loops) > NAMED else ""
+    places = [f"{written(loop.place)} (ring of {loop.length:.2g} cm)" for loop in loops[:MAX_NAMED_RINGS]]
+    suffix = f"; and {len(loops) - MAX_NAMED_RINGS} more" if len(loops) > MAX_NAMED_RINGS else ""
     text = (
         f"the lumen closes {count} loop(s), thinnest at (x,y,z, cm) {'; '.join(places)}{suffix}: vessels touch, noise "
         "bridges them, or they join again"
@@ -139,11 +139,11 @@ def loops_after_closing(lumen: Segmentation) -> int:
 
 def opening_threshold(lumen: Segmentation) -> float | None:
     """Return the least of a few thresholds at which the largest piece of `lumen` closes no loop; None without one."""
-    for raised in RAISED:
+    for raised in CONTRAST_FACTORS:
         level = lumen.background + raised * (lumen.threshold - lumen.background)
         pieces, count = ndimage.label(lumen.grey > level)
         sizes = np.bincount(pieces.ravel())[1:]
-        if not count or sizes.max() < KEPT * lumen.mask.sum():
+        if not count or sizes.max() < MIN_LUMEN_SHARE * lumen.mask.sum():
             return None
         if euler_number(ndimage.binary_fill_holes(pieces == 1 + int(np.argmax(sizes)))) >= 1:
             return float(f"{level:.3g}")
@@ -185,7 +185,7 @@ def loops_of(lumen: Segmentation) -> list[Loop]:
             continue
         length = _ring(first, second, above, points)
         place = (points[first] + points[second]) / 2
-        if length > SMALLEST and all(np.linalg.norm(place - center) > APART for center, *_ in rings):
+        if length > MIN_RING_VOXELS and all(np.linalg.norm(place - center) > MIN_GAP_VOXELS for center, *_ in rings):
             rings.append((place, length, narrow))
     h = lumen.spacing
     loops = [Loop(place * h + lumen.origin, length * h, radius * h) for place, length, radius in rings]

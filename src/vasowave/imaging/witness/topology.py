@@ -61,7 +61,7 @@ PASSING = doubt_kind(
 )
 GAP = 2.0
 """A piece may begin so many radii of the nearest vessel away from its wall: a bubble is no wider than the vessel."""
-ROUND, ENDS = 4.0, 0.43
+END_RADII, ENDS = 4.0, 0.43
 """Within so many radii of its nearest place the middle of a piece lies farther away than this share of them, if the
 piece ends there: half of the distance for the end of a tube, a quarter for its side."""
 APART = doubt_kind(
@@ -229,5 +229,5 @@ def apart_doubts(tree: Tree, names: tuple[str, ...], lumen: Segmentation) -> lis
 
 def _ends_at(piece: np.ndarray, place: np.ndarray, radius: float) -> bool:
     """Whether a piece ends at a place of it, cm, as a tube of about that radius would."""
-    neighborhood = piece[np.linalg.norm(piece - place, axis=1) < ROUND * radius]
-    return bool(np.linalg.norm(neighborhood.mean(axis=0) - place) > ENDS * ROUND * radius)
+    neighborhood = piece[np.linalg.norm(piece - place, axis=1) < END_RADII * radius]
+    return bool(np.linalg.norm(neighborhood.mean(axis=0) - place) > ENDS * END_RADII * radius)

@@ -15,16 +15,16 @@ from vasowave.imaging.witness.skeleton import Branches
 from vasowave.imaging.witness.topology import crossing_doubts, topology_doubts
 
 LENGTH, RADIUS = 0.10, 0.05
-"""A vessel is named if so many SD of its length (`SURE`) or radius (`CHANCE`) exceed this share."""
-SURE = 3.0
+"""A vessel is named if so many SD of its length (`LENGTH_DEVIATIONS`) or radius (`CHANCE`) exceed this share."""
+LENGTH_DEVIATIONS = 3.0
 CHANCE = 0.2
 """So many SD of a radius that in one tree of five some radius is beyond them: the more vessels, the more SD. Few of
 these radii are off by a `RADIUS` that is not named: most vessels are surer than just sure enough."""
-SHATTERED = 0.5
+MAX_SHORT_SHARE = 0.5
 """A tree with a larger share of vessels that are too short to be measured is doubted as a whole."""
 UNEVEN = 0.06
 """A lumen whose surface lies so far from a round tube (`surface_misfit`) is named; round ones show 0.01 to 0.04."""
-FILLED = 0.7
+MIN_CONTRAST_SHARE = 0.7
 """A vessel with less than this share of the root's contrast is partly filled."""
 
 SHATTER = doubt_kind(
@@ -103,7 +103,7 @@ def doubts_about(
     all_ends : bool
         Whether the tree should have every end of the lumen, see `topology_doubts`.
     """
-    min_lengths = measured.network.length - SURE * measured.length_sd
+    min_lengths = measured.network.length - LENGTH_DEVIATIONS * measured.length_sd
     doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends, min_lengths)
     doubts += crossing_doubts(measured.tree) + (_shattered(measured) if all_ends else [])
     return (
@@ -118,7 +118,7 @@ def doubts_about(
 def _shattered(measured: Measurement) -> list[Doubt]:
     """Return the doubt about a tree most of whose vessels are too short to be measured: ridges taken for branches."""
     short = ~measured.reliable
-    if short.mean() <= SHATTERED:
+    if short.mean() <= MAX_SHORT_SHARE:
         return []
     finding = SHATTER(short=int(short.sum()), vessels=len(short))
     return [Doubt("topology", finding, tuple(measured.network.name[row] for row in np.flatnonzero(short)))]
@@ -142,11 +142,11 @@ def _unsettled(measured: Measurement) -> list[Doubt]:
     """Return which lengths and radii the image does not settle."""
     network = measured.network
     deviations = NormalDist().inv_cdf(1 - CHANCE / 2 / len(network))
-    lengths = ~(SURE * measured.length_sd <= LENGTH * network.length)
+    lengths = ~(LENGTH_DEVIATIONS * measured.length_sd <= LENGTH * network.length)
     radii = ~(deviations * measured.radius_sd <= RADIUS * network.radius)
     sure = {"share": RADIUS, "deviations": float(deviations)}
     cases: list[tuple[About, np.ndarray, Kind, dict[str, float]]] = [
-        ("length", lengths, UNSURE_LENGTH, {"share": LENGTH, "deviations": SURE}),
+        ("length", lengths, UNSURE_LENGTH, {"share": LENGTH, "deviations": LENGTH_DEVIATIONS}),
         ("radius", radii & measured.reliable, UNSURE_RADIUS, sure),
         ("radius", ~measured.reliable, NO_RADIUS, {}),
     ]
@@ -158,7 +158,7 @@ def _junctions(measured: Measurement, place_sd: np.ndarray) -> list[Doubt]:
     doubts, length = [], measured.network.length
     for row in np.setdiff1d(np.arange(len(length)), measured.tree.terminals).tolist():
         rows = np.append(row, measured.tree.daughters(row))
-        if SURE * place_sd[row] <= LENGTH * length[rows].min():
+        if LENGTH_DEVIATIONS * place_sd[row] <= LENGTH * length[rows].min():
             continue
         meet = np.isin(np.arange(len(length)), rows)
         radii = float(place_sd[row] / measured.tree.lines[row].typical_radius)
@@ -175,9 +175,9 @@ def _uneven(measured: Measurement, misfit: np.ndarray) -> list[Doubt]:
         doubts.append(_doubt(measured, "length", uneven, NOT_ROUND))
     if measured.grey is not None:
         contrast = measured.grey.contrast
-        dim = np.nan_to_num(contrast / contrast[measured.network.root], nan=1.0) < FILLED
+        dim = np.nan_to_num(contrast / contrast[measured.network.root], nan=1.0) < MIN_CONTRAST_SHARE
         if dim.any():
-            doubts.append(_doubt(measured, "radius", dim, PARTLY_FILLED, share=FILLED))
+            doubts.append(_doubt(measured, "radius", dim, PARTLY_FILLED, share=MIN_CONTRAST_SHARE))
     return doubts
 
 
