@@ -206,9 +206,15 @@ FAULTS = [
     ),
     Fault("tangent wall of constant slope", "model/walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),
     Fault("tubes' free ends slide along their axes", TUBES, (("along * np.sqrt(DENSITY)", "along * 0.0"),)),
-    Fault("tubes are as stiff with a wall as without", STIFFNESS, (("FREE, HIDDEN = 0.35", "FREE, HIDDEN = 64.0"),)),
     Fault(
-        "a thin vessel's own contrast is believed", "imaging/measure/contrast.py", (("UNSURE = 1.0", "UNSURE = 0.0"),)
+        "tubes are as stiff with a wall as without",
+        STIFFNESS,
+        (("FREE_WEIGHT, HIDDEN_WEIGHT = 0.35", "FREE_WEIGHT, HIDDEN_WEIGHT = 64.0"),),
+    ),
+    Fault(
+        "a thin vessel's own contrast is believed",
+        "imaging/measure/contrast.py",
+        (("UNKNOWN_BLUR_SHARE = 1.0", "UNKNOWN_BLUR_SHARE = 0.0"),),
     ),
     Fault(
         "every vessel has the contrast of the tree", "imaging/measure/contrast.py", (("prior = 1 /", "prior = 1e9 /"),)
@@ -216,7 +222,7 @@ FAULTS = [
     Fault(
         "a frame of zeros is background",
         "imaging/lumen/levels.py",
-        (("real |= grey[np.ix_(*beside)] != here", "real |= True"),),
+        (("real |= grey[np.ix_(*neighbors)] != sample", "real |= True"),),
     ),
     Fault("resampled cubes drift", "imaging/read/volume.py", (("step = smallest", "step = 1.002 * smallest"),)),
     Fault("the second witness overlooks ends", "imaging/witness/topology.py", (("if spare and all_ends", "if False"),)),

@@ -165,7 +165,9 @@ def test_points_of_a_surface_stand_on_the_tube_that_is_nearest_to_them_as_fine_s
     points = np.random.default_rng(3).uniform([-8, -30, -5], [8, 30, 80], (1500, 3))
     feet = feet_on(tubes, points, near_points(tubes, points, np.array([0, len(points)])))
     steps, gaps = np.linspace(0, 1, 200), []
-    for own, radius in zip(*(np.split(one, tubes.begins[1:-1]) for one in (tubes.at, tubes.radius)), strict=True):
+    for own, radius in zip(
+        *(np.split(one, tubes.begins[1:-1]) for one in (tubes.place_nodes, tubes.radius)), strict=True
+    ):
         between = np.arange(len(own) - 1) + steps[:, None]
         axis = np.stack([np.interp(between, np.arange(len(own)), tubes.nodes[own, k]) for k in range(3)], axis=-1)
         wide = np.interp(between, np.arange(len(own)), radius).ravel()
@@ -175,7 +177,7 @@ def test_points_of_a_surface_stand_on_the_tube_that_is_nearest_to_them_as_fine_s
     least, at = np.min(gaps, axis=0), np.argmin(gaps, axis=0)
     explained = np.setdiff1d(np.flatnonzero(least < BEYOND), feet.lost)
     assert len(explained) == (least < BEYOND).sum() > 200  # none near a wall is lost
-    before, after = tubes.nodes[tubes.at[feet.place]], tubes.nodes[tubes.at[feet.place + 1]]
+    before, after = tubes.nodes[tubes.place_nodes[feet.place]], tubes.nodes[tubes.place_nodes[feet.place + 1]]
     on = (1 - feet.share)[:, None] * before + feet.share[:, None] * after
     wide = (1 - feet.share) * tubes.radius[feet.place] + feet.share * tubes.radius[feet.place + 1]
     back = on + (feet.gap + wide)[:, None] * feet.normal

@@ -23,10 +23,10 @@ from vasowave.network.remarks import unlike_the_species
 SCALE_LIMIT = 0.2
 """A cannula that is off by more than this share is no matter of scale: the root or the voxel size is wrong."""
 
-SHOWN, END_REACH, SMOOTH = 6.0, 12, 3.0
+END_RADII, END_VOXELS, SMOOTHING_VOXELS = 6.0, 12, 3.0
 """The end of a vessel is looked at along so many radii, at least so many voxels; its path is smoothed over voxels."""
-_BEYOND = 3.0  # radii around an end within which the lumen is looked at, from half as far
-CLEAR, NAMED = 0.85, 4
+_NEIGHBORHOOD_RADII = 3.0  # radii around an end within which the lumen is looked at, from half as far
+CLEAR_RATIO, MAX_NAMED_ENDS = 0.85, 4
 """An end is clear if the next is narrower than this share of it; so many ends are named."""
 
 ROOT_TAKEN = note_kind(
@@ -61,72 +61,72 @@ def entrances(lumen: Segmentation, volume: Volume) -> tuple[Entrance, ...]:
     """Return the ends of `lumen`, found in the cubes of `volume`, the one with the widest sections first."""
     start = np.argwhere(lumen.mask)[0] * lumen.spacing + lumen.origin
     tip = int(np.argmax(minimal_paths(lumen, start).travelled))
-    ways = minimal_paths(lumen, np.argwhere(lumen.mask)[tip] * lumen.spacing + lumen.origin)  # from an end, not a wall
-    inside = cKDTree(ways.points)
-    found = [_entrance(way, volume) for way in _ways_from_ends(ways)]
-    found = [replace(one, place=ways.points[inside.query(one.place)[1]]) for one in found]
-    return tuple(sorted(found, key=lambda one: -one.radius))
+    paths = minimal_paths(lumen, np.argwhere(lumen.mask)[tip] * lumen.spacing + lumen.origin)  # from an end, not a wall
+    inside = cKDTree(paths.points)
+    ends = [_entrance(path, volume) for path in _ways_from_ends(paths)]
+    ends = [replace(end, place=paths.points[inside.query(end.place)[1]]) for end in ends]
+    return tuple(sorted(ends, key=lambda end: -end.radius))
 
 
 def goes_on(lumen: Segmentation, end: Entrance) -> bool:
     """Whether the lumen goes on to two sides of an end: a ring has such ends where the paths around it meet."""
     middle = np.round((end.place - lumen.origin) / lumen.spacing).astype(int)
-    reach = int(np.ceil(_BEYOND * end.radius / lumen.spacing))
+    reach = int(np.ceil(_NEIGHBORHOOD_RADII * end.radius / lumen.spacing))
     low = np.maximum(middle - reach, 0)
-    near = lumen.mask[tuple(slice(first, last) for first, last in zip(low, middle + reach + 1, strict=True))]
-    apart = np.linalg.norm(np.moveaxis(np.indices(near.shape), 0, -1) + low - middle, axis=-1) * lumen.spacing
-    pieces, _ = label(near & (apart < _BEYOND * end.radius))
-    own = pieces == pieces[tuple(middle - low)]
-    return bool(label(own & (apart > 0.5 * _BEYOND * end.radius))[1] > 1)
+    window = lumen.mask[tuple(slice(first, last) for first, last in zip(low, middle + reach + 1, strict=True))]
+    distance = np.linalg.norm(np.moveaxis(np.indices(window.shape), 0, -1) + low - middle, axis=-1) * lumen.spacing
+    pieces, _ = label(window & (distance < _NEIGHBORHOOD_RADII * end.radius))
+    piece = pieces == pieces[tuple(middle - low)]
+    return bool(label(piece & (distance > 0.5 * _NEIGHBORHOOD_RADII * end.radius))[1] > 1)
 
 
-def _ways_from_ends(ways: MinimalPaths) -> list[Line]:
-    """Return the path from each end of the lumen inward, as long as `SHOWN` says, without stairs."""
-    tips, found = long_tips(ways), []
+def _ways_from_ends(paths: MinimalPaths) -> list[Line]:
+    """Return the path from each end of the lumen inward, as long as `END_RADII` says, without stairs."""
+    tips, traces = long_tips(paths), []
     for tip in tips:
         rows = [tip]
-        while ways.above[rows[-1]] >= 0:
-            rows.append(int(ways.above[rows[-1]]))
-        found.append(rows)
-    if found:
-        found.append(found[0][::-1])  # the end that all paths lead to
+        while paths.above[rows[-1]] >= 0:
+            rows.append(int(paths.above[rows[-1]]))
+        traces.append(rows)
+    if traces:
+        traces.append(traces[0][::-1])  # the end that all paths lead to
     lines = []
-    for rows in found:
-        line = Line(ways.points[rows], ways.depth[rows] * ways.spacing)
-        wide = float(line.radius[line.run < END_REACH * ways.spacing].max())
-        line = line[line.run < max(SHOWN * wide, END_REACH * ways.spacing)]
-        lines.append(Line(gaussian_filter1d(line.points, SMOOTH, axis=0, mode="nearest"), line.radius))
+    for rows in traces:
+        line = Line(paths.points[rows], paths.depth[rows] * paths.spacing)
+        wide = float(line.radius[line.run < END_VOXELS * paths.spacing].max())
+        line = line[line.run < max(END_RADII * wide, END_VOXELS * paths.spacing)]
+        lines.append(Line(gaussian_filter1d(line.points, SMOOTHING_VOXELS, axis=0, mode="nearest"), line.radius))
     return lines
 
 
-def _entrance(way: Line, volume: Volume) -> Entrance:
-    """Return the end at which `way` begins; sections beyond its first ball and before its last say how wide it is."""
-    wide, spacing = float(np.median(way.radius)), float(volume.spacing[0])
-    inner = np.flatnonzero((way.run > 1.2 * wide) & (way.run < way.run[-1] - 0.3 * wide))
-    one = profile(way, inner, WIDER * wide, volume)
-    if one is None:
-        return Entrance(_middle(way, wide, spacing), wide)
-    contrast, _ = own_contrast(one, BLUR * spacing)
-    return Entrance(_middle(way, wide, spacing), densitometric_radius(one, contrast))
+def _entrance(path: Line, volume: Volume) -> Entrance:
+    """Return the end at which `path` begins; sections beyond its first ball and before its last say how wide it is."""
+    wide, spacing = float(np.median(path.radius)), float(volume.spacing[0])
+    inner = np.flatnonzero((path.run > 1.2 * wide) & (path.run < path.run[-1] - 0.3 * wide))
+    sections = profile(path, inner, WIDER * wide, volume)
+    if sections is None:
+        return Entrance(_middle(path, wide, spacing), wide)
+    contrast, _ = own_contrast(sections, BLUR * spacing)
+    return Entrance(_middle(path, wide, spacing), densitometric_radius(sections, contrast))
 
 
-def _middle(way: Line, wide: float, spacing: float) -> np.ndarray:
-    """Return the middle of the flat end whose corner `way` begins at, a voxel inside."""
-    near, far = (way.points[min(int(np.searchsorted(way.run, at * wide)), len(way) - 1)] for at in (1.2, 2.5))
-    along = (far - near) / max(float(np.linalg.norm(far - near)), 1e-12)
-    return np.asarray(near + along * ((way.points[0] - near) @ along + spacing))
+def _middle(path: Line, wide: float, spacing: float) -> np.ndarray:
+    """Return the middle of the flat end whose corner `path` begins at, a voxel inside."""
+    begin, end = (path.points[min(int(np.searchsorted(path.run, radii * wide)), len(path) - 1)] for radii in (1.2, 2.5))
+    along = (end - begin) / max(float(np.linalg.norm(end - begin)), 1e-12)
+    return np.asarray(begin + along * ((path.points[0] - begin) @ along + spacing))
 
 
-def clear_entrance(found: Sequence[Entrance], cannula: float) -> Entrance | None:
+def clear_entrance(ends: Sequence[Entrance], cannula: float) -> Entrance | None:
     """Return the one end that is as wide as the `cannula` (radius, cm; 0 without one), None if it is not so clear."""
-    if not cannula or not found or abs(np.log(found[0].radius / cannula)) > np.log1p(SCALE_LIMIT):
+    if not cannula or not ends or abs(np.log(ends[0].radius / cannula)) > np.log1p(SCALE_LIMIT):
         return None
-    return found[0] if len(found) == 1 or found[1].radius < CLEAR * found[0].radius else None
+    return ends[0] if len(ends) == 1 or ends[1].radius < CLEAR_RATIO * ends[0].radius else None
 
 
-def root_wanted(found: Sequence[Entrance]) -> InputError:
+def root_wanted(ends: Sequence[Entrance]) -> InputError:
     """Return the error that asks for the root and names the widest ends of the lumen."""
-    places = "; ".join(f"{written(one.place)} (radius {one.radius:.2g})" for one in found[:NAMED])
+    places = "; ".join(f"{written(end.place)} (radius {end.radius:.2g})" for end in ends[:MAX_NAMED_ENDS])
     return InputError(
         f"where does the blood enter? Give the root as x,y,z in cm: the outer end of the cannula. The widest ends of "
         f"the lumen: {places}"
@@ -137,22 +137,22 @@ def deepest_near(lumen: Segmentation, place: np.ndarray, reach: int = 6) -> np.n
     """Return the point of `lumen` farthest from its wall within `reach` voxels of `place`, z, y, x, cm."""
     low = np.round((place - lumen.origin) / lumen.spacing).astype(int) - reach
     window = tuple(slice(max(a, 0), max(a + 2 * reach + 1, 0)) for a in low)
-    near = np.pad(lumen.mask[window], 1)
-    if not near.any():
+    mask = np.pad(lumen.mask[window], 1)
+    if not mask.any():
         return place
-    deepest = np.unravel_index(np.argmax(distance_transform_edt(near)), near.shape)
-    return (np.array([one.start for one in window]) + np.array(deepest) - 1) * lumen.spacing + lumen.origin
+    deepest = np.unravel_index(np.argmax(distance_transform_edt(mask)), mask.shape)
+    return (np.array([bounds.start for bounds in window]) + np.array(deepest) - 1) * lumen.spacing + lumen.origin
 
 
 def require_reached(lumen: Segmentation, outlets: np.ndarray) -> None:
     """Raise `InputError` that names every outlet farther from the lumen than paths are drawn to."""
     voxels = np.argwhere(lumen.mask) * lumen.spacing + lumen.origin
     gap = cKDTree(voxels).query(outlets)[0] / lumen.spacing
-    far = [f"{written(outlet)} ({voxels:.0f} voxels away)" for outlet, voxels in zip(outlets, gap) if voxels > 5]
-    if far:
+    unreached = [f"{written(outlet)} ({voxels:.0f} voxels away)" for outlet, voxels in zip(outlets, gap) if voxels > 5]
+    if unreached:
         raise InputError(
-            f"{len(far)} of {len(outlets)} outlets (x,y,z, cm) do not lie at the lumen: {'; '.join(far)}; move them or "
-            "lower the threshold"
+            f"{len(unreached)} of {len(outlets)} outlets (x,y,z, cm) do not lie at the lumen: {'; '.join(unreached)}; "
+            "move them or lower the threshold"
         )
 
 

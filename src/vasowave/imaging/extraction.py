@@ -143,91 +143,99 @@ def extract(
     >>> axis = np.minimum(np.abs(y - 0.06 - side), np.abs(y - 0.06 + side))
     >>> grey = 200.0 * ((np.hypot(axis, x - 0.03) < 0.011) & (z < 0.17))
     >>> scan = Volume(grey, (0.002,) * 3, (0, 0, 0))
-    >>> found = vw.extract(scan, root=(0.0, 0.06, 0.03), threshold=100, species="other", cannula=0)
-    >>> len(found.network), bool(np.allclose(found.network.radius, 0.011, atol=0.001))
+    >>> extraction = vw.extract(scan, root=(0.0, 0.06, 0.03), threshold=100, species="other", cannula=0)
+    >>> len(extraction.network), bool(np.allclose(extraction.network.radius, 0.011, atol=0.001))
     (3, True)
     """
-    say, wanted = progress or (lambda stage: None), given_values(Options, options, settings)
+    report, merged_options = progress or (lambda stage: None), given_values(Options, options, settings)
     notes: tuple[Finding, ...] = ()
     try:
-        with warnings.catch_warnings(record=True) as told:
+        with warnings.catch_warnings(record=True) as caught_warnings:
             warnings.simplefilter("always", VasowaveWarning)
-            extraction = _extracted(image, wanted, say, stages or Stages())
+            extraction = _extracted(image, merged_options, report, stages or Stages())
     finally:  # an error is easier to understand with the warnings that led to it
         # What is gravest comes first: doubts of the witness, in their order, before what was noticed on the way.
-        notes = tuple(sorted(dict.fromkeys(found_in(told)), key=lambda note: not is_doubt(note)))
+        notes = tuple(sorted(dict.fromkeys(found_in(caught_warnings)), key=lambda note: not is_doubt(note)))
         for note in notes:
             warn(note)
     return replace(extraction, notes=notes)
 
 
-def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str], None], stages: Stages) -> Extraction:
-    say("image")
+def _extracted(
+    source: Volume | str | Path, options: Options, report: Callable[[str], None], stages: Stages
+) -> Extraction:
+    report("image")
     image, key = _image(source, options.voxel, stages)
     if options.grey is not None:
         image, key = corrected(image, options.grey), f"{key} {options.grey}"
     with written_in_the_world(image.frame):
-        found = _found_in(image, key, options, say, stages)
-    return replace(found, source=None if isinstance(source, Volume) else Path(source))
+        extraction = _found_in(image, key, options, report, stages)
+    return replace(extraction, source=None if isinstance(source, Volume) else Path(source))
 
 
-def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], None], stages: Stages) -> Extraction:
+def _found_in(image: Volume, key: str, options: Options, report: Callable[[str], None], stages: Stages) -> Extraction:
     """Return the extraction without its source; all is computed along the image's axes, and turned at the end."""
     volume = image if is_cubic(image) else stages.kept("cubes", key, lambda: isotropic(image))
-    asked = given(image, volume, options)
-    say("lumen")
-    lumen = stages.kept("lumen", keys_of(key, asked, options).lumen, lambda: _lumen(asked, options))
-    said = _entered(asked, lumen, options)  # it leaves the lumen as it is, and so its key
-    keys = keys_of(key, said, options)
-    root = np.asarray(said.root)
+    inputs = given(image, volume, options)
+    report("lumen")
+    lumen = stages.kept("lumen", keys_of(key, inputs, options).lumen, lambda: _lumen(inputs, options))
+    rooted_inputs = _entered(inputs, lumen, options)  # it leaves the lumen as it is, and so its key
+    keys = keys_of(key, rooted_inputs, options)
+    root = np.asarray(rooted_inputs.root)
     level_set = options.method == "threshold" and options.mask is None
     loops = stages.kept(
-        "loops", keys.loops, lambda: told_loops(lumen, options.loops, said.outlets is not None, level_set)
+        "loops", keys.loops, lambda: told_loops(lumen, options.loops, rooted_inputs.outlets is not None, level_set)
     )
-    say("axes")
-    found, cannula = stages.kept("axes", keys.axes, lambda: _tree(lumen, root, said, options))
-    unedited, tree = found.tree, edited(found.tree, said.edits)
-    say("radii")
-    look = Profiles(stages.stored("profiles", keys.profiles))
-    measured = measured_in(tree, volume, look, look.beside)
+    report("axes")
+    settled_tree, cannula = stages.kept("axes", keys.axes, lambda: _tree(lumen, root, rooted_inputs, options))
+    unedited, tree = settled_tree.tree, edited(settled_tree.tree, rooted_inputs.edits)
+    report("radii")
+    profiler = Profiles(stages.stored("profiles", keys.profiles))
+    measured = measured_in(tree, volume, profiler, profiler.beside)
     scale = 1.0 if cannula is None else scale_of(cannula, volume, options.cannula / 2)
     check_root(measured.network, scale, options.cannula / 2, options.species)
-    say("uncertainty")
+    report("uncertainty")
     inside = deepest_near(lumen, root)  # a place near the wall is outside the lumen at a higher threshold
-    others = stages.kept(
-        "elsewhere", keys.elsewhere, lambda: elsewhere(unedited, volume, inside, options.threshold, said.segmenter)
+    alternatives = stages.kept(
+        "elsewhere",
+        keys.elsewhere,
+        lambda: elsewhere(unedited, volume, inside, options.threshold, rooted_inputs.segmenter),
     )
     skeleton, surface = stages.kept("witness", keys.witness, lambda: _witness(lumen, root))
     if tree is not unedited:
-        found = settled_before(tree, found, surface, lumen.spacing, lumen.roughness, look.recalled)
+        settled_tree = settled_before(tree, settled_tree, surface, lumen.spacing, lumen.roughness, profiler.recalled)
     begin_sd = 0.0
     if cannula is not None:
         begins = cannula, unedited.lines[unedited.root]
-        begin_sd = look.recalled(("tip", *begins), lambda: tip_sd(*begins, volume))
-    open_sd = np.hypot(found.open_sd, begin_sd * (np.arange(len(tree)) == tree.root))
-    measured = with_spread(measured, _edited_too(unedited, others, said.edits), open_sd, volume, look)
-    measured = with_radii(measured, said.edits)
-    stages.keep("profiles", keys.profiles, look.used)
-    say("witness")
-    all_ends = said.outlets is None and not said.edits
+        begin_sd = profiler.recalled(("tip", *begins), lambda: tip_sd(*begins, volume))
+    open_sd = np.hypot(settled_tree.open_sd, begin_sd * (np.arange(len(tree)) == tree.root))
+    measured = with_spread(
+        measured, _edited_too(unedited, alternatives, rooted_inputs.edits), open_sd, volume, profiler
+    )
+    measured = with_radii(measured, rooted_inputs.edits)
+    stages.keep("profiles", keys.profiles, profiler.used)
+    report("witness")
+    all_ends = rooted_inputs.outlets is None and not rooted_inputs.edits
     misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
     ends = None if all_ends else np.array([tree.lines[row].points[-1] for row in tree.terminals])
     branches = skeleton_branches(skeleton, ends)
-    doubts = doubts_about(measured, lumen, branches, misfit, found.place_sd, all_ends)
+    doubts = doubts_about(measured, lumen, branches, misfit, settled_tree.place_sd, all_ends)
     doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
     doubts += tuple(apart_doubts(measured.tree, measured.network.name, lumen))
     levels = stages.kept("grey", keys.grey, lambda: grey_look(unedited, volume, lumen, cannula, options.cannula / 2))
     doubts += tuple(grey_doubts(levels, measured.network.name))
     factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
     measured = replace(measured, tree=measured.tree.moved(world))
-    whole = scaled(with_junctions_at(measured, options.junction), factor)
-    kept = wanted_part(whole, options.generations, options.vessels, options.min_radius)
-    told = (one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
-    doubts = ranked((replace(one, places=world(one.places)) for one in told), measured.network)
+    full_measurement = scaled(with_junctions_at(measured, options.junction), factor)
+    selection = wanted_part(full_measurement, options.generations, options.vessels, options.min_radius)
+    relevant_doubts = (
+        doubt for doubt in doubts if not doubt.vessels or set(doubt.vessels) & set(selection.network.name)
+    )
+    doubts = ranked((replace(doubt, places=world(doubt.places)) for doubt in relevant_doubts), measured.network)
     warn_of(doubts)
-    misfit = misfit[[measured.network.name.index(name) for name in kept.network.name]]
-    kept = with_errors(filled_at(kept, options.pressure))
-    return Extraction(kept, scale, factor, lumen, image, None, world(root), options, misfit, doubts)
+    misfit = misfit[[measured.network.name.index(name) for name in selection.network.name]]
+    selection = with_errors(filled_at(selection, options.pressure))
+    return Extraction(selection, scale, factor, lumen, image, None, world(root), options, misfit, doubts)
 
 
 def _image(source: Volume | str | Path, voxel: float | None, stages: Stages) -> tuple[Volume, str]:
@@ -241,29 +249,29 @@ def _image(source: Volume | str | Path, voxel: float | None, stages: Stages) -> 
     return image, volume_key(image)
 
 
-def _entered(said: Given, lumen: Segmentation, options: Options) -> Given:
+def _entered(inputs: Given, lumen: Segmentation, options: Options) -> Given:
     """Return what was said, with the root: the cannula's end where none was given and one end alone can be it."""
-    if said.root is not None:
-        return said
-    found = entrances(lumen, said.volume)
-    clear = clear_entrance(found, options.cannula / 2)
+    if inputs.root is not None:
+        return inputs
+    ends = entrances(lumen, inputs.volume)
+    clear = clear_entrance(ends, options.cannula / 2)
     if clear is None:
-        raise root_wanted(found)
+        raise root_wanted(ends)
     warn(ROOT_TAKEN(place=written(clear.place), radius=clear.radius))
-    return replace(said, root=clear.place)
+    return replace(inputs, root=clear.place)
 
 
-def _lumen(said: Given, options: Options) -> Segmentation:
-    return said.segmenter(said.volume, options.threshold, said.seed)
+def _lumen(inputs: Given, options: Options) -> Segmentation:
+    return inputs.segmenter(inputs.volume, options.threshold, inputs.seed)
 
 
-def _tree(lumen: Segmentation, root: np.ndarray, said: Given, options: Options) -> tuple[Settled, Line | None]:
+def _tree(lumen: Segmentation, root: np.ndarray, inputs: Given, options: Options) -> tuple[Settled, Line | None]:
     """Return the tree without its cannula, and the cannula's line if there is one."""
-    if said.outlets is not None:
-        require_reached(lumen, said.outlets)
-    found = tree_of(lumen, root, said.outlets)
-    tree, cannula = without_cannula(found.tree, said.volume) if options.cannula else (found.tree, None)
-    return replace(found, tree=tree), cannula
+    if inputs.outlets is not None:
+        require_reached(lumen, inputs.outlets)
+    settled_tree = tree_of(lumen, root, inputs.outlets)
+    tree, cannula = without_cannula(settled_tree.tree, inputs.volume) if options.cannula else (settled_tree.tree, None)
+    return replace(settled_tree, tree=tree), cannula
 
 
 def _witness(lumen: Segmentation, root: np.ndarray) -> tuple[Thinned, np.ndarray]:
@@ -272,7 +280,9 @@ def _witness(lumen: Segmentation, root: np.ndarray) -> tuple[Thinned, np.ndarray
     return thinned(lumen, root, surface), surface
 
 
-def _edited_too(tree: Tree, others: tuple[Elsewhere, ...], edits: tuple[Edit, ...]) -> tuple[Elsewhere, ...]:
+def _edited_too(tree: Tree, alternatives: tuple[Elsewhere, ...], edits: tuple[Edit, ...]) -> tuple[Elsewhere, ...]:
     """Return the tree at other thresholds after the edits of `tree`."""
-    _, *after = edited_alike((tree, *(other.tree for other in others)), edits)
-    return tuple(replace(other, tree=own) for other, own in zip(others, after, strict=True))
+    _, *after = edited_alike((tree, *(alternative.tree for alternative in alternatives)), edits)
+    return tuple(
+        replace(alternative, tree=edited_tree) for alternative, edited_tree in zip(alternatives, after, strict=True)
+    )

@@ -49,15 +49,15 @@ def given(image: Volume, volume: Volume, options: Options) -> Given:
     InputError
         As `read_labels`, `read_edits`, `box_region`.
     """
-    own = image.frame.own
-    edits = tuple(edit.turned(own) for edit in read_edits(options.edits)) if options.edits else ()
+    to_image = image.frame.own
+    edits = tuple(edit.turned(to_image) for edit in read_edits(options.edits)) if options.edits else ()
     labels = on_grid_of(read_labels(options.mask, image, options.voxel), image, volume) if options.mask else None
     entrances = marks(labels, volume) if labels is not None else {}
     painted: Any = [place for label, place in entrances.items() if label > ROOT]
-    outlets: Any = own(options.outlets) if options.outlets is not None else painted or outlets_of(edits)
-    said: Any = None if options.root is None else own(options.root)
-    root: Any = next((place for place in (root_of(edits), said, entrances.get(ROOT)) if place is not None), None)
-    seed: Any = root if options.seed is None else own(options.seed)
+    outlets: Any = to_image(options.outlets) if options.outlets is not None else painted or outlets_of(edits)
+    option_root: Any = None if options.root is None else to_image(options.root)
+    root: Any = next((place for place in (root_of(edits), option_root, entrances.get(ROOT)) if place is not None), None)
+    seed: Any = root if options.seed is None else to_image(options.seed)
     root, seed, outlets = (None if place is None else np.asarray(place, dtype=float) for place in (root, seed, outlets))
     return Given(image, volume, _segmenter(options, image, volume, labels), root, seed, outlets, edits)
 

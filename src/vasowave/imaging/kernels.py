@@ -70,23 +70,23 @@ def encloses(mask):
     """
     rows, columns = mask.shape[2], mask.shape[1] * mask.shape[2]
     flat, shell, count, first = mask.ravel(), np.zeros(mask.size, dtype=np.bool_), 0, -1
-    for at in range(len(flat)):
-        if flat[at]:
+    for voxel in range(len(flat)):
+        if flat[voxel]:
             for z in (-columns, 0, columns):
                 for y in (-rows, 0, rows):
-                    for other in range(at + z + y - 1, at + z + y + 2):
-                        if not flat[other] and not shell[other]:
-                            shell[other], count = True, count + 1
-                            first = other if first < 0 else min(first, other)
+                    for neighbor in range(voxel + z + y - 1, voxel + z + y + 2):
+                        if not flat[neighbor] and not shell[neighbor]:
+                            shell[neighbor], count = True, count + 1
+                            first = neighbor if first < 0 else min(first, neighbor)
     waiting = [first]  # one that lies outside, for nothing of the mask comes before it
     shell[first] = False
     while len(waiting):
-        at, count = waiting.pop(), count - 1
+        voxel, count = waiting.pop(), count - 1
         for step in (-columns, -rows, -1, 1, rows, columns):
-            other = at + step
-            if 0 <= other < len(shell) and shell[other]:
-                shell[other] = False
-                waiting.append(other)
+            neighbor = voxel + step
+            if 0 <= neighbor < len(shell) and shell[neighbor]:
+                shell[neighbor] = False
+                waiting.append(neighbor)
     return count > 0
 
 
@@ -113,43 +113,43 @@ def in_tube(places, middles, points, reach):
     for section in range(len(places)):  # few points come near to a section, and few of its samples near to these
         _distances(points, middles[section], gaps)
         _distances(places[section], middles[section], away)
-        near = np.flatnonzero(gaps <= (away.max() + farthest) * (1 + 1e-9))
-        if len(near) == 0:
+        candidates = np.flatnonzero(gaps <= (away.max() + farthest) * (1 + 1e-9))
+        if len(candidates) == 0:
             continue
-        least_away = (gaps[near].min() - farthest) * (1 - 1e-9)
+        least_away = (gaps[candidates].min() - farthest) * (1 - 1e-9)
         for sample in range(len(away)):
             if away[sample] < least_away:
                 continue
-            least, nearest = np.inf, near[0]
+            smallest_square, nearest = np.inf, candidates[0]
             z, y, x = places[section, sample, 0], places[section, sample, 1], places[section, sample, 2]
-            for at in near:
-                square = (z - points[at, 0]) ** 2 + (y - points[at, 1]) ** 2 + (x - points[at, 2]) ** 2
-                if square < least:
-                    least, nearest = square, at
-            inside[section, sample] = np.sqrt(least) < reach[nearest]
+            for point in candidates:
+                square = (z - points[point, 0]) ** 2 + (y - points[point, 1]) ** 2 + (x - points[point, 2]) ** 2
+                if square < smallest_square:
+                    smallest_square, nearest = square, point
+            inside[section, sample] = np.sqrt(smallest_square) < reach[nearest]
     return inside
 
 
 @njit(**_OPTIONS)
 def _distances(points, place, distance):
-    for at in range(len(points)):
-        z, y, x = points[at, 0] - place[0], points[at, 1] - place[1], points[at, 2] - place[2]
-        distance[at] = np.sqrt(z * z + y * y + x * x)
+    for row in range(len(points)):
+        z, y, x = points[row, 0] - place[0], points[row, 1] - place[1], points[row, 2] - place[2]
+        distance[row] = np.sqrt(z * z + y * y + x * x)
 
 
 @kept
 @njit(**_OPTIONS)
-def ahead_of(points, place, axis, far, wide):
-    """Return how far those of `points` lie ahead of `place` along `axis` that lie within `far`, and `wide` aside."""
-    found = []
-    for at in range(len(points)):
-        z, y, x = points[at, 0] - place[0], points[at, 1] - place[1], points[at, 2] - place[2]
+def ahead_of(points, place, axis, reach, wide):
+    """Return how far those of `points` lie ahead of `place` along `axis` that lie within `reach`, and `wide` aside."""
+    distances = []
+    for row in range(len(points)):
+        z, y, x = points[row, 0] - place[0], points[row, 1] - place[1], points[row, 2] - place[2]
         ahead = z * axis[0] + y * axis[1] + x * axis[2]
-        if 0 < ahead < far:
+        if 0 < ahead < reach:
             z, y, x = z - ahead * axis[0], y - ahead * axis[1], x - ahead * axis[2]
             if z * z + y * y + x * x < wide * wide:
-                found.append(ahead)
-    return np.array(found)
+                distances.append(ahead)
+    return np.array(distances)
 
 
 @kept
@@ -162,13 +162,13 @@ def summed_on_pieces(place, normal, share, gap, weight, places):
     squares, pull, change = np.zeros((places, 8, 8)), np.zeros((places, 8)), np.empty(8)
     for foot in range(len(place)):
         for end in range(2):
-            part = share[foot] if end else 1 - share[foot]
-            change[6 + end] = -part
+            fraction = share[foot] if end else 1 - share[foot]
+            change[6 + end] = -fraction
             for k in range(3):
-                change[3 * end + k] = -part * normal[foot, k]
-        for one in range(8):
-            weighted = weight[foot] * change[one]
-            pull[place[foot], one] -= weighted * gap[foot]
-            for other in range(8):
-                squares[place[foot], one, other] += weighted * change[other]
+                change[3 * end + k] = -fraction * normal[foot, k]
+        for row in range(8):
+            weighted = weight[foot] * change[row]
+            pull[place[foot], row] -= weighted * gap[foot]
+            for column in range(8):
+                squares[place[foot], row, column] += weighted * change[column]
     return squares, pull

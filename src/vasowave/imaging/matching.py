@@ -15,24 +15,24 @@ def match(first: Network, second: Network) -> dict[int, int]:
     decide about all. Up to six daughters a vessel.
     """
     size_a, size_b = np.log([first.length, first.radius]), np.log([second.length, second.radius])
-    known: dict[tuple[int, int], tuple[int, float, dict[int, int]]] = {}
+    memo: dict[tuple[int, int], tuple[int, float, dict[int, int]]] = {}
 
     def best(a: int, b: int) -> tuple[int, float, dict[int, int]]:
-        if (a, b) not in known:
-            own = float(np.abs(size_a[:, a] - size_b[:, b]).sum())
-            fewer, more = first.daughters[a], second.daughters[b]
-            swap = len(fewer) > len(more)
+        if (a, b) not in memo:
+            cost = float(np.abs(size_a[:, a] - size_b[:, b]).sum())
+            fewer, candidates = first.daughters[a], second.daughters[b]
+            swap = len(fewer) > len(candidates)
             if swap:
-                fewer, more = more, fewer
+                fewer, candidates = candidates, fewer
             options = []
-            for chosen in permutations(more, len(fewer)):
+            for chosen in permutations(candidates, len(fewer)):
                 pairs = [best(y, x) if swap else best(x, y) for x, y in zip(fewer, chosen, strict=True)]
                 merged = {a: b}
                 for pair in pairs:
                     merged |= pair[2]
-                options.append((len(merged), own + sum(pair[1] for pair in pairs), merged))
-            known[a, b] = max(options, key=lambda option: (option[0], -option[1]))
-        return known[a, b]
+                options.append((len(merged), cost + sum(pair[1] for pair in pairs), merged))
+            memo[a, b] = max(options, key=lambda option: (option[0], -option[1]))
+        return memo[a, b]
 
     # Deepest pairs first, so that the recursion above never goes deeper than one level.
     for rows_a, rows_b in reversed(list(zip(first.generations, second.generations, strict=False))):
@@ -44,8 +44,8 @@ def match(first: Network, second: Network) -> dict[int, int]:
 
 def unmatched(first: Network, second: Network, pairs: dict[int, int]) -> tuple[list[str], list[str]]:
     """Return the names of the vessels of each network that `pairs` (see `match`) leaves out."""
-    there = set(pairs.values())
+    matched_rows = set(pairs.values())
     return (
         [name for row, name in enumerate(first.name) if row not in pairs],
-        [name for row, name in enumerate(second.name) if row not in there],
+        [name for row, name in enumerate(second.name) if row not in matched_rows],
     )

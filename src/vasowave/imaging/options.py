@@ -24,7 +24,9 @@ def parse_grey(text: str) -> tuple[tuple[float, float], ...]:
         Not at least two pairs of numbers, both ascending.
     """
     try:
-        pairs = tuple((float(one), float(other)) for one, other in (pair.split(":") for pair in text.split(",")))
+        pairs = tuple(
+            (float(measured), float(linear)) for measured, linear in (pair.split(":") for pair in text.split(","))
+        )
     except ValueError:
         pairs = ()
     if len(pairs) < 2 or not (np.isfinite(pairs).all() and (np.diff(pairs, axis=0) > 0).all()):
@@ -34,7 +36,7 @@ def parse_grey(text: str) -> tuple[tuple[float, float], ...]:
 
 def grey_text(pairs: Sequence[tuple[float, float]]) -> str:
     """Return what `parse_grey` reads."""
-    rounded = ((float(f"{one:.4g}"), float(f"{other:.4g}")) for one, other in pairs)
+    rounded = ((float(f"{level:.4g}"), float(f"{linear_level:.4g}")) for level, linear_level in pairs)
     return ",".join(f"{measured:g}:{linear:g}" for measured, linear in rounded)
 
 

@@ -166,12 +166,12 @@ def look(
     >>> from vasowave.imaging import Volume
     >>> z, y, x = np.indices((60, 40, 40)) * 0.01  # cm
     >>> grey = np.random.default_rng(0).normal(20, 5, z.shape) + 100 * (np.hypot(y - 0.2, x - 0.2) < 0.05)
-    >>> seen = vw.look(Volume(grey, (0.01,) * 3, (0, 0, 0)), cannula=0.1)
-    >>> round(seen.options.threshold, -1), len(seen.loops)
+    >>> overview = vw.look(Volume(grey, (0.01,) * 3, (0, 0, 0)), cannula=0.1)
+    >>> round(overview.options.threshold, -1), len(overview.loops)
     (60.0, 0)
     """
     image = scan if isinstance(scan, Volume) else read_volume(scan, voxel)
-    with written_in_the_world(image.frame), warnings.catch_warnings(record=True) as told:
+    with written_in_the_world(image.frame), warnings.catch_warnings(record=True) as caught_warnings:
         warnings.simplefilter("always", VasowaveWarning)
         volume = isotropic(image)
         levels = levels_of(volume)
@@ -181,7 +181,7 @@ def look(
             species=species,
             voxel=voxel,
         )
-        return _seen(scan, image, volume, levels, first, told)
+        return _seen(scan, image, volume, levels, first, caught_warnings)
 
 
 def _seen(
@@ -190,7 +190,7 @@ def _seen(
     volume: Volume,
     levels: Levels,
     first: Options,
-    told: list[warnings.WarningMessage],
+    caught_warnings: list[warnings.WarningMessage],
 ) -> Overview:
     lumen = segment(volume, first.threshold)
     contrast = levels.lumen - levels.background
@@ -207,7 +207,7 @@ def _seen(
         lumen = smooth if closed and smooth is not None else lumen
     ends = entrances(lumen, volume)
     if loops and not closed:
-        ends = tuple(one for one in ends if not goes_on(lumen, one)) or ends
+        ends = tuple(end for end in ends if not goes_on(lumen, end)) or ends
     shown = _First() if loops and not closed else _first_tree(lumen, ends, volume, first.cannula)
     unseen = [UNSEEN(diameter=first.cannula)] if shown.unseen else []
     first = first if not shown.unseen else replace(first, cannula=0.0)
@@ -216,9 +216,9 @@ def _seen(
     if measured is not None:
         grey = grey_look(measured.tree, volume, lumen, shown.cannula, first.cannula / 2)
     names = () if measured is None else measured.network.name
-    findings = (*unseen, *(doubt.finding for doubt in grey_doubts(grey, names)), *found_in(told))
+    findings = (*unseen, *(doubt.finding for doubt in grey_doubts(grey, names)), *found_in(caught_warnings))
     world = image.frame.world
-    ends = tuple(Entrance(world(one.place), one.radius) for one in ends)
+    ends = tuple(Entrance(world(end.place), end.radius) for end in ends)
     return Overview(
         None if isinstance(scan, Volume) else Path(scan),
         "arrays" if isinstance(scan, Volume) else VOLUMES.of(Path(scan)).title,
@@ -227,7 +227,7 @@ def _seen(
         levels,
         lumen,
         ends,
-        tuple(one._replace(place=world(one.place)) for one in loops),
+        tuple(loop._replace(place=world(loop.place)) for loop in loops),
         closed,
         opening,
         measured,

@@ -44,9 +44,9 @@ class Frame:
         return self._turned(points, np.linalg.inv(self.axes))
 
     def _turned(self, points: npt.ArrayLike, turn: np.ndarray) -> np.ndarray:
-        given = np.asarray(points, dtype=float)
+        places = np.asarray(points, dtype=float)
         straight = np.array_equal(turn, np.eye(3))  # then not a digit changes
-        return given if straight else (given - self.origin) @ turn.T + self.origin
+        return places if straight else (places - self.origin) @ turn.T + self.origin
 
 
 _FRAME: ContextVar[Frame | None] = ContextVar("frame", default=None)
@@ -139,7 +139,7 @@ def _read(value: Any, parse: Callable[[str], Any]) -> Any:
 
 
 def _read_all(value: Any) -> Any:
-    return parse_places(value) if isinstance(value, list) and all(isinstance(one, str) for one in value) else value
+    return parse_places(value) if isinstance(value, list) and all(isinstance(text, str) for text in value) else value
 
 
 Place = Annotated[Sequence[float], SkipValidation, BeforeValidator(partial(_read, parse=parse_place))]

@@ -40,12 +40,14 @@ def disc(reach: float, step: float) -> np.ndarray:
 
 def sampled(grey: np.ndarray, places: np.ndarray, origin: np.ndarray, spacing: float) -> np.ndarray:
     """Return `grey` interpolated linearly at `places` (z, y, x, cm; any shape + (3,))."""
-    at = np.moveaxis((places - origin) / spacing, -1, 0)
-    return np.asarray(map_coordinates(grey, at, order=1, mode="nearest", output=np.float32))
+    coordinates = np.moveaxis((places - origin) / spacing, -1, 0)
+    return np.asarray(map_coordinates(grey, coordinates, order=1, mode="nearest", output=np.float32))
 
 
 def medians(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """Return the median of the `chosen` values of each row; each row has one."""
     rows, count = np.sort(np.where(chosen, values, np.inf), axis=1), chosen.sum(axis=1)
-    lower, upper = (np.take_along_axis(rows, at[:, None], axis=1)[:, 0] for at in ((count - 1) // 2, count // 2))
+    lower, upper = (
+        np.take_along_axis(rows, position[:, None], axis=1)[:, 0] for position in ((count - 1) // 2, count // 2)
+    )
     return np.asarray((lower + upper) / 2)

@@ -62,9 +62,9 @@ class Line:
         columns = (*self.points.T, self.radius)
         return Line.of(np.column_stack([np.interp(run, self.run, column) for column in columns]))
 
-    def then(self, *others: "Line") -> "Line":
-        """Return this line and `others` after it as one."""
-        lines = (self, *others)
+    def then(self, *successors: "Line") -> "Line":
+        """Return this line and its `successors` after it as one."""
+        lines = (self, *successors)
         return Line(np.concatenate([line.points for line in lines]), np.concatenate([line.radius for line in lines]))
 
 
@@ -132,15 +132,15 @@ class Tree:
 def without(lines: Sequence[Line], parents: np.ndarray, gone: set[int]) -> Tree:
     """Return the tree of the rows that are not `gone`, parents before daughters again."""
     new = {-1: -1}
-    kept: list[int] = []
+    order: list[int] = []
     waiting = [row for row in range(len(lines)) if row not in gone]
     while waiting:  # a daughter may have moved to a parent that stands after it
         ready = [row for row in waiting if int(parents[row]) in new]
         for row in ready:
-            new[row] = len(kept)
-            kept.append(row)
+            new[row] = len(order)
+            order.append(row)
         waiting = [row for row in waiting if row not in new]
-    return Tree(tuple(lines[row] for row in kept), np.array([new[int(parents[row])] for row in kept]))
+    return Tree(tuple(lines[row] for row in order), np.array([new[int(parents[row])] for row in order]))
 
 
 def distance_along(points: np.ndarray) -> np.ndarray:
@@ -185,7 +185,7 @@ def clear_stretch(tree: Tree, row: int, free: tuple[float, float]) -> tuple[floa
     for sister in np.flatnonzero((tree.parent == tree.parent[row]) & (tree.parent >= 0)):
         if sister != row:
             distance = cKDTree(tree.lines[sister].points).query(line.points)[0]
-            near = distance < tree.lines[sister].typical_radius + 0.5 * line.typical_radius
-            first = len(line) - 1 if near.all() else int(np.argmin(near))
+            in_tube = distance < tree.lines[sister].typical_radius + 0.5 * line.typical_radius
+            first = len(line) - 1 if in_tube.all() else int(np.argmin(in_tube))
             begin = max(begin, min(float(line.run[first]), 0.5 * line.length))
     return begin, end

@@ -24,7 +24,7 @@ LARGEST_ACTION = 4 << 20
 
 _CONNECTIONS = 200  # a browser opens six
 _PATIENCE = 20.0  # s that a connection may take until a request is there, or more of its body, or of its answer goes
-_SLOWEST = 4096  # bytes a second of a body after that; a browser on the same machine sends a thousand times as many
+_BODY_RATE = 4096  # bytes a second of a body after that; a browser on the same machine sends a thousand times as many
 _PAGE = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
 _ALWAYS = "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 PAGE_POLICY = _PAGE + _ALWAYS
@@ -98,41 +98,41 @@ class Guarded:
         if refused is not None:
             await _plain(send, *refused)
             return
-        given, _, rest = scope["path"][1:].partition("/")
-        if given == self.token and rest.startswith(_REPORT):
-            await _plain(send, 307, "", location=f"/{self.report_token}/{quote(rest)}")
+        token, _, subpath = scope["path"][1:].partition("/")
+        if token == self.token and subpath.startswith(_REPORT):
+            await _plain(send, 307, "", location=f"/{self.report_token}/{quote(subpath)}")
             return
-        limit, come, waited, more = _most(scope["method"]), 0, 0.0, True
+        limit, received, waited, is_incomplete = _most(scope["method"]), 0, 0.0, True
 
         async def counted() -> MutableMapping[str, Any]:
-            nonlocal come, waited, more
-            asked, left = monotonic(), _PATIENCE + come / _SLOWEST - waited
+            nonlocal received, waited, is_incomplete
+            start, patience = monotonic(), _PATIENCE + received / _BODY_RATE - waited
             try:
-                message = await wait_for(receive(), min(_PATIENCE, left) if more else None)
+                message = await wait_for(receive(), min(_PATIENCE, patience) if is_incomplete else None)
             except TimeoutError:
                 raise TooSlowError from None
-            waited += monotonic() - asked
-            come, more = come + len(message.get("body", b"")), message.get("more_body", False)
-            if come > limit:
+            waited += monotonic() - start
+            received, is_incomplete = received + len(message.get("body", b"")), message.get("more_body", False)
+            if received > limit:
                 raise TooLargeError
             return message
 
         async def sent(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
-                given = {name.lower() for name, _ in message.get("headers", ())}
-                more = _HEADERS | {"content-security-policy": PAGE_POLICY}
+                names = {name.lower() for name, _ in message.get("headers", ())}
+                extra_headers = _HEADERS | {"content-security-policy": PAGE_POLICY}
                 message["headers"] = [*message.get("headers", ()), *(
-                    (name.encode(), text.encode()) for name, text in more.items() if name.encode() not in given
+                    (name.encode(), text.encode()) for name, text in extra_headers.items() if name.encode() not in names
                 )]  # fmt: skip
             await send(message)
 
-        inner = dict(scope) | {"path": f"/{rest}", "root_path": "", "raw_path": None}
+        inner = dict(scope) | {"path": f"/{subpath}", "root_path": "", "raw_path": None}
         await self.app(inner, counted, sent)
 
     def _from_elsewhere(self, headers: dict[bytes, list[bytes]]) -> tuple[int, str] | None:
         """Return status and sentence of what another machine's name or another page asks."""
-        (host, *more), origins = headers.get(b"host", [b""]), headers.get(b"origin", [])
-        if more or host not in self.hosts:
+        (host, *extra_hosts), origins = headers.get(b"host", [b""]), headers.get(b"origin", [])
+        if extra_hosts or host not in self.hosts:
             return 421, "The workbench answers on this machine alone."
         if any(origin != b"http://" + host for origin in origins):
             return 403, "Another page may ask nothing of the workbench."
@@ -143,8 +143,10 @@ class Guarded:
 
         The page, not a redirection: only what this server's own page leads to counts as of the same site.
         """
-        asked = path.encode("utf-8", "replace")
-        ticket = next((one for one in self._tickets if hmac.compare_digest(asked, f"/{one}/".encode())), None)
+        address = path.encode("utf-8", "replace")
+        ticket = next(
+            (candidate for candidate in self._tickets if hmac.compare_digest(address, f"/{candidate}/".encode())), None
+        )
         if ticket is None:
             return ""
         desk, used = self._tickets.pop(ticket)
@@ -157,18 +159,20 @@ class Guarded:
             return 403, "Another page may ask nothing of the workbench."
         if scope["method"] not in ("GET", "HEAD") and b"origin" not in headers:
             return 403, "A request that changes something says which page it comes from (Origin)."
-        given, slash, rest = scope["path"][1:].partition("/")
-        of_report = scope["method"] in ("GET", "HEAD") and rest.startswith(_REPORT)
+        key, slash, subpath = scope["path"][1:].partition("/")
+        of_report = scope["method"] in ("GET", "HEAD") and subpath.startswith(_REPORT)
         tokens = [self.token, *([self.report_token] if of_report else [])]
-        if not slash or not any(hmac.compare_digest(given.encode("utf-8", "replace"), one.encode()) for one in tokens):
+        if not slash or not any(
+            hmac.compare_digest(key.encode("utf-8", "replace"), token.encode()) for token in tokens
+        ):
             return 404, "Open the address that `vasowave open` printed: it carries a key, which is another each time."
         return self._too_large(scope["method"], headers.get(b"content-length", []))
 
     @staticmethod
     def _too_large(method: str, lengths: list[bytes]) -> tuple[int, str] | None:
-        most = _most(method)
-        if any(int(length) > most for length in lengths if length.isdigit()):
-            return 413, f"This is too large: at most {most >> 20} MiB."
+        limit = _most(method)
+        if any(int(length) > limit for length in lengths if length.isdigit()):
+            return 413, f"This is too large: at most {limit >> 20} MiB."
         return None
 
 
@@ -183,15 +187,15 @@ def redirection(address: str) -> str:
     return f'{head}<meta http-equiv="refresh" content="0;url={target}"><a href="{target}">Open the workbench</a>'
 
 
-async def _plain(send: Send, status: int, text: str, kind: str = "text/plain", **more: str) -> None:
-    """Send a sentence, or a page, with `more` headers."""
+async def _plain(send: Send, status: int, text: str, kind: str = "text/plain", **extra_headers: str) -> None:
+    """Send a sentence, or a page, with `extra_headers`."""
     body = text.encode()
     headers = {
         "content-type": f"{kind}; charset=utf-8",
         "content-security-policy": PAGE_POLICY,
         "content-length": str(len(body)),
         "connection": "close",
-        **more,
+        **extra_headers,
     }
     pairs = [(name.encode(), value.encode()) for name, value in (headers | _HEADERS).items()]
     await send({"type": "http.response.start", "status": status, "headers": pairs})
@@ -213,9 +217,13 @@ class Patient(H11Protocol):
         self._wait(self._close_idle)
         self.begun = self.loop.time()
         if len(self.connections) > _CONNECTIONS:
-            others = (one for one in self.connections if isinstance(one, Patient) and one is not self)
-            silent = [one for one in others if one.cycle is None]
-            closed = min(silent, key=lambda one: one.begun, default=self)
+            connections = (
+                connection
+                for connection in self.connections
+                if isinstance(connection, Patient) and connection is not self
+            )
+            silent = [connection for connection in connections if connection.cycle is None]
+            closed = min(silent, key=lambda connection: connection.begun, default=self)
             closed.transport.abort()
             self.connections.discard(closed)  # which would be chosen again before it hears of its end
 

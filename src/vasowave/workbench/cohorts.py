@@ -26,20 +26,22 @@ class Cohorts:
     def animals(self, desk: Desk) -> dict[str, Any]:
         """Return who has results, and the numbers of every animal and law."""
         stored = desk.stored()
-        groups = {one.animal: one.group for one in stored.animals}
+        groups = {animal.animal: animal.group for animal in stored.animals}
         looks = group_looks(stored.settings.groups)
-        numbers = [_numbers_in(stored.folder / one.file) for one in stored.animals]
-        sources = dict.fromkeys(source for one in numbers for source in one["laws"])
+        numbers = [_numbers_in(stored.folder / animal.file) for animal in stored.animals]
+        sources = dict.fromkeys(source for entry in numbers for source in entry["laws"])
         return {
             "animals": [
-                {"name": name, "group": groups[name], "laws": more["laws"], "findings": more["findings"]}
-                for name, more in zip(stored, numbers, strict=True)
+                {"name": name, "group": groups[name], "laws": entry["laws"], "findings": entry["findings"]}
+                for name, entry in zip(stored, numbers, strict=True)
             ],
             "groups": {label: looks[label].color for label in stored.settings.groups},
             "reference": next((label for label in stored.settings.groups if label in groups.values()), ""),
-            "quantities": {name: what for one in reversed(numbers) for name, what in one["described"].items()},
-            "sources": {name: look.filled for name, look in source_looks(sources).items()},
-            "failures": [f"{one.animal}: {one}" for one in stored.failures],
+            "quantities": {
+                name: description for entry in reversed(numbers) for name, description in entry["described"].items()
+            },
+            "sources": {name: style.filled for name, style in source_looks(sources).items()},
+            "failures": [f"{failure.animal}: {failure}" for failure in stored.failures],
         }
 
     def means(self, desk: Desk, name: str) -> dict[str, dict[str, list[float | None]]]:
@@ -58,10 +60,10 @@ class Cohorts:
             cohort = self._gathered[1]
         if name not in cohort.symbols:
             raise InputError(f"no animal has a quantity '{name[:80]}'")
-        found = {source: group_means(cohort, source, name) for source in cohort.sources}
+        means_by_source = {source: group_means(cohort, source, name) for source in cohort.sources}
         return {
             source: {group: numbers(mean) for group, mean in means.items()}
-            for source, means in found.items() if means
+            for source, means in means_by_source.items() if means
         }  # fmt: skip
 
 
@@ -74,13 +76,13 @@ def _numbers_in(path: Path) -> dict[str, Any]:
             str(quantity): [number(float(value)), *(
                 number(float(value.attrs[f"interval_{end}"])) if f"interval_{end}" in value.attrs else None
                 for end in ("low", "high"))]
-            for quantity, value in one.quantities.data_vars.items()
+            for quantity, value in source_result.quantities.data_vars.items()
         }
-        for source, one in result.sources.items()
+        for source, source_result in result.sources.items()
     }  # fmt: skip
     described = {
         str(name): [value.attrs.get("symbol", str(name)), value.attrs["units"], value.attrs["long_name"]]
-        for one in reversed(result.sources.values())
-        for name, value in one.quantities.data_vars.items()
+        for source_result in reversed(result.sources.values())
+        for name, value in source_result.quantities.data_vars.items()
     }
     return {"laws": laws, "findings": texts(result.findings), "described": described}

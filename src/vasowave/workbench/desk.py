@@ -128,14 +128,14 @@ class Desk:
         """Make the change again that was undone last; raises as `undo`."""
         return self._turn(self.undone, self.done, back=False)
 
-    def _turn(self, taken: list[Step], given: list[Step], back: bool) -> str:
+    def _turn(self, taken: list[Step], destination: list[Step], back: bool) -> str:
         with alone_in(self.folder):
             if not taken:
                 raise InputError("there is nothing to undo" if back else "there is nothing to do again")
             step = taken[-1]
             now, then = (step.after, step.before) if back else (step.before, step.after)
             _write(self.folder, {file: content for file, content in then.items() if content != now[file]}, now)
-            given.append(taken.pop())
+            destination.append(taken.pop())
             return step.name
 
     def mark(self) -> str:
@@ -154,12 +154,12 @@ class Desk:
         return digest.hexdigest()[:16]
 
 
-def _write(folder: Path, contents: Mapping[Path, bytes | str | None], seen: Mapping[Path, bytes | None]) -> None:
+def _write(folder: Path, contents: Mapping[Path, bytes | str | None], expected: Mapping[Path, bytes | None]) -> None:
     """Write files of the study in a folder, and make the folders that they lie in."""
     for file, content in contents.items():
         if content is not None:
             made_inside(folder, str(file.parent.relative_to(folder)))
-    write_files(contents, seen)
+    write_files(contents, expected)
 
 
 @remembered
@@ -167,9 +167,9 @@ def _results_of(index: Path) -> Results:
     return read_results(index.parent)
 
 
-def unchanged(what: str, seen: Mapping[str, str], now: Mapping[str, str]) -> None:
+def unchanged(subject: str, shown: Mapping[str, str], now: Mapping[str, str]) -> None:
     """Raise `InputError` if something is not as the page showed it, so that nobody's change is written over."""
-    other = [name for name, text in seen.items() if now.get(name, "") != text]
-    if other:
-        raise InputError(f"{what}: {', '.join(other)} was changed elsewhere meanwhile to "
-                         f"'{now.get(other[0], '')}'; look at it, then change it again")  # fmt: skip
+    changed = [name for name, text in shown.items() if now.get(name, "") != text]
+    if changed:
+        raise InputError(f"{subject}: {', '.join(changed)} was changed elsewhere meanwhile to "
+                         f"'{now.get(changed[0], '')}'; look at it, then change it again")  # fmt: skip

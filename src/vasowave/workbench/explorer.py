@@ -36,14 +36,14 @@ BANDS = ("pressure", "forward", "backward", "modulus")
 """Curves of which a band is drawn."""
 
 _SIZES = ("radius", "length")  # factors of the network's
-_SHOWN = 128  # samples of a curve
+_CURVE_SAMPLES = 128  # samples of a curve
 _HARMONICS = 10
-_AROUND = 3.0  # a slider reaches so many times down and up from the fit
-_FARTHEST, _FARTHEST_SIZE = 1000.0, 10.0  # times; a value beyond is a slip, and a vessel as long takes minutes
-_KEPT = 8  # models in memory
+_SLIDER_FACTOR = 3.0  # a slider reaches so many times down and up from the fit
+_MAX_FACTOR, _MAX_SIZE_FACTOR = 1000.0, 10.0  # times; a value beyond is a slip, and a vessel as long takes minutes
+_MAX_MODELS = 8  # models in memory
 _FRAMES = 32  # instants of the tree
 _DRAWS = 40  # models about a fit
-_WALKED = 100  # draws of a posterior, of all that there are
+_MAX_WALKED_DRAWS = 100  # draws of a posterior, of all that there are
 
 
 class _Fitted(NamedTuple):
@@ -67,7 +67,7 @@ class Explorer:
             if key not in self._fitted:
                 result = desk.stored()[animal]
                 self._fitted[key] = _Fitted(result, stored_model(result, law), stored_recording(result))
-                while len(self._fitted) > _KEPT:
+                while len(self._fitted) > _MAX_MODELS:
                     self._fitted.popitem(last=False)
             self._fitted.move_to_end(key)
             return self._fitted[key]
@@ -101,15 +101,15 @@ class Explorer:
         through, each with the pressure that was simulated with it.
         """
         result, model, recording = self.fitted(desk, animal, law)
-        one = result.laws[stored_law(result, law)[0]]
-        models = models_around(model, one.calibration)
+        fit = result.laws[stored_law(result, law)[0]]
+        models = models_around(model, fit.calibration)
         runs = simulate_runs(models, recording.inflow, Numerics())
         good = [(drawn, waves_of(run, drawn, recording)[0]) for drawn, run in zip(models, runs, strict=True)
                 if isinstance(run, Run)]  # fmt: skip
         if len(good) <= len(models) // 2:
             good = []
         stacked = {name: np.array([curves[name] for _, curves in good], dtype=float) for name in BANDS if good}
-        walked = posterior_draws(one.posterior) if one.posterior is not None else drawn_about_fit(good)
+        walked = posterior_draws(fit.posterior) if fit.posterior is not None else drawn_about_fit(good)
         return {
             "band": {name: np.percentile(values, (2.5, 97.5), axis=0).tolist() for name, values in stacked.items()},
             "draws": walked,
@@ -130,7 +130,7 @@ class Explorer:
         shown, indices = waves_of(run, model, recording)
         middle, through = run.pressure[:, 1], run.stations[1][:, :, 1]
         speed = np.asarray(walls.wave_speed(model.wall, middle.mean(axis=0), model.blood.inertia))
-        every = max(1, len(middle) // _FRAMES)
+        stride = max(1, len(middle) // _FRAMES)
         return shown | {
             "period": recording.period,
             "indices": {name: number(value) for name, value in indices.items()},
@@ -141,8 +141,8 @@ class Explorer:
                 "wave speed [cm/s]": numbers(speed),
             },
             "frames": {
-                "pressure [mmHg]": np.round(middle[::every], 3).tolist(),
-                "flow [ml/s]": np.round(through[::every], 5).tolist(),
+                "pressure [mmHg]": np.round(middle[::stride], 3).tolist(),
+                "flow [ml/s]": np.round(through[::stride], 5).tolist(),
             },
             "notes": [str(note) for note in run.notes],
         }
@@ -151,12 +151,12 @@ class Explorer:
 def _require_near(fitted: Model, values: Mapping[str, float]) -> None:
     """Raise `InputError` for a value that is far from what the fit holds."""
     viscosity = max(1.0, float(np.median(fitted.wall_viscosity)))  # of most walls it is not known
-    known = parameters_of(fitted) | dict.fromkeys(_SIZES, 1.0) | {WALL_VISCOSITY: viscosity}
-    for name in known.keys() & values.keys():
-        most = _FARTHEST_SIZE if name in _SIZES else _FARTHEST
-        low, high = 0.0 if name == WALL_VISCOSITY else known[name] / most, known[name] * most
-        if known[name] > 0 and not low <= values[name] <= high:
-            raise InputError(f"{name}: {values[name]:.3g} is far from {known[name]:.3g}, which the fit holds; "
+    fitted_values = parameters_of(fitted) | dict.fromkeys(_SIZES, 1.0) | {WALL_VISCOSITY: viscosity}
+    for name in fitted_values.keys() & values.keys():
+        factor = _MAX_SIZE_FACTOR if name in _SIZES else _MAX_FACTOR
+        low, high = 0.0 if name == WALL_VISCOSITY else fitted_values[name] / factor, fitted_values[name] * factor
+        if fitted_values[name] > 0 and not low <= values[name] <= high:
+            raise InputError(f"{name}: {values[name]:.3g} is far from {fitted_values[name]:.3g}, which the fit holds; "
                              f"give a value from {low:.3g} to {high:.3g}")  # fmt: skip
 
 
@@ -176,8 +176,8 @@ def waves_of(run: Run, model: Model, recording: Recording) -> tuple[dict[str, li
     simulated = Recording(inlet, into, period, wedge_pressure=recording.wedge_pressure)
     curves = {"pressure": _curve(inlet), "flow": _curve(into), "forward": _curve(waves.forward_pressure),
               "backward": _curve(waves.backward_pressure), "modulus": _modulus(simulated)}  # fmt: skip
-    more = {"I_R": float(waves.reflection_coefficient), "RMSE": _misfit(inlet, recording)}
-    return curves, simulated.indices() | more
+    extra_indices = {"I_R": float(waves.reflection_coefficient), "RMSE": _misfit(inlet, recording)}
+    return curves, simulated.indices() | extra_indices
 
 
 def _knobs(result: AnimalResult, model: Model, law: str) -> list[dict[str, Any]]:
@@ -185,8 +185,8 @@ def _knobs(result: AnimalResult, model: Model, law: str) -> list[dict[str, Any]]
     quantities, beds = result.laws[law].quantities, model.outlets
     parameters = dict(zip(parameter_names(type(model.wall)), model.wall.law().parameters, strict=True))
     fitted = parameters_of(model)
-    units = {name: one.unit for name, one in parameters.items()}
-    meanings = {name: one.meaning for name, one in parameters.items()}
+    units = {name: parameter.unit for name, parameter in parameters.items()}
+    meanings = {name: parameter.meaning for name, parameter in parameters.items()}
     if isinstance(beds, Bed):
         units |= beds.knobs()
     units |= {"radius": "1", "length": "1"}
@@ -195,7 +195,7 @@ def _knobs(result: AnimalResult, model: Model, law: str) -> list[dict[str, Any]]
     knobs = []
     for name, value in fitted.items():
         attrs = quantities[name].attrs if name in quantities else {}
-        reach = 1.3 if name in _SIZES else _AROUND
+        reach = 1.3 if name in _SIZES else _SLIDER_FACTOR
         high = min(value * reach, 0.95) if name == "a" else value * reach
         knobs.append({
             "name": name, "symbol": attrs.get("symbol", name), "unit": "" if units[name] == "1" else units[name],
@@ -214,13 +214,13 @@ def _misfit(pressure: np.ndarray, recording: Recording) -> float:
 
 def _modulus(recording: Recording) -> list[float | None]:
     """Return the modulus of the impedance by harmonic, mmHg s/ml."""
-    most = min(_HARMONICS, (min(len(recording.pressure), len(recording.flow)) - 1) // 2)
-    up, down = (fourier_series(one, most) for one in (recording.pressure, recording.flow))
+    harmonics = min(_HARMONICS, (min(len(recording.pressure), len(recording.flow)) - 1) // 2)
+    up, down = (fourier_series(signal, harmonics) for signal in (recording.pressure, recording.flow))
     return numbers(np.abs(up / np.where(down == 0, np.nan, down)))
 
 
 def _curve(values: np.ndarray) -> list[float | None]:
-    return numbers(resample(np.asarray(values), _SHOWN))
+    return numbers(resample(np.asarray(values), _CURVE_SAMPLES))
 
 
 def models_around(model: Model, fit: xr.Dataset) -> list[Model]:
@@ -233,8 +233,8 @@ def models_around(model: Model, fit: xr.Dataset) -> list[Model]:
     loose, held = ~free["at_bound"].values.astype(bool), free["at_bound"].values.astype(bool)
     covariance = fit["correlation"].values * np.outer(scale, scale)
     between = covariance[np.ix_(loose, held)]
-    known = between @ np.linalg.pinv(covariance[np.ix_(held, held)]) @ between.T
-    conditional = covariance[np.ix_(loose, loose)] - known
+    explained = between @ np.linalg.pinv(covariance[np.ix_(held, held)]) @ between.T
+    conditional = covariance[np.ix_(loose, loose)] - explained
     if not np.isfinite(conditional).all() or not loose.any():
         return []
     sizes, axes = np.linalg.eigh(conditional)
@@ -242,8 +242,8 @@ def models_around(model: Model, fit: xr.Dataset) -> list[Model]:
     moved = np.zeros((_DRAWS, len(value)))
     moved[:, loose] = normal * np.sqrt(np.maximum(sizes, 0.0)) @ axes.T
     drawn = np.clip(value * np.exp(moved), low, high) / value
-    names = [str(one) for one in free["parameter"].values]
-    return [_scaled(model, dict(zip(names, one, strict=True))) for one in drawn]
+    names = [str(name) for name in free["parameter"].values]
+    return [_scaled(model, dict(zip(names, factors, strict=True))) for factors in drawn]
 
 
 def _scaled(model: Model, factors: Mapping[str, float]) -> Model:
@@ -272,24 +272,24 @@ def drawn_about_fit(drawn: Sequence[tuple[Model, Mapping[str, list[float | None]
     for model, _ in drawn:
         for name, value in parameters_of(model).items():
             values.setdefault(name, []).append(number(value))
-    curves = [{name: one[name] for name in BANDS} for _, one in drawn]
+    curves = [{name: waveforms[name] for name in BANDS} for _, waveforms in drawn]
     return {"kind": "models drawn from the errors of the fit", "count": len(curves), "curves": curves, "values": values}
 
 
 def posterior_draws(posterior: PosteriorResult) -> dict[str, Any]:
     """Return draws of a posterior one by one: the pressure that was simulated, and every unknown and quantity."""
-    drawn, told = posterior.groups["posterior"], posterior.groups.get("posterior_predictive")
+    drawn, predictive = posterior.groups["posterior"], posterior.groups.get("posterior_predictive")
     count = drawn.sizes["chain"] * drawn.sizes["draw"]
-    kept = np.unique(np.linspace(0, count - 1, min(count, _WALKED)).round().astype(int))
+    indices = np.unique(np.linspace(0, count - 1, min(count, _MAX_WALKED_DRAWS)).round().astype(int))
     values = {
-        str(name): numbers(value.values.reshape(count)[kept])
+        str(name): numbers(value.values.reshape(count)[indices])
         for name, value in drawn.data_vars.items() if value.dims == ("chain", "draw")
     }  # fmt: skip
-    curves: list[dict[str, Any]] = [{} for _ in kept]
-    if told is not None and "simulated" in told:
-        pressures = told["simulated"].values.reshape(count, -1)[kept]
-        of = "flow" if "flow" in told else "pressure"
-        curves = [{of: numbers(pressure)} for pressure in pressures]
+    curves: list[dict[str, Any]] = [{} for _ in indices]
+    if predictive is not None and "simulated" in predictive:
+        pressures = predictive["simulated"].values.reshape(count, -1)[indices]
+        signal = "flow" if "flow" in predictive else "pressure"
+        curves = [{signal: numbers(pressure)} for pressure in pressures]
     return {"kind": "draws of the posterior", "count": len(curves), "curves": curves, "values": values}
 
 

@@ -41,8 +41,8 @@ def line_of(desk: Desk, wish: Wish) -> str:
     if not wish.animal:
         return f"{results}.compare({wish.group!r}).save('figure.{wish.format}')"
     size = f"width={wish.width:g}, height={wish.height:g}, font={wish.font:g}"
-    look = f"family={wish.family!r}, color={wish.color!r}"
-    return f"{results}[{wish.animal!r}].plot.save('figure.{wish.format}', {wish.panels!r}, {size}, {look})"
+    style = f"family={wish.family!r}, color={wish.color!r}"
+    return f"{results}[{wish.animal!r}].plot.save('figure.{wish.format}', {wish.panels!r}, {size}, {style})"
 
 
 def figure_file(desk: Desk, wish: Wish) -> bytes:

@@ -29,10 +29,10 @@ from vasowave.workbench.values import number
 IMAGES, LUNGS = "images", "lungs"
 """Folders of the images that are dropped, and of what is extracted from each."""
 
-_FINEST = 144  # voxels along an edge of what is sent to the page
+_MAX_EDGE_VOXELS = 144  # voxels along an edge of what is sent to the page
 _POINTS = 40  # of a vessel, likewise
 _LEVELS = 65535  # grey levels, likewise
-_KEPT = 8  # extractions of one image, so that an edit that is undone costs nothing
+_CAPACITY = 8  # extractions of one image, so that an edit that is undone costs nothing
 
 
 @settings_class
@@ -59,12 +59,12 @@ class Lungs:
 
     Parameters
     ----------
-    given : Path, optional
+    opened_image : Path, optional
         An image that was opened by its name and lies elsewhere.
     """
 
-    def __init__(self, given: Path | None = None) -> None:
-        self.given = given
+    def __init__(self, opened_image: Path | None = None) -> None:
+        self.opened_image = opened_image
         self.stage = ""
         self._volume: tuple[Any, Volume] | None = None
         self._found: list[Found] = []
@@ -74,18 +74,22 @@ class Lungs:
     def images(self, desk: Desk) -> dict[str, Path]:
         """Return the images of a study by their names."""
         folder = desk.folder.absolute() / IMAGES
-        inside = [one for one in sorted(folder.iterdir()) if not one.name.startswith(".")] if folder.is_dir() else []
-        known = [one for one in inside if one.is_dir() or is_image(one)]
-        before = [_stored(one).get("image", "") for one in sorted((desk.folder / LUNGS).glob(f"*/{SETTINGS}"))]
-        elsewhere = [*map(Path, before), *([] if self.given is None else [self.given])]
-        return {plain_name(name_of(one)): one for one in (*elsewhere, *known) if one.is_absolute() and one.exists()}
+        inside = [path for path in sorted(folder.iterdir()) if not path.name.startswith(".")] if folder.is_dir() else []
+        candidates = [path for path in inside if path.is_dir() or is_image(path)]
+        before = [_stored(path).get("image", "") for path in sorted((desk.folder / LUNGS).glob(f"*/{SETTINGS}"))]
+        elsewhere = [*map(Path, before), *([] if self.opened_image is None else [self.opened_image])]
+        return {
+            plain_name(name_of(path)): path
+            for path in (*elsewhere, *candidates)
+            if path.is_absolute() and path.exists()
+        }
 
     def image(self, desk: Desk, name: str) -> Path:
         """Return the image of a name; `InputError` if there is none."""
-        found = self.images(desk)
-        if name not in found:
-            raise InputError(f"there is no image '{name[:80]}'; there are: {', '.join(found) or 'none'}")
-        return found[name]
+        images = self.images(desk)
+        if name not in images:
+            raise InputError(f"there is no image '{name[:80]}'; there are: {', '.join(images) or 'none'}")
+        return images[name]
 
     def described(self, desk: Desk, name: str) -> dict[str, Any]:
         """Return which images there are, and of one what was chosen and edited, and whether its network is current."""
@@ -98,7 +102,7 @@ class Lungs:
         done = folder_of(desk, name) / SETTINGS
         return {
             "images": names, "image": name, "file": path.name, "stage": self.stage,
-            "wishes": {one: getattr(stored_wishes(done), one) for one in Wishes.__dataclass_fields__},
+            "wishes": {wish: getattr(stored_wishes(done), wish) for wish in Wishes.__dataclass_fields__},
             "edits": [[number, line] for number, line in enumerate(lines, 1) if line.split("#")[0].strip()],
             "root": any(line.split()[:1] == ["root"] for line in lines), "file of edits": edits.name,
             "written": done.is_file(),
@@ -141,19 +145,19 @@ class Lungs:
         path, edits = self.image(desk, name), edits_of(desk, name)
         with self._lock:
             key = (path, _mark(path), wishes, edits.read_bytes() if edits.is_file() else b"")
-            known = next((one for one in self._found if one.key == key), None)
-            if known is None:
+            entry = next((candidate for candidate in self._found if candidate.key == key), None)
+            if entry is None:
                 options = options_of(wishes, edits)
                 try:
                     with warnings.catch_warnings():
                         warnings.simplefilter("ignore", VasowaveWarning)  # they stand in the extraction
-                        found = extract(path, options, self._say, self._kept(folder_of(desk, name)))
+                        extraction = extract(path, options, self._say, self._kept(folder_of(desk, name)))
                 finally:
                     self.stage = ""
-                known = Found(key, found)
-                self._volume = (path, wishes.voxel, _mark(path)), found.image  # the one that the stages hold
-            self._found = [*(one for one in self._found if one is not known), known][-_KEPT:]
-            return known.extraction
+                entry = Found(key, extraction)
+                self._volume = (path, wishes.voxel, _mark(path)), extraction.image  # the one that the stages hold
+            self._found = [*(candidate for candidate in self._found if candidate is not entry), entry][-_CAPACITY:]
+            return entry.extraction
 
     def shown(self, desk: Desk, name: str, wishes: Wishes) -> dict[str, Any]:
         """Return the vessels that are found, as the desk draws them; places: x, y, z in cm along the image's axes."""
@@ -171,10 +175,10 @@ class Lungs:
 
     def own(self, desk: Desk, name: str, place: tuple[float, float, float]) -> np.ndarray:
         """Return x, y, z of the page as x, y, z in the world, cm."""
-        seen = self._volume
-        if seen is None or seen[0][0] != self.image(desk, name):
+        cached_volume = self._volume
+        if cached_volume is None or cached_volume[0][0] != self.image(desk, name):
             raise InputError("another image was looked at meanwhile; look at this one again, and then do it")
-        return seen[1].frame.world(np.array(place[::-1]))[::-1]
+        return cached_volume[1].frame.world(np.array(place[::-1]))[::-1]
 
     def finds(self, desk: Desk, name: str) -> Wishes | None:
         """Return with what an image's vessels were looked for last here, None if they were not."""
@@ -233,9 +237,9 @@ def stored_wishes(settings: Path) -> Wishes:
     """Return what an extraction was made with, the defaults where there is none."""
     rows = _stored(settings)
     try:
-        known = {name: rows[name] for name in ("threshold", "cannula", "pressure", "species", "voxel") if name in rows}
-        given: Any = {name: text if name == "species" else float(text) for name, text in known.items()}
-        return Wishes(**given, open_loops=rows.get("loops") == "open")
+        cells = {name: rows[name] for name in ("threshold", "cannula", "pressure", "species", "voxel") if name in rows}
+        values: Any = {name: text if name == "species" else float(text) for name, text in cells.items()}
+        return Wishes(**values, open_loops=rows.get("loops") == "open")
     except (ValueError, VasowaveError):
         return Wishes()
 
@@ -254,46 +258,47 @@ def smaller(grey: np.ndarray) -> tuple[np.ndarray, int]:
 
     The last cube of an edge that they do not fill is filled with its last plane.
     """
-    step = -(-max(grey.shape) // _FINEST)
+    step = -(-max(grey.shape) // _MAX_EDGE_VOXELS)
     if step == 1:
         return np.asarray(grey, dtype=np.float32), 1
-    whole = np.pad(grey, [(0, -length % step) for length in grey.shape], mode="edge")
-    shape = [number for length in whole.shape for number in (length // step, step)]
-    return whole.reshape(shape).mean(axis=(1, 3, 5), dtype=np.float32), step
+    padded = np.pad(grey, [(0, -length % step) for length in grey.shape], mode="edge")
+    shape = [number for length in padded.shape for number in (length // step, step)]
+    return padded.reshape(shape).mean(axis=(1, 3, 5), dtype=np.float32), step
 
 
 def _mark(path: Path) -> tuple[Any, ...]:
-    files = sorted(one for one in path.iterdir() if one.is_file()) if path.is_dir() else [regular_file(path)]
-    return tuple((one.name, one.stat().st_mtime_ns, one.stat().st_size) for one in files)
+    files = sorted(file for file in path.iterdir() if file.is_file()) if path.is_dir() else [regular_file(path)]
+    return tuple((file.name, file.stat().st_mtime_ns, file.stat().st_size) for file in files)
 
 
 def _shown(extraction: Extraction) -> dict[str, Any]:
-    network, measured, own = extraction.network, extraction.measured, extraction.image.frame.own
+    network, measured, to_image = extraction.network, extraction.measured, extraction.image.frame.own
     terminals = set(network.terminals.tolist())
     vessels = []
     for row, line in enumerate(extraction.tree.lines):
-        few = np.unique(np.linspace(0, len(line) - 1, min(len(line), _POINTS)).round().astype(int))
+        indices = np.unique(np.linspace(0, len(line) - 1, min(len(line), _POINTS)).round().astype(int))
         name = network.name[row]
+        points = np.column_stack([to_image(line.points[indices])[:, ::-1], line.radius[indices]])
         vessels.append({
             "name": name, "parent": network.name[network.parent[row]] if network.parent[row] >= 0 else "",
             "terminal": row in terminals, "length": number(network.length[row], 5),
             "radius": number(network.radius[row], 5), "sd": number(measured.radius_sd[row], 5),
             "reliable": bool(measured.reliable[row]),
-            "points": np.round(np.column_stack([own(line.points[few])[:, ::-1], line.radius[few]]), 5).tolist(),
-            "doubts": sorted({one.about for one in extraction.doubts if name in one.vessels}),
+            "points": np.round(points, 5).tolist(),
+            "doubts": sorted({doubt.about for doubt in extraction.doubts if name in doubt.vessels}),
         })  # fmt: skip
     doubts = [
         {
-            "about": one.about,
-            "text": one.text,
-            "vessels": list(one.vessels),
-            "places": own(one.places)[:, ::-1].tolist(),
+            "about": doubt.about,
+            "text": doubt.text,
+            "vessels": list(doubt.vessels),
+            "places": to_image(doubt.places)[:, ::-1].tolist(),
         }
-        for one in extraction.doubts
+        for doubt in extraction.doubts
     ]
     return {
         "vessels": vessels, "doubts": doubts, "notes": texts(extraction.notes),
-        "root": own(extraction.root)[::-1].tolist(),
+        "root": to_image(extraction.root)[::-1].tolist(),
         "scale": 100 * (extraction.scale - 1) if extraction.options.cannula else None,
         "generations": len(network.generations), "total": number(float(network.length.sum())),
     }  # fmt: skip

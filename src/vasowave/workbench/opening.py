@@ -25,8 +25,8 @@ from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import IMAGES, is_image, name_of
 
 _NETWORKS, _RECORDINGS = FOLDERS
-_DEEPEST, _LONGEST = 8, 120  # folders, and letters of a name
-_FORBIDDEN = set('<>:"|?*\\')  # which one of the systems has no files of
+_MAX_FOLDERS, _MAX_NAME_LETTERS = 8, 120  # folders, and letters of a name
+_FORBIDDEN_LETTERS = set('<>:"|?*\\')  # which one of the systems has no files of
 
 
 class Opened(NamedTuple):
@@ -34,7 +34,7 @@ class Opened(NamedTuple):
 
     folder: Path
     desk: str
-    said: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
     image: Path | None = None
 
 
@@ -72,25 +72,25 @@ def _image(place: Path) -> Opened:
     if not place.exists():
         raise InputError(f"{place}: there is no such file")
     place = place.absolute()
-    home = next((one for one in place.parents[:2] if (one / STUDY_FILE).is_file()), None)
+    home = next((parent for parent in place.parents[:2] if (parent / STUDY_FILE).is_file()), None)
     folder = home or place.with_name(f"{name_of(place)} study")
     if home is None and not (folder / STUDY_FILE).is_file():
         new_study(folder)
     inside = place.parent == folder / IMAGES
-    said = () if home else (f"Its study, which holds what is found: {folder}",)
-    return Opened(folder, f"#lung/{quote(plain_name(name_of(place)))}", said, None if inside else place)
+    notices = () if home else (f"Its study, which holds what is found: {folder}",)
+    return Opened(folder, f"#lung/{quote(plain_name(name_of(place)))}", notices, None if inside else place)
 
 
 def _slices(place: Path) -> bool:
     """Whether a folder holds DICOM slices."""
-    files = sorted(one for one in place.iterdir() if one.is_file()) if place.is_dir() else []
-    return any(one.suffix.lower() == ".dcm" or look(one).start[128:132] == b"DICM" for one in files[:1])
+    files = sorted(file for file in place.iterdir() if file.is_file()) if place.is_dir() else []
+    return any(file.suffix.lower() == ".dcm" or look(file).start[128:132] == b"DICM" for file in files[:1])
 
 
 def _folder(place: Path) -> Opened:
     if place.is_dir():
-        known = (place / STUDY_FILE).is_file() or (place / RESULTS).is_dir()
-        if not known and any(not one.name.startswith(".") for one in place.iterdir()):
+        has_study = (place / STUDY_FILE).is_file() or (place / RESULTS).is_dir()
+        if not has_study and any(not entry.name.startswith(".") for entry in place.iterdir()):
             return _collected(place.absolute())
     if not place.exists():
         raise InputError(
@@ -110,11 +110,11 @@ def _collected(place: Path) -> Opened:
         Nothing in the folder is a recording; nothing is written then.
     """
     folder = place.with_name(f"{place.name} study")
-    said = [f"The study of the files in {place.name}, which stay as they are: {folder}"]
+    notices = [f"The study of the files in {place.name}, which stay as they are: {folder}"]
     if not _is_study(folder):
         added = _put_into(folder, place)
-        said += [*added.said, *added.refused]
-    return Opened(folder, "", tuple(said))
+        notices += [*added.said, *added.refused]
+    return Opened(folder, "", tuple(notices))
 
 
 def _is_study(folder: Path) -> bool:
@@ -154,25 +154,27 @@ def place_of(desk: Desk, name: str) -> Path:
     InputError
         A name that leads out of the study, is hidden, or is none that any system can have; not a type that is read.
     """
-    parts = PurePosixPath(unicodedata.normalize("NFC", name)).parts
-    good = 0 < len(parts) <= _DEEPEST and all(
-        len(one) <= _LONGEST and one.isprintable() and not one.startswith(".") and not set(one) & _FORBIDDEN
-        and one not in ("/", "..") and one == one.strip()
-        for one in parts
+    components = PurePosixPath(unicodedata.normalize("NFC", name)).parts
+    good = 0 < len(components) <= _MAX_FOLDERS and all(
+        len(component) <= _MAX_NAME_LETTERS and component.isprintable() and not component.startswith(".")
+        and not set(component) & _FORBIDDEN_LETTERS and component not in ("/", "..") and component == component.strip()
+        for component in components
     )  # fmt: skip
     if not good:
         raise InputError(f"'{name[:80]}' is no name of a file inside this study; rename it and drop it again")
-    image, known = is_image(Path(name)), {*RECORDINGS.suffixes, *NETWORKS.suffixes}
-    if not image and PurePosixPath(name).suffix.lower() not in known:
-        raise InputError(f"{parts[-1]}: files that are read end in {', '.join(sorted({*known, *VOLUMES.suffixes}))}")
-    place = PurePosixPath(IMAGES, parts[-1]) if image else PurePosixPath(_RECORDINGS, *parts)
+    image, suffixes = is_image(Path(name)), {*RECORDINGS.suffixes, *NETWORKS.suffixes}
+    if not image and PurePosixPath(name).suffix.lower() not in suffixes:
+        raise InputError(
+            f"{components[-1]}: files that are read end in {', '.join(sorted({*suffixes, *VOLUMES.suffixes}))}"
+        )
+    place = PurePosixPath(IMAGES, components[-1]) if image else PurePosixPath(_RECORDINGS, *components)
     path = desk.inside(str(place))
     make_folder(desk.folder)
     made_inside(desk.folder, str(place.parent))
     return path
 
 
-def sorted_in(desk: Desk, part: Path, place: Path) -> str:
+def sorted_in(desk: Desk, upload: Path, place: Path) -> str:
     """Put what has arrived whole into its place, a network among the networks; return its name in the study.
 
     Raises
@@ -181,16 +183,16 @@ def sorted_in(desk: Desk, part: Path, place: Path) -> str:
         A file of this name with another content is there.
     """
     try:
-        network = not is_image(place) and NETWORKS.known(part) is not None
+        network = not is_image(place) and NETWORKS.known(upload) is not None
     except InputError:
         network = False
     if network:
         place = made_inside(desk.folder, _NETWORKS) / place.name
     with alone_in(desk.folder):
         try:
-            take_free_place(part, place)
+            take_free_place(upload, place)
         except FileExistsError:
-            if look(place).sha256 != look(part).sha256:
+            if look(place).sha256 != look(upload).sha256:
                 raise InputError(
                     f"{place.name}: the study has another file of this name; rename one of the two"
                 ) from None

@@ -34,9 +34,9 @@ from vasowave.workbench.desk import EDITS, Desk
 from vasowave.workbench.values import number, numbers
 
 SIGNALS = ("pressure", "flow", "ecg")
-_KEPT, _MOST = 3, 9_000_000  # recordings in memory, and their samples in all, save for the one that is looked at
-_FIRST, _COARSER = 32, 4  # samples in a pair of the finest level, and pairs of one level in one of the next
-_WIDEST = 4000  # pixels
+_CAPACITY, _MOST = 3, 9_000_000  # recordings in memory, and their samples in all, save for the one that is looked at
+_FIRST_COUNT, _LEVEL_FACTOR = 32, 4  # samples in a pair of the finest level, and pairs of one level in one of the next
+_MAX_PIXELS = 4000  # pixels
 _STRETCH = ("start [s]", "end [s]")
 
 
@@ -46,13 +46,13 @@ class Trace:
     def __init__(self, values: np.ndarray, rate: float) -> None:
         self.values, self.rate = values, rate
         self.levels: list[tuple[int, np.ndarray]] = []
-        count, low, high = _FIRST, values, values
-        step = _FIRST
+        count, low, high = _FIRST_COUNT, values, values
+        step = _FIRST_COUNT
         while len(low) > step:
             first = np.arange(0, len(low), step)
             low, high = np.fmin.reduceat(low, first), np.fmax.reduceat(high, first)
             self.levels.append((count, np.stack([low, high])))
-            count, step = count * _COARSER, _COARSER
+            count, step = count * _LEVEL_FACTOR, _LEVEL_FACTOR
 
     def between(self, start: float, end: float, width: int) -> np.ndarray:
         """Return lowest and highest value in each of `width` equal parts of `start` to `end` (s), shape (2, width).
@@ -64,18 +64,18 @@ class Trace:
         for count, level in self.levels:
             if count * 2 <= (edges[-1] - edges[0]) / width:
                 size, pairs = count, level
-        most = pairs.shape[1]
-        first = np.clip(np.floor(edges[:-1] / size).astype(np.int64), 0, most)
-        last = np.clip(np.maximum(np.ceil(edges[1:] / size).astype(np.int64), first + 1), 0, most)
-        found = np.full((2, width), np.nan, dtype=np.float32)
-        there = np.flatnonzero((last > first) & (edges[1:] > 0))
-        if len(there):
-            begin = first[there[0]]
-            bounds = np.stack([first[there], last[there]], axis=1).ravel() - begin
-            near = np.pad(pairs[:, begin : last[there[-1]]], ((0, 0), (0, 1)), constant_values=np.nan)
-            found[0, there] = np.fmin.reduceat(near[0], bounds)[::2]
-            found[1, there] = np.fmax.reduceat(near[-1], bounds)[::2]
-        return found
+        pair_count = pairs.shape[1]
+        first = np.clip(np.floor(edges[:-1] / size).astype(np.int64), 0, pair_count)
+        last = np.clip(np.maximum(np.ceil(edges[1:] / size).astype(np.int64), first + 1), 0, pair_count)
+        extremes = np.full((2, width), np.nan, dtype=np.float32)
+        columns = np.flatnonzero((last > first) & (edges[1:] > 0))
+        if len(columns):
+            begin = first[columns[0]]
+            bounds = np.stack([first[columns], last[columns]], axis=1).ravel() - begin
+            window = np.pad(pairs[:, begin : last[columns[-1]]], ((0, 0), (0, 1)), constant_values=np.nan)
+            extremes[0, columns] = np.fmin.reduceat(window[0], bounds)[::2]
+            extremes[1, columns] = np.fmax.reduceat(window[-1], bounds)[::2]
+        return extremes
 
 
 class Opened:
@@ -88,26 +88,26 @@ class Opened:
         Samples a second.
     duration : float
         s.
-    whole : RawRecording or None
+    recording : RawRecording or None
         The recording, where it has no gap and one rate, so that any stretch of it is at hand.
     channels : dict
         See `_channels`.
     """
 
     def __init__(
-        self, traces: dict[str, Trace], rate: float, duration: float, whole: RawRecording | None,
+        self, traces: dict[str, Trace], rate: float, duration: float, recording: RawRecording | None,
         channels: dict[str, Any],
     ) -> None:  # fmt: skip
-        self.traces, self.rate, self.duration, self.whole, self.channels = traces, rate, duration, whole, channels
+        self.traces, self.rate, self.duration, self.whole, self.channels = traces, rate, duration, recording, channels
         self.prepared: tuple[Any, Prepared] | None = None
 
     def beats(self, row: AnimalRow, study: Study, edits: Sequence[BeatEdit]) -> Prepared:
         """Return the beats of the stretch of a row, cut anew only if the stretch or the settings changed."""
-        how = averaging_settings(study.settings)
-        key = (row.start, row.end, row.calibration, how)
+        settings = averaging_settings(study.settings)
+        key = (row.start, row.end, row.calibration, settings)
         if self.prepared is None or self.prepared[0] != key:
             self.prepared = None  # room for the next
-            self.prepared = key, prepare(self._stretch(row), how)
+            self.prepared = key, prepare(self._stretch(row), settings)
         self.prepared = key, self.prepared[1].with_moves(edits)
         return self.prepared[1]
 
@@ -118,11 +118,11 @@ class Opened:
         if self.whole is None or row.start is None or row.end is None:
             return read_stretch(row)
         try:
-            part = self.whole.between(row.start, row.end)
+            stretch = self.whole.between(row.start, row.end)
         except InputError:  # said by the reader in its own words
             return read_stretch(row)
-        beside = tuple(one for one in part.beside if one.duration > SHORTEST + 1.5 / self.rate)
-        return replace(part, notes=self.whole.notes, beside=beside).calibrated(*row.calibration)
+        neighbors = tuple(piece for piece in stretch.beside if piece.duration > SHORTEST + 1.5 / self.rate)
+        return replace(stretch, notes=self.whole.notes, beside=neighbors).calibrated(*row.calibration)
 
 
 class Recordings:
@@ -134,7 +134,7 @@ class Recordings:
 
     def trace(self, desk: Desk, animal: str, signal: str, start: float, end: float, width: int) -> np.ndarray:
         """Return a part of one signal, see `Trace.between`."""
-        if not (0 < width <= _WIDEST and np.isfinite([start, end]).all() and start < end):
+        if not (0 < width <= _MAX_PIXELS and np.isfinite([start, end]).all() and start < end):
             raise InputError("a stretch begins before it ends, and a screen has 1 to 4000 pixels")
         row, _ = row_of(desk, animal)
         traces = self.opened(row).traces
@@ -154,13 +154,13 @@ class Recordings:
         with self._lock:
             if key not in self._opened:
                 self._opened[key] = _opened(row)
-                while len(self._opened) > _KEPT or (len(self._opened) > 1 and self._samples() > _MOST):
+                while len(self._opened) > _CAPACITY or (len(self._opened) > 1 and self._samples() > _MOST):
                     self._opened.popitem(last=False)
             self._opened.move_to_end(key)
             return self._opened[key]
 
     def _samples(self) -> int:
-        return sum(round(one.duration * one.rate) for one in self._opened.values())
+        return sum(round(recording.duration * recording.rate) for recording in self._opened.values())
 
     def _average(self, row: AnimalRow, study: Study) -> dict[str, Any]:
         """Return beats and average, or why there is none; the same numbers as `vasowave check` and `run`."""
@@ -179,29 +179,29 @@ class Recordings:
     def described(self, desk: Desk, animal: str) -> dict[str, Any]:
         """Return all that the desk shows of an animal beside its signals."""
         row, study = row_of(desk, animal)
-        cells = next(one for one in read_rows(desk.table).rows if one["animal"] == animal)
-        told: dict[str, Any] = {
+        cells = next(table_row for table_row in read_rows(desk.table).rows if table_row["animal"] == animal)
+        description: dict[str, Any] = {
             "animal": animal,
             "cells": {title: cells.get(title, "") for title in COLUMNS},
             "drift": study.settings.averaging.drift,
             "kind": row.kind or kind_of(row.recordings),
-            "edits": [list(one) for one in read_edits(row.beat_edits)] if row.beat_edits else [],
+            "edits": [list(edit) for edit in read_edits(row.beat_edits)] if row.beat_edits else [],
         }
         try:
-            if told["kind"] == "raw":
+            if description["kind"] == "raw":
                 opened = self.opened(row)
-                told |= opened.channels | {
+                description |= opened.channels | {
                     "error": "",
                     "duration": opened.duration,
                     "rate": opened.rate,
                     "signals": list(opened.traces),
                 }
-                told |= self._average(row, study)
+                description |= self._average(row, study)
             else:
-                told |= {"error": "", **_cycle(read_measured(row, study.settings)[0])}
+                description |= {"error": "", **_cycle(read_measured(row, study.settings)[0])}
         except VasowaveError as error:
-            told["error"] = str(error)
-        return told
+            description["error"] = str(error)
+        return description
 
 
 def row_of(desk: Desk, animal: str) -> tuple[AnimalRow, Study]:
@@ -216,10 +216,10 @@ def row_of(desk: Desk, animal: str) -> tuple[AnimalRow, Study]:
     if study is None:
         refuse(problems)
         raise InputError(f"{desk.file}: mend the study file first")
-    found = next((one for one in study.animals if one.animal == animal), None)
-    if found is not None:
-        return found, study
-    cells = next((one for one in read_rows(desk.table).rows if one["animal"] == animal), None)
+    animal_row = next((candidate for candidate in study.animals if candidate.animal == animal), None)
+    if animal_row is not None:
+        return animal_row, study
+    cells = next((candidate for candidate in read_rows(desk.table).rows if candidate["animal"] == animal), None)
     if cells is None:
         raise InputError(f"there is no animal '{animal}' in {desk.table.name}")
     row, wrong = read_half_row(cells, study.folder, study.settings.groups)
@@ -236,37 +236,40 @@ def _opened(row: AnimalRow) -> Opened:
         raw = read_stretch(as_read)
     pieces = (raw, *raw.beside)
     alone = not raw.beside and raw.origin == 0
-    count = max(round((one.origin + one.duration) * raw.sampling_rate) for one in pieces)
+    count = max(round((piece.origin + piece.duration) * raw.sampling_rate) for piece in pieces)
     traces = {}
     for name in SIGNALS:
         values = getattr(raw, name)
         if values is not None and not alone:
             values = np.full(count, np.nan, dtype=np.float32)
-            for one in pieces:
-                first = round(one.origin * raw.sampling_rate)
-                values[first : first + len(one.pressure)] = getattr(one, name)
+            for piece in pieces:
+                first = round(piece.origin * raw.sampling_rate)
+                values[first : first + len(piece.pressure)] = getattr(piece, name)
         if values is not None:
             traces[name] = Trace(values, raw.sampling_rate)
     one_rate = not any(note.code == INTERPOLATED.code for note in raw.notes)
-    whole = raw if alone and one_rate else None
-    return Opened(traces, raw.sampling_rate, count / raw.sampling_rate, whole, _channels(row))
+    recording = raw if alone and one_rate else None
+    return Opened(traces, raw.sampling_rate, count / raw.sampling_rate, recording, _channels(row))
 
 
 def _channels(row: AnimalRow) -> dict[str, Any]:
     described = describe_recording(row.recordings[0])
     channels = used_block(described, row.block).channels
-    return {"channels": [[one.title, one.unit, one.quantity] for one in channels], "blocks": len(described.blocks)}
+    return {
+        "channels": [[channel.title, channel.unit, channel.quantity] for channel in channels],
+        "blocks": len(described.blocks),
+    }
 
 
 def _beats(average: EnsembleAverage) -> dict[str, Any]:
     """Return where beats begin, which are averaged, and why others may not be."""
     beats = average.beats
     return {
-        "starts": [round(one.start, 5) for one in beats],
+        "starts": [round(beat.start, 5) for beat in beats],
         "end": round(beats[-1].end, 5),
-        "averaged": [i for i, one in enumerate(beats) if one.averaged],
-        "rejected": {i: str(one.rejected) for i, one in enumerate(beats) if one.rejected},
-        "causes": {i: cause(one.rejected) for i, one in enumerate(beats) if one.rejected},
+        "averaged": [i for i, beat in enumerate(beats) if beat.averaged],
+        "rejected": {i: str(beat.rejected) for i, beat in enumerate(beats) if beat.rejected},
+        "causes": {i: cause(beat.rejected) for i, beat in enumerate(beats) if beat.rejected},
     }
 
 
@@ -299,4 +302,4 @@ def edits_file(desk: Desk, animal: str) -> Path:
     """Return a file for the edits of an animal's beats; one that is there may be that of an animal once called so."""
     name = plain_name(animal)
     names = (name if number == 1 else f"{name} {number}" for number in itertools.count(1))
-    return next(path for one in names if not (path := desk.inside(f"{EDITS}/{one}.csv")).exists())
+    return next(path for candidate in names if not (path := desk.inside(f"{EDITS}/{candidate}.csv")).exists())

@@ -30,7 +30,7 @@ class Runs:
         """Begin a run; `InputError` if one is going on, the study is wrong, or nothing can be written."""
         if (runner := self.runner(desk)) is not None:
             raise InputError(f"the study is being run by {runner} already; wait for it, or stop it first")
-        refuse([one for one in inspect_study(desk.folder)[1] if one.error])
+        refuse([problem for problem in inspect_study(desk.folder)[1] if problem.error])
         self.results = made_inside(desk.folder, RESULTS)
         with locked(self.results / LOCK), reserved(self.results):
             pass
@@ -74,18 +74,19 @@ class Runs:
         run = run_status(desk.results)
         ended = None if runner or run is None else run.ended
         if run is None and not runner and begun is not None and begun.poll():
-            said = (f"The run ended before it read the study (exit status {begun.returncode}); "
+            message = (f"The run ended before it read the study (exit status {begun.returncode}); "
                     f"`vasowave run {desk.folder}` in a terminal says why")  # fmt: skip
         else:
-            said = "" if run is None else str(run)
+            message = "" if run is None else str(run)
         animals = study_status(study).animals if study is not None else ()
         return {
             "runner": runner,
             "left": run.left if run is not None and runner else None,
             "animals": {
-                one.animal: {"state": one.state, "text": str(one), "searches": one.searches} for one in animals
+                status.animal: {"state": status.state, "text": str(status), "searches": status.searches}
+                for status in animals
             },
             "ended": ended,
-            "said": said,
+            "said": message,
             "stops_with_us": self.stops_with_us,
         }

@@ -40,7 +40,7 @@ _OF_REPORT = ("style.css", "turntable.js")
 
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 _THREADS = 4  # of one route: what takes long there keeps no other waiting
-_FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
+_FORBIDDEN_ERRORS = (errno.EACCES, errno.EPERM, errno.EROFS)
 _LAST_WORD = 1  # s that answers under way have when the workbench ends
 
 
@@ -54,22 +54,22 @@ class Workbench:
 
     def app(self) -> App:
         """Return the application, without its guard."""
-        desk, of = self.desk, self._answered
+        desk, answered = self.desk, self._answered
         routes = [
             Route("/", self._page),
             Route("/page/{name}", self._page),
-            Route("/state", of(lambda ask: state(desk, self.runs))),
-            Route("/study", of(lambda ask: shown(desk))),
-            Route("/check", of(lambda ask: checked(desk))),
-            Route("/recording", of(lambda ask: self.recordings.described(desk, ask("animal")))),
-            Route("/trace", of(self._trace)),
-            Route("/outdated", of(lambda ask: outdated(desk))),
-            Route("/results", of(lambda ask: self.cohorts.animals(desk))),
-            Route("/means", of(lambda ask: self.cohorts.means(desk, ask("quantity")))),
-            Route("/model", of(lambda ask: self.explorer.described(desk, ask("animal"), ask("law")))),
-            Route("/band", of(lambda ask: self.explorer.band(desk, ask("animal"), ask("law")))),
-            Route("/lung", of(lambda ask: self.lungs.described(desk, ask("image")))),
-            Route("/volume", of(lambda ask: _bytes(self.lungs.reduced(desk, ask("image"), _size(ask("voxel")))))),
+            Route("/state", answered(lambda ask: state(desk, self.runs))),
+            Route("/study", answered(lambda ask: shown(desk))),
+            Route("/check", answered(lambda ask: checked(desk))),
+            Route("/recording", answered(lambda ask: self.recordings.described(desk, ask("animal")))),
+            Route("/trace", answered(self._trace)),
+            Route("/outdated", answered(lambda ask: outdated(desk))),
+            Route("/results", answered(lambda ask: self.cohorts.animals(desk))),
+            Route("/means", answered(lambda ask: self.cohorts.means(desk, ask("quantity")))),
+            Route("/model", answered(lambda ask: self.explorer.described(desk, ask("animal"), ask("law")))),
+            Route("/band", answered(lambda ask: self.explorer.band(desk, ask("animal"), ask("law")))),
+            Route("/lung", answered(lambda ask: self.lungs.described(desk, ask("image")))),
+            Route("/volume", answered(lambda ask: _bytes(self.lungs.reduced(desk, ask("image"), _size(ask("voxel")))))),
             Route("/vessels", self._posted(self._vessels), methods=["POST"]),
             Route("/act", self._posted(lambda message: {"said": act(self.at, message)}), methods=["POST"]),
             Route("/simulate", self._posted(self._simulated), methods=["POST"]),
@@ -88,8 +88,8 @@ class Workbench:
 
         async def endpoint(request: Request) -> Response:
             async with threads:
-                given = await run_in_threadpool(answer, lambda name: request.query_params.get(name, ""))
-            return given if isinstance(given, Response) else JSONResponse(given)
+                result = await run_in_threadpool(answer, lambda name: request.query_params.get(name, ""))
+            return result if isinstance(result, Response) else JSONResponse(result)
 
         return endpoint
 
@@ -99,8 +99,8 @@ class Workbench:
         async def endpoint(request: Request) -> Response:
             body = await request.body()
             async with threads:
-                given = await run_in_threadpool(lambda: answer(_message(body)))
-            return given if isinstance(given, Response) else JSONResponse(given)
+                result = await run_in_threadpool(lambda: answer(_message(body)))
+            return result if isinstance(result, Response) else JSONResponse(result)
 
         return endpoint
 
@@ -109,15 +109,15 @@ class Workbench:
             start, end, width = float(ask("start")), float(ask("end")), int(ask("width"))
         except ValueError:
             raise InputError("a part of a signal has a start, an end, and a width in pixels") from None
-        found = self.recordings.trace(self.desk, ask("animal"), ask("signal"), start, end, width)
-        return _bytes(found.astype("<f4").tobytes())
+        values = self.recordings.trace(self.desk, ask("animal"), ask("signal"), start, end, width)
+        return _bytes(values.astype("<f4").tobytes())
 
     def _simulated(self, message: Any) -> Any:
         values = message.get("values", {})
         if not isinstance(values, dict) or not all(map(_is_number, values.values())):
             raise InputError("values are finite numbers by the names of parameters")
-        animal, law = (str(message.get(one, "")) for one in ("animal", "law"))
-        return self.explorer.simulated(self.desk, animal, law, {name: float(one) for name, one in values.items()})
+        animal, law = (str(message.get(key, "")) for key in ("animal", "law"))
+        return self.explorer.simulated(self.desk, animal, law, {name: float(value) for name, value in values.items()})
 
     def _vessels(self, message: Any) -> Any:
         if not isinstance(message.get("wishes"), dict):
@@ -134,28 +134,28 @@ class Workbench:
         """Put a file into the study, whole or not at all; never over another."""
         name = request.query_params.get("name", "")
         place = await run_in_threadpool(place_of, self.desk, name)
-        with in_words(place), Part(place) as part:
+        with in_words(place), Part(place) as upload:
             async for chunk in request.stream():
-                part.write(chunk)
-            part.end()
-            return JSONResponse({"name": await run_in_threadpool(sorted_in, self.desk, part.path, place)})
+                upload.write(chunk)
+            upload.end()
+            return JSONResponse({"name": await run_in_threadpool(sorted_in, self.desk, upload.path, place)})
 
     async def _page(self, request: Request) -> Response:
         name = request.path_params.get("name", "index.html")
-        known = {one.name: one for one in (*_PAGE.iterdir(), *(_TEMPLATES / one for one in _OF_REPORT))}
-        if name not in known or known[name].suffix not in _TYPES:
+        files = {file.name: file for file in (*_PAGE.iterdir(), *(_TEMPLATES / file for file in _OF_REPORT))}
+        if name not in files or files[name].suffix not in _TYPES:
             return Response(status_code=404)
-        return Response(known[name].read_bytes(), media_type=_TYPES[known[name].suffix])
+        return Response(files[name].read_bytes(), media_type=_TYPES[files[name].suffix])
 
     async def _report(self, request: Request) -> Response:
         try:
             path = self.desk.inside(f"report/{request.path_params['name']}")
-            there = path.resolve().is_relative_to((self.desk.folder / "report").resolve())
+            is_report = path.resolve().is_relative_to((self.desk.folder / "report").resolve())
             with opened(path):  # a file without a second name, which could be any file of the disk
                 pass
         except (InputError, OSError):
-            there = False
-        if not there:
+            is_report = False
+        if not is_report:
             return Response("There is no such report.", status_code=404)
         return FileResponse(path, headers={"content-security-policy": REPORT_POLICY})
 
@@ -189,14 +189,14 @@ def serve(folder: Path, port: int, opened: Opened, image: Path | None = None) ->
 
 def server_of(workbench: Workbench, door: socket.socket, opened: Opened) -> uvicorn.Server:
     """Return the server of a workbench behind a key of its own, for a socket that is bound."""
-    here, token = door.getsockname()[1], secrets.token_urlsafe(24)
-    guard = Guarded(workbench.app(), token, here)
+    port, token = door.getsockname()[1], secrets.token_urlsafe(24)
+    guard = Guarded(workbench.app(), token, port)
     config = uvicorn.Config(
         guard, http=Patient, ws="none", loop="asyncio", lifespan="off",
         log_config=None, log_level="critical", access_log=False, server_header=False,
         timeout_graceful_shutdown=_LAST_WORD,
     )  # fmt: skip
-    return _Server(config, lambda: opened(f"http://127.0.0.1:{here}/{token}/", guard))
+    return _Server(config, lambda: opened(f"http://127.0.0.1:{port}/{token}/", guard))
 
 
 @contextmanager
@@ -262,7 +262,7 @@ async def _unforeseen(request: Request, error: Exception) -> Response:
     """Say what went wrong; the server lives on."""
     if is_full(error):
         return JSONResponse({"error": "no space left on the disk; make room and do it again"}, status_code=507)
-    if isinstance(error, OSError) and error.errno in _FORBIDDEN:
+    if isinstance(error, OSError) and error.errno in _FORBIDDEN_ERRORS:
         text = f"{error.filename}: {(error.strerror or '').lower()}; see who may read and write there, then do it again"
         return JSONResponse({"error": text}, status_code=403)
     text = f"the workbench failed here ({type(error).__name__}: {error}); reload the page to see what is stored"

@@ -31,7 +31,7 @@ _checking = threading.Lock()
 def state(desk: Desk, runs: Runs) -> dict[str, Any]:
     """Return what a page asks every second: whether anything changed, and how far a run is."""
     runner = runs.runner(desk)
-    told: dict[str, Any] = {
+    answer: dict[str, Any] = {
         "mark": desk.mark(),
         "study": desk.file.is_file(),
         "report": (desk.folder / REPORT_FOLDER / "report.html").is_file(),
@@ -39,8 +39,8 @@ def state(desk: Desk, runs: Runs) -> dict[str, Any]:
         "undo": desk.done[-1].name if desk.done else "",
         "redo": desk.undone[-1].name if desk.undone else "",
     }
-    study = inspect_study(desk.folder)[0] if runner and told["study"] else None
-    return told | {"run": runs.progress(desk, study)}
+    study = inspect_study(desk.folder)[0] if runner and answer["study"] else None
+    return answer | {"run": runs.progress(desk, study)}
 
 
 def shown(desk: Desk) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def shown(desk: Desk) -> dict[str, Any]:
         titles, rows = table.titles, [dict(row) for row in table.rows]
     except VasowaveError:  # which stands among the problems
         titles, rows = (), []
-    statuses = {one.animal: one for one in study_status(study).animals} if study is not None else {}
+    statuses = {status.animal: status for status in study_status(study).animals} if study is not None else {}
     return {
         "study": True,
         "programs": programs_to_read(desk),
@@ -65,9 +65,9 @@ def shown(desk: Desk) -> dict[str, Any]:
         "titles": list(titles),
         "rows": rows,
         "networks": [*_files(desk, "networks"), *_extracted(desk)],
-        "problems": [_problem(one, rows) for one in problems],
+        "problems": [_problem(problem, rows) for problem in problems],
         "settings": [_setting(settings, key) for key in _SETTINGS],
-        "status": {name: {"state": one.state, "text": str(one)} for name, one in statuses.items()},
+        "status": {name: {"state": status.state, "text": str(status)} for name, status in statuses.items()},
         "outdated": _outdated(desk, statuses),
     }
 
@@ -75,45 +75,48 @@ def shown(desk: Desk) -> dict[str, Any]:
 def programs_to_read(desk: Desk) -> list[dict[str, str]]:
     """Return the programs of the study, with their text, that nobody has allowed to run."""
     try:
-        found = programs_of(desk.folder)
+        programs = programs_of(desk.folder)
     except VasowaveError:  # which stands among the problems
         return []
-    return [{"name": one.name, "path": one.path, "sha256": one.sha256, "text": one.source.decode(errors="replace")}
-            for one in found if not is_trusted(desk.folder, one)]  # fmt: skip
+    return [{"name": program.name, "path": program.path, "sha256": program.sha256,
+             "text": program.source.decode(errors="replace")}
+            for program in programs if not is_trusted(desk.folder, program)]  # fmt: skip
 
 
 def checked(desk: Desk) -> dict[str, Any]:
     """Return what `vasowave check` says: everything wrong or odd, and what was read of every animal."""
     with _checking:
-        found = check_study(desk.folder)
+        report = check_study(desk.folder)
     rows = [dict(row) for row in read_rows(desk.table).rows] if desk.table.is_file() else []
     return {
-        "problems": [_problem(one, rows) for one in found.problems],
-        "header": [list(one) for one in HEADER],
-        "read": {one.animal: list(one.row()) for one in found.read},
+        "problems": [_problem(problem, rows) for problem in report.problems],
+        "header": [list(column) for column in HEADER],
+        "read": {animal.animal: list(animal.row()) for animal in report.read},
     }
 
 
 def outdated(desk: Desk) -> list[str]:
     """Return the animals whose result is no longer that of their row, files and settings."""
     study = inspect_study(desk.folder)[0] if desk.file.is_file() else None
-    return _outdated(desk, {one.animal: one for one in study_status(study).animals}) if study is not None else []
+    return (
+        _outdated(desk, {status.animal: status for status in study_status(study).animals}) if study is not None else []
+    )
 
 
-def _problem(one: StudyProblem, rows: list[dict[str, str]]) -> dict[str, Any]:
+def _problem(problem: StudyProblem, rows: list[dict[str, str]]) -> dict[str, Any]:
     """Return a problem as the page shows it: beside its cell, with what mends it where one click can."""
-    place = one.place
+    place = problem.place
     column = next((title for title in COLUMNS if place.part == f"column '{title}'"), "")
     return {
-        "text": str(one.finding), "place": str(place), "error": one.error, "code": one.finding.code,
-        "animals": [name for name in one.animals if any(row.get("animal") == name for row in rows)],
-        "column": column, "remedies": _remedies(one, column),
+        "text": str(problem.finding), "place": str(place), "error": problem.error, "code": problem.finding.code,
+        "animals": [name for name in problem.animals if any(row.get("animal") == name for row in rows)],
+        "column": column, "remedies": _remedies(problem, column),
     }  # fmt: skip
 
 
-def _remedies(one: StudyProblem, column: str) -> list[dict[str, Any]]:
+def _remedies(problem: StudyProblem, column: str) -> list[dict[str, Any]]:
     """Return what mends a problem at a click, as messages to `actions.act`."""
-    code, names = one.finding.code, one.animals
+    code, names = problem.finding.code, problem.animals
     if code in TWICE:
         yes = [{"do": "set-cells", "animal": name, "cells": {"shared recording": "yes"}} for name in names]
         return [{"label": "Both are meant to share it", "acts": yes},
@@ -125,7 +128,7 @@ def _remedies(one: StudyProblem, column: str) -> list[dict[str, Any]]:
     if code == "animals.ignored" and column:
         empty = [{"do": "set-cells", "animal": name, "cells": {column: ""}} for name in names]
         return [{"label": "Empty the cell", "acts": empty}]
-    if one.finding.room == "recording" and names:
+    if problem.finding.room == "recording" and names:
         return [{"label": "Look at the recording", "open": name} for name in names[:1]]
     return []
 
@@ -134,21 +137,21 @@ def _setting(settings: StudyFile, key: str) -> dict[str, str]:
     value: Any = settings
     section: Any = StudyFile
     for name in key.split("."):
-        one = settings_of(section)[name]
-        value, section = getattr(value, name), one.section
-    return {"key": key, "value": "" if value is None else written(value), "meaning": one.meaning}
+        setting = settings_of(section)[name]
+        value, section = getattr(value, name), setting.section
+    return {"key": key, "value": "" if value is None else written(value), "meaning": setting.meaning}
 
 
 def _files(desk: Desk, folder: str) -> list[str]:
     place = desk.folder / folder
-    return [one.relative_to(desk.folder).as_posix() for one in sorted(place.rglob("*"))
-            if one.is_file() and not one.name.startswith(".")]  # fmt: skip
+    return [file.relative_to(desk.folder).as_posix() for file in sorted(place.rglob("*"))
+            if file.is_file() and not file.name.startswith(".")]  # fmt: skip
 
 
 def _extracted(desk: Desk) -> list[str]:
     """Return the networks that were extracted from images here."""
-    found = sorted((desk.folder / LUNGS).glob("*/network.csv"))
-    return [one.relative_to(desk.folder).as_posix() for one in found]
+    networks = sorted((desk.folder / LUNGS).glob("*/network.csv"))
+    return [network.relative_to(desk.folder).as_posix() for network in networks]
 
 
 def _outdated(desk: Desk, statuses: dict[str, Any]) -> list[str]:
@@ -157,4 +160,4 @@ def _outdated(desk: Desk, statuses: dict[str, Any]) -> list[str]:
         stored = desk.stored()
     except VasowaveError:
         return []
-    return [name for name, one in statuses.items() if name in stored and one.state != "done"]
+    return [name for name, status in statuses.items() if name in stored and status.state != "done"]

@@ -26,40 +26,45 @@ Name = Annotated[str, MinLen(1), MaxLen(500)]
 
 
 @action("new-study")
-def new(at: Workplace, groups: tuple[Name, ...] = ("CTL", "HPH"), species: SpeciesName = "mouse") -> str:
+def new(workplace: Workplace, groups: tuple[Name, ...] = ("CTL", "HPH"), species: SpeciesName = "mouse") -> str:
     """Make a study in the folder that is open."""
-    new_study(at.desk.folder, [checked_name(one.strip()) for one in groups], species)
+    new_study(workplace.desk.folder, [checked_name(group.strip()) for group in groups], species)
     return "a new study"
 
 
 @action("add-files")
-def add(at: Workplace, files: Annotated[list[Name], MinLen(1), MaxLen(10_000)], group: str = "") -> Mapping[str, Any]:
+def add(
+    workplace: Workplace, files: Annotated[list[Name], MinLen(1), MaxLen(10_000)], group: str = ""
+) -> Mapping[str, Any]:
     """Write a row for every recording among files that were dropped into the study; `vasowave add`."""
-    desk = at.desk
+    desk = workplace.desk
     if not desk.file.exists():
         new_study(desk.folder)
-    places = [desk.inside(one) for one in files]
+    places = [desk.inside(file) for file in files]
     with desk.changing("add files", desk.table, desk.file) as change:
         added = add_files(desk.folder, places, group=group)
         change.read_again()
     names = [row["animal"] for row in added.rows]
-    return {"animals": names, "said": [*added.said, *(f"not added: {why}" for why in added.refused)]}
+    return {"animals": names, "said": [*added.said, *(f"not added: {reason}" for reason in added.refused)]}
 
 
 @action("set-cells")
 def set_cells(
-    at: Workplace, animal: Name, cells: dict[Name, Annotated[str, MaxLen(2000)]], was: dict[str, str] | None = None
+    workplace: Workplace,
+    animal: Name,
+    cells: dict[Name, Annotated[str, MaxLen(2000)]],
+    was: dict[str, str] | None = None,
 ) -> str:
     """Write cells of one animal; `was` is what the page showed in them."""
-    desk, cells = at.desk, {title: " ".join(text.split()) for title, text in cells.items()}
+    desk, cells = workplace.desk, {title: " ".join(text.split()) for title, text in cells.items()}
     with desk.changing(f"{', '.join(cells)} of {animal}", desk.table) as change:
         table = read_rows(desk.table)
-        known = dict.fromkeys((*COLUMNS, *table.titles))
-        unknown = next((title for title in cells if title not in known), None)
+        titles = dict.fromkeys((*COLUMNS, *table.titles))
+        unknown = next((title for title in cells if title not in titles), None)
         if unknown is not None:
-            raise InputError(f"there is no column '{unknown}'{did_you_mean(unknown, known)}")
+            raise InputError(f"there is no column '{unknown}'{did_you_mean(unknown, titles)}")
         row = _row(table.rows, animal, desk.table)
-        unchanged(animal, {title: text for title, text in (was or {}).items() if title in known}, row)
+        unchanged(animal, {title: text for title, text in (was or {}).items() if title in titles}, row)
         _check(desk, {**row, **cells}, cells, table.rows, animal)
         write_cells(desk, change, table, animal, cells)
     return f"{animal}: {', '.join(f'{title} {text}' for title, text in cells.items())}"
@@ -73,11 +78,11 @@ def write_cells(desk: Desk, change: Change, table: Rows, animal: str, cells: Map
 
 
 def _row(rows: tuple[dict[str, str], ...], animal: str, table: Path) -> dict[str, str]:
-    found = [row for row in rows if row["animal"] == animal]
-    if len(found) != 1:
-        why = "there is no animal" if not found else "two rows are called"
-        raise InputError(f"{why} '{animal}' in {table.name}")
-    return found[0]
+    matches = [row for row in rows if row["animal"] == animal]
+    if len(matches) != 1:
+        problem = "there is no animal" if not matches else "two rows are called"
+        raise InputError(f"{problem} '{animal}' in {table.name}")
+    return matches[0]
 
 
 def _check(
@@ -85,27 +90,27 @@ def _check(
 ) -> None:
     """Refuse a value that no cell of the column can hold; what may be lacking for a while may be empty."""
     _, wrong = read_row(row, desk.folder, None, lambda title: Place(part=title))
-    mine = [one for one in wrong if one.error and cells.get(one.place.part)]
+    mine = [problem for problem in wrong if problem.error and cells.get(problem.place.part)]
     if mine:
         raise InputError(f"{mine[0].place.part}: {mine[0].finding}")
     name = cells.get("animal", animal)
-    if not name or any(_alike(one["animal"], name) for one in rows if one["animal"] != animal):
+    if not name or any(_alike(other_row["animal"], name) for other_row in rows if other_row["animal"] != animal):
         raise InputError(f"'{name}': an animal has a name that no other has")
     for title in FILES:
         if cells.get(title):
             desk.inside(cells[title])
 
 
-def _alike(name: str, other: str) -> bool:
+def _alike(name: str, other_name: str) -> bool:
     """Whether two names differ by capitals, blanks or the way in which accents are written alone."""
-    plain = [" ".join(unicodedata.normalize("NFC", one).casefold().split()) for one in (name, other)]
+    plain = [" ".join(unicodedata.normalize("NFC", text).casefold().split()) for text in (name, other_name)]
     return plain[0] == plain[1]
 
 
 @action("use-network")
-def use_network(at: Workplace, network: Name) -> Mapping[str, Any]:
+def use_network(workplace: Workplace, network: Name) -> Mapping[str, Any]:
     """Choose a network for every animal that has none, or whose file is not there."""
-    desk = at.desk
+    desk = workplace.desk
     if not desk.inside(network).is_file():
         raise InputError(f"there is no file {network} in this study")
     with desk.changing(f"network {network}", desk.table) as change:
@@ -119,74 +124,82 @@ def use_network(at: Workplace, network: Name) -> Mapping[str, Any]:
 
 
 @action("add-column")
-def add_column(at: Workplace, title: Annotated[str, MinLen(1), MaxLen(100)]) -> str:
+def add_column(workplace: Workplace, title: Annotated[str, MinLen(1), MaxLen(100)]) -> str:
     """Give the table a column of the lab's own: sex, weight [g], date."""
-    title, table = " ".join(title.split()), at.desk.table
+    title, table = " ".join(title.split()), workplace.desk.table
     if not title or not title.isprintable():
         raise InputError("a column has a title")
     if title.casefold() in map(str.casefold, COLUMNS):
         raise InputError(f"'{title}' is no column of your own: it has a meaning here, and stands among all columns")
-    with at.desk.changing(f"column {title}", table) as change:
-        known = read_rows(table)
-        more = replace(known, titles=(*known.titles, title))
-        change.write(table, written_rows(more, ()))
-        check_written(table, more)
-        wrong = [one for one in read_animals(table, None)[1] if one.error and f"column '{title}'" in one.place.part]
+    with workplace.desk.changing(f"column {title}", table) as change:
+        old_rows = read_rows(table)
+        new_rows = replace(old_rows, titles=(*old_rows.titles, title))
+        change.write(table, written_rows(new_rows, ()))
+        check_written(table, new_rows)
+        wrong = [
+            problem
+            for problem in read_animals(table, None)[1]
+            if problem.error and f"column '{title}'" in problem.place.part
+        ]
         if wrong:
             raise InputError(f"{title}: {wrong[0].finding}")
     return f"a column '{title}' of your own"
 
 
 @action("remove-column")
-def remove_column(at: Workplace, title: Name) -> str:
+def remove_column(workplace: Workplace, title: Name) -> str:
     """Take a column of the lab's own out of the table, with what stands in it."""
-    table = at.desk.table
-    with at.desk.changing(f"remove column {title}", table) as change:
-        known = read_rows(table)
-        if title in COLUMNS or title not in known.titles:
+    table = workplace.desk.table
+    with workplace.desk.changing(f"remove column {title}", table) as change:
+        old_rows = read_rows(table)
+        if title in COLUMNS or title not in old_rows.titles:
             raise InputError(f"there is no column '{title}' of your own in {table.name}")
-        titles = tuple(one for one in known.titles if one != title)
-        change.write(table, written_rows(replace(known, titles=titles), ()))
+        titles = tuple(heading for heading in old_rows.titles if heading != title)
+        change.write(table, written_rows(replace(old_rows, titles=titles), ()))
     return f"column '{title}' removed"
 
 
 @action("remove-animal")
-def remove_animal(at: Workplace, animal: Name) -> str:
+def remove_animal(workplace: Workplace, animal: Name) -> str:
     """Take the row of an animal out of the table; its files stay."""
-    with at.desk.changing(f"remove {animal}", at.desk.table) as change:
-        table = read_rows(at.desk.table)
+    with workplace.desk.changing(f"remove {animal}", workplace.desk.table) as change:
+        table = read_rows(workplace.desk.table)
         rows = tuple(row for row in table.rows if row["animal"] != animal)
         if len(rows) == len(table.rows):
-            raise InputError(f"there is no animal '{animal}' in {at.desk.table.name}")
-        change.write(at.desk.table, written_rows(replace(table, rows=rows), ()))
+            raise InputError(f"there is no animal '{animal}' in {workplace.desk.table.name}")
+        change.write(workplace.desk.table, written_rows(replace(table, rows=rows), ()))
     return f"{animal} removed from the table; its files stay"
 
 
 @action("trust-programs")
-def trust(at: Workplace, programs: dict[Name, Annotated[str, MaxLen(200)]]) -> str:
+def trust(workplace: Workplace, programs: dict[Name, Annotated[str, MaxLen(200)]]) -> str:
     """Allow the programs of the study to run, by the names of their files and the SHA-256 of what the page showed."""
-    there = {one.name: one for one in programs_of(at.desk.folder)}
-    wrong = [name for name, digest in programs.items() if name not in there or there[name].sha256 != digest]
+    programs_by_name = {program.name: program for program in programs_of(workplace.desk.folder)}
+    wrong = [
+        name
+        for name, digest in programs.items()
+        if name not in programs_by_name or programs_by_name[name].sha256 != digest
+    ]
     if wrong:
         raise InputError("a program was changed meanwhile; read it again, nothing was allowed")
-    allowed = trust_study(at.desk.folder, [there[name] for name in programs])
-    return f"allowed to run in this study: {', '.join(one.name for one in allowed)}"
+    allowed = trust_study(workplace.desk.folder, [programs_by_name[name] for name in programs])
+    return f"allowed to run in this study: {', '.join(program.name for program in allowed)}"
 
 
 @action("set-setting")
-def set_setting(at: Workplace, key: Annotated[str, MaxLen(100)], value: Annotated[str, MaxLen(2000)]) -> str:
+def set_setting(workplace: Workplace, key: Annotated[str, MaxLen(100)], value: Annotated[str, MaxLen(2000)]) -> str:
     """Write one key of study.yaml."""
     if not re.fullmatch(r"\w+(\.\w+)?", key) or "\n" in value:
         raise InputError(f"'{key}: {value}' is no key with a value")
-    with at.desk.changing(f"{key}: {value}", at.desk.file) as change:
-        change.write(at.desk.file, with_value(at.desk.file, key.split("."), value))
+    with workplace.desk.changing(f"{key}: {value}", workplace.desk.file) as change:
+        change.write(workplace.desk.file, with_value(workplace.desk.file, key.split("."), value))
     return f"{key}: {value}"
 
 
 @action("set-groups")
-def set_groups(at: Workplace, groups: list[Name]) -> str:
+def set_groups(workplace: Workplace, groups: list[Name]) -> str:
     """Name the groups of the study, the reference first."""
-    labels = [checked_name(one.strip()) for one in groups]
-    with at.desk.changing("groups", at.desk.file) as change:
-        change.write(at.desk.file, with_groups(at.desk.file, labels))
+    labels = [checked_name(group.strip()) for group in groups]
+    with workplace.desk.changing("groups", workplace.desk.file) as change:
+        change.write(workplace.desk.file, with_groups(workplace.desk.file, labels))
     return f"groups: {', '.join(labels)}"

@@ -33,10 +33,16 @@ def action(name: str) -> Callable[[Function], Function]:
     def register(function: Function) -> Function:
         kinds = get_type_hints(function, include_extras=True)
         values = [*signature(function).parameters.values()][1:]
-        fields = [(one.name, kinds[one.name], *([] if one.default is Parameter.empty else [one.default]))
-                  for one in values]  # fmt: skip
-        asked: Any = settings_class(make_dataclass(function.__name__, fields))
-        ACTIONS[name] = lambda at, given: function(at, **vars(asked(**given)))
+        fields = [
+            (
+                parameter.name,
+                kinds[parameter.name],
+                *([] if parameter.default is Parameter.empty else [parameter.default]),
+            )
+            for parameter in values
+        ]
+        message_class: Any = settings_class(make_dataclass(function.__name__, fields))
+        ACTIONS[name] = lambda workplace, message: function(workplace, **vars(message_class(**message)))
         return function
 
     return register

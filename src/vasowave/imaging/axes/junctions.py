@@ -11,7 +11,7 @@ from vasowave.imaging.tree import Line, Tree, clear_stretch, free_stretch
 
 REACH = 2.5
 """An axis is fitted over so many junction radii: farther out, a vessel's curvature misleads."""
-FARTHEST = 2.0
+MAX_MOVE_VOXELS = 2.0
 """An end moves by at most so many voxels from the surface."""
 PLATEAU = 1.5, 3.0
 """The vessel's own grey is that on its axis so many voxels before its end; in wide vessels to 1.5 radii before it."""
@@ -31,7 +31,8 @@ def with_met_axes(tree: Tree) -> Tree:
             continue
         now = tree.with_lines(lines)
         clear = {
-            one: clear_stretch(now, one, free_stretch(lines[one], one in tree.terminals)) for one in (row, *daughters)
+            vessel: clear_stretch(now, vessel, free_stretch(lines[vessel], vessel in tree.terminals))
+            for vessel in (row, *daughters)
         }
         radius, length = float(lines[row].radius[-1]), lines[row].length
         arms = [lines[row][::-1], *(lines[d] for d in daughters)]
@@ -92,20 +93,20 @@ def to_the_surface(line: Line, surface: np.ndarray) -> Line:
     """Return `line` with its last radius replaced by its axis, prolonged to the `surface`."""
     run = line.run
     radius = float(np.median(line.radius[run > 0.5 * run[-1]]))
-    kept = line[run <= max(run[-1] - radius, 0.5 * run[-1])]
-    straight = kept.points[run[: len(kept)] >= run[len(kept) - 1] - 2.5 * radius]
+    stem = line[run <= max(run[-1] - radius, 0.5 * run[-1])]
+    straight = stem.points[run[: len(stem)] >= run[len(stem) - 1] - 2.5 * radius]
     if len(straight) < 3:
         return line
     axis = np.linalg.svd(straight - straight.mean(axis=0), full_matrices=False)[2][0]
     axis *= np.sign(axis @ (straight[-1] - straight[0]))
-    cap = ahead_of(surface, kept.points[-1], axis, 3 * radius, 0.5 * radius)
+    cap = ahead_of(surface, stem.points[-1], axis, 3 * radius, 0.5 * radius)
     if len(cap) < 3:
         return line
-    far = float(np.median(cap))
-    steps = max(2, round(far / (run[-1] / (len(run) - 1))))
-    along = np.linspace(0, far, steps + 1)[1:]
-    added = kept.points[-1] + along[:, None] * axis
-    return kept.then(Line(added, np.minimum(kept.radius[-1], far - along)))
+    extension = float(np.median(cap))
+    steps = max(2, round(extension / (run[-1] / (len(run) - 1))))
+    along = np.linspace(0, extension, steps + 1)[1:]
+    added = stem.points[-1] + along[:, None] * axis
+    return stem.then(Line(added, np.minimum(stem.radius[-1], extension - along)))
 
 
 def with_ends_at_half_grey(tree: Tree, lumen: Segmentation) -> Tree:
@@ -122,21 +123,21 @@ def with_ends_at_half_grey(tree: Tree, lumen: Segmentation) -> Tree:
 
 
 def _half_grey(line: Line, lumen: Segmentation) -> Line:
-    """Return `line` shortened or prolonged by at most FARTHEST voxels."""
+    """Return `line` shortened or prolonged by at most MAX_MOVE_VOXELS."""
     run, radius = line.run, float(np.median(line.radius[len(line) // 2 :]))
     axis = line.points[-1] - line.points[np.searchsorted(run, run[-1] - radius) - 1]
     axis /= np.linalg.norm(axis)
     (u,), (v,) = across(axis[None])
     grid = disc(0.5 * radius, STEP * lumen.spacing)
     full = PLATEAU[0], max(PLATEAU[1], 1.5 * radius / lumen.spacing)
-    at = np.arange(-full[1], FARTHEST + 0.05, 0.1)
-    centers = line.points[-1] + at[:, None] * lumen.spacing * axis
+    offsets = np.arange(-full[1], MAX_MOVE_VOXELS + 0.05, 0.1)
+    centers = line.points[-1] + offsets[:, None] * lumen.spacing * axis
     places = centers[:, None] + grid[:, :1] * u + grid[:, 1:] * v
     profile = sampled(lumen.grey, places, lumen.origin, lumen.spacing).mean(axis=1)
-    half = (np.median(profile[at <= -full[0]]) + lumen.background) / 2
-    falls = np.flatnonzero((profile[:-1] >= half) & (profile[1:] < half) & (at[:-1] >= -FARTHEST))
+    half = (np.median(profile[offsets <= -full[0]]) + lumen.background) / 2
+    falls = np.flatnonzero((profile[:-1] >= half) & (profile[1:] < half) & (offsets[:-1] >= -MAX_MOVE_VOXELS))
     if len(falls) == 0:
         return line
-    move = float(at[falls[np.argmin(np.abs(at[falls]))]]) * lumen.spacing
+    move = float(offsets[falls[np.argmin(np.abs(offsets[falls]))]]) * lumen.spacing
     end = Line(line.points[-1:] + move * axis, line.radius[-1:])
     return line[run < run[-1] + move].then(end)

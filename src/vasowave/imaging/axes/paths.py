@@ -88,13 +88,13 @@ def minimal_paths(lumen: Segmentation, root: np.ndarray) -> MinimalPaths:
     return MinimalPaths(voxels, points, depth, travelled, above, start, surface, lumen.spacing, lumen.roughness)
 
 
-def paths_to(ways: MinimalPaths, tips: Sequence[int]) -> Skeleton:
+def paths_to(paths: MinimalPaths, tips: Sequence[int]) -> Skeleton:
     """Return the union of the minimal paths to the voxels `tips`."""
-    rows = np.flatnonzero(_walk(ways.above, tips, ways.start))
-    new = np.full(len(ways.points), -1)
+    rows = np.flatnonzero(_walk(paths.above, tips, paths.start))
+    new = np.full(len(paths.points), -1)
     new[rows] = np.arange(len(rows))
-    up = np.where(rows == ways.start, -1, new[np.maximum(ways.above[rows], 0)])
-    return Skeleton(Line(ways.points[rows], ways.depth[rows] * ways.spacing), up)
+    up = np.where(rows == paths.start, -1, new[np.maximum(paths.above[rows], 0)])
+    return Skeleton(Line(paths.points[rows], paths.depth[rows] * paths.spacing), up)
 
 
 def _neighbors(voxels: np.ndarray, depth: np.ndarray) -> tuple[csr_array, csr_array]:
@@ -104,29 +104,29 @@ def _neighbors(voxels: np.ndarray, depth: np.ndarray) -> tuple[csr_array, csr_ar
     """
     shape = tuple(voxels.max(axis=0) + 3)  # a margin, so that no neighbor lies around the corner
     places = np.ravel_multi_index((voxels + 1).T, shape)  # ascending, as voxels are
-    here, there, length = [], [], []
+    rows, neighbors, length = [], [], []
     for offset in (o for o in np.ndindex(3, 3, 3) if o > (1, 1, 1)):
-        wanted = places + int(np.ravel_multi_index(offset, shape) - np.ravel_multi_index((1, 1, 1), shape))
-        row = np.minimum(np.searchsorted(places, wanted), len(places) - 1)
-        both = np.flatnonzero(places[row] == wanted)
-        here.append(both)
-        there.append(row[both])
-        length.append(np.full(len(both), np.linalg.norm(np.array(offset) - 1)))
-    i, j, far = np.concatenate(here), np.concatenate(there), np.concatenate(length)
-    cost = far / (0.5 * (np.maximum(depth[i], 0.2) + np.maximum(depth[j], 0.2))) ** STEEPNESS
+        neighbor_places = places + int(np.ravel_multi_index(offset, shape) - np.ravel_multi_index((1, 1, 1), shape))
+        row = np.minimum(np.searchsorted(places, neighbor_places), len(places) - 1)
+        matches = np.flatnonzero(places[row] == neighbor_places)
+        rows.append(matches)
+        neighbors.append(row[matches])
+        length.append(np.full(len(matches), np.linalg.norm(np.array(offset) - 1)))
+    i, j, distance = np.concatenate(rows), np.concatenate(neighbors), np.concatenate(length)
+    cost = distance / (0.5 * (np.maximum(depth[i], 0.2) + np.maximum(depth[j], 0.2))) ** STEEPNESS
     size = (len(depth), len(depth))
     both_ways = (np.concatenate([i, j]), np.concatenate([j, i]))
     return (
         coo_array((np.tile(cost, 2), both_ways), shape=size).tocsr(),
-        coo_array((np.tile(far, 2), both_ways), shape=size).tocsr(),
+        coo_array((np.tile(distance, 2), both_ways), shape=size).tocsr(),
     )
 
 
-def _nearest(points: np.ndarray, spacing: float, places: np.ndarray, what: str) -> np.ndarray:
+def _nearest(points: np.ndarray, spacing: float, places: np.ndarray, role: str) -> np.ndarray:
     """Return the voxel nearest to each of `places`; all that are too far are named at once."""
     distance, nearest = cKDTree(points).query(places)
     lost = [
-        f"{what} {written(place)} cm (x,y,z) was not reached: {gap:.0f} voxels from the lumen"
+        f"{role} {written(place)} cm (x,y,z) was not reached: {gap:.0f} voxels from the lumen"
         for place, gap in zip(places, distance / spacing, strict=True)
         if gap > 5
     ]
@@ -135,7 +135,7 @@ def _nearest(points: np.ndarray, spacing: float, places: np.ndarray, what: str) 
     return np.asarray(nearest)
 
 
-def outlet_tips(ways: MinimalPaths, outlets: np.ndarray) -> list[int]:
+def outlet_tips(paths: MinimalPaths, outlets: np.ndarray) -> list[int]:
     """Return the voxel of each outlet.
 
     Raises
@@ -144,8 +144,8 @@ def outlet_tips(ways: MinimalPaths, outlets: np.ndarray) -> list[int]:
         An outlet farther than 5 voxels from the lumen, or one on the way to another; each is named.
     """
     outlets = np.atleast_2d(outlets)
-    tips = [int(tip) for tip in _nearest(ways.points, ways.spacing, outlets, "outlet")]
-    inner = _walk(ways.above, [int(ways.above[tip]) for tip in tips if tip != ways.start], ways.start)
+    tips = [int(tip) for tip in _nearest(paths.points, paths.spacing, outlets, "outlet")]
+    inner = _walk(paths.above, [int(paths.above[tip]) for tip in tips if tip != paths.start], paths.start)
     lost = [
         f"outlet {written(place)} cm (x,y,z) was not reached as an end: the vessel goes on to another outlet"
         for number, (place, tip) in enumerate(zip(outlets, tips, strict=True))
@@ -158,42 +158,42 @@ def outlet_tips(ways: MinimalPaths, outlets: np.ndarray) -> list[int]:
 
 def _walk(above: np.ndarray, tips: Sequence[int], start: int) -> np.ndarray:
     """Return which voxels lie on the paths from `tips` to `start`."""
-    kept = np.zeros(len(above), dtype=bool)
-    kept[start] = True
+    on_path = np.zeros(len(above), dtype=bool)
+    on_path[start] = True
     for tip in tips:
-        while not kept[tip]:
-            kept[tip] = True
+        while not on_path[tip]:
+            on_path[tip] = True
             tip = above[tip]
-    return kept
+    return on_path
 
 
-def end_around(ways: MinimalPaths, voxel: int) -> np.ndarray:
+def end_around(paths: MinimalPaths, voxel: int) -> np.ndarray:
     """Return which voxels belong to the end of a vessel at `voxel`, bool, shape (voxel,): no other vessel ends there.
 
     A tip is the farthest corner of an end, the opposite one is two radii away; a root is given by eye.
     """
-    distance = np.linalg.norm(ways.voxels - ways.voxels[voxel], axis=1)
-    wide = ways.depth[distance <= 1.5 * ways.depth].max(initial=ways.depth[voxel])
+    distance = np.linalg.norm(paths.voxels - paths.voxels[voxel], axis=1)
+    wide = paths.depth[distance <= 1.5 * paths.depth].max(initial=paths.depth[voxel])
     return np.asarray(distance < END * wide)
 
 
-def long_tips(ways: MinimalPaths) -> list[int]:
+def long_tips(paths: MinimalPaths) -> list[int]:
     """Return the tips that protrude from the inscribed balls of all longer paths, the farthest first."""
-    tree = cKDTree(ways.voxels)
-    free = (ways.travelled >= 0) & ~end_around(ways, ways.start)
-    kept = np.zeros(len(free), dtype=bool)
-    kept[ways.start] = True
+    tree = cKDTree(paths.voxels)
+    free = (paths.travelled >= 0) & ~end_around(paths, paths.start)
+    visited = np.zeros(len(free), dtype=bool)
+    visited[paths.start] = True
     tips = []
-    for tip in np.argsort(ways.travelled)[::-1]:
+    for tip in np.argsort(paths.travelled)[::-1]:
         if not free[tip]:
             continue
         tips.append(int(tip))
         path = []
-        while not kept[tip]:
-            kept[tip] = True
+        while not visited[tip]:
+            visited[tip] = True
             path.append(tip)
-            tip = ways.above[tip]
-        for near in tree.query_ball_point(ways.voxels[path], BALL * ways.depth[path] + MARGIN):
-            free[near] = False
-        free &= ~end_around(ways, tips[-1])
+            tip = paths.above[tip]
+        for neighbor in tree.query_ball_point(paths.voxels[path], BALL * paths.depth[path] + MARGIN):
+            free[neighbor] = False
+        free &= ~end_around(paths, tips[-1])
     return tips

@@ -18,48 +18,48 @@ HEIGHT, MISFIT = (1.1, 1.2), (0.35, 0.25)
 number in an image without noise, the second added times its roughness (see `MinimalPaths`)."""
 CORNER = 2.0
 """What rises within so many radii of a vessel's end is a corner of that end: opposite corners are 2 radii apart."""
-BESIDE = 5.0
+NEIGHBOR_RADII = 5.0
 """A vessel that is missing bends its neighbor for some radii of that, which lets the other side of it stick out. Of
 tips that lie within so many radii only the highest is a vessel at once; with it, the others are judged anew."""
-ROUND, STATIONS = 2.0, 10
+ROUND_EXCESS_VOXELS, MIN_STATIONS = 2.0, 10
 """A round tube is exceeded everywhere by up to so many voxels, times the image's roughness. Where the middle of at
 least so many voxels of a vessel exceeds it by more, the vessel is not round, and heights count from its own outline."""
 STIFF = 1000.0
 """How much less than a node's place a change of curvature counts: bumps shorter than some 20 voxels are smoothed."""
 
 
-def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
-    """Return the tips (voxels of `ways`) of vessels that are missing in `tree`, the highest where several stand close.
+def tips_outside(tree: Tree, paths: MinimalPaths) -> list[int]:
+    """Return the tips (voxels of `paths`) of vessels that are missing in `tree`, the highest where several stand close.
 
     A tip that is judged by its distance to one ball of a wide neighbor is easily missed or invented. Here the
     vessels' own radii, carried into their junctions, make tubes; ends go on straight, for a flat end has corners.
     """
-    height, radius = height_outside(tree, ways.points, ways.spacing, ROUND * ways.roughness)
-    out = np.flatnonzero((height > SHELL) & ~end_around(ways, ways.start))
-    touching = cKDTree(ways.voxels[out]).query_pairs(1.8, output_type="ndarray").T
+    height, radius = height_outside(tree, paths.points, paths.spacing, ROUND_EXCESS_VOXELS * paths.roughness)
+    out = np.flatnonzero((height > SHELL) & ~end_around(paths, paths.start))
+    touching = cKDTree(paths.voxels[out]).query_pairs(1.8, output_type="ndarray").T
     graph = coo_array((np.ones(touching.shape[1], dtype=bool), touching), shape=(len(out),) * 2)
     count, pieces = connected_components(graph, directed=False)
     ends = [tree.lines[row] for row in tree.terminals]
     places = np.array([line.points[-1] for line in ends])
     corner = np.array([CORNER * _stub_radius(line) for line in ends])
-    least, misfit = (base + added * ways.roughness for base, added in (HEIGHT, MISFIT))
+    min_height, misfit = (base + added * paths.roughness for base, added in (HEIGHT, MISFIT))
     tips = []
     for piece in range(count):
         inside = out[pieces == piece]
         tip = int(inside[np.argmax(height[inside])])
-        is_corner = bool((np.linalg.norm(places - ways.points[tip], axis=1) < corner).any())
-        if height[tip] >= max(least, misfit * radius[tip]) and not is_corner:
+        is_corner = bool((np.linalg.norm(places - paths.points[tip], axis=1) < corner).any())
+        if height[tip] >= max(min_height, misfit * radius[tip]) and not is_corner:
             tips.append(tip)
-    return _highest(tips, ways.points, height, BESIDE * radius * ways.spacing)
+    return _highest(tips, paths.points, height, NEIGHBOR_RADII * radius * paths.spacing)
 
 
 def _highest(tips: list[int], points: np.ndarray, height: np.ndarray, reach: np.ndarray) -> list[int]:
     """Return the highest of `tips`, and those of the others that lie beyond the reach of all that are returned."""
-    kept: list[int] = []
-    for tip in sorted(tips, key=lambda one: -height[one]):
-        if all(np.linalg.norm(points[tip] - points[other]) > reach[[tip, other]].max() for other in kept):
-            kept.append(tip)
-    return kept
+    highest: list[int] = []
+    for tip in sorted(tips, key=lambda candidate: -height[candidate]):
+        if all(np.linalg.norm(points[tip] - points[neighbor]) > reach[[tip, neighbor]].max() for neighbor in highest):
+            highest.append(tip)
+    return highest
 
 
 def height_outside(tree: Tree, points: np.ndarray, spacing: float, even: float) -> tuple[np.ndarray, np.ndarray]:
@@ -78,14 +78,19 @@ def height_outside(tree: Tree, points: np.ndarray, spacing: float, even: float) 
         if row in tree.terminals:
             axis, radius = _prolonged(axis, radius, spacing)
         reach = radius.max() + 8 * spacing
-        near = np.flatnonzero(((points > axis.min(axis=0) - reach) & (points < axis.max(axis=0) + reach)).all(axis=1))
+        candidates = np.flatnonzero(
+            ((points > axis.min(axis=0) - reach) & (points < axis.max(axis=0) + reach)).all(axis=1)
+        )
         fine = np.linspace(0, len(axis) - 1, 2 * len(axis) - 1)
         between = np.stack([np.interp(fine, np.arange(len(axis)), axis[:, k]) for k in range(3)], axis=1)
-        distance, nearest = cKDTree(between).query(points[near])
-        own = np.interp(fine, np.arange(len(axis)), radius)[nearest]
-        nearer = distance - own < height[near]
-        height[near[nearer]], wide[near[nearer]] = (distance - own)[nearer], own[nearer]
-        station[near[nearer]] = begins[-1] + nearest[nearer]
+        distance, nearest = cKDTree(between).query(points[candidates])
+        nearest_radius = np.interp(fine, np.arange(len(axis)), radius)[nearest]
+        nearer = distance - nearest_radius < height[candidates]
+        height[candidates[nearer]], wide[candidates[nearer]] = (
+            (distance - nearest_radius)[nearer],
+            nearest_radius[nearer],
+        )
+        station[candidates[nearer]] = begins[-1] + nearest[nearer]
         begins.append(begins[-1] + len(fine))
     height /= spacing
     rings = np.full(begins[-1], -np.inf)
@@ -97,8 +102,8 @@ def height_outside(tree: Tree, points: np.ndarray, spacing: float, even: float) 
 
 def _outline(ring: np.ndarray) -> float:
     """Return the middle of what exceeds a vessel's tube at its stations, each half a voxel; 0 if they are too few."""
-    seen = ring[np.isfinite(ring)]
-    return float(np.median(seen)) if len(seen) >= 2 * STATIONS else 0.0
+    heights = ring[np.isfinite(ring)]
+    return float(np.median(heights)) if len(heights) >= 2 * MIN_STATIONS else 0.0
 
 
 def _tube_radius(line: Line, stretch: tuple[float, float], is_end: bool) -> np.ndarray:

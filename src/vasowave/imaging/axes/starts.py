@@ -16,16 +16,16 @@ from scipy.spatial import cKDTree
 from vasowave.imaging.axes.tubes import fitted_apart
 from vasowave.imaging.tree import Line, Tree
 
-ARM, MOST, FEWEST = 5.0, 0.6, 5
-"""An arm reaches so many radii from its junction, at most along this share of its vessel; it has FEWEST points."""
-AWAY, LEAST = 1.5, 0.4
+ARM, MAX_ARM_SHARE, MIN_ARM_POINTS = 5.0, 0.6, 5
+"""An arm reaches so many radii from its junction, at most along this share of its vessel; it has so many points."""
+AWAY, MAX_START_SHARE = 1.5, 0.4
 """A start lies so many radii from where vessels meet now, at most this share of the arm it lies on."""
-FIRST, WORTH, SAME = 3, 2.0, 0.1
-"""After FIRST soft rounds a start is followed to its end unless its misfit is WORTH times the least, or its junction
-lies within SAME radii of that of a better one."""
-ALIKE = 0.1
+FIRST_ROUNDS, MAX_MISFIT_RATIO, MIN_GAP_RADII = 3, 2.0, 0.1
+"""After FIRST_ROUNDS soft rounds a start is followed to its end unless its misfit is MAX_MISFIT_RATIO times the least,
+or its junction lies within MIN_GAP_RADII of that of a better one."""
+MISFIT_SCALE = 0.1
 """A misfit that is larger by this share is less likely by the factor e."""
-BETTER = 0.95
+MOVED_MISFIT_SHARE = 0.95
 """A junction is moved where that brings the misfit below this share of what it was."""
 UNSEEN = 0.06
 """Standard deviation of a junction's place that no start shows, radii of the parent."""
@@ -60,10 +60,10 @@ class _Junction(NamedTuple):
 
     rows: list[int]
     cuts: list[slice]
-    seen: "_Seen"
+    evidence: "_Evidence"
 
 
-class _Seen(NamedTuple):
+class _Evidence(NamedTuple):
     """Arms, the radius of the parent, cm, and the points of the surface around them."""
 
     arms: tuple[Line, ...]
@@ -94,7 +94,7 @@ def settled(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 
     lines, ends, place = [[line, line] for line in tree.lines], np.zeros((len(tree), 2)), np.zeros(len(tree))
     moved = False
     for junction in _junctions(tree, surface, _inner(tree)):
-        fit = _fit(junction.seen, spacing, roughness)
+        fit = _fit(junction.evidence, spacing, roughness)
         _note(ends, place, junction.rows, fit.length_sd, fit.place_sd)
         if fit.arms is not None:
             moved = True
@@ -110,7 +110,7 @@ def settled_before(
     A junction whose arms are those of `before` keeps what was open there; the others are fitted anew. `recalled` is
     called with what decides a value and what makes it, and returns the value, made now or earlier.
     """
-    ends, place, others = np.zeros((len(tree), 2)), np.zeros(len(tree)), []
+    ends, place, refit_rows = np.zeros((len(tree), 2)), np.zeros(len(tree)), []
     was = {before.tree.lines[row].points[-1].tobytes(): row for row in _inner(before.tree)}
     for row in _inner(tree):
         rows = [row, *tree.daughters(row).tolist()]
@@ -119,10 +119,15 @@ def settled_before(
             sd = [before.ends_sd[old[0], 1], *before.ends_sd[old[1:], 0]]
             _note(ends, place, rows, np.array(sd), before.place_sd[old[0]])
         else:
-            others.append(row)
-    for junction in _junctions(tree, surface, others):
-        given = junction.seen, spacing, roughness
-        _note(ends, place, junction.rows, *recalled(("junction", given), lambda given=given: _fit(*given)[:2]))
+            refit_rows.append(row)
+    for junction in _junctions(tree, surface, refit_rows):
+        arguments = junction.evidence, spacing, roughness
+        _note(
+            ends,
+            place,
+            junction.rows,
+            *recalled(("junction", arguments), lambda arguments=arguments: _fit(*arguments)[:2]),
+        )
     return Settled(tree, ends, place)
 
 
@@ -146,25 +151,27 @@ def _as_before(tree: Tree, rows: list[int], before: Tree, parent: int | None) ->
     arms = [before.lines[row][cut] for row, cut in zip(old, _cuts(before, old), strict=True)]
     if not _is_same(tree.lines[rows[0]][-len(arms[0]) :], arms[0]):
         return []
-    found = [parent]
+    matches = [parent]
     for row in rows[1:]:
         line = tree.lines[row]
-        same = (one for one, arm in zip(old[1:], arms[1:], strict=True) if _is_same(line[: len(arm)], arm))
-        found.append(next(same, -1))
-    return found if min(found) >= 0 else []
+        same = (candidate for candidate, arm in zip(old[1:], arms[1:], strict=True) if _is_same(line[: len(arm)], arm))
+        matches.append(next(same, -1))
+    return matches if min(matches) >= 0 else []
 
 
-def _is_same(part: Line, arm: Line) -> bool:
-    return np.array_equal(part.points, arm.points) and np.array_equal(part.radius, arm.radius)
+def _is_same(stretch: Line, arm: Line) -> bool:
+    return np.array_equal(stretch.points, arm.points) and np.array_equal(stretch.radius, arm.radius)
 
 
 def _cuts(tree: Tree, rows: list[int]) -> list[slice]:
     """Return which points of the vessels that meet, the parent first, are their arms."""
     parent, reach = tree.lines[rows[0]], ARM * tree.lines[rows[0]].typical_radius
-    back = int(np.searchsorted(parent.run, parent.length - min(reach, MOST * parent.length)))
-    cuts = [slice(min(back, max(len(parent) - FEWEST, 0)), len(parent))]
-    for line in (tree.lines[one] for one in rows[1:]):
-        cuts.append(slice(0, max(int(np.searchsorted(line.run, min(reach, MOST * line.length))), FEWEST)))
+    back = int(np.searchsorted(parent.run, parent.length - min(reach, MAX_ARM_SHARE * parent.length)))
+    cuts = [slice(min(back, max(len(parent) - MIN_ARM_POINTS, 0)), len(parent))]
+    for line in (tree.lines[daughter] for daughter in rows[1:]):
+        cuts.append(
+            slice(0, max(int(np.searchsorted(line.run, min(reach, MAX_ARM_SHARE * line.length))), MIN_ARM_POINTS))
+        )
     return cuts
 
 
@@ -173,46 +180,48 @@ def _junctions(tree: Tree, surface: np.ndarray, parents: list[int]) -> list[_Jun
         return []
     nearest = cKDTree(tree.line.points).query(surface)[1]
     begins = np.cumsum([0, *map(len, tree.lines)])
-    found = []
+    junctions = []
     for row in parents:
         rows = [row, *tree.daughters(row).tolist()]
-        cuts, own = _cuts(tree, rows), np.zeros(begins[-1], dtype=bool)
-        for one, cut in zip(rows, cuts, strict=True):
-            own[begins[one] : begins[one + 1]][cut] = True
-        arms = tuple(tree.lines[one][cut] for one, cut in zip(rows, cuts, strict=True))
-        found.append(_Junction(rows, cuts, _Seen(arms, tree.lines[row].typical_radius, surface[own[nearest]])))
-    return found
+        cuts, in_arms = _cuts(tree, rows), np.zeros(begins[-1], dtype=bool)
+        for vessel, cut in zip(rows, cuts, strict=True):
+            in_arms[begins[vessel] : begins[vessel + 1]][cut] = True
+        arms = tuple(tree.lines[vessel][cut] for vessel, cut in zip(rows, cuts, strict=True))
+        junctions.append(
+            _Junction(rows, cuts, _Evidence(arms, tree.lines[row].typical_radius, surface[in_arms[nearest]]))
+        )
+    return junctions
 
 
-def _fit(seen: _Seen, spacing: float, roughness: float) -> _Fit:
+def _fit(evidence: _Evidence, spacing: float, roughness: float) -> _Fit:
     """Return what the fits of a junction say of it."""
-    fits = _fits(seen, spacing, roughness)
+    fits = _fits(evidence, spacing, roughness)
     misfit = np.array([misfit for _, misfit in fits])
-    best = int(np.argmin(misfit)) if misfit.min() < BETTER * misfit[0] else 0
-    likely = np.exp(-(misfit / max(misfit[best], 1e-12) - 1) / ALIKE)
+    best = int(np.argmin(misfit)) if misfit.min() < MOVED_MISFIT_SHARE * misfit[0] else 0
+    likely = np.exp(-(misfit / max(misfit[best], 1e-12) - 1) / MISFIT_SCALE)
     likely /= likely.sum()
-    lengths = np.array([[arm.length for arm in one.lines] for one, _ in fits])
-    places = np.array([_place(one) for one, _ in fits])
-    unseen = (UNSEEN * seen.radius) ** 2
+    lengths = np.array([[arm.length for arm in tree.lines] for tree, _ in fits])
+    places = np.array([_place(tree) for tree, _ in fits])
+    unseen = (UNSEEN * evidence.radius) ** 2
     length_sd = np.sqrt(likely @ (lengths - lengths[best]) ** 2 + unseen)
     place_sd = float(np.sqrt(likely @ ((places - places[best]) ** 2).sum(axis=1) + unseen))
     return _Fit(length_sd, place_sd, fits[best][0].lines if best else None)
 
 
-def _fits(seen: _Seen, spacing: float, roughness: float) -> list[tuple[Tree, float]]:
+def _fits(evidence: _Evidence, spacing: float, roughness: float) -> list[tuple[Tree, float]]:
     """Return the fits of a junction's arms, that from where they meet now first, and their misfits.
 
     What is far from the surface after a few rounds, or at the place of another, is not followed to its end.
     """
-    starts = _starts(seen.arms)
-    begun = fitted_apart(starts, [seen.surface] * len(starts), spacing, roughness, rounds=FIRST)
-    least, apart = min(misfit for _, misfit in begun), SAME * seen.radius
-    more = begun[:1]
-    for tree, misfit in sorted(begun[1:], key=lambda one: one[1]):
-        gap = min(np.linalg.norm(_place(tree) - _place(other)) for other, _ in more)
-        if misfit < WORTH * least and gap > apart:
-            more.append((tree, misfit))
-    return fitted_apart([tree for tree, _ in more], [seen.surface] * len(more), spacing, roughness, 1.0)
+    starts = _starts(evidence.arms)
+    begun = fitted_apart(starts, [evidence.surface] * len(starts), spacing, roughness, rounds=FIRST_ROUNDS)
+    min_misfit, min_gap = min(misfit for _, misfit in begun), MIN_GAP_RADII * evidence.radius
+    followed = begun[:1]
+    for tree, misfit in sorted(begun[1:], key=lambda fit: fit[1]):
+        gap = min(np.linalg.norm(_place(tree) - _place(rival)) for rival, _ in followed)
+        if misfit < MAX_MISFIT_RATIO * min_misfit and gap > min_gap:
+            followed.append((tree, misfit))
+    return fitted_apart([tree for tree, _ in followed], [evidence.surface] * len(followed), spacing, roughness, 1.0)
 
 
 def _place(tree: Tree) -> np.ndarray:
@@ -223,43 +232,45 @@ def _place(tree: Tree) -> np.ndarray:
 def _starts(arms: tuple[Line, ...]) -> list[Tree]:
     """Return the arms as they are, with their junction nearer to the root, and farther along each daughter."""
     radius, parent = arms[0].typical_radius, np.append(-1, np.zeros(len(arms) - 1, dtype=int))
-    later = (_later(arms, which, radius) for which in range(1, len(arms)))
+    later = (_later(arms, daughter, radius) for daughter in range(1, len(arms)))
     return [Tree(start, parent) for start in (arms, _earlier(arms, radius), *later)]
 
 
 def _earlier(arms: tuple[Line, ...], radius: float) -> tuple[Line, ...]:
     """Return the arms with their junction nearer to the root: the daughters share the stretch beyond."""
     parent = arms[0]
-    back = min(AWAY * radius, LEAST * parent.length)
+    back = min(AWAY * radius, MAX_START_SHARE * parent.length)
     point = max(int(np.searchsorted(parent.run, parent.length - back)), 1)
     return parent[: point + 1], *(parent[point:-1].then(arm) for arm in arms[1:])
 
 
-def _later(arms: tuple[Line, ...], which: int, radius: float) -> tuple[Line, ...]:
-    """Return the arms with their junction farther along the daughter `which`, to which its sisters lead."""
-    along = arms[which]
-    point = min(max(int(np.searchsorted(along.run, min(AWAY * radius, LEAST * along.length))), 1), len(along) - 3)
+def _later(arms: tuple[Line, ...], daughter: int, radius: float) -> tuple[Line, ...]:
+    """Return the arms with their junction farther along the `daughter`, to which its sisters lead."""
+    along = arms[daughter]
+    point = min(
+        max(int(np.searchsorted(along.run, min(AWAY * radius, MAX_START_SHARE * along.length))), 1), len(along) - 3
+    )
     shared = along[: point + 1]
     moved = [arms[0][:-1].then(shared)]
     for row, arm in enumerate(arms[1:], 1):
-        moved.append(arm[point:] if row == which else rerouted(arm, shared.points[-1], float(along.run[point])))
+        moved.append(arm[point:] if row == daughter else rerouted(arm, shared.points[-1], float(along.run[point])))
     return tuple(moved)
 
 
 def rerouted(arm: Line, junction: np.ndarray, within: float) -> Line:
     """Return `arm` from `junction` on, straight to where it leaves the ball `within`, at most half its length."""
-    kept = arm[arm.run >= min(within, 0.5 * arm.length)]
-    count = max(2, int(np.linalg.norm(kept.points[0] - junction) / max(arm.run[1], 1e-9)))
-    way = np.linspace(junction, kept.points[0], count, endpoint=False)
-    return Line(way, np.linspace(within, kept.radius[0], count, endpoint=False)).then(kept)
+    remainder = arm[arm.run >= min(within, 0.5 * arm.length)]
+    count = max(2, int(np.linalg.norm(remainder.points[0] - junction) / max(arm.run[1], 1e-9)))
+    detour = np.linspace(junction, remainder.points[0], count, endpoint=False)
+    return Line(detour, np.linspace(within, remainder.radius[0], count, endpoint=False)).then(remainder)
 
 
 def _put(lines: list[list[Line]], tree: Tree, junction: _Junction, arms: tuple[Line, ...]) -> None:
     """Put the arms of a junction into its vessels: the line that counts at a vessel's begin, and that at its end."""
-    (row, *daughters), (cut, *others) = junction.rows, junction.cuts
+    (row, *daughters), (cut, *daughter_cuts) = junction.rows, junction.cuts
     lines[row][1] = tree.lines[row][: cut.start].then(arms[0])
-    for daughter, other, arm in zip(daughters, others, arms[1:], strict=True):
-        lines[daughter][0] = arm.then(tree.lines[daughter][other.stop :])
+    for daughter, daughter_cut, arm in zip(daughters, daughter_cuts, arms[1:], strict=True):
+        lines[daughter][0] = arm.then(tree.lines[daughter][daughter_cut.stop :])
 
 
 def _halves(begin: Line, end: Line) -> Line:
@@ -267,5 +278,5 @@ def _halves(begin: Line, end: Line) -> Line:
     if begin is end:
         return begin
     middle = int(np.searchsorted(begin.run, begin.length / 2))
-    there = int(np.linalg.norm(end.points - begin.points[middle], axis=1).argmin()) + 1
-    return begin[: middle + 1].then(end[min(there, len(end) - 1) :])
+    split = int(np.linalg.norm(end.points - begin.points[middle], axis=1).argmin()) + 1
+    return begin[: middle + 1].then(end[min(split, len(end) - 1) :])

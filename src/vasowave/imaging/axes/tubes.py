@@ -20,32 +20,33 @@ from vasowave.imaging.axes.feet import BEYOND, Feet, Tubes, feet_on, near_points
 from vasowave.imaging.kernels import summed_on_pieces
 from vasowave.imaging.tree import Line, Tree, distance_along, with_inscribed_radii
 
-FREE, HIDDEN = 0.35, 4.0
+FREE_WEIGHT, HIDDEN_WEIGHT = 0.35, 4.0
 """Weights of a changing curvature against the points of the surface, with a wall of its own all around and without."""
-ROUGH = 0.18, 4
-"""Where noise over contrast exceeds the first number, FREE rises with this power of their ratio."""
+ROUGHNESS_RISE = 0.18, 4
+"""Where noise over contrast exceeds the first number, FREE_WEIGHT rises with this power of their ratio."""
 SWELLING, TAPER = 20.0, 0.05
 """Weights of a changing taper and of a taper."""
-LONGEST = 3
+MAX_ORDER = 3
 """No difference is of a higher order."""
-FULL = 0.6
+FULL_WALL_QUANTILE = 0.6
 """A node has all its wall if it has as many points for its size as this quantile of all nodes."""
-FEWEST = 4
+MIN_POINTS = 4
 """A difference weighs as much as a node has points, at least so many."""
-STEP, SHORTEST, PIECES = 0.4, 2.0, 4
-"""Nodes of an axis lie STEP radii apart, at least SHORTEST voxels; a vessel has at least PIECES pieces."""
+STEP_RADII, MIN_STEP_VOXELS, MIN_PIECES = 0.4, 2.0, 4
+"""Nodes of an axis lie STEP_RADII apart, at least MIN_STEP_VOXELS; a vessel has at least MIN_PIECES."""
 DENSITY = 62
 """So many points of the surface a node are enough; the rest is left out."""
 OUTLIER, SHAPE = 0.5, 0.1
 """A point this far from all tubes, OUTLIER voxels + SHAPE radii, counts half: noise, fillets of junctions."""
-NARROWEST = 0.5
+MIN_RADIUS_VOXELS = 0.5
 """Least radius, voxels."""
 DAMPING = 0.3
 """Holds what the surface does not decide, as where along an axis its nodes lie; points of the surface a node."""
-STIFF = 32.0
+FIRST_STIFFNESS = 32.0
 """The fit begins so much stiffer and softens by half a round: a bend that a hidden stretch has first straightens."""
-ROUNDS, ENOUGH, FARTHEST = 7, 0.05, 2.0
-"""Soft, the fit ends after ROUNDS, or when no node moves by ENOUGH voxels; none moves farther than FARTHEST at once."""
+ROUNDS, SETTLED_MOVE_VOXELS, MAX_MOVE_VOXELS = 7, 0.05, 2.0
+"""Soft, the fit ends after ROUNDS, or when no node moves by SETTLED_MOVE_VOXELS; none moves farther than
+MAX_MOVE_VOXELS at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +55,9 @@ class Differences:
 
     Attributes
     ----------
-    columns : int array, shape (difference, LONGEST + 1)
+    columns : int array, shape (difference, MAX_ORDER + 1)
         The unknowns that each difference spans; the last one again where it spans fewer.
-    stencil : float array, shape (difference, LONGEST + 1)
+    stencil : float array, shape (difference, MAX_ORDER + 1)
         Their factors; 0 where an unknown stands again.
     vessel : int array, shape (difference,)
     weight : float array, shape (difference,)
@@ -78,29 +79,32 @@ class Differences:
 
 def differences(tubes: Tubes) -> Differences:
     """Return the differences of the unknowns of `tubes`."""
-    vessel, parts = np.repeat(np.arange(len(tubes.parent)), np.diff(tubes.begins)), []
+    vessel, blocks = np.repeat(np.arange(len(tubes.parent)), np.diff(tubes.begins)), []
     beyond = tubes.begins[vessel + 1] - 1 - np.arange(len(vessel))  # places of its vessel beyond each
     radius = tubes.nodes.size + np.arange(len(vessel)), ((2, SWELLING), (1, TAPER))
-    for unknowns, orders in (*((3 * tubes.at + k, ((3, np.nan),)) for k in range(3)), radius):
+    for unknowns, orders in (*((3 * tubes.place_nodes + k, ((3, np.nan),)) for k in range(3)), radius):
         for order, weight in orders:
             first = np.flatnonzero(beyond >= order)
-            spans = first[:, None] + np.minimum(np.arange(LONGEST + 1), order)
-            stencil = np.append(np.diff(np.eye(order + 1), order, axis=0)[0], np.zeros(LONGEST - order))
+            spans = first[:, None] + np.minimum(np.arange(MAX_ORDER + 1), order)
+            stencil = np.append(np.diff(np.eye(order + 1), order, axis=0)[0], np.zeros(MAX_ORDER - order))
             about = np.tile(stencil, (len(first), 1)), vessel[first], np.full(len(first), weight)
-            parts.append((unknowns[spans], *about, spans[:, [0, -1]]))
-    return Differences(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+            blocks.append((unknowns[spans], *about, spans[:, [0, -1]]))
+    return Differences(*(np.concatenate(arrays) for arrays in zip(*blocks, strict=True)))
 
 
-def strengths(tubes: Tubes, feet: Feet, kept: Differences, roughness: float) -> np.ndarray:
+def strengths(tubes: Tubes, feet: Feet, penalties: Differences, roughness: float) -> np.ndarray:
     """Return the weight of each difference against points of the surface that weigh 1; of roughness see `fitted`."""
-    free = min(FREE * max(roughness / ROUGH[0], 1.0) ** ROUGH[1], HIDDEN)
-    seen = _own_wall(tubes, feet)
-    first, last = kept.window.T
-    least = np.min([seen[np.minimum(first + step, last)] for step in range(LONGEST + 1)], axis=0)
-    bending = HIDDEN + (free - HIDDEN) * least
+    free = min(FREE_WEIGHT * max(roughness / ROUGHNESS_RISE[0], 1.0) ** ROUGHNESS_RISE[1], HIDDEN_WEIGHT)
+    wall = _own_wall(tubes, feet)
+    first, last = penalties.window.T
+    min_wall = np.min([wall[np.minimum(first + step, last)] for step in range(MAX_ORDER + 1)], axis=0)
+    bending = HIDDEN_WEIGHT + (free - HIDDEN_WEIGHT) * min_wall
     # A difference weighs as much as a node has points, so that neither resolution nor width changes the balance.
     points = np.bincount(feet.vessel, minlength=len(tubes.parent)) / np.diff(tubes.begins)
-    return np.where(np.isnan(kept.weight), bending, kept.weight) * np.maximum(points, FEWEST)[kept.vessel]
+    return (
+        np.where(np.isnan(penalties.weight), bending, penalties.weight)
+        * np.maximum(points, MIN_POINTS)[penalties.vessel]
+    )
 
 
 def _own_wall(tubes: Tubes, feet: Feet) -> np.ndarray:
@@ -110,10 +114,12 @@ def _own_wall(tubes: Tubes, feet: Feet) -> np.ndarray:
     half = tubes.lengths / 2
     length = np.bincount(tubes.pieces, half, size) + np.bincount(tubes.pieces + 1, half, size)
     density = count / np.maximum(tubes.radius * length, 1e-9)
-    return np.asarray(np.clip(density / max(float(np.quantile(density, FULL)), 1e-9), 0, 1))
+    return np.asarray(np.clip(density / max(float(np.quantile(density, FULL_WALL_QUANTILE)), 1e-9), 0, 1))
 
 
-def fitted(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 0.0, begin: float = STIFF) -> Tree:
+def fitted(
+    tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 0.0, begin: float = FIRST_STIFFNESS
+) -> Tree:
     """Return `tree` with its axes where tubes around them fit the lumen's `surface` best, inscribed radii anew.
 
     All tubes are fitted at once, each point of the surface to the tube that it lies nearest to. What a vessel hides
@@ -134,7 +140,7 @@ def fitted(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 0
         How much stiffer the fit begins; 1 where the axes are nearly right already.
     """
     tubes = _fitted(_tubes([tree], spacing), [surface / spacing], roughness, begin)
-    axes = [_even(tubes.nodes[own] * spacing, spacing) for own in np.split(tubes.at, tubes.begins[1:-1])]
+    axes = [_even(tubes.nodes[rows] * spacing, spacing) for rows in np.split(tubes.place_nodes, tubes.begins[1:-1])]
     return with_inscribed_radii(axes, tree.parent, surface)
 
 
@@ -143,7 +149,7 @@ def fitted_apart(
     surfaces: Sequence[np.ndarray],
     spacing: float,
     roughness: float,
-    begin: float = STIFF,
+    begin: float = FIRST_STIFFNESS,
     rounds: int = ROUNDS,
 ) -> list[tuple[Tree, float]]:
     """Return each of `trees` fitted to its own surface, with the radii of its tubes, and what the fit made small.
@@ -164,8 +170,10 @@ def fitted_apart(
     """
     points = [surface / spacing for surface in surfaces]
     tubes = _fitted(_tubes(trees, spacing), points, roughness, begin, rounds)
-    parts = zip(np.split(tubes.at, tubes.begins[1:-1]), np.split(tubes.radius, tubes.begins[1:-1]), strict=True)
-    lines = (_tube_line(tubes.nodes[own], radius, spacing) for own, radius in parts)
+    vessel_tubes = zip(
+        np.split(tubes.place_nodes, tubes.begins[1:-1]), np.split(tubes.radius, tubes.begins[1:-1]), strict=True
+    )
+    lines = (_tube_line(tubes.nodes[rows], radius, spacing) for rows, radius in vessel_tubes)
     misfits = _misfits(tubes, points, roughness).tolist()
     return [
         (tree.with_lines(list(islice(lines, len(tree)))), misfit) for tree, misfit in zip(trees, misfits, strict=True)
@@ -179,15 +187,15 @@ def _fitted(
     equations = _Equations(tubes)
     stiff = begin / 2.0 ** np.arange(np.ceil(np.log2(begin)))
     for schedule, power in ((stiff, 1), (np.ones(rounds), 2)):
-        points, near, _ = _thinned(tubes, surfaces)
+        points, candidates, _ = _thinned(tubes, surfaces)
         for stiffness in schedule:
-            feet = feet_on(tubes, points, near)
+            feet = feet_on(tubes, points, candidates)
             # Cauchy's weight finds the wall from far; Geman and McClure's keeps it, whatever bulges from it.
             weight = 1 / (1 + (2 ** (1 / power) - 1) * _outlying(tubes, feet) ** 2) ** power
             closer = equations.solved(tubes, feet, weight, stiffness, roughness)
             moved = np.abs(closer.nodes - tubes.nodes).max()
             tubes = closer
-            if moved < ENOUGH:
+            if moved < SETTLED_MOVE_VOXELS:
                 break
     return tubes
 
@@ -197,16 +205,16 @@ def _thinned(
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
     """Return `DENSITY` points of the surfaces a node, which of them lie near each vessel, and the tree of each."""
     nodes = np.bincount(tubes.tree, np.diff(tubes.begins))
-    few = [points[:: max(1, int(len(points) / (DENSITY * n)))] for points, n in zip(surfaces, nodes, strict=True)]
-    begins = np.cumsum([0, *map(len, few)])
-    points = np.concatenate(few)
-    return points, near_points(tubes, points, begins), np.repeat(np.arange(len(few)), np.diff(begins))
+    samples = [points[:: max(1, int(len(points) / (DENSITY * n)))] for points, n in zip(surfaces, nodes, strict=True)]
+    begins = np.cumsum([0, *map(len, samples)])
+    points = np.concatenate(samples)
+    return points, near_points(tubes, points, begins), np.repeat(np.arange(len(samples)), np.diff(begins))
 
 
 def _misfits(tubes: Tubes, surfaces: Sequence[np.ndarray], roughness: float) -> np.ndarray:
     """Return what the fit makes small of each tree; a point near no tube counts as one as far as `feet_on` looks."""
-    points, near, owner = _thinned(tubes, surfaces)
-    feet, small = feet_on(tubes, points, near), differences(tubes)
+    points, candidates, owner = _thinned(tubes, surfaces)
+    feet, small = feet_on(tubes, points, candidates), differences(tubes)
     size = OUTLIER + SHAPE * tubes.radius[feet.place]
     gaps = np.bincount(tubes.tree[feet.vessel], _loss(feet.gap, size), len(surfaces))
     lost = np.bincount(owner[feet.lost], minlength=len(surfaces)) * _loss(BEYOND, OUTLIER)
@@ -233,23 +241,23 @@ def _tubes(trees: Sequence[Tree], spacing: float) -> Tubes:
         above = len(rows)
         for line, parent in zip(tree.lines, tree.parent.tolist(), strict=True):
             run, wide = line.run, line.typical_radius
-            pieces = max(PIECES, round(float(run[-1]) / max(STEP * wide, SHORTEST * spacing)))
-            at = np.linspace(0, run[-1], pieces + 1)[int(parent >= 0) :]
-            nodes.append(line.at(at).points)
-            own = node + np.arange(len(at))
-            rows.append(own if parent < 0 else np.append(rows[above + parent][-1], own))
+            pieces = max(MIN_PIECES, round(float(run[-1]) / max(STEP_RADII * wide, MIN_STEP_VOXELS * spacing)))
+            stations = np.linspace(0, run[-1], pieces + 1)[int(parent >= 0) :]
+            nodes.append(line.at(stations).points)
+            indices = node + np.arange(len(stations))
+            rows.append(indices if parent < 0 else np.append(rows[above + parent][-1], indices))
             radius.append(np.full(pieces + 1, wide))
             parents.append(parent if parent < 0 else above + parent)
-            node += len(at)
+            node += len(stations)
     positions, radii = np.concatenate(nodes) / spacing, np.concatenate(radius) / spacing
     return Tubes(positions, radii, np.concatenate(rows), np.cumsum([0, *map(len, rows)]), np.array(parents))
 
 
 def _tube_line(nodes: np.ndarray, radius: np.ndarray, spacing: float) -> Line:
     """Return the axis through `nodes` with the radii of its tube, cm."""
-    points, at = _even(nodes * spacing, spacing), distance_along(nodes)
+    points, node_run = _even(nodes * spacing, spacing), distance_along(nodes)
     run = distance_along(points)
-    return Line(points, spacing * np.interp(run * at[-1] / max(float(run[-1]), 1e-12), at, radius))
+    return Line(points, spacing * np.interp(run * node_run[-1] / max(float(run[-1]), 1e-12), node_run, radius))
 
 
 def _even(nodes: np.ndarray, spacing: float) -> np.ndarray:
@@ -269,13 +277,13 @@ class _Equations:
         self._small, self._size = differences(tubes), len(tubes.state)
         self._stencils = self._small.stencil[:, :, None] * self._small.stencil[:, None]
         # What a foot depends on: two nodes' coordinates and two radii.
-        before, after = (_coordinates(tubes.at[tubes.pieces + end]) for end in (0, 1))
+        before, after = (_coordinates(tubes.place_nodes[tubes.pieces + end]) for end in (0, 1))
         self._piece = np.hstack([before, after, tubes.nodes.size + tubes.pieces[:, None] + np.arange(2)])
         ends, roots = np.setdiff1d(np.arange(len(tubes.parent)), tubes.parent), np.flatnonzero(tubes.parent < 0)
         first, last = tubes.begins[roots], tubes.begins[ends + 1] - 1
-        self._ends = tubes.at[np.append(first, last)], tubes.at[np.append(first + 1, last - 1)]
+        self._ends = tubes.place_nodes[np.append(first, last)], tubes.place_nodes[np.append(first + 1, last - 1)]
         groups = self._piece, self._small.columns, _coordinates(self._ends[0]), np.arange(self._size)[:, None]
-        entries = np.concatenate([(self._size * one[:, :, None] + one[:, None]).ravel() for one in groups])
+        entries = np.concatenate([(self._size * group[:, :, None] + group[:, None]).ravel() for group in groups])
         entries, self._slot = np.unique(entries, return_inverse=True)
         self._rows, begins = entries % self._size, self._size * np.arange(self._size + 1)
         self._begins = np.searchsorted(entries, begins)
@@ -284,18 +292,18 @@ class _Equations:
         """Return the tubes after one step toward the feet's points, each of its `weight`."""
         small, size = self._small, self._size
         sums = summed_on_pieces(feet.place, feet.normal, feet.share, feet.gap, weight, tubes.radius.size)
-        walls, pull = (one[tubes.pieces] for one in sums)
+        walls, pull = (block[tubes.pieces] for block in sums)
         strength = stiffness * strengths(tubes, feet, small, roughness)
         held, damping = self._held(tubes.nodes), np.full(size, DAMPING)
         groups = walls, strength[:, None, None] * self._stencils, held[:, :, None] * held[:, None], damping
-        entries = np.bincount(self._slot, np.concatenate([one.ravel() for one in groups]))
+        entries = np.bincount(self._slot, np.concatenate([block.ravel() for block in groups]))
         bent = (strength * small.of(tubes.state))[:, None] * small.stencil
         right = np.bincount(self._piece.ravel(), pull.ravel(), size)
         right -= np.bincount(small.columns.ravel(), bent.ravel(), size)
         matrix = csc_array((entries, self._rows, self._begins), shape=(size, size))
-        step = np.clip(spsolve(matrix, right, permc_spec="MMD_AT_PLUS_A"), -FARTHEST, FARTHEST)
+        step = np.clip(spsolve(matrix, right, permc_spec="MMD_AT_PLUS_A"), -MAX_MOVE_VOXELS, MAX_MOVE_VOXELS)
         nodes, radius = np.split(step, [tubes.nodes.size])
-        wide = np.maximum(tubes.radius + radius, NARROWEST)
+        wide = np.maximum(tubes.radius + radius, MIN_RADIUS_VOXELS)
         return replace(tubes, nodes=tubes.nodes + nodes.reshape(-1, 3), radius=wide)
 
     def _held(self, nodes: np.ndarray) -> np.ndarray:

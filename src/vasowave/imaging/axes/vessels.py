@@ -42,16 +42,16 @@ def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = 
     InputError
         The root or an outlet farther than 5 voxels from the lumen, an outlet on the way to another; each is named.
     """
-    ways = minimal_paths(lumen, root)
+    paths = minimal_paths(lumen, root)
     if outlets is None:
-        tree = _straight_ended(_to_surface(ways, _tips(ways)), ways)
+        tree = _straight_ended(_to_surface(paths, _tips(paths)), paths)
     else:
-        tree = _to_surface(ways, outlet_tips(ways, outlets))
-    whole = without_short_vessels(tree)
-    if len(whole) < len(tree):
-        tree = without_short_vessels(fitted(whole, ways.surface, lumen.spacing, lumen.roughness))
-    found = settled(tree, ways.surface, lumen.spacing, lumen.roughness)
-    return replace(found, tree=_refitted(found.tree, lumen, ways.surface))
+        tree = _to_surface(paths, outlet_tips(paths, outlets))
+    collapsed = without_short_vessels(tree)
+    if len(collapsed) < len(tree):
+        tree = without_short_vessels(fitted(collapsed, paths.surface, lumen.spacing, lumen.roughness))
+    settled_tree = settled(tree, paths.surface, lumen.spacing, lumen.roughness)
+    return replace(settled_tree, tree=_refitted(settled_tree.tree, lumen, paths.surface))
 
 
 def in_another_lumen(tree: Tree, lumen: Segmentation) -> Tree:
@@ -64,31 +64,31 @@ def _refitted(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
     return with_ends_at_half_grey(again, lumen)
 
 
-def _tips(ways: MinimalPaths) -> list[int]:
+def _tips(paths: MinimalPaths) -> list[int]:
     """Return the tips of all vessels: the long ones, then what sticks out of their tubes, until nothing does."""
-    tips = long_tips(ways)
+    tips = long_tips(paths)
     for _ in range(ROUNDS):
-        more = tips_outside(_to_surface(ways, tips), ways)
-        if not more:
+        new_tips = tips_outside(_to_surface(paths, tips), paths)
+        if not new_tips:
             break
-        tips += more
+        tips += new_tips
     return tips
 
 
-def _straight_ended(tree: Tree, ways: MinimalPaths) -> Tree:
+def _straight_ended(tree: Tree, paths: MinimalPaths) -> Tree:
     """Return the vessels with paths drawn anew to where the axes of `tree` meet the surface.
 
     The tips are the farthest corners of flat ends, and a path to a corner leaves the axis early.
     """
     ends = np.array([tree.lines[row].points[-1] for row in tree.terminals])
-    again = _to_surface(ways, sorted(set(cKDTree(ways.points).query(ends)[1].tolist())))
+    again = _to_surface(paths, sorted(set(cKDTree(paths.points).query(ends)[1].tolist())))
     return again if len(again) == len(tree) else tree
 
 
-def _to_surface(ways: MinimalPaths, tips: Sequence[int]) -> Tree:
+def _to_surface(paths: MinimalPaths, tips: Sequence[int]) -> Tree:
     """Return the vessels on the minimal paths to `tips`, their axes fitted to the surface and ending there."""
-    rough = with_met_axes(without_stairs(cut_at_junctions(paths_to(ways, tips)), ways.surface, ways.spacing))
-    return with_ends_at_the_surface(fitted(rough, ways.surface, ways.spacing, ways.roughness), ways.surface)
+    rough = with_met_axes(without_stairs(cut_at_junctions(paths_to(paths, tips)), paths.surface, paths.spacing))
+    return with_ends_at_the_surface(fitted(rough, paths.surface, paths.spacing, paths.roughness), paths.surface)
 
 
 def without_stairs(tree: Tree, surface: np.ndarray, spacing: float) -> Tree:
@@ -98,8 +98,8 @@ def without_stairs(tree: Tree, surface: np.ndarray, spacing: float) -> Tree:
 
 def _smoothed(line: Line, spacing: float) -> np.ndarray:
     """Return the points of `line` at equal steps of about a voxel, without stairs; its ends stay."""
-    at = np.linspace(0, line.length, max(round(line.length / spacing), 3) + 1)
-    points = line.at(at).points
+    run = np.linspace(0, line.length, max(round(line.length / spacing), 3) + 1)
+    points = line.at(run).points
     straight = np.linspace(points[0], points[-1], len(points))
     middle = straight + gaussian_filter1d(points - straight, min(3.0, len(points) / 6), axis=0, mode="mirror")
     middle[[0, -1]] = points[[0, -1]]

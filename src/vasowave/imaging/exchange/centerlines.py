@@ -161,8 +161,8 @@ def _warn_of_leaps(path: Path, skeleton: Skeleton) -> None:
 def _polydata(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleton:
     data = read_polydata(path)
     points = _points(path, data, unit)
-    if left := sorted(set(data.fields) - {*_BOOKKEEPING}):
-        warn(UNUSED(what=f"arrays {', '.join(left)}").at(str(path)), stacklevel=4)
+    if unused := sorted(set(data.fields) - {*_BOOKKEEPING}):
+        warn(UNUSED(what=f"arrays {', '.join(unused)}").at(str(path)), stacklevel=4)
     if all(len(line) == 2 for line in data.lines):  # SimVascular: one line for each pair of neighbors
         require_radii(path, points)
         with of_file(path):
@@ -188,15 +188,15 @@ def _whole_lines(data: PolyLines) -> list[np.ndarray]:
         return list(data.lines)
     order = np.lexsort([data.cells["TractIds"], data.cells["CenterlineIds"]])
     ids = data.cells["CenterlineIds"][order]
-    parts = np.split(order, 1 + np.flatnonzero(np.diff(ids)))
-    return [np.concatenate([data.lines[row] for row in rows]) for rows in parts]
+    groups = np.split(order, 1 + np.flatnonzero(np.diff(ids)))
+    return [np.concatenate([data.lines[row] for row in rows]) for rows in groups]
 
 
 def _points(path: Path, data: PolyLines, unit: float) -> Line:
     name = next((name for name in RADIUS_NAMES if name in data.fields), None)
     if name is None:
-        there = ", ".join(sorted(data.fields)) or "none"
-        raise InputError(f"{path}: no array {' or '.join(RADIUS_NAMES)} at the points; there are: {there}")
+        available = ", ".join(sorted(data.fields)) or "none"
+        raise InputError(f"{path}: no array {' or '.join(RADIUS_NAMES)} at the points; there are: {available}")
     return Line(unit * data.points[:, ::-1], unit * data.fields[name])
 
 
@@ -204,17 +204,17 @@ def _flat(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleto
     """Return the lines of a flat table, which has lost them: a jump longer than both radii starts a new line."""
     table = read_columns(path, _ALIASES)
     table.warn()
-    parts = []
+    values = []
     columns = [table.require(axis) for axis in ("z", "y", "x", "radius")]
     bookkeeping = {name.casefold() for name in (*_BOOKKEEPING, "vessel")} - {AREA.casefold()}
-    if left := [name for row, name in enumerate(table.names) if row not in columns and name not in bookkeeping]:
-        warn(UNUSED(what=f"columns {', '.join(left)}").at(str(path)), stacklevel=4)
+    if unused := [name for row, name in enumerate(table.names) if row not in columns and name not in bookkeeping]:
+        warn(UNUSED(what=f"columns {', '.join(unused)}").at(str(path)), stacklevel=4)
     if len(written := {table.units[column] for column in columns[:3]} if table.units else set()) > 1:
         raise InputError(f"{path}: x, y and z are in different units ({', '.join(sorted(written))}); write one for all")
     for column in columns:
-        given = bool(table.units and table.units[column])
-        parts.append(table.numbers(column, "length", "cm") * (1.0 if given else unit))
-    points = Line.of(np.column_stack(parts))
+        has_unit = bool(table.units and table.units[column])
+        values.append(table.numbers(column, "length", "cm") * (1.0 if has_unit else unit))
+    points = Line.of(np.column_stack(values))
     jumps = np.diff(points.run) > points.radius[1:] + points.radius[:-1]
     lines = (points[rows] for rows in np.split(np.arange(len(points)), 1 + np.flatnonzero(jumps)))
     return _merged(path, [line for line in lines if len(line) > 1], cut)
@@ -230,20 +230,20 @@ def write_centerlines(tree: Tree, path: str | Path, unit: float = 1.0) -> None:
     count = 0
     for line, parent in zip(tree.lines, tree.parent, strict=True):
         new = line if parent < 0 else line[1:]
-        own = count + np.arange(len(new))
-        numbers.append(own if parent < 0 else np.append(numbers[parent][-1], own))
+        indices = count + np.arange(len(new))
+        numbers.append(indices if parent < 0 else np.append(numbers[parent][-1], indices))
         points.append(new)
         count += len(new)
     lines = []
     for terminal in tree.terminals:
-        way, row = [numbers[terminal]], int(tree.parent[terminal])
+        route, row = [numbers[terminal]], int(tree.parent[terminal])
         while row >= 0:
-            way.append(numbers[row][:-1])
+            route.append(numbers[row][:-1])
             row = int(tree.parent[row])
-        lines.append(np.concatenate(way[::-1]))
-    whole = points[0].then(*points[1:])
-    radius = np.maximum(whole.radius, LEAST) / unit
-    write_vtp(PolyLines(whole.points[:, ::-1] / unit, tuple(lines), {RADIUS_NAMES[0]: radius}), path)
+        lines.append(np.concatenate(route[::-1]))
+    all_points = points[0].then(*points[1:])
+    radius = np.maximum(all_points.radius, LEAST) / unit
+    write_vtp(PolyLines(all_points.points[:, ::-1] / unit, tuple(lines), {RADIUS_NAMES[0]: radius}), path)
 
 
 LINES.register(

@@ -25,13 +25,13 @@ from vasowave.imaging.tree import Line, Tree
 
 Ends = Literal["auto", "ball", "wall"]
 
-FINE = 3.0
+VOXELS_PER_RADIUS = 3.0
 """The fit's voxel without an image: so many in a vessel's median radius."""
-AROUND, ALONG = 16, 0.4
+RING_POINTS, RING_STEP_RADII = 16, 0.4
 """Points of a ball's ring, and the distance of rings, radii."""
-COVERED = 0.97
+COVERED_SHARE = 0.97
 """What lies within this share of another ball's radius is no surface."""
-TOUCHING, LONGER, THIN, UNEVEN, DRAWN = 0.02, 1.3, 0.5, 0.5, 1e-4
+TOUCHING_TOLERANCE, LAST_STEP_RATIO, THIN_END_SHARE, STEP_SCATTER_SHARE, SMOOTH_RADIUS_SHARE = 0.02, 1.3, 0.5, 0.5, 1e-4
 """How the end of a line is told: a last step that is its ball's radius, within the first share, and the second number
 times as long as the others, leads to the wall, in one piece or in several (`CAP_STEP`); a line thinner there than the
 third share of its vessel ends at the wall; steps that scatter by the fourth share of their mean are those of a Voronoi
@@ -50,7 +50,7 @@ class CapStepRules:
     whole : float
         Its length with the piece in which the ball lies, radii; less than 1, as caps are not flat.
     straight : float
-        How far points may lie beside it, share of its length; radii change evenly within `DRAWN`.
+        How far points may lie beside it, share of its length; radii change evenly within `SMOOTH_RADIUS_SHARE`.
     """
 
     shortest: float = 0.45
@@ -59,14 +59,14 @@ class CapStepRules:
 
 
 CAP_STEP = CapStepRules()
-SHARE = 0.14
+PLACE_SD_RADII = 0.14
 """SD of a junction's place without the surface, radii, besides what the fits show."""
-STEP, STEPPED = 0.05, 0.5
-"""Radii of balls in a surface differ by no more than their distance; where they step by STEP radii more, they were
-drawn, and the balls show no junction: SD of its place, radii."""
-COARSE = 0.3
+RADIUS_STEP, STEPPED_SD_RADII = 0.05, 0.5
+"""Radii of balls in a surface differ by no more than their distance; where they step by RADIUS_STEP radii more, they
+were drawn, and the balls show no junction: SD of its place, radii."""
+PLACE_SD_STEPS = 0.3
 """SD of a junction's place where points lie far apart and no surface is given, mean distances of points."""
-SURE = 0.15
+END_SD_RADII = 0.15
 """SD of an end whose place is known, radii of its ball."""
 ENDS = 0.3
 """SD of an end at a surface, voxels of the fit."""
@@ -109,15 +109,15 @@ def as_extracted(tree: Tree, surface: np.ndarray | None = None, ends: Ends = "au
     if min(line.length for line in tree.lines) <= 0:
         raise InputError("a vessel without length: two junctions, or an end, lie at the same place; repair the lines")
     longer, end_sd = _to_the_wall(without_short_vessels(tree, collapse), ends)
-    spacing = float(np.median([line.typical_radius for line in longer.lines])) / FINE
+    spacing = float(np.median([line.typical_radius for line in longer.lines])) / VOXELS_PER_RADIUS
     points = _ball_surface(longer) if surface is None else surface
     first = fitted(with_met_axes(_even(longer, spacing)), points, spacing)
-    whole = without_short_vessels(first, collapse)
-    if len(whole) < len(first):
-        end_sd = end_sd[[any(line is kept for kept in whole.lines) for line in first.lines]]
-        first = fitted(whole, points, spacing)
-    found = settled(first, points, spacing)
-    first = found.tree
+    collapsed = without_short_vessels(first, collapse)
+    if len(collapsed) < len(first):
+        end_sd = end_sd[[any(line is remaining for remaining in collapsed.lines) for line in first.lines]]
+        first = fitted(collapsed, points, spacing)
+    settled_tree = settled(first, points, spacing)
+    first = settled_tree.tree
     if surface is not None:
         first = _ending_at(first, surface)
         end_sd = np.where(_at(first, surface), ENDS * spacing, end_sd)
@@ -126,19 +126,19 @@ def as_extracted(tree: Tree, surface: np.ndarray | None = None, ends: Ends = "au
     again = first.with_lines(lines)
     place = np.zeros(len(again))
     if surface is None:
-        share = STEPPED if _stepped(tree) else SHARE
+        share = STEPPED_SD_RADII if _stepped(tree) else PLACE_SD_RADII
         step = float(np.mean([np.median(np.diff(line.run)) for line in tree.lines]))
-        place = np.hypot(share * _junction_radius(again), COARSE * step)
-    return Alike(again, np.sqrt(found.open_sd**2 + place**2 + end_sd**2))
+        place = np.hypot(share * _junction_radius(again), PLACE_SD_STEPS * step)
+    return Alike(again, np.sqrt(settled_tree.open_sd**2 + place**2 + end_sd**2))
 
 
 def _stepped(tree: Tree) -> bool:
     """Return whether radii step where vessels meet, as those that were drawn do and those of balls cannot."""
     for row, parent in enumerate(tree.parent.tolist()):
         if parent >= 0:
-            way = tree.lines[parent][-3:].then(tree.lines[row][:3])
-            excess = np.abs(np.diff(way.radius)) - np.linalg.norm(np.diff(way.points, axis=0), axis=1)
-            if excess.max() > STEP * way.radius.max():
+            passage = tree.lines[parent][-3:].then(tree.lines[row][:3])
+            excess = np.abs(np.diff(passage.radius)) - np.linalg.norm(np.diff(passage.points, axis=0), axis=1)
+            if excess.max() > RADIUS_STEP * passage.radius.max():
                 return True
     return False
 
@@ -158,17 +158,17 @@ def _to_the_wall(tree: Tree, ends: Ends) -> tuple[Tree, np.ndarray]:
 def _missing(line: Line, ends: Ends) -> tuple[float, float]:
     """Return how much of its last ball's radius a line lacks to the wall, and the SD of that."""
     step = np.diff(line.run)
-    unlike = len(step) < 3 or step[-1] > LONGER * np.median(step[:-1])
-    touching = unlike and abs(step[-1] / line.radius[-1] - 1) < TOUCHING
-    if ends == "wall" or touching or line.radius[-1] < THIN * line.typical_radius:
-        return 0.0, SURE
+    unlike = len(step) < 3 or step[-1] > LAST_STEP_RATIO * np.median(step[:-1])
+    touching = unlike and abs(step[-1] / line.radius[-1] - 1) < TOUCHING_TOLERANCE
+    if ends == "wall" or touching or line.radius[-1] < THIN_END_SHARE * line.typical_radius:
+        return 0.0, END_SD_RADII
     if ends == "auto" and _steps_to_the_cap(line):
-        return 0.0, SURE
-    own, radius = step[len(step) // 2 :], line.radius[len(step) // 2 :]
-    if ends == "auto" and len(radius) > 2 and np.abs(np.diff(radius, 2)).max() < DRAWN * radius.max():
-        return 0.0, SURE
-    if ends == "ball" or own.std() > UNEVEN * own.mean():
-        return 1.0, SURE
+        return 0.0, END_SD_RADII
+    last_steps, radius = step[len(step) // 2 :], line.radius[len(step) // 2 :]
+    if ends == "auto" and len(radius) > 2 and np.abs(np.diff(radius, 2)).max() < SMOOTH_RADIUS_SHARE * radius.max():
+        return 0.0, END_SD_RADII
+    if ends == "ball" or last_steps.std() > STEP_SCATTER_SHARE * last_steps.mean():
+        return 1.0, END_SD_RADII
     return 0.5, 1 / np.sqrt(12)
 
 
@@ -177,25 +177,28 @@ def _steps_to_the_cap(line: Line) -> bool:
 
     Balls in a surface scatter from point to point; what was put between the last of them and the cap does not.
     """
-    way, back = line[::-1], 2
-    columns = np.column_stack([way.points, way.radius])
-    while back < len(way):
-        between = way.run[: back + 1, None] / max(float(way.run[back]), 1e-12)
-        beside = np.abs(columns[: back + 1] - columns[0] - between * (columns[back] - columns[0])).max(axis=0)
-        if beside[:3].max() > CAP_STEP.straight * way.run[back] or beside[3] > DRAWN * way.radius[0]:
+    reverse, back = line[::-1], 2
+    columns = np.column_stack([reverse.points, reverse.radius])
+    while back < len(reverse):
+        between = reverse.run[: back + 1, None] / max(float(reverse.run[back]), 1e-12)
+        deviation = np.abs(columns[: back + 1] - columns[0] - between * (columns[back] - columns[0])).max(axis=0)
+        if (
+            deviation[:3].max() > CAP_STEP.straight * reverse.run[back]
+            or deviation[3] > SMOOTH_RADIUS_SHARE * reverse.radius[0]
+        ):
             break
         back += 1
     last = back - 1
-    pieces = last >= 2 and way.run[last] >= CAP_STEP.shortest * way.radius[0]
-    return bool(pieces and way.run[min(back, len(way) - 1)] >= CAP_STEP.whole * way.radius[0])
+    pieces = last >= 2 and reverse.run[last] >= CAP_STEP.shortest * reverse.radius[0]
+    return bool(pieces and reverse.run[min(back, len(reverse) - 1)] >= CAP_STEP.whole * reverse.radius[0])
 
 
-def _prolonged(line: Line, more: float) -> Line:
-    """Return `line` prolonged by `more`, in the direction of its last radius."""
+def _prolonged(line: Line, extension: float) -> Line:
+    """Return `line` prolonged by `extension`, in the direction of its last radius."""
     back = min(int(np.searchsorted(line.run, line.length - line.radius[-1])), len(line) - 2)
     along = line.points[-1] - line.points[back]
-    end = line.points[-1:] + more * along / max(float(np.linalg.norm(along)), 1e-12)
-    return line.then(Line(end, line.radius[-1:])) if more else line
+    end = line.points[-1:] + extension * along / max(float(np.linalg.norm(along)), 1e-12)
+    return line.then(Line(end, line.radius[-1:])) if extension else line
 
 
 def _even(tree: Tree, step: float) -> Tree:
@@ -209,23 +212,25 @@ def _at_steps(line: Line, step: float) -> Line:
 
 def _ball_surface(tree: Tree) -> np.ndarray:
     """Return points of the surface of all balls along the lines, shape (point, 3)."""
-    angle = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
+    angle = np.linspace(0, 2 * np.pi, RING_POINTS, endpoint=False)
     rings = []
     for line in tree.lines:
-        own = _at_steps(line, ALONG * line.typical_radius)
-        along = tangents(own.points, 1)
+        balls = _at_steps(line, RING_STEP_RADII * line.typical_radius)
+        along = tangents(balls.points, 1)
         along[np.linalg.norm(along, axis=1) < 0.5] = [0.0, 0.0, 1.0]  # where a line turns back on itself
         u, v = across(along)
-        way = np.cos(angle)[:, None] * u[:, None] + np.sin(angle)[:, None] * v[:, None]
-        rings.append((own.points[:, None] + own.radius[:, None, None] * way).reshape(-1, 3))
+        direction = np.cos(angle)[:, None] * u[:, None] + np.sin(angle)[:, None] * v[:, None]
+        rings.append((balls.points[:, None] + balls.radius[:, None, None] * direction).reshape(-1, 3))
     points = np.concatenate(rings)
     outside = np.ones(len(points), dtype=bool)
     for line in tree.lines:
-        own = _at_steps(line, 0.25 * ALONG * line.typical_radius)
-        reach = own.radius.max()
-        near = np.flatnonzero(((points > own.points.min(0) - reach) & (points < own.points.max(0) + reach)).all(axis=1))
-        distance, nearest = cKDTree(own.points).query(points[near])
-        outside[near[distance < COVERED * own.radius[nearest]]] = False
+        balls = _at_steps(line, 0.25 * RING_STEP_RADII * line.typical_radius)
+        reach = balls.radius.max()
+        candidates = np.flatnonzero(
+            ((points > balls.points.min(0) - reach) & (points < balls.points.max(0) + reach)).all(axis=1)
+        )
+        distance, nearest = cKDTree(balls.points).query(points[candidates])
+        outside[candidates[distance < COVERED_SHARE * balls.radius[nearest]]] = False
     return points[outside]
 
 
@@ -241,13 +246,13 @@ def _at(tree: Tree, surface: np.ndarray) -> np.ndarray:
     index, on = cKDTree(surface), np.ones(len(tree), dtype=bool)
     for row, end in [(tree.root, 0), *((row, -1) for row in tree.terminals)]:
         line = tree.lines[row]
-        on[row] &= bool(index.query(line.points[end])[0] < THIN * line.typical_radius)
+        on[row] &= bool(index.query(line.points[end])[0] < THIN_END_SHARE * line.typical_radius)
     return on
 
 
 def _junction_radius(tree: Tree) -> np.ndarray:
     """Return the radius that a vessel's junctions are placed against: its parent's, and its own where it branches."""
-    own = np.array([line.typical_radius for line in tree.lines])
-    begin = np.where(tree.parent >= 0, own[tree.parent], 0.0)
+    radius = np.array([line.typical_radius for line in tree.lines])
+    begin = np.where(tree.parent >= 0, radius[tree.parent], 0.0)
     inner = np.isin(np.arange(len(tree)), tree.parent)
-    return np.hypot(begin, np.where(inner, own, 0.0))
+    return np.hypot(begin, np.where(inner, radius, 0.0))

@@ -108,8 +108,8 @@ class _File:
         end = len(self.raw) if stop is None else stop.start()
         words = self.raw[self.at : end].split()
         if len(words) != count:
-            what = "truncated" if len(words) < count else "surplus numbers"
-            raise InputError(f"{what}: {len(words)} numbers where {count} were announced; write the file again")
+            problem = "truncated" if len(words) < count else "surplus numbers"
+            raise InputError(f"{problem}: {len(words)} numbers where {count} were announced; write the file again")
         self.at = end
         return np.array(words, dtype=dtype)
 
@@ -134,9 +134,9 @@ class _File:
 
     def _begin_data(self, key: str, count: int) -> None:
         at_points = key == "POINT_DATA"
-        there = (0 if self.points is None else len(self.points)) if at_points else self.cells
-        if count != there:
-            raise InputError(f"{key} for {count}, but there are {there}; write the file again")
+        expected = (0 if self.points is None else len(self.points)) if at_points else self.cells
+        if count != expected:
+            raise InputError(f"{key} for {count}, but there are {expected}; write the file again")
         self._into, self._rows = (self.point_data if at_points else self.cell_data), count
 
     def _attribute(self, key: str, words: list[str]) -> None:
@@ -180,12 +180,12 @@ class _File:
     def _by_counts(self, count: int, size: int) -> list[np.ndarray]:
         """Return the cells of versions up to 4.2: counts and numbers in one list."""
         packed = self.values(size, "int").astype(np.int64)
-        lines, at = [], 0
+        lines, position = [], 0
         for _ in range(count):
-            lines.append(packed[at + 1 : at + 1 + packed[at]])
-            at += 1 + int(packed[at])
-        if at != size or sum(map(len, lines)) != size - count:
-            raise InputError(f"the lines fill {at} of {size} numbers; write the file again")
+            lines.append(packed[position + 1 : position + 1 + packed[position]])
+            position += 1 + int(packed[position])
+        if position != size or sum(map(len, lines)) != size - count:
+            raise InputError(f"the lines fill {position} of {size} numbers; write the file again")
         return lines
 
     def _by_offsets(self, count: int, size: int) -> list[np.ndarray]:

@@ -33,27 +33,31 @@ def read_markups(path: Path, unit: float) -> Skeleton:
         raise InputError(f"{path}: not a markups file of 3D Slicer ({error!r})") from None
     if not lines:
         raise InputError(f"{path}: no curve in it; export centerline curves")
-    whole = lines[0].then(*lines[1:])
+    all_points = lines[0].then(*lines[1:])
     edges, begin = [], 0
     for line in lines:
         rows = begin + np.arange(len(line))
         edges.append(np.column_stack([rows[:-1], rows[1:]]))
         if begin:
-            gap = np.linalg.norm(whole.points[:begin] - line.points[0], axis=1)
+            gap = np.linalg.norm(all_points.points[:begin] - line.points[0], axis=1)
             nearest = int(np.argmin(gap))
-            if gap[nearest] <= whole.radius[nearest]:
+            if gap[nearest] <= all_points.radius[nearest]:
                 edges.append(np.array([[nearest, begin]]))
         begin += len(line)
     with of_file(path):
-        return rooted(whole, np.concatenate(edges), 0)
+        return rooted(all_points, np.concatenate(edges), 0)
 
 
 def _line(path: Path, curve: dict[str, Any], unit: float) -> Line:
     points = unit * np.array([point["position"] for point in curve["controlPoints"]], dtype=float).reshape(-1, 3)
     if curve.get("coordinateSystem", "LPS") == "RAS":
         points = points * [-1, -1, 1]
-    given = [one for one in curve.get("measurements", []) if "radius" in one["name"].lower()]
-    radius = unit * np.array(given[0].get("controlPointValues", []), dtype=float) if given else np.empty(0)
+    measurements = [
+        measurement for measurement in curve.get("measurements", []) if "radius" in measurement["name"].lower()
+    ]
+    radius = (
+        unit * np.array(measurements[0].get("controlPointValues", []), dtype=float) if measurements else np.empty(0)
+    )
     if not np.isfinite(points).all():
         raise InputError(f"{path}: a position that is not finite; export the curves again")
     if len(points) < 2 or radius.shape != (len(points),) or not (np.isfinite(radius).all() and (radius > 0).all()):

@@ -80,32 +80,32 @@ def _from_root(lines: list[Line]) -> list[Line]:
 
 def _joined(lines: list[Line], tube: float) -> Skeleton:
     longest = np.argsort([-line.length for line in lines], kind="stable")
-    whole = lines[longest[0]]
-    above = np.arange(len(whole)) - 1
+    merged_line = lines[longest[0]]
+    above = np.arange(len(merged_line)) - 1
     for number in longest[1:]:
         line = lines[number]
-        distance, nearest = cKDTree(whole.points, balanced_tree=False, compact_nodes=False).query(line.points)
-        inside = np.flatnonzero(distance <= tube * whole.radius[nearest])
+        distance, nearest = cKDTree(merged_line.points, balanced_tree=False, compact_nodes=False).query(line.points)
+        inside = np.flatnonzero(distance <= tube * merged_line.radius[nearest])
         if len(inside) == 0:
             raise InputError(f"line {number} does not meet the others; is its root the same?")
         join = int(inside[-1])
-        _warn_of_loop(line[: join + 1], Skeleton(whole, above), int(nearest[join]), int(number))
+        _warn_of_loop(line[: join + 1], Skeleton(merged_line, above), int(nearest[join]), int(number))
         if join < len(line) - 1:
-            added = len(whole) + np.arange(len(line) - join - 1)
+            added = len(merged_line) + np.arange(len(line) - join - 1)
             above = np.concatenate([above, [nearest[join]], added[:-1]])
-            whole = whole.then(line[join + 1 :])
-    return Skeleton(whole, above)
+            merged_line = merged_line.then(line[join + 1 :])
+    return Skeleton(merged_line, above)
 
 
-def _warn_of_loop(rest: Line, tree: Skeleton, at: int, number: int) -> None:
-    """Warn if `rest`, the part of a line that is left out, is not the tree's own way from point `at` to the root."""
-    way = [at]
-    while tree.above[way[-1]] >= 0:
-        way.append(int(tree.above[way[-1]]))
-    distance, nearest = cKDTree(tree.line.points[way]).query(rest.points)
-    excess = distance / tree.line.radius[way][nearest]
+def _warn_of_loop(remainder: Line, tree: Skeleton, junction: int, number: int) -> None:
+    """Warn if `remainder`, what is left out of a line, is not the tree's own way from point `junction` to the root."""
+    path = [junction]
+    while tree.above[path[-1]] >= 0:
+        path.append(int(tree.above[path[-1]]))
+    distance, nearest = cKDTree(tree.line.points[path]).query(remainder.points)
+    excess = distance / tree.line.radius[path][nearest]
     if excess.max() > 1.5:
-        place = ", ".join(f"{value:.4g}" for value in tree.line.points[at])
+        place = ", ".join(f"{value:.4g}" for value in tree.line.points[junction])
         warn(LINE_LOOPS(number=number, place=place, radii=float(excess.max())), stacklevel=5)
 
 
@@ -132,13 +132,13 @@ def rooted(points: Line, edges: np.ndarray, root: int | None = None) -> Skeleton
     if len(edges) == 0:
         raise InputError("no two points are joined; are these centerlines?")
     size = len(points)
-    ways = coo_array((np.ones(len(edges)), edges.T), shape=(size, size)).tocsr()
-    ways = (ways + ways.T).astype(bool)
-    pieces, label = connected_components(ways, directed=False)
+    graph = coo_array((np.ones(len(edges)), edges.T), shape=(size, size)).tocsr()
+    graph = (graph + graph.T).astype(bool)
+    pieces, label = connected_components(graph, directed=False)
     largest = int(np.bincount(label).argmax())
     if pieces > 1:
         warn(SEPARATE_TREES(trees=int(pieces), left=int((label != largest).sum()), points=int(size)))
-    degree = np.asarray(ways.sum(axis=1)).ravel()
+    degree = np.asarray(graph.sum(axis=1)).ravel()
     ends = np.flatnonzero((label == largest) & (degree == 1))
     if root is None or label[root] != largest or degree[root] != 1:
         if len(ends) == 0:
@@ -146,8 +146,8 @@ def rooted(points: Line, edges: np.ndarray, root: int | None = None) -> Skeleton
         inner, root = root, int(ends[np.argmax(points.radius[ends])])
         if inner is not None:
             warn(ROOT_INSIDE(place=written(points.points[root])))
-    order, above = breadth_first_order(ways, root, directed=False)
-    loops = int(ways[label == largest][:, label == largest].nnz // 2 - len(order) + 1)
+    order, above = breadth_first_order(graph, root, directed=False)
+    loops = int(graph[label == largest][:, label == largest].nnz // 2 - len(order) + 1)
     if loops:
         warn(LINES_LOOP(loops=loops))
     new = np.full(size, -1)

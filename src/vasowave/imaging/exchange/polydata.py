@@ -109,15 +109,15 @@ def _xml(raw: bytes) -> PolyLines:
     return PolyLines(np.concatenate(points), tuple(lines), _joined(fields), _joined(cells))
 
 
-def _require_count(what: str, count: int, announced: str | None) -> None:
+def _require_count(kind: str, count: int, announced: str | None) -> None:
     if announced is not None and int(announced) != count:
-        raise InputError(f"{count} {what} where {announced} were announced; write the file again")
+        raise InputError(f"{count} {kind} where {announced} were announced; write the file again")
 
 
-def _joined(parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+def _joined(pieces: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Return the arrays that all pieces have, one piece after the other."""
-    names = set.intersection(*(set(part) for part in parts))
-    return {name: np.concatenate([part[name] for part in parts]) for name in names}
+    names = set.intersection(*(set(piece) for piece in pieces))
+    return {name: np.concatenate([piece[name] for piece in pieces]) for name in names}
 
 
 def _array(element: Any, top: Any, appended: bytes) -> np.ndarray:
@@ -174,15 +174,15 @@ def _unpacked(source: bytes, encoded: bool, header: np.dtype, compressor: str | 
     if first == 0:
         return b""
     head, start = taken(0, width * (3 + first))
-    whole, last, *packed_sizes = (int(size) for size in np.frombuffer(head, header)[1:])
+    block_size, last, *packed_sizes = (int(size) for size in np.frombuffer(head, header)[1:])
     packed = taken(start, sum(packed_sizes))[0]
-    sizes = [whole] * (first - 1) + [last or whole]
+    sizes = [block_size] * (first - 1) + [last or block_size]
     if sum(sizes) > _MOST + 64 * len(packed):
         raise InputError(f"an array of {len(packed)} bytes says that it holds {sum(sizes)}; it is damaged")
-    blocks, at = [], 0
+    blocks, position = [], 0
     for count, size in zip(packed_sizes, sizes, strict=True):
-        blocks.append(_UNPACKERS[compressor](packed[at : at + count], size))
-        at += count
+        blocks.append(_UNPACKERS[compressor](packed[position : position + count], size))
+        position += count
     return b"".join(blocks)
 
 
@@ -210,19 +210,19 @@ def lz4_block(packed: bytes, size: int) -> bytes:
     InputError
         A block that ends early, copies from before its beginning, or holds more or less.
     """
-    unpacked, at = bytearray(), 0
+    unpacked, position = bytearray(), 0
     try:
-        while at < len(packed) and len(unpacked) <= size:
-            token = packed[at]
-            count, at = _count(packed, at + 1, token >> 4)
-            if at + count > len(packed):
+        while position < len(packed) and len(unpacked) <= size:
+            token = packed[position]
+            count, position = _count(packed, position + 1, token >> 4)
+            if position + count > len(packed):
                 raise IndexError
-            unpacked += packed[at : at + count]
-            at += count
-            if at == len(packed):  # the last sequence has no copy
+            unpacked += packed[position : position + count]
+            position += count
+            if position == len(packed):  # the last sequence has no copy
                 break
-            back = packed[at] | packed[at + 1] << 8
-            count, at = _count(packed, at + 2, token & 15)
+            back = packed[position] | packed[position + 1] << 8
+            count, position = _count(packed, position + 2, token & 15)
             if not 0 < back <= len(unpacked):
                 raise IndexError
             for _ in range(min(count + 4, size + 1 - len(unpacked))):  # may overlap what it writes
@@ -234,15 +234,15 @@ def lz4_block(packed: bytes, size: int) -> bytes:
     return bytes(unpacked)
 
 
-def _count(packed: bytes, at: int, first: int) -> tuple[int, int]:
+def _count(packed: bytes, position: int, first: int) -> tuple[int, int]:
     """Return a length of which `first` is the beginning, and where reading goes on."""
     count = first
     while first == 15:
-        count += packed[at]
-        at += 1
-        if packed[at - 1] != 255:
+        count += packed[position]
+        position += 1
+        if packed[position - 1] != 255:
             break
-    return count, at
+    return count, position
 
 
 _UNPACKERS: dict[str, Callable[[bytes, int], bytes]] = {

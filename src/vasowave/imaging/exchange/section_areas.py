@@ -85,10 +85,10 @@ def sections_of(data: PolyLines, points: Line, unit: float) -> Sections | None:
     if area is None or area.ndim != 1:
         return None
     radius = unit * np.sqrt(np.maximum(area, 0.0) / np.pi)
-    whole = np.isfinite(radius) & (radius > 0)
-    whole &= np.asarray(data.fields.get(CLOSED, 1.0)).astype(bool)
-    whole &= ~np.asarray(data.fields.get(BRANCHING, 0.0)).astype(bool)
-    return Sections(points.points[whole], radius[whole], points.radius[whole]) if whole.any() else None
+    valid = np.isfinite(radius) & (radius > 0)
+    valid &= np.asarray(data.fields.get(CLOSED, 1.0)).astype(bool)
+    valid &= ~np.asarray(data.fields.get(BRANCHING, 0.0)).astype(bool)
+    return Sections(points.points[valid], radius[valid], points.radius[valid]) if valid.any() else None
 
 
 def with_section_radii(measured: Measurement, sections: Sections) -> tuple[Measurement, Finding]:
@@ -102,18 +102,22 @@ def with_section_radii(measured: Measurement, sections: Sections) -> tuple[Measu
         return measured, NO_SECTIONS(percent=100 * float(small.mean()), ratio=float(np.median(share)))
     believed = ~small & (share <= RULES.largest)
     tree = measured.tree
-    near, place = cKDTree(sections.points[believed]).query(tree.line.points)
-    radius = np.where(near <= tree.line.radius, sections.radius[believed][place], np.nan)
-    parts = np.split(radius, np.cumsum([len(line) for line in tree.lines])[:-1])
-    by_area = mean_along(tree, parts)
+    distance, place = cKDTree(sections.points[believed]).query(tree.line.points)
+    radius = np.where(distance <= tree.line.radius, sections.radius[believed][place], np.nan)
+    radii = np.split(radius, np.cumsum([len(line) for line in tree.lines])[:-1])
+    by_area = mean_along(tree, radii)
     ball = measured.network.radius
-    seen = np.isfinite(by_area)
-    ratio = by_area[seen] / ball[seen]
-    if not seen.any():
+    has_area = np.isfinite(by_area)
+    ratio = by_area[has_area] / ball[has_area]
+    if not has_area.any():
         return measured, NO_SECTIONS(percent=100 * float(small.mean()), ratio=float(np.median(share)))
-    left = "" if seen.all() else f"; {int((~seen).sum())} without a section on their free stretch keep the ball's"
+    remark = (
+        "" if has_area.all() else f"; {int((~has_area).sum())} without a section on their free stretch keep the ball's"
+    )
     middle = float(np.median(ratio))
     kind = ONE_RADIUS if np.abs(ratio - 1).max() <= RULES.alike else TWO_RADII
-    finding = kind(ratio=middle, vessels=int(seen.sum()), low=float(ratio.min()), high=float(ratio.max()), left=left)
-    network = replace(measured.network, radius=np.where(seen, by_area, ball))
+    finding = kind(
+        ratio=middle, vessels=int(has_area.sum()), low=float(ratio.min()), high=float(ratio.max()), left=remark
+    )
+    network = replace(measured.network, radius=np.where(has_area, by_area, ball))
     return replace(measured, network=network), finding

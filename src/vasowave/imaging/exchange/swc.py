@@ -19,8 +19,8 @@ LEAST = 1e-6
 """Radius, cm, that is written where an axis ends at the surface; readers refuse 0."""
 
 _COUNT = r"^# points: (\d+)\s*$"
-_FARTHEST = 1e5  # cm; no scanner counts from so far away
-_LARGEST = 2.0**53  # above it a number of type double is no count any more
+_MAX_COORDINATE = 1e5  # cm; no scanner counts from so far away
+_MAX_INTEGER = 2.0**53  # above it a number of type double is no count any more
 
 
 def read_swc(path: Path, unit: float) -> Skeleton:
@@ -56,8 +56,8 @@ def read_swc(path: Path, unit: float) -> Skeleton:
 
 def _above(path: Path, lines: Sequence[int], values: np.ndarray) -> np.ndarray:
     """Return for each row that of its parent, -1 for a root."""
-    whole = np.isfinite(values) & (np.abs(values) < _LARGEST) & (np.floor(values) == values)
-    wrong = np.flatnonzero(~whole[:, [0, 6]].all(axis=1))
+    is_integer = np.isfinite(values) & (np.abs(values) < _MAX_INTEGER) & (np.floor(values) == values)
+    wrong = np.flatnonzero(~is_integer[:, [0, 6]].all(axis=1))
     if len(wrong):
         raise InputError(f"{path}, line {lines[int(wrong[0])]}: the numbers of a point and its parent must be whole")
     row = {int(number): index for index, number in enumerate(values[:, 0])}
@@ -76,8 +76,8 @@ def require_radii(path: Path, line: Line) -> None:
     """Raise `InputError` unless places are finite and radii positive."""
     if not (np.isfinite(line.points).all() and np.isfinite(line.radius).all() and (line.radius > 0).all()):
         raise InputError(f"{path}: a point whose position or radius is not finite or not positive; repair the line")
-    if max(np.abs(line.points).max(initial=0.0), line.radius.max(initial=0.0)) > _FARTHEST:
-        raise InputError(f"{path}: a point or a radius beyond {_FARTHEST:g} cm; damaged, or the unit is wrong")
+    if max(np.abs(line.points).max(initial=0.0), line.radius.max(initial=0.0)) > _MAX_COORDINATE:
+        raise InputError(f"{path}: a point or a radius beyond {_MAX_COORDINATE:g} cm; damaged, or the unit is wrong")
 
 
 def write_swc(tree: Tree, path: str | Path) -> None:

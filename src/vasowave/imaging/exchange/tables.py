@@ -20,18 +20,18 @@ _SIZES = ("length", "radius", "radius_inscribed", "radius_densitometric")
 def write_network_table(measured: Measurement, path: str | Path, doubts: Sequence[Doubt] = ()) -> None:
     """Write one row a vessel: sizes, both radii, spread, taper, whether reliable, doubts; `read_network` reads it."""
     network = measured.network
-    doubted = {name: sorted({one.about for one in doubts if name in one.vessels}) for name in network.name}
+    doubted = {name: sorted({doubt.about for doubt in doubts if name in doubt.vessels}) for name in network.name}
     names = [network.name[p] if p >= 0 else "" for p in network.parent]
     columns = (network.length, network.radius, measured.inscribed, measured.densitometric)
-    known = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
+    pressure_column = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
     errors, counts = measured_columns(network), counted(network)
-    heads = [*(f"{head} [cm]" for head in _SIZES), *errors, *known, *counts]
+    heads = [*(f"{head} [cm]" for head in _SIZES), *errors, *pressure_column, *counts]
     rows = []
     for row, name in enumerate(network.name):
         cells = [repr(float(column[row])) if np.isfinite(column[row]) else "" for column in columns]
         cells += [column[row] for column in errors.values()]
         reliable = "yes" if measured.reliable[row] else "no"
-        cells += [*known.values(), *counts.values(), reliable, "; ".join(doubted[name])]
+        cells += [*pressure_column.values(), *counts.values(), reliable, "; ".join(doubted[name])]
         rows.append([name, names[row], *cells])
     _write(path, ["name", "parent", *heads, "radius_reliable", "doubts"], rows)
 

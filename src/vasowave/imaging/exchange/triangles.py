@@ -11,7 +11,7 @@ from vasowave.imaging.lumen.surface import Surface
 from vasowave.io.files import write_file
 from vasowave.io.textfile import read_bytes
 
-FEWEST = 100
+MIN_CORNERS = 100
 """A surface of vessels has so many corners."""
 
 
@@ -59,7 +59,7 @@ def read_surface_points(path: str | Path, unit: float) -> np.ndarray:
     """
     path = Path(path)
     points = _stl_corners(path) if path.suffix.lower() == ".stl" else read_polydata(path).points
-    if len(points) < FEWEST or not np.isfinite(points).all():
+    if len(points) < MIN_CORNERS or not np.isfinite(points).all():
         raise InputError(f"{path}: {len(points)} corners, or one that is not finite; is this the vessels' surface?")
     return unit * np.unique(points, axis=0)[:, ::-1]
 

@@ -16,34 +16,34 @@ class Profiles:
 
     Parameters
     ----------
-    known : tuple of pairs
+    pairs : tuple of pairs
         What was seen before: the digest of all that decides a value, and the value.
     """
 
-    def __init__(self, known: tuple[tuple[str, Any], ...] = ()) -> None:
-        self._known = dict(known)
+    def __init__(self, pairs: tuple[tuple[str, Any], ...] = ()) -> None:
+        self._known = dict(pairs)
         self._used: dict[str, Any] = {}
 
     def __call__(
-        self, line: Line, sections: np.ndarray, radius: float, volume: Volume, others: Sequence[Line] = ()
+        self, line: Line, sections: np.ndarray, radius: float, volume: Volume, neighbors: Sequence[Line] = ()
     ) -> Profile | None:
         """Return the profile, see `profile`."""
-        near = _near(line, radius + RING * volume.spacing[0], others, CLEARANCE * volume.spacing[0])
-        what = ("profile", line, sections, radius, near)
-        return self.recalled(what, lambda: profile(line, sections, radius, volume, others))
+        candidates = _near(line, radius + RING * volume.spacing[0], neighbors, CLEARANCE * volume.spacing[0])
+        inputs = ("profile", line, sections, radius, candidates)
+        return self.recalled(inputs, lambda: profile(line, sections, radius, volume, neighbors))
 
     def beside(self, line: Line, sections: np.ndarray, radius: float, volume: Volume, vessels: Line) -> float:
         """Return the noise beside the vessel, see `signal_beside`."""
         reach = reach_beside(radius, float(volume.spacing[0]))
         low, high = line.points.min(axis=0) - reach, line.points.max(axis=0) + reach
         wide = vessels.radius[:, None]
-        near = vessels[((vessels.points + wide > low) & (vessels.points - wide < high)).all(axis=1)]
-        what = ("beside", line, sections, radius, near)
-        return self.recalled(what, lambda: signal_beside(line, sections, radius, volume, near))
+        neighbors = vessels[((vessels.points + wide > low) & (vessels.points - wide < high)).all(axis=1)]
+        inputs = ("beside", line, sections, radius, neighbors)
+        return self.recalled(inputs, lambda: signal_beside(line, sections, radius, volume, neighbors))
 
-    def recalled(self, what: tuple[Any, ...], make: Callable[[], Any]) -> Any:
-        """Return what `make` returns, or returned before where `what` decides of it was the same."""
-        key = digest_of(*what)
+    def recalled(self, inputs: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+        """Return what `make` returns, or returned before where the `inputs` that decide of it were the same."""
+        key = digest_of(*inputs)
         if key not in self._known:
             self._known[key] = make()
         self._used[key] = self._known[key]
@@ -55,11 +55,13 @@ class Profiles:
         return tuple(self._used.items())
 
 
-def _near(line: Line, outer: float, others: Sequence[Line], margin: float) -> list[Line]:
-    """Return those of `others` whose tubes may come into sections of `line` that reach to `outer`."""
+def _near(line: Line, outer: float, neighbors: Sequence[Line], margin: float) -> list[Line]:
+    """Return those of `neighbors` whose tubes may come into sections of `line` that reach to `outer`."""
     low, high = line.points.min(axis=0) - outer - margin, line.points.max(axis=0) + outer + margin
     return [
-        other
-        for other in others
-        if ((other.points + other.radius.max() > low) & (other.points - other.radius.max() < high)).all(axis=1).any()
+        neighbor
+        for neighbor in neighbors
+        if ((neighbor.points + neighbor.radius.max() > low) & (neighbor.points - neighbor.radius.max() < high))
+        .all(axis=1)
+        .any()
     ]

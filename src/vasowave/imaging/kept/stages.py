@@ -36,8 +36,8 @@ from vasowave.stores import parsed, stored
 T = TypeVar("T")
 FOLDER = "stages"
 _SUFFIX = ".stage"
-_ALL = (Volume, Segmentation, Line, Tree, Elsewhere, Settled, Thinned, Profile, GreyLook, GreyScale)
-_KINDS: dict[str, type] = {one.__name__: one for one in _ALL}
+_STORED_TYPES = (Volume, Segmentation, Line, Tree, Elsewhere, Settled, Thinned, Profile, GreyLook, GreyScale)
+_KINDS: dict[str, type] = {kind.__name__: kind for kind in _STORED_TYPES}
 _BITS = np.dtype(bool).str
 _WORD = 16
 """Arrays begin at multiples of so many bytes."""
@@ -145,11 +145,11 @@ def _made(make: Callable[[], T]) -> tuple[T, tuple[Finding, ...]]:
     """Return what `make` returns and what it warned of, having warned."""
     notes: tuple[Finding, ...] = ()
     try:
-        with warnings.catch_warnings(record=True) as told:
+        with warnings.catch_warnings(record=True) as caught_warnings:
             warnings.simplefilter("always", VasowaveWarning)
             value = make()
     finally:
-        notes = found_in(told)
+        notes = found_in(caught_warnings)
         _warn(notes)
     return value, notes
 
@@ -166,9 +166,9 @@ def write_value(path: Path, key: str, value: Any) -> None:
     """
     arrays: list[np.ndarray] = []
     plain = _plain(value, arrays)
-    head = json.dumps({"arrays": [(one.dtype.str, one.size) for one in arrays], "value": plain}).encode()
-    parts: list[Any] = [len(head).to_bytes(_WORD, "little"), head, *map(_bytes, arrays)]
-    keep(path, key, *(piece for part in parts for piece in (part, bytes(-len(part) % _WORD))))
+    head = json.dumps({"arrays": [(array.dtype.str, array.size) for array in arrays], "value": plain}).encode()
+    chunks: list[Any] = [len(head).to_bytes(_WORD, "little"), head, *map(_bytes, arrays)]
+    keep(path, key, *(piece for chunk in chunks for piece in (chunk, bytes(-len(chunk) % _WORD))))
 
 
 @stored("stage of an extraction", f"{FOLDER}/*{_SUFFIX}")
@@ -180,25 +180,25 @@ def read_value(path: Path, key: str) -> Any:
         raise ValueError("another value, or a damaged one")
     length = int.from_bytes(content[:_WORD].tobytes(), "little")
     head = parsed(content[_WORD : _WORD + length].tobytes())
-    arrays, at = [], _next(_WORD + length)
+    arrays, offset = [], _next(_WORD + length)
     for kind, size in head["arrays"]:
-        end = at + size * np.dtype(kind).itemsize
-        arrays.append(content[at:end].view(kind))
-        at = _next(end)
+        end = offset + size * np.dtype(kind).itemsize
+        arrays.append(content[offset:end].view(kind))
+        offset = _next(end)
     return _value(head["value"], arrays)
 
 
-def _next(at: int) -> int:
-    return at + -at % _WORD
+def _next(offset: int) -> int:
+    return offset + -offset % _WORD
 
 
 def _value(plain: Any, arrays: list[np.ndarray]) -> Any:
     if isinstance(plain, list):
-        return tuple(_value(one, arrays) for one in plain)
+        return tuple(_value(element, arrays) for element in plain)
     if not isinstance(plain, dict):
         return plain
     if "kind" in plain:
-        return _KINDS[plain["kind"]](**{name: _value(one, arrays) for name, one in plain["fields"].items()})
+        return _KINDS[plain["kind"]](**{name: _value(element, arrays) for name, element in plain["fields"].items()})
     array, shape = arrays[plain["array"]], tuple(plain["shape"])
     if plain["type"] == _BITS:
         array = np.unpackbits(array, count=int(np.prod(shape)))
@@ -210,10 +210,10 @@ def _plain(value: Any, arrays: list[np.ndarray]) -> Any:
         arrays.append(np.packbits(value) if value.dtype == bool else value)
         return {"array": len(arrays) - 1, "shape": value.shape, "type": value.dtype.str}
     if is_dataclass(value):
-        own = {entry.name: _plain(getattr(value, entry.name), arrays) for entry in fields(value)}
-        return {"kind": type(value).__name__, "fields": own}
+        contents = {entry.name: _plain(getattr(value, entry.name), arrays) for entry in fields(value)}
+        return {"kind": type(value).__name__, "fields": contents}
     if isinstance(value, tuple):
-        return [_plain(one, arrays) for one in value]
+        return [_plain(element, arrays) for element in value]
     return value.item() if isinstance(value, np.generic) else value
 
 
@@ -233,17 +233,17 @@ class Keys(NamedTuple):
     grey: str
 
 
-def keys_of(image: str, said: Given, options: Options) -> Keys:
+def keys_of(image: str, inputs: Given, options: Options) -> Keys:
     """Return the keys of the stages after the image, whose own is `image`.
 
     Edits, wanted parts, scale and pressure act on what is measured, so that no stage depends on them; a root among
     the edits is the root.
     """
-    lumen = _key("lumen", image, said.segmenter, options.threshold, said.seed)
-    loops = _key("loops", lumen, options.loops, said.outlets is None)
-    axes = _key("axes", lumen, said.root, said.outlets, bool(options.cannula))
+    lumen = _key("lumen", image, inputs.segmenter, options.threshold, inputs.seed)
+    loops = _key("loops", lumen, options.loops, inputs.outlets is None)
+    axes = _key("axes", lumen, inputs.root, inputs.outlets, bool(options.cannula))
     elsewhere, grey = _key("elsewhere", axes), _key("grey", axes, options.cannula)
-    return Keys(lumen, loops, axes, elsewhere, _key("witness", lumen, said.root), _key("profiles", image), grey)
+    return Keys(lumen, loops, axes, elsewhere, _key("witness", lumen, inputs.root), _key("profiles", image), grey)
 
 
 def _key(stage: str, *values: Any) -> str:
@@ -252,15 +252,15 @@ def _key(stage: str, *values: Any) -> str:
 
 def image_key(source: Path, voxel: float | None) -> str | None:
     """Return the digest of the files at `source`, with what they are read as; None where other files belong to it."""
-    files = sorted(one for one in source.iterdir() if one.is_file()) if source.is_dir() else [source]
+    files = sorted(entry for entry in source.iterdir() if entry.is_file()) if source.is_dir() else [source]
     if not source.is_dir() and not _stands_alone(source):
         return None
     return _key("image", source.suffix.lower(), voxel, [(file.name, look(file).sha256) for file in files])
 
 
 def _stands_alone(source: Path) -> bool:
-    whole = source.is_file() and source.name.lower().endswith(_SELF_CONTAINED)
-    return whole and not _ELSEWHERE.search(read_start(source, _HEADER))
+    self_contained = source.is_file() and source.name.lower().endswith(_SELF_CONTAINED)
+    return self_contained and not _ELSEWHERE.search(read_start(source, _HEADER))
 
 
 def volume_key(volume: Volume) -> str:

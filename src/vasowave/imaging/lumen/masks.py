@@ -24,11 +24,11 @@ def box_region(volume: Volume, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """
     inside = np.ones(volume.grey.shape, dtype=bool)
     for axis, count in enumerate(volume.grey.shape):
-        at = volume.origin[axis] + np.arange(count) * volume.spacing[axis]
+        positions = volume.origin[axis] + np.arange(count) * volume.spacing[axis]
         a, b = sorted((low[axis], high[axis]))
         shape = [1, 1, 1]
         shape[axis] = count
-        inside &= ((at >= a) & (at <= b)).reshape(shape)
+        inside &= ((positions >= a) & (positions <= b)).reshape(shape)
     if not inside.any():
         last = volume.frame.world(volume.origin + (np.array(volume.grey.shape) - 1) * volume.spacing)
         raise InputError(
@@ -49,8 +49,8 @@ class Within:
         """Return the lumen inside the region, see `segment`; `volume` is `grid` or a part of it."""
         background = np.float32(background_level(volume))
         inside = _part(self.region, self.grid, volume)
-        seen = Volume(np.where(inside, volume.grey, background), volume.spacing, volume.origin)
-        return self.segmenter(seen, threshold, seed)
+        masked = Volume(np.where(inside, volume.grey, background), volume.spacing, volume.origin)
+        return self.segmenter(masked, threshold, seed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +72,11 @@ class EditedMask:
         grey = levels.whole
         bright = grey > self.threshold
         added, removed = mask & ~bright, bright & ~mask
-        near = ndimage.binary_dilation(mask, iterations=2)
+        region = ndimage.binary_dilation(mask, iterations=2)
         # Half the contrast on either side: there the surface runs midway between voxels.
         half = 0.5 * abs(threshold - levels.background)
         grey = np.where(added, threshold + half, np.where(removed, threshold - half, grey))
-        return connected_lumen(volume, parts_of(grey), near & (grey > threshold), threshold, levels, seed)
+        return connected_lumen(volume, parts_of(grey), region & (grey > threshold), threshold, levels, seed)
 
 
 def _part(mask: np.ndarray, grid: Volume, volume: Volume) -> np.ndarray:

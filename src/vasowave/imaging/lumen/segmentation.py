@@ -26,7 +26,7 @@ MARGIN = 3
 LARGE = 1 << 30
 """Bytes of grey levels beyond which a volume is smoothed in parts."""
 _SIZE = 4  # bytes of a smoothed grey level
-LEAST, LEAST_SHARE = 100, 0.003
+MIN_PIECE_VOXELS, MIN_PIECE_SHARE = 100, 0.003
 """A separate piece of so many voxels, and of such a share of the lumen, is as large as a vessel."""
 AT_BORDER = look_kind(
     "image.lumen-at-border",
@@ -53,12 +53,12 @@ def smoothed(grey: np.ndarray, width: float) -> np.ndarray:
     weights = (weights / weights.sum())[reach:]
     along, down, across = (np.pad(np.arange(count), reach, mode="symmetric") for count in grey.shape)
     planes = np.empty((len(weights) + reach, *grey.shape[1:]), dtype=np.float32)  # of each plane those beside it
-    found, count = np.empty(grey.shape, dtype=np.float32), len(planes)
+    result, count = np.empty(grey.shape, dtype=np.float32), len(planes)
     for z in range(len(grey)):
         for new in range(z + reach if z else 0, min(z + reach + 1, len(grey))):
             planes[new % count] = grey[new]
-        smoothed_plane(planes, along[z : z + count] % count, down, across, weights, found[z])
-    return found
+        smoothed_plane(planes, along[z : z + count] % count, down, across, weights, result[z])
+    return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,8 +201,8 @@ class Smoothed:
         if self._slab >= len(self._grey):
             return self.whole[_box(low, high)]
         around = np.maximum(low - self._reach, 0), np.minimum(high + self._reach, self._grey.shape)
-        found = smoothed(self._grey[_box(*around)], self._width)
-        return found[_box(low - around[0], high - around[0])]
+        levels = smoothed(self._grey[_box(*around)], self._width)
+        return levels[_box(low - around[0], high - around[0])]
 
     def brighter(self, threshold: float) -> np.ndarray:
         """Return which voxels are brighter than `threshold`, bool, shape of the volume."""
@@ -223,14 +223,14 @@ def _box(low: np.ndarray, high: np.ndarray) -> tuple[slice, ...]:
 
 
 def connected_lumen(
-    volume: Volume, parts: Parts, bright: np.ndarray, threshold: float, levels: Smoothed, seed: np.ndarray | None
+    volume: Volume, crop: Parts, bright: np.ndarray, threshold: float, levels: Smoothed, seed: np.ndarray | None
 ) -> Segmentation:
     """Return the piece of `bright` (bool, shape of the volume) that holds `seed`, or the largest, holes filled.
 
-    Where the levels that `parts` gives contradict the piece, they are set to just above or below the threshold.
+    Where the levels of a `crop` contradict the piece, they are set to just above or below the threshold.
     """
     contrast = levels.contrast(threshold)
-    voxels, others = _pieces(volume, bright, seed)
+    voxels, other_pieces = _pieces(volume, bright, seed)
     low, high = voxels.min(axis=0), voxels.max(axis=0) + 1
     if (low == 0).any() or (high == bright.shape).any():
         warn(AT_BORDER(), stacklevel=3)
@@ -238,14 +238,14 @@ def connected_lumen(
     mask = np.zeros(high - low, dtype=bool)
     mask[tuple((voxels - low).T)] = True
     mask |= _holes(mask)
-    local = parts(low, high)
+    local = crop(low, high)
     inside = np.maximum(local[mask], threshold + 1e-3 * contrast)
     local = np.minimum(local, threshold - 1e-6)
     local[mask] = inside
     spacing = float(volume.spacing[0])
     origin = volume.origin + low * spacing
     return Segmentation(mask, local, low, spacing, origin, threshold, threshold - contrast, levels.noise,
-                        tuple(volume.origin + one * volume.spacing for one in others))  # fmt: skip
+                        tuple(volume.origin + piece * volume.spacing for piece in other_pieces))  # fmt: skip
 
 
 def _pieces(volume: Volume, bright: np.ndarray, seed: np.ndarray | None) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -257,30 +257,30 @@ def _pieces(volume: Volume, bright: np.ndarray, seed: np.ndarray | None) -> tupl
     places = np.flatnonzero(bright)
     if len(places) == 0:
         raise InputError("the lumen is empty; check the mask, the region and the threshold")
-    voxels = np.stack([one.astype(np.int32) for one in np.unravel_index(places, bright.shape)], axis=1)
+    voxels = np.stack([coordinate.astype(np.int32) for coordinate in np.unravel_index(places, bright.shape)], axis=1)
     links = []
     for axis, stride in enumerate((bright.shape[1] * bright.shape[2], bright.shape[2], 1)):
         inner = np.flatnonzero(voxels[:, axis] < bright.shape[axis] - 1)
         inner = inner[bright.ravel()[places[inner] + stride]]
         links.append((inner.astype(np.int32), np.searchsorted(places, places[inner] + stride).astype(np.int32)))
-    here, there = (np.concatenate(side) for side in zip(*links, strict=True))
+    rows, columns = (np.concatenate(side) for side in zip(*links, strict=True))
     del links
-    touching = coo_array((np.ones(len(here), dtype=bool), (here, there)), shape=(len(places), len(places)))
+    touching = coo_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(len(places), len(places)))
     labels = connected_components(touching, directed=False)[1]
     chosen, sizes = _chosen(volume, voxels, labels, seed), np.bincount(labels)
-    large = np.flatnonzero(sizes >= max(LEAST, LEAST_SHARE * sizes[chosen]))
-    return voxels[labels == chosen], [voxels[labels == one] for one in large if one != chosen]
+    large = np.flatnonzero(sizes >= max(MIN_PIECE_VOXELS, MIN_PIECE_SHARE * sizes[chosen]))
+    return voxels[labels == chosen], [voxels[labels == label] for label in large if label != chosen]
 
 
 def _chosen(volume: Volume, voxels: np.ndarray, labels: np.ndarray, seed: np.ndarray | None) -> int:
     """Return the label of the voxel at `seed`, or the commonest."""
     if seed is not None:
-        at = np.flatnonzero((voxels == np.round((np.asarray(seed) - volume.origin) / volume.spacing)).all(axis=1))
-        if len(at) == 0:
+        matches = np.flatnonzero((voxels == np.round((np.asarray(seed) - volume.origin) / volume.spacing)).all(axis=1))
+        if len(matches) == 0:
             raise InputError(
                 f"the point {written(np.asarray(seed))} cm (x,y,z) is not inside a vessel; move it or the threshold"
             )
-        return int(labels[at[0]])
+        return int(labels[matches[0]])
     sizes = np.append(np.bincount(labels), 0)
     largest, second = np.argsort(sizes)[::-1][:2]
     if sizes[second] > 0.1 * sizes[largest]:

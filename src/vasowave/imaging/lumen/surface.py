@@ -63,11 +63,11 @@ def full_mask(lumen: Segmentation, image: Volume) -> np.ndarray:
     inside = np.zeros(image.grey.shape, dtype=bool)
     places = []
     for axis, count in enumerate(image.grey.shape):
-        at = image.origin[axis] + np.arange(count) * image.spacing[axis]
-        near = np.round((at - lumen.origin[axis]) / lumen.spacing).astype(int)
-        there = np.flatnonzero((near >= 0) & (near < lumen.mask.shape[axis]))
-        places.append((there, near[there]))
-    inside[np.ix_(*(there for there, _ in places))] = lumen.mask[np.ix_(*(near for _, near in places))]
+        positions = image.origin[axis] + np.arange(count) * image.spacing[axis]
+        voxels = np.round((positions - lumen.origin[axis]) / lumen.spacing).astype(int)
+        rows = np.flatnonzero((voxels >= 0) & (voxels < lumen.mask.shape[axis]))
+        places.append((rows, voxels[rows]))
+    inside[np.ix_(*(rows for rows, _ in places))] = lumen.mask[np.ix_(*(voxels for _, voxels in places))]
     return inside
 
 

@@ -10,11 +10,11 @@ from vasowave.imaging.measure.radii import densitometric_radius, section_radii
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line, Tree
 
-STEP = 0.03
+MIN_STEP_SHARE = 0.03
 """The radius changes at the tip by at least this share."""
-MARGIN = 4
+MARGIN_POINTS = 4
 """Fewest points on either side of the tip."""
-ALIKE = 2 * np.sqrt(np.pi) * BLUR
+NOISE_LENGTH_VOXELS = 2 * np.sqrt(np.pi) * BLUR
 """Voxels along which the errors of sections are alike: the integral scale of noise that is as blurred as the image."""
 _ELSE = "or the root is not at the cannula's outer end"
 _NONE = "if there is none in the image, give --cannula 0 (cannula=0 in Python) and the root where the network begins"
@@ -43,11 +43,11 @@ def cannula_tip(line: Line, radius: np.ndarray) -> int:
     """
     places, misfits, steps = _candidates(line, radius)
     best = int(np.argmin(misfits))
-    near, far = steps[best]
-    if abs(far - near) < STEP * near:
+    tubing_radius, vessel_radius = steps[best]
+    if abs(vessel_radius - tubing_radius) < MIN_STEP_SHARE * tubing_radius:
         raise NoCannulaError(
-            f"no cannula found: where the root's radius changes most it steps only from {near:.4g} to {far:.4g} cm; "
-            f"{_NONE}; {_ELSE}"
+            f"no cannula found: where the root's radius changes most it steps only from {tubing_radius:.4g} to "
+            f"{vessel_radius:.4g} cm; {_NONE}; {_ELSE}"
         )
     return int(places[best])
 
@@ -61,7 +61,7 @@ def tip_sd(cannula: Line, root: Line, volume: Volume) -> float:
     line = cannula[:-1].then(root)
     places, misfits, _ = _candidates(line, section_radii(line, volume))
     run = line.run[places]
-    independent = np.ptp(run) / (ALIKE * float(volume.spacing[0]))
+    independent = np.ptp(run) / (NOISE_LENGTH_VOXELS * float(volume.spacing[0]))
     likely = np.exp(-independent / 2 * (misfits / max(misfits.min(), np.finfo(float).tiny) - 1))
     return float(np.sqrt(np.cov(run, aweights=likely, ddof=0)))
 
@@ -70,22 +70,26 @@ def _candidates(line: Line, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     """Return every point that may be the tip, the squared misfit with it, and both radii there."""
     run, typical = line.run, np.median(line.radius)
     inner = np.flatnonzero((run > 1.2 * typical) & (run < run[-1] - 1.2 * typical))
-    if len(inner) < 3 * MARGIN:
+    if len(inner) < 3 * MARGIN_POINTS:
         raise NoCannulaError(
             "the root vessel is too short to show where the cannula ends; give the outlets, if false branches cut it; "
             f"{_NONE}; {_ELSE}"
         )
     values, along = radius[inner], run[inner]
-    fits = [_fit(values, along, tip) for tip in range(MARGIN, len(values) - MARGIN)]
-    return inner[MARGIN:-MARGIN], np.array([misfit for misfit, *_ in fits]), [(near, far) for _, near, far in fits]
+    fits = [_fit(values, along, tip) for tip in range(MARGIN_POINTS, len(values) - MARGIN_POINTS)]
+    return (
+        inner[MARGIN_POINTS:-MARGIN_POINTS],
+        np.array([misfit for misfit, *_ in fits]),
+        [(tubing_radius, vessel_radius) for _, tubing_radius, vessel_radius in fits],
+    )
 
 
 def _fit(radius: np.ndarray, run: np.ndarray, tip: int) -> tuple[float, float, float]:
     """Return the squared misfit of a constant before `tip` and a line after it, and both radii at the tip."""
     slope, start = np.polyfit(run[tip:] - run[tip], radius[tip:], 1)
-    rest = radius[tip:] - start - slope * (run[tip:] - run[tip])
-    near = float(radius[:tip].mean())
-    return float(((radius[:tip] - near) ** 2).sum() + (rest**2).sum()), near, float(start)
+    residual = radius[tip:] - start - slope * (run[tip:] - run[tip])
+    tubing_radius = float(radius[:tip].mean())
+    return float(((radius[:tip] - tubing_radius) ** 2).sum() + (residual**2).sum()), tubing_radius, float(start)
 
 
 def without_cannula(tree: Tree, volume: Volume) -> tuple[Tree, Line]:
@@ -107,11 +111,11 @@ def cannula_radius(line: Line, volume: Volume) -> float:
     """
     run, typical = line.run, float(np.median(line.radius))
     free = np.flatnonzero((run > 1.2 * typical) & (run < run[-1] - 0.5 * typical))
-    one = profile(line, free, typical, volume)
-    if one is None:
+    sections = profile(line, free, typical, volume)
+    if sections is None:
         raise InputError(f"the cannula shows only {run[-1]:.3g} cm, too little to measure its radius; {_ELSE}")
-    contrast, _ = own_contrast(one, BLUR * float(volume.spacing[0]))
-    return densitometric_radius(one, contrast)
+    contrast, _ = own_contrast(sections, BLUR * float(volume.spacing[0]))
+    return densitometric_radius(sections, contrast)
 
 
 OTHER_SCALE = look_kind(
@@ -122,7 +126,7 @@ OTHER_SCALE = look_kind(
 )
 
 
-def scale_of(cannula: Line, volume: Volume, known: float) -> float:
+def scale_of(cannula: Line, volume: Volume, known_radius: float) -> float:
     """Return the known over the measured radius of the `cannula`.
 
     Warns
@@ -131,7 +135,7 @@ def scale_of(cannula: Line, volume: Volume, known: float) -> float:
         They differ by more than 1 %.
     """
     measured = cannula_radius(cannula, volume)
-    scale = known / measured
+    scale = known_radius / measured
     if abs(scale - 1) > 0.01:
-        warn(OTHER_SCALE(measured=float(measured), known=float(known), percent=float(100 * (scale - 1))))
+        warn(OTHER_SCALE(measured=float(measured), known=float(known_radius), percent=float(100 * (scale - 1))))
     return scale

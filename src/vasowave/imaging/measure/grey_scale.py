@@ -16,15 +16,15 @@ from vasowave.imaging.tree import Tree, clear_stretches
 
 LAG = 3
 """Sections so many points apart have noise of their own; the middle one differs from the mean of both others by it."""
-REACH, STEP, BIN = 4.5, 0.5, 0.25
+REACH_VOXELS, STEP_VOXELS, RING_VOXELS = 4.5, 0.5, 0.25
 """Sections reach so far beyond the radius, are sampled at this distance, and in rings of this width; voxels."""
-APART = 3.0
+CLEARANCE_VOXELS = 3.0
 """What lies nearer to another vessel's wall is left out, voxels."""
-SECTIONS, SAMPLES = 12, 40
+MIN_SECTIONS, SAMPLES = 12, 40
 """A vessel with fewer sections, and a ring with fewer samples, shows no noise."""
-RINGS, DEGREE = 30, 3
+MIN_RINGS, DEGREE = 30, 3
 """Fewer rings show no scale; the logarithm of the noise is a polynomial of this degree in the level."""
-WITHIN = 0.683
+NORMAL_SHARE = 0.683
 """So large a share of normal noise lies within one deviation; where a vessel narrows or bends, the rest is no noise."""
 ROUNDS, OUTLIER = 10, 2.0
 """Of the robust fit, in which a ring so many deviations off counts half."""
@@ -65,16 +65,18 @@ class GreyScale:
     @property
     def pairs(self) -> tuple[tuple[float, float], ...]:
         """Measured and linear levels that correct the scale."""
-        few = np.linspace(0, len(self.measured) - 1, KNOTS).round().astype(int)
-        return tuple(zip(self.measured[few].tolist(), self.linear[few].tolist(), strict=True))
+        knots = np.linspace(0, len(self.measured) - 1, KNOTS).round().astype(int)
+        return tuple(zip(self.measured[knots].tolist(), self.linear[knots].tolist(), strict=True))
 
 
 def corrected(volume: Volume, pairs: tuple[tuple[float, float], ...]) -> Volume:
     """Return `volume` with the linear level of every measured one, straight between the `pairs` and beyond them."""
     measured, linear = np.array(pairs).T
     slope = np.diff(linear) / np.diff(measured)
-    at = np.clip(np.searchsorted(measured, volume.grey, side="right") - 1, 0, len(slope) - 1)
-    return Volume(linear[at] + slope[at] * (volume.grey - measured[at]), volume.spacing, volume.origin, volume.axes)
+    segment = np.clip(np.searchsorted(measured, volume.grey, side="right") - 1, 0, len(slope) - 1)
+    return Volume(
+        linear[segment] + slope[segment] * (volume.grey - measured[segment]), volume.spacing, volume.origin, volume.axes
+    )
 
 
 def grey_scale(tree: Tree, volume: Volume) -> GreyScale | None:
@@ -84,7 +86,7 @@ def grey_scale(tree: Tree, volume: Volume) -> GreyScale | None:
     """
     rings = [_rings(tree, row, stretch, volume) for row, stretch in enumerate(clear_stretches(tree))]
     level, noise, weight = np.concatenate(rings, axis=1)
-    if len(level) < RINGS or not np.ptp(level) > 0 or not np.median(noise) > 0:
+    if len(level) < MIN_RINGS or not np.ptp(level) > 0 or not np.median(noise) > 0:
         return None
     knots = np.linspace(level.min(), level.max(), 8 * (KNOTS - 1) + 1)
     fitted = np.exp(_smooth(level, np.log(np.maximum(noise, 1e-3 * np.median(noise))), weight, knots))
@@ -98,31 +100,35 @@ def _rings(tree: Tree, row: int, stretch: tuple[float, float], volume: Volume) -
     line, spacing = tree.lines[row], float(volume.spacing[0])
     begin, end = max(stretch[0], 2 * line.radius[0]), min(stretch[1], line.length - 1.5 * line.typical_radius)
     sections = np.flatnonzero((line.run > begin) & (line.run < end))
-    if len(sections) < SECTIONS:
+    if len(sections) < MIN_SECTIONS:
         return np.empty((3, 0))
     u, v = carried(tangents(line.points, 4)[sections])
-    grid = disc(line.typical_radius + REACH * spacing, STEP * spacing)
+    grid = disc(line.typical_radius + REACH_VOXELS * spacing, STEP_VOXELS * spacing)
     places = line.points[sections, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
     grey = sampled(volume.grey, places, volume.origin, spacing)
-    others = tree.line[tree.owner != row]
-    if len(others):
-        grey[in_tube(places, line.points[sections], others.points, others.radius + APART * spacing)] = np.nan
+    neighbors = tree.line[tree.owner != row]
+    if len(neighbors):
+        grey[
+            in_tube(places, line.points[sections], neighbors.points, neighbors.radius + CLEARANCE_VOXELS * spacing)
+        ] = np.nan
     differs = grey[LAG:-LAG] - (grey[: -2 * LAG] + grey[2 * LAG :]) / 2
-    ring = (np.hypot(*grid.T) / (BIN * spacing)).astype(int)
-    found = []
+    ring = (np.hypot(*grid.T) / (RING_VOXELS * spacing)).astype(int)
+    samples = []
     for number in np.unique(ring):
-        own, here = differs[:, ring == number], grey[LAG:-LAG, ring == number]
-        seen = np.isfinite(own)
-        if seen.sum() >= SAMPLES:
-            found.append((here[seen].mean(), np.quantile(np.abs(own[seen]), WITHIN) / np.sqrt(1.5), seen.sum()))
-    return np.array(found).reshape(-1, 3).T
+        deviations, levels = differs[:, ring == number], grey[LAG:-LAG, ring == number]
+        valid = np.isfinite(deviations)
+        if valid.sum() >= SAMPLES:
+            samples.append(
+                (levels[valid].mean(), np.quantile(np.abs(deviations[valid]), NORMAL_SHARE) / np.sqrt(1.5), valid.sum())
+            )
+    return np.array(samples).reshape(-1, 3).T
 
 
-def _smooth(level: np.ndarray, value: np.ndarray, weight: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the polynomial through `value` at the levels `at`, outliers counting less."""
+def _smooth(level: np.ndarray, value: np.ndarray, weight: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Return the polynomial through `value` at the levels `knots`, outliers counting less."""
 
     def basis(levels: np.ndarray) -> np.ndarray:
-        return np.polynomial.legendre.legvander(2 * (levels - at[0]) / (at[-1] - at[0]) - 1, DEGREE)
+        return np.polynomial.legendre.legvander(2 * (levels - knots[0]) / (knots[-1] - knots[0]) - 1, DEGREE)
 
     matrix, full = basis(level), np.sqrt(weight / weight.max())
     root = full
@@ -131,4 +137,4 @@ def _smooth(level: np.ndarray, value: np.ndarray, weight: np.ndarray, at: np.nda
         off = value - matrix @ fit
         size = max(1.4826 * float(np.median(np.abs(off))), 1e-9)
         root = full / np.sqrt(1 + (off / (OUTLIER * size)) ** 2)
-    return np.asarray(basis(at) @ fit)
+    return np.asarray(basis(knots) @ fit)

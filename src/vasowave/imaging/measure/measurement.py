@@ -26,8 +26,8 @@ def network_of(tree: Tree) -> Network:
     InputError
         As `Network`.
     """
-    own = mean_along(tree, [line.radius for line in tree.lines])
-    radius = np.where(np.isnan(own), [line.typical_radius for line in tree.lines], own)
+    mean_radius = mean_along(tree, [line.radius for line in tree.lines])
+    radius = np.where(np.isnan(mean_radius), [line.typical_radius for line in tree.lines], mean_radius)
     names = tuple(str(row + 1) for row in range(len(tree)))
     return Network(names, tree.parent, np.array([line.length for line in tree.lines]), radius)
 
@@ -36,8 +36,8 @@ def mean_along(tree: Tree, values: Sequence[np.ndarray]) -> np.ndarray:
     """Return the mean of each vessel's `values`, one a point, where its lumen is its own; NaN where none is finite."""
     means = np.full(len(tree), np.nan)
     for row, (line, (begin, end)) in enumerate(zip(tree.lines, clear_stretches(tree), strict=True)):
-        own = values[row][(line.run > begin) & (line.run < end) & np.isfinite(values[row])]
-        means[row] = own.mean() if len(own) else np.nan
+        clear_values = values[row][(line.run > begin) & (line.run < end) & np.isfinite(values[row])]
+        means[row] = clear_values.mean() if len(clear_values) else np.nan
     return means
 
 
@@ -74,10 +74,12 @@ class Measurement:
     grey: Densitometry | None = None
 
 
-def measured_in(tree: Tree, volume: Volume, look: Look = profile, beside: Beside = signal_beside) -> Measurement:
+def measured_in(
+    tree: Tree, volume: Volume, profiler: Look = profile, noise_beside: Beside = signal_beside
+) -> Measurement:
     """Return lengths and radii of `tree` in `volume`; the spread of the radii is not known yet (NaN)."""
     first = network_of(tree)
-    grey = densitometry(tree, volume, first.radius, look, beside)
+    grey = densitometry(tree, volume, first.radius, profiler, noise_beside)
     dense = grey.radius
     radius = np.where(np.isfinite(dense), dense, first.radius)
     reliable = np.isfinite(dense) & (free_length(tree) >= RELIABLE * radius)
@@ -96,8 +98,8 @@ def with_errors(measured: Measurement) -> Measurement:
     network, grey = measured.network, measured.grey
     network = replace(network, radius_sd=np.where(measured.radius_sd > 0, measured.radius_sd, np.nan))
     if grey is not None:
-        seen = (grey.taper_sd > 0) & ~closes(grey.taper, network)
-        slope, sd = (np.where(seen, values, np.nan) for values in (grey.taper, grey.taper_sd))
+        has_taper = (grey.taper_sd > 0) & ~closes(grey.taper, network)
+        slope, sd = (np.where(has_taper, values, np.nan) for values in (grey.taper, grey.taper_sd))
         network = replace(network, taper=slope, taper_sd=sd)
     return replace(measured, network=network)
 

@@ -15,21 +15,21 @@ from vasowave.imaging.tree import Line
 
 DISC, RING = 2.0, 7.0
 """A section is integrated up to DISC voxels beyond the radius, its background taken from there to RING voxels."""
-CLEARANCE, DIRECTIONS, SEEN = 1.0, 32, 0.3
+CLEARANCE, DIRECTIONS, MIN_SECTION_SHARE = 1.0, 32, 0.3
 """Directions (of so many) in which a section comes within CLEARANCE voxels of another vessel are not measured; sections
-of which less than SEEN is left are not used."""
+of which less than MIN_SECTION_SHARE is left are not used."""
 CORE = 0.6, 2.5
 """The middle of a section: within the radius less the second number, at least the first, voxels."""
 BIN = 0.5
 """Width of the bins of distance from the axis in which the wall's slope is looked for, voxels."""
 COPIES = 12
 """The sections are laid in so many directions beside their vessel."""
-EVERY, FINE = 2.0, 4.0
-"""One section in EVERY voxels is enough, and one sample a voxel: neighbors share their noise. In vessels wider than
-FINE voxels samples, and then sections, are so many to a radius, for their radii are sure."""
-CLEAR = 0.9
+SECTION_STEP_VOXELS, SAMPLES_PER_RADIUS = 2.0, 4.0
+"""One section in SECTION_STEP_VOXELS is enough, and one sample a voxel: neighbors share their noise. In vessels wider
+than SAMPLES_PER_RADIUS voxels samples, and then sections, are so many to a radius, for their radii are sure."""
+MIN_CLEAR_SHARE = 0.9
 """A section is used if so much of it is no vessel."""
-FEWEST = 4
+MIN_COPIES = 4
 """Fewer copies that lie clear of all vessels say nothing."""
 Beside = Callable[[Line, np.ndarray, float, Volume, Line], float]
 """Tells what noise adds to sections, see `signal_beside`."""
@@ -72,11 +72,11 @@ Look = Callable[[Line, np.ndarray, float, Volume, Sequence[Line]], Profile | Non
 
 
 def profile(
-    line: Line, sections: np.ndarray, radius: float, volume: Volume, others: Sequence[Line] = ()
+    line: Line, sections: np.ndarray, radius: float, volume: Volume, neighbors: Sequence[Line] = ()
 ) -> Profile | None:
     """Return what the `sections` (points of `line`) of a vessel of about `radius` (cm) show; None without sections.
 
-    Directions in which one of the `others` comes into a section are left out together with their opposites.
+    Directions in which one of the `neighbors` comes into a section are left out together with their opposites.
     """
     if len(sections) == 0:
         return None
@@ -89,19 +89,23 @@ def profile(
     rho = np.hypot(*grid.T)
     within, core = rho <= inner, rho <= max(CORE[0] * spacing, radius - CORE[1] * spacing)
     foreign = np.zeros(places.shape[:2], dtype=bool)
-    for other in others:
-        foreign |= in_tube(places, line.points[sections], other.points, other.radius + CLEARANCE * spacing)
-    kept, ring = _seen(grid, within, foreign)
-    good = (kept.sum(axis=1) >= SEEN * within.sum()) & ring.any(axis=1)
+    for neighbor in neighbors:
+        foreign |= in_tube(places, line.points[sections], neighbor.points, neighbor.radius + CLEARANCE * spacing)
+    valid, ring = _seen(grid, within, foreign)
+    good = (valid.sum(axis=1) >= MIN_SECTION_SHARE * within.sum()) & ring.any(axis=1)
     if not good.any():
         return None
     background = medians(grey[good], ring[good])
-    above, kept = grey[good] - background[:, None], kept[good]
+    above, valid = grey[good] - background[:, None], valid[good]
     area = within.sum() * (STEP * spacing) ** 2
-    signal = np.maximum((above * kept).sum(axis=1) / kept.sum(axis=1) * area, 0.0)
-    whole = above[kept[:, within].all(axis=1)]
-    spread = _spread(whole[:, within].mean(axis=0), grid[within]) if len(whole) else np.full(2, np.nan)
-    steepest = _slope(above, kept, rho, BIN * spacing)
+    signal = np.maximum((above * valid).sum(axis=1) / valid.sum(axis=1) * area, 0.0)
+    complete_sections = above[valid[:, within].all(axis=1)]
+    spread = (
+        _spread(complete_sections[:, within].mean(axis=0), grid[within])
+        if len(complete_sections)
+        else np.full(2, np.nan)
+    )
+    steepest = _slope(above, valid, rho, BIN * spacing)
     # The integral's own noise, and that of the background's median (π/2 as much as of a mean) over its area.
     noise = np.sqrt(area + np.pi / 2 * area**2 / (np.mean(ring[good].sum(axis=1)) * (STEP * spacing) ** 2))
     plateau = above[:, core].mean(axis=1)
@@ -126,11 +130,11 @@ def _spread(weight: np.ndarray, grid: np.ndarray) -> np.ndarray:
     return np.linalg.eigvalsh((away * weight[:, None]).T @ away)[::-1]
 
 
-def _slope(above: np.ndarray, kept: np.ndarray, rho: np.ndarray, width: float) -> float:
+def _slope(above: np.ndarray, valid: np.ndarray, rho: np.ndarray, width: float) -> float:
     """Return the steepest fall of the mean grey level from bin to bin of `width`, grey levels per cm."""
     bins = (rho / width).astype(int)
-    total = np.bincount(np.broadcast_to(bins, above.shape)[kept], above[kept])
-    count = np.bincount(np.broadcast_to(bins, above.shape)[kept])
+    total = np.bincount(np.broadcast_to(bins, above.shape)[valid], above[valid])
+    count = np.bincount(np.broadcast_to(bins, above.shape)[valid])
     mean = total / np.maximum(count, 1)
     return float(np.max(mean[:-2] - mean[2:], initial=0.0) / (2 * width))
 
@@ -144,9 +148,9 @@ def signal_beside(line: Line, sections: np.ndarray, radius: float, volume: Volum
     """
     spacing = float(volume.spacing[0])
     inner, outer = radius + DISC * spacing, radius + RING * spacing
-    rows = sections[:: round(max(EVERY, radius / (FINE * spacing)))]
+    rows = sections[:: round(max(SECTION_STEP_VOXELS, radius / (SAMPLES_PER_RADIUS * spacing)))]
     u, v = (axis[rows] for axis in across(tangents(line.points, 4)))
-    grid = disc(outer, max(spacing, radius / FINE))
+    grid = disc(outer, max(spacing, radius / SAMPLES_PER_RADIUS))
     within = np.hypot(*grid.T) <= inner
     area, means = np.pi * inner**2, []
     for angle in 2 * np.pi * np.arange(COPIES) / COPIES:
@@ -154,14 +158,14 @@ def signal_beside(line: Line, sections: np.ndarray, radius: float, volume: Volum
         places = centers[:, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
         voxels = (places - volume.origin) / spacing
         clear = ~in_tube(places, centers, vessels.points, vessels.radius + spacing) & _inside(voxels, volume.grey.shape)
-        good = (clear & within).sum(axis=1) >= CLEAR * within.sum()
+        good = (clear & within).sum(axis=1) >= MIN_CLEAR_SHARE * within.sum()
         if good.sum() < max(0.5 * len(rows), 1) or not (clear[good] & ~within).any(axis=1).all():
             continue
         grey = sampled(volume.grey, places[good], volume.origin, spacing)
         disc_mean = _mean(grey, clear[good] & within)
         background = medians(grey, clear[good] & ~within)
         means.append(float(np.mean(disc_mean - background)) * area)
-    return float(np.median(np.abs(means))) / 0.6745 if len(means) >= FEWEST else np.nan
+    return float(np.median(np.abs(means))) / 0.6745 if len(means) >= MIN_COPIES else np.nan
 
 
 def reach_beside(radius: float, spacing: float) -> float:

@@ -32,7 +32,7 @@ class Densitometry:
         is beside the vessel, the error of the contrast, `MODEL`.
     contrast : float array
         Grey level of the lumen above the background.
-    own : float array
+    relative_contrast : float array
         The same as the vessel's own middle shows it, over that of the tree along the way: below 1 where partly filled.
     aspect : float array
         Small over large half axis of the section.
@@ -43,7 +43,7 @@ class Densitometry:
     radius: np.ndarray
     sd: np.ndarray
     contrast: np.ndarray
-    own: np.ndarray
+    relative_contrast: np.ndarray
     aspect: np.ndarray
     taper: np.ndarray
     taper_sd: np.ndarray
@@ -58,7 +58,7 @@ class Densitometry:
 
 
 def densitometry(
-    tree: Tree, volume: Volume, inscribed: np.ndarray, look: Look = profile, beside: Beside = signal_beside
+    tree: Tree, volume: Volume, inscribed: np.ndarray, profiler: Look = profile, noise_beside: Beside = signal_beside
 ) -> Densitometry:
     """Return the radius of every vessel from the area of its sections, ∫(g - background) dA / contrast.
 
@@ -72,35 +72,37 @@ def densitometry(
     volume : Volume
     inscribed : float array, shape (vessel,)
         First estimate of the radii, cm.
-    look : callable
+    profiler : callable
         What looks at the sections of a vessel, as `profile` does.
-    beside : callable
+    noise_beside : callable
         What tells the noise beside a vessel, as `signal_beside` does.
     """
-    window = windows(densitometric_radii(tree, volume, inscribed, inscribed, look), inscribed, float(volume.spacing[0]))
-    looked = _looked(tree, volume, inscribed, window, look)
+    window = windows(
+        densitometric_radii(tree, volume, inscribed, inscribed, profiler), inscribed, float(volume.spacing[0])
+    )
+    looked = _looked(tree, volume, inscribed, window, profiler)
     noise = [
-        np.nan if one is None else beside(line, one.rows, reach, volume, tree.line)
-        for line, one, reach in zip(tree.lines, looked.profiles, window, strict=True)
+        np.nan if sections is None else noise_beside(line, sections.rows, reach, volume, tree.line)
+        for line, sections, reach in zip(tree.lines, looked.profiles, window, strict=True)
     ]
-    scatter = moderated([one if one is None else one.sections for one in looked.evened], np.array(noise))
+    scatter = moderated([evened if evened is None else evened.sections for evened in looked.evened], np.array(noise))
     columns = [
-        _measured(*each, looked.blur)
-        for each in zip(looked.evened, scatter, looked.contrast, looked.error, strict=True)
+        _measured(*estimates, looked.blur)
+        for estimates in zip(looked.evened, scatter, looked.contrast, looked.error, strict=True)
     ]
-    radius, sd, own, aspect, taper, taper_sd = np.array(columns).T
-    return Densitometry(radius, sd, looked.contrast, own, aspect, taper, taper_sd)
+    radius, sd, relative_contrast, aspect, taper, taper_sd = np.array(columns).T
+    return Densitometry(radius, sd, looked.contrast, relative_contrast, aspect, taper, taper_sd)
 
 
 def densitometric_radii(
-    tree: Tree, volume: Volume, inscribed: np.ndarray, window: np.ndarray, look: Look = profile
+    tree: Tree, volume: Volume, inscribed: np.ndarray, window: np.ndarray, profiler: Look = profile
 ) -> np.ndarray:
     """Return the radius of `densitometry` alone, cm, NaN without sections; sections reach beyond radii of `window`."""
-    looked = _looked(tree, volume, inscribed, window, look)
+    looked = _looked(tree, volume, inscribed, window, profiler)
     return np.array(
         [
-            np.nan if one is None or not contrast > 0 else densitometric_radius(one.sections, contrast)
-            for one, contrast in zip(looked.evened, looked.contrast, strict=True)
+            np.nan if evened is None or not contrast > 0 else densitometric_radius(evened.sections, contrast)
+            for evened, contrast in zip(looked.evened, looked.contrast, strict=True)
         ]
     )
 
@@ -115,16 +117,22 @@ class _Looked(NamedTuple):
     blur: float
 
 
-def _looked(tree: Tree, volume: Volume, inscribed: np.ndarray, window: np.ndarray, look: Look) -> _Looked:
-    stretches, others = clear_stretches(tree), _neighbors(tree, window + (RING + CLEARANCE) * float(volume.spacing[0]))
+def _looked(tree: Tree, volume: Volume, inscribed: np.ndarray, window: np.ndarray, profiler: Look) -> _Looked:
+    stretches, neighbors = (
+        clear_stretches(tree),
+        _neighbors(tree, window + (RING + CLEARANCE) * float(volume.spacing[0])),
+    )
     profiles = [
-        _profile(tree, row, stretches[row], inscribed[row], window[row], volume, look, others[row])
+        _profile(tree, row, stretches[row], inscribed[row], window[row], volume, profiler, neighbors[row])
         for row in range(len(tree))
     ]
     blur = blur_of(profiles, inscribed, float(volume.spacing[0]))
     contrast, error = contrasts(profiles, _ways(tree), blur)
     middles = [line.length / 2 for line in tree.lines]
-    evened = [one if one is None else evened_sections(one, at) for one, at in zip(profiles, middles, strict=True)]
+    evened = [
+        sections if sections is None else evened_sections(sections, middle)
+        for sections, middle in zip(profiles, middles, strict=True)
+    ]
     return _Looked(profiles, evened, contrast, error, blur)
 
 
@@ -141,12 +149,12 @@ def _neighbors(tree: Tree, reach: np.ndarray) -> list[list[Line]]:
     """Return the other vessels that may come within `reach` (cm, by vessel) of each vessel's axis."""
     low, high = (np.array([side(line.points, axis=0) for line in tree.lines]) for side in (np.min, np.max))
     wide = np.array([line.radius.max() for line in tree.lines])[:, None]
-    found = []
-    for row, far in enumerate(reach):
-        near = ((low - wide <= high[row] + far) & (high + wide >= low[row] - far)).all(axis=1)
-        near[row] = False
-        found.append([tree.lines[other] for other in np.flatnonzero(near)])
-    return found
+    neighbors = []
+    for row, distance in enumerate(reach):
+        in_reach = ((low - wide <= high[row] + distance) & (high + wide >= low[row] - distance)).all(axis=1)
+        in_reach[row] = False
+        neighbors.append([tree.lines[neighbor] for neighbor in np.flatnonzero(in_reach)])
+    return neighbors
 
 
 def _profile(
@@ -156,49 +164,49 @@ def _profile(
     inscribed: float,
     window: float,
     volume: Volume,
-    look: Look,
-    others: list[Line],
+    profiler: Look,
+    neighbors: list[Line],
 ) -> Profile | None:
     """Return the profile of a vessel over its clear stretch."""
     line, (begin, end) = tree.lines[row], stretch
     tail = 1.3 * inscribed if row in tree.terminals else 1.5 * line.radius[-1]
     first = max(begin, 1.5 * line.radius[0] + 0.5 * inscribed)
     free = np.flatnonzero((line.run > first) & (line.run < min(end, line.length - tail)))
-    return look(line, free, window, volume, others)
+    return profiler(line, free, window, volume, neighbors)
 
 
-def densitometric_radius(one: Profile, contrast: float) -> float:
+def densitometric_radius(sections: Profile, contrast: float) -> float:
     """Return the radius of the circle of the sections' mean area, cm, for a lumen of `contrast` to its background.
 
     The mean is that of the middle half: neighbors disturb some sections, noise all.
     """
-    cut = len(one.signal) // 4
-    middle = np.sort(one.signal)[cut : len(one.signal) - cut]
+    cut = len(sections.signal) // 4
+    middle = np.sort(sections.signal)[cut : len(sections.signal) - cut]
     return float(np.sqrt(max(middle.mean(), 0.0) / (np.pi * contrast)))
 
 
 def section_radii(line: Line, volume: Volume) -> np.ndarray:
     """Return the radius of the circle of each section's area along `line`, cm; the contrast is that of all of it."""
     rows = np.arange(len(line))
-    one = profile(line, rows, WIDER * float(np.median(line.radius)), volume)
-    if one is None or len(one.signal) != len(rows):
+    sections = profile(line, rows, WIDER * float(np.median(line.radius)), volume)
+    if sections is None or len(sections.signal) != len(rows):
         return line.radius
-    return np.asarray(np.sqrt(one.signal / (np.pi * max(float(np.median(one.plateau)), 1e-9))))
+    return np.asarray(np.sqrt(sections.signal / (np.pi * max(float(np.median(sections.plateau)), 1e-9))))
 
 
-def _measured(one: Evened | None, scatter: float, contrast: float, error: float, blur: float) -> tuple[float, ...]:
+def _measured(evened: Evened | None, scatter: float, contrast: float, error: float, blur: float) -> tuple[float, ...]:
     """Return radius, its standard deviation, the vessel's own plateau over `contrast`, aspect, taper and its error."""
-    if one is None or not contrast > 0:
+    if evened is None or not contrast > 0:
         return (np.nan,) * 6
-    radius = densitometric_radius(one.sections, contrast)
-    differ = scatter / max(float(np.mean(one.sections.signal)), 1e-12)
-    relative = np.sqrt(0.25 * (differ**2 + (error / contrast) ** 2) + one.error**2 + MODEL**2)
-    left = 1 - np.exp(-(radius**2) / (2 * blur**2))
-    large, small = one.sections.spread - blur**2
+    radius = densitometric_radius(evened.sections, contrast)
+    differ = scatter / max(float(np.mean(evened.sections.signal)), 1e-12)
+    relative = np.sqrt(0.25 * (differ**2 + (error / contrast) ** 2) + evened.error**2 + MODEL**2)
+    axis_share = 1 - np.exp(-(radius**2) / (2 * blur**2))
+    large, small = evened.sections.spread - blur**2
     aspect = float(np.sqrt(np.clip(small / large, 0, 1))) if large > 0 else np.nan
-    plateau = float(np.mean(one.sections.plateau))
-    own = plateau / (contrast * max(left, 0.05))
-    return radius, radius * float(relative), own, aspect, radius * one.taper, radius * one.taper_sd
+    plateau = float(np.mean(evened.sections.plateau))
+    relative_contrast = plateau / (contrast * max(axis_share, 0.05))
+    return radius, radius * float(relative), relative_contrast, aspect, radius * evened.taper, radius * evened.taper_sd
 
 
 def _ways(tree: Tree) -> np.ndarray:

@@ -77,25 +77,25 @@ def elsewhere(
     VasowaveWarning
         No lumen at a threshold, which is then left out.
     """
-    part = _around(volume, tree, root)
-    others = []
+    region = _around(volume, tree, root)
+    alternatives = []
     for level in (factor * threshold for factor in FACTORS):
         try:
-            lumen = segmenter(part, level, root)
+            lumen = segmenter(region, level, root)
             again = in_another_lumen(tree, lumen)
         except InputError as error:
             warn(NO_TREE(threshold=level, why=str(error)), stacklevel=4)
             continue
-        others.append(Elsewhere(again, level, lumen.mask, lumen.origin, lumen.spacing))
-    return tuple(others)
+        alternatives.append(Elsewhere(again, level, lumen.mask, lumen.origin, lumen.spacing))
+    return tuple(alternatives)
 
 
 def with_spread(
     measured: Measurement,
-    others: Sequence[Elsewhere],
+    alternatives: Sequence[Elsewhere],
     open_sd: np.ndarray,
     volume: Volume,
-    look: Look = profile,
+    profiler: Look = profile,
 ) -> Measurement:
     """Return `measured` with the SD of each vessel's radius and length over three thresholds.
 
@@ -104,12 +104,12 @@ def with_spread(
     Parameters
     ----------
     measured : Measurement
-    others : sequence of Elsewhere
+    alternatives : sequence of Elsewhere
         The same vessels at the other thresholds; without one of them the SD is unknown.
     open_sd : float array, shape (vessel,)
         SD of the lengths for what no threshold shows, cm: where vessels meet (`settled`), where the root begins.
     volume : Volume
-    look : callable
+    profiler : callable
         See `densitometry`.
 
     Warns
@@ -120,11 +120,11 @@ def with_spread(
     radius = measured.network.radius
     radii, lengths = [radius], [measured.network.length]
     unknown = np.full((2, len(radius)), np.nan)
-    for other in others:
-        sizes = _sizes_in(other, measured, volume, look)
+    for alternative in alternatives:
+        sizes = _sizes_in(alternative, measured, volume, profiler)
         radii.append(sizes[0])
         lengths.append(sizes[1])
-    if len(others) < len(FACTORS):
+    if len(alternatives) < len(FACTORS):
         radii.append(unknown[0])
         lengths.append(unknown[1])
     grey = np.zeros(len(radius)) if measured.grey is None else np.nan_to_num(measured.grey.sd)
@@ -133,18 +133,18 @@ def with_spread(
     return replace(measured, radius_sd=spread, length_sd=np.hypot(np.std(lengths, axis=0, ddof=1), fixed))
 
 
-def _sizes_in(other: Elsewhere, measured: Measurement, volume: Volume, look: Look) -> np.ndarray:
+def _sizes_in(alternative: Elsewhere, measured: Measurement, volume: Volume, profiler: Look) -> np.ndarray:
     """Return radius and length of every vessel at another threshold, NaN where it is not in that lumen."""
-    lost = ~_in_lumen(measured.tree, other)
+    lost = ~_in_lumen(measured.tree, alternative)
     if lost.any():
         names = ", ".join(str(row + 1) for row in np.flatnonzero(lost))
-        warn(NOT_IN_LUMEN(threshold=float(other.threshold), vessels=names), stacklevel=4)
-    network = network_of(other.tree)
+        warn(NOT_IN_LUMEN(threshold=float(alternative.threshold), vessels=names), stacklevel=4)
+    network = network_of(alternative.tree)
     dense, window = (
         np.isfinite(measured.densitometric),
         windows(measured.densitometric, measured.inscribed, float(volume.spacing[0])),
     )
-    grey = densitometric_radii(other.tree, volume, network.radius, window, look)
+    grey = densitometric_radii(alternative.tree, volume, network.radius, window, profiler)
     radius = np.where(dense, grey, network.radius)
     return np.where(lost, np.nan, [radius, network.length])
 
@@ -156,9 +156,9 @@ def _in_lumen(tree: Tree, lumen: Elsewhere) -> np.ndarray:
         clear = (line.run > begin) & (line.run < end)
         points = line.points[clear] if clear.any() else line.points[len(line) // 2 :]
         voxels = np.round((points - lumen.origin) / lumen.spacing).astype(int)
-        seen = ((voxels >= 0) & (voxels < lumen.mask.shape)).all(axis=1)
-        seen[seen] = lumen.mask[tuple(voxels[seen].T)]
-        inside.append(seen.mean() > 0.5)
+        covered = ((voxels >= 0) & (voxels < lumen.mask.shape)).all(axis=1)
+        covered[covered] = lumen.mask[tuple(voxels[covered].T)]
+        inside.append(covered.mean() > 0.5)
     return np.array(inside)
 
 

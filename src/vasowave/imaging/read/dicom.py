@@ -37,10 +37,10 @@ class Slice(NamedTuple):
     grey: np.ndarray
 
 
-_BESIDE = 1.0
+_MAX_SHIFT_VOXELS = 1.0
 """Voxels by which the last slice may stand beside the first; rounded positions stay far below."""
 
-_SAME = ("SeriesInstanceUID", "Rows", "Columns", "PixelSpacing", "ImageOrientationPatient")
+_SERIES_KEYS = ("SeriesInstanceUID", "Rows", "Columns", "PixelSpacing", "ImageOrientationPatient")
 
 
 def read_dicom_series(folder: Path) -> Image:
@@ -55,7 +55,7 @@ def read_dicom_series(folder: Path) -> Image:
     _require_one_series(folder, slices)
     axes, spacing = slices[0].axes, slices[0].spacing
     normal = np.cross(*axes)
-    height = np.array([normal @ one.place for one in slices])
+    height = np.array([normal @ image_slice.place for image_slice in slices])
     order = np.argsort(height)
     gap = _slice_distance(folder, height[order], [slices[i].name for i in order])
     _require_upright(folder, slices[order[0]], slices[order[-1]])
@@ -77,7 +77,7 @@ def _slice(file: Path) -> Slice:
         raise InputError(MISSING) from None
     try:
         image = pydicom.dcmread(file)
-        same = {key: str(image.get(key)) for key in _SAME}
+        same = {key: str(image.get(key)) for key in _SERIES_KEYS}
     except Exception:
         raise InputError(f"{file}: not a readable DICOM file; remove it from the folder or export again") from None
     try:
@@ -96,11 +96,11 @@ def _slice(file: Path) -> Slice:
 
 
 def _require_one_series(folder: Path, slices: list[Slice]) -> None:
-    for key in _SAME:
-        other = next((one for one in slices if one.same[key] != slices[0].same[key]), None)
-        if other is not None:
+    for key in _SERIES_KEYS:
+        mismatch = next((candidate for candidate in slices if candidate.same[key] != slices[0].same[key]), None)
+        if mismatch is not None:
             raise InputError(
-                f"{folder}: more than one series: {slices[0].name} and {other.name} differ in {key}; "
+                f"{folder}: more than one series: {slices[0].name} and {mismatch.name} differ in {key}; "
                 "put each series in a folder of its own"
             )
 
@@ -123,10 +123,10 @@ def _slice_distance(folder: Path, height: np.ndarray, names: list[str]) -> float
 
 def _require_upright(folder: Path, first: Slice, last: Slice) -> None:
     """Raise `InputError` if the last slice does not stand above the first, as with a tilted gantry."""
-    beside = np.abs(first.axes @ (last.place - first.place)) / first.spacing[::-1]
-    if beside.max() > _BESIDE:
+    shift = np.abs(first.axes @ (last.place - first.place)) / first.spacing[::-1]
+    if shift.max() > _MAX_SHIFT_VOXELS:
         raise InputError(
-            f"{folder}: slices are shifted sideways ({last.name} by {beside.max():.1f} voxels from {first.name}), as "
+            f"{folder}: slices are shifted sideways ({last.name} by {shift.max():.1f} voxels from {first.name}), as "
             "those of a tilted gantry; resample the series to upright slices (Slicer, dcm2niix) and give the result"
         )
 

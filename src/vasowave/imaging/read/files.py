@@ -65,13 +65,13 @@ def _checked(path: Path, spacing: float | None) -> Path:
 def image_in(path: Path) -> ReaderAnswer:
     """Return spacing, origin and axes of an image, and its grey levels."""
     image: Image = VOLUMES.of(path).read(path)
-    return ReaderAnswer([one.tolist() for one in (image.spacing, image.origin, image.axes)], [image.grey])
+    return ReaderAnswer([array.tolist() for array in (image.spacing, image.origin, image.axes)], [image.grey])
 
 
 def _header_of(path: Path) -> Path:
     """Return the header beside a .raw file, which says nothing about itself."""
     headers = [path.with_suffix(suffix) for suffix in (".mhd", ".nhdr") if path.with_suffix(suffix).exists()]
     if not headers:
-        wanted = f"{path.stem}.mhd (MetaImage) or {path.stem}.nhdr (NRRD)"
-        raise InputError(f"{path}: RAW says nothing about its size; put its header beside it: {wanted}")
+        header_names = f"{path.stem}.mhd (MetaImage) or {path.stem}.nhdr (NRRD)"
+        raise InputError(f"{path}: RAW says nothing about its size; put its header beside it: {header_names}")
     return headers[0]

@@ -66,8 +66,8 @@ def write_image(values: np.ndarray, grid: Volume, path: str | Path) -> None:
         try:
             itk().WriteImage(image, str(fresh / path.name), bool(np.issubdtype(values.dtype, np.integer)))
         except RuntimeError as error:
-            why = str(error).splitlines()[-1].strip()
-            raise InputError(f"{path}: the image cannot be written ({why}); is there room? See its ending") from None
+            reason = str(error).splitlines()[-1].strip()
+            raise InputError(f"{path}: the image cannot be written ({reason}); is there room? See its ending") from None
 
 
 VOLUMES.register(VolumeFormat("other image", "image that SimpleITK reads", (), None, read_itk))

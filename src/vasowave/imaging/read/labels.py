@@ -58,8 +58,8 @@ def read_labels(path: str | Path, image: Volume, spacing: float | None = None) -
 def on_grid_of(labels: np.ndarray, image: Volume, volume: Volume) -> np.ndarray:
     """Return `labels`, on the grid of `image`, at the voxels of the resampled `volume`, by the nearest voxel."""
     for axis, count in enumerate(volume.grey.shape):
-        at = volume.origin[axis] + np.arange(count) * volume.spacing[axis]
-        nearest = np.round((at - image.origin[axis]) / image.spacing[axis]).astype(int)
+        positions = volume.origin[axis] + np.arange(count) * volume.spacing[axis]
+        nearest = np.round((positions - image.origin[axis]) / image.spacing[axis]).astype(int)
         labels = np.take(labels, np.clip(nearest, 0, labels.shape[axis] - 1), axis=axis)
     return labels
 

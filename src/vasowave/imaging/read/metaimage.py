@@ -14,7 +14,7 @@ _BYTES = {
     "CHAR": 1, "UCHAR": 1, "SHORT": 2, "USHORT": 2, "INT": 4, "UINT": 4, "LONG": 4, "ULONG": 4, "LONG_LONG": 8,
     "ULONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8,
 }  # fmt: skip
-_LONGEST = 1 << 16
+_MAX_HEADER_BYTES = 1 << 16
 """No header is longer, bytes."""
 
 
@@ -23,7 +23,7 @@ def require_whole_metaimage(path: Path, sized: bool = False) -> None:
 
     Nor, if it must be `sized`, without their size.
     """
-    start = read_start(path, _LONGEST)
+    start = read_start(path, _MAX_HEADER_BYTES)
     last = re.search(rb"^ElementDataFile *= *([^\r\n]*)\r?(\n|$)", start, re.MULTILINE)
     if last is None:
         raise InputError(f"{path}: not an image that can be read: its header has no ElementDataFile; export it again")
@@ -34,8 +34,8 @@ def require_whole_metaimage(path: Path, sized: bool = False) -> None:
     name = last[1].decode("utf-8", errors="replace").strip()
     if name.upper().startswith("LIST") or "%" in name:
         raise InputError(f"{path}: its voxels are spread over several files; save it as one")
-    here = name.upper() == "LOCAL"
-    _require_voxels(path, fields, path if here else data_file(path, name), last.end() if here else 0)
+    is_local = name.upper() == "LOCAL"
+    _require_voxels(path, fields, path if is_local else data_file(path, name), last.end() if is_local else 0)
     if sized and not {"ElementSpacing", "ElementSize"} & set(fields):
         raise no_voxel_size(path, "its header has no ElementSpacing")
 
@@ -48,8 +48,8 @@ def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int
         width = _BYTES[fields["ElementType"].removeprefix("MET_").removesuffix("_ARRAY")]
         if len(sizes) != int(fields.get("NDims", len(sizes))) or min(sizes, default=0) < 1 or channels < 1:
             raise ValueError
-        turned = [float(one) for one in fields.get("TransformMatrix", "").split()]
-        if any(not abs(one) <= 1.01 for one in turned):
+        turned = [float(component) for component in fields.get("TransformMatrix", "").split()]
+        if any(not abs(component) <= 1.01 for component in turned):
             raise ValueError
     except (KeyError, ValueError):
         raise InputError(f"{path}: not an image that can be read: its header is damaged; export it again") from None

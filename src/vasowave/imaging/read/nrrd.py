@@ -27,7 +27,7 @@ _PACKINGS: dict[str, Packing] = {
 _TEXTS = ("ascii", "text", "txt", "hex")
 _WORDS = {"millimeter": "mm", "millimetre": "mm", "centimeter": "cm", "centimetre": "cm", "meter": "m", "metre": "m",
           "micrometer": "um", "micrometre": "um"}  # fmt: skip
-_LONGEST = 1 << 16
+_MAX_HEADER_BYTES = 1 << 16
 """No header is longer, bytes."""
 
 
@@ -53,7 +53,7 @@ def require_whole_nrrd(path: Path, sized: bool = False) -> None:
 
 def _header(path: Path) -> tuple[dict[str, str], int]:
     """Return the fields of a header by their names in lower case without blanks, and where it ends; -1 without end."""
-    start = read_start(path, _LONGEST)
+    start = read_start(path, _MAX_HEADER_BYTES)
     if not start.startswith(b"NRRD"):
         raise InputError(f"{path}: not an image that can be read: no NRRD file")
     end = re.search(rb"\r?\n\r?\n", start)

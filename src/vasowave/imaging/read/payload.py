@@ -16,14 +16,14 @@ LARGE, DENSE = 1 << 31, 200
 
 _CHUNK = 1 << 20  # bytes that are read at a time
 _UNPACKED = 1 << 24  # bytes that are unpacked at a time
-_AGAIN = "copy or export it again"
+_REMEDY = "copy or export it again"
 
 
-def no_voxel_size(path: Path, what: str) -> InputError:
+def no_voxel_size(path: Path, problem: str) -> InputError:
     """Return the error that a header does not say how large a voxel is: nothing is assumed."""
     return InputError(
-        f"{path}: {what}, so that the size of its voxels is not known; give it in cm (--voxel of `vasowave extract`, "
-        "spacing of `read_volume`)"
+        f"{path}: {problem}, so that the size of its voxels is not known; give it in cm (--voxel of "
+        "`vasowave extract`, spacing of `read_volume`)"
     )
 
 
@@ -63,15 +63,15 @@ def require_bytes(path: Path, start: int, count: int, packing: Packing = "raw") 
         try:
             actual = sum(map(len, unpacked(path, start, packing, count)))
         except (EOFError, OSError, ValueError, zlib.error) as error:
-            raise InputError(f"{path}: truncated or damaged ({error}); {_AGAIN}") from None
+            raise InputError(f"{path}: truncated or damaged ({error}); {_REMEDY}") from None
     if actual < count:
-        raise InputError(f"{path}: truncated, {max(actual, 0)} of {count} bytes of voxels; {_AGAIN}")
+        raise InputError(f"{path}: truncated, {max(actual, 0)} of {count} bytes of voxels; {_REMEDY}")
     if actual > count:
-        raise InputError(f"{path}: more voxels than the {count} bytes that its header announces; {_AGAIN}")
+        raise InputError(f"{path}: more voxels than the {count} bytes that its header announces; {_REMEDY}")
 
 
-def unpacked(path: Path, start: int, packing: Packing, most: int) -> Iterator[bytes]:
-    """Yield what stands packed in `path` from byte `start` on, in pieces; it ends soon after `most` bytes.
+def unpacked(path: Path, start: int, packing: Packing, limit: int) -> Iterator[bytes]:
+    """Yield what stands packed in `path` from byte `start` on, in pieces; it ends soon after `limit` bytes.
 
     Raises
     ------
@@ -83,13 +83,13 @@ def unpacked(path: Path, start: int, packing: Packing, most: int) -> Iterator[by
     stream, size = _stream(packing), 0
     with path.open("rb") as file:
         file.seek(start)
-        while size <= most:
+        while size <= limit:
             if stream.ended:
-                rest = stream.unused
-                if packing == "zlib" or not (rest or (rest := file.read(_CHUNK))).strip(b"\0"):
+                remainder = stream.unused
+                if packing == "zlib" or not (remainder or (remainder := file.read(_CHUNK))).strip(b"\0"):
                     return
                 stream = _stream(packing)  # gzip and bzip2 may hold several streams, one after the other
-                piece = stream.add(rest)
+                piece = stream.add(remainder)
             elif stream.hungry:
                 chunk = file.read(_CHUNK)
                 if not chunk:

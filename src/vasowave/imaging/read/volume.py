@@ -75,10 +75,10 @@ class Volume:
             raise InputError(f"volume: origin {self.origin} cm; give three finite numbers (z, y, x)")
         if self.axes.shape != (3, 3) or not np.allclose(self.axes @ self.axes.T, np.eye(3), atol=SKEWED):
             raise InputError(f"volume: axes {self.axes.tolist()}; give three perpendicular directions of length 1")
-        least, most = self.grey.min(), self.grey.max()
-        if not np.isfinite([least, most]).all():
+        lowest, highest = self.grey.min(), self.grey.max()
+        if not np.isfinite([lowest, highest]).all():
             raise InputError("volume: grey levels that are not finite (NaN or infinity); repair the reconstruction")
-        if least == most:
+        if lowest == highest:
             raise InputError(f"volume: every voxel has grey level {self.grey.flat[0]:g}; is this the right file?")
 
     @property
@@ -87,10 +87,10 @@ class Volume:
         return Frame(self.origin, self.axes)
 
 
-def _levels(given: np.dtype) -> np.dtype:
+def _levels(dtype: np.dtype) -> np.dtype:
     """Return the type that holds grey levels of a type, exactly where float32 does."""
-    small = given.kind in "iu" and given.itemsize <= 2
-    return given.newbyteorder("=") if small else np.dtype(np.float32)
+    small = dtype.kind in "iu" and dtype.itemsize <= 2
+    return dtype.newbyteorder("=") if small else np.dtype(np.float32)
 
 
 def part_of(volume: Volume, low: np.ndarray, high: np.ndarray) -> Volume:

@@ -90,14 +90,16 @@ def read_edits(path: str | Path) -> tuple[Edit, ...]:
             unit = _unit(words, where)
             continue
         if action not in _NUMBERS:
-            known = ("unit", *_NUMBERS)
-            hint = did_you_mean(action, known)
-            raise InputError(f"{where}: unknown edit '{words[0]}'{hint}; there are: {', '.join(known)}")
+            vocabulary = ("unit", *_NUMBERS)
+            hint = did_you_mean(action, vocabulary)
+            raise InputError(f"{where}: unknown edit '{words[0]}'{hint}; there are: {', '.join(vocabulary)}")
         edits.append(_edit(action, words, unit, where))
         if action == "root" and sum(edit.action == "root" for edit in edits) > 1:
             raise InputError(f"{where}: a second root; a tree has one")
         same = (
-            one for one in edits[:-1] if one.action == action and np.allclose(one.point, edits[-1].point, atol=1e-9)
+            previous
+            for previous in edits[:-1]
+            if previous.action == action and np.allclose(previous.point, edits[-1].point, atol=1e-9)
         )
         twin = next(same, None)
         if twin is not None:
@@ -123,8 +125,8 @@ def root_of(edits: tuple[Edit, ...]) -> np.ndarray | None:
 
 def outlets_of(edits: tuple[Edit, ...]) -> np.ndarray | None:
     """Return the outlets that `edits` set, shape (outlet, 3), z, y, x, cm, or None without any."""
-    found = [edit.point for edit in edits if edit.action == "outlet"]
-    return np.array(found) if found else None
+    outlets = [edit.point for edit in edits if edit.action == "outlet"]
+    return np.array(outlets) if outlets else None
 
 
 def edited(tree: Tree, edits: tuple[Edit, ...]) -> Tree:
@@ -172,8 +174,8 @@ def _edit(action: str, words: list[str], unit: float, where: str) -> Edit:
             raise ValueError
         return Edit(action, place(numbers[:3], unit), where, to, radius)
     except (ValueError, InputError):
-        given = " ".join(words[1:]) or "nothing"
-        raise InputError(f"{where}: '{words[0]}' takes {_NUMBERS[action][1]}, not {given}") from None
+        values = " ".join(words[1:]) or "nothing"
+        raise InputError(f"{where}: '{words[0]}' takes {_NUMBERS[action][1]}, not {values}") from None
 
 
 def _vessel_at(tree: Tree, edit: Edit) -> tuple[int, int]:
@@ -194,11 +196,11 @@ def _removed(tree: Tree, row: int, share: float, edit: Edit) -> Tree:
     parent = int(tree.parent[row])
     if parent < 0:
         raise InputError(f"{edit.where}: this is the root; without it there is no tree")
-    left = [daughter for daughter in tree.daughters(parent) if daughter != row]
+    sisters = [daughter for daughter in tree.daughters(parent) if daughter != row]
     lines, parents = list(tree.lines), tree.parent.copy()
     gone = _beyond(tree, row)
-    if len(left) == 1:  # no junction any more: the sister continues the parent
-        sister = int(left[0])
+    if len(sisters) == 1:  # no junction any more: the sister continues the parent
+        sister = int(sisters[0])
         lines[parent] = lines[parent].then(lines[sister][1:])
         parents[parents == sister] = parent
         gone.add(sister)
@@ -218,8 +220,8 @@ def _cut(tree: Tree, row: int, share: float, edit: Edit) -> Tree:
 def _merged(tree: Tree, row: int, share: float, edit: Edit) -> Tree:
     is_root = tree.parent[row] < 0
     if is_root or len(tree.daughters(row)) == 0:
-        which = "root" if is_root else "terminal vessel; use 'remove'"
-        raise InputError(f"{edit.where}: 'merge' makes an inner vessel a point, but this is a {which}")
+        kind = "root" if is_root else "terminal vessel; use 'remove'"
+        raise InputError(f"{edit.where}: 'merge' makes an inner vessel a point, but this is a {kind}")
     return tree.merged(row)
 
 
@@ -228,20 +230,20 @@ def _moved(tree: Tree, row: int, share: float, edit: Edit) -> Tree:
     assert edit.to is not None
     before = row if share >= 0.5 else int(tree.parent[row])  # the vessel that ends at what moves; -1: the inlet moves
     after = tree.daughters(before)
-    here = tree.lines[row].points[-1 if before == row else 0]
-    by = edit.to - here
+    start = tree.lines[row].points[-1 if before == row else 0]
+    by = edit.to - start
     touched = [*([before] if before >= 0 else []), *after.tolist()]
-    shortest = min(tree.lines[one].length for one in touched)
+    shortest = min(tree.lines[vessel].length for vessel in touched)
     if np.linalg.norm(by) > shortest:
         raise InputError(
             f"{edit.where}: the move of {np.linalg.norm(by):.3g} cm is longer than the shortest vessel that ends there "
             f"({shortest:.3g} cm); remove or merge it, or move by less"
         )
     lines = list(tree.lines)
-    for one in touched:
-        along = lines[one].run / lines[one].length
-        weight = along if one == before else 1.0 - along
-        lines[one] = Line(lines[one].points + weight[:, None] * by, lines[one].radius)
+    for vessel in touched:
+        along = lines[vessel].run / lines[vessel].length
+        weight = along if vessel == before else 1.0 - along
+        lines[vessel] = Line(lines[vessel].points + weight[:, None] * by, lines[vessel].radius)
     return tree.with_lines(lines)
 
 
@@ -274,7 +276,7 @@ _NUMBERS = dict.fromkeys(("root", "outlet", "remove", "cut", "merge"), _PLACE) |
 def _beyond(tree: Tree, row: int) -> set[int]:
     """Return `row` and all rows beyond it (parents stand before daughters)."""
     rows = {row}
-    for other, parent in enumerate(tree.parent):
+    for candidate, parent in enumerate(tree.parent):
         if parent in rows:
-            rows.add(other)
+            rows.add(candidate)
     return rows

@@ -12,7 +12,7 @@ from vasowave.imaging.tree import Line, Tree
 Junction = Literal["axes", "tube", "vmtk"]
 _SHARES = {"tube": 0.5, "vmtk": 1.0}
 """An axis leaves its sister where it is this share of the sister's inscribed radius away from the sister's axis."""
-_MOST = 0.5
+_MAX_SHARE = 0.5
 """At most this share of a daughter is given to its parent."""
 
 
@@ -36,7 +36,7 @@ def with_junctions_at(measured: Measurement, junction: Junction) -> Measurement:
     for row in range(len(tree)):
         daughters = tree.daughters(row)
         if len(daughters) > 1:
-            shared = np.array([_shared(tree, int(one), daughters, _SHARES[junction]) for one in daughters])
+            shared = np.array([_shared(tree, int(daughter), daughters, _SHARES[junction]) for daughter in daughters])
             length[daughters] -= shared
             length[row] += shared.mean()
     return replace(measured, network=replace(measured.network, length=length))
@@ -45,8 +45,8 @@ def with_junctions_at(measured: Measurement, junction: Junction) -> Measurement:
 def _shared(tree: Tree, row: int, sisters: np.ndarray, share: float) -> float:
     """Return how far along itself a vessel is last inside the tube of a sister, cm."""
     line = tree.lines[row]
-    left = max(_left(line, tree.lines[other], share) for other in sisters if other != row)
-    return min(left, _MOST * line.length)
+    crossing = max(_left(line, tree.lines[sister], share) for sister in sisters if sister != row)
+    return min(crossing, _MAX_SHARE * line.length)
 
 
 def _left(line: Line, sister: Line, share: float) -> float:

@@ -62,17 +62,17 @@ def largest_vessels(network: Network, count: int) -> np.ndarray:
         No sub-tree with whole junctions has exactly `count` vessels.
     """
     _require(count >= 1, f"{count} vessels; at least the root is needed: give 1 or more")
-    kept = {network.root}
+    selection = {network.root}
     while True:
-        ends = [row for row in kept if network.daughters[row] and network.daughters[row][0] not in kept]
-        ends = [row for row in ends if len(kept) + len(network.daughters[row]) <= count]
+        ends = [row for row in selection if network.daughters[row] and network.daughters[row][0] not in selection]
+        ends = [row for row in ends if len(selection) + len(network.daughters[row]) <= count]
         if not ends:
             break
         widest = max(ends, key=lambda row: max(network.radius[daughter] for daughter in network.daughters[row]))
-        kept |= set(network.daughters[widest])
-    if len(kept) < count:
-        warn(FEWER_VESSELS(vessels=len(kept), count=count), stacklevel=3)
-    return np.array(sorted(kept))
+        selection |= set(network.daughters[widest])
+    if len(selection) < count:
+        warn(FEWER_VESSELS(vessels=len(selection), count=count), stacklevel=3)
+    return np.array(sorted(selection))
 
 
 def wider_than(network: Network, radius: float) -> np.ndarray:
@@ -89,12 +89,12 @@ def wider_than(network: Network, radius: float) -> np.ndarray:
     widest = float(network.radius[network.root])
     _require(radius <= widest, f"the root's radius is {widest:.4g} cm, below {radius:g}: nothing would be kept")
     wide = {row for row in range(len(network)) if network.radius[row] >= radius}
-    kept = {network.root}
+    selection = {network.root}
     for rows in network.generations:
         for row in rows.tolist():
-            if row in kept and row in wide and wide.intersection(network.daughters[row]):
-                kept |= set(network.daughters[row])
-    return np.array(sorted(kept))
+            if row in selection and row in wide and wide.intersection(network.daughters[row]):
+                selection |= set(network.daughters[row])
+    return np.array(sorted(selection))
 
 
 def wanted_part(
@@ -123,12 +123,12 @@ def part_of(measured: Measurement, rows: Sequence[int] | np.ndarray) -> Measurem
     rows = np.asarray(rows)
     new = np.full(len(measured.network), -1)
     new[rows] = np.arange(len(rows))
-    whole = measured.network
-    parent = np.where(whole.parent[rows] >= 0, new[whole.parent[rows]], -1)
-    names = tuple(whole.name[row] for row in rows)
+    network = measured.network
+    parent = np.where(network.parent[rows] >= 0, new[network.parent[rows]], -1)
+    names = tuple(network.name[row] for row in rows)
     return replace(
         measured,
-        network=Network(names, parent, whole.length[rows], whole.radius[rows], pressure=whole.pressure),
+        network=Network(names, parent, network.length[rows], network.radius[rows], pressure=network.pressure),
         tree=Tree(tuple(measured.tree.lines[row] for row in rows), parent),
         grey=None if measured.grey is None else measured.grey.of(rows),
         **{name: getattr(measured, name)[rows] for name in (*_SIZES, "reliable")},
@@ -137,10 +137,10 @@ def part_of(measured: Measurement, rows: Sequence[int] | np.ndarray) -> Measurem
 
 def scaled(measured: Measurement, factor: float) -> Measurement:
     """Return `measured` with every length, radius and coordinate times `factor`."""
-    whole = measured.network
+    network = measured.network
     return replace(
         measured,
-        network=replace(whole, length=whole.length * factor, radius=whole.radius * factor),
+        network=replace(network, length=network.length * factor, radius=network.radius * factor),
         tree=measured.tree.times(factor),
         grey=None if measured.grey is None else measured.grey.times(factor),
         **{name: getattr(measured, name) * factor for name in _SIZES},

@@ -89,21 +89,21 @@ class Doubt:
 
 def ranked(doubts: Iterable[Doubt], network: Network) -> tuple[Doubt, ...]:
     """Return the doubts with their share of the flow, the gravest first, of one grade the largest share first."""
-    graded = [replace(one, flow=_flow(one.vessels, network)) for one in doubts]
-    return tuple(sorted(graded, key=lambda one: (list(Grade).index(one.grade), -one.flow)))
+    graded = [replace(doubt, flow=_flow(doubt.vessels, network)) for doubt in doubts]
+    return tuple(sorted(graded, key=lambda doubt: (list(Grade).index(doubt.grade), -doubt.flow)))
 
 
 def warn_of(doubts: tuple[Doubt, ...]) -> None:
     """Warn of the first of the `ranked` doubts, and say how many more there are."""
     for doubt in doubts[:FIRST]:
         warn(doubt.finding)
-    if rest := [one.grade for one in doubts[FIRST:]]:
-        warn(MORE(count=len(rest), **{grade.value: rest.count(grade) for grade in Grade}))
+    if grades := [doubt.grade for doubt in doubts[FIRST:]]:
+        warn(MORE(count=len(grades), **{grade.value: grades.count(grade) for grade in Grade}))
 
 
 def gravest(doubts: Iterable[Doubt], vessel: str) -> Grade | None:
     """Return the gravest grade that a doubt gives a vessel; None without a doubt."""
-    grades = {one.grade for one in doubts if vessel in one.vessels}
+    grades = {doubt.grade for doubt in doubts if vessel in doubt.vessels}
     return next((grade for grade in Grade if grade in grades), None)
 
 
@@ -116,8 +116,8 @@ def _flow(vessels: tuple[str, ...], network: Network) -> float:
 
 def _above(row: int, network: Network) -> set[int]:
     """Return all rows between a vessel and the root."""
-    rows, at = set(), int(network.parent[row])
-    while at >= 0:
-        rows.add(at)
-        at = int(network.parent[at])
+    rows, ancestor = set(), int(network.parent[row])
+    while ancestor >= 0:
+        rows.add(ancestor)
+        ancestor = int(network.parent[ancestor])
     return rows

@@ -15,12 +15,12 @@ from vasowave.imaging.read.volume import Volume, part_of
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
 
-CLIPPED = 0.05
+MAX_CLIPPED_SHARE = 0.05
 """A lumen with a larger share of voxels at its highest grey level is cut off there."""
-BENT, SURELY, FLAT = 0.035, 0.06, 0.4
+MAX_BEND, SURE_BEND, MIN_FLATNESS = 0.035, 0.06, 0.4
 """A scale that is off by more than the first share of the contrast is bent (radii are off by about half as much), by
 more than the second whatever the cannula says; an end flatter than the third of the mean slope is flat."""
-AGREE, CONTRADICT = 0.02, 0.01
+MAX_AGREEING_ERROR, MAX_LINEAR_ERROR = 0.02, 0.01
 """A correction is right if the cannula then has its known radius within the first share; a bend is none if it has it
 within the second as the image is, and not after a correction."""
 
@@ -73,21 +73,28 @@ class GreyLook:
     contradicted: bool = False
 
 
-def grey_look(tree: Tree, volume: Volume, lumen: Segmentation, cannula: Line | None, known: float) -> GreyLook:
-    """Return what `volume` (cubes) and the `cannula` of `known` radius (cm) say of the grey scale."""
+def grey_look(tree: Tree, volume: Volume, lumen: Segmentation, cannula: Line | None, known_radius: float) -> GreyLook:
+    """Return what `volume` (cubes) and the `cannula` of `known_radius` (cm) say of the grey scale."""
     share, highest = saturation(volume, lumen)
     scale = grey_scale(tree, volume)
-    if scale is None or cannula is None or share > CLIPPED:
+    if scale is None or cannula is None or share > MAX_CLIPPED_SHARE:
         return GreyLook(share, highest, scale)
     try:
-        near = _around(cannula, volume)
+        region = _around(cannula, volume)
         before, after = (
-            abs(float(np.log(cannula_radius(cannula, one) / known))) for one in (near, corrected(near, scale.pairs))
+            abs(float(np.log(cannula_radius(cannula, image) / known_radius)))
+            for image in (region, corrected(region, scale.pairs))
         )
     except InputError:  # too little of the cannula is seen
         return GreyLook(share, highest, scale)
-    offered = scale.pairs if _is_off(scale) and after < AGREE else ()
-    return GreyLook(share, highest, scale, offered, before < CONTRADICT and after > AGREE and abs(scale.bend) < SURELY)
+    offered = scale.pairs if _is_off(scale) and after < MAX_AGREEING_ERROR else ()
+    return GreyLook(
+        share,
+        highest,
+        scale,
+        offered,
+        before < MAX_LINEAR_ERROR and after > MAX_AGREEING_ERROR and abs(scale.bend) < SURE_BEND,
+    )
 
 
 def _around(line: Line, volume: Volume) -> Volume:
@@ -106,29 +113,30 @@ def saturation(volume: Volume, lumen: Segmentation) -> tuple[float, float]:
     box = tuple(slice(a, a + n) for a, n in zip(lumen.corner, lumen.mask.shape, strict=True))
     grey = volume.grey[box][lumen.mask]
     highest, lowest = float(grey.max()), float(volume.grey.min())
-    near = volume.grey[box]
-    mask = bool(((near == highest) | (near == lowest)).all())
+    levels = volume.grey[box]
+    mask = bool(((levels == highest) | (levels == lowest)).all())
     made = lumen.noise == 0 and not np.array_equal(grey, np.round(grey))
     if mask or made:
         return 0.0, highest
     return float(np.mean(grey >= highest - 1e-6 * (highest - lowest))), highest
 
 
-def grey_doubts(look: GreyLook, vessels: Sequence[str]) -> list[Doubt]:
+def grey_doubts(observation: GreyLook, vessels: Sequence[str]) -> list[Doubt]:
     """Return the gravest thing that the grey levels say against the radii of all `vessels`, if there is one."""
     names = tuple(vessels)
-    if look.saturated > CLIPPED:
-        return [Doubt("radius", IMAGE_CLIPPED(share=look.saturated, level=look.highest), names)]
-    scale = look.scale
-    if scale is None or look.contradicted or not _is_off(scale):
+    if observation.saturated > MAX_CLIPPED_SHARE:
+        return [Doubt("radius", IMAGE_CLIPPED(share=observation.saturated, level=observation.highest), names)]
+    scale = observation.scale
+    if scale is None or observation.contradicted or not _is_off(scale):
         return []
-    way = LINEAR
-    if look.offered:
-        way = f"with it corrected, grey {grey_text(look.offered)}, the cannula has its known diameter: extract again so"
-    if scale.flatness < FLAT:
-        return [Doubt("radius", IMAGE_FLAT(flatness=scale.flatness, way=way), names)]
-    return [Doubt("radius", IMAGE_BENT(bend=scale.bend, way=way), names)]
+    remedy = LINEAR
+    if observation.offered:
+        pairs = grey_text(observation.offered)
+        remedy = f"with it corrected, grey {pairs}, the cannula has its known diameter: extract again so"
+    if scale.flatness < MIN_FLATNESS:
+        return [Doubt("radius", IMAGE_FLAT(flatness=scale.flatness, way=remedy), names)]
+    return [Doubt("radius", IMAGE_BENT(bend=scale.bend, way=remedy), names)]
 
 
 def _is_off(scale: GreyScale) -> bool:
-    return abs(scale.bend) > BENT or scale.flatness < FLAT
+    return abs(scale.bend) > MAX_BEND or scale.flatness < MIN_FLATNESS

@@ -16,16 +16,16 @@ from vasowave.imaging.tree import Tree
 from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
 from vasowave.imaging.witness.skeleton import skeleton_voxels
 
-SMALLEST = 5.0
+MIN_RING_VOXELS = 5.0
 """The least ring of voxels around a hole is longer, voxels; shorter ones are voxels that all touch each other."""
-APART = 3.0
+MIN_GAP_VOXELS = 3.0
 """Two rings whose thinnest places lie so many voxels apart are named as one."""
 
-NAMED = 6
+MAX_NAMED_RINGS = 6
 """A message names so many rings."""
 GAP = 3
 """Gaps that so many voxels on either side close are as wide as those that noise leaves between spurs."""
-RAISED, KEPT = (1.15, 1.3, 1.5), 0.6
+CONTRAST_FACTORS, MIN_LUMEN_SHARE = (1.15, 1.3, 1.5), 0.6
 """Multiples of the contrast of the wall at which a higher threshold is tried; so much of the lumen must stay."""
 
 LOOP = doubt_kind(
@@ -78,13 +78,13 @@ def _counted(cells: np.ndarray, axis: int, sign: int) -> int:
     return _counted(cells, axis + 1, sign) + _counted(sides, axis + 1, -sign)
 
 
-def told_loops(lumen: Segmentation, what: Literal["refuse", "open"], guided: bool, level_set: bool) -> np.ndarray:
+def told_loops(lumen: Segmentation, policy: Literal["refuse", "open"], guided: bool, level_set: bool) -> np.ndarray:
     """Return where the rings of `lumen` are thinnest (place, 3), having warned of them.
 
     Parameters
     ----------
     lumen : Segmentation
-    what : "refuse" or "open"
+    policy : "refuse" or "open"
         Whether a ring is an error.
     guided, level_set : bool
         Whether outlets were given, and whether the level set may still be tried: what to do next depends on them.
@@ -98,37 +98,37 @@ def told_loops(lumen: Segmentation, what: Literal["refuse", "open"], guided: boo
     if count <= 0:
         return np.empty((0, 3))
     loops = loops_of(lumen)
-    places = [f"{written(one.place)} (ring of {one.length:.2g} cm)" for one in loops[:NAMED]]
-    more = f"; and {len(loops) - NAMED} more" if len(loops) > NAMED else ""
+    places = [f"{written(loop.place)} (ring of {loop.length:.2g} cm)" for loop in loops[:MAX_NAMED_RINGS]]
+    suffix = f"; and {len(loops) - MAX_NAMED_RINGS} more" if len(loops) > MAX_NAMED_RINGS else ""
     text = (
-        f"the lumen closes {count} loop(s), thinnest at (x,y,z, cm) {'; '.join(places)}{more}: vessels touch, noise "
+        f"the lumen closes {count} loop(s), thinnest at (x,y,z, cm) {'; '.join(places)}{suffix}: vessels touch, noise "
         "bridges them, or they join again"
     )
-    ways = _ways(lumen, count, level_set)
+    remedies = _ways(lumen, count, level_set)
     outlets = "" if guided else "; give the outlets then, so that each cut leads to them"
-    if what == "refuse":
+    if policy == "refuse":
         raise InputError(
-            f"{text}. A tree cannot hold them, and where one is cut decides which vessels there are: {ways}, or accept "
-            f"any cut (loops 'open'){outlets}"
+            f"{text}. A tree cannot hold them, and where one is cut decides which vessels there are: {remedies}, or "
+            f"accept any cut (loops 'open'){outlets}"
         )
-    warn(LOOPS_CUT(loops=text, ways=f"{ways}{outlets}"))
-    return np.array([one.place for one in loops])
+    warn(LOOPS_CUT(loops=text, ways=f"{remedies}{outlets}"))
+    return np.array([loop.place for loop in loops])
 
 
 def _ways(lumen: Segmentation, count: int, level_set: bool) -> str:
     """Return what may rid `lumen` of its rings, the likeliest first, in words."""
-    ways = []
+    remedies = []
     gaps = count - loops_after_closing(lumen)
     if gaps > 0 and level_set:
-        ways.append(
+        remedies.append(
             f"{gaps} of them close with gaps of {2 * GAP} voxels, as noise makes them: try the method 'level-set'"
         )
     level = opening_threshold(lumen)
-    ways += [f"raise the threshold to {level:.4g}, where none is left"] if level else []
-    ways.append("cut them in the mask")
+    remedies += [f"raise the threshold to {level:.4g}, where none is left"] if level else []
+    remedies.append("cut them in the mask")
     if gaps <= 0 and level_set:
-        ways.append("try the method 'level-set'")
-    return ", ".join(ways)
+        remedies.append("try the method 'level-set'")
+    return ", ".join(remedies)
 
 
 def loops_after_closing(lumen: Segmentation) -> int:
@@ -139,11 +139,11 @@ def loops_after_closing(lumen: Segmentation) -> int:
 
 def opening_threshold(lumen: Segmentation) -> float | None:
     """Return the least of a few thresholds at which the largest piece of `lumen` closes no loop; None without one."""
-    for raised in RAISED:
+    for raised in CONTRAST_FACTORS:
         level = lumen.background + raised * (lumen.threshold - lumen.background)
         pieces, count = ndimage.label(lumen.grey > level)
         sizes = np.bincount(pieces.ravel())[1:]
-        if not count or sizes.max() < KEPT * lumen.mask.sum():
+        if not count or sizes.max() < MIN_LUMEN_SHARE * lumen.mask.sum():
             return None
         if euler_number(ndimage.binary_fill_holes(pieces == 1 + int(np.argmax(sizes)))) >= 1:
             return float(f"{level:.3g}")
@@ -155,9 +155,9 @@ def loop_doubts(tree: Tree, names: tuple[str, ...], places: np.ndarray) -> list[
     doubts = []
     for place in places:
         gap = np.linalg.norm(tree.line.points - place, axis=1) - 2 * tree.line.radius
-        near = np.unique(tree.owner[gap <= max(float(gap.min()), 0.0)])
-        own = tuple(names[row] for row in near)
-        doubts.append(Doubt("loop", LOOP(vessels=", ".join(own)), own, place[None]))
+        rows = np.unique(tree.owner[gap <= max(float(gap.min()), 0.0)])
+        vessels = tuple(names[row] for row in rows)
+        doubts.append(Doubt("loop", LOOP(vessels=", ".join(vessels)), vessels, place[None]))
     return doubts
 
 
@@ -179,27 +179,27 @@ def loops_of(lumen: Segmentation) -> list[Loop]:
     tree = minimum_spanning_tree(graph)
     above = breadth_first_order(tree, 0, directed=False)[1]
     inside = set(zip(*map(np.ndarray.tolist, tree.nonzero()), strict=True))
-    found: list[tuple[np.ndarray, float, float]] = []
-    for (one, other), narrow in zip(pairs.tolist(), thin.tolist(), strict=True):
-        if (one, other) in inside or above[one] == above[other]:
+    rings: list[tuple[np.ndarray, float, float]] = []
+    for (first, second), narrow in zip(pairs.tolist(), thin.tolist(), strict=True):
+        if (first, second) in inside or above[first] == above[second]:
             continue
-        length = _ring(one, other, above, points)
-        place = (points[one] + points[other]) / 2
-        if length > SMALLEST and all(np.linalg.norm(place - known) > APART for known, *_ in found):
-            found.append((place, length, narrow))
+        length = _ring(first, second, above, points)
+        place = (points[first] + points[second]) / 2
+        if length > MIN_RING_VOXELS and all(np.linalg.norm(place - center) > MIN_GAP_VOXELS for center, *_ in rings):
+            rings.append((place, length, narrow))
     h = lumen.spacing
-    loops = [Loop(place * h + lumen.origin, length * h, radius * h) for place, length, radius in found]
+    loops = [Loop(place * h + lumen.origin, length * h, radius * h) for place, length, radius in rings]
     return sorted(loops, key=lambda loop: -loop.length)
 
 
-def _ring(one: int, other: int, above: np.ndarray, points: np.ndarray) -> float:
+def _ring(first: int, second: int, above: np.ndarray, points: np.ndarray) -> float:
     """Return the length of the ring that a link between two points closes, along the tree, voxels."""
-    ways = [[one], [other]]
-    for way in ways:
-        while above[way[-1]] >= 0:
-            way.append(int(above[way[-1]]))
-    while len(ways[0]) > 1 and len(ways[1]) > 1 and ways[0][-2] == ways[1][-2]:
-        for way in ways:
-            way.pop()
-    ring = points[ways[0] + ways[1][-2::-1] + [one]]
+    paths = [[first], [second]]
+    for path in paths:
+        while above[path[-1]] >= 0:
+            path.append(int(above[path[-1]]))
+    while len(paths[0]) > 1 and len(paths[1]) > 1 and paths[0][-2] == paths[1][-2]:
+        for path in paths:
+            path.pop()
+    ring = points[paths[0] + paths[1][-2::-1] + [first]]
     return float(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum())

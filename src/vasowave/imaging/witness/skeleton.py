@@ -81,23 +81,23 @@ def thinned(lumen: Segmentation, root: np.ndarray, surface: np.ndarray) -> Thinn
     points, pairs = skeleton_voxels(lumen, "the second witness needs")
     places = points * lumen.spacing + lumen.origin
     depth = cKDTree(surface).query(places)[0]
-    far = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) * lumen.spacing
-    graph = coo_array((far, pairs.T), shape=(len(points),) * 2).tocsr()
+    length = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1) * lumen.spacing
+    graph = coo_array((length, pairs.T), shape=(len(points),) * 2).tocsr()
     start = int(np.argmin(np.linalg.norm(places - root, axis=1)))
-    way, above = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
-    above[~np.isfinite(way)] = start
-    return Thinned(places, depth, way, above, start, lumen.spacing)
+    root_distance, above = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+    above[~np.isfinite(root_distance)] = start
+    return Thinned(places, depth, root_distance, above, start, lumen.spacing)
 
 
-def skeleton_voxels(lumen: Segmentation, who: str) -> tuple[np.ndarray, np.ndarray]:
+def skeleton_voxels(lumen: Segmentation, subject: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the voxels of the lumen's skeleton (Lee's thinning), shape (voxel, 3), and the pairs that touch.
 
-    Without the extra 'imaging' an `InputError` says `who` needs it.
+    Without the extra 'imaging' an `InputError` says that the `subject` needs it.
     """
     try:
         from skimage.morphology import skeletonize
     except ImportError:
-        raise InputError(f"{who} the extra 'imaging': {EXTRAS}") from None
+        raise InputError(f"{subject} the extra 'imaging': {EXTRAS}") from None
     points = np.argwhere(skeletonize(np.pad(lumen.mask, 1))) - 1
     return points, cKDTree(points).query_pairs(1.8, output_type="ndarray")
 
@@ -108,53 +108,57 @@ def skeleton_branches(skeleton: Thinned, ends: np.ndarray | None = None) -> Bran
     Ends, z, y, x, cm, shape (end, 3), are where vessels end by what the user gave, outlets or edits, be it inside a
     vessel that goes on.
     """
-    kept = np.zeros(len(skeleton.places), dtype=bool)
-    kept[skeleton.start] = True
+    on_branch = np.zeros(len(skeleton.places), dtype=bool)
+    on_branch[skeleton.start] = True
     if ends is None:
-        _keep_vessels(skeleton, kept)
+        _keep_vessels(skeleton, on_branch)
     else:
         reached = np.flatnonzero(np.isfinite(skeleton.way))
         for tip in reached[cKDTree(skeleton.places[reached]).query(ends)[1]].tolist():
-            kept[_run(skeleton, kept, tip)] = True
-    return _branches(skeleton, kept)
+            on_branch[_run(skeleton, on_branch, tip)] = True
+    return _branches(skeleton, on_branch)
 
 
-def _run(skeleton: Thinned, kept: np.ndarray, tip: int) -> list[int]:
+def _run(skeleton: Thinned, on_branch: np.ndarray, tip: int) -> list[int]:
     """Return the points from `tip` to the first that is kept, without that."""
-    run, at = [], tip
-    while not kept[at]:
-        run.append(at)
-        at = int(skeleton.above[at])
+    run, point = [], tip
+    while not on_branch[point]:
+        run.append(point)
+        point = int(skeleton.above[point])
     return run
 
 
-def _keep_vessels(skeleton: Thinned, kept: np.ndarray) -> None:
+def _keep_vessels(skeleton: Thinned, on_branch: np.ndarray) -> None:
     """Mark the ways to tips that are farther from longer ways than spurs of noise reach."""
-    leaf = np.ones(len(kept), dtype=bool)
+    leaf = np.ones(len(on_branch), dtype=bool)
     leaf[skeleton.above[skeleton.above >= 0]] = False
     places, depth = skeleton.places, skeleton.depth
-    for tip in sorted(np.flatnonzero(leaf & np.isfinite(skeleton.way)).tolist(), key=lambda at: -skeleton.way[at]):
-        run = _run(skeleton, kept, tip)
-        at = int(skeleton.above[run[-1]]) if run else tip
-        if np.linalg.norm(places[tip] - places[at]) > SPUR[0] * depth[at] + SPUR[1] * skeleton.spacing:
-            kept[run] = True
+    for tip in sorted(
+        np.flatnonzero(leaf & np.isfinite(skeleton.way)).tolist(), key=lambda point: -skeleton.way[point]
+    ):
+        run = _run(skeleton, on_branch, tip)
+        point = int(skeleton.above[run[-1]]) if run else tip
+        if np.linalg.norm(places[tip] - places[point]) > SPUR[0] * depth[point] + SPUR[1] * skeleton.spacing:
+            on_branch[run] = True
 
 
-def _branches(skeleton: Thinned, kept: np.ndarray) -> Branches:
+def _branches(skeleton: Thinned, on_branch: np.ndarray) -> Branches:
     """Cut the kept points where they branch."""
-    way, above, start = skeleton.way, skeleton.above, skeleton.start
-    points = np.flatnonzero(kept & (np.arange(len(kept)) != start))
-    count = np.bincount(above[points], minlength=len(kept))
+    root_distance, above, start = skeleton.way, skeleton.above, skeleton.start
+    points = np.flatnonzero(on_branch & (np.arange(len(on_branch)) != start))
+    count = np.bincount(above[points], minlength=len(on_branch))
     rows: list[tuple[int, int, int]] = []
     number = {start: -1}
-    for point in sorted(points.tolist(), key=lambda at: way[at]):
+    for point in sorted(points.tolist(), key=lambda index: root_distance[index]):
         if count[point] == 1:
             continue
-        at = int(above[point])
-        while at != start and count[at] == 1:
-            at = int(above[at])
+        ancestor = int(above[point])
+        while ancestor != start and count[ancestor] == 1:
+            ancestor = int(above[ancestor])
         number[point] = len(rows)
-        rows.append((at, point, number[at]))
+        rows.append((ancestor, point, number[ancestor]))
     begin, end, parent = np.array(rows).reshape(-1, 3).T
     radius = np.maximum(skeleton.depth[begin], skeleton.depth[end])
-    return Branches(skeleton.places[begin], skeleton.places[end], parent, way[end] - way[begin], radius)
+    return Branches(
+        skeleton.places[begin], skeleton.places[end], parent, root_distance[end] - root_distance[begin], radius
+    )

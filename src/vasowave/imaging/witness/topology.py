@@ -61,7 +61,7 @@ PASSING = doubt_kind(
 )
 GAP = 2.0
 """A piece may begin so many radii of the nearest vessel away from its wall: a bubble is no wider than the vessel."""
-ROUND, ENDS = 4.0, 0.43
+END_RADII, ENDS = 4.0, 0.43
 """Within so many radii of its nearest place the middle of a piece lies farther away than this share of them, if the
 piece ends there: half of the distance for the end of a tube, a quarter for its side."""
 APART = doubt_kind(
@@ -79,7 +79,7 @@ ELSEWHERE = note_kind(
 
 
 def topology_doubts(
-    tree: Tree, skeleton: Branches, spacing: float, all_ends: bool, least: np.ndarray | None = None
+    tree: Tree, skeleton: Branches, spacing: float, all_ends: bool, min_lengths: np.ndarray | None = None
 ) -> list[Doubt]:
     """Return where the tree's ends and junctions differ from those of the skeleton.
 
@@ -91,7 +91,7 @@ def topology_doubts(
         Voxel size, cm.
     all_ends : bool
         Whether the tree should have every end of the lumen; not so where the user chose outlets or edited.
-    least : float array, shape (vessel,), optional
+    min_lengths : float array, shape (vessel,), optional
         How short each vessel may be, cm; else it is as long as its line.
     """
     tips = np.setdiff1d(np.arange(len(skeleton.parent)), skeleton.parent)
@@ -103,9 +103,9 @@ def topology_doubts(
         doubts.append(_doubt(NOT_SEEN, tree, lost))
     if spare and all_ends:
         places = skeleton.end[spare]
-        more = MORE_ENDS(ends=len(spare), places="; ".join(map(written, places)))
-        doubts.append(Doubt("topology", more, _names(_nearest(tree, places)), places))
-    lengths = np.array([line.length for line in tree.lines]) if least is None else least
+        finding = MORE_ENDS(ends=len(spare), places="; ".join(map(written, places)))
+        doubts.append(Doubt("topology", finding, _names(_nearest(tree, places)), places))
+    lengths = np.array([line.length for line in tree.lines]) if min_lengths is None else min_lengths
     return doubts + _junction_doubts(tree, skeleton, pairs) + _short_doubts(tree, lengths)
 
 
@@ -126,8 +126,10 @@ def _junction_doubts(tree: Tree, skeleton: Branches, pairs: dict[int, int]) -> l
     """Return a doubt about inner vessels that carry blood to other ends than any branch of the skeleton does."""
     ours = _beyond(tree.parent, {row: row for row in pairs})
     theirs = set(_beyond(skeleton.parent, {tip: row for row, tip in pairs.items()}).values())
-    other = [row for row, ends in ours.items() if len(ends) > 1 and ends not in theirs and not _is_short(tree, row)]
-    return [_doubt(OTHER_JOINTS, tree, other)] if other else []
+    differing_rows = [
+        row for row, ends in ours.items() if len(ends) > 1 and ends not in theirs and not _is_short(tree, row)
+    ]
+    return [_doubt(OTHER_JOINTS, tree, differing_rows)] if differing_rows else []
 
 
 def _short_doubts(tree: Tree, lengths: np.ndarray) -> list[Doubt]:
@@ -145,23 +147,23 @@ def _beyond(parent: np.ndarray, names: dict[int, int]) -> dict[int, frozenset[in
     """Return the names of the named rows at or beyond each row."""
     ends_beyond: dict[int, set[int]] = {row: set() for row in range(len(parent))}
     for row, name in names.items():
-        at = row
-        while at >= 0:
-            ends_beyond[at].add(name)
-            at = int(parent[at])
+        ancestor = row
+        while ancestor >= 0:
+            ends_beyond[ancestor].add(name)
+            ancestor = int(parent[ancestor])
     return {row: frozenset(ends) for row, ends in ends_beyond.items()}
 
 
 def _nearest(tree: Tree, places: np.ndarray) -> list[int]:
     """Return the vessels nearest to `places`."""
     gaps = [np.linalg.norm(tree.line.points - place, axis=1).argmin() for place in places]
-    return sorted({int(tree.owner[at]) for at in gaps})
+    return sorted({int(tree.owner[point]) for point in gaps})
 
 
 def _doubt(kind: FindingKind, tree: Tree, rows: list[int], **values: Value) -> Doubt:
     """Return a doubt about the vessels in `rows`, which are shown by their ends."""
-    found = kind(vessels=", ".join(_names(rows)), **values)
-    return Doubt("topology", found, _names(rows), np.array([tree.lines[row].points[-1] for row in rows]))
+    finding = kind(vessels=", ".join(_names(rows)), **values)
+    return Doubt("topology", finding, _names(rows), np.array([tree.lines[row].points[-1] for row in rows]))
 
 
 def _names(rows: list[int]) -> tuple[str, ...]:
@@ -171,31 +173,31 @@ def _names(rows: list[int]) -> tuple[str, ...]:
 
 def crossing_doubts(tree: Tree) -> list[Doubt]:
     """Return a doubt for each pair of vessels, neither beyond the other, that could be one vessel passing by."""
-    ways = np.array(
+    directions = np.array(
         [_direction(line, begin) for line, (begin, _) in zip(tree.lines, clear_stretches(tree), strict=True)]
     )
     begins = np.array([line.points[0] for line in tree.lines])
-    near = BEGINS * np.add.outer(*[[line.typical_radius for line in tree.lines]] * 2)
-    passing = (ways @ ways.T < np.cos(np.radians(STRAIGHT))) & (cdist(begins, begins) < near)
+    reach = BEGINS * np.add.outer(*[[line.typical_radius for line in tree.lines]] * 2)
+    passing = (directions @ directions.T < np.cos(np.radians(STRAIGHT))) & (cdist(begins, begins) < reach)
     doubts = []
-    for one, other in np.argwhere(np.triu(passing, 1)).tolist():
-        if not (_is_beyond(tree, one, other) or _is_beyond(tree, other, one)):
-            doubts.append(_doubt(PASSING, tree, [one, other]))
+    for first, second in np.argwhere(np.triu(passing, 1)).tolist():
+        if not (_is_beyond(tree, first, second) or _is_beyond(tree, second, first)):
+            doubts.append(_doubt(PASSING, tree, [first, second]))
     return doubts
 
 
 def _direction(line: Line, begin: float) -> np.ndarray:
     """Return the unit vector in which a vessel goes on from `begin`, cm along it."""
-    near, far = np.searchsorted(line.run, [begin, begin + OVER * line.typical_radius])
-    way = line.points[min(far, len(line) - 1)] - line.points[min(near, len(line) - 2)]
-    return np.asarray(way / max(float(np.linalg.norm(way)), 1e-12))
+    start_index, end_index = np.searchsorted(line.run, [begin, begin + OVER * line.typical_radius])
+    direction = line.points[min(end_index, len(line) - 1)] - line.points[min(start_index, len(line) - 2)]
+    return np.asarray(direction / max(float(np.linalg.norm(direction)), 1e-12))
 
 
-def _is_beyond(tree: Tree, row: int, other: int) -> bool:
-    """Whether `row` lies beyond `other`."""
-    while row >= 0 and row != other:
+def _is_beyond(tree: Tree, row: int, ancestor: int) -> bool:
+    """Whether `row` lies beyond `ancestor`."""
+    while row >= 0 and row != ancestor:
         row = int(tree.parent[row])
-    return row == other
+    return row == ancestor
 
 
 def apart_doubts(tree: Tree, names: tuple[str, ...], lumen: Segmentation) -> list[Doubt]:
@@ -210,14 +212,14 @@ def apart_doubts(tree: Tree, names: tuple[str, ...], lumen: Segmentation) -> lis
         return []
     axes, doubts, voxels, elsewhere = cKDTree(tree.line.points), [], max(int(lumen.mask.sum()), 1), []
     for piece in lumen.apart:
-        away, near = axes.query(piece)
-        gap = away - tree.line.radius[near]
+        away, nearest = axes.query(piece)
+        gap = away - tree.line.radius[nearest]
         first = int(np.argmin(gap))
-        row = tree.owner[near[first]]
-        own = tree.lines[row].typical_radius
-        if gap[first] < GAP * own + 2 * lumen.spacing and _ends_at(piece, piece[first], own):
-            found = APART(vessels=names[row], share=len(piece) / voxels, gap=max(float(gap[first]), 0.0))
-            doubts.append(Doubt("topology", found, (names[row],), piece[first : first + 1]))
+        row = tree.owner[nearest[first]]
+        radius = tree.lines[row].typical_radius
+        if gap[first] < GAP * radius + 2 * lumen.spacing and _ends_at(piece, piece[first], radius):
+            finding = APART(vessels=names[row], share=len(piece) / voxels, gap=max(float(gap[first]), 0.0))
+            doubts.append(Doubt("topology", finding, (names[row],), piece[first : first + 1]))
         else:
             elsewhere.append(len(piece))
     if elsewhere:
@@ -227,5 +229,5 @@ def apart_doubts(tree: Tree, names: tuple[str, ...], lumen: Segmentation) -> lis
 
 def _ends_at(piece: np.ndarray, place: np.ndarray, radius: float) -> bool:
     """Whether a piece ends at a place of it, cm, as a tube of about that radius would."""
-    there = piece[np.linalg.norm(piece - place, axis=1) < ROUND * radius]
-    return bool(np.linalg.norm(there.mean(axis=0) - place) > ENDS * ROUND * radius)
+    neighborhood = piece[np.linalg.norm(piece - place, axis=1) < END_RADII * radius]
+    return bool(np.linalg.norm(neighborhood.mean(axis=0) - place) > ENDS * END_RADII * radius)

@@ -6,7 +6,6 @@ from statistics import NormalDist
 import numpy as np
 from scipy.spatial import cKDTree
 
-from vasowave.findings import FindingKind
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.tree import Tree, free_stretches
@@ -15,16 +14,16 @@ from vasowave.imaging.witness.skeleton import Branches
 from vasowave.imaging.witness.topology import crossing_doubts, topology_doubts
 
 LENGTH, RADIUS = 0.10, 0.05
-"""A vessel is named if so many SD of its length (`SURE`) or radius (`CHANCE`) exceed this share."""
-SURE = 3.0
+"""A vessel is named if so many SD of its length (`LENGTH_DEVIATIONS`) or radius (`CHANCE`) exceed this share."""
+LENGTH_DEVIATIONS = 3.0
 CHANCE = 0.2
 """So many SD of a radius that in one tree of five some radius is beyond them: the more vessels, the more SD. Few of
 these radii are off by a `RADIUS` that is not named: most vessels are surer than just sure enough."""
-SHATTERED = 0.5
+MAX_SHORT_SHARE = 0.5
 """A tree with a larger share of vessels that are too short to be measured is doubted as a whole."""
 UNEVEN = 0.06
 """A lumen whose surface lies so far from a round tube (`surface_misfit`) is named; round ones show 0.01 to 0.04."""
-FILLED = 0.7
+MIN_CONTRAST_SHARE = 0.7
 """A vessel with less than this share of the root's contrast is partly filled."""
 
 SHATTER = doubt_kind(
@@ -103,8 +102,8 @@ def doubts_about(
     all_ends : bool
         Whether the tree should have every end of the lumen, see `topology_doubts`.
     """
-    least = measured.network.length - SURE * measured.length_sd
-    doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends, least)
+    min_lengths = measured.network.length - LENGTH_DEVIATIONS * measured.length_sd
+    doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends, min_lengths)
     doubts += crossing_doubts(measured.tree) + (_shattered(measured) if all_ends else [])
     return (
         *doubts,
@@ -118,10 +117,10 @@ def doubts_about(
 def _shattered(measured: Measurement) -> list[Doubt]:
     """Return the doubt about a tree most of whose vessels are too short to be measured: ridges taken for branches."""
     short = ~measured.reliable
-    if short.mean() <= SHATTERED:
+    if short.mean() <= MAX_SHORT_SHARE:
         return []
-    found = SHATTER(short=int(short.sum()), vessels=len(short))
-    return [Doubt("topology", found, tuple(measured.network.name[row] for row in np.flatnonzero(short)))]
+    finding = SHATTER(short=int(short.sum()), vessels=len(short))
+    return [Doubt("topology", finding, tuple(measured.network.name[row] for row in np.flatnonzero(short)))]
 
 
 def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
@@ -142,15 +141,15 @@ def _unsettled(measured: Measurement) -> list[Doubt]:
     """Return which lengths and radii the image does not settle."""
     network = measured.network
     deviations = NormalDist().inv_cdf(1 - CHANCE / 2 / len(network))
-    lengths = ~(SURE * measured.length_sd <= LENGTH * network.length)
+    lengths = ~(LENGTH_DEVIATIONS * measured.length_sd <= LENGTH * network.length)
     radii = ~(deviations * measured.radius_sd <= RADIUS * network.radius)
     sure = {"share": RADIUS, "deviations": float(deviations)}
-    found: list[tuple[About, np.ndarray, FindingKind, dict[str, float]]] = [
-        ("length", lengths, UNSURE_LENGTH, {"share": LENGTH, "deviations": SURE}),
+    cases: list[tuple[About, np.ndarray, Kind, dict[str, float]]] = [
+        ("length", lengths, UNSURE_LENGTH, {"share": LENGTH, "deviations": LENGTH_DEVIATIONS}),
         ("radius", radii & measured.reliable, UNSURE_RADIUS, sure),
         ("radius", ~measured.reliable, NO_RADIUS, {}),
     ]
-    return [_doubt(measured, about, rows, which, **values) for about, rows, which, values in found if rows.any()]
+    return [_doubt(measured, about, rows, kind, **values) for about, rows, kind, values in cases if rows.any()]
 
 
 def _junctions(measured: Measurement, place_sd: np.ndarray) -> list[Doubt]:
@@ -158,7 +157,7 @@ def _junctions(measured: Measurement, place_sd: np.ndarray) -> list[Doubt]:
     doubts, length = [], measured.network.length
     for row in np.setdiff1d(np.arange(len(length)), measured.tree.terminals).tolist():
         rows = np.append(row, measured.tree.daughters(row))
-        if SURE * place_sd[row] <= LENGTH * length[rows].min():
+        if LENGTH_DEVIATIONS * place_sd[row] <= LENGTH * length[rows].min():
             continue
         meet = np.isin(np.arange(len(length)), rows)
         radii = float(place_sd[row] / measured.tree.lines[row].typical_radius)
@@ -175,16 +174,16 @@ def _uneven(measured: Measurement, misfit: np.ndarray) -> list[Doubt]:
         doubts.append(_doubt(measured, "length", uneven, NOT_ROUND))
     if measured.grey is not None:
         contrast = measured.grey.contrast
-        dim = np.nan_to_num(contrast / contrast[measured.network.root], nan=1.0) < FILLED
+        dim = np.nan_to_num(contrast / contrast[measured.network.root], nan=1.0) < MIN_CONTRAST_SHARE
         if dim.any():
-            doubts.append(_doubt(measured, "radius", dim, PARTLY_FILLED, share=FILLED))
+            doubts.append(_doubt(measured, "radius", dim, PARTLY_FILLED, share=MIN_CONTRAST_SHARE))
     return doubts
 
 
-def _doubt(measured: Measurement, about: About, rows: np.ndarray, which: FindingKind, **values: float) -> Doubt:
+def _doubt(measured: Measurement, about: About, rows: np.ndarray, kind: Kind, **values: float) -> Doubt:
     names = tuple(measured.network.name[row] for row in np.flatnonzero(rows))
     places = [line.points[len(line) // 2] for line, taken in zip(measured.tree.lines, rows, strict=True) if taken]
-    return Doubt(about, which(vessels=", ".join(names), **values), names, np.array(places))
+    return Doubt(about, kind(vessels=", ".join(names), **values), names, np.array(places))
 
 
 def surface_misfit(tree: Tree, radius: np.ndarray, surface: np.ndarray, spacing: float) -> np.ndarray:
@@ -214,10 +213,10 @@ def surface_misfit(tree: Tree, radius: np.ndarray, surface: np.ndarray, spacing:
     # What a tube's own taper explains is no misfit: the gap is taken from the mean along it.
     misfit = np.full(len(tree), np.nan)
     for row, (begin, end) in enumerate(free_stretches(tree)):
-        own = (owner == row) & (run > begin) & (run < end) & (distance < 3 * radius[row] + 3 * spacing)
-        if own.sum() < 30:
+        in_tube = (owner == row) & (run > begin) & (run < end) & (distance < 3 * radius[row] + 3 * spacing)
+        if in_tube.sum() < 30:
             continue
-        bins = (run[own] / max(radius[row], spacing)).astype(int)
-        mean = np.bincount(bins, distance[own]) / np.maximum(np.bincount(bins), 1)
-        misfit[row] = float(np.median(np.abs(distance[own] - mean[bins]))) / radius[row]
+        bins = (run[in_tube] / max(radius[row], spacing)).astype(int)
+        mean = np.bincount(bins, distance[in_tube]) / np.maximum(np.bincount(bins), 1)
+        misfit[row] = float(np.median(np.abs(distance[in_tube] - mean[bins]))) / radius[row]
     return misfit
