@@ -29,7 +29,7 @@ _MAX_FOLDERS, _MAX_NAME_LETTERS = 8, 120  # folders, and letters of a name
 _FORBIDDEN_LETTERS = set('<>:"|?*\\')  # which one of the systems has no files of
 
 
-class Opened(NamedTuple):
+class OpenedPlace(NamedTuple):
     """The folder of the study, which desk is shown first (the address behind its ``#``), what was decided, an image."""
 
     folder: Path
@@ -38,7 +38,7 @@ class Opened(NamedTuple):
     image: Path | None = None
 
 
-def opened(place: Path) -> Opened:
+def opened(place: Path) -> OpenedPlace:
     """Return what is to be opened.
 
     A recording or an image needs a study, which holds what is chosen of it: the one it lies in and is listed in, or a
@@ -61,14 +61,16 @@ def opened(place: Path) -> Opened:
         raise InputError(f"{place}: the workbench opens studies, fits, recordings and images")
     for folder in place.absolute().parents[:3]:
         if (folder / STUDY_FILE).is_file() and (name := _animal(folder, place)):
-            return Opened(folder, f"#recording/{name}")
+            return OpenedPlace(folder, f"#recording/{name}")
     folder = place.absolute().with_name(f"{place.stem} study")
     if not _is_study(folder) or not _animal(folder, place):
         _put_into(folder, place.absolute())
-    return Opened(folder, f"#recording/{_animal(folder, place)}", (f"Its study, which holds what is chosen: {folder}",))
+    return OpenedPlace(
+        folder, f"#recording/{_animal(folder, place)}", (f"Its study, which holds what is chosen: {folder}",)
+    )
 
 
-def _image(place: Path) -> Opened:
+def _image(place: Path) -> OpenedPlace:
     if not place.exists():
         raise InputError(f"{place}: there is no such file")
     place = place.absolute()
@@ -78,7 +80,7 @@ def _image(place: Path) -> Opened:
         new_study(folder)
     inside = place.parent == folder / IMAGES
     notices = () if home else (f"Its study, which holds what is found: {folder}",)
-    return Opened(folder, f"#lung/{quote(plain_name(name_of(place)))}", notices, None if inside else place)
+    return OpenedPlace(folder, f"#lung/{quote(plain_name(name_of(place)))}", notices, None if inside else place)
 
 
 def _slices(place: Path) -> bool:
@@ -87,7 +89,7 @@ def _slices(place: Path) -> bool:
     return any(file.suffix.lower() == ".dcm" or look(file).start[128:132] == b"DICM" for file in files[:1])
 
 
-def _folder(place: Path) -> Opened:
+def _folder(place: Path) -> OpenedPlace:
     if place.is_dir():
         has_study = (place / STUDY_FILE).is_file() or (place / RESULTS).is_dir()
         if not has_study and any(not entry.name.startswith(".") for entry in place.iterdir()):
@@ -98,10 +100,10 @@ def _folder(place: Path) -> Opened:
         )
     check_writable(place)
     fit = (place / RESULTS).is_dir() and not (place / STUDY_FILE).is_file()
-    return Opened(place, "#explorer" if fit else "")
+    return OpenedPlace(place, "#explorer" if fit else "")
 
 
-def _collected(place: Path) -> Opened:
+def _collected(place: Path) -> OpenedPlace:
     """Return the study beside a folder of recordings, made of them where there is none yet.
 
     Raises
@@ -114,7 +116,7 @@ def _collected(place: Path) -> Opened:
     if not _is_study(folder):
         added = _put_into(folder, place)
         notices += [*added.said, *added.refused]
-    return Opened(folder, "", tuple(notices))
+    return OpenedPlace(folder, "", tuple(notices))
 
 
 def _is_study(folder: Path) -> bool:

@@ -78,7 +78,7 @@ class Trace:
         return extremes
 
 
-class Opened:
+class LoadedRecording:
     """A continuous recording in memory: signals, what the file says of its channels, and the beats averaged last.
 
     Parameters
@@ -129,7 +129,7 @@ class Recordings:
     """Recordings of a study that were looked at last."""
 
     def __init__(self) -> None:
-        self._opened: OrderedDict[Any, Opened] = OrderedDict()
+        self._opened: OrderedDict[Any, LoadedRecording] = OrderedDict()
         self._lock, self._averaging = threading.Lock(), threading.Lock()
 
     def trace(self, desk: Desk, animal: str, signal: str, start: float, end: float, width: int) -> np.ndarray:
@@ -144,7 +144,7 @@ class Recordings:
         above, factor = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}.get(signal, (0.0, 1.0))
         return (traces[signal].between(start, end, width) - above) * factor
 
-    def opened(self, row: AnimalRow) -> Opened:
+    def opened(self, row: AnimalRow) -> LoadedRecording:
         """Return a recording from the start of its block as it was read, gaps and all, whatever is averaged of it."""
         about = row.recordings[0].stat()
         ignored = ("start", "end", "zero", "pressure_gain", "flow_gain", "flow_zero", "beat_edits", "group", "network",
@@ -228,7 +228,7 @@ def row_of(desk: Desk, animal: str) -> tuple[AnimalRow, Study]:
     return row, study
 
 
-def _opened(row: AnimalRow) -> Opened:
+def _opened(row: AnimalRow) -> LoadedRecording:
     as_read = replace(row, zero=None, pressure_gain=None, flow_gain=None, flow_zero=None)
     try:
         raw = read_stretch(replace(as_read, start=None, end=None))
@@ -249,7 +249,7 @@ def _opened(row: AnimalRow) -> Opened:
             traces[name] = Trace(values, raw.sampling_rate)
     one_rate = not any(note.code == INTERPOLATED.code for note in raw.notes)
     recording = raw if alone and one_rate else None
-    return Opened(traces, raw.sampling_rate, count / raw.sampling_rate, recording, _channels(row))
+    return LoadedRecording(traces, raw.sampling_rate, count / raw.sampling_rate, recording, _channels(row))
 
 
 def _channels(row: AnimalRow) -> dict[str, Any]:

@@ -144,7 +144,7 @@ def _unsettled(measured: Measurement) -> list[Doubt]:
     lengths = ~(LENGTH_DEVIATIONS * measured.length_sd <= LENGTH * network.length)
     radii = ~(deviations * measured.radius_sd <= RADIUS * network.radius)
     sure = {"share": RADIUS, "deviations": float(deviations)}
-    cases: list[tuple[About, np.ndarray, Kind, dict[str, float]]] = [
+    cases: list[tuple[About, np.ndarray, FindingKind, dict[str, float]]] = [
         ("length", lengths, UNSURE_LENGTH, {"share": LENGTH, "deviations": LENGTH_DEVIATIONS}),
         ("radius", radii & measured.reliable, UNSURE_RADIUS, sure),
         ("radius", ~measured.reliable, NO_RADIUS, {}),
@@ -180,7 +180,7 @@ def _uneven(measured: Measurement, misfit: np.ndarray) -> list[Doubt]:
     return doubts
 
 
-def _doubt(measured: Measurement, about: About, rows: np.ndarray, kind: Kind, **values: float) -> Doubt:
+def _doubt(measured: Measurement, about: About, rows: np.ndarray, kind: FindingKind, **values: float) -> Doubt:
     names = tuple(measured.network.name[row] for row in np.flatnonzero(rows))
     places = [line.points[len(line) // 2] for line, taken in zip(measured.tree.lines, rows, strict=True) if taken]
     return Doubt(about, kind(vessels=", ".join(names), **values), names, np.array(places))
