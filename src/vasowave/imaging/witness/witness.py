@@ -6,6 +6,7 @@ from statistics import NormalDist
 import numpy as np
 from scipy.spatial import cKDTree
 
+from vasowave.findings import FindingKind
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.tree import Tree, free_stretches
