@@ -8,7 +8,13 @@ import re
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))  # shown.py
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tools")]  # shown.py, constants.py, ...
+
+import constants  # noqa: E402
+import finding_codes  # noqa: E402
+
+for pages in (constants, finding_codes):  # made of the program whose documentation this is, so not committed
+    pages.PAGE.write_text(pages.page(), encoding="utf-8")
 
 project = "vasowave"
 author = "The vasowave authors"

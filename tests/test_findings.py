@@ -96,10 +96,6 @@ def test_codes_name_a_room_and_what_was_noticed_and_every_look_has_a_remedy():
         assert all(field is None or field.isidentifier() for _, field, _, _ in string.Formatter().parse(one.text))
 
 
-def test_the_documentation_lists_every_kind_of_finding():
-    assert pages.PAGE.read_text(encoding="utf-8") == pages.page(), "run `uv run python tools/finding_codes.py`"
-
-
 def odd_study(tmp_path):
     """A study of one animal whose recording drifts, is off its zero, and names channels that do not beat."""
     raw = synthetic_raw_recording(vw.virtual_mouse(), np.random.default_rng(8), duration=12.0).raw

@@ -1,6 +1,6 @@
 """List the numbers that were chosen: every constant of the package with its value and meaning, for docs/constants.md.
 
-uv run python tools/constants.py           writes the page anew; its difference tells what was changed
+uv run python tools/constants.py           writes the page, as building the site does
 """
 
 import ast
@@ -24,7 +24,7 @@ ABOUT = """\
 
 Every constant that decides about an answer, by the module that uses it: thresholds, tolerances, sizes. Reasons stand in
 [Decisions](decisions.md) and with the measurements in [Images](imaging.md). Units are cm, s, ml and mmHg where nothing
-else is said. `tools/constants.py` makes this page; a test compares it with the program.
+else is said. `tools/constants.py` makes this page of the program when the site is built.
 """
 ROOMS = (
     "analysis", "animal", "calibration", "cohort", "imaging", "inference", "model", "network", "noise", "recording",
