@@ -30,7 +30,7 @@ from vasowave.quantities import derived
 QUANTITIES = ("wave_speed", "R_T", "a", "C_p")
 STUDY, DRAWS = 6, 400
 TAILS = (0.025, 0.5, 0.975)
-PAGE = Path(__file__).parents[1] / "docs" / "decisions.md"
+PAGE = Path(__file__).parents[1] / "docs" / "decisions" / "pulse.md"
 
 
 class Kind(NamedTuple):
@@ -177,7 +177,7 @@ def pooled(mean, deviation):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="where posteriors are kept")
-    parser.add_argument("--docs", action="store_true", help="put the table into docs/decisions.md")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/decisions/pulse.md")
     chosen = parser.parse_args()
     chosen.folder.mkdir(parents=True, exist_ok=True)
     table = [f"| animals | number | spectrum | {' | '.join(QUANTITIES)} | k > {UNTRUSTED:g} |", "|---" * 8 + "|"]

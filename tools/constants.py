@@ -23,7 +23,7 @@ ABOUT = """\
 # Numbers that were chosen
 
 Every constant that decides about an answer, by the module that uses it: thresholds, tolerances, sizes. Reasons stand in
-[Decisions](decisions.md) and with the measurements in [Images](imaging.md). Units are cm, s, ml and mmHg where nothing
+[Decisions](decisions/index.md) and with the measurements in [Images](imaging.md). Units are cm, s, ml and mmHg where nothing
 else is said. `tools/constants.py` makes this page of the program when the site is built.
 """
 ROOMS = (

@@ -19,8 +19,7 @@ What vasowave notices of files, recordings, networks, fits and posteriors has a 
 its words are made from these. An *error* must be corrected before a study can run. A *look* asks a person to look:
 `check` lists it, and commands warn of it. A *note* says how a number came about. Results keep code, severity, numbers,
 place and words (attribute `findings` of the root and of the groups `recording`, `WALL/calibration` and
-`WALL/inference`, JSON). No code looks into the words. `tools/finding_codes.py` makes this page of the program when the site
-is built.
+`WALL/inference`, JSON). No code looks into the words. `tools/finding_codes.py` makes this page when the site is built.
 
 | code | severity | words | what to do |
 |---|---|---|---|
