@@ -10,6 +10,7 @@ import pytest
 import constants
 import vasowave
 from approval import approve
+from vasowave.accessors import Accessor
 from vasowave.datasets import control_network
 from vasowave.imaging import Volume
 from vasowave.model.laws import LAWS
@@ -66,10 +67,14 @@ def described(name):
     kinds = get_type_hints(thing, include_extras=True)
     for setting, default in defaults(thing).items():
         yield f"  {setting}{limits(kinds[setting])} = {shown(default)}"
-    for inner, method in inspect.getmembers(thing, inspect.isfunction) if inspect.isclass(thing) else ():
+    for inner, method in inspect.getmembers(thing, is_method) if inspect.isclass(thing) else ():
         if not inner.startswith("_"):
             given = inspect.signature(method).parameters.values()
             yield f"  .{inner}: " + ", ".join(str(one).partition(":")[0] + default_of(one) for one in given)
+
+
+def is_method(member):
+    return inspect.isfunction(member) or isinstance(member, Accessor)
 
 
 def defaults(thing):

@@ -25,7 +25,7 @@ from vasowave.solver.places import Waves, waves_at, with_areas
 from vasowave.solver.result import Run
 from vasowave.solver.simulate import Numerics, simulate_runs
 
-_SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions.md
+_SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions/pulse.md
 _LEAST = 1e-12  # of a strain or compliance whose logarithm is taken
 _PERIODIC = 0.1 * _SOLVER  # mmHg, change from cycle to cycle that is left in simulations
 _SAMPLES = 64  # the solver chooses its step in multiples of this
