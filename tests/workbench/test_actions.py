@@ -162,6 +162,7 @@ def test_what_is_set_reads_the_same_for_every_other_command(study):
     do(at, "set-stretch", animal="Maus Ä", start=1.25, end=7.5)
     do(at, "set-cells", animal="mouse_c2", cells={"network": ""})
     assert at.recordings.described(at.desk, "mouse_c2")["error"] == ""  # its signals are there to look at
+    do(at, "undo")
     do(at, "set-setting", key="averaging.drift", value="warn")
     do(at, "set-setting", key="calibration.starts", value="3")
     known = read_study(study)
