@@ -91,5 +91,5 @@ def test_straight_vessels_and_slight_tapers_are_run_once_and_a_shape_of_ones_cha
 def test_a_run_beside_another_states_the_error_of_its_cells(inflow):
     model = fork((1.0, 0.8, 1.0, 0.8, 1.0))
     run = run_to_periodic(model, inflow, Numerics())
-    beside = run_to_periodic(model.changed(wall=LinearWall(58.0)), inflow, Numerics(), near=run)
+    beside = run_to_periodic(model.changed(wall=LinearWall(58.0)), inflow, Numerics(), neighbor=run)
     assert beside.extremes.grid_error.value >= run.two_grids.value > 0

@@ -100,7 +100,7 @@ def stepper_of(model, drive="flow", steps=STEPS, samples=16):
 def found_of(model, drive="flow"):
     stepper, state = stepper_of(model, drive)
     end = stepper.cycle(state)
-    return {"end": end, "stations": stepper.stations, "cells": stepper.cells, "seen": stepper.seen,
+    return {"end": end, "stations": stepper.stations, "cells": stepper.cells, "seen": stepper.watched_waves,
             "mach": stepper.mach.value, "courant": stepper.courant, "volume error": stepper.volume_error,
             "nodes": stepper.scratch[2].pressure}  # fmt: skip
 
@@ -153,7 +153,7 @@ def test_flows_of_several_inlets_are_all_that_enters(viscosity):
     stepper, state = stepper_of(two_inlets(wall_viscosity=viscosity), Inflow(flow, PERIOD))
     stepper.cycle(state)
     assert abs(stepper.volume_error) < 1e-13
-    assert stepper.seen[1, :, :2] == pytest.approx(flow, abs=1e-12)
+    assert stepper.watched_waves[1, :, :2] == pytest.approx(flow, abs=1e-12)
 
 
 @pytest.mark.parametrize("viscosity", [0.0, 0.1])
@@ -251,14 +251,14 @@ def test_changes_in_python_are_the_differences_of_cycles_in_python(case):
         at = run.scale.state(start + (factor * change if row == len(named) - 1 else 0.0))
         end = run.scale.vector(after.cycle(at))
         wall, area0 = after.grid.model.at(0, 0.0)
-        pressure = walls.pressure(wall, after.seen[0, :, 0], area0)
+        pressure = walls.pressure(wall, after.watched_waves[0, :, 0], area0)
         law = after.law[1]
         faces = grid.vessels.last[:2]
-        ratios = after.seen[0, :, 1:] / after.grid.face_area0[faces]
+        ratios = after.watched_waves[0, :, 1:] / after.grid.face_area0[faces]
         watched = type(law).pressure_at(ratios, *(one[faces] for one in law))
-        others = after.seen[1:, :, 1:].reshape(-1)
-        if len(after.seen) > 2:
-            pressure = pressure + after.seen[2, :, 0]
+        others = after.watched_waves[1:, :, 1:].reshape(-1)
+        if len(after.watched_waves) > 2:
+            pressure = pressure + after.watched_waves[2, :, 0]
         return end, np.concatenate([pressure, watched.ravel(), others])
 
     for row in range(len(named)):

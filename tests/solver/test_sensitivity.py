@@ -179,7 +179,15 @@ def test_no_array_that_kernels_write_overlaps_another(inflow, wall):
     varied = VariedStepper(run, inflow, [direction_between(model, model, 1.0)])
     stepper = varied.stepper
     written = arrays(
-        (varied.base, varied.scratch, varied.inlet, varied.seen, stepper.seen, stepper.stations, stepper.cells)
+        (
+            varied.base,
+            varied.scratch,
+            varied.inlet,
+            varied.watched_waves,
+            stepper.watched_waves,
+            stepper.stations,
+            stepper.cells,
+        )
     )
     read = arrays((stepper.parts, stepper.law, stepper.outlets, stepper.inflow, varied.shifted, varied.weights))
     every = written | read
