@@ -334,8 +334,8 @@ def test_ejection_lasts_from_the_foot_of_the_flow_to_where_it_is_shut():
     found = _ejection(vw.Recording(10 + 5 * np.sin(2 * np.pi * np.arange(100) / 100), flow, 0.1, "made"))
     foot = 30 - int(np.argmax(flow[30::-1] <= coupling_module._OPEN))
     end = 30 + int(np.argmax(flow[30:] <= coupling_module._SHUT))
-    assert len(found.left) == end - foot + 1
-    assert found.left == pytest.approx(np.concatenate([[0], np.cumsum(flow[foot:end])]) * 1e-3)
+    assert len(found.ejected) == end - foot + 1
+    assert found.ejected == pytest.approx(np.concatenate([[0], np.cumsum(flow[foot:end])]) * 1e-3)
     assert found.time == pytest.approx((np.arange(end - foot + 1) - 0.5) * 1e-3)
     assert found.pressure == pytest.approx(10 + 5 * np.sin(2 * np.pi * foot / 100))
     with pytest.raises(InputError, match="made: the flow has no beginning and end of ejection; is its zero right"):

@@ -59,11 +59,11 @@ def test_the_likelihood_is_the_mean_over_all_spectra(noise):
 def test_a_likelihood_that_takes_over_what_another_has_diagonalized_is_the_one_that_does_so_itself(noise):
     rows = np.random.default_rng(3).normal(0, 0.5, (5, SAMPLES))
     near = noise.narrowed(0.01 * rows)
-    shapes, sizes = near.kept
+    shapes, sizes = near.selected
     assert 0 < shapes.sum() < len(shapes)
     wide, fresh = noise.widened(0.4), replace(noise, amplitude=(0.5, 0.7))
     for one, itself in (
-        (near, replace(noise, kept=(shapes, sizes))),
+        (near, replace(noise, selected=(shapes, sizes))),
         (wide, fresh),
         (near.narrowed(rows), noise.narrowed(rows)),
     ):

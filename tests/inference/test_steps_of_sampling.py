@@ -75,12 +75,12 @@ def test_an_emulator_goes_through_what_it_learned_in_its_own_coordinates(monkeyp
     assert asked[0][2].tolist() == [2.5, 2.5]
     assert found(points) == pytest.approx(outputs, abs=0.2)
     by_hand = found.base + emulator.features(local) @ found.coefficients
-    by_hand = by_hand + emulator._near(local, found.known, found.lengths) @ found.weights
+    by_hand = by_hand + emulator._near(local, found.local_points, found.lengths) @ found.weights
     assert found.at(local) == pytest.approx(by_hand)
-    fits = [emulator._regression(found.known, asked[0][1], decay, np.array([2.0, 1.7])) for decay in (0.3, 0.1)]
+    fits = [emulator._regression(found.local_points, asked[0][1], decay, np.array([2.0, 1.7])) for decay in (0.3, 0.1)]
     best = min(fits, key=lambda one: (one[2] ** 2).sum())
     assert found.error == pytest.approx(best[2] * scale)
-    assert found.reach == pytest.approx(max(np.hypot(*one) for one in found.known))
+    assert found.reach == pytest.approx(max(np.hypot(*one) for one in found.local_points))
     here = points[3]
     slopes = [(found(here[np.newaxis] + h) - found(here[np.newaxis] - h))[0] / 2e-3 for h in 1e-3 * np.eye(2)]
     assert found.jacobian(here) == pytest.approx(np.array(slopes).T)
@@ -547,7 +547,7 @@ def test_a_discrepancy_is_widened_in_squares_and_narrowed_to_what_matters():
     assert small.log_likelihood(residuals) == pytest.approx(noise.log_likelihood(residuals), abs=0.2)
     log = noise._by_node(residuals)
     share = np.exp(log - log.max(axis=(0, 2), keepdims=True)).max(axis=1)
-    assert small.kept[0].tolist() == (share.max(axis=1) > 0.01).tolist()
-    assert small.kept[1].tolist() == (share.max(axis=0) > 0.01).tolist()
-    assert 0 < small.kept[1].sum() < len(small.kept[1])
+    assert small.selected[0].tolist() == (share.max(axis=1) > 0.01).tolist()
+    assert small.selected[1].tolist() == (share.max(axis=0) > 0.01).tolist()
+    assert 0 < small.selected[1].sum() < len(small.selected[1])
     assert isinstance(Weights(np.zeros(1), 0.0, 1.0).trusted, bool)

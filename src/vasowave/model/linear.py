@@ -199,10 +199,8 @@ def linear_solution(model: Model, inflow: Driven, harmonics: int = 32) -> Linear
 def _spectrum(signal: np.ndarray, count: int) -> np.ndarray:
     """Return so many harmonics of signals, shape (sample, …), from the mean on; those that they do not hold are 0."""
     spectrum = np.zeros((count, signal.shape[1]), dtype=complex)
-    coefficients = np.fft.rfft(np.ascontiguousarray(signal.T))[:, : min(count, (len(signal) - 1) // 2 + 1)].T / len(
-        signal
-    )
-    spectrum[: len(coefficients)] = coefficients
+    values = np.fft.rfft(np.ascontiguousarray(signal.T))[:, : min(count, (len(signal) - 1) // 2 + 1)].T / len(signal)
+    spectrum[: len(values)] = values
     spectrum[1:] *= 2
     return spectrum
 

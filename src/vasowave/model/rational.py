@@ -157,13 +157,11 @@ def refined(harmonic: np.ndarray, heart: float, Z: np.ndarray, start: Rational, 
     """
     scale, s = Z[0].real, 1j * harmonic
     z, weight, best = Z / scale, _weights(s, Z)[:, np.newaxis], start
-    at_harmonics = np.flatnonzero(harmonic == np.round(harmonic))
+    rows = np.flatnonzero(harmonic == np.round(harmonic))
 
     def errors(function: Rational) -> tuple[float, float]:
         met = function.impedance(s * heart) - Z[:, np.newaxis]
-        return float(np.linalg.norm(weight * met)), misfit(
-            Z[at_harmonics, np.newaxis], met[at_harmonics] + Z[at_harmonics, np.newaxis]
-        )[0]
+        return float(np.linalg.norm(weight * met)), misfit(Z[rows, np.newaxis], met[rows] + Z[rows, np.newaxis])[0]
 
     smallest, off = errors(best)
     free = 2 * len(z) - 1 - 2 * np.count_nonzero(best.residues)  # numbers that are fitted, less those that are found

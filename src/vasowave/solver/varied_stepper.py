@@ -125,7 +125,7 @@ def _weights(directions: Sequence[Direction], places: Sequence[tuple[np.ndarray,
     walls = [np.array([direction.walls(*place) for direction in directions]) for place in places]
     lengths = np.array([direction.length for direction in directions])
     varies = np.any([np.any(wall, axis=2) for wall in walls], axis=0)
-    rows = np.array([max((k + 1 for k, varied in enumerate(direction) if varied), default=0) for direction in varies])
+    rows = np.array([max((k + 1 for k, varied in enumerate(flags) if varied), default=0) for flags in varies])
     lengthens = np.any(lengths, axis=1)
     return tuple(
         Weights(np.ascontiguousarray(wall), np.ascontiguousarray(lengths[:, vessel]), rows, lengthens)

@@ -100,7 +100,7 @@ def _joints(grid: Grid) -> Joints:
     ]
     indices: Any = [node, [place[pair] for pair in pairs], order, np.cumsum([0, *map(len, later)]),
                   [neighbor for neighbors in later for neighbor in neighbors], fill]  # fmt: skip
-    return Joints(inlet, outlet, *(np.asarray(eliminated, dtype=np.int64) for eliminated in indices))
+    return Joints(inlet, outlet, *(np.asarray(values, dtype=np.int64) for values in indices))
 
 
 def _elimination(count: int, pairs: list[frozenset[int]]) -> tuple[list[int], list[list[int]]]:
