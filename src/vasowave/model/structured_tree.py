@@ -337,12 +337,12 @@ def _branching(depth: float, alpha: float, beta: float) -> tuple[np.ndarray, lis
 
     The root is `depth` times as wide as the smallest radius.
     """
-    generation, powers_found = {(0, 0)}, [(0, 0)]
+    generation, exponents = {(0, 0)}, [(0, 0)]
     while generation:
         parents = [(i, j) for i, j in generation if alpha**i * beta**j * depth > 1.0]
         generation = {daughter for i, j in parents for daughter in ((i + 1, j), (i, j + 1))}
-        powers_found += generation
-    powers = powers_found[::-1]
+        exponents += generation
+    powers = exponents[::-1]
     row = {power: k for k, power in enumerate(powers)}
     shares = np.array([alpha**i * beta**j for i, j in powers])
     daughters = ((row.get((i + 1, j)), row.get((i, j + 1))) for i, j in powers)

@@ -59,8 +59,8 @@ def sweep(
         ``wall_viscosity`` (mmHg s).
     numerics : Numerics, optional
     after : callable, optional
-        What is done to every model once its parameters are set: ``lambda one: vw.narrowed(one, "2", 0.8, 0.05)``. A
-        narrowing that is there before would count as a vessel by which total resistance and stiffness are shared.
+        What is done to every model once its parameters are set: ``lambda model: vw.narrowed(model, "2", 0.8, 0.05)``.
+        A narrowing that is there before would count as a vessel by which total resistance and stiffness are shared.
     samples : int
         Samples of the pressure that is kept.
     progress : callable, optional
