@@ -62,16 +62,16 @@ def test_two_modes_are_found_and_drawn_from_as_often_as_they_are_likely(exact):
     assert found == pytest.approx(share, abs=0.05)  # three standard errors of 1000 draws
     assert explored.log_evidence == pytest.approx(evidence, abs=max(0.05, 5 * explored.log_evidence_error))
     assert explored.weights.trusted
-    assert explored.apart < halves_limit(explored.effective)
+    assert explored.halves_distance < halves_limit(explored.effective)
 
 
 def test_halves_that_each_know_one_mode_are_far_apart():
     one, other = (climb(folded, DATA, NOISE, start) for start in (ONE, OTHER))
     modes = [replace(one, halves=frozenset({0})), replace(other, halves=frozenset({1}))]
     explored = explore(TARGET, modes, np.random.default_rng(3), 400)
-    assert explored.apart > 1.5  # the whole has both: SD of about 1.5, means 3 apart
+    assert explored.halves_distance > 1.5  # the whole has both: SD of about 1.5, means 3 apart
     assert explored.weights.trusted  # k cannot see it
-    said = list(findings(explored.apart, explored.effective, explored.shares, None, 0.0, {}))
+    said = list(findings(explored.halves_distance, explored.effective, explored.shares, None, 0.0, {}))
     assert [finding.code for finding in said] == [HALVES_DIFFER.code, SEVERAL_MODES.code]
 
 
@@ -88,7 +88,7 @@ def test_a_half_whose_modes_are_hopeless_is_far_from_the_other():
     beside = np.array([3.5, 2.0, 2.0])
     stuck = replace(best, middle=beside, output=folded(beside[np.newaxis])[0], halves=frozenset({1}))
     explored = explore(TARGET, [best, stuck], np.random.default_rng(4), 100)
-    assert explored.apart > 5
+    assert explored.halves_distance > 5
     assert len(explored.shares) == 1
 
 
@@ -98,7 +98,7 @@ def test_a_mode_that_lies_in_anothers_draws_is_not_explored_twice():
     again = replace(mode, middle=near, output=folded(near[np.newaxis])[0], halves=frozenset({1}))
     explored = explore(TARGET, [mode, again], np.random.default_rng(5), 200)
     assert len(explored.shares) == 1
-    assert explored.apart < halves_limit(explored.effective)  # both halves found it
+    assert explored.halves_distance < halves_limit(explored.effective)  # both halves found it
 
 
 def test_a_start_that_cannot_be_simulated_is_a_failed_start_and_not_the_end():

@@ -72,5 +72,5 @@ def test_cells_whose_faces_miss_the_points_of_a_shape_are_far_worse_and_another_
 def test_a_run_beside_another_states_the_error_of_its_cells(inflow):
     model = fork((1.0, 0.8, 1.0, 0.8, 1.0))
     run = run_to_periodic(model, inflow, Numerics())
-    beside = run_to_periodic(model.changed(wall=LinearWall(58.0)), inflow, Numerics(), near=run)
+    beside = run_to_periodic(model.changed(wall=LinearWall(58.0)), inflow, Numerics(), neighbor=run)
     assert beside.extremes.grid_error.value >= run.two_grids.value > 0

@@ -149,17 +149,17 @@ class _Beat:
     steepest: tuple[int, int]  # samples of the steepest rise and fall
     shift: float  # s from the time of the flow to that of the ventricle
     ejection: np.ndarray  # times of the flow, s
-    left: np.ndarray  # volume that has left at these times, ml
+    ejected: np.ndarray  # volume that has left at these times, ml
     resting: float  # mmHg before contraction
     weight: float  # of a sample, 1/mmHg
 
     @property
     def stroke(self) -> float:
-        return float(self.left[-1])
+        return float(self.ejected[-1])
 
     def gone(self, late: float) -> np.ndarray:
         """Return what has left the ventricle at the times of its pressure, if the flow comes `late` s later."""
-        return np.interp(self.time, self.ejection + self.shift + late, self.left, left=0.0)
+        return np.interp(self.time, self.ejection + self.shift + late, self.ejected, left=0.0)
 
 
 def coupled(recording: Recording, ventricle: VentricularPressure | None) -> tuple[Coupling | None, tuple[Finding, ...]]:
@@ -167,10 +167,10 @@ def coupled(recording: Recording, ventricle: VentricularPressure | None) -> tupl
     if ventricle is None:
         return None, ()
     try:
-        found = coupling(recording, ventricle)
+        result = coupling(recording, ventricle)
     except InputError as error:
         return None, (NOT_COUPLED(why=str(error)),)
-    return found, found.findings
+    return result, result.findings
 
 
 def coupling(recording: Recording, ventricle: VentricularPressure) -> Coupling:
@@ -198,14 +198,14 @@ def coupling(recording: Recording, ventricle: VentricularPressure) -> Coupling:
     True
     """
     beat = _beat(recording, ventricle)
-    found = min((_fit(beat, ventricle.period, start) for start in _STARTS), key=lambda one: one.cost)
-    parts = _parts(found.x, beat, ventricle.period)
-    misfit = float(np.sqrt(np.mean((parts.fitted - beat.pressure) ** 2))) / float(np.ptp(beat.smooth))
-    covariance = np.linalg.pinv(found.jac.T @ found.jac) * max(misfit / _ERROR, 1.0) ** 2
-    beside = [found.x + step for one in _STEP * np.eye(len(found.x)) for step in (-one, one)]
-    ends = [_log_ratio(x, beat, ventricle.period) for x in beside]
+    fit = min((_fit(beat, ventricle.period, start) for start in _STARTS), key=lambda candidate: candidate.cost)
+    waves = _parts(fit.x, beat, ventricle.period)
+    misfit = float(np.sqrt(np.mean((waves.fitted - beat.pressure) ** 2))) / float(np.ptp(beat.smooth))
+    covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * max(misfit / _ERROR, 1.0) ** 2
+    neighbors = [fit.x + step for direction in _STEP * np.eye(len(fit.x)) for step in (-direction, direction)]
+    ends = [_log_ratio(x, beat, ventricle.period) for x in neighbors]
     slope = np.diff(np.reshape(ends, (-1, 2)), axis=1).ravel() / (2 * _STEP)
-    load = parts.end_systolic / beat.stroke
+    load = waves.end_systolic / beat.stroke
     peak = _isovolumic_peak(beat)
     if misfit > _MEANINGLESS:
         raise InputError(
@@ -215,19 +215,19 @@ def coupling(recording: Recording, ventricle: VentricularPressure) -> Coupling:
     findings = [] if misfit <= _UNLIKE else [UNLIKE(source=ventricle.source, percent=100 * misfit)]
     findings += [] if np.isfinite(peak) else [NO_SINGLE_BEAT(source=ventricle.source)]
     return Coupling(
-        elastance=parts.peak / parts.filled,
+        elastance=waves.peak / waves.filled,
         load=load,
         error=float(np.hypot(np.sqrt(slope @ covariance @ slope), _OF_SHAPE)),
         stroke_volume=beat.stroke,
-        filled=parts.filled,
-        single_beat=peak / parts.end_systolic - 1.0,
+        filled=waves.filled,
+        single_beat=peak / waves.end_systolic - 1.0,
         time=beat.time,
         measured=beat.pressure,
-        fitted=parts.fitted,
-        isovolumic=parts.isovolumic,
-        volume=parts.volume,
+        fitted=waves.fitted,
+        isovolumic=waves.isovolumic,
+        volume=waves.volume,
         period=ventricle.period,
-        filling_pressure=parts.resting,
+        filling_pressure=waves.resting,
         findings=(*findings, *_doubts(recording, ventricle, beat)),
     )
 
@@ -281,8 +281,8 @@ def _fit(beat: _Beat, period: float, stays: float) -> Any:
 
 def _log_ratio(x: np.ndarray, beat: _Beat, period: float) -> float:
     """Return the logarithm of E_es/E_a: what leaves over what stays at the peak of the elastance."""
-    parts = _parts(x, beat, period)
-    return float(np.log(parts.peak / parts.filled * beat.stroke / parts.end_systolic))
+    waves = _parts(x, beat, period)
+    return float(np.log(waves.peak / waves.filled * beat.stroke / waves.end_systolic))
 
 
 def _beat(recording: Recording, ventricle: VentricularPressure) -> _Beat:
@@ -303,7 +303,7 @@ def _beat(recording: Recording, ventricle: VentricularPressure) -> _Beat:
         steepest=systole.steepest,
         shift=int(np.argmax(rising >= ejection.pressure)) * dt,
         ejection=ejection.time,
-        left=ejection.left,
+        ejected=ejection.ejected,
         resting=max(float(systole.smooth[0]), 0.5),
         weight=share / (_ERROR * float(np.ptp(systole.smooth))),
     )
@@ -317,7 +317,7 @@ class _Systole(NamedTuple):
 
 class _Ejection(NamedTuple):
     time: np.ndarray  # s from the foot of the flow
-    left: np.ndarray  # ml that have left until then
+    ejected: np.ndarray  # ml that have left until then
     pressure: float  # mmHg in the artery at the foot
 
 
@@ -335,8 +335,8 @@ def _systole(ventricle: VentricularPressure) -> _Systole:
     if begin == steepest or not np.any(relaxed):
         raise InputError(f"{ventricle.source}: no contraction and relaxation are seen; is it one cycle of a ventricle?")
     last = falls + int(np.argmax(relaxed))
-    whole = np.roll(ventricle.pressure, -begin)
-    return _Systole(whole[: last + 1], rolled[: last + 1], (steepest - begin, falls))
+    pressure = np.roll(ventricle.pressure, -begin)
+    return _Systole(pressure[: last + 1], rolled[: last + 1], (steepest - begin, falls))
 
 
 def _ejection(recording: Recording) -> _Ejection:
@@ -348,10 +348,10 @@ def _ejection(recording: Recording) -> _Ejection:
     end = middle + int(np.argmax(flow[middle:] <= _SHUT * flow[middle]))
     if foot == middle or end == middle:
         raise InputError(f"{recording.source}: the flow has no beginning and end of ejection; is its zero right?")
-    left = np.concatenate([[0.0], np.cumsum(flow[foot:end])]) * dt
-    at = (foot + peak - middle) % count * dt
-    pressure = float(np.interp(at, recording.time, recording.pressure, period=recording.period))
-    return _Ejection((np.arange(len(left)) - 0.5) * dt, left, pressure)
+    ejected = np.concatenate([[0.0], np.cumsum(flow[foot:end])]) * dt
+    foot_time = (foot + peak - middle) % count * dt
+    pressure = float(np.interp(foot_time, recording.time, recording.pressure, period=recording.period))
+    return _Ejection((np.arange(len(ejected)) - 0.5) * dt, ejected, pressure)
 
 
 def _smoothed(pressure: np.ndarray) -> np.ndarray:
@@ -381,9 +381,9 @@ def _isovolumic_peak(beat: _Beat) -> float:
 
 def _doubts(recording: Recording, ventricle: VentricularPressure, beat: _Beat) -> list[Finding]:
     """Return in what the two recordings do not go together."""
-    found = []
+    findings = []
     if abs(ventricle.period / recording.period - 1.0) > _RATES:
-        found.append(OTHER_RATE(source=ventricle.source, own=60 / ventricle.period, other=recording.heart_rate))
+        findings.append(OTHER_RATE(source=ventricle.source, own=60 / ventricle.period, other=recording.heart_rate))
     if beat.smooth.max() < recording.systolic_pressure - 0.1 * recording.pulse_pressure:
-        found.append(BELOW(source=ventricle.source, own=beat.smooth.max(), other=recording.systolic_pressure))
-    return found
+        findings.append(BELOW(source=ventricle.source, own=beat.smooth.max(), other=recording.systolic_pressure))
+    return findings

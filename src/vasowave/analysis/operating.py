@@ -73,8 +73,8 @@ def measured_operating_point(
     low, high = _STIFFNESSES
     inside = excess(low) < 0 < excess(high)
     beta = np.exp(brentq(excess, low, high) if inside else low if excess(low) >= 0 else high)
-    there = area * ((beta + pressure) / (beta + image_pressure)) ** 2
-    return OperatingPoint(float(there), float(there * Z_c / inertia))
+    stretched_area = area * ((beta + pressure) / (beta + image_pressure)) ** 2
+    return OperatingPoint(float(stretched_area), float(stretched_area * Z_c / inertia))
 
 
 def operating_point(model: Model, pressure: float) -> OperatingPoint:

@@ -105,24 +105,24 @@ def fit_stenosis(
         raise InputError("this flow does not tell the viscous, turbulent and inertial terms of a stenosis apart; give "
                          "one that pulses")  # fmt: skip
     terms /= scale
-    found, left = nnls(terms, fall)
-    sd = left / np.sqrt(len(fall) - len(found)) * np.sqrt(np.diag(np.linalg.inv(terms.T @ terms)))
+    factors, misfit = nnls(terms, fall)
+    sd = misfit / np.sqrt(len(fall) - len(factors)) * np.sqrt(np.diag(np.linalg.inv(terms.T @ terms)))
     if np.linalg.lstsq(terms, fall, rcond=None)[0][2] < -_LATE * sd[2]:
         raise InputError("the fall of pressure comes later than the flow, which no inertia explains; correct "
                          "the delay between the catheters and the flow")  # fmt: skip
-    found, sd = found / scale, sd / scale
+    factors, sd = factors / scale, sd / scale
     return FittedStenosis(
         Stenosis(
-            turbulent=float(found[1]),
-            length=float(found[0] * STENOSIS.length),
-            diameter=float(found[0] * STENOSIS.diameter),
-            inertial=float(found[2]) or None,
+            turbulent=float(factors[1]),
+            length=float(factors[0] * STENOSIS.length),
+            diameter=float(factors[0] * STENOSIS.diameter),
+            inertial=float(factors[2]) or None,
         ),
-        viscous_ratio=float(found[0]),
+        viscous_ratio=float(factors[0]),
         turbulent_sd=float(sd[1]),
         viscous_ratio_sd=float(sd[0]),
         inertial_sd=float(sd[2]),
-        misfit=float(left),
+        misfit=float(misfit),
     )
 
 

@@ -106,9 +106,9 @@ def pressure_drop(network: Network, inlet: np.ndarray, outlets: np.ndarray) -> p
 def _reflection(model: Model, Z_c: np.ndarray) -> np.ndarray:
     network, Y = model.network, 1 / Z_c
     below = np.zeros(len(network))
-    for one in network.junctions:
-        for row in one.ending:
-            below[row] = sum(Y[other] for other in (*one.beginning, *one.ending) if other != row)
+    for junction in network.junctions:
+        for row in junction.ending:
+            below[row] = sum(Y[vessel] for vessel in (*junction.beginning, *junction.ending) if vessel != row)
     coefficient = (Y - below) / (Y + below)
     R, Z = model.outlets.fast_resistance(), Z_c[network.terminals]
     coefficient[network.terminals] = (R - Z) / (R + Z)

@@ -178,8 +178,8 @@ def named_waves(waves: WaveIntensity, period: float, smallest: float = 0.05) -> 
     ]
     table = pd.DataFrame(rows, columns=_COLUMNS)
     size = table["pressure change [mmHg]"].abs()
-    kept = table[size >= smallest * size.max()] if len(table) else table
-    return kept.sort_values("peak time [s]", ignore_index=True)
+    selected = table[size >= smallest * size.max()] if len(table) else table
+    return selected.sort_values("peak time [s]", ignore_index=True)
 
 
 def largest_waves(table: pd.DataFrame) -> pd.DataFrame:

@@ -68,7 +68,9 @@ _SAID = {
     "high_without": "upper end without the site",
 }
 _SHARES = ("place", "gain_sd", "ratio", "misfit")  # numbers without a unit
-_MEANINGS = {name: {"long_name": said} | ({"units": "1"} if name in _SHARES else {}) for name, said in _SAID.items()}
+_MEANINGS = {
+    name: {"long_name": meaning} | ({"units": "1"} if name in _SHARES else {}) for name, meaning in _SAID.items()
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,21 +104,23 @@ def what_sites_add(
     sites = compared.sites
     assert sites is not None
     names = ["wave_speed", "R_T", *space.free_names]
-    whole = _ended(space, compared, sites, numerics, method, x)
+    complete = _ended(space, compared, sites, numerics, method, x)
     alone = _ended(space, replace(compared, sites=None), sites, numerics, method, x_alone)
-    ends, found = [], list[Finding]()
-    for site, one in enumerate(sites.observations):
-        kept = sites.without(site)
+    ends, findings = [], list[Finding]()
+    for site, observation in enumerate(sites.observations):
+        remaining = sites.without(site)
         without = (
-            alone if kept is None else _ended(space, replace(compared, sites=kept), sites, numerics, method, x, x_alone)
+            alone
+            if remaining is None
+            else _ended(space, replace(compared, sites=remaining), sites, numerics, method, x, x_alone)
         )
         ratio, misfit = _ratio(sites, site, alone), _misfit(sites, site, without)
-        if (why := _slip(one.quantity, ratio, alone, sites, site)) is not None:
-            found.append(SITE_UNIT(site=one.title, ratio=ratio, why=why))
+        if (slip := _slip(observation.quantity, ratio, alone, sites, site)) is not None:
+            findings.append(SITE_UNIT(site=observation.title, ratio=ratio, why=slip))
         elif misfit > _APART:
-            found.append(SITE_APART(site=one.title, misfit=misfit))
+            findings.append(SITE_APART(site=observation.title, misfit=misfit))
         ends.append((without, ratio, misfit))
-    return _dataset(space, compared, sites, names, whole, ends), found
+    return _dataset(space, compared, sites, names, complete, ends), findings
 
 
 def _ended(
@@ -127,18 +131,18 @@ def _ended(
     for start in starts:
         objective = Objective(space, compared, numerics, threads(), threading.Event())
         searched.append(search(objective, start, method, TOLERANCE))
-    best = min(searched, key=lambda one: one.S)
+    best = min(searched, key=lambda end: end.S)
     if not np.isfinite(best.S):
         raise NumericalError(f"the fit without a site could not be simulated; {best.message}")
-    every = Objective(space, replace(compared, sites=sites), numerics, threads(), threading.Event())
-    jacobian = every.jacobian(best.x)
-    waves = every.waves(best.x)
+    all_sites = Objective(space, replace(compared, sites=sites), numerics, threads(), threading.Event())
+    jacobian = all_sites.jacobian(best.x)
+    waves = all_sites.waves(best.x)
     assert waves is not None
-    own = Objective(space, compared, numerics, threads(), threading.Event())
-    residual, of_own = own.residuals(best.x), own.jacobian(best.x)
-    spread = spread_of(space, best.x, of_own, residual, compared)
-    signals = np.array([resample(waves.of(one.quantity)[:, i], compared.samples)
-                        for i, one in enumerate(sites.observations)])  # fmt: skip
+    fitted = Objective(space, compared, numerics, threads(), threading.Event())
+    residual, fitted_jacobian = fitted.residuals(best.x), fitted.jacobian(best.x)
+    spread = spread_of(space, best.x, fitted_jacobian, residual, compared)
+    signals = np.array([resample(waves.of(observation.quantity)[:, i], compared.samples)
+                        for i, observation in enumerate(sites.observations)])  # fmt: skip
     at_sites = -np.linalg.solve(sites.balance, jacobian[compared.samples :])
     return _SiteFit(best.x, spread.covariance, sites.coefficients(waves), at_sites, signals)
 
@@ -159,9 +163,9 @@ def _slip(quantity: str, ratio: float, end: _SiteFit, sites: Sites, site: int) -
     if ratio <= 0 or abs(np.log(ratio)) < _SURE * sd:
         return None
     slips = {1.0: ""}
-    for factor, what in _slips(quantity):
-        slips.setdefault(factor, what)
-    nearest = min(slips, key=lambda one: abs(np.log(ratio / one)))
+    for factor, description in _slips(quantity):
+        slips.setdefault(factor, description)
+    nearest = min(slips, key=lambda candidate: abs(np.log(ratio / candidate)))
     return slips[nearest] or None
 
 
@@ -171,11 +175,11 @@ def _slips(quantity: str) -> Iterator[tuple[float, str]]:
     Of units of one size the first is named, and pairs with the unit that values are held in come first.
     """
     named = {scale: unit for unit, scale in reversed(ratios(quantity).items())}
-    for one, other in sorted(permutations(named, 2), key=lambda pair: 1.0 not in pair):
-        yield other / one, f"{named[one]} had been read as {named[other]}"
-    for what, factor in _GEOMETRIC.get(quantity, {}).items():
-        yield factor, f"{what} had been given for it"
-        yield 1 / factor, f"it had been given for {what}"
+    for true_scale, read_scale in sorted(permutations(named, 2), key=lambda pair: 1.0 not in pair):
+        yield read_scale / true_scale, f"{named[true_scale]} had been read as {named[read_scale]}"
+    for measure, factor in _GEOMETRIC.get(quantity, {}).items():
+        yield factor, f"{measure} had been given for it"
+        yield 1 / factor, f"it had been given for {measure}"
 
 
 def _misfit(sites: Sites, site: int, end: _SiteFit) -> float:
@@ -208,31 +212,31 @@ def _dataset(
     compared: Compared,
     sites: Sites,
     names: list[str],
-    whole: _SiteFit,
+    complete: _SiteFit,
     ends: list[tuple[_SiteFit, float, float]],
 ) -> xr.Dataset:
     mean, N = compared.recording.mean_pressure, compared.samples
-    known = [one.waveform for one in sites.observations]
-    measured = [np.full(N, np.nan) if one is None else resample(one, N) for one in known]
-    all_of = _intervals(space, whole, mean)
+    waveforms = [observation.waveform for observation in sites.observations]
+    measured = [np.full(N, np.nan) if waveform is None else resample(waveform, N) for waveform in waveforms]
+    all_of = _intervals(space, complete, mean)
     without = np.array([_intervals(space, end, mean) for end, _, _ in ends])
     by_site = {
-        "vessel": [one.vessel for one in sites.observations],
-        "observed": [one.quantity for one in sites.observations],
-        "unit": [one.unit for one in sites.observations],
+        "vessel": [observation.vessel for observation in sites.observations],
+        "observed": [observation.quantity for observation in sites.observations],
+        "unit": [observation.unit for observation in sites.observations],
     }
     numbers = {
         "place": sites.places.share,
-        "error": [one.error for one in sites.observations],
-        "zero_sd": [one.zero_sd for one in sites.observations],
-        "gain_sd": [one.gain for one in sites.observations],
-        **{name: [one.numbers.get(name, np.nan) for one in sites.observations] for name in NUMBERS},
+        "error": [observation.error for observation in sites.observations],
+        "zero_sd": [observation.zero_sd for observation in sites.observations],
+        "gain_sd": [observation.gain for observation in sites.observations],
+        **{name: [observation.numbers.get(name, np.nan) for observation in sites.observations] for name in NUMBERS},
         "ratio": [ratio for _, ratio, _ in ends],
         "misfit": [misfit for _, _, misfit in ends],
     }
     waves = {
         "measured": measured,
-        "simulated": whole.waves,
+        "simulated": complete.waves,
         "predicted": [end.waves[site] for site, (end, _, _) in enumerate(ends)],
     }
     quantities = dict(zip(("value", "low", "high"), all_of, strict=True))
@@ -244,9 +248,9 @@ def _dataset(
         **{f"{name}_without": (("site", "quantity"), without[:, i]) for i, name in enumerate(quantities)},
     }
     return xr.Dataset(
-        {name: (*one, _MEANINGS[name]) for name, one in variables.items()},
+        {name: (*variable, _MEANINGS[name]) for name, variable in variables.items()},
         coords={
-            "site": np.array([one.title for one in sites.observations], object),
+            "site": np.array([observation.title for observation in sites.observations], object),
             "time": ("time", compared.time, {"units": "s"}),
             "quantity": np.array(names, object),
         },

@@ -194,13 +194,13 @@ def calibrate(
     plan = given_values(Fitting, search, settings)
     network, recording = a_network(network), one_cycle(recording)
     nominal = estimate_nominal(network, recording, plan.blood, find_bed(plan.bed))
-    given = plan.bounds, plan.fixed, plan.paper_bounds, plan.viscous
-    space = parameter_space(wall, network, nominal, plan.blood, *given)
+    options = plan.bounds, plan.fixed, plan.paper_bounds, plan.viscous
+    space = parameter_space(wall, network, nominal, plan.blood, *options)
     compared = compared_part(recording, plan.pressure_harmonics, plan.enters)
     compared = replace(compared, sites=sites_of(plan.sites, network, compared))
     if (plan.sites or plan.enters == "pressure") and plan.numerics.cycles_from_rest is not None:
-        what = "further sites need" if plan.sites else "a pressure that enters needs"
-        raise InputError(f"{what} a periodic state; leave out cycles_from_rest")
+        reason = "further sites need" if plan.sites else "a pressure that enters needs"
+        raise InputError(f"{reason} a periodic state; leave out cycles_from_rest")
     numerics = _for_fits(plan.numerics, min(len(compared.signal_of(recording)), MOST_SAMPLES))
     starts = starting_points(space, plan.starts, plan.seed)
     searched, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
@@ -220,27 +220,27 @@ def calibrate(
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
     table_of_starts = _starts_table(space, searched, len(residual))
     run = objective.run(best.x)
-    found = [INTERRUPTED(done=len(searched), starts=plan.starts)] if stopped else []
-    found += [*compared.findings(), *unknown_pressure(network), *oddities(nominal, recording.flow)]
-    found += [*fit_findings(table, correlation, table_of_starts, spread), *run.notes]
-    found += response_findings(response)
+    findings = [INTERRUPTED(done=len(searched), starts=plan.starts)] if stopped else []
+    findings += [*compared.findings(), *unknown_pressure(network), *oddities(nominal, recording.flow)]
+    findings += [*fit_findings(table, correlation, table_of_starts, spread), *run.notes]
+    findings += response_findings(response)
     if not response:
-        found += instrument_findings(objective, best, jacobian, starts[0], plan.method)
+        findings += instrument_findings(objective, best, jacobian, starts[0], plan.method)
     added = (
         (None, [])
         if alone is None
         else what_sites_add(space, compared, objective.numerics, plan.method, best.x, alone.x)
     )
-    found += added[1]
-    left = residual[: compared.samples]
+    findings += added[1]
+    at_inlet = residual[: compared.samples]
     return CalibratedModel(
         space.law.law().name, run.model, compared, nominal, table, correlation, table_of_starts, as_dataset(run),
-        left, float(left @ left), tuple(found), added[0], response,
+        at_inlet, float(at_inlet @ at_inlet), tuple(findings), added[0], response,
     )  # fmt: skip
 
 
-def _for_fits(given: Numerics, samples: int) -> Numerics:
-    return replace(given, samples=samples, every_cell=False, tolerance=min(given.tolerance, _LOOSEST))
+def _for_fits(numerics: Numerics, samples: int) -> Numerics:
+    return replace(numerics, samples=samples, every_cell=False, tolerance=min(numerics.tolerance, _LOOSEST))
 
 
 def _coarser(numerics: Numerics) -> Numerics:
@@ -257,10 +257,10 @@ def _polish(
 
     Where the best end cannot be simulated with that step, the next one takes its place.
     """
-    ends = sorted((one for one in searched if np.isfinite(one.S)), key=lambda one: one.S)
-    for place, one in enumerate(ends):
+    ends = sorted((end for end in searched if np.isfinite(end.S)), key=lambda end: end.S)
+    for place, end in enumerate(ends):
         objective = Objective(space, compared, numerics, threads(), threading.Event())
-        again = searching.search(objective, one.x, plan.method)
+        again = searching.search(objective, end.x, plan.method)
         if np.isfinite(again.S):
             if place:
                 warn(NOT_AGAIN(lost=place, ends=len(ends)), stacklevel=3)
@@ -281,24 +281,24 @@ def _weighted(compared: Compared, alone: SearchEnd) -> Compared:
     """Return what is compared with its sites weighted by what the model leaves unexplained at the inlet alone."""
     sites = compared.sites
     assert sites is not None
-    left = float(np.sqrt(alone.S / max(1, compared.samples - len(alone.x))))
-    return replace(compared, sites=replace(sites, deviation=max(left, _LEAST * sites.deviation)))
+    deviation = float(np.sqrt(alone.S / max(1, compared.samples - len(alone.x))))
+    return replace(compared, sites=replace(sites, deviation=max(deviation, _LEAST * sites.deviation)))
 
 
 def _starts_table(space: ParameterSpace, searched: list[SearchEnd], samples: int) -> pd.DataFrame:
     rows = []
-    least = min(one.S for one in searched)  # rough ends are compared with each other, not with the polished one
-    most = least * (1 + SAME) + samples * _SEEN**2
-    for number, one in enumerate(sorted(searched, key=lambda one: one.S), 1):
+    smallest = min(end.S for end in searched)  # rough ends are compared with each other, not with the polished one
+    limit = smallest * (1 + SAME) + samples * _SEEN**2
+    for number, end in enumerate(sorted(searched, key=lambda end: end.S), 1):
         row: dict[str, object] = {
             "start": number,
-            "S [mmHg2]": one.S,
-            "simulations": one.simulations,
-            "converged": one.converged,
-            "agrees": one.joined or bool(one.S <= most),
-            "message": one.message,
+            "S [mmHg2]": end.S,
+            "simulations": end.simulations,
+            "converged": end.converged,
+            "agrees": end.joined or bool(end.S <= limit),
+            "message": end.message,
         }
-        rows.append(row | dict(zip(space.names, space.values(one.x), strict=True)))
+        rows.append(row | dict(zip(space.names, space.values(end.x), strict=True)))
     return pd.DataFrame(rows)
 
 

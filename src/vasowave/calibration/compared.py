@@ -229,18 +229,18 @@ class Compared:
             return self
         count, root, inflow = self.harmonics + 1, model.network.root, self.recording.inflow
         error = _first(harmonic_errors(self.recording, "flow").error, count)
-        solved, more = (
+        solved, shifted = (
             linear_solution(model, Inflow(inflow.flow + change, inflow.period), self.harmonics)
             for change in (0.0, error[0])
         )
         impedance = _first(np.abs(solved.input_impedance[:, root]), count)
         impedance[0] = 0.0
-        moved = _first(np.abs(more.pressure - solved.pressure)[:, root], count)
+        moved = _first(np.abs(shifted.pressure - solved.pressure)[:, root], count)
         moved[1:] /= np.sqrt(2.0)  # of an amplitude that is known, where others have two parts
         of_harmonic, modulus = impedance * error, np.abs(_first(solved.pressure[:, root], count))
-        whole = np.hypot(of_harmonic, moved)
+        total = np.hypot(of_harmonic, moved)
         of_harmonic[0] = moved[0]
-        return replace(self, passed_on=PassedOn(whole, of_harmonic, modulus))
+        return replace(self, passed_on=PassedOn(total, of_harmonic, modulus))
 
     def spectrum(self, residual: np.ndarray) -> pd.DataFrame:
         """What the measurement, its error and a residual (mmHg, shape (N,)) are in each harmonic.
@@ -253,40 +253,40 @@ class Compared:
             residual has beyond that error: √(residual² - error²), 0 where the error is larger. What the parameters of a
             fit could imitate is in none of them.
         """
-        measured, left = (np.abs(amplitudes(values)) for values in (self.measured, residual))
+        measured, residual_modulus = (np.abs(amplitudes(values)) for values in (self.measured, residual))
         error = self.error_power()
         error[1:] *= 2.0  # of a cosine and a sine
         return pd.DataFrame(
             {
                 "measured_modulus": measured,
                 "measurement_error": np.sqrt(error),
-                "residual_modulus": left,
-                "discrepancy": np.sqrt(np.maximum(left**2 - error, 0.0)),
+                "residual_modulus": residual_modulus,
+                "discrepancy": np.sqrt(np.maximum(residual_modulus**2 - error, 0.0)),
             },
             index=pd.RangeIndex(len(measured), name="harmonic"),
         )
 
     def findings(self) -> list[Finding]:
         """Return which harmonics are compared, and why, and what enters the model if it is not the flow alone."""
-        found = [self._harmonics_compared()]
+        notes = [self._harmonics_compared()]
         if self.what == "flow":
-            found.append(BY_PRESSURE(scale=self.scale))
+            notes.append(BY_PRESSURE(scale=self.scale))
         if self.passed_on is not None:
-            own = _first(self.errors.error, self.harmonics + 1) ** 2
-            of_flow = self.error_power() - own
-            found.append(NEITHER_EXACT(error=float(np.sqrt(of_flow.sum())), own=float(np.sqrt(own.sum()))))
-        return found
+            pressure_error = _first(self.errors.error, self.harmonics + 1) ** 2
+            of_flow = self.error_power() - pressure_error
+            notes.append(NEITHER_EXACT(error=float(np.sqrt(of_flow.sum())), own=float(np.sqrt(pressure_error.sum()))))
+        return notes
 
     def _harmonics_compared(self) -> Finding:
         signal, beats = self.errors.with_signal, self.errors.source == "beats"
         if self.choice == "signal" and signal >= self.harmonics:
-            which = SIGNAL_OF_BEATS if beats else SIGNAL_OF_CYCLE
+            kind = SIGNAL_OF_BEATS if beats else SIGNAL_OF_CYCLE
         elif self.choice == "signal":
-            which = FEWEST_COMPARED
+            kind = FEWEST_COMPARED
         else:
-            which = AS_ASKED if self.harmonics <= signal else ABOVE_SIGNAL
+            kind = AS_ASKED if self.harmonics <= signal else ABOVE_SIGNAL
         level = "the scatter of the beats" if beats else _OWN_LEVEL
-        return which(harmonics=self.harmonics, samples=self.samples, signal=signal, level=level, what=self.what)
+        return kind(harmonics=self.harmonics, samples=self.samples, signal=signal, level=level, what=self.what)
 
 
 def flow_scale(recording: Recording) -> float:
@@ -324,8 +324,8 @@ def compared_part(recording: Recording, harmonics: int | str = "signal", enters:
     if harmonics == "all":
         samples, choice = min(samples_needed(signal), MOST_SAMPLES), "all"
     elif isinstance(harmonics, str):
-        wanted = max(FEWEST, errors.with_signal)
-        samples, choice = 2 * min(wanted, held, (MOST_SAMPLES - 1) // 2) + 1, "signal"
+        count = max(FEWEST, errors.with_signal)
+        samples, choice = 2 * min(count, held, (MOST_SAMPLES - 1) // 2) + 1, "signal"
     elif harmonics > held:
         raise InputError(
             f"{recording.source}: {len(signal)} samples hold {held} harmonics, {harmonics} cannot be compared; give "

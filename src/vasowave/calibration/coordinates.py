@@ -44,8 +44,8 @@ class Coordinates:
         """Whether the first parameter of the wall law is replaced by the strain."""
         wall = self.space.nominal[: len(self.space.law._fields)]
         with trial():
-            one, two = (self.space.law.pressure_at(1.3, factor * wall[0], *wall[1:]) for factor in (1.0, 2.0))
-            return bool(self.space.free[0] and self.pressure > 0 and np.isclose(two, 2 * one, rtol=1e-9))
+            single, doubled = (self.space.law.pressure_at(1.3, factor * wall[0], *wall[1:]) for factor in (1.0, 2.0))
+            return bool(self.space.free[0] and self.pressure > 0 and np.isclose(doubled, 2 * single, rtol=1e-9))
 
     @cached_property
     def shared(self) -> tuple[int, int] | None:
@@ -71,8 +71,8 @@ class Coordinates:
         if self.strained:
             with trial():
                 strain = self.space.law.ratio_at(self.pressure, *values[: len(self.space.law._fields)]) - 1.0
-                apart = strain**-_SHARPNESS - self._largest_strain(values) ** -_SHARPNESS
-                coordinates[0] = -np.log(apart) / _SHARPNESS
+                excess = strain**-_SHARPNESS - self._largest_strain(values) ** -_SHARPNESS
+                coordinates[0] = -np.log(excess) / _SHARPNESS
             if not np.isfinite(coordinates[0]):
                 raise NumericalError("the wall law has no strain at mean pressure there")
         if self.shared is not None:

@@ -86,7 +86,7 @@ class Lagged(NamedTuple):
 
     x: np.ndarray
     lag: float
-    left: float
+    cost: float
 
 
 Response = Callable[[np.ndarray], np.ndarray]
@@ -124,40 +124,40 @@ def instrument_findings(
         return []
     residual, jacobian = (values[: compared.samples] for values in (best.residual, jacobian))
     count = min(compared.harmonics, RULES.harmonics)
-    measured, left = (_harmonics(values, count) for values in (compared.measured, residual))
-    lagging = _real(-1j * np.arange(count + 1) * (measured - left))  # by a lag, in shares of the cycle over 2π
+    measured, remainder = (_harmonics(values, count) for values in (compared.measured, residual))
+    lagging = _real(-1j * np.arange(count + 1) * (measured - remainder))  # by a lag, in shares of the cycle over 2π
     basis = np.linalg.qr(np.stack([_real(_harmonics(column, count)) for column in jacobian.T], axis=1))[0]
     in_full = lagging @ lagging
-    target, lagging = (values - basis @ (basis.T @ values) for values in (_real(left), lagging))
+    target, lagging = (values - basis @ (basis.T @ values) for values in (_real(remainder), lagging))
     step = float(target @ lagging / max(lagging @ lagging, 1e-300))
-    whole, shows = float(target @ target), step**2 * float(lagging @ lagging)
-    if whole < RULES.floor**2:
+    total, shows = float(target @ target), step**2 * float(lagging @ lagging)
+    if total < RULES.floor**2:
         return []
-    shown, known = shows >= RULES.step * whole, knows(space)
-    if shown and (known or step < 0):
+    shown, stiffness_only = shows >= RULES.step * total, knows(space)
+    if shown and (stiffness_only or step < 0):
         signal = "pressure" if step > 0 else "flow"
         filtered, delayed = (
-            _with_lag(space, x, measured - left, measured, compared, response) for response in _RESPONSES[signal]
+            _with_lag(space, x, measured - remainder, measured, compared, response) for response in _RESPONSES[signal]
         )
-        if told := _told(objective, x, signal, filtered, delayed, whole):
-            return told
+        if findings := _told(objective, x, signal, filtered, delayed, total):
+            return findings
     imitated = lagging @ lagging < RULES.apart**2 * in_full
     low, high = space.log_bounds
     at_bound = np.minimum(x - low, high - x).min() < RULES.bound
-    if known or not (shown or imitated or at_bound):
+    if stiffness_only or not (shown or imitated or at_bound):
         return []
     again = _simulated(objective, best, start, method, count)
-    return _told(objective, x, "pressure", again, again, float(_real(left) @ _real(left)))
+    return _told(objective, x, "pressure", again, again, float(_real(remainder) @ _real(remainder)))
 
 
 def _told(
-    objective: Objective, x: np.ndarray, signal: str, filtered: Lagged, delayed: Lagged, whole: float
+    objective: Objective, x: np.ndarray, signal: str, filtered: Lagged, delayed: Lagged, total: float
 ) -> list[Finding]:
-    """Return the finding of a lag, by the fits with a filter and with a delay, if they leave little of `whole`."""
+    """Return the finding of a lag, by the fits with a filter and with a delay, if they leave little of `total`."""
     compared = objective.compared
-    least = max(min(filtered.left, delayed.left), 1e-300)
+    smallest = max(min(filtered.cost, delayed.cost), 1e-300)
     freedom = 2 * min(compared.harmonics, RULES.harmonics) - len(x)
-    weak = least > RULES.left * whole or (whole - least) / least * freedom < RULES.F
+    weak = smallest > RULES.left * total or (total - smallest) / smallest * freedom < RULES.F
     if weak or filtered.lag < RULES.shortest:
         return []
     unit = compared.recording.period / (2 * np.pi)
@@ -169,7 +169,7 @@ def _told(
             parameter=objective.space.free_names[0],
             value=float(np.exp(filtered.x[0])),
             fitted=float(np.exp(x[0])),
-            explained=100 * (1 - least / whole),
+            explained=100 * (1 - smallest / total),
         )
     ]
 
@@ -179,8 +179,8 @@ def _simulated(objective: Objective, best: SearchEnd, start: np.ndarray, method:
     unit = objective.compared.recording.period / (2 * np.pi)
     sd = RULES.held * unit / max(RESPONSE_RULES.held)
     behind, again = fit_response(objective, best, start, {"pressure_lag": sd}, method)
-    left = _real(_harmonics(again.residual[: objective.compared.samples], count))
-    return Lagged(again.x, behind.compared.response[0] / unit, float(left @ left))
+    spectrum = _real(_harmonics(again.residual[: objective.compared.samples], count))
+    return Lagged(again.x, behind.compared.response[0] / unit, float(spectrum @ spectrum))
 
 
 def _harmonics(values: np.ndarray, count: int) -> np.ndarray:

@@ -126,8 +126,8 @@ class Objective:
         try:
             residual = self.compared.measured - self.compared.simulated(self.at(x))
             if sites is not None and self._waves is not None:
-                apart = sites.balance @ (sites.measured - sites.coefficients(self._waves))
-                residual = np.concatenate([residual, apart])
+                at_sites = sites.balance @ (sites.measured - sites.coefficients(self._waves))
+                residual = np.concatenate([residual, at_sites])
         except NumericalError:
             count = self.compared.samples + (0 if sites is None else len(sites.harmonic))
             return np.full(count, _FAILED + self._largest)
@@ -157,11 +157,11 @@ class Objective:
         return jacobian
 
     def _jacobian(self, run: Run, directions: list[Direction]) -> np.ndarray:
-        compared, sites, how = self.compared, self.compared.sites, (self.numerics, self.exactness, self.workers)
+        compared, sites, options = self.compared, self.compared.sites, (self.numerics, self.exactness, self.workers)
         if self._places is None or self._waves is None:
-            inlet = pressure_derivatives(run, self.driven, directions, *how)
+            inlet = pressure_derivatives(run, self.driven, directions, *options)
             return -np.stack([compared.sampled(column) for column in inlet], axis=1)
-        inlet, waves = derivatives(run, self.driven, directions, how[0], (self._places, self._waves), *how[1:])
+        inlet, waves = derivatives(run, self.driven, directions, options[0], (self._places, self._waves), *options[1:])
         if compared.what == "flow":
             inlet = compared.scale * waves.flow[:, :, -1]
         at_inlet = np.stack([compared.sampled(column) for column in inlet], axis=1)

@@ -36,8 +36,8 @@ def fitted_parameters(
         An unknown wall law or bed.
     """
     law = find_law(wall)
-    own = dict(zip(parameter_names(law), law.law().parameters, strict=True)) | bed_factors(find_bed(bed))
-    return own | ({WALL_VISCOSITY: VISCOSITY} if viscous else {})
+    parameters = dict(zip(parameter_names(law), law.law().parameters, strict=True)) | bed_factors(find_bed(bed))
+    return parameters | ({WALL_VISCOSITY: VISCOSITY} if viscous else {})
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,17 +139,23 @@ def parameter_space(
                 f"the {law.law().name} wall has no parameter '{name}'{did_you_mean(name, parameters)}; it has: "
                 f"{', '.join(parameters)}"
             )
-    spans = {name: bounds.get(name) or _span(one, nominal, paper_bounds) for name, one in parameters.items()}
+    spans = {
+        name: bounds.get(name) or _span(parameter, nominal, paper_bounds) for name, parameter in parameters.items()
+    }
     for name, (low, high) in spans.items():
         if not 0 < low < high < math.inf:
             raise InputError(f"bounds of {name}: {low:g} to {high:g}; they must be positive and ordered")
     for name, value in fixed.items():
         if not (math.isfinite(value) and value > 0):
             raise InputError(f"{name} cannot be held at {value:g}; it must be positive")
-    free = np.array([name not in fixed and (not one.held or name in bounds) for name, one in parameters.items()])
+    free = np.array(
+        [name not in fixed and (not parameter.held or name in bounds) for name, parameter in parameters.items()]
+    )
     if not free.any():
         raise InputError("every parameter is held fixed; leave at least one free, or use simulate")
-    values = [fixed.get(name, one.nominal * one.scale(nominal.beta)) for name, one in parameters.items()]
+    values = [
+        fixed.get(name, parameter.nominal * parameter.scale(nominal.beta)) for name, parameter in parameters.items()
+    ]
     lower, upper = np.array(list(spans.values()), dtype=float).T
     return ParameterSpace(law, parameters, np.array(values), lower, upper, free, network, nominal.outlets, blood,
                  nominal.outlet_pressure, nominal.outlet_pulsation)  # fmt: skip

@@ -66,7 +66,7 @@ def profile_likelihood(
     ('beta', 0.0)
     """
     if name not in fit.parameters.index or not fit.parameters["free"][name]:
-        free = ", ".join(str(one) for one in fit.parameters.index[fit.parameters["free"]])
+        free = ", ".join(str(free_name) for free_name in fit.parameters.index[fit.parameters["free"]])
         raise InputError(f"'{name}' is no free parameter of the {fit.wall} wall; free are: {free}")
     if points < 4 or not span > 0:
         raise InputError(f"points {points}, span {span:g}: give at least four points and a positive span")

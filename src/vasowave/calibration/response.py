@@ -95,10 +95,10 @@ def findings(response: Response) -> Iterator[Finding]:
 def in_words(response: Response) -> str:
     """Return the estimates as words of a sentence, each after a comma."""
     return "".join(
-        f", lag of the pressure {1e3 * one.value:.2g} ± {1e3 * one.error:.2g} ms"
+        f", lag of the pressure {1e3 * estimate.value:.2g} ± {1e3 * estimate.error:.2g} ms"
         if name == "pressure_lag"
-        else f", inertia of the catheter {1e6 * one.value:.2g} ± {1e6 * one.error:.2g} ms²"
-        for name, one in response.items()
+        else f", inertia of the catheter {1e6 * estimate.value:.2g} ± {1e6 * estimate.error:.2g} ms²"
+        for name, estimate in response.items()
     )
 
 
@@ -137,23 +137,23 @@ def _begin(
     enough = np.inf
     for score in RULES.held if sd[0] else ():
         response = (float(sd[0] * score), 0.0)
-        other = objective.compared_with(replace(objective.compared, response=response))
-        end = search(other, start, method, RULES.rough, enough)
+        candidate = objective.compared_with(replace(objective.compared, response=response))
+        end = search(candidate, start, method, RULES.rough, enough)
         if end.S > RULES.hopeless * best.S:
             break
-        if _unlikely(other, end, sd) < _unlikely(objective, best, sd):
-            objective, best, start, enough = other, end, end.x, end.S
+        if _unlikely(candidate, end, sd) < _unlikely(objective, best, sd):
+            objective, best, start, enough = candidate, end, end.x, end.S
     return objective, best
 
 
 def response_columns(objective: Objective, x: np.ndarray, priors: Mapping[str, float]) -> np.ndarray:
     """Return the derivatives of the residuals at `x` by what is fitted of the response, in SD of its prior."""
-    compared, here, columns = objective.compared, np.array(objective.compared.response), []
+    compared, current, columns = objective.compared, np.array(objective.compared.response), []
     pressure = replace(compared, response=(0.0, 0.0)).simulated(objective.at(x))
     for step in _STEP * np.diag(_spreads(priors)):
         if step.any():
-            more, less = (compared.behind(pressure, here + side * step) for side in (1, -1))
-            columns.append((less - more) / (2 * _STEP))
+            upper, lower = (compared.behind(pressure, current + side * step) for side in (1, -1))
+            columns.append((lower - upper) / (2 * _STEP))
     return np.pad(np.transpose(columns), ((0, len(objective.residuals(x)) - compared.samples), (0, 0)))
 
 
@@ -177,18 +177,18 @@ def _likeliest(objective: Objective, x: np.ndarray, sd: np.ndarray) -> np.ndarra
     residual, jacobian, count = plain.residuals(x), plain.jacobian(x), compared.samples
 
     def left(scores: np.ndarray) -> float:
-        here, columns = residual.copy(), jacobian.copy()
-        here[:count] = compared.measured - compared.behind(compared.measured - residual[:count], sd * scores)
+        remainder, columns = residual.copy(), jacobian.copy()
+        remainder[:count] = compared.measured - compared.behind(compared.measured - residual[:count], sd * scores)
         columns[:count] = compared.behind(jacobian[:count], sd * scores)
-        here -= columns @ np.linalg.lstsq(columns, here)[0]
-        return float(here @ here)
+        remainder -= columns @ np.linalg.lstsq(columns, remainder)[0]
+        return float(remainder @ remainder)
 
     span = np.arange(-RULES.looked, RULES.looked + RULES.apart, RULES.apart)
-    looked = np.array(list(product(*(span if one else (0.0,) for one in sd))))
-    remain, far = np.array([left(one) for one in looked]), (looked**2).sum(axis=1)
+    looked = np.array(list(product(*(span if score else (0.0,) for score in sd))))
+    remain, distance = np.array([left(score) for score in looked]), (looked**2).sum(axis=1)
 
     def least(noise: float) -> Any:
-        first = looked[np.argmin(remain + noise * far)]
+        first = looked[np.argmin(remain + noise * distance)]
         corners = first + 0.5 * RULES.apart * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
         return minimize(
             lambda scores: left(scores) + noise * float(scores @ scores),

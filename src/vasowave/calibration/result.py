@@ -143,7 +143,7 @@ class CalibratedModel:
         share = self.rmse / self.recording.pulse_pressure
         if share > MOST_LEFT and self.mean_square > self.compared.error_power().sum():
             return f"misses the data by {100 * share:.2g} % of the pulse pressure"
-        strained = any(one.code == STRAINED.code for one in self.findings)
+        strained = any(finding.code == STRAINED.code for finding in self.findings)
         return "strains a vessel beyond what an artery survives" if strained else ""
 
     @property

@@ -38,7 +38,7 @@ def screened(
     places = [led(space, compared, start) for start in starts]
     leads: list[int] = []
     for number, place in enumerate(places):
-        alike = (one for one in dict.fromkeys(leads) if np.max(np.abs(places[one] - place)) < _ALIKE)
+        alike = (lead for lead in dict.fromkeys(leads) if np.max(np.abs(places[lead] - place)) < _ALIKE)
         leads.append(next(alike, number))
     return places, leads
 
@@ -48,8 +48,8 @@ def led(space: ParameterSpace, compared: Compared, start: np.ndarray) -> np.ndar
     residuals, (low, high) = linear_residuals(space, compared), space.log_bounds
     inside = 1e-6 * (high - low)
     place = np.clip(start, low + inside, high - inside)
-    found = least_squares(residuals, place, bounds=(low, high), diff_step=_STEP, ftol=_GAIN, xtol=_GAIN, max_nfev=_MOST)
-    return np.asarray(found.x) if found.cost < 0.5 * _FAILED**2 else start
+    fit = least_squares(residuals, place, bounds=(low, high), diff_step=_STEP, ftol=_GAIN, xtol=_GAIN, max_nfev=_MOST)
+    return np.asarray(fit.x) if fit.cost < 0.5 * _FAILED**2 else start
 
 
 def linear_residuals(space: ParameterSpace, compared: Compared) -> Callable[[np.ndarray], np.ndarray]:
@@ -68,7 +68,7 @@ def linear_residuals(space: ParameterSpace, compared: Compared) -> Callable[[np.
                 missed = weights * (measured - compared.of_linear(solved, model.network.root))
         except NumericalError:
             return np.full(2 * count, _FAILED)
-        parts = np.concatenate([missed.real, missed.imag])
-        return parts if np.all(np.isfinite(parts)) else np.full(2 * count, _FAILED)
+        values = np.concatenate([missed.real, missed.imag])
+        return values if np.all(np.isfinite(values)) else np.full(2 * count, _FAILED)
 
     return residuals

@@ -115,8 +115,8 @@ class _Jacobians:
 def _require_promise(r: np.ndarray, J: np.ndarray, enough: float) -> None:
     """Raise `_Hopeless` where even the least S of the linear model is not enough."""
     if np.isfinite(enough):
-        left = r - J @ np.linalg.lstsq(J, r)[0]
-        if left @ left > enough:
+        remainder = r - J @ np.linalg.lstsq(J, r)[0]
+        if remainder @ remainder > enough:
             raise _Hopeless
 
 

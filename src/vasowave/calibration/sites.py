@@ -48,12 +48,12 @@ class Sites:
     @cached_property
     def scales(self) -> np.ndarray:
         """What the values of each site are multiplied by, mmHg per unit, shape (site,)."""
-        return np.array([self.pulse / _pulse(one, self.pulse) for one in self.observations])
+        return np.array([self.pulse / _pulse(observation, self.pulse) for observation in self.observations])
 
     @cached_property
     def rows(self) -> tuple[slice, ...]:
         """Which coefficients are those of each site."""
-        ends = np.cumsum([0, *(len(one) for one in self._harmonics)]).tolist()
+        ends = np.cumsum([0, *(len(orders) for orders in self._harmonics)]).tolist()
         return tuple(slice(first, last) for first, last in pairwise(ends))
 
     @cached_property
@@ -65,32 +65,32 @@ class Sites:
     def _harmonics(self) -> tuple[np.ndarray, ...]:
         k = harmonics(self.samples)
         return tuple(
-            k[k <= (min(len(one.waveform), self.samples) - 1) // 2] if one.waveform is not None
-            else np.array([0 if name == "mean" else POINT for name in one.numbers])
-            for one in self.observations
+            k[k <= (min(len(observation.waveform), self.samples) - 1) // 2] if observation.waveform is not None
+            else np.array([0 if name == "mean" else POINT for name in observation.numbers])
+            for observation in self.observations
         )  # fmt: skip
 
     @cached_property
     def measured(self) -> np.ndarray:
         """Scaled coefficients of what was observed, mmHg, shape (coefficient,)."""
-        parts = [
-            self._of_waveform(site, resample(one.waveform, self.samples)) if one.waveform is not None
-            else self._weights(site) * np.array(list(one.numbers.values()))
-            for site, one in enumerate(self.observations)
+        coefficients = [
+            self._of_waveform(site, resample(observation.waveform, self.samples)) if observation.waveform is not None
+            else self._weights(site) * np.array(list(observation.numbers.values()))
+            for site, observation in enumerate(self.observations)
         ]  # fmt: skip
-        return np.concatenate(parts)
+        return np.concatenate(coefficients)
 
     @cached_property
     def covariance(self) -> np.ndarray:
         """Covariance of the errors, zeros and gains included, mmHg², shape (coefficient, coefficient)."""
         covariance = np.zeros((len(self.harmonic),) * 2)
-        for site, (one, rows) in enumerate(zip(self.observations, self.rows, strict=True)):
-            scale, known = self.scales[site], self._weights(site)
-            size = scale * np.ones(len(known)) if one.waveform is not None else known
-            covariance[rows, rows] = np.diag((size * one.error) ** 2)
-            if one.quantity == "pressure":
-                covariance[rows, rows] += one.zero_sd**2 * np.outer(known, known)
-            covariance[rows, rows] += one.gain**2 * np.outer(self.measured[rows], self.measured[rows])
+        for site, (observation, rows) in enumerate(zip(self.observations, self.rows, strict=True)):
+            scale, weights = self.scales[site], self._weights(site)
+            size = scale * np.ones(len(weights)) if observation.waveform is not None else weights
+            covariance[rows, rows] = np.diag((size * observation.error) ** 2)
+            if observation.quantity == "pressure":
+                covariance[rows, rows] += observation.zero_sd**2 * np.outer(weights, weights)
+            covariance[rows, rows] += observation.gain**2 * np.outer(self.measured[rows], self.measured[rows])
         return covariance
 
     @cached_property
@@ -105,41 +105,46 @@ class Sites:
 
     def coefficients(self, waves: Waves) -> np.ndarray:
         """Return what waves at the places, shape (step, site), say; scaled, mmHg, shape (coefficient,)."""
-        parts = []
-        for site, one in enumerate(self.observations):
-            wave = waves.of(one.quantity)[:, site]
-            if one.waveform is not None:
-                parts.append(self._of_waveform(site, resample(wave, self.samples)))
+        blocks = []
+        for site, observation in enumerate(self.observations):
+            wave = waves.of(observation.quantity)[:, site]
+            if observation.waveform is not None:
+                blocks.append(self._of_waveform(site, resample(wave, self.samples)))
             else:
                 values = {"mean": wave.mean(), "systolic": wave.max(), "diastolic": wave.min()}
-                parts.append(self._weights(site) * [values[name] for name in one.numbers])
-        return np.concatenate(parts)
+                blocks.append(self._weights(site) * [values[name] for name in observation.numbers])
+        return np.concatenate(blocks)
 
     def jacobian(self, waves: Waves, changes: Waves) -> np.ndarray:
         """Return the derivatives of `coefficients`, shape (coefficient, direction), from those of the waves."""
-        parts = []
-        for site, one in enumerate(self.observations):
-            wave, change = waves.of(one.quantity)[:, site], waves.changed(one.quantity, changes)[:, :, site]
-            if one.waveform is not None:
-                parts.append(self._of_waveform(site, resample(change.T, self.samples)))
+        blocks = []
+        for site, observation in enumerate(self.observations):
+            wave, change = (
+                waves.of(observation.quantity)[:, site],
+                waves.changed(observation.quantity, changes)[:, :, site],
+            )
+            if observation.waveform is not None:
+                blocks.append(self._of_waveform(site, resample(change.T, self.samples)))
             else:
-                at = {"systolic": int(np.argmax(wave)), "diastolic": int(np.argmin(wave))}
-                rows = [change.mean(axis=1) if name == "mean" else change[:, at[name]] for name in one.numbers]
-                parts.append(self._weights(site)[:, np.newaxis] * np.array(rows))
-        return np.concatenate(parts)
+                samples = {"systolic": int(np.argmax(wave)), "diastolic": int(np.argmin(wave))}
+                rows = [
+                    change.mean(axis=1) if name == "mean" else change[:, samples[name]] for name in observation.numbers
+                ]
+                blocks.append(self._weights(site)[:, np.newaxis] * np.array(rows))
+        return np.concatenate(blocks)
 
     def without(self, site: int) -> "Sites | None":
         """Return all sites but one; None if there is no other."""
-        kept = [i for i in range(len(self.observations)) if i != site]
-        if not kept:
+        indices = [i for i in range(len(self.observations)) if i != site]
+        if not indices:
             return None
-        observations = tuple(self.observations[i] for i in kept)
-        places = Places(self.places.vessel[kept], self.places.share[kept])
+        observations = tuple(self.observations[i] for i in indices)
+        places = Places(self.places.vessel[indices], self.places.share[indices])
         return replace(self, observations=observations, places=places)
 
     def _of_waveform(self, site: int, values: np.ndarray) -> np.ndarray:
-        most = int(self._harmonics[site].max())
-        return np.asarray(self.scales[site] * fourier(values)[harmonics(self.samples) <= most])
+        highest = int(self._harmonics[site].max())
+        return np.asarray(self.scales[site] * fourier(values)[harmonics(self.samples) <= highest])
 
     def _weights(self, site: int) -> np.ndarray:
         """Return what a change of the whole site by one unit is in each of its coefficients."""
@@ -149,11 +154,11 @@ class Sites:
         return self.scales[site] * np.where(k == 0, np.sqrt(self.samples), 1.0)
 
 
-def _pulse(one: Observation, of_inlet: float) -> float:
+def _pulse(observation: Observation, of_inlet: float) -> float:
     """Return the range of a site's values; of a mean alone a guess: the inlet's of a pressure, else the mean itself."""
-    if one.pulse:
-        return one.pulse
-    return of_inlet if one.quantity == "pressure" else max(abs(value) for value in one.numbers.values())
+    if observation.pulse:
+        return observation.pulse
+    return of_inlet if observation.quantity == "pressure" else max(abs(value) for value in observation.numbers.values())
 
 
 def places_of(observations: Sequence[Observation], network: Network, period: float) -> Places:
@@ -165,19 +170,19 @@ def places_of(observations: Sequence[Observation], network: Network, period: flo
         A vessel that the network does not have, a place beyond its end, another period, a site that is none.
     """
     rows, shares = [], []
-    for one in observations:
-        if not isinstance(one, Observation):
-            raise InputError(f"{one!r} is no site; give Observation(quantity, vessel, error, waveform=…)")
-        if one.vessel not in network.name:
-            hint = did_you_mean(one.vessel, network.name)
-            raise InputError(f"{one.title}: the network has no vessel '{one.vessel}'{hint}")
-        row = network.row(one.vessel)
-        share = float(one.place if one.cm is None else one.cm / network.length[row])  # type: ignore[arg-type]
+    for site in observations:
+        if not isinstance(site, Observation):
+            raise InputError(f"{site!r} is no site; give Observation(quantity, vessel, error, waveform=…)")
+        if site.vessel not in network.name:
+            hint = did_you_mean(site.vessel, network.name)
+            raise InputError(f"{site.title}: the network has no vessel '{site.vessel}'{hint}")
+        row = network.row(site.vessel)
+        share = float(site.place if site.cm is None else site.cm / network.length[row])  # type: ignore[arg-type]
         if share > 1:
-            raise InputError(f"{one.title}: the vessel is {network.length[row]:.4g} cm long; the place lies beyond it")
-        if one.period is not None and abs(one.period - period) > SAME_PERIOD * period:
+            raise InputError(f"{site.title}: the vessel is {network.length[row]:.4g} cm long; the place lies beyond it")
+        if site.period is not None and abs(site.period - period) > SAME_PERIOD * period:
             raise InputError(
-                f"{one.title}: its cycle lasts {one.period:.5g} s and that of the recording {period:.5g} s; give one "
+                f"{site.title}: its cycle lasts {site.period:.5g} s and that of the recording {period:.5g} s; give one "
                 "averaged at the same heart rate, in step with the recording"
             )
         rows.append(row)

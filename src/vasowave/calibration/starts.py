@@ -105,14 +105,14 @@ def search_all(
         if len(starts) > 1 and np.isfinite(searched[best].S):
             stages.follow("best", [best], ROUGH)
             searched |= _joined(stages.objective(), searched, best)
-            alone = [i for i, one in sorted(searched.items()) if np.isfinite(one.S) and not one.joined and i != best]
+            alone = [i for i, end in sorted(searched.items()) if np.isfinite(end.S) and not end.joined and i != best]
             stages.follow("alone", alone, ROUGH, _BEYOND * searched[best].S)
     except KeyboardInterrupt:
-        if not any(np.isfinite(one.S) for one in searched.values()):
+        if not any(np.isfinite(end.S) for end in searched.values()):
             raise
     if stages.refused:
         warn(NOT_KEPT(count=len(stages.refused)), stacklevel=3)
-    if not any(np.isfinite(one.S) for one in searched.values()):
+    if not any(np.isfinite(end.S) for end in searched.values()):
         raise NumericalError(f"no start of the fit could be simulated; the first: {searched[0].message}")
     led = {number: _led(searched[lead], lead) for number, lead in enumerate(leads) if lead in searched}
     searched = led | searched
@@ -130,7 +130,7 @@ def comes_again(objective: Objective, end: SearchEnd, begin: np.ndarray) -> bool
         return bool(end.S == np.inf and np.array_equal(end.x, begin) and not objective.can_be(begin))
     if not objective.can_be(end.x) or end.residual.shape != (again := objective.residuals(end.x)).shape:
         return False
-    size, off = (float(np.sqrt(np.mean(one**2))) for one in (again, end.residual - again))
+    size, off = (float(np.sqrt(np.mean(values**2))) for values in (again, end.residual - again))
     return off <= _AGAIN * (1.0 + size) and bool(np.isclose(end.S, end.residual @ end.residual, rtol=1e-9, atol=0.0))
 
 
@@ -162,25 +162,25 @@ class _Stages:
 
     def follow(self, stage: str, chosen: Sequence[int], tolerance: float, enough: float = np.inf) -> None:
         """Search from the chosen starts, or from where the stage before ended."""
-        for number, one in _finished(chosen, lambda number: self.end(stage, number, tolerance, enough), self.stop):
+        for number, end in _finished(chosen, lambda number: self.end(stage, number, tolerance, enough), self.stop):
             before = self.reached[number].simulations if number in self.reached else 0
-            self.reached[number] = replace(one, simulations=before + one.simulations)
+            self.reached[number] = replace(end, simulations=before + end.simulations)
             if stage == SCOUT and self.progress is not None:
                 done = sum(lead in self.reached for lead in self.leads)
-                self.progress(done, len(self.leads), min(one.S for one in self.reached.values()))
+                self.progress(done, len(self.leads), min(end.S for end in self.reached.values()))
 
     def end(self, stage: str, number: int, tolerance: float, enough: float) -> SearchEnd:
         """Return where a search ends, from what is known or by searching."""
-        known = self.ends.find(stage, number) if self.ends is not None else None
+        outcome = self.ends.find(stage, number) if self.ends is not None else None
         begin = self.places[number] if stage in (SCOUT, UNSCREENED) else self.reached[number].x
-        if known is not None and not comes_again(self.objective(), known, begin):
+        if outcome is not None and not comes_again(self.objective(), outcome, begin):
             self.refused.append(number)
-            known = None
-        if known is None:
-            known = search(self.objective(), begin, self.method, tolerance, enough)
+            outcome = None
+        if outcome is None:
+            outcome = search(self.objective(), begin, self.method, tolerance, enough)
             if self.ends is not None:
-                self.ends.keep(stage, number, known)
-        return known
+                self.ends.keep(stage, number, outcome)
+        return outcome
 
 
 def _finished(
@@ -207,11 +207,11 @@ def _joined(objective: Objective, searched: dict[int, SearchEnd], best: int) -> 
         jacobian = objective.jacobian(optimum.x)
     except NumericalError:  # no linear model, so that every start is followed on its own
         return joined
-    for number, one in searched.items():
-        if number != best and np.isfinite(one.S):
-            change = one.residual - optimum.residual
-            left = change - jacobian @ (one.x - optimum.x)
-            if left @ left <= _UNEXPLAINED * (change @ change):
+    for number, end in searched.items():
+        if number != best and np.isfinite(end.S):
+            change = end.residual - optimum.residual
+            remainder = change - jacobian @ (end.x - optimum.x)
+            if remainder @ remainder <= _UNEXPLAINED * (change @ change):
                 message = "in the bowl of the best optimum, to which it need not be followed"
-                joined[number] = replace(one, converged=True, joined=True, message=message)
+                joined[number] = replace(end, converged=True, joined=True, message=message)
     return joined

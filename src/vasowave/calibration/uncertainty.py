@@ -100,14 +100,17 @@ def spread_of(
     if of_response is not None:
         jacobian = np.column_stack([jacobian, of_response])
         ranges = np.append(ranges, np.full(jacobian.shape[1] - free, np.sqrt(12.0)))  # variance 1, as the prior
-    known = known_variance(compared.error_power(), count)
-    pulse, beside = compared.recording.pulse_pressure, _beside(compared, jacobian, residual)
+    variance = known_variance(compared.error_power(), count)
+    pulse, site_terms = compared.recording.pulse_pressure, _beside(compared, jacobian, residual)
     at_inlet = jacobian[:count]
-    spectra = likely_spectra(residual[:count], at_inlet, pulse, known, of_mean, beside)
+    spectra = likely_spectra(residual[:count], at_inlet, pulse, variance, of_mean, site_terms)
     independent = np.sqrt(np.diag(covariance(jacobian, residual)))
-    whole = least_squares_covariance(at_inlet, spectra, ranges, beside)
+    full_covariance = least_squares_covariance(at_inlet, spectra, ranges, site_terms)
     return ParameterSpread(
-        whole[:free, :free], independent[:free], spectra.assumed, tuple(np.sqrt(np.diag(whole)[free:]))
+        full_covariance[:free, :free],
+        independent[:free],
+        spectra.assumed,
+        tuple(np.sqrt(np.diag(full_covariance)[free:])),
     )
 
 
@@ -117,8 +120,8 @@ def _beside(compared: Compared, jacobian: np.ndarray, residual: np.ndarray) -> B
     if sites is None:
         return None
     plain = np.linalg.inv(sites.balance)
-    here = plain @ residual[compared.samples :], plain @ jacobian[compared.samples :]
-    return Beside(sites.harmonic, *here, sites.balance, sites.covariance)
+    in_units = plain @ residual[compared.samples :], plain @ jacobian[compared.samples :]
+    return Beside(sites.harmonic, *in_units, sites.balance, sites.covariance)
 
 
 def total_resistance(space: ParameterSpace, x: np.ndarray) -> float:
@@ -138,7 +141,7 @@ def parameter_table(space: ParameterSpace, x: np.ndarray, spread: ParameterSprea
     at_bound[space.free] = (x - low < _NEAR_BOUND) | (high - x < _NEAR_BOUND)
     return pd.DataFrame(
         {
-            "unit": [one.unit for one in space.parameters.values()],
+            "unit": [parameter.unit for parameter in space.parameters.values()],
             "nominal": space.nominal,
             "lower": space.lower,
             "upper": space.upper,
@@ -178,14 +181,14 @@ def fit_findings(
 
 
 def _at_bounds(table: pd.DataFrame) -> list[Finding]:
-    found = []
+    findings = []
     for name, row in table[table["at_bound"]].iterrows():
         low = abs(np.log(row["value"] / row["lower"])) < _NEAR_BOUND
-        found.append((AT_LOWER if low else AT_UPPER)(parameter=str(name), value=float(row["value"])))
+        findings.append((AT_LOWER if low else AT_UPPER)(parameter=str(name), value=float(row["value"])))
     held = table[~table["free"]]
     if len(held):
-        found.append(HELD(values=", ".join(f"{name} = {row['value']:.4g}" for name, row in held.iterrows())))
-    return found
+        findings.append(HELD(values=", ".join(f"{name} = {row['value']:.4g}" for name, row in held.iterrows())))
+    return findings
 
 
 def undetermined(table: pd.DataFrame) -> list[Finding]:
@@ -199,9 +202,9 @@ def undetermined(table: pd.DataFrame) -> list[Finding]:
 
 def _inseparable(correlation: pd.DataFrame) -> list[Finding]:
     names: Sequence[str] = list(correlation.index)
-    pairs = [(one, other) for i, one in enumerate(names) for other in names[i + 1 :]]
+    pairs = [(first, second) for i, first in enumerate(names) for second in names[i + 1 :]]
     return [
-        INSEPARABLE(one=one, other=other, correlation=float(correlation[other][one]))
-        for one, other in pairs
-        if abs(float(correlation[other][one])) > _INSEPARABLE
+        INSEPARABLE(one=first, other=second, correlation=float(correlation[second][first]))
+        for first, second in pairs
+        if abs(float(correlation[second][first])) > _INSEPARABLE
     ]

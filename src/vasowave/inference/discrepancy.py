@@ -79,8 +79,8 @@ class Passed(NamedTuple):
 
     def _factor(self, simulated: np.ndarray) -> np.ndarray:
         square = simulated**2
-        more = self.variance * ((square + square[..., self._beside]) / self.power - 1)
-        return 1 / np.sqrt(1 + more / self.total)
+        increase = self.variance * ((square + square[..., self._beside]) / self.power - 1)
+        return 1 / np.sqrt(1 + increase / self.total)
 
     @property
     def _beside(self) -> np.ndarray:
@@ -104,13 +104,13 @@ class Discrepancy:
         Covariance of the errors of measurement, mmHg².
     vessels : array, shape (coefficient, error)
         What one SD of each independent error of a single vessel changes, mmHg.
-    kept : (bool array, bool array), optional
+    selected : (bool array, bool array), optional
         Shapes and amplitudes that are summed over; all, if not given.
     left_out : bool array, shape (coefficient,), optional
         Coefficients of a residual that do not count.
     of_mean : float
         Largest standard deviation that the mean of the discrepancy can have, mmHg.
-    beside : int array, shape (coefficient of others,), optional
+    site_harmonics : int array, shape (coefficient of others,), optional
         Harmonics of the coefficients of further sites, which follow those of the pressure; see `calibration.sites`.
     passed : Passed, optional
         How the error of the flow that enters reaches the pressure; part of `measured`.
@@ -120,10 +120,10 @@ class Discrepancy:
     amplitude: tuple[float, float]
     measured: np.ndarray
     vessels: np.ndarray
-    kept: tuple[np.ndarray, np.ndarray] | None = None
+    selected: tuple[np.ndarray, np.ndarray] | None = None
     left_out: np.ndarray | None = None
     of_mean: float = np.inf
-    beside: np.ndarray | None = None
+    site_harmonics: np.ndarray | None = None
     passed: Passed | None = None
 
     def beside_flow(self, variance: np.ndarray, power: np.ndarray, observed: np.ndarray) -> "Discrepancy":
@@ -150,21 +150,21 @@ class Discrepancy:
 
     def narrowed(self, residuals: np.ndarray) -> "Discrepancy":
         """Return the sum over only those spectra that matter for one of the residuals, (draw, coefficient)."""
-        whole = self if self.kept is None else replace(self, kept=None)
-        log = whole._by_node(residuals)
+        complete = self if self.selected is None else replace(self, selected=None)
+        log = complete._by_node(residuals)
         share = np.exp(log - log.max(axis=(0, 2), keepdims=True)).max(axis=1)
         shapes, sizes = share.max(axis=1) > _MATTERS, share.max(axis=0) > _MATTERS
-        turn, values, logdet = whole._diagonal
-        return replace(whole, kept=(shapes, sizes))._diagonal_as(turn[shapes], values[shapes], logdet[shapes])
+        turn, values, logdet = complete._diagonal
+        return replace(complete, selected=(shapes, sizes))._diagonal_as(turn[shapes], values[shapes], logdet[shapes])
 
     def widened(self, missed: float) -> "Discrepancy":
         """Return the likelihood of residuals of a model that misses by so much more, mmHg, root mean square."""
         median, spread = self.amplitude
         return replace(self, amplitude=(float(np.hypot(median, missed)), spread))._diagonal_as(*self._diagonal)
 
-    def _diagonal_as(self, *known: np.ndarray) -> "Discrepancy":
+    def _diagonal_as(self, *diagonal: np.ndarray) -> "Discrepancy":
         """Take `_diagonal` from a likelihood of the same covariances: nothing else here costs as much."""
-        vars(self)["_diagonal"] = known
+        vars(self)["_diagonal"] = diagonal
         return self
 
     def log_likelihood(self, residuals: np.ndarray) -> np.ndarray:
@@ -200,13 +200,13 @@ class Discrepancy:
         turn, precision, _ = self._nodes
         scores, again = np.empty(len(residuals)), np.empty_like(residuals)
         for row, (shape, size) in enumerate(zip(*np.divmod(node, precision.shape[2]), strict=True)):
-            seen, known = zero @ turn[shape], precision[shape, :, size]
-            of_mean = turn[shape, 0] * known
-            whole = seen + self._gain[shape, size] * (of_mean @ seen) * turn[shape, 0]
-            expected = (whole * known) @ (residuals[row] @ turn[shape])
-            left = max(1.0 - float((seen * known) @ whole), 0.0)
-            scores[row] = expected + np.sqrt(left) * rng.standard_normal()
-            white = rng.standard_normal(len(known)) / np.sqrt(known)
+            direction, weights = zero @ turn[shape], precision[shape, :, size]
+            of_mean = turn[shape, 0] * weights
+            corrected = direction + self._gain[shape, size] * (of_mean @ direction) * turn[shape, 0]
+            expected = (corrected * weights) @ (residuals[row] @ turn[shape])
+            variance = max(1.0 - float((direction * weights) @ corrected), 0.0)
+            scores[row] = expected + np.sqrt(variance) * rng.standard_normal()
+            white = rng.standard_normal(len(weights)) / np.sqrt(weights)
             again[row] = self._shapes[0][shape] * (turn[shape] @ white)  # inverse of the turn, transposed
             again[row, 0] -= self._taken[shape, size] * (of_mean @ white)
         return Drawn(self._amplitudes[0][node % precision.shape[2]], scores, again)
@@ -263,16 +263,16 @@ class Discrepancy:
         The mean over all coefficients of the pressure is 1.
         """
         shapes, weight = spectral_shapes(harmonics(self.samples))
-        if self.beside is not None:
-            shapes = np.concatenate([shapes, with_points(shapes, self.beside)], axis=1)
-        shown = slice(None) if self.kept is None else self.kept[0]
+        if self.site_harmonics is not None:
+            shapes = np.concatenate([shapes, with_points(shapes, self.site_harmonics)], axis=1)
+        shown = slice(None) if self.selected is None else self.selected[0]
         return shapes[shown][:, self._counted], weight[shown]
 
     @property
     def harmonic(self) -> np.ndarray:
         """Harmonic of each coefficient; negative for a single value of the cycle of a further site."""
-        own = harmonics(self.samples)
-        return own if self.beside is None else np.append(own, self.beside)
+        at_inlet = harmonics(self.samples)
+        return at_inlet if self.site_harmonics is None else np.append(at_inlet, self.site_harmonics)
 
     @property
     def _counted(self) -> np.ndarray | slice:
@@ -283,14 +283,14 @@ class Discrepancy:
     def _amplitudes(self) -> tuple[np.ndarray, np.ndarray]:
         """Nodes of σ, mmHg, and log prior weights."""
         sigma, weight = spectral_sizes(*self.amplitude)
-        shown = slice(None) if self.kept is None else self.kept[1]
+        shown = slice(None) if self.selected is None else self.selected[1]
         return sigma[shown], weight[shown]
 
     @cached_property
     def _diagonal(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """For every shape S: V with Vᵀ S V = 1 and Vᵀ (other covariance) V diagonal, that diagonal, and log det S."""
-        other = (self.measured + self.vessels @ self.vessels.T)[self._counted][:, self._counted]
+        covariance = (self.measured + self.vessels @ self.vessels.T)[self._counted][:, self._counted]
         scale = np.sqrt(self._shapes[0])
-        white = other / (scale[:, :, np.newaxis] * scale[:, np.newaxis, :])
+        white = covariance / (scale[:, :, np.newaxis] * scale[:, np.newaxis, :])
         values, axes = np.linalg.eigh(white)
         return axes / scale[:, :, np.newaxis], np.maximum(values, 0.0), 2 * np.log(scale).sum(axis=1)

@@ -35,7 +35,7 @@ class Emulator:
     center : array, shape (unknown,)
     to_local : array, shape (unknown, unknown)
         Local coordinates are (coordinates - center) @ to_local.
-    known : array, shape (simulation, unknown)
+    local_points : array, shape (simulation, unknown)
         Local coordinates of the simulations.
     base : array, shape (output,)
     weights : array, shape (simulation, output)
@@ -49,7 +49,7 @@ class Emulator:
     coordinates: Coordinates
     center: np.ndarray
     to_local: np.ndarray
-    known: np.ndarray
+    local_points: np.ndarray
     base: np.ndarray
     weights: np.ndarray
     coefficients: np.ndarray
@@ -62,7 +62,11 @@ class Emulator:
 
     def at(self, local: np.ndarray) -> np.ndarray:
         """Return the outputs at points given by local coordinates."""
-        return self.base + features(local) @ self.coefficients + _near(local, self.known, self.lengths) @ self.weights
+        return (
+            self.base
+            + features(local) @ self.coefficients
+            + _near(local, self.local_points, self.lengths) @ self.weights
+        )
 
     def local(self, points: np.ndarray) -> np.ndarray:
         """Return local coordinates, shape (point, unknown)."""
@@ -71,7 +75,7 @@ class Emulator:
     @cached_property
     def reach(self) -> float:
         """Largest distance of a simulation from the center, in local coordinates."""
-        return float(np.sqrt((self.known**2).sum(axis=1).max()))
+        return float(np.sqrt((self.local_points**2).sum(axis=1).max()))
 
     def jacobian(self, point: np.ndarray) -> np.ndarray:
         """Return the derivatives at a point, shape (output, unknown)."""
@@ -100,15 +104,15 @@ def fit_emulator(
     lengths : array, shape (unknown,), optional
         Those of an emulator that knew less, from which the choice begins.
     """
-    there = coordinates(around)
-    center, spread = there.mean(axis=0), np.atleast_2d(np.cov(there.T))
+    positions = coordinates(around)
+    center, spread = positions.mean(axis=0), np.atleast_2d(np.cov(positions.T))
     to_local = np.linalg.inv(np.linalg.cholesky(spread + 1e-9 * np.diag(np.diag(spread)))).T
     local, base = (coordinates(points) - center) @ to_local, outputs.mean(axis=0)
     target = (outputs - base) / scale
     begin = np.full(points.shape[1], _LENGTH) if lengths is None else lengths
     chosen = _chosen(local[-_JUDGES:], target[-_JUDGES:], begin)
     fits = [_regression(local, target, decay, chosen) for decay in _DECAYS]
-    weights, coefficients, missed = min(fits, key=lambda one: float(np.sum(one[2] ** 2)))
+    weights, coefficients, missed = min(fits, key=lambda fit: float(np.sum(fit[2] ** 2)))
     return Emulator(
         coordinates, center, to_local, local, base, weights * scale, coefficients * scale, chosen, missed * scale
     )
@@ -147,10 +151,10 @@ def _regression(
     return weights, size[:, np.newaxis] * (terms.T @ weights), np.sqrt(np.mean(missed**2, axis=0))
 
 
-def _near(one: np.ndarray, other: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+def _near(points: np.ndarray, centers: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     """Squared-exponential covariance of points, with variance 1."""
-    one, other = one / lengths, other / lengths
-    square = (one**2).sum(axis=1)[:, np.newaxis] + (other**2).sum(axis=1) - 2 * one @ other.T
+    points, centers = points / lengths, centers / lengths
+    square = (points**2).sum(axis=1)[:, np.newaxis] + (centers**2).sum(axis=1) - 2 * points @ centers.T
     return np.exp(-0.5 * square)
 
 

@@ -44,20 +44,20 @@ def sample(
     half, count = len(x) // 2, x.shape[1]
     points, logs, accepted = [], [], 0
     for step in range(1, steps + 1):
-        for here, there in ((slice(0, half), slice(half, None)), (slice(half, None), slice(0, half))):
-            moving, others = x[here], x[there]
-            partner = rng.integers(len(others), size=len(moving))
+        for moved_half, other_half in ((slice(0, half), slice(half, None)), (slice(half, None), slice(0, half))):
+            moving, partners = x[moved_half], x[other_half]
+            partner = rng.integers(len(partners), size=len(moving))
             if step % _STRETCHED == 0:
                 z = ((_STRETCH - 1) * rng.random(len(moving)) + 1) ** 2 / _STRETCH
-                proposed, factor = others[partner] + z[:, np.newaxis] * (moving - others[partner]), z ** (count - 1)
+                proposed, factor = partners[partner] + z[:, np.newaxis] * (moving - partners[partner]), z ** (count - 1)
             else:
-                further = (partner + rng.integers(1, len(others), size=len(moving))) % len(others)  # another one
-                by = _DIFFERENCE / np.sqrt(count) * (others[partner] - others[further])
+                further = (partner + rng.integers(1, len(partners), size=len(moving))) % len(partners)  # another one
+                by = _DIFFERENCE / np.sqrt(count) * (partners[partner] - partners[further])
                 proposed, factor = moving + by, np.ones(len(moving))
             density = log_density(proposed)
-            yes = np.log(rng.random(len(moving))) < np.log(factor) + density - log[here]
-            x[here] = np.where(yes[:, np.newaxis], proposed, moving)
-            log[here] = np.where(yes, density, log[here])
+            yes = np.log(rng.random(len(moving))) < np.log(factor) + density - log[moved_half]
+            x[moved_half] = np.where(yes[:, np.newaxis], proposed, moving)
+            log[moved_half] = np.where(yes, density, log[moved_half])
             accepted += int(yes.sum())
         if step % keep_every == 0:
             points.append(x.copy())
@@ -80,10 +80,10 @@ def log_integral(
     """
     even, odd = draws[::2], draws[1::2]
     shape = np.atleast_2d(np.cov(even.T)) * (_FREEDOM - 2) / _FREEDOM
-    known = _StudentT(even.mean(axis=0), np.linalg.cholesky(shape))
-    proposed = known.draw(len(odd), rng)
-    first = values[1::2] - known.log_density(odd)
-    second = log_density(proposed) - known.log_density(proposed)
+    reference = _StudentT(even.mean(axis=0), np.linalg.cholesky(shape))
+    proposed = reference.draw(len(odd), rng)
+    first = values[1::2] - reference.log_density(odd)
+    second = log_density(proposed) - reference.log_density(proposed)
     middle = float(np.median(first))
     ours, theirs = np.exp(first - middle), np.exp(second - middle)
     ratio = 1.0

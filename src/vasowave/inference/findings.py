@@ -63,7 +63,7 @@ def halves_limit(effective: float) -> float:
 
 
 def findings(
-    apart: float,
+    halves_distance: float,
     effective: float,
     shares: np.ndarray,
     optimum: FitOptimum | None,
@@ -74,7 +74,7 @@ def findings(
 
     Parameters
     ----------
-    apart, effective : float
+    halves_distance, effective : float
         Distance of the halves, posterior SD, and effective number of draws.
     shares : array, shape (mode,)
         Probability of each mode.
@@ -85,9 +85,9 @@ def findings(
     draws : mapping
         Equally weighted draws of quantities by name.
     """
-    if apart > halves_limit(effective):
-        differ = HALVES_DIFFER(distance=apart, limit=halves_limit(effective))
-        yield differ if np.isfinite(apart) else HALF_EMPTY()
+    if halves_distance > halves_limit(effective):
+        differ = HALVES_DIFFER(distance=halves_distance, limit=halves_limit(effective))
+        yield differ if np.isfinite(halves_distance) else HALF_EMPTY()
     if 1.0 - shares.max() > _SECOND:
         yield SEVERAL_MODES(modes=len(shares), share=float(shares.max()))
     if optimum is not None:

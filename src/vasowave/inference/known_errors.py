@@ -114,65 +114,65 @@ def _none(_: Seen) -> float:
     return 0.0
 
 
-def _wider(seen: Seen, factor: float) -> Seen:
-    return seen._replace(network=seen.network.resized(radius=seen.network.radius * factor))
+def _wider(observed: Seen, factor: float) -> Seen:
+    return observed._replace(network=observed.network.resized(radius=observed.network.radius * factor))
 
 
-def _longer(seen: Seen, factor: float) -> Seen:
-    return seen._replace(network=seen.network.resized(length=seen.network.length * factor))
+def _longer(observed: Seen, factor: float) -> Seen:
+    return observed._replace(network=observed.network.resized(length=observed.network.length * factor))
 
 
-def _filled(seen: Seen, pressure: float) -> Seen:
-    return seen._replace(network=seen.network.resized(pressure=pressure))
+def _filled(observed: Seen, pressure: float) -> Seen:
+    return observed._replace(network=observed.network.resized(pressure=pressure))
 
 
-def _more_flow(seen: Seen, factor: float) -> Seen:
-    return seen._replace(recording=replace(seen.recording, flow=seen.recording.flow * factor))
+def _more_flow(observed: Seen, factor: float) -> Seen:
+    return observed._replace(recording=replace(observed.recording, flow=observed.recording.flow * factor))
 
 
-def _later_flow(seen: Seen, delay: float) -> Seen:
+def _later_flow(observed: Seen, delay: float) -> Seen:
     """Return what was seen with its flow as late as it was in truth: the probe showed it `delay` too late."""
-    flow, period = seen.recording.flow, seen.recording.period
+    flow, period = observed.recording.flow, observed.recording.period
     turned = np.fft.rfft(flow) * np.exp(2j * np.pi * np.arange(len(flow) // 2 + 1) * delay / period)
-    return seen._replace(recording=replace(seen.recording, flow=np.fft.irfft(turned, len(flow))))
+    return observed._replace(recording=replace(observed.recording, flow=np.fft.irfft(turned, len(flow))))
 
 
-def _lower_flow(seen: Seen, zero: float) -> Seen:
-    return seen._replace(recording=replace(seen.recording, flow=seen.recording.flow - zero))
+def _lower_flow(observed: Seen, zero: float) -> Seen:
+    return observed._replace(recording=replace(observed.recording, flow=observed.recording.flow - zero))
 
 
-def _sooner_pressure(seen: Seen, lag: float) -> Seen:
-    return _passed(seen, "pressure", (lag, 0.0))._replace(lag=lag)
+def _sooner_pressure(observed: Seen, lag: float) -> Seen:
+    return _passed(observed, "pressure", (lag, 0.0))._replace(lag=lag)
 
 
-def _sooner_flow(seen: Seen, lag: float) -> Seen:
-    return _passed(seen, "flow", (lag, 0.0))
+def _sooner_flow(observed: Seen, lag: float) -> Seen:
+    return _passed(observed, "flow", (lag, 0.0))
 
 
-def _calmer_pressure(seen: Seen, inertia: float) -> Seen:
+def _calmer_pressure(observed: Seen, inertia: float) -> Seen:
     """Return what was seen without inertia; the lag of the same response may have been undone before."""
-    return _passed(seen, "pressure", (seen.lag, inertia), seen.lag)
+    return _passed(observed, "pressure", (observed.lag, inertia), observed.lag)
 
 
-def _passed(seen: Seen, signal: str, response: tuple[float, float], undone: float = 0.0) -> Seen:
+def _passed(observed: Seen, signal: str, response: tuple[float, float], undone: float = 0.0) -> Seen:
     """Return a signal without a response whose lag was `undone`, up to the last harmonic that carries signal."""
-    values, period = getattr(seen.recording, signal), seen.recording.period
-    counted = np.minimum(np.arange(len(values) // 2 + 1), harmonic_errors(seen.recording, signal).with_signal)
+    values, period = getattr(observed.recording, signal), observed.recording.period
+    counted = np.minimum(np.arange(len(values) // 2 + 1), harmonic_errors(observed.recording, signal).with_signal)
     turned = second_order(undone, 0.0, counted / period) / second_order(*response, counted / period)
     changed: dict[str, Any] = {signal: np.fft.irfft(np.fft.rfft(values) * turned, len(values))}
-    return seen._replace(recording=replace(seen.recording, **changed))
+    return observed._replace(recording=replace(observed.recording, **changed))
 
 
-def _lower_pressure(seen: Seen, zero: float) -> Seen:
-    return seen._replace(recording=replace(seen.recording, pressure=seen.recording.pressure - zero))
+def _lower_pressure(observed: Seen, zero: float) -> Seen:
+    return observed._replace(recording=replace(observed.recording, pressure=observed.recording.pressure - zero))
 
 
-def _more_pressure(seen: Seen, factor: float) -> Seen:
-    return seen._replace(recording=replace(seen.recording, pressure=seen.recording.pressure * factor))
+def _more_pressure(observed: Seen, factor: float) -> Seen:
+    return observed._replace(recording=replace(observed.recording, pressure=observed.recording.pressure * factor))
 
 
-def _thicker(seen: Seen, factor: float) -> Seen:
-    return seen._replace(blood=replace(seen.blood, viscosity=seen.blood.viscosity * float(factor)))
+def _thicker(observed: Seen, factor: float) -> Seen:
+    return observed._replace(blood=replace(observed.blood, viscosity=observed.blood.viscosity * float(factor)))
 
 
 def _of_radii(network: Network) -> float | None:
@@ -194,8 +194,8 @@ def _of_tapers(network: Network) -> float | None:
     return float(np.sqrt(np.mean((_TAPER_FACTOR * falls) ** 2 + errors**2)))
 
 
-def _same(seen: Seen, _: float) -> Seen:
-    return seen
+def _same(observed: Seen, _: float) -> Seen:
+    return observed
 
 
 _RADIUS = 0.05  # usual SD of a common factor of all radii
@@ -241,7 +241,7 @@ class KnownErrors:
     image_pressure_sd: Annotated[
         _Share | None,
         ErrorKind("mmHg", "pressure at which the image was taken", 0.3, "image", True, _filled,
-             lambda seen: seen.network.pressure),
+             lambda observed: observed.network.pressure),
     ] = None  # fmt: skip
     """Of the pressure at which the image was taken, as a share of it, where it is known. Usual: 0.3."""
     flow_gain_sd: Annotated[
@@ -295,7 +295,7 @@ class KnownErrors:
         errors = []
         for name, kind in kinds().items():
             sds = {"lab": getattr(self, f"{name}_sd"), "image": kind.of_image(network), "usual": kind.usual or None}
-            source: Any = next((one for one, sd in sds.items() if sd is not None), "")
+            source: Any = next((origin for origin, sd in sds.items() if sd is not None), "")
             if source and (name != "image_pressure" or network.pressure):
                 unit = "1" if kind.positive else kind.unit
                 errors.append(AssumedError(name, float(sds[source] or 0.0), unit, source))
@@ -307,16 +307,18 @@ def kinds() -> dict[str, ErrorKind]:
     """Return what can be wrong, by the name of the unknown."""
     hints: dict[str, Any] = get_type_hints(KnownErrors, include_extras=True)
     return {
-        name.removesuffix("_sd"): next(one for one in hints[name].__metadata__ if isinstance(one, ErrorKind))
+        name.removesuffix("_sd"): next(
+            metadata for metadata in hints[name].__metadata__ if isinstance(metadata, ErrorKind)
+        )
         for name in settings_of(KnownErrors)
     }
 
 
 def columns() -> dict[str, tuple[str, str]]:
     """Return the column of the table of animals for every error, and what it holds, by the setting's name."""
-    found = {}
-    for name, one in settings_of(KnownErrors).items():
+    titles = {}
+    for name, setting in settings_of(KnownErrors).items():
         kind = kinds()[name.removesuffix("_sd")]
         unit = "" if kind.positive or kind.unit == "1" else f" [{kind.unit}]"
-        found[name] = (f"{name.replace('_', ' ')}{unit}", f"SD {one.meaning[0].lower()}{one.meaning[1:]}")
-    return found
+        titles[name] = (f"{name.replace('_', ' ')}{unit}", f"SD {setting.meaning[0].lower()}{setting.meaning[1:]}")
+    return titles

@@ -35,34 +35,34 @@ def compare_laws(posteriors: Sequence[Posterior]) -> xr.Dataset:
     InputError
         Fewer than two posteriors, two of one law, or other harmonics compared.
     """
-    walls = [one.wall for one in posteriors]
+    walls = [posterior.wall for posterior in posteriors]
     if len(set(walls)) < max(len(walls), 2):
         raise InputError("laws are compared by the posteriors of two or more different ones")
-    if len({one.diagnostics.harmonics for one in posteriors}) > 1:
+    if len({posterior.diagnostics.harmonics for posterior in posteriors}) > 1:
         raise InputError("the posteriors compare different harmonics of the pressure; give all the same number")
-    log = np.array([one.diagnostics.log_evidence for one in posteriors])
+    log = np.array([posterior.diagnostics.log_evidence for posterior in posteriors])
     weight = np.exp(log - log.max()) / np.exp(log - log.max()).sum()
     blocks = posteriors[0].left_out.index.to_numpy(object)
-    found = xr.Dataset(
+    comparison = xr.Dataset(
         {
             "log_evidence": ("wall", log),
-            "log_evidence_error": ("wall", [one.diagnostics.log_evidence_error for one in posteriors]),
+            "log_evidence_error": ("wall", [posterior.diagnostics.log_evidence_error for posterior in posteriors]),
             "weight": ("wall", weight),
-            "left_out": (("wall", "block"), [one.left_out["log_density"].to_numpy() for one in posteriors]),
-            "left_out_k_hat": (("wall", "block"), [one.left_out["k_hat"].to_numpy() for one in posteriors]),
+            "left_out": (("wall", "block"), [posterior.left_out["log_density"].to_numpy() for posterior in posteriors]),
+            "left_out_k_hat": (("wall", "block"), [posterior.left_out["k_hat"].to_numpy() for posterior in posteriors]),
         },
         {"wall": np.array(walls, object), "block": blocks},
         {"said": _said(posteriors, weight)},
     )
-    for variable in found.data_vars.values():
+    for variable in comparison.data_vars.values():
         variable.attrs["units"] = "1"
-    return found.merge(_averages(posteriors, weight))
+    return comparison.merge(_averages(posteriors, weight))
 
 
 def _averages(posteriors: Sequence[Posterior], weight: np.ndarray) -> xr.Dataset:
     """Return the quantities over the mixture of all draws."""
-    names = [name for name in ACROSS_LAWS if all(name in one.summary.index for one in posteriors)]
-    rows = [averaged_draws([one.draws(name) for one in posteriors], weight) for name in names]
+    names = [name for name in ACROSS_LAWS if all(name in posterior.summary.index for posterior in posteriors)]
+    rows = [averaged_draws([posterior.draws(name) for posterior in posteriors], weight) for name in names]
     table = dict(zip(("median", "interval_low", "interval_high", "between_laws"), np.transpose(rows), strict=True))
     units = posteriors[0].summary["unit"]
     return xr.Dataset(
@@ -74,17 +74,17 @@ def _averages(posteriors: Sequence[Posterior], weight: np.ndarray) -> xr.Dataset
 def _said(posteriors: Sequence[Posterior], weight: np.ndarray) -> str:
     """Say how much likelier the best law is than the next, and by what of the recording."""
     best, second = np.argsort(weight)[::-1][:2]
-    one, other = posteriors[best], posteriors[second]
+    winner, runner_up = posteriors[best], posteriors[second]
     if not all(posterior.diagnostics.trusted for posterior in posteriors):
         return "A posterior that cannot be trusted leaves open which wall law is likelier."
-    ratio = np.exp(one.diagnostics.log_evidence - other.diagnostics.log_evidence)
-    how = "clearly" if ratio >= CLEAR else "not clearly"
+    ratio = np.exp(winner.diagnostics.log_evidence - runner_up.diagnostics.log_evidence)
+    degree = "clearly" if ratio >= CLEAR else "not clearly"
     amount = f"{ratio:.2g} times" if ratio < 1000 else "over 1000 times"
-    gain = (one.left_out["log_density"] - other.left_out["log_density"]).sort_values()
-    said = (
-        f"With image and structure unknown the recording is {amount} as likely under the {one.wall} law as under the "
-        f"{other.wall} law: {how} likelier."
+    gain = (winner.left_out["log_density"] - runner_up.left_out["log_density"]).sort_values()
+    sentence = (
+        f"With image and structure unknown the recording is {amount} as likely under the {winner.wall} law as under "
+        f"the {runner_up.wall} law: {degree} likelier."
     )
     if ratio >= CLEAR:
-        said += f" What it foretells better is above all harmonic {gain.index[-1]}."
-    return said
+        sentence += f" What it foretells better is above all harmonic {gain.index[-1]}."
+    return sentence

@@ -52,7 +52,7 @@ class Explored:
         Of all components.
     shares : array, shape (mode,)
         Probability of each mode; components that overlap are one.
-    apart : float
+    halves_distance : float
         Largest distance between the means of two independent halves, or of one from the whole, in posterior SD.
     best_log_likelihood : float
         Of all draws.
@@ -69,7 +69,7 @@ class Explored:
     emulator: Emulator
     rounds: int
     shares: np.ndarray
-    apart: float
+    halves_distance: float
     best_log_likelihood: float
 
 
@@ -82,25 +82,25 @@ def explore(target: Target, modes: Sequence[Climbed], rng: np.random.Generator, 
         Most points near every mode cannot be simulated.
     """
     components = _components(target, modes, rng)
-    for left in reversed(range(_TRIES)):
+    for tries_left in reversed(range(_TRIES)):
         components, clouds = _likely(components, rng)
         drawn = _drawn(target, components, clouds, draws, rng)
         weights = smoothed(drawn.log_ratio(range(len(components))))
-        if weights.trusted or not left:
+        if weights.trusted or not tries_left:
             break
-        components = [_retaught(target, one, drawn, i) for i, one in enumerate(components)]
+        components = [_retaught(target, component, drawn, i) for i, component in enumerate(components)]
     return _explored(target, components, clouds, modes, drawn, weights)
 
 
 def _components(target: Target, modes: Sequence[Climbed], rng: np.random.Generator) -> list[Component]:
     """Learn around every mode that may matter and that no other component covers."""
-    evidence = [one.log_evidence(target.noise, target.measured) for one in modes]
+    evidence = [candidate.log_evidence(target.noise, target.measured) for candidate in modes]
     components: list[Component] = []
     failure: NumericalError | None = None
     for mode, log in zip(modes, evidence, strict=True):
         if components and log < max(evidence) - _HOPELESS:
             continue
-        covering = [i for i, one in enumerate(components) if one.covers(mode, target)]
+        covering = [i for i, candidate in enumerate(components) if candidate.covers(mode, target)]
         if covering:
             i = covering[0]
             components[i] = components[i].found_by(mode.halves)
@@ -126,10 +126,10 @@ class _Cloud(NamedTuple):
 
 def _likely(components: Sequence[Component], rng: np.random.Generator) -> tuple[list[Component], list[_Cloud]]:
     """Return the components that hold more than a thousandth of the probability, and draws of them."""
-    pairs = [(one, _cloud(one, rng)) for one in components]
-    least = max(cloud.log_evidence for _, cloud in pairs) - _HOPELESS
-    kept = [(one, cloud) for one, cloud in pairs if cloud.log_evidence >= least]
-    return [one for one, _ in kept], [cloud for _, cloud in kept]
+    pairs = [(component, _cloud(component, rng)) for component in components]
+    threshold = max(cloud.log_evidence for _, cloud in pairs) - _HOPELESS
+    likely = [(component, cloud) for component, cloud in pairs if cloud.log_evidence >= threshold]
+    return [component for component, _ in likely], [cloud for _, cloud in likely]
 
 
 def _cloud(component: Component, rng: np.random.Generator) -> _Cloud:
@@ -143,8 +143,8 @@ def _cloud(component: Component, rng: np.random.Generator) -> _Cloud:
         values.append(ensemble.log_density[late].ravel())
     together = np.concatenate(values)
     integral, error = log_integral(log_drawn, np.concatenate(halves), together, rng)
-    more = (1 / DRAWN - 1) * together  # log posterior density over the drawn one
-    evidence = integral + float(logsumexp(more)) - np.log(len(more))
+    log_ratio = (1 / DRAWN - 1) * together  # log posterior density over the drawn one
+    evidence = integral + float(logsumexp(log_ratio)) - np.log(len(log_ratio))
     return _Cloud((halves[0], halves[1]), independent, integral, error, float(evidence))
 
 
@@ -176,28 +176,28 @@ def _drawn(
     target: Target, components: Sequence[Component], clouds: Sequence[_Cloud], draws: int, rng: np.random.Generator
 ) -> _Drawn:
     """Simulate draws of every component, the more the likelier it is, from both halves alike."""
-    evidence = np.array([one.log_evidence for one in clouds])
+    evidence = np.array([source.log_evidence for source in clouds])
     shares = np.maximum(np.exp(evidence - logsumexp(evidence)), _LEAST)
     counts = np.maximum(np.round(draws * shares / shares.sum() / 2).astype(int), 1)  # of each half
-    parts = [
+    chunks = [
         (cloud[rng.choice(len(cloud), min(count, len(cloud)), replace=False)], i, half)
-        for i, (one, count) in enumerate(zip(clouds, counts, strict=True))
-        for half, cloud in enumerate(one.halves)
+        for i, (source, count) in enumerate(zip(clouds, counts, strict=True))
+        for half, cloud in enumerate(source.halves)
     ]
-    points = np.concatenate([chosen for chosen, _, _ in parts])
-    component = np.concatenate([np.full(len(chosen), i) for chosen, i, _ in parts])
-    half = np.concatenate([np.full(len(chosen), half) for chosen, _, half in parts])
+    points = np.concatenate([chosen for chosen, _, _ in chunks])
+    component = np.concatenate([np.full(len(chosen), i) for chosen, i, _ in chunks])
+    half = np.concatenate([np.full(len(chosen), half) for chosen, _, half in chunks])
     outputs = simulated_at(target, points)
     density = np.array([
-        one.surrogate.log_drawn(points) - cloud.log_integral + np.log(np.mean(component == i))
-        for i, (one, cloud) in enumerate(zip(components, clouds, strict=True))
+        source.surrogate.log_drawn(points) - cloud.log_integral + np.log(np.mean(component == i))
+        for i, (source, cloud) in enumerate(zip(components, clouds, strict=True))
     ])  # fmt: skip
     return _Drawn(points, outputs, component, half, target.log_likelihood(outputs) + log_prior(points), density)
 
 
 def _retaught(target: Target, component: Component, drawn: _Drawn, number: int) -> Component:
-    own = drawn.component == number
-    return taught(target, component, drawn.points[own], drawn.outputs[own])
+    rows = drawn.component == number
+    return taught(target, component, drawn.points[rows], drawn.outputs[rows])
 
 
 def _explored(
@@ -209,23 +209,23 @@ def _explored(
     weights: ImportanceWeights,
 ) -> Explored:
     foretold, emulated = np.empty(len(drawn.points)), np.empty_like(drawn.outputs)
-    for i, one in enumerate(components):
-        own = drawn.component == i
-        foretold[own] = one.surrogate.log_likelihood(drawn.points[own])
-        emulated[own] = one.surrogate.emulator(drawn.points[own])
+    for i, component in enumerate(components):
+        rows = drawn.component == i
+        foretold[rows] = component.surrogate.log_likelihood(drawn.points[rows])
+        emulated[rows] = component.surrogate.emulator(drawn.points[rows])
     ratio = drawn.log_ratio(range(len(components)))
     evidence = float(logsumexp(ratio)) - np.log(len(ratio))
     spread = float(np.std(np.exp(ratio - evidence)) / np.sqrt(len(ratio)))
     posterior = np.exp(weights.log_weight)
     shares = np.array([posterior[drawn.component == i].sum() for i in range(len(components))])
-    errors = shares * [one.error for one in clouds]
-    remembered = sum(share**2 / one.independent for share, one in zip(shares, clouds, strict=True))
+    errors = shares * [cloud.error for cloud in clouds]
+    remembered = sum(share**2 / cloud.independent for share, cloud in zip(shares, clouds, strict=True))
     effective = 1 / (1 / weights.effective + remembered)
     return Explored(
         drawn.points, target.measured - drawn.outputs, weights, effective, drawn.outputs - emulated,
         log_error(target, foretold, drawn.points, drawn.outputs, DRAWN),
         evidence, float(np.hypot(np.linalg.norm(errors), spread)),
-        components[int(np.argmax(shares))].surrogate.emulator, sum(one.rounds for one in components),
+        components[int(np.argmax(shares))].surrogate.emulator, sum(component.rounds for component in components),
         separate(drawn.log_density, posterior), _apart(components, modes, drawn, posterior),
         float(np.max(drawn.log_true - log_prior(drawn.points))),
     )  # fmt: skip
@@ -241,7 +241,7 @@ def separate(log_density: np.ndarray, weight: np.ndarray) -> np.ndarray:
     for i, j in combinations(range(len(belongs)), 2):
         if weight @ np.minimum(belongs[i], belongs[j]) > _OVERLAP:
             mode[mode == mode[j]] = mode[i]
-    return np.array([float(weight @ belongs[mode == one].sum(axis=0)) for one in np.unique(mode)])
+    return np.array([float(weight @ belongs[mode == label].sum(axis=0)) for label in np.unique(mode)])
 
 
 def _apart(components: Sequence[Component], modes: Sequence[Climbed], drawn: _Drawn, weight: np.ndarray) -> float:
@@ -254,13 +254,13 @@ def _apart(components: Sequence[Component], modes: Sequence[Climbed], drawn: _Dr
     sd = np.sqrt(weight @ (drawn.points - mean) ** 2)
     means = [mean]
     for half in (0, 1):
-        known = [i for i, one in enumerate(components) if half in one.halves]
-        found = [one.middle for one in modes if half in one.halves]
-        rows = (drawn.half == half) & np.isin(drawn.component, known)
+        members = [i for i, component in enumerate(components) if half in component.halves]
+        middles = [mode.middle for mode in modes if half in mode.halves]
+        rows = (drawn.half == half) & np.isin(drawn.component, members)
         if rows.any():
-            means.append(np.exp(smoothed(drawn.log_ratio(known, rows)).log_weight) @ drawn.points[rows])
-        elif found:
-            means.append(found[0])
+            means.append(np.exp(smoothed(drawn.log_ratio(members, rows)).log_weight) @ drawn.points[rows])
+        elif middles:
+            means.append(middles[0])
         else:
             return np.inf
-    return max(float(np.max(np.abs(one - other) / sd)) for one, other in combinations(means, 2))
+    return max(float(np.max(np.abs(first - second) / sd)) for first, second in combinations(means, 2))

@@ -60,7 +60,7 @@ def climb(
     measured: np.ndarray,
     noise: Discrepancy,
     start: np.ndarray,
-    known: Sequence[Climbed] = (),
+    modes: Sequence[Climbed] = (),
     step: float = _STEP,
 ) -> Climbed:
     """Climb from a point, shape (unknown,), with the prior N(0, 1), to the mode or into the bowl of a known one.
@@ -70,26 +70,26 @@ def climb(
     NumericalError
         The start cannot be simulated.
     """
-    here, y = start, simulate(start[np.newaxis])[0]
+    point, y = start, simulate(start[np.newaxis])[0]
     if not np.isfinite(y).all():
         raise NumericalError("the start cannot be simulated; give a fit to start from, or other priors")
-    height, seen = _height(noise, measured, here, y), [(start[np.newaxis], y[np.newaxis])]
+    height, history = _height(noise, measured, point, y), [(start[np.newaxis], y[np.newaxis])]
     for _ in range(_MOST):
-        near = here + step * np.eye(len(here))
-        simulated = simulate(near)
-        mean, root = _normal(noise, measured, here, y, np.nan_to_num((simulated - y) / step).T)
-        better = _better(simulate, measured, noise, here, height, mean)
-        seen.append((near, simulated))
+        neighbors = point + step * np.eye(len(point))
+        simulated = simulate(neighbors)
+        mean, root = _normal(noise, measured, point, y, np.nan_to_num((simulated - y) / step).T)
+        better = _better(simulate, measured, noise, point, height, mean)
+        history.append((neighbors, simulated))
         if better is None:
             break
-        gain, square = better[2] - height, np.sum(np.linalg.solve(root, better[0] - here) ** 2)
-        here, y, height = better
-        seen.append((here[np.newaxis], y[np.newaxis]))
-        if square < _NEAR or gain < _GAIN or any(one.holds(here, height) for one in known):
+        gain, square = better[2] - height, np.sum(np.linalg.solve(root, better[0] - point) ** 2)
+        point, y, height = better
+        history.append((point[np.newaxis], y[np.newaxis]))
+        if square < _NEAR or gain < _GAIN or any(mode.holds(point, height) for mode in modes):
             break
-    points, outputs = (np.concatenate(parts) for parts in zip(*seen[-2 * _LAST :], strict=True))
+    points, outputs = (np.concatenate(arrays) for arrays in zip(*history[-2 * _LAST :], strict=True))
     good = np.isfinite(outputs).all(axis=1)
-    return Climbed(points[good], outputs[good], here, y, root, height)
+    return Climbed(points[good], outputs[good], point, y, root, height)
 
 
 def _height(noise: Discrepancy, measured: np.ndarray, point: np.ndarray, output: np.ndarray) -> float:
@@ -97,28 +97,28 @@ def _height(noise: Discrepancy, measured: np.ndarray, point: np.ndarray, output:
 
 
 def _normal(
-    noise: Discrepancy, measured: np.ndarray, here: np.ndarray, y: np.ndarray, J: np.ndarray
+    noise: Discrepancy, measured: np.ndarray, point: np.ndarray, y: np.ndarray, J: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and Cholesky factor of the covariance of the posterior if outputs were linear around `here`."""
+    """Return mean and Cholesky factor of the covariance of the posterior if outputs were linear around `point`."""
     residual = measured - y
     total = np.diag(noise.variance(residual[np.newaxis])) + noise.measured + noise.vessels @ noise.vessels.T
     if noise.passed is not None:
         residual, J = noise.passed.counted(residual), noise.passed.slope(residual) @ J
     gain = np.linalg.solve(total, J).T
-    covariance = np.linalg.inv(gain @ J + np.eye(len(here)))
-    mean = covariance @ (gain @ (residual + J @ here))
+    covariance = np.linalg.inv(gain @ J + np.eye(len(point)))
+    mean = covariance @ (gain @ (residual + J @ point))
     return mean, np.linalg.cholesky(0.5 * (covariance + covariance.T))
 
 
 def _better(
-    simulate: Simulate, measured: np.ndarray, noise: Discrepancy, here: np.ndarray, height: float, aim: np.ndarray
+    simulate: Simulate, measured: np.ndarray, noise: Discrepancy, start: np.ndarray, height: float, aim: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float] | None:
     """Return the first better point on the way back from `aim`, its outputs and height; None if none is better."""
     for share in _SHARES:
-        point = here + share * (aim - here)
+        point = start + share * (aim - start)
         output = simulate(point[np.newaxis])[0]
         if np.isfinite(output).all():
-            there = _height(noise, measured, point, output)
-            if there > height:
-                return point, output, there
+            reached = _height(noise, measured, point, output)
+            if reached > height:
+                return point, output, reached
     return None

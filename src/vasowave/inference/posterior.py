@@ -118,43 +118,45 @@ def posterior(
     >>> vw.posterior(network, vw.virtual_mouse(), priors=priors, search=search, draws=40)
     Posterior(linear wall: beta ... [..., ...], stiffness ...; Pareto k ...)
     """
-    how = given_values(Sampling, None, settings)
-    problem = problem_of(a_network(network), one_cycle(recording), wall, how)
-    return posterior_of(problem, how, fit, None if path is None else Path(path), progress)
+    sampling = given_values(Sampling, None, settings)
+    problem = problem_of(a_network(network), one_cycle(recording), wall, sampling)
+    return posterior_of(problem, sampling, fit, None if path is None else Path(path), progress)
 
 
 def posterior_of(
     problem: Problem,
-    how: Sampling,
+    sampling: Sampling,
     fit: CalibratedModel | None = None,
     path: Path | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Posterior:
-    """Return the posterior of a problem; of `how` the draws and their seed matter here. Raises as `posterior`."""
-    given = [] if fit is None else [np.clip(_scores(problem.unknowns, fit), -_OPEN, _OPEN)]
+    """Return the posterior of a problem; of `sampling` the draws and their seed matter here. Raises as `posterior`."""
+    starts = [] if fit is None else [np.clip(_scores(problem.unknowns, fit), -_OPEN, _OPEN)]
     simulations = Simulations(problem.simulate, path, problem.key, progress)
-    size, rng = len(problem.unknowns.all), np.random.default_rng(how.seed)
-    halves = screened(problem.linear, size, how.seed)
-    modes = find_modes(simulations, problem.linear, problem.measured, problem.discrepancy(), given, halves)
+    size, rng = len(problem.unknowns.all), np.random.default_rng(sampling.seed)
+    halves = screened(problem.linear, size, sampling.seed)
+    modes = find_modes(simulations, problem.linear, problem.measured, problem.discrepancy(), starts, halves)
     noise = problem.discrepancy(problem.vessels(modes[0].middle)).near(problem.measured - modes[0].output)
     target = Target(simulations, problem.measured, noise, problem.seen)
-    explored = explore(target, modes, rng, how.draws)
+    explored = explore(target, modes, rng, sampling.draws)
     optimum = None if fit is None else _optimum(target, problem, fit)
-    rng = np.random.default_rng([how.seed, 1])
+    rng = np.random.default_rng([sampling.seed, 1])
     return reported(problem, noise, explored, halves, simulations.asked, rng, optimum)
 
 
-def problem_of(network: Network, recording: Recording, wall: str | type, how: Sampling) -> Problem:
+def problem_of(network: Network, recording: Recording, wall: str | type, sampling: Sampling) -> Problem:
     """Return an animal as a problem of inference; raises as `posterior`."""
-    nominal = estimate_nominal(network, recording, how.blood, find_bed(how.bed))
-    space = parameter_space(wall, network, nominal, how.blood, {}, how.search.fixed, False, how.search.viscous)
-    unknowns = Unknowns(space, nominal, how.priors, recording, how.search.enters == "pressure")
-    compared = compared_part(recording, how.search.pressure_harmonics, how.search.enters)
-    compared = replace(compared, sites=sites_of(how.sites, network, compared))
+    nominal = estimate_nominal(network, recording, sampling.blood, find_bed(sampling.bed))
+    space = parameter_space(
+        wall, network, nominal, sampling.blood, {}, sampling.search.fixed, False, sampling.search.viscous
+    )
+    unknowns = Unknowns(space, nominal, sampling.priors, recording, sampling.search.enters == "pressure")
+    compared = compared_part(recording, sampling.search.pressure_harmonics, sampling.search.enters)
+    compared = replace(compared, sites=sites_of(sampling.sites, network, compared))
     if compared.enters == "both":
-        near = led(space, compared, np.log(space.nominal[space.free]))
-        compared = compared.with_flow_error(space.model(space.values(near)))
-    return Problem(unknowns, compared, how.numerics, how.workers or threads())
+        optimum = led(space, compared, np.log(space.nominal[space.free]))
+        compared = compared.with_flow_error(space.model(space.values(optimum)))
+    return Problem(unknowns, compared, sampling.numerics, sampling.workers or threads())
 
 
 def _scores(unknowns: Unknowns, fit: CalibratedModel) -> np.ndarray:
@@ -163,7 +165,7 @@ def _scores(unknowns: Unknowns, fit: CalibratedModel) -> np.ndarray:
         raise InputError(
             f"the fit is one of the {fit.wall} wall, or with other beds, not of {unknowns.space.law.law().name}"
         )
-    response = {name: one.value for name, one in fit.response.items()}
+    response = {name: estimate.value for name, estimate in fit.response.items()}
     return unknowns.scores({str(name): float(value) for name, value in fit.parameters["value"].items()} | response)
 
 

@@ -115,8 +115,8 @@ class Problem:
         model, solved = self._middle
         with np.errstate(all="ignore"):
             lowest = solved.over_cycle(solved.pressure, _WAVES).min(axis=0)
-        apart = lowest - lowest[model.network.root]
-        return self.recording.diastolic_pressure + np.where(np.isfinite(apart), apart, 0.0)
+        difference = lowest - lowest[model.network.root]
+        return self.recording.diastolic_pressure + np.where(np.isfinite(difference), difference, 0.0)
 
     def quantities(self, points: np.ndarray, outputs: np.ndarray, zeros: np.ndarray) -> dict[str, np.ndarray]:
         """Return what follows from points, their simulated coefficients, and zeros that are wrong by so many SD.
@@ -130,14 +130,14 @@ class Problem:
         means = (self.recording.mean_pressure - np.broadcast_to(zero, len(points))) * gain
         rows, flows, places = [], [], []
         for point, mean in zip(points, means.tolist(), strict=True):
-            model, seen = unknowns.posed(point)
-            found = derived(model, mean, self._diastole)
-            rows.append([found[name] for name in (*OF_PARAMETERS, "tau") if name in found])
-            flows.append(seen.flow)
+            model, recording = unknowns.posed(point)
+            model_values = derived(model, mean, self._diastole)
+            rows.append([model_values[name] for name in (*OF_PARAMETERS, "tau") if name in model_values])
+            flows.append(recording.flow)
             places.append(operating_point(model, mean))
-        names = [name for name in (*OF_PARAMETERS, "tau") if name in found]
-        every = dict(zip(names, np.array(rows).T, strict=True))
-        every["I_R"] = self._reflections(
+        names = [name for name in (*OF_PARAMETERS, "tau") if name in model_values]
+        values_by_name = dict(zip(names, np.array(rows).T, strict=True))
+        values_by_name["I_R"] = self._reflections(
             np.array(flows), self.through_amplifier(points, outputs, back=True), np.array(places), model.blood.inertia
         )
         moved = {
@@ -147,18 +147,18 @@ class Problem:
         moved["PVR"] = any(moved.values()) or "wedge" in unknowns.all
         CO = np.mean(flows, axis=1)
         indices = {"mPAP": means, "CO": CO, "PVR": (means - unknowns.values(points)["wedge"]) / CO}
-        return every | {name: value for name, value in indices.items() if moved[name]}
+        return values_by_name | {name: value for name, value in indices.items() if moved[name]}
 
     def _reflections(self, flows: np.ndarray, outputs: np.ndarray, places: np.ndarray, inertia: float) -> np.ndarray:
         """Return I_R of the waves of flows (point, time) and coefficients at places; NaN where there are none."""
-        found = np.full(len(flows), np.nan)
+        reflections = np.full(len(flows), np.nan)
         good = np.isfinite(outputs[:, : self.samples]).all(axis=1) & np.isfinite(places).all(axis=1)
         if good.any():
             areas, speeds = places[good].T[:, :, np.newaxis]
             pressure, flow = self.inlet_waves(flows[good], outputs[good])
             waves = wave_intensity(pressure, flow, self.recording.period, areas, speeds, inertia)
-            found[good] = waves.reflection_coefficient
-        return found
+            reflections[good] = waves.reflection_coefficient
+        return reflections
 
     def inlet_waves(self, flows: np.ndarray, outputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return pressure and flow at the inlet, shape (point, time), of coefficients and flows without errors.
@@ -178,8 +178,10 @@ class Problem:
         of_mean = OF_DROP * self.mean_drop * self.compared.per_pressure
         share, spread = self.unknowns.priors.discrepancy
         amplitude = share * self.recording.pulse_pressure, spread
-        beside = None if self.sites is None else self.sites.harmonic
-        noise = Discrepancy(self.samples, amplitude, self._errors, change, of_mean=of_mean, beside=beside)
+        site_harmonics = None if self.sites is None else self.sites.harmonic
+        noise = Discrepancy(
+            self.samples, amplitude, self._errors, change, of_mean=of_mean, site_harmonics=site_harmonics
+        )
         passed = self.compared.passed_on
         if passed is None:
             return noise
@@ -206,7 +208,7 @@ class Problem:
         """
         posed = [self._posed(point)]
         for kind, errors in zip(("radii", "lengths", "falls"), self.unknowns.own_errors, strict=True):
-            posed += [self._posed(point, **{kind: one}) for one in np.diag(errors) if one.any()]
+            posed += [self._posed(point, **{kind: error}) for error in np.diag(errors) if error.any()]
         outputs = self.through_amplifier([point] * len(posed), self._simulated(posed))
         if not np.isfinite(outputs).all():
             raise NumericalError(
@@ -222,15 +224,15 @@ class Problem:
         vessel of usual radius, because k moves those of the root least where the whole tree's are moved most.
         """
         space, law, names = self.unknowns.space, self.unknowns.space.law, list(self.unknowns.all)
-        values, seen = self.unknowns.values(points), np.array(points)
+        values, coordinates = self.unknowns.values(points), np.array(points)
         stiffer: Any = self._usual_radius ** -values["k"]
         parameters = [values[name] * space.parameters[name].scale(stiffer) for name in space.wall_names]
         mean = self.recording.mean_pressure
         shown = (law.slope_at(mean, *parameters), law.ratio_at(mean, *parameters) - 1.0)
         for name, quantity in zip(space.wall_names, shown, strict=False):
             if name in names:
-                seen[:, names.index(name)] = np.log(np.maximum(quantity, _LEAST))
-        return seen
+                coordinates[:, names.index(name)] = np.log(np.maximum(quantity, _LEAST))
+        return coordinates
 
     @property
     def _usual_radius(self) -> float:
@@ -257,16 +259,16 @@ class Problem:
         response = {"pressure_lag", "pressure_inertia"}
         if (response | {"pressure_gain"}).isdisjoint(self.unknowns.all) or self.compared.what == "flow":
             return outputs
-        values, K, seen = self.unknowns.values(np.asarray(points)), self.samples // 2, outputs.copy()
+        values, K, amplified = self.unknowns.values(np.asarray(points)), self.samples // 2, outputs.copy()
         gain = np.broadcast_to(values["pressure_gain"], len(outputs))[:, np.newaxis]
-        seen[:, : self.samples] *= gain if back else 1 / gain
+        amplified[:, : self.samples] *= gain if back else 1 / gain
         if response.isdisjoint(self.unknowns.all):
-            return seen
-        outputs, frequency = seen.copy(), np.arange(1, K + 1) / self.recording.period
+            return amplified
+        outputs, frequency = amplified.copy(), np.arange(1, K + 1) / self.recording.period
         passing = second_order(values["pressure_lag"][..., None], values["pressure_inertia"][..., None], frequency)
         passed = (outputs[:, 1 : K + 1] - 1j * outputs[:, K + 1 : self.samples]) * passing ** (-1 if back else 1)
-        seen[:, 1 : K + 1], seen[:, K + 1 : self.samples] = passed.real, -passed.imag
-        return seen
+        amplified[:, 1 : K + 1], amplified[:, K + 1 : self.samples] = passed.real, -passed.imag
+        return amplified
 
     def linear(self, points: np.ndarray) -> np.ndarray:
         """Return the coefficients at points as the network in the frequency domain has them; NaN where it has none."""
@@ -288,8 +290,12 @@ class Problem:
         if self.compared.what == "flow" and recorded is not self.recording:
             wrong = self.compared.signal_of(self.recording) - self.compared.signal_of(recorded)
             at_inlet = at_inlet + resample(wrong, self.samples)
-        own = fourier(at_inlet)
-        return own if self.sites is None or waves is None else np.append(own, self.sites.coefficients(waves))
+        coefficients = fourier(at_inlet)
+        return (
+            coefficients
+            if self.sites is None or waves is None
+            else np.append(coefficients, self.sites.coefficients(waves))
+        )
 
     def _linear_waves(self, model: Model, solved: LinearSolution) -> Waves | None:
         """Return the waves of the network in the frequency domain at the sites, shape (step, site)."""
@@ -297,7 +303,7 @@ class Problem:
             return None
         places = self.sites.places
         spectra = solved.at(places.vessel, places.share * model.network.length[places.vessel])
-        pressure, flow = (solved.over_cycle(one, _WAVES) for one in spectra)
+        pressure, flow = (solved.over_cycle(spectrum, _WAVES) for spectrum in spectra)
         return with_areas(model, places, pressure, flow)
 
     def _simulated(self, posed: Sequence[tuple[Model, Recording] | None]) -> np.ndarray:
@@ -306,18 +312,18 @@ class Problem:
         Every simulation starts from its linear solution, which takes fewer cycles than from a neighbor as far away as
         draws are from each other; and what a point gives does not depend on the points before it.
         """
-        whole = [one for one in posed if one is not None]
+        pairs = [pair for pair in posed if pair is not None]
         outputs = np.full((len(posed), self.count), np.nan)
-        models, recorded = zip(*whole, strict=True) if whole else ((), ())
-        driven = [self.compared.driven_by(each) for each in recorded]
+        models, recorded = zip(*pairs, strict=True) if pairs else ((), ())
+        driven = [self.compared.driven_by(recording) for recording in recorded]
         runs = simulate_runs(models, driven, self._numerics, workers=self.workers)
-        for i, one in enumerate(posed):
-            run = next(runs) if one is not None else None
-            if one is not None and isinstance(run, Run):
+        for i, pair in enumerate(posed):
+            run = next(runs) if pair is not None else None
+            if pair is not None and isinstance(run, Run):
                 waves = None
                 if self.sites is not None:
-                    waves = waves_at(run, self.compared.driven_by(one[1]), self.sites.places)
-                outputs[i] = self._whole(self.compared.at_inlet(run, self.samples), one[1], waves)
+                    waves = waves_at(run, self.compared.driven_by(pair[1]), self.sites.places)
+                outputs[i] = self._whole(self.compared.at_inlet(run, self.samples), pair[1], waves)
         return outputs
 
     @property
@@ -326,9 +332,9 @@ class Problem:
 
         Cycles repeat far within the error of the grid, which is part of the likelihood.
         """
-        given = replace(self.numerics, every_cell=False, tolerance=max(self.numerics.tolerance, _PERIODIC))
-        fixed = given.cycles_from_rest is not None or given.steps_per_cycle is not None
-        return given if fixed else replace(given, samples=_SAMPLES)
+        numerics = replace(self.numerics, every_cell=False, tolerance=max(self.numerics.tolerance, _PERIODIC))
+        fixed = numerics.cycles_from_rest is not None or numerics.steps_per_cycle is not None
+        return numerics if fixed else replace(numerics, samples=_SAMPLES)
 
     @cached_property
     def key(self) -> str:
@@ -350,12 +356,12 @@ class Problem:
         sites = self.sites
         if sites is None:
             return ()
-        kinds = [(one.quantity, *one.numbers) for one in sites.observations]
+        kinds = [(observation.quantity, *observation.numbers) for observation in sites.observations]
         return sites.measured, sites.harmonic, sites.places.vessel, sites.places.share, sites.scales, kinds
 
-    def _posed(self, point: np.ndarray, **own: np.ndarray) -> tuple[Model, Recording] | None:
+    def _posed(self, point: np.ndarray, **errors: np.ndarray) -> tuple[Model, Recording] | None:
         """Return what a point poses, or nothing where a number of it overflows or its law raises an error."""
         try:
-            return self.unknowns.posed(point, **own)
+            return self.unknowns.posed(point, **errors)
         except (VasowaveError, ArithmeticError, ValueError):
             return None

@@ -50,7 +50,7 @@ def reported(
     behind = noise.drawn(residuals, problem.zero, rng)
     values = _values(problem, points, problem.measured - residuals, behind.zero)
     values["discrepancy"] = behind.deviation
-    first, outputs = (np.concatenate(parts) for parts in zip(*looked, strict=True))
+    first, outputs = (np.concatenate(arrays) for arrays in zip(*looked, strict=True))
     before = _values(problem, first, outputs, rng.standard_normal(len(first)))
     median, spread = noise.amplitude
     before["discrepancy"] = median * np.exp(spread * rng.standard_normal(len(first)))
@@ -58,20 +58,20 @@ def reported(
         explored.weights.k_hat, explored.effective,
         float(np.sqrt(np.nanmean(explored.missed**2))), explored.log_error, explored.log_evidence,
         explored.log_evidence_error, simulations, explored.rounds, problem.samples // 2, len(explored.points),
-        explored.weights.effective / len(explored.points), len(explored.shares), explored.apart,
+        explored.weights.effective / len(explored.points), len(explored.shares), explored.halves_distance,
     )  # fmt: skip
-    found = tuple(findings(
-        explored.apart, explored.effective, explored.shares, optimum, explored.best_log_likelihood, values
+    notes = tuple(findings(
+        explored.halves_distance, explored.effective, explored.shares, optimum, explored.best_log_likelihood, values
     ))  # fmt: skip
     units = _units(problem)
     summary = _summary(values, before, units).join(_shares(problem, noise, explored, rows))
     scores = pd.Series(np.median(explored.points[rows], axis=0), index=list(problem.unknowns.all))
     meaning = meanings(summary, scores, problem.unknowns.all)
-    found = (*trust(diagnostics), *found, *meaning, *zero_unseen(problem.recording, problem.unknowns.priors.sd("zero")))
+    notes = (*trust(diagnostics), *notes, *meaning, *zero_unseen(problem.recording, problem.unknowns.priors.sd("zero")))
     wall = problem.unknowns.space.law.law().name
     tree = _tree(problem, noise, explored, rows, behind, values, before, units)
     blocks = left_out(noise, explored.residuals, explored.weights.log_weight)
-    return Posterior(wall, tree, summary, diagnostics, blocks, found)
+    return Posterior(wall, tree, summary, diagnostics, blocks, notes)
 
 
 def _resampled(log_weight: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -85,13 +85,13 @@ def _resampled(log_weight: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def _values(problem: Problem, points: np.ndarray, outputs: np.ndarray, zeros: np.ndarray) -> dict[str, np.ndarray]:
     """Return unknowns and derived quantities at points with their outputs and zeros, shape (point,) each."""
     unknowns = problem.unknowns
-    known = {name: value for name, value in unknowns.values(points).items() if name in unknowns.all}
-    return known | problem.quantities(points, outputs, zeros)
+    values = {name: value for name, value in unknowns.values(points).items() if name in unknowns.all}
+    return values | problem.quantities(points, outputs, zeros)
 
 
 def _units(problem: Problem) -> dict[str, tuple[str, str]]:
     """Return unit and meaning of every variable."""
-    units = {name: (one.unit, one.meaning) for name, one in problem.unknowns.all.items()}
+    units = {name: (unknown.unit, unknown.meaning) for name, unknown in problem.unknowns.all.items()}
     units |= {name: (QUANTITIES[name].unit, QUANTITIES[name].meaning) for name in (*OF_PARAMETERS, *_FURTHER)}
     return units | {"discrepancy": ("mmHg", "standard deviation of what no parameters of the model explain")}
 
@@ -106,8 +106,8 @@ def _summary(
         prior = before[name][np.isfinite(before[name])]
         first, _, last = np.quantile(prior, TAILS)
         scale = np.log if draws.min() > 0 and prior.min() > 0 else np.asarray
-        known = np.var(scale(prior))
-        contraction = 1 - np.var(scale(draws)) / known if known > _HELD else np.nan
+        prior_variance = np.var(scale(prior))
+        contraction = 1 - np.var(scale(draws)) / prior_variance if prior_variance > _HELD else np.nan
         rows[name] = (units[name][0], middle, low, high, first, last, contraction)
     columns = ["unit", "median", "interval_low", "interval_high", "prior_low", "prior_high", "contraction"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("quantity")
@@ -117,17 +117,17 @@ def _shares(problem: Problem, noise: Discrepancy, explored: Explored, rows: np.n
     """Return the sources of the variance of every quantity, to first order at the middle of the posterior."""
     middle = explored.points[rows].mean(axis=0)
     steps = _STEP * np.eye(len(middle))
-    beside = np.vstack([steps, np.zeros_like(middle)])  # the last moves the zero
+    offsets = np.vstack([steps, np.zeros_like(middle)])  # the last moves the zero
     zeros = np.append(np.zeros(len(middle)), _STEP)
     up, down = (
         _values(problem, points, explored.emulator(points), side * zeros)
-        for points, side in ((middle + beside, 1), (middle - beside, -1))
+        for points, side in ((middle + offsets, 1), (middle - offsets, -1))
     )
     slopes = {}
     for name, ends in up.items():
         scale = np.log if min(ends.min(), down[name].min()) > 0 else np.asarray
         slopes[name] = (scale(ends) - scale(down[name])) / (2 * _STEP)
-    sources = [one.source for one in problem.unknowns.all.values()]
+    sources = [unknown.source for unknown in problem.unknowns.all.values()]
     frame = pd.DataFrame.from_dict(slopes, orient="index")
     return variance_shares(
         frame, sources, explored.emulator.jacobian(middle), noise, explored.residuals[rows], problem.zero
@@ -147,7 +147,8 @@ def _tree(
     time = np.arange(problem.samples) * (problem.recording.period / problem.samples)
     outputs, compared = problem.measured - explored.residuals[rows], problem.compared
     simulated, again, measured = (
-        problem.in_time(one) / compared.scale for one in (outputs, outputs + behind.noise, problem.measured)
+        problem.in_time(coefficients) / compared.scale
+        for coefficients in (outputs, outputs + behind.noise, problem.measured)
     )
     unit, seconds = {"units": compared.unit}, {"units": "s"}
     axis = {"time": ("time", time, seconds)}
@@ -198,12 +199,12 @@ def left_out(noise: Discrepancy, residuals: np.ndarray, log_weight: np.ndarray) 
     harmonic = noise.harmonic
     simulated = np.isfinite(residuals).all(axis=1)
     residuals, log_weight = residuals[simulated], log_weight[simulated]
-    whole = noise.log_likelihood(residuals)
+    full = noise.log_likelihood(residuals)
     rows = {}
     for first, end in zip(_FIRST, (*_FIRST[1:], np.inf), strict=True):
         block = (harmonic >= first) & (harmonic < end)
         if block.any() and not block.all():
-            added = whole - noise.without(block).log_likelihood(residuals)
+            added = full - noise.without(block).log_likelihood(residuals)
             weights = smoothed(log_weight - added)
             rows[_block_name(harmonic[block])] = (float(logsumexp(weights.log_weight + added)), weights.k_hat)
     return pd.DataFrame.from_dict(rows, orient="index", columns=["log_density", "k_hat"]).rename_axis("block")
@@ -241,21 +242,21 @@ def variance_shares(
     if zero is not None:
         measured, jacobian = measured - np.outer(zero, zero), np.column_stack([jacobian, zero])
         sources = [*sources, "calibration"]
-    parts = {
+    covariances = {
         "recording": measured,
         "image": noise.vessels @ noise.vessels.T,
         "model": np.diag(noise.variance(residuals)),
     }
-    gain = np.linalg.solve(sum(parts.values()), jacobian).T
+    gain = np.linalg.solve(sum(covariances.values()), jacobian).T
     covariance = np.linalg.inv(np.eye(len(sources)) + gain @ jacobian)
     K = covariance @ gain
-    left = np.eye(len(sources)) - K @ jacobian
+    remainder = np.eye(len(sources)) - K @ jacobian
     G, table = slopes.to_numpy(float), {}
     for name in SOURCES:
-        own = np.array([("prior" if one == "recording" else one) == name for one in sources])
-        variance = ((G @ left[:, own]) ** 2).sum(axis=1)
-        if name in parts:
-            variance = variance + np.einsum("qi,ij,qj->q", G @ K, parts[name], G @ K)
+        columns = np.array([("prior" if source == "recording" else source) == name for source in sources])
+        variance = ((G @ remainder[:, columns]) ** 2).sum(axis=1)
+        if name in covariances:
+            variance = variance + np.einsum("qi,ij,qj->q", G @ K, covariances[name], G @ K)
         table[name] = variance
     frame = pd.DataFrame(table, index=slopes.index)
     return frame.div(frame.sum(axis=1), axis=0)

@@ -73,8 +73,8 @@ class Surrogate:
     def log_posterior(self, points: np.ndarray) -> np.ndarray:
         """Return the log posterior density; -inf too far from all points that were simulated."""
         local = self.emulator.local(points)
-        far = (local**2).sum(axis=1) > (_FARTHER * self.emulator.reach) ** 2
-        return np.where(far, -np.inf, self._log_likelihood(local) + log_prior(points))
+        outside = (local**2).sum(axis=1) > (_FARTHER * self.emulator.reach) ** 2
+        return np.where(outside, -np.inf, self._log_likelihood(local) + log_prior(points))
 
     def _log_likelihood(self, local: np.ndarray) -> np.ndarray:
         return self.noise.log_likelihood(self.measured - self.emulator.at(local))
@@ -169,11 +169,11 @@ def _joined(
 def _learned(
     target: Target, points: np.ndarray, outputs: np.ndarray, around: np.ndarray, before: Surrogate | None
 ) -> Surrogate:
-    near = target.measured - outputs[-len(around) // 2 :]
-    scale = np.sqrt(target.noise.variance(near) + np.diag(target.noise.measured))
+    residuals = target.measured - outputs[-len(around) // 2 :]
+    scale = np.sqrt(target.noise.variance(residuals) + np.diag(target.noise.measured))
     lengths = None if before is None else before.emulator.lengths
     emulator = fit_emulator(points, outputs, around, scale, target.coordinates, lengths)
-    return Surrogate(emulator, target.measured, target.noise.narrowed(near))
+    return Surrogate(emulator, target.measured, target.noise.narrowed(residuals))
 
 
 def moved(log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.random.Generator) -> Ensemble:

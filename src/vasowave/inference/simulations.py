@@ -84,13 +84,13 @@ class Simulations:
         tried = random.SystemRandom().sample(sorted(self._known), min(_TRIED, len(self._known)))
         if not tried:
             return True
-        again, kept = self._simulate(np.array(list(map(np.frombuffer, tried)))), [self._known[one] for one in tried]
-        return again.shape == np.shape(kept) and np.allclose(kept, again, _AGAIN, _AGAIN, equal_nan=True)
+        again, stored = self._simulate(np.array(list(map(np.frombuffer, tried)))), [self._known[key] for key in tried]
+        return again.shape == np.shape(stored) and np.allclose(stored, again, _AGAIN, _AGAIN, equal_nan=True)
 
     def _save(self) -> None:
         if self._path is None:
             return
-        points = np.array([np.frombuffer(one) for one in self._known])
+        points = np.array([np.frombuffer(key) for key in self._known])
         content = io.BytesIO()
         np.savez(content, key=np.array(self._key), points=points, outputs=np.array(list(self._known.values())))
         check_home(self._path, 2)
@@ -100,8 +100,8 @@ class Simulations:
 def simulations_in(path: Path) -> int:
     """Return how many simulations a file holds; 0 if it cannot be read, as when it is damaged or just removed."""
     try:
-        with regular_file(path).open("rb") as file, np.load(file, allow_pickle=False) as kept:
-            return len(kept["points"])
+        with regular_file(path).open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            return len(archive["points"])
     except _UNREADABLE:
         return 0
 
@@ -116,12 +116,12 @@ def read_simulations(path: Path, key: str) -> dict[bytes, np.ndarray]:
         A file that is none, is damaged, or is of another problem than `key`.
     """
     try:
-        with regular_file(path).open("rb") as file, np.load(file, allow_pickle=False) as kept:
-            own, points, outputs = str(kept["key"]), kept["points"], kept["outputs"]
+        with regular_file(path).open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            stored_key, points, outputs = str(archive["key"]), archive["points"], archive["outputs"]
         if points.ndim != 2 or len(points) != len(outputs) or not points.dtype == outputs.dtype == float:
             raise ValueError("no outputs at points")
     except _UNREADABLE:
         raise InputError(f"{path}: not a file of simulations, or damaged; remove it or give another path") from None
-    if own != key:
+    if stored_key != key:
         raise InputError(f"{path} holds simulations of another problem; remove it or give another path")
     return {point.tobytes(): output for point, output in zip(points, outputs, strict=True)}

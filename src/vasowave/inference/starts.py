@@ -40,7 +40,7 @@ def find_modes(
     linear: Simulate,
     measured: np.ndarray,
     noise: Discrepancy,
-    given: Sequence[np.ndarray],
+    points: Sequence[np.ndarray],
     halves: Sequence[Screened],
 ) -> list[Climbed]:
     """Return the distinct modes that starts lead to, the likeliest first, and which halves of the starts found them.
@@ -50,7 +50,7 @@ def find_modes(
     simulate, linear : callable
     measured : array, shape (output,)
     noise : Discrepancy
-    given : sequence of array, shape (unknown,)
+    points : sequence of array, shape (unknown,)
         Starts that belong to neither half.
     halves : pair of Screened
 
@@ -62,7 +62,7 @@ def find_modes(
     modes: list[Climbed] = []
     failure: NumericalError | None = None
     wide = noise.widened(_MISSED)
-    starts = [(point, frozenset[int]()) for point in given]
+    starts = [(point, frozenset[int]()) for point in points]
     for half, looked in enumerate(halves):
         starts += [(point, frozenset((half,))) for point in _chosen(linear, measured, wide, looked)]
     for start, found_by in starts:
@@ -74,7 +74,7 @@ def find_modes(
         modes = _merged(modes, end)
     if not modes and failure is not None:
         raise failure
-    return sorted(modes, key=lambda one: -one.log_evidence(noise, measured))
+    return sorted(modes, key=lambda mode: -mode.log_evidence(noise, measured))
 
 
 def _chosen(linear: Simulate, measured: np.ndarray, noise: Discrepancy, looked: Screened) -> list[np.ndarray]:
@@ -87,14 +87,14 @@ def _chosen(linear: Simulate, measured: np.ndarray, noise: Discrepancy, looked: 
     points = points[good]
     heights = noise.log_likelihood(measured - outputs[good]) - 0.5 * (points**2).sum(axis=1)
     best = points[np.argsort(-heights)[:_BEST]]
-    far = best[np.argmax(((best - best[0]) ** 2).sum(axis=1))]
-    return [climb(linear, measured, noise, best[0], step=_STEP).middle, far]
+    farthest = best[np.argmax(((best - best[0]) ** 2).sum(axis=1))]
+    return [climb(linear, measured, noise, best[0], step=_STEP).middle, farthest]
 
 
 def _merged(modes: list[Climbed], end: Climbed) -> list[Climbed]:
     """Return the modes with one more, or with the higher of two ends in one bowl."""
-    for i, one in enumerate(modes):
-        higher, lower = (one, end) if one.height >= end.height else (end, one)
+    for i, mode in enumerate(modes):
+        higher, lower = (mode, end) if mode.height >= end.height else (end, mode)
         if higher.holds(lower.middle, lower.height):
-            return [*modes[:i], replace(higher, halves=one.halves | end.halves), *modes[i + 1 :]]
+            return [*modes[:i], replace(higher, halves=mode.halves | end.halves), *modes[i + 1 :]]
     return [*modes, end]

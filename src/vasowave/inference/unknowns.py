@@ -79,8 +79,10 @@ class Unknowns:
         """Check that priors speak of parameters that there are."""
         for name in self.priors.parameters:
             if name not in self.space.names:
-                known = ", ".join(self.space.names)
-                raise InputError(f"prior of '{name}'{did_you_mean(name, self.space.names)}; parameters are: {known}")
+                valid_names = ", ".join(self.space.names)
+                raise InputError(
+                    f"prior of '{name}'{did_you_mean(name, self.space.names)}; parameters are: {valid_names}"
+                )
         if not self.all:
             raise InputError("every parameter is held and every prior has no width: nothing is unknown")
 
@@ -93,22 +95,24 @@ class Unknowns:
     def all(self) -> dict[str, Unknown]:
         """Every unknown by its name."""
         unknowns = self._parameters() | self._structure()
-        return {name: one for name, one in unknowns.items() if one.spread > 0}
+        return {name: unknown for name, unknown in unknowns.items() if unknown.spread > 0}
 
     def _parameters(self) -> dict[str, Unknown]:
         parameters, values = {}, dict(zip(self.space.names, self.space.nominal, strict=True))
         for name in self.space.free_names:
-            said = self.space.parameters[name]
-            center, spread = self.priors.parameters.get(name, (values[name], said.spread))
-            parameters[name] = Unknown(said.unit, said.meaning, float(center), float(spread), True, "recording")
+            parameter = self.space.parameters[name]
+            center, spread = self.priors.parameters.get(name, (values[name], parameter.spread))
+            parameters[name] = Unknown(
+                parameter.unit, parameter.meaning, float(center), float(spread), True, "recording"
+            )
         return parameters
 
     def _structure(self) -> dict[str, Unknown]:
         priors, structure = self.priors, dict[str, Unknown]()
-        for name, one in kinds().items():
-            center = float(one.center(self._seen))
-            if (name != "zero" or self.zero_enters) and not (one.positive and center == 0):
-                structure[name] = Unknown(one.unit, one.meaning, center, priors.sd(name), one.positive, one.source)
+        for name, kind in kinds().items():
+            center = float(kind.center(self._seen))
+            if (name != "zero" or self.zero_enters) and not (kind.positive and center == 0):
+                structure[name] = Unknown(kind.unit, kind.meaning, center, priors.sd(name), kind.positive, kind.source)
         behind = self.space.outlet_pressure
         structure["wedge"] = Unknown(
             "mmHg", "pressure behind the vascular beds", behind, priors.wedge, False, "recording"
@@ -120,21 +124,23 @@ class Unknowns:
 
     def values(self, scores: np.ndarray) -> dict[str, np.ndarray]:
         """Return the numbers at scores of shape (..., unknown), by name; those that are held or fixed too."""
-        return self._medians | {name: one.value(scores[..., i]) for i, (name, one) in enumerate(self.all.items())}
+        return self._medians | {
+            name: unknown.value(scores[..., i]) for i, (name, unknown) in enumerate(self.all.items())
+        }
 
     @cached_property
     def _medians(self) -> dict[str, np.ndarray]:
         """What every number is where nothing else is known."""
         held = {name: np.asarray(value) for name, value in zip(self.space.names, self.space.nominal, strict=True)}
-        return held | {name: np.asarray(one.center) for name, one in self._structure().items()}
+        return held | {name: np.asarray(unknown.center) for name, unknown in self._structure().items()}
 
     def scores(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the scores of a point; unknowns that `values` does not name stand at their medians."""
         scores = np.zeros(len(self.all))
-        for i, (name, one) in enumerate(self.all.items()):
+        for i, (name, unknown) in enumerate(self.all.items()):
             if name in values:
-                change = np.log(values[name] / one.center) if one.positive else values[name] - one.center
-                scores[i] = change / one.spread
+                change = np.log(values[name] / unknown.center) if unknown.positive else values[name] - unknown.center
+                scores[i] = change / unknown.spread
         return scores
 
     @cached_property
@@ -160,11 +166,11 @@ class Unknowns:
         radius falls along the vessel. Nominal vascular beds share the flow by Poiseuille's law in the changed network,
         as in the one of the image.
         """
-        value, seen = self.values(scores), self._seen
-        for name, one in kinds().items():
+        value, observed = self.values(scores), self._seen
+        for name, kind in kinds().items():
             if name in self.all:
-                seen = one.without(seen, float(value[name]))
-        network = seen.network
+                observed = kind.without(observed, float(value[name]))
+        network = observed.network
         if radii is not None or lengths is not None:
             network = network.resized(
                 radius=network.radius * np.exp(0.0 if radii is None else radii),
@@ -173,31 +179,31 @@ class Unknowns:
         stiffer = (network.radius / network.radius[network.root]) ** -value["k"]
         law = self.space.law
         wall = law(*(value[name] * self.space.parameters[name].scale(stiffer) for name in self.space.wall_names))
-        nominal, blood = self.nominal, seen.blood
+        nominal, blood = self.nominal, observed.blood
         site = Site(nominal.total_resistance, nominal.time_constant, nominal.beta, blood)
         beds = type(self.space.outlets).of(network, site)
         factors = (float(value[name]) for name in self.space.factor_names)
         # the wall's material is one, however thick it is
         viscosity = value[WALL_VISCOSITY] * stiffer if WALL_VISCOSITY in value else 0.0
         outlets, behind = beds.scaled(*factors), float(value["wedge"])
-        kept: dict[str, Any] = {"wall_viscosity": viscosity, "outlet_pulsation": self.space.outlet_pulsation}
+        constants: dict[str, Any] = {"wall_viscosity": viscosity, "outlet_pulsation": self.space.outlet_pulsation}
         untold = float(value["taper"])
         if not self.fall.any():
             shape = Shape.falling(np.full(len(network), untold)) if untold else None
-            return Model(network, wall, outlets, blood, behind, shape, **kept), seen.recording
+            return Model(network, wall, outlets, blood, behind, shape, **constants), observed.recording
         fall = untold + value["taper_scale"] * (self.fall + (0.0 if falls is None else falls))
         shape = Shape.falling(fall)
-        model = Model(network, wall, outlets, blood, behind, shape, junctions="total", **kept)
-        return model, seen.recording
+        model = Model(network, wall, outlets, blood, behind, shape, junctions="total", **constants)
+        return model, observed.recording
 
     @cached_property
     def own_errors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """SD of the logarithms of each vessel's radius and length, and of its fall of radius, shape (vessel,) each."""
-        count, given = len(self.network), self.network.radius_sd
+        count, radius_sd = len(self.network), self.network.radius_sd
         radii = np.full(count, self.priors.radius)
-        if given is not None:
-            known = np.isfinite(given)
-            radii[known] = given[known] / self.network.radius[known]
+        if radius_sd is not None:
+            measured = np.isfinite(radius_sd)
+            radii[measured] = radius_sd[measured] / self.network.radius[measured]
         return radii, np.full(count, self.priors.length), self._falls[1]
 
     @property

@@ -75,13 +75,13 @@ def meanings(summary: pd.DataFrame, scores: pd.Series, unknowns: dict[str, Unkno
     if (untold & ~moved).any():
         yield SILENT(names=_listed(list(summary.index[untold & ~moved])))
     if moved.any():
-        parts = [
+        clauses = [
             f"the interval of {name} is wider than that of the prior"
             if wider[name]
             else f"the middle of {name} lies {abs(scores[name]):.1f} SD of the prior {_side(scores[name])} its center"
             for name in summary.index[moved]
         ]
-        yield MOVED(names=_listed(list(summary.index[moved])), parts=_listed(parts))
+        yield MOVED(names=_listed(list(summary.index[moved])), parts=_listed(clauses))
     factor = summary["interval_high"] / summary["interval_low"]
     for name, row in summary[(summary["prior_low"] > 0) & (factor > _WIDEST) & ~untold].iterrows():
         low, high = float(row["interval_low"]), float(row["interval_high"])
@@ -93,8 +93,8 @@ def meanings(summary: pd.DataFrame, scores: pd.Series, unknowns: dict[str, Unkno
     for source, mostly in MOSTLY.items():
         rows = summary.index[(summary[source] > _MAINLY) & (summary["contraction"] >= _SILENT)]
         if len(rows):
-            parts = [f"{name} ({100 * np.round(summary.loc[name, source], 2):.0f} %)" for name in rows]
-            yield mostly(names=_listed(parts))
+            clauses = [f"{name} ({100 * np.round(summary.loc[name, source], 2):.0f} %)" for name in rows]
+            yield mostly(names=_listed(clauses))
 
 
 def zero_unseen(recording: Recording, sd: float) -> list[Finding]:

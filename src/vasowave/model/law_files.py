@@ -95,7 +95,7 @@ def named(wall: str) -> str:
     """
     if not isinstance(wall, str):
         raise InputError(f"{wall!r} is no name; write one name")
-    stem, colon, attribute = (part.strip() for part in wall.partition(":"))
+    stem, colon, attribute = (piece.strip() for piece in wall.partition(":"))
     where = _where.get()
     if not colon or "@" in stem:
         return wall
@@ -141,10 +141,10 @@ def may_run(name: str) -> bool:
 
     Of a study that is being read it must be allowed for this one.
     """
-    file, here = _known.get(name), _where.get()
+    file, origin = _known.get(name), _where.get()
     if file is None:
         return False
-    studies = _studies[name] if here.typed or here.folder is None else {here.folder}
+    studies = _studies[name] if origin.typed or origin.folder is None else {origin.folder}
     return file.source in _typed or any(is_allowed(study, file.source) for study in studies)
 
 
@@ -253,10 +253,10 @@ def in_words() -> Iterator[None]:
     except (VasowaveError, MemoryError):
         raise
     except (Exception, SystemExit) as error:
-        said = blamed(error)
-        if said is None:
+        input_error = blamed(error)
+        if input_error is None:
             raise
-        raise said from error
+        raise input_error from error
 
 
 def blamed(error: BaseException) -> InputError | None:
@@ -264,17 +264,17 @@ def blamed(error: BaseException) -> InputError | None:
     paths = {file.path: file.path for file in _known.values()}
     if isinstance(error, SyntaxError) and error.filename in paths:
         return InputError(f"{error.filename}, line {error.lineno}: {error.msg}; correct the law")
-    found: BaseException | None = error
-    while found is not None:
-        for frame in reversed(traceback.extract_tb(found.__traceback__)):
+    cause: BaseException | None = error
+    while cause is not None:
+        for frame in reversed(traceback.extract_tb(cause.__traceback__)):
             if frame.filename in paths:
                 return InputError(f"{frame.filename}, line {frame.lineno}: {_words(error)}; correct the law")
-        for place, line in _NUMBAS_PLACE.findall(str(found)):
+        for place, line in _NUMBAS_PLACE.findall(str(cause)):
             path = next((path for path in paths if Path(path).name == Path(place).name), None)
             if path:
-                why = "the compiler of the solver cannot translate it"
-                return InputError(f"{path}, line {line}: {why} ({_words(error)}); see docs/walls.md")
-        found = found.__cause__ or found.__context__
+                reason = "the compiler of the solver cannot translate it"
+                return InputError(f"{path}, line {line}: {reason} ({_words(error)}); see docs/walls.md")
+        cause = cause.__cause__ or cause.__context__
     return None
 
 

@@ -101,16 +101,16 @@ def find_bed(bed: str | type) -> Any:
 
 def _names_class(name: str) -> bool:
     """Whether a name is that of a class in a module: ``our_laws:Class``."""
-    module, colon, attribute = (part.strip() for part in name.partition(":"))
+    module, colon, attribute = (piece.strip() for piece in name.partition(":"))
     return bool(module and colon and attribute)
 
 
-def _unknown(what: str, name: str, known: Sequence[str]) -> InputError:
+def _unknown(kind: str, name: str, names: Sequence[str]) -> InputError:
     """Return the error that says which names there are."""
-    one = "name one; " if "," in name else ""
+    hint = "name one; " if "," in name else ""
     return InputError(
-        f"unknown {what} '{name}'{did_you_mean(name, known)}; {one}choose from: {', '.join(known)}, or name a class of "
-        "your own as module:Class"
+        f"unknown {kind} '{name}'{did_you_mean(name, names)}; {hint}choose from: {', '.join(names)}, or name a class "
+        "of your own as module:Class"
     )
 
 
@@ -135,12 +135,12 @@ def full_name(kind: Any, name: str) -> str:
 
 def bed_factors(bed: Any) -> dict[str, Parameter]:
     """Return the factors of a kind of beds (its class) that are fitted, by their full names."""
-    return {full_name(bed, name): one for name, one in bed.bed().factors.items()}
+    return {full_name(bed, name): parameter for name, parameter in bed.bed().factors.items()}
 
 
 def bed_quantities(bed: Any) -> dict[str, Quantity]:
     """Return what the fields of a kind of beds (its class) are, by their full names, in the order of the fields."""
-    return {full_name(bed, name): one for name, one in bed.bed().quantities.items()}
+    return {full_name(bed, name): quantity for name, quantity in bed.bed().quantities.items()}
 
 
 def parameter_names(law: Any) -> tuple[str, ...]:
@@ -148,24 +148,24 @@ def parameter_names(law: Any) -> tuple[str, ...]:
     return tuple(full_name(law, field) for field in law._fields)
 
 
-def _imported(name: str, what: str) -> Any:
+def _imported(name: str, kind: str) -> Any:
     """Return the class of a name, from the file that the name says or else from an installed module."""
     wall = named(name)
     module, _, attribute = wall.partition(":")
     if "@" in module:
-        found: Any = module_of(module, wall)
+        namespace: Any = module_of(module, wall)
     else:
         try:
-            found = import_module(module)
+            namespace = import_module(module)
         except Exception as error:
-            why = "no such module is installed" if isinstance(error, ModuleNotFoundError) else repr(error)
+            reason = "no such module is installed" if isinstance(error, ModuleNotFoundError) else repr(error)
             raise InputError(
-                f"{what} '{name}': {why}, and there is no {module}.py in the folder of the study (or, without a "
+                f"{kind} '{name}': {reason}, and there is no {module}.py in the folder of the study (or, without a "
                 "study, in the one you are in)"
             ) from None
-    law = getattr(found, attribute, None) if attribute else None
+    law = getattr(namespace, attribute, None) if attribute else None
     if law is None:
-        raise InputError(f"{what} '{plain(name)}': {getattr(found, '__file__', module)} has no '{attribute}'")
+        raise InputError(f"{kind} '{plain(name)}': {getattr(namespace, '__file__', module)} has no '{attribute}'")
     return law
 
 
@@ -178,7 +178,7 @@ def _checked(law: Any) -> Any:
 
 @cache
 def _checked_class(law: Any) -> Any:
-    missing = [part for part in _NEEDED if not callable(getattr(law, part, None))]
+    missing = [method for method in _NEEDED if not callable(getattr(law, method, None))]
     if not isinstance(getattr(law, "_fields", None), tuple) or missing:
         raise InputError(
             f"{law!r} is not a wall law: a NamedTuple class with the static methods {', '.join(_NEEDED)} is needed"
@@ -186,18 +186,20 @@ def _checked_class(law: Any) -> Any:
         )
     try:
         with np.errstate(all="ignore"), in_words():
-            said = law.law()
-            check_description(law, said)
-            if LAWS.get(said.name, law) is not law:
-                raise InputError(f"wall law '{said.name}': take another name, one word that no other law has")
-            _check_equations(law, [one.nominal * one.scale(50.0) for one in said.parameters])
+            description = law.law()
+            check_description(law, description)
+            if LAWS.get(description.name, law) is not law:
+                raise InputError(f"wall law '{description.name}': take another name, one word that no other law has")
+            _check_equations(law, [parameter.nominal * parameter.scale(50.0) for parameter in description.parameters])
     except VasowaveError:
         raise
     except Exception as error:
         raise InputError(f"{law!r} is not a wall law: {type(error).__name__}: {error}; correct it") from None
-    for part in _NEEDED:  # on the class alone another kind may work, but not on its values or in compiled code
-        if not isfunction(getattr(getattr_static(law, part), "__func__", None)) or not isfunction(getattr(law, part)):
-            raise InputError(f"{law!r} is not a wall law: write @staticmethod above {part}, once and nothing else")
+    for method in _NEEDED:  # on the class alone another kind may work, but not on its values or in compiled code
+        if not isfunction(getattr(getattr_static(law, method), "__func__", None)) or not isfunction(
+            getattr(law, method)
+        ):
+            raise InputError(f"{law!r} is not a wall law: write @staticmethod above {method}, once and nothing else")
     return law
 
 
@@ -205,21 +207,25 @@ def _check_equations(law: Any, parameters: list[float]) -> None:
     """Try the identities between pressure, area and slope at nominal parameters of a mouse (β0 = 50 mmHg)."""
     p, name = 20.0 * _PRESSURES, law.law().name
     ratio, slope = law.ratio_at(p, *parameters), law.slope_at(p, *parameters)
-    for what, one in (("ratio_at", ratio), ("slope_at", slope), ("pressure_at", law.pressure_at(ratio, *parameters))):
-        if np.shape(one) != p.shape or np.asarray(one).dtype.kind != "f":
-            raise InputError(f"wall law '{name}': {what} does not return one real number for each of its arguments")
+    for identity, values in (
+        ("ratio_at", ratio),
+        ("slope_at", slope),
+        ("pressure_at", law.pressure_at(ratio, *parameters)),
+    ):
+        if np.shape(values) != p.shape or np.asarray(values).dtype.kind != "f":
+            raise InputError(f"wall law '{name}': {identity} does not return one real number for each of its arguments")
     if len(law.limits(*parameters)) != 2 or not np.all(np.greater(*law.limits(*parameters)[::-1])):
         raise InputError(f"wall law '{name}': limits must return two area ratios, the smaller first")
     h = 1e-4 * p
     numerical = (law.ratio_at(p + h, *parameters) - law.ratio_at(p - h, *parameters)) / (2 * h)
-    for what, one, other in (
+    for identity, values, expected in (
         ("ratio_at(0) is 1", np.asarray(law.ratio_at(0.0, *parameters)), np.asarray(1.0)),
         ("pressure_at(ratio_at(p)) is p", law.pressure_at(ratio, *parameters), p),
         ("slope_at(p) is the derivative of ratio_at", slope, numerical),
     ):
-        if not np.allclose(one, other, rtol=_TOLERANCE, atol=0):
+        if not np.allclose(values, expected, rtol=_TOLERANCE, atol=0):
             raise InputError(
-                f"wall law '{name}': that {what} does not hold at the nominal parameters "
+                f"wall law '{name}': that {identity} does not hold at the nominal parameters "
                 f"{', '.join(f'{value:.4g}' for value in parameters)}; correct its equations"
             )
     if not np.all(slope > 0):
@@ -235,95 +241,115 @@ def _checked_bed(kind: Any) -> Any:
         )
     try:
         with np.errstate(all="ignore"), in_words():
-            said = kind.bed()
-            _check_bed_description(kind, said)
+            description = kind.bed()
+            _check_bed_description(kind, description)
             beds = kind.of(_FORK, _SITE)
-            circuit = [np.asarray(one) for one in beds.circuit() or ()]
+            circuit = [np.asarray(array) for array in beds.circuit() or ()]
             total = beds.total_resistance() if len(circuit) in (0, 3) else np.nan
     except VasowaveError:
         raise
     except Exception as error:
         raise InputError(f"{kind!r} is not a bed: {type(error).__name__}: {error}; correct it") from None
     if circuit and (
-        len(circuit) != 3 or any(one.shape != (2,) or not np.all(np.isfinite(one) & (one >= 0)) for one in circuit)
+        len(circuit) != 3
+        or any(array.shape != (2,) or not np.all(np.isfinite(array) & (array >= 0)) for array in circuit)
     ):
         raise InputError(
-            f"bed '{said.name}': circuit() must return three arrays, a number of 0 or more for each terminal"
+            f"bed '{description.name}': circuit() must return three arrays, a number of 0 or more for each terminal"
         )
     if not np.isclose(total, _SITE.resistance, rtol=_TOLERANCE):
         raise InputError(
-            f"bed '{said.name}': nominal(resistance, time_constant) does not have that resistance; correct it"
+            f"bed '{description.name}': nominal(resistance, time_constant) does not have that resistance; correct it"
         )
     if circuit and np.any((circuit[1] > 0) != (circuit[2] > 0)):
-        raise InputError(f"bed '{said.name}': a compliance needs a distal resistance, and that a compliance")
+        raise InputError(f"bed '{description.name}': a compliance needs a distal resistance, and that a compliance")
     return kind
 
 
-def _check_bed_description(kind: Any, said: Any) -> None:
-    if not isinstance(said, BedLaw) or not str(said.name).isidentifier() or said.name in (*LAWS, *BEDS):
+def _check_bed_description(kind: Any, description: Any) -> None:
+    if (
+        not isinstance(description, BedLaw)
+        or not str(description.name).isidentifier()
+        or description.name in (*LAWS, *BEDS)
+    ):
         raise InputError(f"{kind!r} is not a bed: its bed() must return a BedLaw with a name of its own, one word")
-    fitted = said.fitted or kind._fields
-    if tuple(said.quantities) != kind._fields or len(said.factors) != len(fitted) or not set(fitted) <= {*kind._fields}:
+    fitted = description.fitted or kind._fields
+    if (
+        tuple(description.quantities) != kind._fields
+        or len(description.factors) != len(fitted)
+        or not set(fitted) <= {*kind._fields}
+    ):
         raise InputError(
-            f"bed '{said.name}' has the fields {', '.join(kind._fields)}; describe each, with one factor each"
+            f"bed '{description.name}' has the fields {', '.join(kind._fields)}; describe each, with one factor each"
         )
-    if said.shared is not None and not set(said.shared) <= set(said.factors):
-        raise InputError(f"bed '{said.name}': shared must name two of its factors")
-    for name, one in said.factors.items():
-        check_parameter(f"bed '{said.name}', factor '{name}'", one)
-        if one.unit != "1":
-            raise InputError(f"bed '{said.name}', factor '{name}': a factor is a pure number, its unit 1")
+    if description.shared is not None and not set(description.shared) <= set(description.factors):
+        raise InputError(f"bed '{description.name}': shared must name two of its factors")
+    for name, factor in description.factors.items():
+        check_parameter(f"bed '{description.name}', factor '{name}'", factor)
+        if factor.unit != "1":
+            raise InputError(f"bed '{description.name}', factor '{name}': a factor is a pure number, its unit 1")
 
 
-def check_description(law: Any, said: Any) -> None:
-    """Raise `InputError` unless `said` is a whole description of the class `law`."""
-    if not isinstance(said, Law):
+def check_description(law: Any, description: Any) -> None:
+    """Raise `InputError` unless `description` is a whole description of the class `law`."""
+    if not isinstance(description, Law):
         raise InputError(f"{law!r} is not a wall law: its law() must return a vasowave.descriptions.Law")
-    texts = (said.name, said.title, said.formula, said.equation, said.stiffness)
-    if not all(isinstance(one, str) for one in texts) or not said.name.isidentifier() or len(said.name) > _LONGEST:
+    texts = (description.name, description.title, description.formula, description.equation, description.stiffness)
+    if (
+        not all(isinstance(text, str) for text in texts)
+        or not description.name.isidentifier()
+        or len(description.name) > _LONGEST
+    ):
         raise InputError(
-            f"wall law {said.name!r}: its name must be one word of at most {_LONGEST} letters, and title, formula, "
-            "equation and stiffness texts"
+            f"wall law {description.name!r}: its name must be one word of at most {_LONGEST} letters, and title, "
+            "formula, equation and stiffness texts"
         )
-    if said.name in _STORED:
-        raise InputError(f"wall law '{said.name}': a part of every result has this name; take another")
-    fields, parameters = law._fields, said.parameters
+    if description.name in _STORED:
+        raise InputError(f"wall law '{description.name}': a part of every result has this name; take another")
+    fields, parameters = law._fields, description.parameters
     if not isinstance(parameters, tuple) or not 0 < len(fields) == len(parameters) <= _MOST_PARAMETERS:
         raise InputError(
-            f"wall law '{said.name}' has the fields {', '.join(fields)} and describes {parameters!r:.60}; describe "
-            f"each field once, at most {_MOST_PARAMETERS}"
+            f"wall law '{description.name}' has the fields {', '.join(fields)} and describes {parameters!r:.60}; "
+            f"describe each field once, at most {_MOST_PARAMETERS}"
         )
-    for name, one in zip(fields, parameters, strict=True):
-        check_parameter(f"wall law '{said.name}', parameter '{name}'", one)
-    if said.ratio is not None and not (len(said.ratio) == 2 and isinstance(said.ratio[1], Quantity)):
-        raise InputError(f"wall law '{said.name}': ratio must be a name and a Quantity")
-    if said.stiffness not in ("stiffness", *fields, *([said.ratio[0]] if said.ratio else [])):
-        raise InputError(f"wall law '{said.name}': its stiffness '{said.stiffness}' is none of its parameters")
-    if said.linear_at is not None and not (said.linear_at[0] in fields and _is_number(said.linear_at[1])):
-        raise InputError(f"wall law '{said.name}': linear_at must be one of its parameters and a number")
+    for name, parameter in zip(fields, parameters, strict=True):
+        check_parameter(f"wall law '{description.name}', parameter '{name}'", parameter)
+    if description.ratio is not None and not (
+        len(description.ratio) == 2 and isinstance(description.ratio[1], Quantity)
+    ):
+        raise InputError(f"wall law '{description.name}': ratio must be a name and a Quantity")
+    if description.stiffness not in ("stiffness", *fields, *([description.ratio[0]] if description.ratio else [])):
+        raise InputError(
+            f"wall law '{description.name}': its stiffness '{description.stiffness}' is none of its parameters"
+        )
+    if description.linear_at is not None and not (
+        description.linear_at[0] in fields and _is_number(description.linear_at[1])
+    ):
+        raise InputError(f"wall law '{description.name}': linear_at must be one of its parameters and a number")
 
 
-def check_parameter(place: str, one: Any) -> None:
-    """Raise `InputError`, which begins with `place`, unless `one` describes a parameter."""
-    if why := _wrong(one):
-        raise InputError(f"{place}: {why}")
+def check_parameter(place: str, parameter: Any) -> None:
+    """Raise `InputError`, which begins with `place`, unless `parameter` describes a parameter."""
+    if reason := _wrong(parameter):
+        raise InputError(f"{place}: {reason}")
 
 
-def _wrong(one: Any) -> str:
+def _wrong(parameter: Any) -> str:
     """Return what is wrong with the description of a parameter."""
-    if not isinstance(one, Parameter):
+    if not isinstance(parameter, Parameter):
         return "is described by no vasowave.descriptions.Parameter"
-    if not all(isinstance(text, str) for text in one[:4]):
+    if not all(isinstance(text, str) for text in parameter[:4]):
         return "its unit, symbol, meaning and equation must be texts"
-    if one.unit not in _UNITS:
-        return f"its unit is '{one.unit}'; write mmHg for a pressure, 1 for a pure number"
-    spans = [one.bounds, *([one.paper_bounds] if one.paper_bounds is not None else [])]
+    if parameter.unit not in _UNITS:
+        return f"its unit is '{parameter.unit}'; write mmHg for a pressure, 1 for a pure number"
+    spans = [parameter.bounds, *([parameter.paper_bounds] if parameter.paper_bounds is not None else [])]
     if not all(isinstance(span, tuple) and len(span) == 2 and all(map(_is_number, span)) for span in spans):
         return "its bounds must be two numbers"
-    if not _is_number(one.nominal) or not all(0 < low < high for low, high in spans):
+    if not _is_number(parameter.nominal) or not all(0 < low < high for low, high in spans):
         return "its nominal value must be a number, and its bounds positive and ordered"
-    if not one.bounds[0] <= one.nominal <= one.bounds[1]:
-        return f"its nominal value {one.nominal:g} lies outside its bounds {one.bounds[0]:g} to {one.bounds[1]:g}"
+    if not parameter.bounds[0] <= parameter.nominal <= parameter.bounds[1]:
+        low, high = parameter.bounds
+        return f"its nominal value {parameter.nominal:g} lies outside its bounds {low:g} to {high:g}"
     return ""
 
 

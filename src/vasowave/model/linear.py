@@ -82,7 +82,7 @@ class UniformLines(NamedTuple):
 class Motion(NamedTuple):
     """What the mean velocity u makes of the static pressure P, at one place in every vessel: H = keeps P + dynamic Q.
 
-    A node's pressure is left H + lost Q at the inlet of a vessel that has a loss.
+    A node's pressure is transmission H + lost Q at the inlet of a vessel that has a loss.
 
     Attributes
     ----------
@@ -90,19 +90,19 @@ class Motion(NamedTuple):
         1 - u²/c²; 1 for the mean.
     dynamic : array, shape (harmonic, vessel)
         ρu/A, mmHg s/ml; half of it for the mean.
-    left, lost : array, shape (harmonic, vessel)
+    transmission, lost : array, shape (harmonic, vessel)
         1 and 0 without loss; the second mmHg s/ml.
     """
 
     keeps: np.ndarray
     dynamic: np.ndarray
-    left: np.ndarray
+    transmission: np.ndarray
     lost: np.ndarray
 
     def between(self, after: "Motion", share: np.ndarray, vessel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return `keeps` and `dynamic` at a share of the way from here to another place in vessels (rows)."""
         keeps, dynamic = (
-            (1 - share) * one[:, vessel] + share * two[:, vessel] for one, two in zip(self[:2], after[:2])
+            (1 - share) * begin[:, vessel] + share * end[:, vessel] for begin, end in zip(self[:2], after[:2])
         )
         return keeps, dynamic
 
@@ -145,17 +145,17 @@ class LinearSolution:
     @property
     def resistance(self) -> np.ndarray:
         """Steady resistance per length, mmHg s/ml/cm, shape (vessel,)."""
-        return np.asarray(sum(one.resistance for one in self.lines) / len(self.lines))
+        return np.asarray(sum(line.resistance for line in self.lines) / len(self.lines))
 
     def at(self, vessel: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the spectra of pressure and flow at x (cm) into the vessels (rows), shape (harmonic, place)."""
         p, q = self.pressure[:, vessel], self.flow[:, vessel]
         if self.motion is not None:
             p = p * self.motion[0].keeps[:, vessel] + self.motion[0].dynamic[:, vessel] * q
-        part = self.length[vessel] / len(self.lines)
+        line_length = self.length[vessel] / len(self.lines)
         for k, line in enumerate(self.lines):
-            from_start = x - k * part if k else x  # a place beyond an end lies on the line that is next to it
-            within = from_start if k == len(self.lines) - 1 else np.minimum(from_start, part)
+            from_start = x - k * line_length if k else x  # a place beyond an end lies on the line that is next to it
+            within = from_start if k == len(self.lines) - 1 else np.minimum(from_start, line_length)
             p, q = line.after(vessel, within if k == 0 else np.maximum(within, 0.0), p, q)
         if self.motion is not None:
             keeps, dynamic = self.motion[0].between(self.motion[1], x / self.length[vessel], vessel)
@@ -199,8 +199,8 @@ def linear_solution(model: Model, inflow: Driven, harmonics: int = 32) -> Linear
 def _spectrum(signal: np.ndarray, count: int) -> np.ndarray:
     """Return so many harmonics of signals, shape (sample, …), from the mean on; those that they do not hold are 0."""
     spectrum = np.zeros((count, signal.shape[1]), dtype=complex)
-    found = np.fft.rfft(np.ascontiguousarray(signal.T))[:, : min(count, (len(signal) - 1) // 2 + 1)].T / len(signal)
-    spectrum[: len(found)] = found
+    values = np.fft.rfft(np.ascontiguousarray(signal.T))[:, : min(count, (len(signal) - 1) // 2 + 1)].T / len(signal)
+    spectrum[: len(values)] = values
     spectrum[1:] *= 2
     return spectrum
 
@@ -212,8 +212,8 @@ def _ejected(model: Model, ventricle: Ventricle, harmonics: int) -> Inflow:
     flow = np.zeros((count, 1), dtype=complex)
     flow[0] = _EJECTED * ventricle.filled / ventricle.period
     flow[1:] = flow[0]
-    seen = _solve(model, flow, *_mean_state(model, flow[0].real, ventricle.period), ventricle.period)
-    impedance = seen.input_impedance[:, root]
+    solution = _solve(model, flow, *_mean_state(model, flow[0].real, ventricle.period), ventricle.period)
+    impedance = solution.input_impedance[:, root]
     at_once = float(np.mean(np.abs(impedance[3:])))
     resistance = max(impedance[0].real - at_once, at_once)
     gives = abs((1.0 / (impedance[1] - at_once)).imag) * ventricle.period / (2 * np.pi)
@@ -244,12 +244,12 @@ def _mean_state(model: Model, inflow: np.ndarray, period: float) -> tuple[np.nda
     flows, bed = np.zeros(len(network)), model.outlets.impedance_at(1, period)[0].real
     entered = bed
     k0, k1 = blood.friction.coefficients(blood.viscosity, period)
-    middle, parts = np.full(len(network), np.mean(model.outlet_pressure)), _parts(model)
+    middle, segments = np.full(len(network), np.mean(model.outlet_pressure)), _parts(model)
     for _ in range(4):
         if model.dynamic:
             inlet, outlet = _motions(model, middle, flows, 1, period)
             entered = bed + outlet.dynamic[0, network.terminals]
-        areas = [np.asarray(walls.area(wall, middle, area0)) for wall, area0 in parts]
+        areas = [np.asarray(walls.area(wall, middle, area0)) for wall, area0 in segments]
         fall = _mean([blood.inertia * network.length * (k0 + k1 * np.sqrt(A)) / A**2 for A in areas])
         fall = fall + inlet.lost[0].real if model.dynamic else fall
         if network.nodes is not None:
@@ -282,8 +282,8 @@ def _motions(model: Model, pressure: np.ndarray, flow: np.ndarray, count: int, p
         viscous = np.where(model.network.parent < 0, 0.0, model.narrowing_drag(period))
         lost = (half * loss * inertia * np.abs(u) + viscous) / A / keeps
         by_area = (loss * u * np.abs(u) + viscous * u / inertia) / c**2
-        left = np.where(half < 1.0, 1.0, 1.0 - by_area / delay / keeps)
-        ends.append(Motion(keeps, half * dynamic, left, lost))
+        transmission = np.where(half < 1.0, 1.0, 1.0 - by_area / delay / keeps)
+        ends.append(Motion(keeps, half * dynamic, transmission, lost))
     return ends[0], ends[1]
 
 
@@ -325,11 +325,11 @@ def _lines(
 ) -> tuple[UniformLines, ...]:
     inertia = model.blood.inertia
     k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
-    lines, parts = [], _parts(model)
-    each = 2 if len(parts) > 1 else 1
-    for part in range(0, len(parts), each):
+    lines, segments = [], _parts(model)
+    step = 2 if len(segments) > 1 else 1
+    for first in range(0, len(segments), step):
         series, shunt, resistance, carried = [], [], [], []
-        for wall, area0 in parts[part : part + each]:
+        for wall, area0 in segments[first : first + step]:
             A = np.asarray(walls.area(wall, mean_pressure, area0))
             drag = (k0 + k1 * np.sqrt(A)) / A
             C: Any = np.asarray(walls.area_compliance(wall, mean_pressure, area0))
@@ -363,8 +363,10 @@ def _solve(
     if model.dynamic:
         motion = _motions(model, mean_pressure, mean_flow, len(spectrum), period)
         end = motion[1].keeps[:, network.terminals] * end + motion[1].dynamic[:, network.terminals]
-        left, lost = motion[0].left, motion[0].lost
-        ports = ports._replace(turn=left * ports.turn + lost * ports.along, across=left * ports.across + lost)
+        transmission, lost = motion[0].transmission, motion[0].lost
+        ports = ports._replace(
+            turn=transmission * ports.turn + lost * ports.along, across=transmission * ports.across + lost
+        )
     if network.nodes is None:
         straight = lines[0] if len(lines) == 1 and motion is None else None
         Z_in, P, flow = _along_tree(model, ports, end, spectrum[:, 0], straight)
@@ -379,13 +381,13 @@ def _solve(
         n = len(behind)
         if motion is not None:
             behind = motion[1].keeps[:n, network.terminals] * behind
-        back = driven_from_behind(network, TwoPort(*(one[:n] for one in ports)), end[:n], behind)
+        back = driven_from_behind(network, TwoPort(*(term[:n] for term in ports)), end[:n], behind)
         P[:n], flow[:n] = P[:n] + back[0], flow[:n] + back[1]
     if motion is not None:
         keeps, dynamic = motion[0].keeps, motion[0].dynamic
-        P = ((P - lost * flow) / left - dynamic * flow) / keeps
+        P = ((P - lost * flow) / transmission - dynamic * flow) / keeps
         with np.errstate(invalid="ignore"):  # infinite where no flow passes
-            Z_in = ((Z_in - lost) / left - dynamic) / keeps
+            Z_in = ((Z_in - lost) / transmission - dynamic) / keeps
     retardation = _retardation(model, model.wall, model.area0, mean_pressure)
     return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length, retardation, motion)
 

@@ -135,21 +135,21 @@ def narrowed(
         )
     if not (np.isfinite(stiffer) and stiffer > 0):
         raise InputError(f"a narrowing that is {stiffer:g} times as stiff; give a positive number")
-    whole = float(network.length[row])
+    total = float(network.length[row])
     inertial = coefficients.inertial
     share = 1.0 if inertial is None else min(1.0, inertial * (1.0 - area_lost))  # of its length, in cells
-    before, beyond = place * whole - 0.5 * length, (1.0 - place) * whole - 0.5 * length
+    before, beyond = place * total - 0.5 * length, (1.0 - place) * total - 0.5 * length
     if not length > 0:
         raise InputError(f"a narrowing of {length:g} cm; give its length, above 0 cm")
     if not (before > 0 and beyond > 0):
         raise InputError(f"a narrowing of {length:g} cm at {place:g} of its length does not fit into vessel "
-                         f"'{vessel}', which is {whole:g} cm long: some of it must be left on both sides")  # fmt: skip
+                         f"'{vessel}', which is {total:g} cm long: some of it must be left on both sides")  # fmt: skip
     rows = np.insert(np.arange(len(network)), row + 1, [row, row])  # of every new vessel, that which it is a part of
-    parts = slice(row, row + 3)
+    pieces = slice(row, row + 3)
     loss: Any = np.broadcast_to(model.loss, len(network))[rows].copy()
-    loss[parts] = loss[row], 0.0, coefficients.turbulent * (1.0 / (1.0 - area_lost) - 1.0) ** 2
+    loss[pieces] = loss[row], 0.0, coefficients.turbulent * (1.0 / (1.0 - area_lost) - 1.0) ** 2
     resistance: Any = np.broadcast_to(model.resistance, len(network))[rows].copy()
-    resistance[parts] = resistance[row], _viscous(model, row, area_lost, length, coefficients), 0.0
+    resistance[pieces] = resistance[row], _viscous(model, row, area_lost, length, coefficients), 0.0
     factor = np.where(np.arange(len(rows)) == row + 1, stiffer, 1.0)
     parameters = zip(model.wall, model.wall.law().parameters, strict=True)
     shape = model.shape
@@ -159,7 +159,7 @@ def narrowed(
     return replace(
         model,
         network=_in_three(network, row, rows, (before, share * length, beyond), np.sqrt(1.0 - area_lost)),
-        wall=type(model.wall)(*(value[rows] * one.scale(factor) for value, one in parameters)),
+        wall=type(model.wall)(*(value[rows] * parameter.scale(factor) for value, parameter in parameters)),
         shape=shape,
         loss=loss,
         resistance=resistance,
@@ -177,17 +177,19 @@ def _viscous(model: Model, row: int, area_lost: float, length: float, coefficien
 
 def _in_three(network: Network, row: int, rows: np.ndarray, lengths: tuple[float, ...], factor: float) -> Network:
     """Return the network with one vessel in three pieces, of which the middle one has its radius times a factor."""
-    names = [network.name[one] for one in rows]
+    names = [network.name[old] for old in rows]
     for piece, added in ((row + 1, "narrow"), (row + 2, "beyond")):
-        wanted = f"{network.name[row]} {added}"
-        others = (f"{wanted} {number}" for number in count(2))
-        names[piece] = wanted if wanted not in network.name else next(one for one in others if one not in network.name)
+        name = f"{network.name[row]} {added}"
+        candidates = (f"{name} {number}" for number in count(2))
+        names[piece] = (
+            name if name not in network.name else next(text for text in candidates if text not in network.name)
+        )
     length, radius = network.length[rows], network.radius[rows]
     length[row : row + 3] = lengths
     radius[row + 1] *= factor
-    measured = {one: getattr(network, one)[rows] for one in MEASURED if getattr(network, one) is not None}
-    for one in measured.keys() & {"taper", "taper_sd"}:  # a taper counts once, not for each piece of its vessel
-        measured[one][row + 1 : row + 3] = np.nan
+    measured = {key: getattr(network, key)[rows] for key in MEASURED if getattr(network, key) is not None}
+    for key in measured.keys() & {"taper", "taper_sd"}:  # a taper counts once, not for each piece of its vessel
+        measured[key][row + 1 : row + 3] = np.nan
     last = np.searchsorted(rows, np.arange(len(network)), side="right") - 1  # where what a vessel was ends now
     parent, nodes = None, None
     if network.nodes is None:

@@ -168,13 +168,13 @@ class Model:
 
         In proportion to the velocity, mmHg s/cm, shape (vessel,).
         """
-        wanted = self.narrowings
-        if not wanted.any():
-            return wanted
+        resistance = self.narrowings
+        if not resistance.any():
+            return resistance
         k0, k1 = self.blood.friction.coefficients(self.blood.viscosity, period)
         area = self.network.area
-        own = self.blood.inertia * self.network.length * (k0 + k1 * np.sqrt(area)) / area**2
-        return area * np.where(wanted > 0, np.maximum(wanted - own, 0.0), 0.0)
+        vessel_resistance = self.blood.inertia * self.network.length * (k0 + k1 * np.sqrt(area)) / area**2
+        return area * np.where(resistance > 0, np.maximum(resistance - vessel_resistance, 0.0), 0.0)
 
     @cached_property
     def stiffening(self) -> np.ndarray:
@@ -191,7 +191,9 @@ class Model:
         if self.profile is None:
             return wall, self.area0[vessel]
         stiffness, parameters = self.profile.at(vessel, share)[1], self.wall.law().parameters
-        wall = type(wall)(*(value * one.scale(stiffness) for value, one in zip(wall, parameters, strict=True)))
+        wall = type(wall)(
+            *(value * parameter.scale(stiffness) for value, parameter in zip(wall, parameters, strict=True))
+        )
         return wall, self._area0(wall, self.image_area(vessel, share))
 
     def pulsation_before_beds(self, period: float) -> np.ndarray | None:
@@ -223,15 +225,17 @@ class Model:
         parameters = ", ".join(
             f"{name} {np.median(value):.4g}" for name, value in zip(self.wall._fields, self.wall, strict=True)
         )
-        more = f", {self.profile!r}" if self.profile is not None else ""
+        details = f", {self.profile!r}" if self.profile is not None else ""
         if np.any(self.wall_viscosity):
-            more += f", wall viscosity {_spread(np.atleast_1d(self.wall_viscosity))} mmHg s"
-        return f"Model({type(self.wall).__name__}({parameters}), {type(self.outlets).__name__}, {self.network!r}{more})"
+            details += f", wall viscosity {_spread(np.atleast_1d(self.wall_viscosity))} mmHg s"
+        return (
+            f"Model({type(self.wall).__name__}({parameters}), {type(self.outlets).__name__}, {self.network!r}{details})"
+        )
 
     def _repr_html_(self) -> str:
         law = self.wall.law()
         facts = {"wall": f"{law.title}: {law.formula}"}
-        facts |= {one: _spread(value) for one, value in zip(self.wall._fields, self.wall, strict=True)}
+        facts |= {field: _spread(value) for field, value in zip(self.wall._fields, self.wall, strict=True)}
         facts["outlets"] = f"{type(self.outlets).__name__} at {len(self.network.terminals)} terminals"
         if np.any(self.outlet_pressure):
             facts["behind the outlets"] = f"{_spread(np.asarray(self.outlet_pressure))} mmHg"
@@ -247,14 +251,14 @@ class Model:
         """Return one cycle of the periodic state, see `vasowave.simulate`."""
         raise NotImplementedError
 
-    def changed(self, **parts: Any) -> "Model":
+    def changed(self, **fields: Any) -> "Model":
         """Return a model with other parts: ``model.changed(wall=LinearWall(60.0))``."""
-        return replace(self, **parts)
+        return replace(self, **fields)
 
 
-def _pressures(given: Any, terminals: list[str]) -> np.ndarray:
+def _pressures(pressures: Any, terminals: list[str]) -> np.ndarray:
     try:
-        values = np.array(np.broadcast_to(np.asarray(given, dtype=float), len(terminals)))
+        values = np.array(np.broadcast_to(np.asarray(pressures, dtype=float), len(terminals)))
     except (TypeError, ValueError):
         raise InputError(
             f"outlet_pressure: give one number, or one for each of the {len(terminals)} terminal vessels, mmHg"
@@ -265,9 +269,9 @@ def _pressures(given: Any, terminals: list[str]) -> np.ndarray:
     return values
 
 
-def _pulsation(given: Any, terminals: list[str]) -> np.ndarray:
+def _pulsation(pulsation: Any, terminals: list[str]) -> np.ndarray:
     """Return what pressures do about their means, shape (sample, terminal)."""
-    values = np.array(given, dtype=float)
+    values = np.array(pulsation, dtype=float)
     values = values[:, np.newaxis] if values.ndim == 1 else values
     if values.ndim != 2 or values.shape[1] not in (1, len(terminals)) or not np.all(np.isfinite(values)):
         raise InputError(
@@ -277,16 +281,16 @@ def _pulsation(given: Any, terminals: list[str]) -> np.ndarray:
     return np.broadcast_to(values - values.mean(axis=0), (len(values), len(terminals)))
 
 
-def _not_negative(what: str, given: Any, names: tuple[str, ...]) -> float | np.ndarray:
+def _not_negative(quantity: str, numbers: Any, names: tuple[str, ...]) -> float | np.ndarray:
     """Return one number, or one for each vessel, that is 0 or more."""
     try:
-        values = np.array(np.broadcast_to(np.asarray(given, dtype=float), len(names)))
+        values = np.array(np.broadcast_to(np.asarray(numbers, dtype=float), len(names)))
     except (TypeError, ValueError):
-        raise InputError(f"{what}: give one number, or one for each of the {len(names)} vessels") from None
+        raise InputError(f"{quantity}: give one number, or one for each of the {len(names)} vessels") from None
     bad = np.flatnonzero(~(np.isfinite(values) & (values >= 0)))
     if len(bad):
-        raise InputError(f"vessel '{names[bad[0]]}': {what} {values[bad[0]]:g} is not valid; give 0 or more")
-    return values if np.ndim(given) else float(given)
+        raise InputError(f"vessel '{names[bad[0]]}': {quantity} {values[bad[0]]:g} is not valid; give 0 or more")
+    return values if np.ndim(numbers) else float(numbers)
 
 
 def _spread(values: np.ndarray) -> str:

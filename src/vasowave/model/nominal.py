@@ -92,7 +92,7 @@ class Nominal:
 
     def wall(self, law: Any) -> Any:
         """Return a wall law (its class) at its nominal parameters: β0, or p1 = β0/π and γ = 2 (eq. 10)."""
-        return law(*(one.nominal * one.scale(self.beta) for one in law.law().parameters))
+        return law(*(parameter.nominal * parameter.scale(self.beta) for parameter in law.law().parameters))
 
     def __repr__(self) -> str:
         return (
@@ -119,15 +119,15 @@ def estimate_nominal(
     """
     blood = blood or Blood()
     flow, pressure = upstroke(recording)
-    Z_c, found = characteristic_impedance(flow, pressure), []
+    Z_c, findings = characteristic_impedance(flow, pressure), []
     if not Z_c > 0:
-        found.append(NO_UPSTROKE(source=recording.source, slope=Z_c))
+        findings.append(NO_UPSTROKE(source=recording.source, slope=Z_c))
         Z_c = _impedance_of_higher_harmonics(recording)
     time, falling = diastole(recording)
     try:
         tau = time_constant(time, falling - recording.wedge_pressure, recording.source)
     except InputError:
-        found.append(NO_DECAY(source=recording.source))
+        findings.append(NO_DECAY(source=recording.source))
         tau = _filling_time(recording)
     R_T = recording.vascular_resistance
     beta = stiffness(Z_c, float(network.area[network.root]), blood, network.pressure)
@@ -141,7 +141,7 @@ def estimate_nominal(
         outlet_pulsation=recording.wedge_pulsation,
         upstroke=(flow, pressure),
         decay=(time, falling),
-        findings=tuple(found),
+        findings=tuple(findings),
     )
 
 
@@ -150,10 +150,10 @@ def _impedance_of_higher_harmonics(recording: Recording) -> float:
     count = max(len(recording.pressure), len(recording.flow))
     even = recording.resampled(count)
     P, Q = (np.abs(np.fft.rfft(values))[_HIGHER] for values in (even.pressure, even.flow))
-    known = Q > 1e-6 * np.abs(even.flow).max()
-    if not (known.any() and np.any(P > 0)):
+    significant = Q > 1e-6 * np.abs(even.flow).max()
+    if not (significant.any() and np.any(P > 0)):
         raise InputError(f"{recording.source}: pressure or flow hardly changes; give one cardiac cycle of both")
-    return float(np.median(P[known] / Q[known]))
+    return float(np.median(P[significant] / Q[significant]))
 
 
 def _filling_time(recording: Recording) -> float:
@@ -166,10 +166,10 @@ def _filling_time(recording: Recording) -> float:
 def oddities(nominal: Nominal, flow: np.ndarray) -> list[Finding]:
     """Return what the recording did not show, which nominal values no artery has, and whether a `flow` never stops."""
     low, high = _STIFFNESSES
-    found = [*nominal.findings]
-    found += [] if low <= nominal.beta <= high else [NO_ARTERY(beta=nominal.beta, low=low, high=high)]
+    findings = [*nominal.findings]
+    findings += [] if low <= nominal.beta <= high else [NO_ARTERY(beta=nominal.beta, low=low, high=high)]
     share = float(flow.min() / flow.max())
-    return found + [NEVER_STOPS(percent=100 * share)] * (share > _ONSET)
+    return findings + [NEVER_STOPS(percent=100 * share)] * (share > _ONSET)
 
 
 def upstroke(recording: Recording) -> tuple[np.ndarray, np.ndarray]:

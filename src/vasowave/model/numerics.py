@@ -94,5 +94,5 @@ class Numerics(Resolution):
     def kept_every(self, steps: int) -> int:
         """Return from how many steps one is kept: all samples are among those, and no front passes between two."""
         among = self.samples if steps % self.samples == 0 else 1
-        most = min(_FRONT, steps // self.samples)
-        return next(every for every in range(most, 0, -1) if steps % (every * among) == 0)
+        max_stride = min(_FRONT, steps // self.samples)
+        return next(stride for stride in range(max_stride, 0, -1) if steps % (stride * among) == 0)

@@ -48,10 +48,10 @@ class Outlets(Protocol):
         """Impedance at the harmonics 0 … count-1 of the period (s), mmHg s/ml, shape (count, terminal)."""
         ...
 
-    def rational(self, period: float, near: Self | None = None) -> Rational:
+    def rational(self, period: float, neighbor: Self | None = None) -> Rational:
         """Return the impedance as the solver steps it in a cycle of `period` (s).
 
-        What is only approximated is found anew, or from what was found for beds that are `near`, as derivatives need.
+        What is only approximated is found anew, or from what was found for beds of a `neighbor`, as derivatives need.
         """
         ...
 
@@ -162,7 +162,7 @@ class Bed:
         """Make the fields of a bed the arguments by which it is made."""
         super().__init_subclass__(**keywords)
         dataclass(frozen=True, eq=False)(cls)
-        cls._fields = tuple(one.name for one in fields(cls))  # type: ignore[arg-type]
+        cls._fields = tuple(field.name for field in fields(cls))  # type: ignore[arg-type]
 
     @staticmethod
     def bed() -> BedLaw:
@@ -222,7 +222,7 @@ class Bed:
         """Impedance at the harmonics 0 … count-1 of the period (s), mmHg s/ml, shape (count, terminal)."""
         return self.impedance(2 * np.pi / period * np.arange(count))
 
-    def rational(self, period: float, near: Self | None = None) -> Rational:
+    def rational(self, period: float, neighbor: Self | None = None) -> Rational:
         """Return the circuit, whatever the period: exact."""
         return self._circuit.rational()
 
@@ -268,7 +268,7 @@ class Bed:
         if "tau" in values:
             slow = values["tau"] / float(np.median(self.time_constants()))
         by_unit = {RESISTANCE: resist, COMPLIANCE: slow / resist, "s": slow}
-        return self.scaled(*(by_unit.get(one.unit, 1.0) for one in self.bed().quantities.values()))
+        return self.scaled(*(by_unit.get(quantity.unit, 1.0) for quantity in self.bed().quantities.values()))
 
 
 def _share(symbol: str, spread: float, low: float, high: float, paper: bool = False) -> Parameter:
@@ -466,13 +466,13 @@ class ReflectionCoefficient(Bed):
 
     def checked(self, names: Sequence[str]) -> "ReflectionCoefficient":
         """Return one value of each parameter for every terminal, or raise `InputError` naming the vessel."""
-        one = super().checked(names)
-        bad = np.flatnonzero(np.abs(np.asarray(one.R_t)) >= 1)
+        beds = super().checked(names)
+        bad = np.flatnonzero(np.abs(np.asarray(beds.R_t)) >= 1)
         if len(bad):
             raise InputError(
-                f"vessel '{names[bad[0]]}': R_t = {np.asarray(one.R_t)[bad[0]]:g}; it lies between -1 and 1"
+                f"vessel '{names[bad[0]]}': R_t = {np.asarray(beds.R_t)[bad[0]]:g}; it lies between -1 and 1"
             )
-        return one
+        return beds
 
     def circuit(self) -> Circuit:
         """Return the resistance that reflects as much."""
@@ -537,10 +537,12 @@ class ImpedanceSpectrum:
     def unscaled(self) -> Rational:
         """The rational function for a period of 2π, at which the harmonics are the angular frequencies."""
         Z = np.asarray(self.Z, dtype=complex)
-        rows, some = worth_fitting(len(Z)), Z[:MOST]
-        every = np.arange(len(some), dtype=float)
-        few = [fitted(rows.astype(float), one) for one in Z[rows].T]
-        return joined([refined(every, 1.0, one, near, noise=True) for one, near in zip(some.T, few, strict=True)])
+        rows, spectra = worth_fitting(len(Z)), Z[:MOST]
+        harmonic = np.arange(len(spectra), dtype=float)
+        coarse = [fitted(rows.astype(float), column) for column in Z[rows].T]
+        return joined(
+            [refined(harmonic, 1.0, column, start, noise=True) for column, start in zip(spectra.T, coarse, strict=True)]
+        )
 
     @cached_property
     def error(self) -> np.ndarray:
@@ -550,15 +552,15 @@ class ImpedanceSpectrum:
         """
         Z, k = np.asarray(self.Z), np.arange(len(self.Z))
         weight = importance(k)[:, np.newaxis]
-        apart = weight * np.abs(self.unscaled.impedance(1j * k) - Z)
-        return np.asarray(np.sqrt(np.sum(apart**2, axis=0) / np.sum((weight * np.abs(Z))[1:] ** 2, axis=0)))
+        difference = weight * np.abs(self.unscaled.impedance(1j * k) - Z)
+        return np.asarray(np.sqrt(np.sum(difference**2, axis=0) / np.sum((weight * np.abs(Z))[1:] ** 2, axis=0)))
 
     def misfit(self, period: float) -> np.ndarray:
         """Return the largest error of the rational function at the harmonics of the signal, a share, (terminal,)."""
         Z = np.asarray(self.Z)
         return misfit(Z, self.unscaled.impedance(1j * np.arange(len(Z))))
 
-    def rational(self, period: float, near: Self | None = None) -> Rational:
+    def rational(self, period: float, neighbor: Self | None = None) -> Rational:
         """Return the rational function for this period (s)."""
         base = 2 * np.pi / period
         return Rational(self.unscaled.direct, self.unscaled.poles * base, self.unscaled.residues * base)

@@ -58,21 +58,21 @@ class Rational(NamedTuple):
     def impedance(self, s: np.ndarray) -> np.ndarray:
         """Impedance, mmHg s/ml, at complex frequencies (1/s); shape (*s.shape, terminal)."""
         s = np.asarray(s)[..., np.newaxis, np.newaxis]
-        one = self.residues / (s - self.poles)
-        other = self.residues.conj() / (s - self.poles.conj())
-        return np.asarray(self.direct + 0.5 * np.sum(one + other, axis=-1))
+        direct_terms = self.residues / (s - self.poles)
+        conjugate_terms = self.residues.conj() / (s - self.poles.conj())
+        return np.asarray(self.direct + 0.5 * np.sum(direct_terms + conjugate_terms, axis=-1))
 
     def over(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return what is left of the modes after a time (s), and what each ml/s adds to them meanwhile."""
-        left = np.exp(self.poles * time)
-        return left, self.residues * np.expm1(self.poles * time) / self.poles
+        decay = np.exp(self.poles * time)
+        return decay, self.residues * np.expm1(self.poles * time) / self.poles
 
     def waves(self, flow: np.ndarray, period: float, time: float) -> np.ndarray:
         """Return the modes at a time (s) of a periodic flow with harmonics (harmonic, terminal): (terminal, mode)."""
         s = 2j * np.pi / period * np.arange(len(flow))[:, np.newaxis, np.newaxis]
         q = flow[..., np.newaxis] * np.exp(s * time)
-        both = q / (s - self.poles) + q.conj() / (s.conj() - self.poles)
-        return np.asarray(0.5 * self.residues * np.sum(both, axis=0))
+        modes = q / (s - self.poles) + q.conj() / (s.conj() - self.poles)
+        return np.asarray(0.5 * self.residues * np.sum(modes, axis=0))
 
 
 def bare(direct: np.ndarray) -> Rational:
@@ -83,15 +83,15 @@ def bare(direct: np.ndarray) -> Rational:
 
 def joined(beds: list[Rational], width: int = 0) -> Rational:
     """Return single beds as one array of them, the missing modes (of `width` in all, at least) without residue."""
-    width = max(width, *(one.poles.shape[1] for one in beds))
+    width = max(width, *(bed.poles.shape[1] for bed in beds))
 
     def wide(values: np.ndarray, fill: float) -> np.ndarray:
         return np.pad(values, ((0, 0), (0, width - values.shape[1])), constant_values=fill)
 
     return Rational(
-        np.concatenate([one.direct for one in beds]),
-        np.concatenate([wide(one.poles, -1.0) for one in beds]),
-        np.concatenate([wide(one.residues, 0.0) for one in beds]),
+        np.concatenate([bed.direct for bed in beds]),
+        np.concatenate([wide(bed.poles, -1.0) for bed in beds]),
+        np.concatenate([wide(bed.residues, 0.0) for bed in beds]),
     )
 
 
@@ -113,10 +113,10 @@ def fitted(omega: np.ndarray, Z: np.ndarray, order: int | None = None) -> Ration
     for count in (order,) if order is not None else _ORDERS:
         if order is None and count > max(1, (2 * len(z) - 2) // 3):
             break
-        found = _moved(s, z, _begun(count, omega[-1] / unit))
-        if found[0] < 0.5 * best[0]:
-            best = found
-        if found[0] < _ENOUGH:
+        candidate = _moved(s, z, _begun(count, omega[-1] / unit))
+        if candidate[0] < 0.5 * best[0]:
+            best = candidate
+        if candidate[0] < _ENOUGH:
             break
     _, poles, coefficients = best
     return _made(poles, _passive(s, z, poles, coefficients)[0], unit, scale)
@@ -134,12 +134,12 @@ def misfit(Z: np.ndarray, by: np.ndarray) -> np.ndarray:
 
     Both have the shape (harmonic, terminal), from the mean on.
     """
-    few = slice(1, SIGNAL + 1)
-    return np.asarray(np.max(np.abs(by[few] - Z[few]) / np.abs(Z[few]), axis=0))
+    harmonics = slice(1, SIGNAL + 1)
+    return np.asarray(np.max(np.abs(by[harmonics] - Z[harmonics]) / np.abs(Z[harmonics]), axis=0))
 
 
-def refined(harmonic: np.ndarray, heart: float, Z: np.ndarray, near: Rational, noise: bool) -> Rational:
-    """Return `near` or, of one bed, the passive function of so many more poles that it meets the signal's harmonics.
+def refined(harmonic: np.ndarray, heart: float, Z: np.ndarray, start: Rational, noise: bool) -> Rational:
+    """Return `start` or, of one bed, the passive function of so many more poles that it meets the signal's harmonics.
 
     Parameters
     ----------
@@ -150,59 +150,64 @@ def refined(harmonic: np.ndarray, heart: float, Z: np.ndarray, near: Rational, n
         Angular frequency of the heart, rad/s.
     Z : complex array, shape (frequency,)
         mmHg s/ml.
-    near : Rational
+    start : Rational
         Of this bed alone.
     noise : bool
         Whether the impedance may be measured: then more poles must leave less than half of what they leave of noise.
     """
     scale, s = Z[0].real, 1j * harmonic
-    z, weight, best = Z / scale, _weights(s, Z)[:, np.newaxis], near
-    whole = np.flatnonzero(harmonic == np.round(harmonic))
+    z, weight, best = Z / scale, _weights(s, Z)[:, np.newaxis], start
+    rows = np.flatnonzero(harmonic == np.round(harmonic))
 
-    def errors(one: Rational) -> tuple[float, float]:
-        met = one.impedance(s * heart) - Z[:, np.newaxis]
-        return float(np.linalg.norm(weight * met)), misfit(Z[whole, np.newaxis], met[whole] + Z[whole, np.newaxis])[0]
+    def errors(function: Rational) -> tuple[float, float]:
+        met = function.impedance(s * heart) - Z[:, np.newaxis]
+        return float(np.linalg.norm(weight * met)), misfit(Z[rows, np.newaxis], met[rows] + Z[rows, np.newaxis])[0]
 
-    left, off = errors(best)
+    smallest, off = errors(best)
     free = 2 * len(z) - 1 - 2 * np.count_nonzero(best.residues)  # numbers that are fitted, less those that are found
     for count in _MORE:
         if count > len(z) - 2 or off <= CLOSE:
             break
         started = (_moved(s, z, begun(count, harmonic[-1])) for begun in (_begun, _begun_damped))
-        _, poles, coefficients = min(started, key=lambda one: one[0])
+        _, poles, coefficients = min(started, key=lambda moved: moved[0])
         coefficients, passive = _passive(s, z, poles, coefficients)
-        found = _made(poles, coefficients, heart, scale)
-        apart, worst = errors(found)
+        candidate = _made(poles, coefficients, heart, scale)
+        deviation, worst = errors(candidate)
         of_noise = np.sqrt((2 * len(z) - 1 - 2 * count) / free)
-        if passive and (apart < 0.5 * of_noise * left if noise else worst < off):
-            best, left, off = found, apart, worst
+        if passive and (deviation < 0.5 * of_noise * smallest if noise else worst < off):
+            best, smallest, off = candidate, deviation, worst
     return best
 
 
-def nearby(omega: np.ndarray, change: np.ndarray, near: Rational, heart: float | None = None) -> Rational:
-    """Return `near` with poles and residues moved so that it changes by the least squares that are linear in them.
+def nearby(omega: np.ndarray, change: np.ndarray, base: Rational, heart: float | None = None) -> Rational:
+    """Return `base` with poles and residues moved so that it changes by the least squares that are linear in them.
 
     Angular frequencies (rad/s) begin with 0, and the second is the heart's if none is given; the change has the shape
     (frequency, terminal), that of the resistance is kept.
     """
     s, beds, weight = 1j * omega, [], importance(omega / (heart or omega[1]))[1:]
     for j, by in enumerate(change.T):
-        used = near.residues[j] != 0
-        p, r = near.poles[j, used], near.residues[j, used]
-        one, other = 1.0 / (s[:, np.newaxis] - p), 1.0 / (s[:, np.newaxis] - p.conj())
-        twice, twice_other = r * one**2, r.conj() * other**2
+        used = base.residues[j] != 0
+        p, r = base.poles[j, used], base.residues[j, used]
+        direct_terms, conjugate_terms = 1.0 / (s[:, np.newaxis] - p), 1.0 / (s[:, np.newaxis] - p.conj())
+        twice, twice_other = r * direct_terms**2, r.conj() * conjugate_terms**2
         pair = p.imag != 0
-        moves = [one + other, twice + twice_other, 1j * (one - other)[:, pair], 1j * (twice - twice_other)[:, pair]]
+        moves = [
+            direct_terms + conjugate_terms,
+            twice + twice_other,
+            1j * (direct_terms - conjugate_terms)[:, pair],
+            1j * (twice - twice_other)[:, pair],
+        ]
         matrix = 0.5 * np.concatenate(moves, axis=1)
         matrix = weight[:, np.newaxis] * (matrix[1:] - matrix[0])
-        wanted = weight * (by[1:] - by[0])
-        found = _solved(_split(matrix), _split(wanted), _SINGULAR)
-        (dr, dp), turned = found[: 2 * len(p)].reshape(2, -1) + 0j, found[2 * len(p) :].reshape(2, -1)
+        target = weight * (by[1:] - by[0])
+        solution = _solved(_split(matrix), _split(target), _SINGULAR)
+        (dr, dp), turned = solution[: 2 * len(p)].reshape(2, -1) + 0j, solution[2 * len(p) :].reshape(2, -1)
         dr[pair] += 1j * turned[0]
         dp[pair] += 1j * turned[1]
-        direct = near.direct[j] + by[0].real + np.sum(((r + dr) / (p + dp) - r / p).real)
+        direct = base.direct[j] + by[0].real + np.sum(((r + dr) / (p + dp) - r / p).real)
         beds.append(Rational(np.array([direct]), (p + dp)[np.newaxis], (r + dr)[np.newaxis]))
-    return joined(beds, near.poles.shape[1])
+    return joined(beds, base.poles.shape[1])
 
 
 def worth_fitting(count: int) -> np.ndarray:
@@ -241,8 +246,10 @@ def _columns(s: np.ndarray, poles: np.ndarray) -> np.ndarray:
     """Return the partial fractions of real coefficients, shape (frequency, coefficient): reals, then two a pair."""
     single = poles.imag == 0
     real, pair = poles[single], poles[~single]
-    one, other = 1.0 / (s[:, np.newaxis] - pair), 1.0 / (s[:, np.newaxis] - pair.conj())
-    return np.concatenate([1.0 / (s[:, np.newaxis] - real), one + other, 1j * (one - other)], axis=1)
+    direct_terms, conjugate_terms = 1.0 / (s[:, np.newaxis] - pair), 1.0 / (s[:, np.newaxis] - pair.conj())
+    return np.concatenate(
+        [1.0 / (s[:, np.newaxis] - real), direct_terms + conjugate_terms, 1j * (direct_terms - conjugate_terms)], axis=1
+    )
 
 
 def _residues(poles: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
@@ -264,27 +271,27 @@ def _solved(matrix: np.ndarray, right: np.ndarray, singular: float = 1e-13) -> n
 
 def _moved(s: np.ndarray, z: np.ndarray, poles: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Return the least error that moving the poles by relaxed vector fitting comes to, with poles and coefficients."""
-    weight, one = _weights(s, z)[:, np.newaxis], np.ones((len(s), 1))
+    weight, ones = _weights(s, z)[:, np.newaxis], np.ones((len(s), 1))
     best: tuple[float, np.ndarray, np.ndarray] = np.inf, poles, _ZERO
     stalled = 0
     while stalled < _STALLED:
         columns = _columns(s, poles)
-        basis = np.concatenate([columns, one], axis=1)
+        basis = np.concatenate([columns, ones], axis=1)
         n = basis.shape[1]
-        both = weight * np.concatenate([basis, -z[:, np.newaxis] * basis], axis=1)
-        r = np.asarray(np.linalg.qr(_split(both), mode="r"))
+        system = weight * np.concatenate([basis, -z[:, np.newaxis] * basis], axis=1)
+        r = np.asarray(np.linalg.qr(_split(system), mode="r"))
         relaxed = np.concatenate([r[n:, n:], [basis.real.mean(axis=0)]])
         right = np.zeros(len(relaxed))
         right[-1] = 1.0
         zeros = _solved(relaxed, right)
         poles = _zeros(poles, zeros[:-1] / (zeros[-1] if abs(zeros[-1]) > _FLAT else _FLAT))
-        matrix, wanted = _problem(s, z, poles)
-        coefficients = _solved(matrix, wanted)
-        left = float(np.sqrt(np.sum((matrix @ coefficients - wanted) ** 2) / len(z)))
-        stalled = 0 if left < _BETTER * best[0] else stalled + 1
-        if left < best[0]:
-            best = left, poles, coefficients
-        if left < 0.1 * _ENOUGH:
+        matrix, target = _problem(s, z, poles)
+        coefficients = _solved(matrix, target)
+        error = float(np.sqrt(np.sum((matrix @ coefficients - target) ** 2) / len(z)))
+        stalled = 0 if error < _BETTER * best[0] else stalled + 1
+        if error < best[0]:
+            best = error, poles, coefficients
+        if error < 0.1 * _ENOUGH:
             break
     return best
 
@@ -303,16 +310,16 @@ def _zeros(poles: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
     n, m = len(real), len(pair)
     A, b, c = np.zeros((n + 2 * m, n + 2 * m)), np.ones(n + 2 * m), coefficients.copy()
     A[range(n), range(n)] = real
-    one, two = n + np.arange(m), n + m + np.arange(m)
-    A[one, one] = A[two, two] = pair.real
-    A[one, two], A[two, one] = pair.imag, -pair.imag
-    b[one], b[two] = 2.0, 0.0
-    found = np.linalg.eigvals(A - np.outer(b, c))
-    found = -np.abs(found.real) + 1j * found.imag
-    flat = np.abs(found.imag) < 1e-9 * np.abs(found)
-    reals = np.sort(found[flat].real)
+    first, second = n + np.arange(m), n + m + np.arange(m)
+    A[first, first] = A[second, second] = pair.real
+    A[first, second], A[second, first] = pair.imag, -pair.imag
+    b[first], b[second] = 2.0, 0.0
+    zeros = np.linalg.eigvals(A - np.outer(b, c))
+    zeros = -np.abs(zeros.real) + 1j * zeros.imag
+    flat = np.abs(zeros.imag) < 1e-9 * np.abs(zeros)
+    reals = np.sort(zeros[flat].real)
     reals = np.minimum(reals, -1e-6)
-    pairs = found[~flat & (found.imag > 0)]
+    pairs = zeros[~flat & (zeros.imag > 0)]
     pairs = np.minimum(pairs.real, -1e-6 * np.abs(pairs)) + 1j * pairs.imag
     return np.concatenate([reals.astype(complex), pairs[np.argsort(pairs.imag)]])
 
@@ -358,11 +365,11 @@ def _watched(poles: np.ndarray, highest: float) -> np.ndarray:
     """Return the frequencies at which the real part is looked at: all scales, and closely around every pole."""
     sizes = np.abs(poles)
     low, high = 1e-3 * sizes.min(), 1e3 * max(sizes.max(), highest)
-    near = poles.imag + np.abs(poles.real) * _AROUND[:, np.newaxis]
-    return np.sort(np.concatenate([[0.0], low * (high / low) ** _WIDE, near[near > 0].ravel()]))
+    around = poles.imag + np.abs(poles.real) * _AROUND[:, np.newaxis]
+    return np.sort(np.concatenate([[0.0], low * (high / low) ** _WIDE, around[around > 0].ravel()]))
 
 
-def _constrained(matrix: np.ndarray, right: np.ndarray, rows: np.ndarray, least: np.ndarray) -> np.ndarray:
+def _constrained(matrix: np.ndarray, right: np.ndarray, rows: np.ndarray, lower: np.ndarray) -> np.ndarray:
     """Return the least-squares solution with rows @ x >= least (Lawson and Hanson 1974, chapter 23)."""
     from scipy.linalg import solve_triangular
     from scipy.optimize import nnls
@@ -372,7 +379,7 @@ def _constrained(matrix: np.ndarray, right: np.ndarray, rows: np.ndarray, least:
     x0 = q.T @ right
     # z = R x - Qᵀ b is the move of the residual; G z >= h with G = rows R⁻¹
     G = solve_triangular(r, (rows / size).T, trans="T").T
-    h = least - G @ x0
+    h = lower - G @ x0
     E, f = np.concatenate([G.T, h[np.newaxis]]), np.append(np.zeros(G.shape[1]), 1.0)
     u, _ = nnls(E, f)
     gone = E @ u - f

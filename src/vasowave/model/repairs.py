@@ -92,14 +92,14 @@ def tidy(network: Network, shortest: float = SHORTEST, *, change: float = PROOF.
     """
     if not change >= 0:
         raise InputError(f"the change of the impedance, {change:g}, must be a share of at least 0")
-    whole = tidying.tidy(network, shortest)
-    if not whole.repairs:
-        return whole
+    repaired = tidying.tidy(network, shortest)
+    if not repaired.repairs:
+        return repaired
     usual = _Usual.of(species or _nearest(network), network)
     beds = usual.beds(network)
     before = usual.impedance(network, beds)
     row = {network.name[terminal]: place for place, terminal in enumerate(network.terminals)}
-    least = np.inf
+    smallest = np.inf
     for alike in PROOF.alike:
         tidied = tidying.tidy(network, shortest, alike=alike)
         after = tidied.network
@@ -109,9 +109,9 @@ def tidy(network: Network, shortest: float = SHORTEST, *, change: float = PROOF.
         if changes.max() <= change:
             split = np.abs(usual.impedance(after, usual.beds(after)) / before - 1).max(axis=1)
             return replace(tidied, change=changes, split=split)
-        least = min(least, float(changes.max()))
+        smallest = min(smallest, float(changes.max()))
     raise InputError(
-        f"repairing vessels that are too short changes the input impedance by {100 * least:.3g} %, more than the "
+        f"repairing vessels that are too short changes the input impedance by {100 * smallest:.3g} %, more than the "
         f"{100 * change:.2g} % that are allowed; lower the shortest length ({shortest:g} radii), repair the table "
         "yourself, or allow more (--change)"
     )
@@ -135,7 +135,7 @@ class _Usual(NamedTuple):
         if known_species(species) not in SPECIES:
             raise InputError("the impedance needs a species with a heart rate; name one of " + ", ".join(SPECIES))
         ranges = SPECIES[species]
-        middle = (np.sqrt(np.prod(both)) for both in (ranges.HR, ranges.mPAP, ranges.CO, ranges.tau))
+        middle = (np.sqrt(np.prod(bounds)) for bounds in (ranges.HR, ranges.mPAP, ranges.CO, ranges.tau))
         rate, pressure, output, tau = middle
         share = np.arange(_SAMPLES) / _SAMPLES / PROOF.ejection
         flow = np.where(share < 1, np.sin(np.pi * np.minimum(share, 1)), 0.0)

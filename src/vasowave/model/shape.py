@@ -129,6 +129,6 @@ def _between(table: np.ndarray, vessel: np.ndarray, share: np.ndarray) -> np.nda
     """Return the values of rows of a table between their points."""
     row = vessel if len(table) > 1 else np.zeros_like(vessel)
     place = np.clip(share, 0.0, 1.0) * (table.shape[1] - 1)
-    left = np.minimum(place.astype(int), max(table.shape[1] - 2, 0))
-    right = np.minimum(left + 1, table.shape[1] - 1)
-    return table[row, left] + (place - left) * (table[row, right] - table[row, left])
+    lower = np.minimum(place.astype(int), max(table.shape[1] - 2, 0))
+    upper = np.minimum(lower + 1, table.shape[1] - 1)
+    return table[row, lower] + (place - lower) * (table[row, upper] - table[row, lower])

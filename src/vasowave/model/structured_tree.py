@@ -101,7 +101,7 @@ class StructuredTree(Bed):
             "viscosity": Quantity("cm2/s", "ν", "viscosity in wide vessels of the trees"),
             "density": Quantity("g/ml", "ρ", "density of the blood in the trees"),
         }
-        said = {
+        factor_table = {
             "tree_length": ("length_ratio", 0.02, 50.0, KNOWN),
             "tree_stiffness": ("stiffness", 0.02, 50.0, 1.0),
             "tree_exponent": ("exponent", 0.8, 1.4, 0.06),
@@ -114,10 +114,10 @@ class StructuredTree(Bed):
         factors = {
             name: Parameter("1", f"f_{quantities[field].symbol}", f"factor of the nominal {field} of all trees", "",
                             1.0, (low, high), None, spread, field not in ("length_ratio", "stiffness"))
-            for name, (field, low, high, spread) in said.items()
+            for name, (field, low, high, spread) in factor_table.items()
         }  # fmt: skip
         return BedLaw("tree", "structured trees", "Z(ω) by recursion over the radii α^i β^j r_0", "", quantities,
-                      factors, None, tuple(field for field, *_ in said.values()))  # fmt: skip
+                      factors, None, tuple(field for field, *_ in factor_table.values()))  # fmt: skip
 
     @classmethod
     def of_factors(cls, alpha: float, beta: float, **values: Values) -> "StructuredTree":
@@ -144,8 +144,8 @@ class StructuredTree(Bed):
         radii, names = network.radius[network.terminals], [network.name[row] for row in network.terminals]
         blood = {"viscosity": site.blood.viscosity, "density": site.blood.density}
         usual = {"smallest": _smallest(radii), **cls.NOMINAL, **blood}
-        one = cls(radii, 1.0, site.stiffness, **usual).checked(names)
-        return one._replace(length_ratio=one.length_ratio * site.resistance / one.total_resistance())
+        trees = cls(radii, 1.0, site.stiffness, **usual).checked(names)
+        return trees._replace(length_ratio=trees.length_ratio * site.resistance / trees.total_resistance())
 
     def circuit(self) -> None:
         """Return nothing: a tree is no circuit."""
@@ -153,11 +153,18 @@ class StructuredTree(Bed):
 
     def checked(self, names: Sequence[str]) -> "StructuredTree":
         """Return one value of each parameter for every terminal, or raise `InputError` naming the vessel."""
-        one = super().checked(names)
+        trees = super().checked(names)
         for j, name in enumerate(names):
             exponent, asymmetry, smallest, hematocrit, radius, dilation = (
                 float(np.asarray(value)[j])
-                for value in (one.exponent, one.asymmetry, one.smallest, one.hematocrit, one.root_radius, one.dilation)
+                for value in (
+                    trees.exponent,
+                    trees.asymmetry,
+                    trees.smallest,
+                    trees.hematocrit,
+                    trees.root_radius,
+                    trees.dilation,
+                )
             )
             if asymmetry > 1:
                 raise InputError(
@@ -177,22 +184,22 @@ class StructuredTree(Bed):
                     f"vessel '{name}': its tree has about {depth**2 / 2:.0f} different radii, more than {_MOST}; raise "
                     "smallest, or lower exponent"
                 )
-        return one
+        return trees
 
     def impedance(self, omega: Values) -> np.ndarray:
         """Impedance, mmHg s/ml, at the angular frequencies ω (rad/s); shape (*omega.shape, terminal)."""
         shape = np.shape(omega)
-        each = [tree.impedance(np.abs(np.ravel(omega))) for tree in self._trees]
-        Z = np.stack(each, axis=-1).reshape(*shape, len(each))
+        columns = [tree.impedance(np.abs(np.ravel(omega))) for tree in self._trees]
+        Z = np.stack(columns, axis=-1).reshape(*shape, len(columns))
         return np.where(np.asarray(omega)[..., np.newaxis] < 0, Z.conj(), Z)
 
-    def rational(self, period: float, near: "StructuredTree | None" = None) -> Rational:
+    def rational(self, period: float, neighbor: "StructuredTree | None" = None) -> Rational:
         """Return the rational function nearest to the impedance at the harmonics of a period (s)."""
-        if near is None:
+        if neighbor is None:
             return _rational(self, period)
-        base, heart = _rational(near, period), 2 * np.pi / period
-        omega = heart * _between(few=base.poles.shape[1] <= _POLES)
-        return nearby(omega, self.impedance(omega) - near.impedance(omega), base, heart)
+        base, heart = _rational(neighbor, period), 2 * np.pi / period
+        omega = heart * _between(coarse=base.poles.shape[1] <= _POLES)
+        return nearby(omega, self.impedance(omega) - neighbor.impedance(omega), base, heart)
 
     def misfit(self, period: float) -> np.ndarray:
         """Return the largest error of the rational function at the harmonics of the signal, a share, (terminal,)."""
@@ -221,8 +228,8 @@ class StructuredTree(Bed):
 
     def knobs(self) -> dict[str, str]:
         """Return what can be given in `with_totals`, and its unit: the values of the fields."""
-        said = self.bed()
-        return {name: said.quantities[name].unit for name in said.fitted}
+        law = self.bed()
+        return {name: law.quantities[name].unit for name in law.fitted}
 
     def with_totals(self, fractions: np.ndarray, values: Mapping[str, float]) -> "StructuredTree":
         """Return trees of which all have these values of the fields."""
@@ -275,12 +282,12 @@ class _Tree:
     @cached_property
     def steady(self) -> tuple[float, float]:
         """Resistance (mmHg s/ml), and the volume that a steady flow holds over the pressure at the root (ml/mmHg)."""
-        own = 8 * np.pi * self.inertia * self.viscosity * self.length / self.area**2
-        resistance, stored = np.zeros(len(own)), np.zeros(len(own))
+        vessel_resistance = 8 * np.pi * self.inertia * self.viscosity * self.length / self.area**2
+        resistance, stored = np.zeros(len(vessel_resistance)), np.zeros(len(vessel_resistance))
         for k, two in enumerate(self.daughters):
             behind = 0.0 if two is None else 1.0 / np.sum(1.0 / resistance[list(two)])
             below = 0.0 if two is None else stored[list(two)].sum()
-            resistance[k] = own[k] + behind
+            resistance[k] = vessel_resistance[k] + behind
             share = behind / resistance[k] if behind else 0.0
             stored[k] = self.compliance[k] * self.length[k] * 0.5 * (1.0 + share) + share * below
         return float(resistance[-1]), float(stored[-1])
@@ -293,15 +300,15 @@ class _Tree:
     def impedance(self, omega: np.ndarray) -> np.ndarray:
         """Impedance, mmHg s/ml, at angular frequencies (rad/s) from 0 on."""
         moving = omega > 0
-        found = np.full(len(omega), self.steady[0], dtype=complex)
-        w, (area, viscosity) = omega[moving], (one[:, np.newaxis] for one in (self.area, self.viscosity))
+        spectrum = np.full(len(omega), self.steady[0], dtype=complex)
+        w, (area, viscosity) = omega[moving], (values[:, np.newaxis] for values in (self.area, self.viscosity))
         if not len(w):
-            return found
+            return spectrum
         drag = unsteady(np.sqrt(area / np.pi * w / viscosity)) if np.all(viscosity) else np.ones((len(area), len(w)))
         inertia, compliance = self.inertia / area / drag, self.compliance[:, np.newaxis]
-        own = np.sqrt(inertia / compliance)
+        characteristic = np.sqrt(inertia / compliance)
         turned = np.exp(-2j * w * self.length[:, np.newaxis] * np.sqrt(inertia * compliance))
-        across = own * (1 - turned) / (1 + turned)
+        across = characteristic * (1 - turned) / (1 + turned)
         Z = np.empty_like(across)
         for k, two in enumerate(self.daughters):
             if two is None:
@@ -309,9 +316,9 @@ class _Tree:
             else:
                 first, second = Z[two[0]], Z[two[1]]
                 load = first * second / (first + second)
-                Z[k] = (load + across[k]) / (1.0 + load * across[k] / own[k] ** 2)
-        found[moving] = Z[-1]
-        return found
+                Z[k] = (load + across[k]) / (1.0 + load * across[k] / characteristic[k] ** 2)
+        spectrum[moving] = Z[-1]
+        return spectrum
 
 
 def _ratios(exponent: float, asymmetry: float) -> tuple[float, float]:
@@ -330,13 +337,13 @@ def _branching(depth: float, alpha: float, beta: float) -> tuple[np.ndarray, lis
 
     The root is `depth` times as wide as the smallest radius.
     """
-    generation, found = {(0, 0)}, [(0, 0)]
+    generation, exponents = {(0, 0)}, [(0, 0)]
     while generation:
         parents = [(i, j) for i, j in generation if alpha**i * beta**j * depth > 1.0]
         generation = {daughter for i, j in parents for daughter in ((i + 1, j), (i, j + 1))}
-        found += generation
-    powers = found[::-1]
-    row = {one: k for k, one in enumerate(powers)}
+        exponents += generation
+    powers = exponents[::-1]
+    row = {power: k for k, power in enumerate(powers)}
     shares = np.array([alpha**i * beta**j for i, j in powers])
     daughters = ((row.get((i + 1, j)), row.get((i, j + 1))) for i, j in powers)
     ends = shares * depth <= 1.0
@@ -350,8 +357,8 @@ def relative_viscosity(radius: np.ndarray, hematocrit: float) -> np.ndarray:
     turn = 1.0 / (1.0 + 1e-11 * D**12)
     bend = (0.8 + np.exp(-0.075 * D)) * (turn - 1.0) + turn
     layer = (D / (D - 1.1)) ** 2
-    found = (1.0 + (at_45 - 1.0) * _hematocrit(bend, hematocrit) * layer) * layer
-    return np.asarray(found / (1.0 + 2.2 * _hematocrit(np.array(-0.8), hematocrit)))
+    viscosity = (1.0 + (at_45 - 1.0) * _hematocrit(bend, hematocrit) * layer) * layer
+    return np.asarray(viscosity / (1.0 + 2.2 * _hematocrit(np.array(-0.8), hematocrit)))
 
 
 def _hematocrit(bend: np.ndarray, hematocrit: float) -> np.ndarray:
@@ -376,20 +383,20 @@ def _table() -> CubicSpline:
     return CubicSpline(_LOGS, np.log(exact))
 
 
-def _between(few: bool) -> np.ndarray:
+def _between(coarse: bool) -> np.ndarray:
     """Return the multiples of the heart's frequency to which a few poles are fitted, or many."""
-    return worth_fitting(_HARMONICS + 1) if few else 0.5 * np.arange(2 * _HARMONICS + 1)
+    return worth_fitting(_HARMONICS + 1) if coarse else 0.5 * np.arange(2 * _HARMONICS + 1)
 
 
 @lru_cache(maxsize=32)
 def _rational(beds: StructuredTree, period: float) -> Rational:
-    heart, rows = 2 * np.pi / period, _between(few=True)
-    some = beds.impedance(heart * rows)
-    trees = [fitted(heart * rows, one, _POLES) for one in some.T]
-    poor = misfit(some, joined(trees).impedance(1j * heart * rows)) > CLOSE
+    heart, rows = 2 * np.pi / period, _between(coarse=True)
+    impedance = beds.impedance(heart * rows)
+    trees = [fitted(heart * rows, column, _POLES) for column in impedance.T]
+    poor = misfit(impedance, joined(trees).impedance(1j * heart * rows)) > CLOSE
     if poor.any():
-        fine = _between(few=False)
+        fine = _between(coarse=False)
         Z = beds.impedance(heart * fine)
-        each = zip(Z.T, trees, poor, strict=True)
-        trees = [refined(fine, heart, one, tree, noise=False) if bad else tree for one, tree, bad in each]
+        fits = zip(Z.T, trees, poor, strict=True)
+        trees = [refined(fine, heart, column, tree, noise=False) if bad else tree for column, tree, bad in fits]
     return joined(trees, _POLES)

@@ -58,9 +58,9 @@ def driven_from_behind(
     load[:, network.terminals], driven[:, network.terminals] = 1.0 / end, behind / end
     alone = np.empty_like(load)
     for rows in reversed(network.generations):
-        given, admittance, parents = driven[:, rows], load[:, rows], network.parent[rows]
+        source_flow, admittance, parents = driven[:, rows], load[:, rows], network.parent[rows]
         held = admittance + along[:, rows]
-        alone[:, rows] = d[:, rows] * (turn[:, rows] - across[:, rows] * along[:, rows]) * given / held
+        alone[:, rows] = d[:, rows] * (turn[:, rows] - across[:, rows] * along[:, rows]) * source_flow / held
         if parents[0] >= 0:
             inward = held / (turn[:, rows] + admittance * across[:, rows])
             np.add.at(load.T, parents, inward.T)
@@ -99,16 +99,16 @@ def joined(
     by_start, by_end = 1.0 / across, d * (along - turn / across)  # of the flow that enters a vessel
     passed, held = 1.0 / (d * across), -turn / across  # of the flow that leaves it
     balance = np.zeros((len(end), len(number), len(number)), dtype=complex)
-    given = np.zeros((len(end), len(number)), dtype=complex)
+    source_flow = np.zeros((len(end), len(number)), dtype=complex)
     for rows, columns, values in ((first, first, by_start), (first, last, by_end), (last, first, -passed),
                                   (last, last, -held)):  # fmt: skip
         np.add.at(balance.transpose(1, 2, 0), (rows, columns), values.T)
-    given[:, first[network.inlets]] = inflow
+    source_flow[:, first[network.inlets]] = inflow
     beds = last[network.terminals]
     balance[:, beds, beds] += 1.0 / end
     if behind is not None:
-        given[:, beds] = behind / end
-    pressure = np.linalg.solve(balance, given[..., np.newaxis])[..., 0]
+        source_flow[:, beds] = behind / end
+    pressure = np.linalg.solve(balance, source_flow[..., np.newaxis])[..., 0]
     return pressure[:, first], by_start * pressure[:, first] + by_end * pressure[:, last]
 
 
@@ -120,8 +120,8 @@ def steady_means(
     `bed` and the pressure `behind` are those of the terminals, `inflow` is that into the inlets.
     """
     if network.nodes is not None:
-        one = np.ones((1, len(network)))
-        pressure, flow = joined(network, TwoPort(one, one, fall[np.newaxis], 0 * one), bed[np.newaxis],
+        ones = np.ones((1, len(network)))
+        pressure, flow = joined(network, TwoPort(ones, ones, fall[np.newaxis], 0 * ones), bed[np.newaxis],
                                 inflow[np.newaxis], behind[np.newaxis])  # fmt: skip
         return pressure[0].real - 0.5 * fall * flow[0].real, flow[0].real
     parent, downward = network.parent.tolist(), np.concatenate(network.generations).tolist()
@@ -135,8 +135,8 @@ def steady_means(
         if parent[row] >= 0:
             conductance[parent[row]] += 1.0 / resistance[row]
             without[parent[row]] += without[row] / resistance[row]
-    kept, above = 1.0 - fall / resistance, [float(inflow[0]) * resistance[network.root]] * len(network)
+    share_passed, above = 1.0 - fall / resistance, [float(inflow[0]) * resistance[network.root]] * len(network)
     for row in downward[1:]:
         before = parent[row]
-        above[row] = above[before] * float(kept[before]) + without[before] - without[row]
-    return np.asarray(without) + 0.5 * (1.0 + kept) * above, np.asarray(above) / resistance
+        above[row] = above[before] * float(share_passed[before]) + without[before] - without[row]
+    return np.asarray(without) + 0.5 * (1.0 + share_passed) * above, np.asarray(above) / resistance

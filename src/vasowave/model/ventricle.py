@@ -144,7 +144,7 @@ class Ventricle:
         `impedance` (mmHg s/ml) stands before `resistance` and `compliance` (ml/mmHg), which lie side by side.
         """
         dt = self.period / _STEPS
-        kept, flow = math.exp(-dt / (resistance * compliance)), np.zeros(_STEPS)
+        decay, flow = math.exp(-dt / (resistance * compliance)), np.zeros(_STEPS)
         above = self.filled * self.elastance.max() / 4  # pressure of the compliance above that behind
         for _ in range(_CYCLES):
             volume, before = self.filled, above
@@ -152,7 +152,7 @@ class Ventricle:
                 meets = self.valve_resistance + impedance + stiff * dt / 2
                 flow[n] = max((stiff * volume - above - behind) / meets, 0.0)
                 volume -= flow[n] * dt
-                above = kept * above + (1.0 - kept) * resistance * flow[n]
+                above = decay * above + (1.0 - decay) * resistance * flow[n]
             if abs(above - before) < 1e-3:
                 break
         return Inflow(flow, self.period)

@@ -88,7 +88,7 @@ def averaged(values: Sequence[float], errors: Sequence[float], weights: Sequence
     from scipy.optimize import brentq
     from scipy.special import ndtr
 
-    q, s, w = (np.asarray(one, dtype=float) for one in (values, errors, weights))
+    q, s, w = (np.asarray(sequence, dtype=float) for sequence in (values, errors, weights))
     if not (np.all(np.isfinite(q) & (q > 0) & (s > 0)) and np.all(w >= 0) and w.sum() > 0):
         raise InputError("an average over laws needs positive values, errors and weights")
     w = w / w.sum()
@@ -102,10 +102,17 @@ def averaged(values: Sequence[float], errors: Sequence[float], weights: Sequence
 
 def averaged_draws(draws: Sequence[np.ndarray], weights: np.ndarray) -> Averaged:
     """Average a positive quantity over laws, of which equally weighted draws are known, by weights that sum to 1."""
-    logs = [np.log(own) for own in draws]
-    each = np.concatenate([np.full(len(own), w / len(own)) for own, w in zip(logs, weights, strict=True)])
-    ends = np.quantile(np.concatenate(logs), TAILS, method="inverted_cdf", weights=each)
-    return _averaged(ends, np.array([own.mean() for own in logs]), np.array([own.var() for own in logs]), weights)
+    logs = [np.log(log_draws) for log_draws in draws]
+    draw_weights = np.concatenate(
+        [np.full(len(log_draws), w / len(log_draws)) for log_draws, w in zip(logs, weights, strict=True)]
+    )
+    ends = np.quantile(np.concatenate(logs), TAILS, method="inverted_cdf", weights=draw_weights)
+    return _averaged(
+        ends,
+        np.array([log_draws.mean() for log_draws in logs]),
+        np.array([log_draws.var() for log_draws in logs]),
+        weights,
+    )
 
 
 def _averaged(ends: Sequence[float] | np.ndarray, means: np.ndarray, variances: np.ndarray, w: np.ndarray) -> Averaged:

@@ -63,7 +63,7 @@ def answers_by_harmonics(
     """
     plan = search or Search()
     searches = [replace(plan, pressure_harmonics=number) for number in harmonics]
-    groups = _fits([(network, one) for one in searches], recording, walls, blood, numerics, progress)
+    groups = _fits([(network, setting) for setting in searches], recording, walls, blood, numerics, progress)
     tables = [answers(fits, covariance).assign(harmonics=fits[0].compared.harmonics) for fits in groups]
     return pd.concat(tables).reset_index().set_index(["harmonics", "wall"])
 
@@ -99,11 +99,14 @@ def answers_by_image_pressure(
     InputError
         As `Network`, `calibrate` and `compare_models`.
     """
-    asked = (0.0, network.pressure or LIKELY) if pressures is None else pressures
-    networks = [replace(network, pressure=pressure) for pressure in asked]
-    groups = _fits([(one, search or Search()) for one in networks], recording, walls, blood, numerics, progress)
+    image_pressures = (0.0, network.pressure or LIKELY) if pressures is None else pressures
+    networks = [replace(network, pressure=pressure) for pressure in image_pressures]
+    groups = _fits([(variant, search or Search()) for variant in networks], recording, walls, blood, numerics, progress)
     label = "image pressure [mmHg]"
-    tables = [answers(fits, covariance).assign(**{label: one}) for fits, one in zip(groups, asked, strict=True)]
+    tables = [
+        answers(fits, covariance).assign(**{label: pressure})
+        for fits, pressure in zip(groups, image_pressures, strict=True)
+    ]
     return pd.concat(tables).reset_index().set_index([label, "wall"])
 
 

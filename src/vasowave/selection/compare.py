@@ -91,7 +91,7 @@ def compare_residuals(
     residuals: Mapping[str, np.ndarray],
     n_parameters: Mapping[str, int],
     period: float,
-    how: Comparing | None = None,
+    settings: Comparing | None = None,
     *,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> xr.Dataset:
@@ -105,7 +105,7 @@ def compare_residuals(
         D, the fitted parameters of each model; hyperparameters of the noise are shared and not counted.
     period : float
         T, s.
-    how : Comparing, optional
+    settings : Comparing, optional
     progress : callable, optional
 
     Returns
@@ -121,20 +121,20 @@ def compare_residuals(
     InputError
         Fewer than two models, residuals of different length or without variance, unknown names.
     """
-    how = how or Comparing()
+    settings = settings or Comparing()
     series = _series(residuals, n_parameters, period)
-    rng, blocks = np.random.default_rng(how.seed), list[list[dict]]()
-    for covariance in how.covariances:
-        noise = fit_noise(covariance, series, period, starts=how.starts, rng=rng)
-        label = {"covariance": covariance, "discarded": noise.weight > how.largest_weight}
+    rng, blocks = np.random.default_rng(settings.seed), list[list[dict]]()
+    for covariance in settings.covariances:
+        noise = fit_noise(covariance, series, period, starts=settings.starts, rng=rng)
+        label = {"covariance": covariance, "discarded": noise.weight > settings.largest_weight}
         blocks.append([label | row for row in scored(residuals, n_parameters, noise)])
         if progress is not None:
-            progress(len(blocks), len(how.covariances), covariance)
+            progress(len(blocks), len(settings.covariances), covariance)
     blocks.sort(key=lambda rows: (rows[0]["discarded"], noise_bic(rows)))
     return dataset([row for rows in blocks for row in rows]).assign_attrs(
         largest_condition=1e4,
-        largest_lambda=how.largest_weight,
-        seed=how.seed,
+        largest_lambda=settings.largest_weight,
+        seed=settings.seed,
         preferred_covariance=preferred(blocks),
     )
 

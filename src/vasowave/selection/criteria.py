@@ -63,8 +63,8 @@ def verdicts(scores: Mapping[str, float]) -> list[tuple[str, float, str]]:
 def scored(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int], noise: Noise) -> list[dict]:
     """Return one row for every wall law, the best first."""
     rows: dict[str, dict] = {}
-    for wall, one in residuals.items():
-        D, N, likelihood = n_parameters[wall], len(one), noise.log_likelihood(one)
+    for wall, residual in residuals.items():
+        D, N, likelihood = n_parameters[wall], len(residual), noise.log_likelihood(residual)
         scores = {"AICc": aicc(likelihood, D, N), "BIC": bic(likelihood, D, N)}
         rows[wall] = {"wall": wall, "loglik": likelihood, "D": D, "N": N, **scores}
     for criterion in ("AICc", "BIC"):

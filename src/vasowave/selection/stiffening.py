@@ -32,12 +32,12 @@ def profiled(fits: Sequence[CalibratedModel]) -> list[CalibratedModel]:
     the likelihood does, also where the profile is no parabola. The other end stays, and so do exponents at a bound, or
     where the linear law was not fitted or fits no worse.
     """
-    linear = next((one for one in fits if isinstance(one.model.wall, LinearWall)), None)
+    linear = next((candidate for candidate in fits if isinstance(candidate.model.wall, LinearWall)), None)
     return [fit if linear is None else _toward(fit, linear) for fit in fits]
 
 
 def _toward(fit: CalibratedModel, linear: CalibratedModel) -> CalibratedModel:
-    name, at = _linear_at(fit)
+    name, linear_value = _linear_at(fit)
     if not name or fit.N != linear.N:
         return fit
     row = fit.parameters.loc[name]
@@ -45,7 +45,7 @@ def _toward(fit: CalibratedModel, linear: CalibratedModel) -> CalibratedModel:
     if not row["free"] or row["at_bound"] or not linear.S > fit.S or fit.N <= free:
         return fit
     smooth, independent = (float(row[key] / row["value"]) for key in ("standard_error_correlated", "standard_error"))
-    distance = float(np.log(row["value"] / at))
+    distance = float(np.log(row["value"] / linear_value))
     if not (np.isfinite(smooth) and abs(distance) > _NEAR * smooth > 0):
         return fit
     deviance = (linear.S / fit.S - 1) * (fit.N - free) * (independent / smooth) ** 2
@@ -54,14 +54,14 @@ def _toward(fit: CalibratedModel, linear: CalibratedModel) -> CalibratedModel:
     table.loc[name, end] = row["value"] * np.exp(-NORMAL * distance / np.sqrt(deviance))
     table.loc[name, "determined"] = table["interval_high"][name] <= WIDEST * table["interval_low"][name]
     old, new = undetermined(fit.parameters), undetermined(table)
-    return replace(fit, parameters=table, findings=(*(one for one in fit.findings if one not in old), *new))
+    return replace(fit, parameters=table, findings=(*(finding for finding in fit.findings if finding not in old), *new))
 
 
 def _linear_at(fit: CalibratedModel) -> Any:
     """Return the parameter that says how the wall stiffens, and where its law is the linear one; "" if none does."""
     law = type(fit.model.wall)
-    name, at = law.law().linear_at or ("", 0.0)
-    return name and full_name(law, name), at
+    name, linear_value = law.law().linear_at or ("", 0.0)
+    return name and full_name(law, name), linear_value
 
 
 def stiffening(fit: CalibratedModel) -> xr.Dataset | None:
@@ -98,14 +98,14 @@ def stiffening(fit: CalibratedModel) -> xr.Dataset | None:
         "at_bound": int(row["at_bound"]),
     }
     value = f"{name} = {row['value']:.3g} [{low:.2g}, {high:.2g}] (95 %), where {linear:g} is the linear wall"
-    said = f"The {law.name} law asks how the wall stiffens: {value}. {_MEANING[verdict]}"
+    sentence = f"The {law.name} law asks how the wall stiffens: {value}. {_MEANING[verdict]}"
     if row["at_bound"]:
-        said += " The value lies at its bound, which is not the data's."
+        sentence += " The value lies at its bound, which is not the data's."
     if verdict != "open":
-        said += f" {CAVEAT}"
+        sentence += f" {CAVEAT}"
     if not fit.model.network.pressure:
-        said += " The pressure of the image is not known, and this answer hangs on it."
-    return xr.Dataset({"exponent": ((), float(row["value"]), attrs)}, attrs={"verdict": verdict, "said": said})
+        sentence += " The pressure of the image is not known, and this answer hangs on it."
+    return xr.Dataset({"exponent": ((), float(row["value"]), attrs)}, attrs={"verdict": verdict, "said": sentence})
 
 
 _MEANING = {

@@ -42,14 +42,14 @@ def run_to_accuracy(model: Model, inflow: Driven, numerics: Numerics, accuracy: 
     while True:
         refinement *= factor
         run = _refined(model, inflow, numerics, refinement, counts, before, accuracy)
-        apart = float(np.max(np.abs(run.pressure - before.pressure)))
-        order, three = _order(gap / max(apart, 1e-300), earlier, factor), not math.isnan(gap)
-        error = (_SAFETY if three else _ASSUMED) * apart / (factor**order - 1)
+        difference = float(np.max(np.abs(run.pressure - before.pressure)))
+        order, three = _order(gap / max(difference, 1e-300), earlier, factor), not math.isnan(gap)
+        error = (_SAFETY if three else _ASSUMED) * difference / (factor**order - 1)
         run = replace(run, error_estimate=error)
         if error <= accuracy:
             return run
-        gap, earlier, before = apart, factor, run
-        at_best = _SAFETY * apart / (factor**2 - 1)
+        gap, earlier, before = difference, factor, run
+        at_best = _SAFETY * difference / (factor**2 - 1)
         factor = 2 if three and order <= _FIRST else max(2, math.ceil(math.sqrt(at_best / accuracy)))
 
 
@@ -86,7 +86,7 @@ def _refined(
     try:
         return run_on_cells(model, inflow, numerics, refinement * counts)
     except NumericalError as error:
-        known = f" (an error of {before.error_estimate:.2g} mmHg was reached)" if before.error_estimate > 0 else ""
+        reached = f" (an error of {before.error_estimate:.2g} mmHg was reached)" if before.error_estimate > 0 else ""
         raise NumericalError(
-            f"an accuracy of {accuracy:g} mmHg cannot be reached{known}: on cells {refinement} times finer, {error}"
+            f"an accuracy of {accuracy:g} mmHg cannot be reached{reached}: on cells {refinement} times finer, {error}"
         ) from None

@@ -37,9 +37,9 @@ class BedSteps(NamedTuple):
 
 def bed_steps(beds: Rational, dt: float, behind: float | np.ndarray) -> BedSteps:
     """Return what beds do in a step of `dt` (s) before the pressure `behind` them (mmHg, shape (terminal,))."""
-    (half, gain_half), (whole, gain) = beds.over(dt / 2), beds.over(dt)
+    (half, gain_half), (full, gain) = beds.over(dt / 2), beds.over(dt)
     resistance = beds.direct + gain_half.real.sum(axis=1)
-    return BedSteps(half, whole, gain_half, gain, resistance, np.array(behind, dtype=float))
+    return BedSteps(half, full, gain_half, gain, resistance, np.array(behind, dtype=float))
 
 
 @njit(**OPTIONS)
@@ -54,8 +54,8 @@ def bed_pressure(bed, memory, j):
     """Pressure without flow, mmHg, of terminal j, whose modes were `memory` half a step before."""
     pressure = bed.behind[j]
     for i in range(memory.shape[1]):
-        left, kept = bed.decay_half[j, i], memory[j, i]
-        pressure += left.real * kept.real - left.imag * kept.imag
+        decay, mode = bed.decay_half[j, i], memory[j, i]
+        pressure += decay.real * mode.real - decay.imag * mode.imag
     return pressure
 
 

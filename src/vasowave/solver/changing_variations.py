@@ -34,7 +34,7 @@ class Carrying(NamedTuple):
     gain_by_end: np.ndarray  # (place,) by the area carried to the end
     gain_by_cell: np.ndarray  # (place,) by the cell's own
     drag: np.ndarray  # (2, slot) flow of the left face, and of the cell, by the logarithm of the drag along the cell
-    kept: np.ndarray  # (5, slot) the flow of `keep_energy`; by area and flow of the left face; of the right
+    energy: np.ndarray  # (5, slot) the flow of `keep_energy`; by area and flow of the left face; of the right
     pressure: np.ndarray  # (slot,) change of pressure in one direction
 
 
@@ -57,11 +57,11 @@ def differentiate_carried(place, per_area0, wall, shifted, carried):
 
 
 @njit(**OPTIONS)
-def differentiate_changing(area, ends, parts, walls, shifted, fluid, cell_fluxes, fluxes, nodes, carrying, slopes):
+def differentiate_changing(area, ends, geometry, walls, shifted, fluid, cell_fluxes, fluxes, nodes, carrying, slopes):
     """Derivatives at all places that change; those of the ends in `slopes` become those of the area carried there."""
-    cells, at_faces, changing = parts
+    cells, at_faces, changing = geometry
     wall, face_wall, end_wall = walls
-    beside, face_beside, end_beside = shifted
+    cell_shift, face_shift, end_shift = shifted
     for i in range(len(changing.face)):
         j = changing.face[i]
         carrying.face.pressure[i] = 0.5 * (cell_fluxes.pressure[j - 1] + cell_fluxes.pressure[j])
@@ -72,11 +72,11 @@ def differentiate_changing(area, ends, parts, walls, shifted, fluid, cell_fluxes
         e = changing.end[i]
         carrying.end.pressure[i] = nodes.cell_pressure[e]
         carrying.inner.pressure[i] = cell_fluxes.pressure[ends.inner[e]]
-    differentiate_carried(changing.face, at_faces.per_area0, face_wall, face_beside, carrying.face)
-    differentiate_carried(changing.single, cells.per_area0, wall, beside, carrying.inlet)
-    differentiate_carried(changing.single, cells.per_area0, wall, beside, carrying.outlet)
-    differentiate_carried(changing.end, ends.per_area0, end_wall, end_beside, carrying.end)
-    differentiate_carried(changing.end, ends.per_area0, end_wall, end_beside, carrying.inner)
+    differentiate_carried(changing.face, at_faces.per_area0, face_wall, face_shift, carrying.face)
+    differentiate_carried(changing.single, cells.per_area0, wall, cell_shift, carrying.inlet)
+    differentiate_carried(changing.single, cells.per_area0, wall, cell_shift, carrying.outlet)
+    differentiate_carried(changing.end, ends.per_area0, end_wall, end_shift, carrying.end)
+    differentiate_carried(changing.end, ends.per_area0, end_wall, end_shift, carrying.inner)
     for i in range(len(changing.end)):
         e = changing.end[i]
         A, twice = nodes.area[e], 2.0 * ends.half[e] * ends.side[e]
@@ -102,17 +102,17 @@ def differentiate_gains(changing, nodes, carrying, slopes):
 
 
 @njit(**OPTIONS)
-def differentiate_energy(cells, changing, faces, kept):
+def differentiate_energy(cells, changing, faces, energy):
     """What `keep_energy` adds to the flow in the cells, and its derivatives."""
     for j in changing.cell:
-        left, right = faces.flow[j] / faces.area[j], faces.flow[j + 1] / faces.area[j + 1]
-        wider, faster, share = faces.area[j + 1] - faces.area[j], right - left, 0.5 * cells.half[j]
+        left_speed, right_speed = faces.flow[j] / faces.area[j], faces.flow[j + 1] / faces.area[j + 1]
+        wider, faster, share = faces.area[j + 1] - faces.area[j], right_speed - left_speed, 0.5 * cells.half[j]
         by_speed = 2.0 * share * wider * faster
-        kept[0, j] = share * wider * faster * faster
-        kept[1, j] = by_speed * left / faces.area[j] - share * faster * faster
-        kept[2, j] = -by_speed / faces.area[j]
-        kept[3, j] = share * faster * faster - by_speed * right / faces.area[j + 1]
-        kept[4, j] = by_speed / faces.area[j + 1]
+        energy[0, j] = share * wider * faster * faster
+        energy[1, j] = by_speed * left_speed / faces.area[j] - share * faster * faster
+        energy[2, j] = -by_speed / faces.area[j]
+        energy[3, j] = share * faster * faster - by_speed * right_speed / faces.area[j + 1]
+        energy[4, j] = by_speed / faces.area[j + 1]
 
 
 @njit(**OPTIONS)
@@ -173,10 +173,10 @@ def change_changing_ends(dA, ends, changing, weight, carrying, slopes, changes):
 @njit(**OPTIONS)
 def change_changing_cells(face_dA, face_dq, changing, slopes, stencil, longer, face_weight, drag, carrying, dq):
     """Changes of the flow in the cells by `keep_energy`, and where the wall's changes are not the same all along."""
-    kept = carrying.kept
+    energy = carrying.energy
     for j in changing.cell:
-        dq[j] += kept[1, j] * face_dA[j] + kept[2, j] * face_dq[j]
-        dq[j] += kept[3, j] * face_dA[j + 1] + kept[4, j] * face_dq[j + 1] - kept[0, j] * longer[j]
+        dq[j] += energy[1, j] * face_dA[j] + energy[2, j] * face_dq[j]
+        dq[j] += energy[3, j] * face_dA[j + 1] + energy[4, j] * face_dq[j + 1] - energy[0, j] * longer[j]
         dq[j] += carrying.drag[1, j] * drag[j]
     change_pressures(changing, face_dA, slopes, face_weight, carrying.pressure)
     for k in range(len(face_weight)):

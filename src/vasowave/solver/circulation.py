@@ -74,22 +74,22 @@ class Circulation:
                 f"{type(self.arteries.outlets).__name__}: what flows out of such beds is not known; give the arteries "
                 "resistances or Windkessels"
             )
-        given = [*self.drains, *self.drains.values()] if isinstance(self.drains, Mapping) else [None]
-        if not all(isinstance(name, str) for name in given):
+        drain_names = [*self.drains, *self.drains.values()] if isinstance(self.drains, Mapping) else [None]
+        if not all(isinstance(name, str) for name in drain_names):
             raise InputError("drains: give one inlet of the veins for each terminal artery by their names: {'a': 'v'}")
         terminals = [self.arteries.network.name[row] for row in self.arteries.network.terminals]
         inlets = list(self.veins.network.inlet_names)
-        for kind, names, known in (("terminal artery", self.drains, terminals), ("inlet of the veins",
+        for kind, names, valid_names in (("terminal artery", self.drains, terminals), ("inlet of the veins",
                                    self.drains.values(), inlets)):  # fmt: skip
             for name in names:
-                if name not in known:
-                    raise InputError(f"drains: '{name}' is no {kind}{did_you_mean(name, known)}")
-        for lacking, why in (
+                if name not in valid_names:
+                    raise InputError(f"drains: '{name}' is no {kind}{did_you_mean(name, valid_names)}")
+        for lacking, reason in (
             (set(terminals) - set(self.drains), "drains nowhere; name the inlet of the veins behind its bed"),
             (set(inlets) - set(self.drains.values()), "is an inlet of the veins into which no bed drains"),
         ):
             if lacking:
-                raise InputError(f"drains: '{min(lacking)}' {why}")
+                raise InputError(f"drains: '{min(lacking)}' {reason}")
 
     def simulate(
         self, inflow: Driven | Recording | EnsembleAverage, numerics: Numerics | None = None
@@ -124,15 +124,15 @@ class Circulation:
         for _ in range(_TURNS):
             arteries = simulate_run(self._before(behind), driven, numerics)
             veins = simulate_run(self.veins, self._drained(arteries, behind), numerics)
-            there = veins.pressure[:, _INLET][:, self._entered]
-            before, change = change, float(np.max(np.abs(there - behind)))
+            entering_pressure = veins.pressure[:, _INLET][:, self._entered]
+            before, change = change, float(np.max(np.abs(entering_pressure - behind)))
             if change < _CLOSE:
                 for note in (*arteries.notes, *veins.notes):
                     warn(note)
                 return {"arteries": as_dataset(arteries), "veins": as_dataset(veins)}
             if change > before:
                 break
-            behind = behind + self._answered(there - behind, veins, driven.of_pressure)
+            behind = behind + self._answered(entering_pressure - behind, veins, driven.of_pressure)
         raise NumericalError(
             f"the pressure between arteries and veins does not settle: it changed by {change:.3g} mmHg in the last "
             "turn; check the walls of the veins and the resistances of the beds"

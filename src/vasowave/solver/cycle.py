@@ -60,11 +60,11 @@ def record_stations(sample, vessels, faces, out):
     """Area and flow at inlet, middle and outlet of every vessel into out[0] and out[1]."""
     for v in range(len(vessels.first)):
         i, k = vessels.first[v], vessels.last[v]
-        left = (i + k) // 2
-        right = i + k - left  # the same face for an even number of cells, else the two around the middle cell
+        left_face = (i + k) // 2
+        right_face = i + k - left_face  # the same face for an even number of cells, else the two around the middle cell
         for kind, values in enumerate((faces.area, faces.flow)):
             out[kind, sample, v, 0] = values[i]
-            out[kind, sample, v, 1] = 0.5 * (values[left] + values[right])
+            out[kind, sample, v, 1] = 0.5 * (values[left_face] + values[right_face])
             out[kind, sample, v, 2] = values[k]
 
 
@@ -73,9 +73,9 @@ def record_viscous(sample, vessels, at_faces, out):
     """Viscous pressure at inlet, middle and outlet of every vessel into out[2]."""
     for v in range(len(vessels.first)):
         i, k = vessels.first[v], vessels.last[v]
-        left = (i + k) // 2
+        left_face = (i + k) // 2
         out[2, sample, v, 0], out[2, sample, v, 2] = at_faces[i], at_faces[k]
-        out[2, sample, v, 1] = 0.5 * (at_faces[left] + at_faces[i + k - left])
+        out[2, sample, v, 1] = 0.5 * (at_faces[left_face] + at_faces[i + k - left_face])
 
 
 @njit(**OPTIONS)
@@ -103,8 +103,8 @@ PARTS = (
 def _compiled() -> Any:
     @njit(**WHOLE)
     def advance_cycle(
-        state, inflow, heart, behind, law, outlet, parts, changing, fluid, scratch, viscous, watched, seen, out,
-        cell_out, report
+        state, inflow, heart, behind, law, outlet, geometry, changing, fluid, scratch, viscous, watched, watched_waves,
+        out, cell_out, report
     ):  # fmt: skip
         """Run a cycle from `state`, which becomes that of its end; `report`, all zeros before, says how it went.
 
@@ -113,10 +113,10 @@ def _compiled() -> Any:
         """
         area, flow, memory = state
         wall, face_wall, end_wall = law
-        vessels, cells, at_faces, ends = parts
+        vessels, cells, at_faces, ends = geometry
         faces, fluxes, nodes = scratch
-        every = len(inflow) // out.shape[1]
-        watch = max(every, len(inflow) // WATCHES)
+        stride = len(inflow) // out.shape[1]
+        watch = max(stride, len(inflow) // WATCHES)
         if heart is not None:
             fill(heart)
         of_cells = len(inflow) // max(cell_out.shape[1], 1)
@@ -147,16 +147,16 @@ def _compiled() -> Any:
                 report[STATUS], report[PLACE], report[STEP] = NODE_FAILED, ends.vessel[failed], n
                 return
             for i in range(len(watched)):
-                seen[0, n, i], seen[1, n, i] = faces.area[watched[i]], faces.flow[watched[i]]
+                watched_waves[0, n, i], watched_waves[1, n, i] = faces.area[watched[i]], faces.flow[watched[i]]
                 if viscous is not None:
-                    seen[2, n, i] = viscous.at_faces[watched[i]]
+                    watched_waves[2, n, i] = viscous.at_faces[watched[i]]
             if not find_fluxes(faces.area, faces.flow, at_faces, face_wall, fluid, fluxes):
                 report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(faces.area, at_faces), n
                 return
-            if n % every == 0:
-                record_stations(n // every, vessels, faces, out)
+            if n % stride == 0:
+                record_stations(n // stride, vessels, faces, out)
                 if viscous is not None:
-                    record_viscous(n // every, vessels, viscous.at_faces, out)
+                    record_viscous(n // stride, vessels, viscous.at_faces, out)
             if cells_kept:
                 record_cells(n // of_cells, area, flow, cell_out)
             update_cells(area, flow, cells, fluid, fluxes, faces)

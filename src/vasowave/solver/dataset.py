@@ -33,13 +33,13 @@ def as_dataset(run: Run) -> xr.Dataset:
     network = run.model.network
     per_cell = run.cells.shape[1] > 0
     if per_cell:
-        rows, kept = run.grid.vessel[run.grid.is_cell], run.grid.is_cell
-        area, flow = run.cells[0][:, kept], run.cells[1][:, kept]
-        wall, area0 = type(run.grid.wall)(*(value[kept] for value in run.grid.wall)), run.grid.area0[kept]
+        rows, is_cell = run.grid.vessel[run.grid.is_cell], run.grid.is_cell
+        area, flow = run.cells[0][:, is_cell], run.cells[1][:, is_cell]
+        wall, area0 = type(run.grid.wall)(*(value[is_cell] for value in run.grid.wall)), run.grid.area0[is_cell]
         dims: tuple[str, ...] = ("time", "cell")
         coords: dict[str, Any] = {
             "vessel": ("cell", np.array(network.name)[rows]),
-            "position": ("cell", run.grid.position[kept], {"units": "cm", "long_name": "distance from the inlet"}),
+            "position": ("cell", run.grid.position[is_cell], {"units": "cm", "long_name": "distance from the inlet"}),
         }
     else:
         wall, area0 = run.grid.at_stations

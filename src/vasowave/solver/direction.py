@@ -16,13 +16,13 @@ class Direction(NamedTuple):
     Attributes
     ----------
     before, after : Model
-    apart : float
+    distance : float
         How far they are apart in the number.
     """
 
     before: Model
     after: Model
-    apart: float
+    distance: float
 
     def walls(self, vessel: np.ndarray, share: np.ndarray) -> np.ndarray:
         """Return what becomes of the wall law's parameters and A0 at places (`Model.at`), (parameter + 1, place)."""
@@ -48,15 +48,15 @@ class Direction(NamedTuple):
         """What becomes of the fields of the beds, shape (field, terminal)."""
         return self.relative(lambda model: np.array(list(cast(Any, model.outlets))))
 
-    def relative(self, part: Callable[[Model], np.ndarray]) -> np.ndarray:
+    def relative(self, quantity: Callable[[Model], np.ndarray]) -> np.ndarray:
         """Return what becomes of a part of the model, in the logarithm."""
-        before, after = part(self.before), part(self.after)
+        before, after = quantity(self.before), quantity(self.after)
         same = before == after  # also where both are zero
-        return np.asarray(np.log(np.where(same, 1.0, after) / np.where(same, 1.0, before)) / self.apart)
+        return np.asarray(np.log(np.where(same, 1.0, after) / np.where(same, 1.0, before)) / self.distance)
 
 
-def direction_between(before: Model, after: Model, apart: float) -> Direction:
-    """Return the direction from one model to another of the same vessels, `apart` from it in the number.
+def direction_between(before: Model, after: Model, distance: float) -> Direction:
+    """Return the direction from one model to another of the same vessels, `distance` from it in the number.
 
     Exact where all parts are powers or exponentials of the number; else the two models must be near to each other.
 
@@ -70,11 +70,11 @@ def direction_between(before: Model, after: Model, apart: float) -> Direction:
         raise InputError("derivatives need beds of one kind with parameters; an impedance spectrum has none")
     if before.network.name != after.network.name or type(before.wall) is not type(after.wall):
         raise InputError("a direction leads between two models of the same vessels and the same wall law")
-    alike = (np.array_equal(getattr(before, one), getattr(after, one)) for one in ("loss", "resistance"))
+    alike = (np.array_equal(getattr(before, name), getattr(after, name)) for name in ("loss", "resistance"))
     if before.total_pressure != after.total_pressure or not all(alike):
         raise InputError("a direction leads between two models with the same junctions and losses")
     if not np.array_equal(before.changing, after.changing):
         raise InputError("derivatives need vessels that change in both models or in none; take differences of models")
     if not np.array_equal(np.equal(before.wall_viscosity, 0.0), np.equal(after.wall_viscosity, 0.0)):
         raise InputError("derivatives need walls viscous in both models or in none; take differences of models")
-    return Direction(before, after, apart)
+    return Direction(before, after, distance)

@@ -43,9 +43,9 @@ class Discharge:
 
     def after(self, change: np.ndarray) -> np.ndarray:
         """Return what follows the change over one cycle, mmHg; both of shape (variable,)."""
-        found = self.to_come @ np.append(change @ self.volume, change[self.modes])
-        coming = found[0] * self.pressure
-        coming[self.modes] = found[1:]
+        response = self.to_come @ np.append(change @ self.volume, change[self.modes])
+        coming = response[0] * self.pressure
+        coming[self.modes] = response[1:]
         return coming
 
 
@@ -62,11 +62,11 @@ def common_discharge(
     volume = np.zeros(len(pressure))
     volume[: len(scale.compliance)] = scale.compliance * np.where(grid.is_cell, grid.spacing, 0.0)[scale.held]
     slow = (-beds.poles.real * period < _GONE) & (beds.residues != 0)
-    parts = np.stack([slow, slow & (beds.poles.imag != 0)], axis=-1).ravel()
-    modes = len(pressure) - parts.size + np.flatnonzero(parts)
+    components = np.stack([slow, slow & (beds.poles.imag != 0)], axis=-1).ravel()
+    modes = len(pressure) - components.size + np.flatnonzero(components)
     system = _system(beds, slow, float(volume.sum()))
-    kept = np.concatenate([[not held], parts])
-    after = expm(system[np.ix_(kept, kept)] * period)
+    retained = np.concatenate([[not held], components])
+    after = expm(system[np.ix_(retained, retained)] * period)
     if not held:
         after = _from_softer(after, float(volume @ pressure / volume.sum()))
     to_come = np.linalg.solve(np.eye(len(after)) - after, after)
@@ -87,19 +87,19 @@ def _from_softer(after: np.ndarray, softer: float) -> np.ndarray:
 
 def _system(beds: Rational, slow: np.ndarray, C_v: float) -> np.ndarray:
     """Return the derivatives, 1/s, of the vessels' pressure and the parts of all modes by each other."""
-    each = -(beds.residues / beds.poles).real
-    before = beds.direct + np.where(slow, 0.0, each).sum(axis=1)
-    before = np.maximum(before, _LEAST * (beds.direct + each.sum(axis=1)))
+    mode_resistance = -(beds.residues / beds.poles).real
+    before = beds.direct + np.where(slow, 0.0, mode_resistance).sum(axis=1)
+    before = np.maximum(before, _LEAST * (beds.direct + mode_resistance.sum(axis=1)))
     terminals, width = slow.shape
     first = 1 + 2 * np.arange(terminals * width)
     A, into = np.zeros((1 + 2 * len(first),) * 2), np.zeros((1 + 2 * len(first), terminals))
     poles, residues = beds.poles.ravel(), beds.residues.ravel()
     A[first, first] = A[first + 1, first + 1] = poles.real
     A[first, first + 1], A[first + 1, first] = -poles.imag, poles.imag
-    of = np.repeat(np.arange(terminals), width)
+    terminal = np.repeat(np.arange(terminals), width)
     into[0] = -1.0 / C_v
-    into[first, of], into[first + 1, of] = residues.real, residues.imag
+    into[first, terminal], into[first + 1, terminal] = residues.real, residues.imag
     flow = np.zeros((terminals, len(A)))
     flow[:, 0] = 1.0 / before
-    flow[of, first] = np.where(slow.ravel(), -1.0 / before[of], 0.0)
+    flow[terminal, first] = np.where(slow.ravel(), -1.0 / before[terminal], 0.0)
     return np.asarray(A + into @ flow)

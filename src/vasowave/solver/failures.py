@@ -75,10 +75,10 @@ def runaway(where: str, first: int, steps: int) -> Lost:
     )
 
 
-def faster_than_allowed(grid: Grid, where: str, steps: int, most: int) -> Lost:
-    """Return the error for a vessel (`where`) whose waves turn out to ask for more than `most` steps a cycle."""
+def faster_than_allowed(grid: Grid, where: str, steps: int, limit: int) -> Lost:
+    """Return the error for a vessel (`where`) whose waves turn out to ask for more than `limit` steps a cycle."""
     return Lost(
-        f"{where}the waves there ask for about {steps} steps a cycle, more than most_steps = {most}: check radius, "
+        f"{where}the waves there ask for about {steps} steps a cycle, more than most_steps = {limit}: check radius, "
         f"length and stiffness of this vessel{_fewer_steps(grid)}, or go on in Python with Numerics(most_steps=...)"
     )
 
@@ -98,21 +98,21 @@ def _fewer_steps(grid: Grid) -> str:
     return ", take longer cells (a larger cell_size)" if grid.counts[0] > 1 else ""
 
 
-def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, most: int) -> NumericalError:
-    """Return the error for a model whose vessels ask for more than `most` steps a cycle (`demand`, one per vessel)."""
+def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, limit: int) -> NumericalError:
+    """Return the error for a model whose vessels ask for more than `limit` steps a cycle (`demand`, one per vessel)."""
     network, model = grid.model.network, grid.model
     v = int(np.argmax(demand))
-    others = np.delete(demand, v)
+    remaining_demand = np.delete(demand, v)
     head = (
         f"vessel '{network.name[v]}' ({network.length[v]:.4g} cm, radius {network.radius[v]:.4g} cm) asks for "
-        f"about {demand[v]:.0f} steps a cycle, more than most_steps = {most}"
+        f"about {demand[v]:.0f} steps a cycle, more than most_steps = {limit}"
     )
-    if not len(others):
+    if not len(remaining_demand):
         return NumericalError(f"{head}: check it{_fewer_steps(grid)}, or go on in Python with Numerics(most_steps=...)")
     compliance = network.length * walls.area_compliance(model.wall, linear.mean_pressure, model.area0)
     fall = float(linear.resistance[v] * network.length[v] * linear.flow[0, v].real)
     return NumericalError(
-        f"{head}; of {len(others)} others the next asks for {np.max(others):.0f}. "
+        f"{head}; of {len(remaining_demand)} others the next asks for {np.max(remaining_demand):.0f}. "
         f"It holds {100 * compliance[v] / np.sum(compliance):.2g} % of the vessels' "
         f"compliance, and the mean flow loses {fall:.2g} mmHg in it: that is what merging it with its neighbor would "
         "change. Merge it, or go on in Python with Numerics(most_steps=...)"

@@ -135,8 +135,8 @@ class Grid:
     def joined_ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Where each rank of ends starts, and vessel and side of every end; first come those of vessels that end."""
         network = self.model.network
-        junctions = [[(row, 1.0) for row in one.ending] + [(row, -1.0) for row in one.beginning]
-                     for one in network.junctions]  # fmt: skip
+        junctions = [[(row, 1.0) for row in junction.ending] + [(row, -1.0) for row in junction.beginning]
+                     for junction in network.junctions]  # fmt: skip
         junctions.sort(key=len, reverse=True)
         nodes = [*junctions, *([(row, -1.0)] for row in network.inlets), *([(row, 1.0)] for row in network.terminals)]
         ranks = [[ends[r] for ends in nodes if len(ends) > r] for r in range(len(nodes[0]))]
@@ -225,9 +225,9 @@ class Grid:
         """
         if not self.model.changing.any():
             return np.ones(len(self.counts))
-        left = (self.vessels.first + self.vessels.last) // 2
-        right = self.vessels.first + self.vessels.last - left
-        return np.asarray(self.at_stations[1][1] / (0.5 * (self.face_area0[left] + self.face_area0[right])))
+        left_face = (self.vessels.first + self.vessels.last) // 2
+        right_face = self.vessels.first + self.vessels.last - left_face
+        return np.asarray(self.at_stations[1][1] / (0.5 * (self.face_area0[left_face] + self.face_area0[right_face])))
 
     def cells(self, dt: float, friction: tuple[float, float]) -> Cells:
         """Return the slots' constants for the time step `dt` (s) and the coefficients of the friction."""
@@ -250,8 +250,8 @@ class Grid:
 
         It is that of the radii in the image of `model`, which has the vessels of this grid.
         """
-        left, right = self.share[1][cells], self.share[1][cells + 1]
-        share = np.linspace(left, right, len(_SIMPSON))
+        left_share, right_share = self.share[1][cells], self.share[1][cells + 1]
+        share = np.linspace(left_share, right_share, len(_SIMPSON))
         A = model.image_area(np.broadcast_to(self.vessel[cells], share.shape), share)
         drag = (k0 + k1 * np.sqrt(A)) / A
         with np.errstate(divide="ignore", invalid="ignore"):  # of blood without viscosity
@@ -271,9 +271,9 @@ def make_grid(model: Model, counts: np.ndarray) -> Grid:
     single = first[counts == 1]
     position[single + 1], position[single + 2] = 1.5 * spacing[single], -0.5 * spacing[single]
     plain = single[~model.changing[vessel[single]]]
-    whole = counts[vessel]
-    middle = np.where(number < whole, number + 0.5, whole - 0.5) / whole
-    share = middle, np.where(number <= whole, number / whole, middle)
+    cell_count = counts[vessel]
+    middle = np.where(number < cell_count, number + 0.5, cell_count - 0.5) / cell_count
+    share = middle, np.where(number <= cell_count, number / cell_count, middle)
     middles = model.at(vessel, share[0])
     lefts = model.at(vessel, share[1]) if model.changing.any() else middles
     return Grid(model, Vessels(first, first + counts, plain), vessel, share, position, spacing, *middles, *lefts)
@@ -310,8 +310,8 @@ def aligned(model: Model, count: np.ndarray) -> np.ndarray:
     """
     count = np.where(model.stiffening, 2 * np.ceil(count / 2), count)
     if model.profile is not None and model.profile.pieces > 1:
-        each = math.lcm(2, model.profile.pieces)
-        count = np.where(model.changing, each * np.ceil(count / each), count)
+        multiple = math.lcm(2, model.profile.pieces)
+        count = np.where(model.changing, multiple * np.ceil(count / multiple), count)
     return count.astype(np.int64)
 
 
@@ -326,7 +326,7 @@ def wave_cells(linear: LinearSolution) -> np.ndarray:
     highest = max(1, int(np.sum(above > _MATTERS * above[0])))
     if highest > _ENOUGH * len(power):  # shorter ones are not among those that are known
         return np.full(len(linear.length), SHORTEST)
-    change = np.max([np.abs(one.propagation[highest]) for one in linear.lines], axis=0)
+    change = np.max([np.abs(line.propagation[highest]) for line in linear.lines], axis=0)
     doubled = np.floor(np.log2(2 * np.pi / _CELLS_A_WAVE / change / SHORTEST))
     return np.asarray(SHORTEST * 2.0 ** np.maximum(doubled, 0.0))
 

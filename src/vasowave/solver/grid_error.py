@@ -29,11 +29,11 @@ class Judged(NamedTuple):
 
 def judge(grid: Grid, period: float, steps: int, area: np.ndarray, middles: Middles) -> Judged:
     """Return how steep and how wrong waves of area (cm², shape (time, vessel, station)) are on a grid."""
-    found, network = np.zeros((len(Judged._fields), len(grid.counts))), grid.model.network
+    values, network = np.zeros((len(Judged._fields), len(grid.counts))), grid.model.network
     mean = _as_in_middle(grid, area.mean(axis=0)).mean(axis=-1)
     for rows, waves in _waves_by_cells(grid, period, area, mean):
-        found[:, rows] = waves.judged(period, steps)
-    judged = Judged(*found)
+        values[:, rows] = waves.judged(period, steps)
+    judged = Judged(*values)
     gathered = echoes(grid.model, period, mean) * from_root(network, judged.dispersion)
     judged = judged._replace(error=judged.error - judged.dispersion + gathered)
     return _with_middles(judged, grid, period, middles)
@@ -45,10 +45,10 @@ def _with_middles(judged: Judged, grid: Grid, period: float, middles: Middles) -
     if not len(rows):
         return judged
     missed = middles.error / grid.counts[rows] ** 2
-    when, most = missed.argmax(axis=0), missed.max(axis=0)
+    when, largest = missed.argmax(axis=0), missed.max(axis=0)
     error, worst = judged.error.copy(), judged.worst.copy()
-    worst[rows] = np.where(most > error[rows], when * period / len(missed), worst[rows])
-    error[rows] = np.maximum(error[rows], most)
+    worst[rows] = np.where(largest > error[rows], when * period / len(missed), worst[rows])
+    error[rows] = np.maximum(error[rows], largest)
     return judged._replace(error=error, worst=worst)
 
 
@@ -66,8 +66,8 @@ def echoes(model: Model, period: float, area: np.ndarray) -> float:
     lost = from_root(network, (k0 + k1 * np.sqrt(area)) / area * network.length / speed)
     ends = network.terminals
     bed, vessel = model.outlets.fast_resistance(), (blood.inertia * speed / area)[ends]
-    left = np.abs(bed - vessel) / (bed + vessel) * np.exp(-lost[ends])
-    g = float(network.flow_fraction[ends] @ left)
+    reflected = np.abs(bed - vessel) / (bed + vessel) * np.exp(-lost[ends])
+    g = float(network.flow_fraction[ends] @ reflected)
     return max(1.0, 2.0 / (math.e * max(-math.log(g), _ENDLESS))) if g > 0 else 1.0
 
 
@@ -82,11 +82,11 @@ def _waves_by_cells(
     model = grid.model
     mean = walls.pressure(model.wall, mean_area, model.area0)
     through_cell = grid.spacing[grid.vessels.first] / walls.wave_speed(model.wall, mean, model.blood.inertia)
-    apart = np.round(_FRONT * through_cell * len(area) / period)
-    apart = np.clip(apart, 1, max(1, len(area) // _FEWEST)).astype(int)
-    for every in np.unique(apart):
-        rows = np.flatnonzero(apart == every)
-        yield rows, _Waves(grid, rows, area[::every, rows], every * period / len(area))
+    strides = np.round(_FRONT * through_cell * len(area) / period)
+    strides = np.clip(strides, 1, max(1, len(area) // _FEWEST)).astype(int)
+    for stride in np.unique(strides):
+        rows = np.flatnonzero(strides == stride)
+        yield rows, _Waves(grid, rows, area[::stride, rows], stride * period / len(area))
 
 
 def _as_in_middle(grid: Grid, area: np.ndarray) -> np.ndarray:

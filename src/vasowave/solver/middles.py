@@ -57,20 +57,20 @@ def middle_errors(model: Model, period: float, ends: tuple[np.ndarray, np.ndarra
     share = np.linspace(0.0, 1.0, len(_HALF))[:, np.newaxis, np.newaxis]
     below, above = outlet + share * (taken - outlet), taken + share[1:] * (inlet - taken)
     let = conductance(np.concatenate([below, above]))  # at once: most of the cost is that of the calls
-    parts = np.tensordot(_HALF, let[: len(_HALF)], axes=1), np.tensordot(_HALF, let[len(_HALF) - 1 :], axes=1)
-    error = np.abs((inlet - taken) * parts[1] - (taken - outlet) * parts[0]) / (2.0 * let[len(_HALF) - 1])
+    integrals = np.tensordot(_HALF, let[: len(_HALF)], axes=1), np.tensordot(_HALF, let[len(_HALF) - 1 :], axes=1)
+    error = np.abs((inlet - taken) * integrals[1] - (taken - outlet) * integrals[0]) / (2.0 * let[len(_HALF) - 1])
     return np.where(np.isfinite(error), np.minimum(error, np.abs(inlet - outlet)), np.abs(inlet - outlet))
 
 
-def cells_for_middles(known: Middles, cells: np.ndarray) -> np.ndarray:
+def cells_for_middles(middles: Middles, cells: np.ndarray) -> np.ndarray:
     """Return with how many cells each vessel would know its middle, shape (vessel,); 1 where any number does."""
     counts = np.ones(len(cells), dtype=np.int64)
-    if len(known.rows):
-        error = np.max(known.error, axis=0) / known.largest
+    if len(middles.rows):
+        error = np.max(middles.error, axis=0) / middles.largest
         needed = 2 * np.ceil(0.5 * np.sqrt(error / _ALLOWED))
-        alone = (cells[known.rows] == 1) & (known.fall > _STEEP)
-        needed = np.where(alone, np.maximum(needed, 2 * np.ceil(known.fall / (2 * _STEEP))), needed)
-        counts[known.rows] = np.where((error > _ALLOWED) | alone, needed, 1)
+        alone = (cells[middles.rows] == 1) & (middles.fall > _STEEP)
+        needed = np.where(alone, np.maximum(needed, 2 * np.ceil(middles.fall / (2 * _STEEP))), needed)
+        counts[middles.rows] = np.where((error > _ALLOWED) | alone, needed, 1)
     return counts
 
 
@@ -80,16 +80,16 @@ def find_middles(model: Model, period: float, recorded: np.ndarray) -> Middles:
     `recorded` are areas (cm²) and flows at the stations, shape (2, time, vessel, station); some of their times are
     taken.
     """
-    kept = recorded[:, :: max(1, recorded.shape[1] // _LOOKS)]
-    every, pressures = np.arange(kept.shape[2]), []
+    sampled = recorded[:, :: max(1, recorded.shape[1] // _LOOKS)]
+    vessels, pressures = np.arange(sampled.shape[2]), []
     for station, share in ((0, 0.0), (2, 1.0)):
-        wall, area0 = model.at(every, np.full(len(every), share))
-        pressures.append(np.asarray(walls.pressure(wall, kept[0, :, :, station], area0)))
+        wall, area0 = model.at(vessels, np.full(len(vessels), share))
+        pressures.append(np.asarray(walls.pressure(wall, sampled[0, :, :, station], area0)))
     largest, fall = float(np.max(np.abs(pressures))), np.max(np.abs(pressures[0] - pressures[1]), axis=0)
     rows = np.flatnonzero(fall > _NOTHING * largest)
     if not len(rows):
-        return Middles(rows, np.zeros(0), np.zeros((kept.shape[1], 0)), largest)
+        return Middles(rows, np.zeros(0), np.zeros((sampled.shape[1], 0)), largest)
     inlet, outlet = (
-        np.array([p[:, rows], kept[1][:, rows, station]]) for p, station in zip(pressures, (0, 2), strict=True)
+        np.array([p[:, rows], sampled[1][:, rows, station]]) for p, station in zip(pressures, (0, 2), strict=True)
     )
     return Middles(rows, fall[rows] / largest, middle_errors(model, period, (inlet, outlet), rows), largest)

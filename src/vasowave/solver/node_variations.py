@@ -110,15 +110,15 @@ def differentiate_characteristics(ends, nodes, slopes):
         reach = 0.5 - side * (u + side * c) * half
         to_end_area, to_end_flow = A - nodes.inner_area[e], q - nodes.inner_flow[e]
         foot_area, foot_flow = A + reach * to_end_area, q + reach * to_end_flow + nodes.gain[e]
-        foot_speed, rest = foot_flow / foot_area, slopes.end_area[e] - foot_area
+        foot_speed, area_difference = foot_flow / foot_area, slopes.end_area[e] - foot_area
         E, Phi, dE, dPhi = differentiate_slowed(0.5 * ends.dt[e] * nodes.drag[e])
 
-        by_slope = rest * Phi / foot_area
+        by_slope = area_difference * Phi / foot_area
         by_foot_flow, by_foot_area = E + by_slope, -nodes.slope[e] - by_slope * foot_speed
         by_reach = by_foot_flow * to_end_flow + by_foot_area * to_end_area
         by_velocity = -side * half * by_reach
-        by_speed = -side * rest * Phi - half * by_reach
-        by_drag = 0.5 * ends.dt[e] * (dE * foot_flow + rest * dPhi * (foot_speed - side * c))
+        by_speed = -side * area_difference * Phi - half * by_reach
+        by_drag = 0.5 * ends.dt[e] * (dE * foot_flow + area_difference * dPhi * (foot_speed - side * c))
         slopes.flow[e], slopes.by_foot_flow[e] = by_foot_flow * (1.0 + reach) + by_velocity / A, by_foot_flow
         by_area = by_foot_area * (1.0 + reach) + by_drag * slopes.cell_drag[e]
         slopes.area[e] = by_area - (by_velocity * u + by_speed * slopes.wall[last, e]) / A
@@ -220,14 +220,14 @@ def change_ends(ends, nodes, slopes, changes, face_dA, face_dq):
 
 
 @njit(**OPTIONS)
-def see_faces(d, step, watched, slopes, weight, face_dA, face_dq, seen):
+def see_faces(d, step, watched, slopes, weight, face_dA, face_dq, watched_waves):
     """Changes of pressure and flow at some faces into seen[0] and seen[1]."""
     for i in range(len(watched)):
         f = watched[i]
         p = slopes.pressure[f] * face_dA[f]
         for k in range(len(weight)):
             p += slopes.wall[k, f] * weight[k, f]
-        seen[0, d, step, i], seen[1, d, step, i] = p, face_dq[f]
+        watched_waves[0, d, step, i], watched_waves[1, d, step, i] = p, face_dq[f]
 
 
 @njit(**OPTIONS)
@@ -236,5 +236,5 @@ def change_memory(d, before, memory, outlet, outlets, ends, faces, face_dq):
     for j in range(len(memory)):
         face = ends.face[ends.first_terminal + j]
         for i in range(memory.shape[1]):
-            kept = outlet.decay[j, i] * memory[j, i] + outlets.decay[d, j, i] * before[j, i]
-            memory[j, i] = kept + outlet.gain[j, i] * face_dq[face] + outlets.gain[d, j, i] * faces.flow[face]
+            decayed = outlet.decay[j, i] * memory[j, i] + outlets.decay[d, j, i] * before[j, i]
+            memory[j, i] = decayed + outlet.gain[j, i] * face_dq[face] + outlets.gain[d, j, i] * faces.flow[face]

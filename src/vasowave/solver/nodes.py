@@ -155,9 +155,9 @@ def eliminate_dynamic(ends, nodes):
         A = nodes.end_area[e]
         u = nodes.intercept[e] / A + nodes.slope[e]
         by_speed = ends.density[e] * u + ends.loss[e] * abs(u)
-        most = 5.0 + 0.5 * abs(nodes.trial[e])
+        max_step = 5.0 + 0.5 * abs(nodes.trial[e])
         head = (0.5 * by_speed + ends.viscous[e]) * u
-        nodes.missed[e] = min(max(head - nodes.dynamic[0, e], -most), most)
+        nodes.missed[e] = min(max(head - nodes.dynamic[0, e], -max_step), max_step)
         by_pressure = -(by_speed + ends.viscous[e]) * nodes.intercept[e] * nodes.compliance[e] / (A * A)
         nodes.share[e] = 1.0 / max(1.0 + by_pressure, LEAST_GIVE)
         nodes.compliance[e] *= nodes.share[e]
@@ -198,8 +198,8 @@ def newton_step(ends, nodes):
         p = nodes.pressure[0, k]
         excess = nodes.weight[k] * nodes.excess[k] - nodes.outlet[k] * (p - nodes.memory[k])
         step = -excess / (nodes.weight[k] * nodes.fall[k] - nodes.outlet[k])
-        most = 5.0 + 0.5 * abs(p)
-        step = min(max(step, -most), most)
+        max_step = 5.0 + 0.5 * abs(p)
+        step = min(max(step, -max_step), max_step)
         nodes.step[k] = step
         nodes.pressure[0, k] = p + step
         small &= abs(step) < NEWTON_CLOSE

@@ -33,7 +33,7 @@ def fixed_point(
     cycle: Callable[[np.ndarray], np.ndarray],
     start: np.ndarray,
     tolerance: float,
-    most: int,
+    max_cycles: int,
     allowed: Callable[[np.ndarray], bool],
     to_come: Callable[[np.ndarray], np.ndarray],
     learned: Secants | None = None,
@@ -50,7 +50,7 @@ def fixed_point(
     start : array
     tolerance : float
         Largest change over the cycle that counts as periodic, mmHg.
-    most : int
+    max_cycles : int
         Largest number of cycles.
     allowed : callable
         Says whether a state is physical; where it is not, the plain end of the cycle is taken instead.
@@ -71,17 +71,17 @@ def fixed_point(
     sizes: list[float] = []
     none = (np.empty((0, len(start))), np.empty((0, len(start))))
     secants = learned if learned is not None and learned[0].shape[1] == len(start) else none
-    for _ in range(most):
+    for _ in range(max_cycles):
         end = cycle(x)
         change = end - x
         sizes.append(float(np.max(np.abs(change))))
         ends, changes = [*ends[-MEMORY:], end], [*changes[-MEMORY:], change]
-        own = np.diff(np.array(changes), axis=0), np.diff(np.array(ends), axis=0)
+        current = np.diff(np.array(changes), axis=0), np.diff(np.array(ends), axis=0)
         if sizes[-1] <= tolerance:
-            return end, Convergence(tuple(sizes), True, own if len(own[0]) > 1 else secants)
-        known = np.vstack([secants[0], own[0]]), np.vstack([secants[1], own[1]])
-        weights = np.linalg.lstsq(known[0].T, change, rcond=1e-12)[0] if len(known[0]) else np.zeros(0)
-        x = end - weights @ known[1] + to_come(change - weights @ known[0])
+            return end, Convergence(tuple(sizes), True, current if len(current[0]) > 1 else secants)
+        combined = np.vstack([secants[0], current[0]]), np.vstack([secants[1], current[1]])
+        weights = np.linalg.lstsq(combined[0].T, change, rcond=1e-12)[0] if len(combined[0]) else np.zeros(0)
+        x = end - weights @ combined[1] + to_come(change - weights @ combined[0])
         if not allowed(x):
             x, ends, changes, secants = end, [end], [change], none
     return end, Convergence(tuple(sizes), False)
@@ -91,7 +91,7 @@ def affine_fixed_point(
     cycle: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
     start: np.ndarray,
     tolerance: float,
-    most: int,
+    max_cycles: int,
     learned: Secants | None = None,
 ) -> np.ndarray | None:
     """Find the outputs at the fixed points of maps that share one linear part, x = M x + b with a b for each row of x.
@@ -106,7 +106,7 @@ def affine_fixed_point(
     start : array, shape (row, variable)
     tolerance : float
         Change over a cycle that counts as none, as a share of the row's largest value.
-    most : int
+    max_cycles : int
         Largest number of cycles.
     learned : Secants, optional
         Of a map whose linear part is nearly M.
@@ -117,17 +117,19 @@ def affine_fixed_point(
     """
     x = start
     history: list[tuple[np.ndarray, ...]] = []
-    for _ in range(most):
+    for _ in range(max_cycles):
         end, output = cycle(x)
         change = end - x
         history.append((change, end, output))
-        own = [_differences(of_all_cycles) for of_all_cycles in zip(*history, strict=True)]
-        weights = _cancelling(own[0], change)
-        left = np.max(np.abs(change - weights @ own[0]), axis=1)
-        if np.all(left <= tolerance * np.max(np.abs(end), axis=1)):
-            return output - weights @ own[2]
-        known = own[:2] if learned is None else [np.vstack(pair) for pair in zip(learned, own[:2], strict=True)]
-        x = end - _cancelling(known[0], change) @ known[1]
+        current = [_differences(of_all_cycles) for of_all_cycles in zip(*history, strict=True)]
+        weights = _cancelling(current[0], change)
+        remainder = np.max(np.abs(change - weights @ current[0]), axis=1)
+        if np.all(remainder <= tolerance * np.max(np.abs(end), axis=1)):
+            return output - weights @ current[2]
+        combined = (
+            current[:2] if learned is None else [np.vstack(pair) for pair in zip(learned, current[:2], strict=True)]
+        )
+        x = end - _cancelling(combined[0], change) @ combined[1]
     return None
 
 

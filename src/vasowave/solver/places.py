@@ -77,12 +77,12 @@ def waves_at(run: Run, inflow: Driven, places: Places) -> Waves:
     faces, between = places.faces(run.grid)
     stepper = Stepper(run.grid, inflow, Numerics(samples=1), run.steps, faces.ravel())
     stepper.cycle(run.end)
-    seen = stepper.seen[:, :, -faces.size :]
-    area, flow = seen[:2]
+    watched_waves = stepper.watched_waves[:, :, -faces.size :]
+    area, flow = watched_waves[:2]
     wall = type(run.grid.wall)(*(value[faces.ravel()] for value in run.grid.face_wall))
     pressure = np.asarray(walls.pressure(wall, area, run.grid.face_area0[faces.ravel()]))
     waves = with_areas(run.model, places, at_places(pressure, between), at_places(flow, between))
-    return waves._replace(pressure=with_viscous(waves.pressure, at_places(seen, between)))
+    return waves._replace(pressure=with_viscous(waves.pressure, at_places(watched_waves, between)))
 
 
 def at_places(at_faces: np.ndarray, between: np.ndarray) -> np.ndarray:
@@ -103,7 +103,7 @@ def area_changes(
     """Return the derivatives of the areas, cm², shape (direction, step, place), from those of the laws' pressures."""
     wall, area0 = model.at(places.vessel, places.share)
     soft = np.asarray(walls.area_compliance(wall, pressure, area0)) * changes
-    for row, one in zip(soft, directions, strict=True):
-        row += with_areas(one.after, places, pressure, 0.0 * pressure).area / one.apart
-        row -= with_areas(one.before, places, pressure, 0.0 * pressure).area / one.apart
+    for row, direction in zip(soft, directions, strict=True):
+        row += with_areas(direction.after, places, pressure, 0.0 * pressure).area / direction.distance
+        row -= with_areas(direction.before, places, pressure, 0.0 * pressure).area / direction.distance
     return soft

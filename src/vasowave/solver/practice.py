@@ -24,8 +24,8 @@ class Practice(NamedTuple):
         """Return the network with straight vessels rounded down to whole cells, one at least, and radii as at rest."""
         cell = self.numerics.cell_size
         assert cell is not None
-        whole = np.maximum(1.0, np.floor(np.round(network.length / cell, 6)))
-        return replace(network, length=whole * cell, pressure=0.0, taper=None, taper_sd=None)
+        cell_count = np.maximum(1.0, np.floor(np.round(network.length / cell, 6)))
+        return replace(network, length=cell_count * cell, pressure=0.0, taper=None, taper_sd=None)
 
     def recording(self, recording: Recording) -> Recording:
         """Return the recording with samples where that program takes them to be.

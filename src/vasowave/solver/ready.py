@@ -36,7 +36,7 @@ def compile_kernels(wall: str | type) -> None:
     """
     law = find_law(wall)
     tube = Network(("1",), np.array([-1]), np.array([1.0]), np.array([0.05]))
-    values = [np.full(1, one.nominal * one.scale(_STIFFNESS)) for one in law.law().parameters]
+    values = [np.full(1, parameter.nominal * parameter.scale(_STIFFNESS)) for parameter in law.law().parameters]
     model = Model(tube, law(*values), windkessels(tube, 75.0, 0.12), Blood())
     inflow, numerics = Inflow(np.full(32, 0.1), 0.12), Numerics(samples=32)
     run = run_to_periodic(model, inflow, numerics)

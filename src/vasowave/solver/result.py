@@ -105,9 +105,11 @@ class Run:
     def extremes(self) -> Extremes:
         """What the waves reach at most, at the output times; how steep and wrong they are, at all recorded."""
         judged = judge(self.grid, self.period, self.steps, self.recorded[0], self.middles)
-        found = find_extremes(self.grid, self.period, self.pressure, judged)
+        reached = find_extremes(self.grid, self.period, self.pressure, judged)
         shown = self.two_grids
-        return found if shown is None or shown.value < found.grid_error.value else found._replace(grid_error=shown)
+        return (
+            reached if shown is None or shown.value < reached.grid_error.value else reached._replace(grid_error=shown)
+        )
 
     @cached_property
     def largest_pressure(self) -> float:
@@ -142,15 +144,15 @@ class Run:
         return at_samples(with_viscous(pressure, self.at_inlet), samples)
 
 
-def difference(run: Run, other: Run) -> Extreme:
+def difference(run: Run, reference: Run) -> Extreme:
     """Return the largest error of a run's pressures that another on half or twice its cells shows, mmHg.
 
     Of order 1, for shapes bend and walls give way within the cells, it is the whole difference.
     """
-    apart = np.abs(run.pressure - other.pressure)
-    sample, station, vessel = np.unravel_index(np.argmax(apart), apart.shape)
-    name, time = run.model.network.name[vessel], float(sample * run.period / len(apart))
-    return Extreme(float(apart[sample, station, vessel]), name, time)
+    distance = np.abs(run.pressure - reference.pressure)
+    sample, station, vessel = np.unravel_index(np.argmax(distance), distance.shape)
+    name, time = run.model.network.name[vessel], float(sample * run.period / len(distance))
+    return Extreme(float(distance[sample, station, vessel]), name, time)
 
 
 def needs_two_grids(run: Run) -> bool:

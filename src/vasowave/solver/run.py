@@ -29,14 +29,14 @@ _HALVED = 2  # parts of a cell that was too long for its wave
 
 
 def run_to_periodic(
-    model: Model, inflow: Driven, numerics: Numerics, near: Run | None = None, refinement: int = 1
+    model: Model, inflow: Driven, numerics: Numerics, neighbor: Run | None = None, refinement: int = 1
 ) -> Run:
     """Run until the state repeats itself; raises `NumericalError` if it does not within the allowed cycles."""
-    if near is not None:
-        if len(near.grid.counts) != len(model.network):
+    if neighbor is not None:
+        if len(neighbor.grid.counts) != len(model.network):
             raise NumericalError("the neighbouring run has another network; start without it")
-        grid = make_grid(model, near.grid.counts)
-        return replace(_from(FromNeighbor(grid, inflow, near), inflow, numerics), two_grids=near.two_grids)
+        grid = make_grid(model, neighbor.grid.counts)
+        return replace(_from(FromNeighbor(grid, inflow, neighbor), inflow, numerics), two_grids=neighbor.two_grids)
     linear = linear_solution(model, inflow)
     try:
         run = _run_by_waves(model, inflow, numerics, linear, refinement)
@@ -189,9 +189,9 @@ def _with_stable_step(attempt: Callable[[int], Run], start: Start, numerics: Num
                 raise NumericalError(str(signal)) from None
             last = signal
         factor = max(1.15, min(2.0, last.courant / AIM))
-        asked = numerics.steps_for(steps * factor)
-        if asked > largest and steps >= largest:
-            if asked > _GROWTH * first:
-                raise runaway(last.where, first, asked)
-            raise faster_than_allowed(start.grid, last.where, asked, numerics.most_steps)
-        steps = min(asked, largest)
+        requested = numerics.steps_for(steps * factor)
+        if requested > largest and steps >= largest:
+            if requested > _GROWTH * first:
+                raise runaway(last.where, first, requested)
+            raise faster_than_allowed(start.grid, last.where, requested, numerics.most_steps)
+        steps = min(requested, largest)

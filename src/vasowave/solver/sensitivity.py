@@ -36,7 +36,7 @@ def derivatives(
     inflow: Driven,
     directions: Sequence[Direction],
     numerics: Numerics,
-    seen: tuple[Places, Waves],
+    watched_waves: tuple[Places, Waves],
     tolerance: float = 1e-6,
     workers: int = 1,
 ) -> tuple[np.ndarray, Waves]:
@@ -54,7 +54,7 @@ def derivatives(
     directions : sequence of Direction
     numerics : Numerics
         With which it was made; a run of so many cycles from rest has the derivatives of these cycles.
-    seen : (Places, Waves)
+    watched_waves : (Places, Waves)
         Places, and the waves there (`waves_at`), shape (step, place).
     tolerance : float
         Change from cycle to cycle that counts as periodic, as a share of the largest change of the state.
@@ -73,7 +73,7 @@ def derivatives(
     NumericalError
         The linearized cycle does not become periodic.
     """
-    places, waves = seen
+    places, waves = watched_waves
     faces, between = places.faces(run.grid)
     output = _output(run, inflow, directions, numerics, faces.ravel(), tolerance, workers)
     inlet, at_faces = output[:, : run.steps], output[:, run.steps :]
@@ -97,17 +97,17 @@ def _output(
     workers: int,
 ) -> np.ndarray:
     """Return `VariedStepper.output` of the periodic state of the changes."""
-    parts = [part for part in np.array_split(np.arange(len(directions)), workers) if len(part)]
-    steppers = [VariedStepper(run, inflow, [directions[d] for d in part], faces) for part in parts]
+    chunks = [chunk for chunk in np.array_split(np.arange(len(directions)), workers) if len(chunk)]
+    steppers = [VariedStepper(run, inflow, [directions[d] for d in chunk], faces) for chunk in chunks]
     if numerics.cycles_from_rest is not None:
         return np.concatenate([stepper.from_rest(numerics.cycles_from_rest) for stepper in steppers])
 
     def cycle(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        done = list(pool.map(lambda stepper, part: stepper.cycle(x[part]), steppers, parts))
+        done = list(pool.map(lambda stepper, chunk: stepper.cycle(x[chunk]), steppers, chunks))
         return np.concatenate([end for end, _ in done]), np.concatenate([output for _, output in done])
 
     start = np.zeros((len(directions), steppers[0].size))
-    with ThreadPoolExecutor(len(parts)) as pool:
+    with ThreadPoolExecutor(len(chunks)) as pool:
         fixed_point = affine_fixed_point(cycle, start, tolerance, _MOST, run.convergence.secants)
     if fixed_point is None or not np.all(np.isfinite(fixed_point)):
         raise NumericalError(

@@ -88,21 +88,21 @@ def simulate(
     if not models:
         raise InputError("no models to simulate")
     outcomes = simulate_runs(models, flow, numerics, progress=progress)
-    return stack([_labelled(one, flow) if isinstance(one, Run) else one for one in outcomes])
+    return stack([_labelled(outcome, flow) if isinstance(outcome, Run) else outcome for outcome in outcomes])
 
 
-def driving(given: Driven | Recording | EnsembleAverage) -> Driven:
+def driving(source: Driven | Recording | EnsembleAverage) -> Driven:
     """Return what drives a network: what is given, or the flow of a recording or an average."""
-    return given if isinstance(given, Driven) else one_cycle(given).inflow
+    return source if isinstance(source, Driven) else one_cycle(source).inflow
 
 
 def _labelled(run: Run, driven: Driven) -> xr.Dataset:
     """Return the labelled waveforms of a run, with those of the ventricle that drove it."""
     dataset = as_dataset(run)
     if isinstance(driven, Ventricle):
-        times, seen = np.arange(run.steps) / run.steps, np.arange(run.samples) / run.samples
+        times, sample_times = np.arange(run.steps) / run.steps, np.arange(run.samples) / run.samples
         waves = ventricular_waves(driven, run.at_inlet[1])  # the volume jumps where filling ends: no Fourier series
-        pressure, volume = (np.interp(seen, times, wave) for wave in waves)
+        pressure, volume = (np.interp(sample_times, times, wave) for wave in waves)
         dataset["ventricular_pressure"] = ("time", pressure, {"units": "mmHg", "long_name": "ventricular pressure"})
         dataset["ventricular_volume"] = ("time", volume, {"units": "ml", "long_name": "ventricular volume above V0"})
     return dataset

@@ -180,5 +180,5 @@ def at_rest(grid: Grid, beds: Rational) -> State:
 
 def _range_of_pressure(model: Model) -> tuple[float, float]:
     """Pressures beyond which a linear guess is cut: near the collapse of the softest wall, and 100 kPa."""
-    rest = walls.wave_speed_at_rest(model.wall, model.blood.inertia)
-    return float(-0.5 * model.blood.inertia * np.min(rest) ** 2), 750.0
+    speed_at_rest = walls.wave_speed_at_rest(model.wall, model.blood.inertia)
+    return float(-0.5 * model.blood.inertia * np.min(speed_at_rest) ** 2), 750.0

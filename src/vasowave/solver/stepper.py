@@ -63,10 +63,10 @@ class Stepper:
         kinds = 2 if self.viscous is None else 3
         inlets = self.parts[3].face[self.parts[3].inlet :][: self.inflow.shape[1]]
         self.watched = np.concatenate([inlets, np.asarray(watched, dtype=np.uintp)]).astype(np.uintp)
-        self.seen = np.zeros((kinds, steps, len(self.watched)))
-        kept = steps // numerics.kept_every(steps)
-        of_cells = numerics.samples if steps % numerics.samples == 0 else kept
-        self.stations = np.zeros((kinds, kept, vessels, 3))
+        self.watched_waves = np.zeros((kinds, steps, len(self.watched)))
+        stored_steps = steps // numerics.kept_every(steps)
+        of_cells = numerics.samples if steps % numerics.samples == 0 else stored_steps
+        self.stations = np.zeros((kinds, stored_steps, vessels, 3))
         self.cells = np.zeros((kinds, of_cells if numerics.every_cell else 0, slots))
         self.courant = self.volume_error = 0.0
         self.mach = Extreme(0.0, "", 0.0)
@@ -74,7 +74,7 @@ class Stepper:
     @property
     def at_inlet(self) -> np.ndarray:
         """What was seen at the root's inlet at every step of the last cycle, shape (kind, step); see `Run`."""
-        return np.ascontiguousarray(self.seen[:, :, 0])
+        return np.ascontiguousarray(self.watched_waves[:, :, 0])
 
     def allows(self, state: State) -> bool:
         """Whether all areas lie within the wall law."""
@@ -87,13 +87,13 @@ class Stepper:
         report = np.zeros(cycles.REPORT)
         cycles.cycle_kernel(type(self.grid.wall))(
             (area, flow, memory), self.inflow, self.heart, self.behind, self.law, self.outlets, self.parts,
-            self.grid.changing, self.fluid, self.scratch, self.viscous, self.watched, self.seen, self.stations,
+            self.grid.changing, self.fluid, self.scratch, self.viscous, self.watched, self.watched_waves, self.stations,
             self.cells, report,
         )  # fmt: skip
         self._check(report, State(area, flow, memory))
         self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)
         stored = np.sum((area - state.area)[self.grid.is_cell] * self.grid.spacing[self.grid.is_cell])
-        entered = self.seen[1, :, : self.inflow.shape[1]]
+        entered = self.watched_waves[1, :, : self.inflow.shape[1]]
         passed = self.period * float(np.mean(np.abs(entered).sum(axis=1)))  # not of q: it may be zero
         balance = float((report[cycles.INFLOW] - report[cycles.OUTFLOW]) * self.period / self.steps - stored)
         self.volume_error = balance / passed if passed > 0 else balance

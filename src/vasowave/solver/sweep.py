@@ -59,8 +59,8 @@ def sweep(
         ``wall_viscosity`` (mmHg s).
     numerics : Numerics, optional
     after : callable, optional
-        What is done to every model once its parameters are set: ``lambda one: vw.narrowed(one, "2", 0.8, 0.05)``. A
-        narrowing that is there before would count as a vessel by which total resistance and stiffness are shared.
+        What is done to every model once its parameters are set: ``lambda model: vw.narrowed(model, "2", 0.8, 0.05)``.
+        A narrowing that is there before would count as a vessel by which total resistance and stiffness are shared.
     samples : int
         Samples of the pressure that is kept.
     progress : callable, optional
@@ -89,57 +89,57 @@ def sweep(
     >>> bool(pulse.sel(beta=80.0) > pulse.sel(beta=40.0))
     True
     """
-    axes = {name: _checked(model, name, given) for name, given in values.items()}
+    axes = {name: _checked(model, name, sequence) for name, sequence in values.items()}
     if not axes:
         raise InputError(
             "nothing to sweep; name a parameter and its values, as in {'beta': [40, 60, 80]} or `--vary beta=40,60,80`"
         )
     flow = driving(inflow)
     numerics = numerics or Numerics()
-    count = int(np.prod([len(one) for one in axes.values()]))
-    kept: list[dict[str, Any]] = []
-    seen = after(model) if after is not None else model
+    count = int(np.prod([len(axis) for axis in axes.values()]))
+    records: list[dict[str, Any]] = []
+    final_model = after(model) if after is not None else model
     for outcomes in _outcomes(model, flow, numerics, axes, after):
-        kept += [_reduced(outcome, seen, samples) for outcome in outcomes]
+        records += [_reduced(outcome, final_model, samples) for outcome in outcomes]
         if progress is not None:
-            progress(len(kept), count)
-    return _labelled(kept, seen, flow, axes, samples)
+            progress(len(records), count)
+    return _labelled(records, final_model, flow, axes, samples)
 
 
-def sweep_table(found: xr.Dataset) -> pd.DataFrame:
+def sweep_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Return a sweep as a table: a row for every combination, with the pressure at the root, titles with units.
 
     Columns: the parameters, ``systolic, diastolic, mean, pulse``, ``mach``, ``failure`` and ``notes``.
     """
-    pressure = found["root_pressure"]
-    said = {
+    pressure = dataset["root_pressure"]
+    columns = {
         "systolic [mmHg]": pressure.max("time", skipna=False),
         "diastolic [mmHg]": pressure.min("time", skipna=False),
         "mean [mmHg]": pressure.mean("time", skipna=False),
         "pulse [mmHg]": pressure.max("time", skipna=False) - pressure.min("time", skipna=False),
-        "mach": found["mach"],
-        "failure": found["failure"],
-        "notes": found["notes"],
+        "mach": dataset["mach"],
+        "failure": dataset["failure"],
+        "notes": dataset["notes"],
     }
-    axes = [str(name) for name in found["mach"].dims]
-    rows = pd.DataFrame({title: values.values.ravel() for title, values in said.items()})
-    grid = list(product(*(found[name].values.tolist() for name in axes)))
-    units = [found[name].attrs.get("units", "1") for name in axes]
+    axes = [str(name) for name in dataset["mach"].dims]
+    rows = pd.DataFrame({title: values.values.ravel() for title, values in columns.items()})
+    grid = list(product(*(dataset[name].values.tolist() for name in axes)))
+    units = [dataset[name].attrs.get("units", "1") for name in axes]
     titles = [name if unit == "1" else f"{name} [{unit}]" for name, unit in zip(axes, units, strict=True)]
     return pd.concat([pd.DataFrame(grid, columns=titles), rows], axis=1)
 
 
-def _checked(model: Model, name: str, given: Sequence[float]) -> np.ndarray:
-    known = tuple(_units(model))
-    if name not in known:
+def _checked(model: Model, name: str, sequence: Sequence[float]) -> np.ndarray:
+    names = tuple(_units(model))
+    if name not in names:
         raise InputError(
-            f"'{name}' is no parameter of this model{did_you_mean(name, known)}; there are: {', '.join(known)}"
+            f"'{name}' is no parameter of this model{did_you_mean(name, names)}; there are: {', '.join(names)}"
         )
-    values = np.atleast_1d(np.asarray(given, dtype=float))
+    values = np.atleast_1d(np.asarray(sequence, dtype=float))
     allowed = np.isfinite(values) & ((values > 0) | ((values == 0) & (name == WALL_VISCOSITY)))  # 0: an elastic wall
     if values.ndim != 1 or not len(values) or not np.all(allowed):
-        given_ones = ", ".join(f"{one:g}" for one in values.ravel()) or "none"
-        raise InputError(f"{name}: give positive numbers, not {given_ones}")
+        listed = ", ".join(f"{value:g}" for value in values.ravel()) or "none"
+        raise InputError(f"{name}: give positive numbers, not {listed}")
     if name == "a" and values.max() >= 1:
         raise InputError(f"a: {values.max():g}; R1 is a part of the total resistance, so a lies below 1")
     return values
@@ -153,11 +153,13 @@ def _outcomes(
     after: Callable[[Model], Model] | None,
 ) -> Iterator[list[Run | VasowaveError]]:
     combinations = product(*axes.values())
-    while some := list(islice(combinations, _AT_ONCE)):
-        models: list[Model | VasowaveError] = [_made(model, dict(zip(axes, one, strict=True)), after) for one in some]
-        good = [one for one in models if isinstance(one, Model)]
+    while batch := list(islice(combinations, _AT_ONCE)):
+        models: list[Model | VasowaveError] = [
+            _made(model, dict(zip(axes, point, strict=True)), after) for point in batch
+        ]
+        good = [outcome for outcome in models if isinstance(outcome, Model)]
         runs = simulate_runs(good, inflow, numerics)
-        yield [next(runs) if isinstance(one, Model) else one for one in models]
+        yield [next(runs) if isinstance(outcome, Model) else outcome for outcome in models]
 
 
 def changed_model(model: Model, values: Mapping[str, float]) -> Model:
@@ -175,8 +177,8 @@ def changed_model(model: Model, values: Mapping[str, float]) -> Model:
     wall = model.wall._replace(**{field: values[name] for name, field in fields if name in values})
     if sizes:
         network = replace(network, **sizes)
-    if isinstance(beds, Bed) and (given := {name: values[name] for name in beds.knobs() if name in values}):
-        beds = beds.with_totals(network.flow_fraction[network.terminals], given)
+    if isinstance(beds, Bed) and (totals := {name: values[name] for name in beds.knobs() if name in values}):
+        beds = beds.with_totals(network.flow_fraction[network.terminals], totals)
     viscosity = values.get(WALL_VISCOSITY, model.wall_viscosity)
     return model.changed(network=network, wall=wall, outlets=beds, wall_viscosity=viscosity)
 
@@ -209,17 +211,17 @@ def _reduced(outcome: Run | VasowaveError, model: Model, samples: int) -> dict[s
 
 
 def _labelled(
-    kept: Sequence[Mapping[str, Any]], model: Model, inflow: Driven, axes: Mapping[str, np.ndarray], samples: int
+    records: Sequence[Mapping[str, Any]], model: Model, inflow: Driven, axes: Mapping[str, np.ndarray], samples: int
 ) -> xr.Dataset:
-    shape, units = tuple(len(one) for one in axes.values()), _units(model)
-    more = {"root_pressure": ("time",), "mean_pressure": ("vessel",), "pulse_pressure": ("vessel",),
+    shape, units = tuple(len(axis) for axis in axes.values()), _units(model)
+    extra_dims = {"root_pressure": ("time",), "mean_pressure": ("vessel",), "pulse_pressure": ("vessel",),
             "mean_flow": ("vessel",)}  # fmt: skip
     variables: dict[str, Any] = {}
-    for name in kept[0]:
-        values = np.array([one[name] for one in kept])
+    for name in records[0]:
+        values = np.array([record[name] for record in records])
         unit, meaning = _KEPT.get(name, ("", ""))
         attrs = {"units": unit, "long_name": meaning} if unit else {}
-        variables[name] = ((*axes, *more.get(name, ())), values.reshape(*shape, *values.shape[1:]), attrs)
+        variables[name] = ((*axes, *extra_dims.get(name, ())), values.reshape(*shape, *values.shape[1:]), attrs)
     coords: dict[str, Any] = {name: (name, values, {"units": units[name]}) for name, values in axes.items()}
     coords["time"] = ("time", np.arange(samples) * (inflow.period / samples), {"units": "s"})
     coords["vessel"] = ("vessel", np.array(model.network.name))
@@ -227,7 +229,7 @@ def _labelled(
 
 
 def _units(model: Model) -> dict[str, str]:
-    units = (one.unit for one in model.wall.law().parameters)
+    units = (parameter.unit for parameter in model.wall.law().parameters)
     beds = model.outlets.knobs() if isinstance(model.outlets, Bed) else {}
-    own = dict(zip(parameter_names(type(model.wall)), units, strict=True)) | beds | _SIZES
-    return own | {WALL_VISCOSITY: VISCOSITY.unit}
+    units_by_name = dict(zip(parameter_names(type(model.wall)), units, strict=True)) | beds | _SIZES
+    return units_by_name | {WALL_VISCOSITY: VISCOSITY.unit}

@@ -129,16 +129,16 @@ def notes_of(
     where an accuracy was asked for and two grids tell that it was reached (`error_estimate`, mmHg).
     """
     error, low, strain = extremes.grid_error, extremes.lowest_pressure, extremes.area_strain
-    percent, found = 100 * error.value / largest_pressure, []
+    percent, findings = 100 * error.value / largest_pressure, []
     doubtful = error.value > GRID_SHARE * largest_pressure or not math.isfinite(error.value)
     if doubtful and math.isnan(error_estimate):
         sized = percent < _MEANINGLESS
-        found.append(_of(ON_GRID, error, percent=percent) if sized else _of(ON_GRID_ALONE, error))
+        findings.append(_of(ON_GRID, error, percent=percent) if sized else _of(ON_GRID_ALONE, error))
     if low.value < lowest:
-        found.append(_of(COLLAPSES, low))
+        findings.append(_of(COLLAPSES, low))
     if strain.value > OVERSTRAINED:
-        found.append(_of(STRAINED, strain, percent=100 * strain.value))
-    return tuple(found)
+        findings.append(_of(STRAINED, strain, percent=100 * strain.value))
+    return tuple(findings)
 
 
 def notes_of_narrowings(model: Model, area: np.ndarray, flow: np.ndarray) -> tuple[Finding, ...]:
@@ -146,15 +146,15 @@ def notes_of_narrowings(model: Model, area: np.ndarray, flow: np.ndarray) -> tup
 
     Both have the shape (time, vessel). Reynolds numbers are those of the largest flow in the cycle.
     """
-    found, (low, high) = [], REYNOLDS
+    findings, (low, high) = [], REYNOLDS
     for row in np.flatnonzero(model.narrowings):
         before = np.flatnonzero(model.network.end == model.network.start[row])[0]
         diameter = np.sqrt(4.0 * area[:, before] / np.pi)
         speed = np.abs(flow[:, before]) / area[:, before]
         reynolds = float(np.max(speed * diameter)) / model.blood.viscosity
         if not low <= reynolds <= high:
-            found.append(OUTSIDE_RANGE(value=reynolds, low=low, high=high).at(vessel=model.network.name[row]))
-    return tuple(found)
+            findings.append(OUTSIDE_RANGE(value=reynolds, low=low, high=high).at(vessel=model.network.name[row]))
+    return tuple(findings)
 
 
 def notes_of_beds(model: Model, period: float) -> tuple[Finding, ...]:
@@ -167,5 +167,5 @@ def notes_of_beds(model: Model, period: float) -> tuple[Finding, ...]:
     return (BED_MISSED(percent=100 * float(missed[worst])).at(vessel=name),)
 
 
-def _of(which: FindingKind, extreme: Extreme, **values: Value) -> Finding:
-    return which(value=extreme.value, time=extreme.time, **values).at(vessel=extreme.vessel)
+def _of(kind: FindingKind, extreme: Extreme, **values: Value) -> Finding:
+    return kind(value=extreme.value, time=extreme.time, **values).at(vessel=extreme.vessel)

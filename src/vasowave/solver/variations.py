@@ -43,7 +43,7 @@ class Stencil(NamedTuple):
     right_area: np.ndarray  # (slot,)
     left_flow: np.ndarray  # (slot,)
     right_flow: np.ndarray  # (slot,)
-    kept: np.ndarray  # (slot,) by the sum of the neighbors' flows alone
+    flow: np.ndarray  # (slot,) by the sum of the neighbors' flows alone
     area: np.ndarray  # (slot,) by that of their areas alone
     drag: np.ndarray  # (slot,) by that of their drags
     push: np.ndarray  # (slot,) by the rise of the momentum flux from left to right
@@ -94,18 +94,18 @@ def differentiate_faces(area, flow, cells, fluid, fluxes, slopes, stencil):
         force = fluxes.momentum[j] - fluxes.momentum[j - 1] + mass * rise
         E, Phi, dE, dPhi = differentiate_slowed(quarter * (fluxes.drag[j - 1] + fluxes.drag[j]))
         push = -half * Phi
-        stencil.kept[j], stencil.push[j] = 0.5 * E, push
+        stencil.flow[j], stencil.push[j] = 0.5 * E, push
         stencil.area[j], stencil.fall[j] = 0.5 * push * per_inertia * rise, push * mass
         stencil.drag[j] = quarter * (0.5 * dE * (flow[j - 1] + flow[j]) - half * dPhi * force)
         stencil.length[j] = -push * force  # a longer vessel has longer cells
     for j in range(1, len(area)):
         by_flux = -stencil.push[j] * slopes.momentum_by_area[j - 1] - stencil.fall[j] * slopes.pressure[j - 1]
         stencil.left_area[j] = stencil.area[j] + stencil.drag[j] * slopes.drag[j - 1] + by_flux
-        stencil.left_flow[j] = stencil.kept[j] - stencil.push[j] * slopes.momentum_by_flow[j - 1]
+        stencil.left_flow[j] = stencil.flow[j] - stencil.push[j] * slopes.momentum_by_flow[j - 1]
     for j in range(1, len(area)):
         by_flux = stencil.push[j] * slopes.momentum_by_area[j] + stencil.fall[j] * slopes.pressure[j]
         stencil.right_area[j] = stencil.area[j] + stencil.drag[j] * slopes.drag[j] + by_flux
-        stencil.right_flow[j] = stencil.kept[j] + stencil.push[j] * slopes.momentum_by_flow[j]
+        stencil.right_flow[j] = stencil.flow[j] + stencil.push[j] * slopes.momentum_by_flow[j]
     for k in range(len(stencil.wall)):
         for j in range(1, len(area)):
             stencil.wall[k, j] = stencil.fall[j] * (slopes.wall[k, j] - slopes.wall[k, j - 1])

@@ -52,13 +52,13 @@ from vasowave.solver.viscosity_variations import change_joined, change_pushes, c
 def _compiled() -> Any:
     @njit(**WHOLE)
     def advance_changes(
-        state, changed, inflow, behind, law, shifted, outlet, outlets, parts, changing, weights, fluid, base, scratch,
-        viscous, watched, out, seen
+        state, changed, inflow, behind, law, shifted, outlet, outlets, geometry, changing, weights, fluid, base,
+        scratch, viscous, watched, out, watched_waves
     ):  # fmt: skip
         area, flow, memory = state
         dA, dq, remembered = changed
-        (wall, face_wall, end_wall), (wall_beside, face_wall_beside, end_wall_beside) = law, shifted
-        (vessels, cells, at_faces, ends), (in_slots, in_faces, in_ends, drags) = parts, weights
+        (wall, face_wall, end_wall), (wall_shift, face_wall_shift, end_wall_shift) = law, shifted
+        (vessels, cells, at_faces, ends), (in_slots, in_faces, in_ends, drags) = geometry, weights
         faces, cell_fluxes, nodes, fluxes = base
         cell_slopes, slopes, to_faces, to_cells, lines, at_nodes, carrying, face_dA, face_dq, before = scratch
         for n in range(len(inflow)):
@@ -82,8 +82,8 @@ def _compiled() -> Any:
                 solve_viscous(inflow[n], None, outlet, memory, vessels, ends, end_wall, viscous.base, nodes, faces)
             find_fluxes(faces.area, faces.flow, at_faces, face_wall, fluid, fluxes)
 
-            differentiate_fluxes(area, flow, cells, wall, wall_beside, fluid, cell_fluxes, cell_slopes)
-            differentiate_fluxes(faces.area, faces.flow, at_faces, face_wall, face_wall_beside, fluid, fluxes, slopes)
+            differentiate_fluxes(area, flow, cells, wall, wall_shift, fluid, cell_fluxes, cell_slopes)
+            differentiate_fluxes(faces.area, faces.flow, at_faces, face_wall, face_wall_shift, fluid, fluxes, slopes)
             differentiate_faces(area, flow, cells, fluid, cell_fluxes, cell_slopes, to_faces)
             differentiate_cells(faces.area, faces.flow, cells, fluid, fluxes, slopes, to_cells)
             gather_slopes(ends, nodes, faces, cell_slopes, slopes, lines)
@@ -101,7 +101,7 @@ def _compiled() -> Any:
                     carrying,
                     lines,
                 )
-            differentiate_speeds(ends, fluid, end_wall, end_wall_beside, nodes, lines)
+            differentiate_speeds(ends, fluid, end_wall, end_wall_shift, nodes, lines)
             differentiate_characteristics(ends, nodes, lines)
             if changing is not None:
                 differentiate_gains(changing, nodes, carrying, lines)
@@ -109,7 +109,7 @@ def _compiled() -> Any:
             if viscous is not None:
                 join_changes(outlet, vessels, ends, nodes, lines, viscous.base)
             if changing is not None:
-                differentiate_energy(cells, changing, faces, carrying.kept)
+                differentiate_energy(cells, changing, faces, carrying.energy)
                 differentiate_drag_along(cells, changing, cell_fluxes, fluxes, faces, to_faces, carrying.drag)
             for d in range(len(dA)):
                 rows, longer = in_slots.rows[d], in_slots.length[d]
@@ -150,10 +150,10 @@ def _compiled() -> Any:
                     change_viscosity(d, dA[d], dq[d], area, flow, vessels, cells, in_slots.wall[d, -1], longer, viscous)
                     change_joined(area, dA[d], vessels, ends, longer, nodes, lines, viscous, at_nodes, face_dA, face_dq)
                     for i in range(len(watched)):
-                        seen[2, d, n, i] = viscous.at_faces[watched[i]]
+                        watched_waves[2, d, n, i] = viscous.at_faces[watched[i]]
                 change_memory(d, before, remembered[d], outlet, outlets, ends, faces, face_dq)
                 out[d, n] = at_nodes.pressure[ends.inlet]
-                see_faces(d, n, watched, slopes, face_weight, face_dA, face_dq, seen)
+                see_faces(d, n, watched, slopes, face_weight, face_dA, face_dq, watched_waves)
                 change_cells(face_dA, face_dq, cells, to_cells, face_weight, dA[d], dq[d])
                 if changing is not None:
                     change_changing_cells(

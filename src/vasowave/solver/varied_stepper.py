@@ -59,7 +59,7 @@ class VariedStepper:
         self.viscous = _viscous_changes(self.stepper.viscous, run.grid, directions)
         self.watched = np.asarray(faces, dtype=np.uintp)
         self.inlet = np.zeros((len(directions), run.steps))
-        self.seen = np.zeros((len(run.at_inlet), len(directions), run.steps, len(self.watched)))
+        self.watched_waves = np.zeros((len(run.at_inlet), len(directions), run.steps, len(self.watched)))
 
     @property
     def size(self) -> int:
@@ -79,14 +79,14 @@ class VariedStepper:
 
         The kinds are pressure (mmHg) of the law, flow (ml/s) and, where walls are viscous, viscous pressure.
         """
-        seen = np.moveaxis(self.seen, 1, 0).reshape(len(self.inlet), -1)
-        return np.concatenate([self.inlet, seen], axis=1)
+        watched_waves = np.moveaxis(self.watched_waves, 1, 0).reshape(len(self.inlet), -1)
+        return np.concatenate([self.inlet, watched_waves], axis=1)
 
     def from_rest(self, count: int) -> np.ndarray:
         """Return the `output` in the last of `count` cycles from rest."""
         state, scale = at_rest(self.run.grid, self.stepper.beds), self.run.scale
         wider = [State(state.area * row[-1], state.flow, state.memory) for row in self.weights[0].wall]
-        x = np.array([scale.vector(one) for one in wider])
+        x = np.array([scale.vector(change) for change in wider])
         for _ in range(count):
             state, x = self._cycle(state, x)
         return self.output
@@ -95,12 +95,14 @@ class VariedStepper:
         stepper, scale = self.stepper, self.run.scale
         state = State(start.area.copy(), start.flow.copy(), start.memory.copy())
         changes = [scale.change(row) for row in x]
-        changed = tuple(np.array([getattr(one, name) for one in changes]) for name in ("area", "flow", "memory"))
+        changed = tuple(
+            np.array([getattr(state_change, name) for state_change in changes]) for name in ("area", "flow", "memory")
+        )
         varied_cycle_kernel(type(stepper.grid.wall))(
             (state.area, state.flow, state.memory), changed, stepper.inflow, self.behind, stepper.law, self.shifted,
             stepper.outlets, self.outlets, stepper.parts, stepper.grid.changing,
             (*self.weights, self.drags), stepper.fluid, self.base, self.scratch, self.viscous,
-            self.watched, self.inlet, self.seen,
+            self.watched, self.inlet, self.watched_waves,
         )  # fmt: skip
         return state, np.array([scale.vector(State(*change)) for change in zip(*changed, strict=True)])
 
@@ -120,10 +122,10 @@ def _carrying(changing: Changing | None, rows: int, slots: int) -> Carrying | No
 
 def _weights(directions: Sequence[Direction], places: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[Weights, ...]:
     """Return the directions' relative changes at slots, faces and ends: vessels, and shares of their lengths."""
-    walls = [np.array([one.walls(*place) for one in directions]) for place in places]
-    lengths = np.array([one.length for one in directions])
+    walls = [np.array([direction.walls(*place) for direction in directions]) for place in places]
+    lengths = np.array([direction.length for direction in directions])
     varies = np.any([np.any(wall, axis=2) for wall in walls], axis=0)
-    rows = np.array([max((k + 1 for k, varied in enumerate(one) if varied), default=0) for one in varies])
+    rows = np.array([max((k + 1 for k, varied in enumerate(flags) if varied), default=0) for flags in varies])
     lengthens = np.any(lengths, axis=1)
     return tuple(
         Weights(np.ascontiguousarray(wall), np.ascontiguousarray(lengths[:, vessel]), rows, lengthens)
@@ -136,15 +138,15 @@ def _drags(grid: Grid, directions: Sequence[Direction], fluid: FluidConstants) -
     drags = np.zeros((len(directions), len(grid.vessel)))
     if grid.changing is not None:
         cells = grid.changing.cell
-        for row, one in zip(drags, directions, strict=True):
-            row[cells] = one.relative(lambda model: grid.drag_along(model, fluid.k0, fluid.k1, cells))
+        for row, direction in zip(drags, directions, strict=True):
+            row[cells] = direction.relative(lambda model: grid.drag_along(model, fluid.k0, fluid.k1, cells))
     return drags
 
 
 def _viscous_changes(viscous: Viscous | None, grid: Grid, directions: Sequence[Direction]) -> ViscousChanges | None:
     if viscous is None:
         return None
-    viscosities = np.array([one.wall_viscosity[grid.vessel] for one in directions])
+    viscosities = np.array([direction.wall_viscosity[grid.vessel] for direction in directions])
     return ViscousChanges(viscous, viscosities, *np.zeros((3, len(grid.vessel))))
 
 
@@ -161,9 +163,9 @@ def _moved_behind(run: Run, directions: Sequence[Direction]) -> np.ndarray:
     """Return how what stands before the beds of the pressure behind them changes, shape (direction, step, terminal)."""
     model, changes = run.model, []
     beds: Any = model.outlets
-    for one in directions:
+    for direction in directions:
         up, down = (
-            behind_in_time(model.changed(outlets=beds.moved(side * _APART * one.outlets)), run.steps, run.period)
+            behind_in_time(model.changed(outlets=beds.moved(side * _APART * direction.outlets)), run.steps, run.period)
             for side in (1, -1)
         )
         changes.append((up - down) / (2 * _APART))
@@ -174,8 +176,8 @@ def _outlet_changes(run: Run, directions: Sequence[Direction]) -> OutletChanges:
     """Return how the beds' steps change, by differences of their fields."""
     beds: Any = run.model.outlets
     dt, changes = run.period / run.steps, []
-    for one in directions:
-        moved = (beds.moved(side * _APART * one.outlets).rational(run.period, beds) for side in (1, -1))
-        up, down = (bed_steps(each, dt, run.model.outlet_pressure)[:-1] for each in moved)
+    for direction in directions:
+        moved = (beds.moved(side * _APART * direction.outlets).rational(run.period, beds) for side in (1, -1))
+        up, down = (bed_steps(rational, dt, run.model.outlet_pressure)[:-1] for rational in moved)
         changes.append([(a - b) / (2 * _APART) for a, b in zip(up, down, strict=True)])
     return OutletChanges(*(np.array(value) for value in zip(*changes, strict=True)))

@@ -53,11 +53,11 @@ class Viscous(NamedTuple):
     pressure: np.ndarray  # (slot,) ψ, mmHg
     at_faces: np.ndarray  # (slot,) ψ at the left face
     per_push: np.ndarray  # (slot,) 1/b of the left face, mmHg s/ml
-    given: np.ndarray  # (slot,) right side of the equation of the left face, mmHg
+    right_side: np.ndarray  # (slot,) right side of the equation of the left face, mmHg
     pivot: np.ndarray  # (slot,) of the left face
     to_next: np.ndarray  # (slot,) share of the next face's flow in that of the left face
     to_inlet: np.ndarray  # (slot,) share of the inlet's flow in it
-    own: np.ndarray  # (end,) coefficient of the end's own flow once the inner faces are gone
+    end_coefficient: np.ndarray  # (end,) coefficient of the end's own flow once the inner faces are gone
     across: np.ndarray  # (vessel,) that of its two ends
     give: np.ndarray  # (end,) what the flow into the vessel gains by a pressure at its end, ml/s/mmHg
     flow: np.ndarray  # (end,) that it would have, later that it has
@@ -92,43 +92,45 @@ def _joints(grid: Grid) -> Joints:
     pairs = [frozenset((int(node[a]), int(node[b]))) for a, b in zip(inlet, outlet, strict=True)]
     order, later = _elimination(int(start[1]), pairs)
     place: dict[frozenset[int], int] = {}
-    for one, others in zip(order, later, strict=True):
-        for other in others:
-            place[frozenset((one, other))] = len(place)
-    fill = [place[frozenset((a, b))] for others in later for i, a in enumerate(others) for b in others[i + 1 :]]
-    whole: Any = [node, [place[pair] for pair in pairs], order, np.cumsum([0, *map(len, later)]),
-                  [other for others in later for other in others], fill]  # fmt: skip
-    return Joints(inlet, outlet, *(np.asarray(one, dtype=np.int64) for one in whole))
+    for eliminated, neighbors in zip(order, later, strict=True):
+        for neighbor in neighbors:
+            place[frozenset((eliminated, neighbor))] = len(place)
+    fill = [
+        place[frozenset((a, b))] for neighbors in later for i, a in enumerate(neighbors) for b in neighbors[i + 1 :]
+    ]
+    indices: Any = [node, [place[pair] for pair in pairs], order, np.cumsum([0, *map(len, later)]),
+                  [neighbor for neighbors in later for neighbor in neighbors], fill]  # fmt: skip
+    return Joints(inlet, outlet, *(np.asarray(values, dtype=np.int64) for values in indices))
 
 
 def _elimination(count: int, pairs: list[frozenset[int]]) -> tuple[list[int], list[list[int]]]:
     """Return the order in which nodes are eliminated, fewest neighbors first, and the neighbors that each has then."""
-    beside: list[set[int]] = [set() for _ in range(count)]
+    neighbors: list[set[int]] = [set() for _ in range(count)]
     for a, b in map(tuple, pairs):
-        beside[a].add(b)
-        beside[b].add(a)
+        neighbors[a].add(b)
+        neighbors[b].add(a)
     order: list[int] = []
     later: list[list[int]] = []
-    left = set(range(count))
-    while left:
-        one = min(left, key=lambda k: (len(beside[k]), k))
-        left.remove(one)
-        order.append(one)
-        later.append(sorted(beside[one]))
-        for other in beside[one]:
-            beside[other] |= beside[one] - {other}
-            beside[other].discard(one)
+    remaining = set(range(count))
+    while remaining:
+        eliminated = min(remaining, key=lambda k: (len(neighbors[k]), k))
+        remaining.remove(eliminated)
+        order.append(eliminated)
+        later.append(sorted(neighbors[eliminated]))
+        for neighbor in neighbors[eliminated]:
+            neighbors[neighbor] |= neighbors[eliminated] - {neighbor}
+            neighbors[neighbor].discard(eliminated)
     return order, later
 
 
 @njit(**OPTIONS)
-def half_step_areas(area, flow, vessels, cells, found):
+def half_step_areas(area, flow, vessels, cells, half_areas):
     """Areas of the cells at the half step, by the flows of the cells beside."""
     for v in range(len(vessels.first)):
         first, last = vessels.first[v], vessels.last[v]
         for j in range(first, last):
-            left, right = max(j - 1, first), min(j + 1, max(last - 1, first + 1))  # a single cell has its line
-            found[j] = area[j] - cells.half[j] * (flow[right] - flow[left]) / (right - left)
+            lower, upper = max(j - 1, first), min(j + 1, max(last - 1, first + 1))  # a single cell has its line
+            half_areas[j] = area[j] - cells.half[j] * (flow[upper] - flow[lower]) / (upper - lower)
 
 
 @njit(**OPTIONS)
@@ -140,27 +142,30 @@ def find_viscosity(area, flow, vessels, cells, fluid, viscous):
         first, last = vessels.first[v], vessels.last[v]
         for j in range(first, last):
             kappa[j] = viscous.coefficient[j] / np.sqrt(viscous.area[j])
-        own, coupled, before = kappa[first], kappa[first], 0.0
+        inlet_diagonal, coupled, before = kappa[first], kappa[first], 0.0
         for j in range(first + 1, last):
             viscous.per_push[j] = 2.0 * fluid.inertia / (cells.half[j - 1] * (area[j - 1] + area[j]))
             viscous.pivot[j] = viscous.per_push[j] + kappa[j - 1] + kappa[j] - before
             viscous.to_next[j], viscous.to_inlet[j] = kappa[j] / viscous.pivot[j], coupled / viscous.pivot[j]
-            own -= coupled * viscous.to_inlet[j]
+            inlet_diagonal -= coupled * viscous.to_inlet[j]
             coupled, before = coupled * viscous.to_next[j], kappa[j] * viscous.to_next[j]
-        viscous.own[joints.inlet[v]], viscous.own[joints.outlet[v]] = own, kappa[last - 1] - before
+        viscous.end_coefficient[joints.inlet[v]], viscous.end_coefficient[joints.outlet[v]] = (
+            inlet_diagonal,
+            kappa[last - 1] - before,
+        )
         viscous.across[v] = coupled
 
 
 @njit(**OPTIONS)
 def eliminate_faces(vessels, viscous):
-    """Take the right sides of the inner faces to those of the ends: `given` to `side`."""
+    """Take the right sides of the inner faces to those of the ends: `right_side` to `side`."""
     joints = viscous.joints
     for v in range(len(vessels.first)):
         inlet, outlet, before = joints.inlet[v], joints.outlet[v], 0.0
         for j in range(vessels.first[v] + 1, vessels.last[v]):
-            viscous.given[j] += before
-            viscous.side[inlet] += viscous.to_inlet[j] * viscous.given[j]
-            before = viscous.to_next[j] * viscous.given[j]
+            viscous.right_side[j] += before
+            viscous.side[inlet] += viscous.to_inlet[j] * viscous.right_side[j]
+            before = viscous.to_next[j] * viscous.right_side[j]
         viscous.side[outlet] += before
 
 
@@ -175,9 +180,15 @@ def join_vessels(vessels, nodes, viscous):
         entries[i] = 0.0
     for v in range(len(vessels.first)):
         a, b = joints.inlet[v], joints.outlet[v]
-        own, other = 1.0 / viscous.give[a] + viscous.own[a], 1.0 / viscous.give[b] + viscous.own[b]
-        per_determinant = 1.0 / (own * other - viscous.across[v] * viscous.across[v])
-        viscous.admittance[a], viscous.admittance[b] = other * per_determinant, own * per_determinant
+        inlet_diagonal, outlet_diagonal = (
+            1.0 / viscous.give[a] + viscous.end_coefficient[a],
+            1.0 / viscous.give[b] + viscous.end_coefficient[b],
+        )
+        per_determinant = 1.0 / (inlet_diagonal * outlet_diagonal - viscous.across[v] * viscous.across[v])
+        viscous.admittance[a], viscous.admittance[b] = (
+            outlet_diagonal * per_determinant,
+            inlet_diagonal * per_determinant,
+        )
         viscous.transfer[v] = viscous.across[v] * per_determinant
         diagonal[joints.node[a]] += viscous.admittance[a]
         diagonal[joints.node[b]] += viscous.admittance[b]
@@ -241,7 +252,7 @@ def fill_faces(vessels, viscous, flow):
         first, last = vessels.first[v], vessels.last[v]
         flow[first], flow[last] = viscous.flow[viscous.joints.inlet[v]], viscous.flow[viscous.joints.outlet[v]]
         for j in range(last - 1, first, -1):
-            flow[j] = viscous.given[j] / viscous.pivot[j]
+            flow[j] = viscous.right_side[j] / viscous.pivot[j]
             flow[j] += viscous.to_inlet[j] * flow[first] + viscous.to_next[j] * flow[j + 1]
 
 
@@ -277,8 +288,8 @@ def move_ends(ends, nodes, viscous):
     small = True
     for e in range(len(ends.face)):
         step = -ends.side[e] * nodes.share[e] * (viscous.flow[e] - viscous.trial[e]) / viscous.give[e]
-        most = 5.0 + 0.5 * abs(nodes.trial[e])
-        nodes.missed[e] = min(max(step, -most), most)
+        max_step = 5.0 + 0.5 * abs(nodes.trial[e])
+        nodes.missed[e] = min(max(step, -max_step), max_step)
         nodes.trial[e] += nodes.missed[e]
         small &= abs(nodes.missed[e]) < NEWTON_CLOSE
     return small
@@ -296,7 +307,7 @@ def join_all(vessels, ends, wall, viscous, nodes, faces):
         try_ends(ends, wall, nodes, viscous)
         for v in range(len(vessels.first)):
             for j in range(vessels.first[v] + 1, vessels.last[v]):
-                viscous.given[j] = viscous.per_push[j] * faces.flow[j]
+                viscous.right_side[j] = viscous.per_push[j] * faces.flow[j]
         eliminate_faces(vessels, viscous)
         for k in range(len(viscous.diagonal)):
             taken = nodes.outlet[k] / nodes.weight[k] if nodes.weight[k] > 0.0 else 1.0

@@ -46,8 +46,8 @@ def change_viscosity(d, dA, dq, area, flow, vessels, cells, area0, longer, chang
     for v in range(len(vessels.first)):
         first, last = vessels.first[v], vessels.last[v]
         for j in range(first, last):
-            left, right = max(j - 1, first), min(j + 1, max(last - 1, first + 1))
-            dA_half = changed.kappa[j] + longer[j] * cells.half[j] * (flow[right] - flow[left]) / (right - left)
+            lower, upper = max(j - 1, first), min(j + 1, max(last - 1, first + 1))
+            dA_half = changed.kappa[j] + longer[j] * cells.half[j] * (flow[upper] - flow[lower]) / (upper - lower)
             by_areas = 0.5 * (dA_half / changed.base.area[j] + area0[j])
             changed.kappa[j] = changed.viscosity[d, j] - longer[j] - by_areas
 
@@ -59,9 +59,9 @@ def change_joined(area, dA, vessels, ends, longer, nodes, slopes, changed, chang
     for v in range(len(vessels.first)):
         for j in range(vessels.first[v] + 1, vessels.last[v]):
             by_push = (dA[j - 1] + dA[j]) / (area[j - 1] + area[j]) - longer[j]
-            left, right = viscous.pressure[j - 1], viscous.pressure[j]
-            lost = by_push * (right - left) + kappa[j] * right - kappa[j - 1] * left
-            viscous.given[j] = viscous.per_push[j] * face_dq[j] - lost
+            left_pressure, right_pressure = viscous.pressure[j - 1], viscous.pressure[j]
+            lost = by_push * (right_pressure - left_pressure) + kappa[j] * right_pressure - kappa[j - 1] * left_pressure
+            viscous.right_side[j] = viscous.per_push[j] * face_dq[j] - lost
     for e in range(len(ends.face)):
         cell, r = ends.cell[e], changes.flow[e]
         changes.wall[e] += slopes.by_flow[e] * r
