@@ -84,7 +84,7 @@ FAULTS = [
     Fault(
         "linear network about rest",
         "model/two_ports.py",
-        (("return np.asarray(without) + 0.5 * (1.0 + kept) * above", "return np.asarray(without) + 0.0 * kept"),),
+        (("return np.asarray(without) + 0.5 * (1.0 + share_passed) * above", "return np.asarray(without) + 0.0 * share_passed"),),
     ),
     Fault("flow faster than its waves", "solver/validity.py", (("mach.value >= 1.0", "mach.value >= 1e9"),)),
     Fault("drag bends no pressure", "solver/grid_error.py", (("**2 / 8 * drag", "**2 / 80 * drag"),)),
@@ -102,7 +102,7 @@ FAULTS = [
         (("slow & (beds.poles.imag", "0 * slow & (beds.poles.imag"), ("np.stack([slow,", "np.stack([0 * slow > 0,")),
     ),
     Fault("discharge into nothing", "solver/discharge.py", (("into[0] = -1.0 / C_v", "into[0] = -2.0 / C_v"),)),
-    Fault("discharge not awaited", PERIODIC, ((" + to_come(change - weights @ known[0])", ""),)),
+    Fault("discharge not awaited", PERIODIC, ((" + to_come(change - weights @ combined[0])", ""),)),
     Fault(
         "solver's samples are those of steps",
         "solver/result.py",
@@ -127,7 +127,7 @@ FAULTS = [
     Fault(
         "sensitivity without the change of wave speed at vessel ends",
         NODE_VARIATIONS,
-        (("by_speed = -side * rest * Phi - half * by_reach", "by_speed = 0.0 * rest"),),
+        (("by_speed = -side * area_difference * Phi - half * by_reach", "by_speed = 0.0 * area_difference"),),
     ),
     Fault(
         "sensitivity without longer cells",
@@ -152,14 +152,14 @@ FAULTS = [
     Fault(
         "sensitivity of a cycle that is not periodic",
         PERIODIC,
-        (("return output - weights @ own[2]", "return output"),),
+        (("return output - weights @ current[2]", "return output"),),
     ),
     Fault(
         "starts join the best from any valley",
         "calibration/starts.py",
         (("_UNEXPLAINED = 0.25", "_UNEXPLAINED = 1e9"),),
     ),
-    Fault("starts are never left", "calibration/search.py", (("if left @ left > enough", "if left @ left > np.inf"),)),
+    Fault("starts are never left", "calibration/search.py", (("if remainder @ remainder > enough", "if remainder @ remainder > np.inf"),)),
     Fault(
         "searches that go on have an old Jacobian",
         "calibration/search.py",
@@ -257,7 +257,7 @@ FAULTS = [
     Fault(
         "viscous walls hear nothing of the ends",
         "solver/viscosity.py",
-        (("own, coupled, before = kappa[first], kappa", "own, coupled, before = 0.0, kappa"),),
+        (("inlet_diagonal, coupled, before = kappa[first], kappa", "inlet_diagonal, coupled, before = 0.0, kappa"),),
     ),
     Fault(
         "viscous walls as at the whole step",
@@ -289,12 +289,12 @@ FAULTS = [
     Fault(
         "no energy in the derivatives along tapers",
         "solver/changing_variations.py",
-        (("kept[1, j] * face_dA[j] + kept[2, j] * face_dq[j]", "kept[1, j] * face_dA[j]"),),
+        (("energy[1, j] * face_dA[j] + energy[2, j] * face_dq[j]", "energy[1, j] * face_dA[j]"),),
     ),
     Fault(
         "drag of tapers as it was in their derivatives",
         "solver/varied_stepper.py",
-        (("row[cells] = one", "row[cells] = 0.0 * one"),),
+        (("row[cells] = direction", "row[cells] = 0.0 * direction"),),
     ),
     Fault(
         "junctions of the total pressure take it for the static one",
@@ -304,12 +304,12 @@ FAULTS = [
     Fault(
         "narrowings that take the drag of their cells twice",
         "model/model.py",
-        (("np.maximum(wanted - own, 0.0)", "wanted"),),
+        (("np.maximum(resistance - vessel_resistance, 0.0)", "resistance"),),
     ),
     Fault(
         "losses that give energy",
         "solver/nodes.py",
-        (("u + ends.loss[e] * abs(u)\n        most", "u - ends.loss[e] * abs(u)\n        most"),),
+        (("u + ends.loss[e] * abs(u)\n        max_step", "u - ends.loss[e] * abs(u)\n        max_step"),),
     ),
     Fault(
         "derivatives as of static junctions",
@@ -325,15 +325,15 @@ FAULTS = [
         "tapers believed as they are", "network/network.py", (("prior**2 / (prior**2 + sd**2)", "prior**2 / prior**2"),)
     ),
     Fault(
-        "errors of radii forgotten", UNKNOWNS, (("radii[known] = given[known]", "radii[known] *= given[known] > 0 #"),)
+        "errors of radii forgotten", UNKNOWNS, (("radii[measured] = radius_sd[measured]", "radii[measured] *= radius_sd[measured] > 0 #"),)
     ),
     Fault(
         "halves know each other's modes",
         "inference/mixture.py",
         (
             (
-                "known = [i for i, one in enumerate(components) if half in one.halves]",
-                "known = [i for i, one in enumerate(components)]",
+                "members = [i for i, component in enumerate(components) if half in component.halves]",
+                "members = [i for i, component in enumerate(components)]",
             ),
         ),
     ),
@@ -346,7 +346,7 @@ FAULTS = [
     Fault(
         "draws of a wider density taken for the posterior's",
         "inference/mixture.py",
-        (("one.surrogate.log_drawn(points) - cloud", "one.surrogate.log_posterior(points) - cloud"),),
+        (("source.surrogate.log_drawn(points) - cloud", "source.surrogate.log_posterior(points) - cloud"),),
     ),
 ]
 
