@@ -314,7 +314,7 @@ def test_the_table_of_what_was_read_fits_and_breaks_no_word(width):
 
 def test_long_work_without_a_terminal_writes_a_line_at_every_interval(capsys):
     done = [0]
-    with alive(lambda: f"{done[0]} of 3 searches", every=0.05):
+    with alive(lambda: f"{done[0]} of 3 searches", interval=0.05):
         for done[0] in (1, 2, 3):
             time.sleep(0.12)
     lines = capsys.readouterr().err.splitlines()
