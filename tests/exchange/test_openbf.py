@@ -358,7 +358,7 @@ def test_reflection_coefficients_are_read_and_written(linear, tmp_path):
 def test_outlets_that_openbf_does_not_know_are_refused(linear, tmp_path):
     Z = linear.model.outlets.impedance_at(20, linear.inflow.period)
     with pytest.raises(InputError, match="this model has ImpedanceSpectrum"):
-        circuit(linear.model.changed(outlets=ImpedanceSpectrum(Z)), "openBF", whole=True)
+        circuit(linear.model.changed(outlets=ImpedanceSpectrum(Z)), "openBF", three_element=True)
 
 
 def test_an_inflow_that_is_even_in_time_keeps_its_samples_and_any_other_its_course(linear, tmp_path):
