@@ -135,7 +135,7 @@ class Example:
 class Names:
     """The names that a setting may have; its docstring lists them where it says {names}."""
 
-    known: Callable[[], Iterable[str]]
+    words: Callable[[], Iterable[str]]
 
 
 def ordered(pair: tuple[float, float]) -> tuple[float, float]:
@@ -176,7 +176,7 @@ def _settings_of(owner: Any) -> Mapping[str, Setting]:
         metadata = getattr(kinds[attribute.name], "__metadata__", ())
         examples = [annotation.value for annotation in metadata if isinstance(annotation, Example)]
         names = ", ".join(
-            name for annotation in metadata if isinstance(annotation, Names) for name in annotation.known()
+            name for annotation in metadata if isinstance(annotation, Names) for name in annotation.words()
         )
         default = attribute.default if attribute.default_factory is MISSING else attribute.default_factory()
         meaning = meanings.get(attribute.name, "").replace("{names}", names)

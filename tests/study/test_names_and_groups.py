@@ -265,7 +265,7 @@ def test_groups_that_are_given_replace_the_others_or_join_them():
 
 
 def row(name, *, cells=None, old=None, files=None, said=()):
-    recorded = Recorded(name, tuple(files or (HERE / f"data/{name}.csv",)), "raw", said=said)
+    recorded = Recorded(name, tuple(files or (HERE / f"data/{name}.csv",)), "raw", remarks=said)
     return _Row(recorded, dict(cells or {}), old)
 
 

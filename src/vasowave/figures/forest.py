@@ -81,7 +81,7 @@ class ForestRow(NamedTuple):
         Written at the right: the effect in numbers, and what is said of it.
     point : Point
         Drawn large.
-    beside : sequence of Point
+    further_points : sequence of Point
         The same by other sources, drawn small below it.
     dots : sequence of Dot
         Drawn below these, each group in lanes of its own.
@@ -92,7 +92,7 @@ class ForestRow(NamedTuple):
     effect: str
     aside: str
     point: Point
-    beside: Sequence[Point] = ()
+    further_points: Sequence[Point] = ()
     dots: Sequence[Dot] = ()
 
 
@@ -167,14 +167,14 @@ def _most_lanes(rows: Sequence[ForestRow]) -> int:
     if len(rows) <= _MANY:
         return _MOST_LANES
     sides = max(len({dot.group for dot in row.dots}) for row in rows) or 1
-    further_points = max(len(row.beside) for row in rows)
+    further_points = max(len(row.further_points) for row in rows)
     return max(1, min(_MOST_LANES, int((_PAGE / len(rows) - further_points - _CLEARANCE - _GAP) / sides)))
 
 
 def _lanes(row: ForestRow, limits: tuple[float, float], axis: float, max_lanes: int) -> _Lanes:
     """Return lanes in which no point covers another: first the other sources', then those of each group."""
     length = axis / 2.54 * 72 / float(np.log(limits[1] / limits[0]))  # points of a factor of e
-    lanes, first = [0] * len(row.dots), 1 + len(row.beside)
+    lanes, first = [0] * len(row.dots), 1 + len(row.further_points)
     for group in dict.fromkeys(dot.group for dot in row.dots):
         group_dots = sorted((dot.value, place) for place, dot in enumerate(row.dots) if dot.group == group)
         ends: list[float] = []  # where each lane's last point ends
@@ -235,7 +235,7 @@ def _draw(
         )
         mark(drawn, dot.tip, dot.animal, dot.group)
     _point(ax, y, row.point, DATA, "D", 6, 1.6, limits)
-    for place, point in enumerate(row.beside, start=1):
+    for place, point in enumerate(row.further_points, start=1):
         marker, layer = sources[point.source].marker, _called(point.source)
         _point(ax, y - _CLEARANCE - place, point, "0.45", marker, 3.5, 0.9, limits, layer)
 
@@ -269,7 +269,7 @@ def _called(source: str) -> str:
 
 def _limits(rows: Sequence[ForestRow]) -> tuple[float, float]:
     """Return an axis with every interval and every animal, unless one is so wide that the others could not be read."""
-    points = [point for row in rows for point in (row.point, *row.beside)]
+    points = [point for row in rows for point in (row.point, *row.further_points)]
     ends = np.array(
         [end for interval in points for end in (interval.low, interval.high)]
         + [d.value for row in rows for d in row.dots]
@@ -298,7 +298,7 @@ def _legend(
         entries.append(
             Line2D([], [], color=group_look.color, marker=group_look.marker, ls="", ms=_DOT, label=short(group))
         )
-    for source in dict.fromkeys(point.source for row in rows for point in row.beside):
+    for source in dict.fromkeys(point.source for row in rows for point in row.further_points):
         marker = sources[source].marker
         entries.append(Line2D([], [], color="0.45", marker=marker, mfc="none", ms=3.5, lw=0.9, label=_called(source)))
     if entries:

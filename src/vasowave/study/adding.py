@@ -184,7 +184,7 @@ def _once(rows: Sequence["_Row"]) -> list[str]:
     """Return what was decided of recordings, each decision once with the files it is about."""
     files_by_remark: dict[str, list[str]] = {}
     for row in rows:
-        for remark in row.recorded.said:
+        for remark in row.recorded.remarks:
             files_by_remark.setdefault(remark, []).append(row.recorded.files[0].name)
     return [f"{some_of(files, _NAMED)}: {remark}" for remark, files in files_by_remark.items()]
 

@@ -141,19 +141,19 @@ def variables_of(rows: Sequence[AnimalRow]) -> tuple[Variable, ...]:
     InputError
         A column of numbers or dates holds something else.
     """
-    titles = dict.fromkeys(title for row in rows for title in row.own)
-    return tuple(Variable.of(title, {row.animal: row.own.get(title, "") for row in rows}) for title in titles)
+    titles = dict.fromkeys(title for row in rows for title in row.lab_cells)
+    return tuple(Variable.of(title, {row.animal: row.lab_cells.get(title, "") for row in rows}) for title in titles)
 
 
 def _slips(path: Path, rows: Sequence[AnimalRow], subject: str) -> list[StudyProblem]:
     """Return what is wrong or looks like a slip in the columns that are the lab's own."""
     problems, groups = [], {row.animal: row.group for row in rows}
-    subjects = {row.animal: row.own.get(subject, "") for row in rows}
-    for title in dict.fromkeys(title for row in rows for title in row.own):
+    subjects = {row.animal: row.lab_cells.get(subject, "") for row in rows}
+    for title in dict.fromkeys(title for row in rows for title in row.lab_cells):
         if title in SHARED:  # animals that share nothing are no slip
             continue
         try:
-            variable = Variable.of(title, {row.animal: row.own.get(title, "") for row in rows})
+            variable = Variable.of(title, {row.animal: row.lab_cells.get(title, "") for row in rows})
             findings = variable.slips(groups, {} if title == subject else subjects)
         except InputError as error:
             findings = [WRONG_TYPE(text=str(error))]
@@ -168,7 +168,7 @@ def _placed(slip: Finding, title: str, rows: Sequence[AnimalRow]) -> StudyProble
     values = dict(slip.values)
     word = "" if slip.code == GAPS.code else values.get("rare", values.get("value"))
     is_of_rows = slip.code == GAPS.code or slip.place.animal
-    lines = [row.line for row in rows if is_of_rows and row.own.get(title, "") == word]
+    lines = [row.line for row in rows if is_of_rows and row.lab_cells.get(title, "") == word]
     first, *further_lines = lines or [0]
     return StudyProblem(slip.at(line=first, animal=""), same=tuple(further_lines))
 
@@ -215,7 +215,7 @@ def _row(
         title: where[title] for title in (*SHARED, "hematocrit [1]", "temperature [°C]") if title in where
     }
     further = {title: unicodedata.normalize("NFC", table.cells[index][i].strip()) for title, i in carried.items()}
-    return row and replace(row, own=further), wrong
+    return row and replace(row, lab_cells=further), wrong
 
 
 def read_row(

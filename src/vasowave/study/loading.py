@@ -70,7 +70,7 @@ _NOT_IN_KEY = (
     "R_T",
     "C_T",
     "tau",
-    "own",
+    "lab_cells",
     "errors",
     "hematocrit",
     "temperature",

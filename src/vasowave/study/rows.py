@@ -127,7 +127,7 @@ class AnimalRow:
     temperature: float | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
     """Settings of `KnownErrors` that are said of this animal."""
-    own: Mapping[str, str] = field(default_factory=dict)
+    lab_cells: Mapping[str, str] = field(default_factory=dict)
     """Cells of the columns that are the lab's own, by title, and of those that say what animals share."""
 
     @property

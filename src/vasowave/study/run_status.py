@@ -132,7 +132,7 @@ class _Request(NamedTuple):
     begun: str
     process: int
     by: str
-    at: float
+    asked_at: float
 
 
 @stored("status of a run", f"{RESULTS}/{STATUS}")
@@ -296,7 +296,7 @@ def ask_to_stop(results: Path, by: str) -> str:
                 write_slot(file, _REQUEST, json.dumps(stop_request))
         except OSError as error:
             raise not_written(results / STATUS, error) from error
-    elif time.time() - request.at > _PATIENCE:
+    elif time.time() - request.asked_at > _PATIENCE:
         if status.node != platform.node() or not status.is_alive:
             raise InputError(f"the run was asked to stop and does not; end process {status.process} on {status.node}")
         with suppress(ProcessLookupError):

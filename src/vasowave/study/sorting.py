@@ -33,7 +33,7 @@ class Recorded(NamedTuple):
         Quantity and title of channels that neither the user nor their titles alone decided.
     stretch : Span, optional
         The longest stretch without a gap, s, where there are gaps.
-    said : tuple of str
+    remarks : tuple of str
         What was decided for the user.
     """
 
@@ -42,7 +42,7 @@ class Recorded(NamedTuple):
     kind: str
     channels: tuple[tuple[str, str], ...] = ()
     stretch: Span | None = None
-    said: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 class Sorted(NamedTuple):
