@@ -345,7 +345,7 @@ def _run_and_report(
     answers: list[tuple[str, str]] = []
     run.write(stage="writing the report" if report else run.status.stage)
     with nullcontext() if as_json else alive("writing the report"):
-        page = report_study(plan.path, pdf, workers or cores(), tell=answers.extend) if report else None
+        page = report_study(plan.path, pdf, workers or cores(), announce=answers.extend) if report else None
     for question, answer in answers:
         echo(f"{question}{'' if question.endswith('?') else ':'} {answer}")
     if page is not None:

@@ -36,7 +36,7 @@ def _warned(stored: Results, results: list[AnimalResult]) -> list[AnimalResult]:
 
 
 def report_study(
-    study: Path, pdf: bool | None = None, workers: int = 1, animal: str = "", tell: Tell | None = None
+    study: Path, pdf: bool | None = None, workers: int = 1, animal: str = "", announce: Tell | None = None
 ) -> Path:
     """Write the report of a study that was run and return its page; nothing is simulated, and no recording is needed.
 
@@ -53,7 +53,7 @@ def report_study(
         ``if __name__ == "__main__":``.
     animal : str
         Write the report of this one alone.
-    tell : callable, optional
+    announce : callable, optional
         Called with the questions of the page and their answers.
 
     Raises
@@ -86,7 +86,7 @@ def report_study(
             report_settings,
             title=stored.settings.title,
             each=parallel_map,
-            tell=tell,
+            tell=announce,
         )
 
 
