@@ -13,18 +13,18 @@ _STEERING = {".numba_config.yaml": "how the solver is compiled", "matplotlibrc":
 
 def leave_folder() -> None:
     """Take the current folder off the path of imports, unless this package itself lies there."""
-    here, home = os.getcwd(), os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-    if here != home:
-        sys.path[:] = [place for place in sys.path if os.path.abspath(place) != here]
+    folder, home = os.getcwd(), os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    if folder != home:
+        sys.path[:] = [place for place in sys.path if os.path.abspath(place) != folder]
     os.environ["PYTHONSAFEPATH"] = "1"
 
 
 def main() -> None:
     """Run the command line."""
     leave_folder()
-    for file, what in _STEERING.items():
+    for file, effect in _STEERING.items():
         if os.path.lexists(file):
-            sys.exit(f"Error: {os.path.abspath(file)}: would change {what}; remove it")
+            sys.exit(f"Error: {os.path.abspath(file)}: would change {effect}; remove it")
     try:
         from vasowave.cli import run
 

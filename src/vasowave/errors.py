@@ -57,8 +57,8 @@ def of_file(path: object) -> Iterator[None]:
         raise InputError(f"{path}: {error}") from None
 
 
-def did_you_mean(word: str, known: Iterable[str]) -> str:
+def did_you_mean(word: str, words: Iterable[str]) -> str:
     """Return ``" (did you mean 'x'?)"`` for the known word nearest to `word`, or an empty string."""
-    by_letters = {one.casefold(): one for one in known}
-    near = get_close_matches(word.casefold(), list(by_letters), n=1, cutoff=0.6)
-    return f" (did you mean '{by_letters[near[0]]}'?)" if near else ""
+    by_letters = {candidate.casefold(): candidate for candidate in words}
+    matches = get_close_matches(word.casefold(), list(by_letters), n=1, cutoff=0.6)
+    return f" (did you mean '{by_letters[matches[0]]}'?)" if matches else ""

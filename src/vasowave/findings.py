@@ -61,8 +61,8 @@ class Place(NamedTuple):
 
     def __str__(self) -> str:
         """Return the words that lead there in a file."""
-        parts = (self.file, f"line {self.line}" if self.line else "", self.part)
-        return ", ".join(filter(None, parts)) + (f" ('{self.animal}')" if self.animal else "")
+        fragments = (self.file, f"line {self.line}" if self.line else "", self.part)
+        return ", ".join(filter(None, fragments)) + (f" ('{self.animal}')" if self.animal else "")
 
 
 NOWHERE = Place()
@@ -160,17 +160,21 @@ class Finding:
 
     def placed(self, place: Place) -> "Finding":
         """Return the finding at a place; what that leaves open, as a vessel, stays as it is."""
-        return replace(self, place=self.place._replace(**{part: one for part, one in place._asdict().items() if one}))
+        return replace(
+            self, place=self.place._replace(**{field: value for field, value in place._asdict().items() if value})
+        )
 
     def inside(self, folder: str) -> "Finding":
         """Return the finding with file names as seen from a folder, given with its last separator."""
-        seen = tuple((name, one.replace(folder, "") if isinstance(one, str) else one) for name, one in self.values)
-        return replace(self, values=seen).at(self.place.file.replace(folder, ""))
+        values = tuple(
+            (name, value.replace(folder, "") if isinstance(value, str) else value) for name, value in self.values
+        )
+        return replace(self, values=values).at(self.place.file.replace(folder, ""))
 
     def __repr__(self) -> str:
         """Return one line: its code and the beginning of its text."""
-        said = str(self)
-        return f"Finding({self.code}: {said if len(said) <= _SHORT else f'{said[:_SHORT]}...'})"
+        text = str(self)
+        return f"Finding({self.code}: {text if len(text) <= _SHORT else f'{text[:_SHORT]}...'})"
 
     def __str__(self) -> str:
         """Return its text; of the place it holds what the text of its kind asks for."""
@@ -204,21 +208,28 @@ def finding_of(warning: Warning | str) -> Finding:
 
 def found_in(caught: Iterable[warnings.WarningMessage]) -> tuple[Finding, ...]:
     """Return the findings of our own among warnings that were recorded."""
-    return tuple(finding_of(one.message) for one in caught if issubclass(one.category, VasowaveWarning))
+    return tuple(finding_of(warning.message) for warning in caught if issubclass(warning.category, VasowaveWarning))
 
 
 def shared(by_law: Mapping[str, Sequence[Finding]]) -> list[Finding]:
     """Return findings about wall laws: what several laws all share once, what is of one with its law."""
-    common = [one for one in next(iter(by_law.values()), ()) if all(one in other for other in by_law.values())]
+    common = [
+        finding
+        for finding in next(iter(by_law.values()), ())
+        if all(finding in law_findings for law_findings in by_law.values())
+    ]
     common = common if len(by_law) > 1 else []
-    own = [one.at(law=law) for law, found in by_law.items() for one in found if one not in common]
-    return list(dict.fromkeys([*common, *own]))
+    specific_findings = [
+        finding.at(law=law) for law, findings in by_law.items() for finding in findings if finding not in common
+    ]
+    return list(dict.fromkeys([*common, *specific_findings]))
 
 
 def texts(findings: Iterable[Finding]) -> list[str]:
     """Return the texts of findings; that of one law begins with its name."""
     return [
-        f"{one.place.law} wall{_OF_ROOM.get(one.room, '')}: {one}" if one.place.law else str(one) for one in findings
+        f"{finding.place.law} wall{_OF_ROOM.get(finding.room, '')}: {finding}" if finding.place.law else str(finding)
+        for finding in findings
     ]
 
 
@@ -228,9 +239,9 @@ _OF_ROOM = {"posterior": ", posterior"}
 def as_json(findings: Iterable[Finding]) -> str:
     """Return findings as a JSON list; each has its text too, for programs that know no codes."""
     rows = [
-        {"code": one.code, "severity": one.severity, "text": str(one), "values": dict(one.values)}
-        | {name: part for name, part in one.place._asdict().items() if part}
-        for one in findings
+        {"code": finding.code, "severity": finding.severity, "text": str(finding), "values": dict(finding.values)}
+        | {name: value for name, value in finding.place._asdict().items() if value}
+        for finding in findings
     ]
     return json.dumps(rows, ensure_ascii=False)
 
@@ -246,17 +257,17 @@ def from_json(text: str) -> tuple[Finding, ...]:
         They are none, or cannot be put into words.
     """
     try:
-        found = tuple(_stored(row) for row in parsed_as(list[dict[str, Any]], text))
-        for one in found:
-            str(one), hash(one)
+        findings = tuple(_stored(row) for row in parsed_as(list[dict[str, Any]], text))
+        for finding in findings:
+            str(finding), hash(finding)
     except (ArithmeticError, LookupError, AttributeError, TypeError) as error:
         raise ValueError(f"a finding without its values ({error})") from None
-    return found
+    return findings
 
 
 def _stored(row: Mapping[str, Any]) -> Finding:
     code, values = row["code"], row["values"]
-    place = {name: part for name, part in row.items() if name in Place._fields}
+    place = {name: value for name, value in row.items() if name in Place._fields}
     if code not in KINDS:
         _STORED[code] = FindingKind(code, Severity(row["severity"]), "{text}")
         values = values | {"text": row["text"]}

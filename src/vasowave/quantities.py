@@ -93,60 +93,60 @@ QUANTITIES: dict[str, Quantity] = {
     "beta": Quantity("mmHg", "β", "wall stiffness", "3"),
     "stiffness": Quantity(
         "mmHg", "β(0)", "stiffness β of the linear law with the same slope at zero pressure", "24", "wall stiffness",
-        lambda at: stiffness(at.wall),
+        lambda point: stiffness(point.wall),
     ),
     "wave_speed": Quantity(
         "cm/s", "c", "wave speed in the root at the measured mean pressure", "31, 32", "wave speed",
-        lambda at: wave_speed(at.wall, at.mean, at.model.blood.inertia),
+        lambda point: wave_speed(point.wall, point.mean, point.model.blood.inertia),
     ),
     "area_compliance": Quantity(
         "cm2/mmHg", "dA/dp", "area compliance of the root at the measured mean pressure", "26, 27", "",
-        lambda at: area_compliance(at.wall, at.mean, at.model.area0[at.model.network.root]),
+        lambda point: area_compliance(point.wall, point.mean, point.model.area0[point.model.network.root]),
     ),
     "R_T": Quantity(
         _RESISTANCE, "R_T", "total resistance of the vascular beds", "11", "resistance of the beds",
-        lambda at: at.model.outlets.total_resistance(),
+        lambda point: point.model.outlets.total_resistance(),
     ),
     "a": Quantity(
         "1", "a = R_1/R_T", "resistance ratio", "7", "proximal resistance share",
-        lambda at: at.model.outlets.resistance_ratio(),
+        lambda point: point.model.outlets.resistance_ratio(),
     ),
     "C_p": Quantity(
         _COMPLIANCE, "C_p", "weighted compliance of the vascular beds", "30", "compliance of the beds",
-        lambda at: np.sum(at.model.outlets.weighted_compliance()),
+        lambda point: np.sum(point.model.outlets.weighted_compliance()),
     ),
     "C_v": Quantity(
         _COMPLIANCE, "C_v", "compliance of the network, series/parallel rule", "28, 29", "compliance of the network",
-        lambda at: at.diastole.network_published,
+        lambda point: point.diastole.network_published,
     ),
     "C_v_plain": Quantity(
         _COMPLIANCE, "ΣC", "compliance of the network, sum over vessels", "25", "",
-        lambda at: at.diastole.network_sum,
+        lambda point: point.diastole.network_sum,
     ),
     "C_T": Quantity(
         _COMPLIANCE, "C_T", "total compliance, with C_v by the series/parallel rule", "30", "total compliance",
-        lambda at: at.diastole.total(),
+        lambda point: point.diastole.total(),
     ),
     "C_T_plain": Quantity(
         _COMPLIANCE, "C_T (sum)", "total compliance, with the sum over vessels", "30", "",
-        lambda at: at.diastole.total(published=False),
+        lambda point: point.diastole.total(published=False),
     ),
     "C_p_over_C_T": Quantity(
         "1", "C_p/C_T", "share of the beds in the total compliance", "30", "",
-        lambda at: at.diastole.peripheral_share(),
+        lambda point: point.diastole.peripheral_share(),
     ),
     "C_p_over_C_T_plain": Quantity(
         "1", "C_p/C_T (sum)", "share of the beds, with the sum over vessels", "30", "",
-        lambda at: at.diastole.peripheral_share(published=False),
+        lambda point: point.diastole.peripheral_share(published=False),
     ),
     "tau": Quantity(
         "s", "R_T C_T", "time constant R_T C_T of a model, with C_v by the series/parallel rule", "12",
         "model time constant",
-        lambda at: at.diastole.time_constant(),
+        lambda point: point.diastole.time_constant(),
     ),
     "tau_plain": Quantity(
         "s", "R_T C_T (sum)", "time constant R_T C_T, with the sum over vessels", "12", "",
-        lambda at: at.diastole.time_constant(published=False),
+        lambda point: point.diastole.time_constant(published=False),
     ),
     "measured_Z_c": Quantity(
         _RESISTANCE, "Z_c (measured)", "characteristic impedance of the recording, up-slope", "8",
@@ -198,5 +198,5 @@ def derived(model: Model, mean: float, diastolic: np.ndarray | None = None) -> d
     wall = type(model.wall)(*(value[model.network.root] for value in model.wall))
     absent = lacking(model.outlets)
     names = [name for name in (QUANTITIES if diastolic is not None else OF_PARAMETERS) if name not in absent]
-    at = At(model, wall, mean, compliance(model, diastolic) if diastolic is not None else None)  # type: ignore[arg-type]
-    return {name: float(formula(at)) for name in names if (formula := QUANTITIES[name].formula) is not None}
+    point = At(model, wall, mean, compliance(model, diastolic) if diastolic is not None else None)  # type: ignore[arg-type]
+    return {name: float(formula(point)) for name in names if (formula := QUANTITIES[name].formula) is not None}

@@ -43,8 +43,8 @@ Values = TypeVar("Values")
 _RULES = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
 
 
-def _error(what: str, text: str, remedy: str = "") -> FindingKind:
-    return error_kind(f"setting.{what}", f"{{key}}: {text}", remedy)
+def _error(name: str, text: str, remedy: str = "") -> FindingKind:
+    return error_kind(f"setting.{name}", f"{{key}}: {text}", remedy)
 
 
 EMPTY = _error("empty", "the value is empty; {remedy}", "give one or leave it out")
@@ -98,9 +98,9 @@ def settings_class(cls: type[Values]) -> type[Values]:
     made: Any = dataclass(frozen=True)(cls)
 
     @wraps(made.__init__)
-    def checked(self: Any, /, *args: Any, **given: Any) -> None:
+    def checked(self: Any, /, *args: Any, **kwargs: Any) -> None:
         try:
-            _adapter(made).validator.validate_python(ArgsKwargs(args, given), self_instance=self)
+            _adapter(made).validator.validate_python(ArgsKwargs(args, kwargs), self_instance=self)
         except ValidationError as error:
             raise InputError(_sentence(made, error.errors(include_url=False)[0])) from None
 
@@ -135,7 +135,7 @@ class Example:
 class Names:
     """The names that a setting may have; its docstring lists them where it says {names}."""
 
-    known: Callable[[], Iterable[str]]
+    words: Callable[[], Iterable[str]]
 
 
 def ordered(pair: tuple[float, float]) -> tuple[float, float]:
@@ -171,31 +171,33 @@ def settings_of(owner: type) -> Mapping[str, Setting]:
 @cache
 def _settings_of(owner: Any) -> Mapping[str, Setting]:
     kinds, meanings = get_type_hints(owner, include_extras=True), _meanings(owner)
-    found = {}
-    for one in fields(owner):
-        parts = getattr(kinds[one.name], "__metadata__", ())
-        examples = [part.value for part in parts if isinstance(part, Example)]
-        names = ", ".join(name for part in parts if isinstance(part, Names) for name in part.known())
-        default = one.default if one.default_factory is MISSING else one.default_factory()
-        meaning = meanings.get(one.name, "").replace("{names}", names)
-        found[one.name] = Setting(kinds[one.name], default, meaning, *examples)
-    return found
+    settings = {}
+    for attribute in fields(owner):
+        metadata = getattr(kinds[attribute.name], "__metadata__", ())
+        examples = [annotation.value for annotation in metadata if isinstance(annotation, Example)]
+        names = ", ".join(
+            name for annotation in metadata if isinstance(annotation, Names) for name in annotation.words()
+        )
+        default = attribute.default if attribute.default_factory is MISSING else attribute.default_factory()
+        meaning = meanings.get(attribute.name, "").replace("{names}", names)
+        settings[attribute.name] = Setting(kinds[attribute.name], default, meaning, *examples)
+    return settings
 
 
-def given_values(owner: type[Values], given: Any, more: Mapping[str, Any]) -> Values:
-    """Return settings of a class: those that `given`, an instance of it or of a base, says, then `more` by name.
+def given_values(owner: type[Values], base: Any, changes: Mapping[str, Any]) -> Values:
+    """Return settings of a class: those that `base`, an instance of it or of a base, says, then `changes` by name.
 
     Raises
     ------
     InputError
-        A value that its setting does not allow; a name that is none of them; `given` is something else.
+        A value that its setting does not allow; a name that is none of them; `base` is something else.
     """
-    if given is None:
-        return owner(**more)
-    kind: type = type(given)
+    if base is None:
+        return owner(**changes)
+    kind: type = type(base)
     if is_dataclass(kind) and issubclass(owner, kind):
-        return owner(**{name: getattr(given, name) for name in settings_of(kind)} | dict(more))
-    raise InputError(f"{given!r} is no {owner.__name__}; give its settings by name: {', '.join(settings_of(owner))}")
+        return owner(**{name: getattr(base, name) for name in settings_of(kind)} | dict(changes))
+    raise InputError(f"{base!r} is no {owner.__name__}; give its settings by name: {', '.join(settings_of(owner))}")
 
 
 def summary(owner: type) -> str:
@@ -213,7 +215,10 @@ def read_values(owner: type[Values], values: Mapping[str, Any]) -> Values | list
         return _adapter(kind).validate_python(values)
     except ValidationError as error:
         wrong = error.errors(include_url=False)
-        return [(one["loc"], one["type"] == "unexpected_keyword_argument", _finding(owner, one)) for one in wrong]
+        return [
+            (problem["loc"], problem["type"] == "unexpected_keyword_argument", _finding(owner, problem))
+            for problem in wrong
+        ]
 
 
 def is_true(value: Any) -> bool:
@@ -229,15 +234,19 @@ def schema_of(owner: type) -> dict[str, Any]:
     schema = _adapter(owner).json_schema()
     _describe(schema, owner)
     for name, inner in schema.get("$defs", {}).items():
-        kind = next(one.section for one in settings_of(owner).values() if one.section and one.section.__name__ == name)
+        kind = next(
+            setting.section
+            for setting in settings_of(owner).values()
+            if setting.section and setting.section.__name__ == name
+        )
         _describe(inner, kind)
     return schema
 
 
-def unknown_word(at: Sequence[Any], given: Any, known: Sequence[str]) -> Finding:
+def unknown_word(path: Sequence[Any], value: Any, words: Sequence[str]) -> Finding:
     """Return what is said of a word that a setting does not know."""
-    hint = did_you_mean(str(given), known)
-    return UNKNOWN_WORD(key=_name(at), given=str(given), hint=hint, known=", ".join(known))
+    hint = did_you_mean(str(value), words)
+    return UNKNOWN_WORD(key=_name(path), given=str(value), hint=hint, known=", ".join(words))
 
 
 @cache
@@ -247,8 +256,8 @@ def _adapter(owner: Any) -> TypeAdapter[Any]:
 
 def _describe(schema: dict[str, Any], owner: type) -> None:
     schema["description"] = summary(owner)
-    for name, one in settings_of(owner).items():
-        schema["properties"][name] |= {"description": one.meaning} if one.meaning else {}
+    for name, setting in settings_of(owner).items():
+        schema["properties"][name] |= {"description": setting.meaning} if setting.meaning else {}
 
 
 def _meanings(owner: type) -> dict[str, str]:
@@ -259,61 +268,67 @@ def _meanings(owner: type) -> dict[str, str]:
             (tree,) = ast.parse(dedent(inspect.getsource(cls))).body
         except OSError:  # made while the program runs, and so without docstrings
             continue
-        for one, below in pairwise(tree.body if isinstance(tree, ast.ClassDef) else ()):
-            if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name) and isinstance(below, ast.Expr):
-                meanings[one.target.id] = " ".join(ast.literal_eval(below.value).split())
+        for statement, below in pairwise(tree.body if isinstance(tree, ast.ClassDef) else ()):
+            if (
+                isinstance(statement, ast.AnnAssign)
+                and isinstance(statement.target, ast.Name)
+                and isinstance(below, ast.Expr)
+            ):
+                meanings[statement.target.id] = " ".join(ast.literal_eval(below.value).split())
     return meanings
 
 
 def _sentence(owner: type, error: Mapping[str, Any]) -> str:
     if error["type"] == "unexpected_keyword_argument":
-        name, known = str(error["loc"][-1]), list(settings_of(owner))
-        return f"there is no setting '{name}'{did_you_mean(name, known)}; choose from: {', '.join(known)}"
+        name, names = str(error["loc"][-1]), list(settings_of(owner))
+        return f"there is no setting '{name}'{did_you_mean(name, names)}; choose from: {', '.join(names)}"
     return str(_finding(owner, error))
 
 
 def _finding(owner: type, refused: Mapping[str, Any]) -> Finding:
     """Return what is wrong with a value, from what pydantic says of it."""
-    at, code, given, told = list(refused["loc"]), refused["type"], refused["input"], refused.get("ctx", {})
+    path, code, value, context = list(refused["loc"]), refused["type"], refused["input"], refused.get("ctx", {})
     named = [*settings_of(owner)]
-    if at and isinstance(at[0], int) and at[0] < len(named):
-        at[0] = named[at[0]]  # a value that was given by its place
-    key = _name(at)
+    if path and isinstance(path[0], int) and path[0] < len(named):
+        path[0] = named[path[0]]  # a value that was given by its place
+    key = _name(path)
     if code == "unexpected_keyword_argument":
-        return _unknown_key(owner, at)
+        return _unknown_key(owner, path)
     if code == "literal_error":
-        known = list(_words(_kind_at(owner, at)))
-        return EMPTY_CHOICE(key=key, known=", ".join(known)) if given is None else unknown_word(at, given, known)
+        words = list(_words(_kind_at(owner, path)))
+        return EMPTY_CHOICE(key=key, known=", ".join(words)) if value is None else unknown_word(path, value, words)
     if code == "value_error":
-        return WRONG(key=key, text=str(told["error"])) if at else AT_ODDS(text=str(told["error"]))
-    if code == "missing" and isinstance(at[-1], str):  # a whole setting, and no part of a pair
+        return WRONG(key=key, text=str(context["error"])) if path else AT_ODDS(text=str(context["error"]))
+    if code == "missing" and isinstance(path[-1], str):  # a whole setting, and no part of a pair
         return MISSING_VALUE(key=key)
     kind = _CODES.get(code, NOT_VALID)
-    if code == "too_long" and told["max_length"] > _LONGEST_PAIR:
-        return _TOO_MANY(key=key, actual_length=len(given), max_length=told["max_length"])
-    if given is None and kind not in _OF_SHAPE:
+    if code == "too_long" and context["max_length"] > _LONGEST_PAIR:
+        return _TOO_MANY(key=key, actual_length=len(value), max_length=context["max_length"])
+    if value is None and kind not in _OF_SHAPE:
         return EMPTY(key=key)
-    if code == "float_parsing" and isinstance(given, str) and "," in given:
-        return DECIMAL_COMMA(key=key, given=_shown(given))
-    limits = {name: limit for name, limit in told.items() if isinstance(limit, int | float)}
+    if code == "float_parsing" and isinstance(value, str) and "," in value:
+        return DECIMAL_COMMA(key=key, given=_shown(value))
+    limits = {name: limit for name, limit in context.items() if isinstance(limit, int | float)}
     if kind in (_NO_PAIR, _NO_LIST):
         form = "[lower, upper]" if kind is _NO_PAIR else "[one, other]"
-        return kind(key=key, form=_list_at(owner, at) or form)
-    return kind(key=key, given=_shown(given), **limits | ({"why": str(refused["msg"])} if kind is NOT_VALID else {}))
+        return kind(key=key, form=_list_at(owner, path) or form)
+    return kind(key=key, given=_shown(value), **limits | ({"why": str(refused["msg"])} if kind is NOT_VALID else {}))
 
 
-def _shown(given: Any) -> str:
-    if isinstance(given, str):
-        return f"'{given if len(given) <= _MAX_LETTERS else given[:_MAX_LETTERS] + '…'}'"
-    return f"{given:g}" if isinstance(given, float) else str(given) if isinstance(given, int) else "the value"
+def _shown(value: Any) -> str:
+    if isinstance(value, str):
+        return f"'{value if len(value) <= _MAX_LETTERS else value[:_MAX_LETTERS] + '…'}'"
+    return f"{value:g}" if isinstance(value, float) else str(value) if isinstance(value, int) else "the value"
 
 
-def _unknown_key(owner: type, at: list[Any]) -> Finding:
-    key, inner = str(at[-1]), owner
-    for name in at[:-1]:
+def _unknown_key(owner: type, path: list[Any]) -> Finding:
+    key, inner = str(path[-1]), owner
+    for name in path[:-1]:
         inner = settings_of(inner)[name].section or inner
     hint = did_you_mean(key, settings_of(inner))
-    elsewhere = [name for name, one in settings_of(owner).items() if one.section and key in settings_of(one.section)]
+    elsewhere = [
+        name for name, setting in settings_of(owner).items() if setting.section and key in settings_of(setting.section)
+    ]
     if not hint and elsewhere:
         hint = f" here; it belongs under '{elsewhere[0]}:'"
     elif not hint and key in settings_of(owner):
@@ -321,18 +336,18 @@ def _unknown_key(owner: type, at: list[Any]) -> Finding:
     return UNKNOWN_KEY(key=key, hint=hint, known=", ".join(settings_of(inner)))
 
 
-def _kind_at(owner: type, at: Iterable[Any]) -> Any:
+def _kind_at(owner: type, path: Iterable[Any]) -> Any:
     kind: Any = owner
-    for name in at:
+    for name in path:
         if not is_dataclass(kind):
             break
         kind = settings_of(kind)[name].kind  # type: ignore[arg-type]
     return kind
 
 
-def _list_at(owner: Any, at: Iterable[Any]) -> str:
+def _list_at(owner: Any, path: Iterable[Any]) -> str:
     """Return the example of the setting that a value belongs to, if that is a list."""
-    for name in at:
+    for name in path:
         if not is_dataclass(owner) or not isinstance(name, str):
             break
         setting = settings_of(owner)[name]  # type: ignore[arg-type]
@@ -347,9 +362,9 @@ def _words(kind: Any) -> Iterator[str]:
     if get_origin(kind) is Literal:
         yield from map(str, get_args(kind))
     else:
-        for part in get_args(kind):
-            yield from _words(part)
+        for argument in get_args(kind):
+            yield from _words(argument)
 
 
-def _name(at: Iterable[Any]) -> str:
-    return ".".join(map(str, at))
+def _name(path: Iterable[Any]) -> str:
+    return ".".join(map(str, path))

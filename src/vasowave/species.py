@@ -79,10 +79,10 @@ def heart_rates_of(species: str) -> Range:
 
 def known_species(name: str) -> SpeciesName:
     """Return the name of a species; raises `InputError` where it is none."""
-    known = get_args(SpeciesName)
-    if name not in known:
+    names = get_args(SpeciesName)
+    if name not in names:
         raise InputError(
-            f"species '{name}' is not known{did_you_mean(name, known)}; there are: {', '.join(known)} (any that is not "
+            f"species '{name}' is not known{did_you_mean(name, names)}; there are: {', '.join(names)} (any that is not "
             "named before it)"
         )
     return cast(SpeciesName, name)

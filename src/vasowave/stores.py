@@ -56,9 +56,9 @@ def parsed_as(kind: type[T], text: str | bytes) -> T:
     _require_short(text)
     from pydantic import ValidationError
 
-    known: Any = kind
+    annotation: Any = kind
     try:
-        return _adapter(known).validate_json(text, strict=True)
+        return _adapter(annotation).validate_json(text, strict=True)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         raise ValueError(": ".join([*map(str, first["loc"]), first["msg"]])) from None

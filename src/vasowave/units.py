@@ -40,7 +40,7 @@ _FACTORS = {
     "voltage": {"mV": 1.0, "V": 1e3, "uV": 1e-3},
 }
 
-CANONICAL = {name: next(unit for unit, scale in known.items() if scale == 1.0) for name, known in _FACTORS.items()}
+CANONICAL = {name: next(unit for unit, scale in scales.items() if scale == 1.0) for name, scales in _FACTORS.items()}
 """The unit in which vasowave holds each kind of quantity."""
 
 
@@ -58,12 +58,12 @@ def factor(unit: str, quantity: str) -> float:
     InputError
         If `unit` is not a unit of `quantity`.
     """
-    known, name = _FACTORS[quantity], _plain(unit)
-    for written, scale in known.items():
+    scales, name = _FACTORS[quantity], _plain(unit)
+    for written, scale in scales.items():
         if written.lower() == name:
             return scale
-    hint = did_you_mean(name, known)
-    raise InputError(f"'{unit}' is not a unit of {quantity}{hint}; known: {', '.join(known)}")
+    hint = did_you_mean(name, scales)
+    raise InputError(f"'{unit}' is not a unit of {quantity}{hint}; known: {', '.join(scales)}")
 
 
 def ratios(quantity: str) -> dict[str, float]:
@@ -82,7 +82,7 @@ def is_of(unit: str, quantity: str) -> bool:
 
 def is_unit(text: str) -> bool:
     """Whether a text is a unit of any quantity."""
-    return any(_plain(text) == written.lower() for known in _FACTORS.values() for written in known)
+    return any(_plain(text) == written.lower() for scales in _FACTORS.values() for written in scales)
 
 
 def _plain(unit: str) -> str:

@@ -67,7 +67,7 @@ def test_approved_groups_by_two_laws_with_means_and_p(ax):
     table = pd.DataFrame({"animal": list("abcdefgh"), "subject": list("aacdefgh"), "group": ["CTL"] * 4 + ["HPH"] * 4,
                           "source": ["linear", "tangent"] * 4, "x [1]": [3.0, 1, 2, np.nan, 8, 6, 7, 5]})  # fmt: skip
     means = {("CTL", "linear"): GroupMean(2.5, 2.0, 3.0), ("HPH", "tangent"): GroupMean(5.5, np.nan, np.nan)}
-    plot_groups(ax, table, "x [1]", means=means, said={"HPH": "p = 0.03"}, named=False)
+    plot_groups(ax, table, "x [1]", means=means, annotations={"HPH": "p = 0.03"}, named=False)
     plot_groups(ax.figure.add_subplot(122), table[["group", "x [1]"]], "x [1]", "named [1]")
     approve("panel, groups", artists(ax.figure))
 

@@ -227,7 +227,7 @@ def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_p
     for name in ("animals.csv", "n.csv", "study.yaml"):
         (folder / name).unlink()
     told: list[tuple[str, str]] = []
-    page = report_study(folder / "study.yaml", tell=told.extend).read_text(encoding="utf-8")
+    page = report_study(folder / "study.yaml", announce=told.extend).read_text(encoding="utf-8")
     assert told
     assert all(question in page for question, _ in told)
     for words in ("mouse 1", "line 41", "Two mice and a slip"):

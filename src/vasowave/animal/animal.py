@@ -78,9 +78,9 @@ class Animal:
 
     def __post_init__(self) -> None:
         """Check the names."""
-        for what in ("name", "group"):
-            if not str(getattr(self, what)).strip():
-                raise InputError(f"an animal without a {what}; every animal needs one")
+        for attribute in ("name", "group"):
+            if not str(getattr(self, attribute)).strip():
+                raise InputError(f"an animal without a {attribute}; every animal needs one")
 
     @classmethod
     def from_raw(
@@ -171,21 +171,25 @@ class Settings(Analysis, Calibration):
 
     def __post_init__(self) -> None:
         """Check what belongs together."""
-        names = [find_law(one).law().name for one in self.walls if not is_unread(one)]
+        names = [find_law(wall).law().name for wall in self.walls if not is_unread(wall)]
         if len(set(names)) < len(names):
             raise InputError(f"{', '.join(names)}: two of these wall laws have one name; give each law() its own")
-        known = known_parameters(self.walls, self.beds, self.viscous) if self.bounds or self.fixed else []
+        known_names = known_parameters(self.walls, self.beds, self.viscous) if self.bounds or self.fixed else []
         unread = any(map(is_unread, (*self.walls, self.beds)))  # whose parameters nobody knows
         for name in (*self.bounds, *self.fixed):
-            if name not in known and not (unread and "." in name):
-                raise InputError(f"no parameter '{name}'{did_you_mean(name, known)}; there are: {', '.join(known)}")
+            if name not in known_names and not (unread and "." in name):
+                raise InputError(
+                    f"no parameter '{name}'{did_you_mean(name, known_names)}; there are: {', '.join(known_names)}"
+                )
 
     def search(self, wall: str | type) -> Search:
         """Return how to search with one wall law: the bounds and fixed values of the parameters that it has."""
-        own = fitted_parameters(wall, self.beds, self.viscous)
-        given = {name: getattr(self, name) for name in settings_of(Search)}
-        mine = {name: {one: given[name][one] for one in given[name] if one in own} for name in ("bounds", "fixed")}
-        return Search(**given | mine)
+        parameters = fitted_parameters(wall, self.beds, self.viscous)
+        values = {name: getattr(self, name) for name in settings_of(Search)}
+        mine = {
+            name: {key: values[name][key] for key in values[name] if key in parameters} for name in ("bounds", "fixed")
+        }
+        return Search(**values | mine)
 
     @property
     def priors(self) -> Priors:

@@ -56,21 +56,25 @@ def recording_dataset(recording: Recording) -> xr.Dataset:
     )
 
 
-def ventricle_dataset(found: Coupling, recorded: VentricularPressure) -> xr.Dataset:
+def ventricle_dataset(coupling: Coupling, recorded: VentricularPressure) -> xr.Dataset:
     """Return the pressure of a ventricle from where contraction begins, and what was fitted to it."""
-    single = labelled((), np.asarray(found.single_beat), "1", "E_es/E_a by a sine through the isovolumic parts")
+    single = labelled((), np.asarray(coupling.single_beat), "1", "E_es/E_a by a sine through the isovolumic parts")
     return xr.Dataset(
         {
-            "pressure": labelled("time", found.measured, "mmHg", "measured pressure in the ventricle"),
-            "fitted_pressure": labelled("time", found.fitted, "mmHg", "pressure by elastance and flow"),
-            "isovolumic_pressure": labelled("time", found.isovolumic, "mmHg", "pressure if nothing left the ventricle"),
-            "volume": labelled("time", found.volume, "ml", "volume above that without pressure"),
-            "stroke_volume": labelled((), np.asarray(found.stroke_volume), "ml", "stroke volume"),
-            "filling_pressure": labelled((), np.asarray(found.filling_pressure), "mmHg", "pressure before contraction"),
+            "pressure": labelled("time", coupling.measured, "mmHg", "measured pressure in the ventricle"),
+            "fitted_pressure": labelled("time", coupling.fitted, "mmHg", "pressure by elastance and flow"),
+            "isovolumic_pressure": labelled(
+                "time", coupling.isovolumic, "mmHg", "pressure if nothing left the ventricle"
+            ),
+            "volume": labelled("time", coupling.volume, "ml", "volume above that without pressure"),
+            "stroke_volume": labelled((), np.asarray(coupling.stroke_volume), "ml", "stroke volume"),
+            "filling_pressure": labelled(
+                (), np.asarray(coupling.filling_pressure), "mmHg", "pressure before contraction"
+            ),
             "single_beat": single,
         },
-        coords={"time": labelled("time", found.time, "s", "time from where contraction begins")},
-        attrs={"period": found.period, "source": recorded.source, "beats": recorded.beats},
+        coords={"time": labelled("time", coupling.time, "s", "time from where contraction begins")},
+        attrs={"period": coupling.period, "source": recorded.source, "beats": recorded.beats},
     )
 
 
@@ -108,18 +112,18 @@ def calibration_dataset(fit: CalibratedModel) -> xr.Dataset:
     )
     fitted = fitted_parameters(type(fit.model.wall), type(fit.model.outlets), viscous=True)
     for name in ("symbol", "meaning"):
-        kept = [getattr(fitted[one], name) for one in fit.parameters.index]
-        parameters[name] = ("parameter", np.array(kept, dtype=object))
-    parts = [_fitted(fit), parameters, correlation, starts, harmonics_dataset(fit)]
-    return xr.merge(parts, combine_attrs="override", join="exact")
+        texts = [getattr(fitted[parameter], name) for parameter in fit.parameters.index]
+        parameters[name] = ("parameter", np.array(texts, dtype=object))
+    datasets = [_fitted(fit), parameters, correlation, starts, harmonics_dataset(fit)]
+    return xr.merge(datasets, combine_attrs="override", join="exact")
 
 
 def _fitted(fit: CalibratedModel) -> xr.Dataset:
     """Return the model that was fitted, the numbers that sum it up, its residual, and what is said of its law."""
     wall, kind, law, compared = fit.model.wall, type(fit.model.wall), fit.model.wall.law(), fit.compared
     walls = {
-        name: labelled("vessel", value, what.unit, what.meaning)
-        for name, value, what in zip(parameter_names(kind), wall, law.parameters, strict=True)
+        name: labelled("vessel", value, quantity.unit, quantity.meaning)
+        for name, value, quantity in zip(parameter_names(kind), wall, law.parameters, strict=True)
     }
     if np.any(fit.model.wall_viscosity):
         viscosity = np.broadcast_to(fit.model.wall_viscosity, len(fit.model.network))
@@ -195,22 +199,27 @@ def _quantity(name: str, value: float, meaning: str = "") -> xr.Variable:
 
 
 def _outlets(outlets: Any) -> dict[str, xr.Variable]:
-    said = bed_quantities(type(outlets))
+    quantities = bed_quantities(type(outlets))
     return {
-        name: labelled("terminal", value, what.unit, what.meaning)
-        for (name, what), value in zip(said.items(), outlets, strict=True)
+        name: labelled("terminal", value, quantity.unit, quantity.meaning)
+        for (name, quantity), value in zip(quantities.items(), outlets, strict=True)
     }
 
 
 def _bed(kind: Any) -> dict[str, str]:
     """Return what is stored of the kind of beds: by what it is found again, and what it is in words."""
-    said = kind.bed()
+    description = kind.bed()
     fitted = (
         f"{field} = {full_name(kind, factor)}·{field}⁰"
-        for field, factor in zip(said.fitted or said.quantities, said.factors, strict=True)
+        for field, factor in zip(description.fitted or description.quantities, description.factors, strict=True)
     )
-    return {"bed": identity(kind), "bed_title": said.title, "bed_formula": said.formula, "bed_equation": said.equation,
-            "bed_factors": ", ".join(fitted)}  # fmt: skip
+    return {
+        "bed": identity(kind),
+        "bed_title": description.title,
+        "bed_formula": description.formula,
+        "bed_equation": description.equation,
+        "bed_factors": ", ".join(fitted),
+    }
 
 
 def _blood(fit: CalibratedModel) -> dict[str, Any]:
@@ -226,7 +235,7 @@ def _blood(fit: CalibratedModel) -> dict[str, Any]:
 def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Dataset:
     """Return onset, length, level and fate of every beat, and an excerpt of the signals around the averaged ones."""
     beats, baseline = average.beats, average.baseline
-    here = np.searchsorted(baseline.time, [beat.start for beat in beats])  # others are beside what is read
+    indices = np.searchsorted(baseline.time, [beat.start for beat in beats])  # others are beside what is read
     variables = {
         "onset": labelled("beat", [beat.start for beat in beats], "s", "start of the beat"),
         "length": labelled("beat", [beat.end - beat.start for beat in beats], "s", "length of the beat"),
@@ -235,8 +244,10 @@ def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Data
         ),
         "reason": _why(beats, str, "why it was rejected"),
         "cause": _why(beats, cause, "the same in one word"),
-        "level": labelled("beat", baseline.level[here], "mmHg", "diastolic level of the beat"),
-        "drift": labelled("beat", baseline.trend[here], "mmHg", "drift of the level since the zero of the transducer"),
+        "level": labelled("beat", baseline.level[indices], "mmHg", "diastolic level of the beat"),
+        "drift": labelled(
+            "beat", baseline.trend[indices], "mmHg", "drift of the level since the zero of the transducer"
+        ),
         "delay": labelled((), average.delay, "s", "flow behind pressure (p-q delay)"),
     }
     done = {
@@ -268,14 +279,14 @@ def _excerpt(average: EnsembleAverage, raw: RawRecording) -> xr.Dataset:
     count = min(len(raw.pressure), round(EXCERPT * raw.sampling_rate))
     middle = (0.5 * (used[0].start + used[-1].end) - raw.origin) * raw.sampling_rate
     first = int(np.clip(middle - count / 2, 0, len(raw.pressure) - count))
-    part = slice(first, first + count)
+    window = slice(first, first + count)
     traces = {
-        "trace_pressure": labelled("trace_time", raw.pressure[part], "mmHg", "pressure as recorded"),
-        "trace_flow": labelled("trace_time", raw.flow[part], "ml/s", "flow as recorded"),
+        "trace_pressure": labelled("trace_time", raw.pressure[window], "mmHg", "pressure as recorded"),
+        "trace_flow": labelled("trace_time", raw.flow[window], "ml/s", "flow as recorded"),
     }
     if raw.ecg is not None:
-        traces["trace_ecg"] = labelled("trace_time", raw.ecg[part], "mV", "ECG as recorded")
-    return xr.Dataset(traces, coords={"trace_time": labelled("trace_time", raw.time[part], "s", "time")})
+        traces["trace_ecg"] = labelled("trace_time", raw.ecg[window], "mV", "ECG as recorded")
+    return xr.Dataset(traces, coords={"trace_time": labelled("trace_time", raw.time[window], "s", "time")})
 
 
 def _why(beats: Sequence[Beat], text: Callable[[Finding], str], meaning: str) -> xr.Variable:
@@ -306,7 +317,9 @@ def posterior_result(drawn: Posterior) -> PosteriorResult:
     return PosteriorResult(table, {str(name): _plain(node.to_dataset()) for name, node in drawn.data.children.items()})
 
 
-def _plain(part: xr.Dataset) -> xr.Dataset:
+def _plain(dataset: xr.Dataset) -> xr.Dataset:
     """Return a group whose attributes netCDF can hold."""
-    kept = {key: int(value) if isinstance(value, bool | np.bool_) else value for key, value in part.attrs.items()}
-    return part.assign_attrs(kept)
+    attributes = {
+        key: int(value) if isinstance(value, bool | np.bool_) else value for key, value in dataset.attrs.items()
+    }
+    return dataset.assign_attrs(attributes)

@@ -67,7 +67,7 @@ class Failure:
 
 def as_plain(failures: Iterable[Failure]) -> list[dict[str, Any]]:
     """Return failures as JSON can hold them."""
-    return [asdict(one) for one in failures]
+    return [asdict(failure) for failure in failures]
 
 
 def from_plain(entries: Iterable[Mapping[str, Any]]) -> tuple[Failure, ...]:
@@ -100,5 +100,5 @@ def unforeseen(error: BaseException, where: str = "") -> str:
         frame = frame.tb_next
     if not where and frame is not None:
         where = f'File "{frame.tb_frame.f_code.co_filename}", line {frame.tb_lineno}'
-    said = next(iter(str(error).splitlines()), "")[:_LONGEST]
-    return f"unexpected {type(error).__name__}: {said} ({where or 'unknown'}); please report it"
+    first_line = next(iter(str(error).splitlines()), "")[:_LONGEST]
+    return f"unexpected {type(error).__name__}: {first_line} ({where or 'unknown'}); please report it"

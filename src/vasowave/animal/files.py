@@ -122,9 +122,9 @@ def _define(group: Any, data: xr.Dataset) -> list[tuple[Any, np.ndarray]]:
             stored, array = group.createVariable(name, str, variable.dims), array.astype(object)
         else:
             stored = group.createVariable(name, array.dtype, variable.dims, fill_value=False)
-        own = [str(one) for one in secondary if set(data[one].dims) <= set(variable.dims)]
-        if own and name not in data.coords:
-            attributes["coordinates"] = " ".join(own)
+        coordinates = [str(coordinate) for coordinate in secondary if set(data[coordinate].dims) <= set(variable.dims)]
+        if coordinates and name not in data.coords:
+            attributes["coordinates"] = " ".join(coordinates)
         stored.setncatts(attributes)
         values.append((stored, array))
     return values

@@ -37,13 +37,13 @@ Derive = Callable[[Mapping[str, float], Model, float], dict[str, float]]
 
 
 def effects_on_measured(
-    seen: Seen, spreads: Mapping[str, float], quantities: Callable[[Seen], dict[str, float]]
+    observed: Seen, spreads: Mapping[str, float], quantities: Callable[[Seen], dict[str, float]]
 ) -> pd.DataFrame:
     """Return what one SD of each error moves in the logarithm of what the recording alone says.
 
     Parameters
     ----------
-    seen : Seen
+    observed : Seen
     spreads : mapping of str to float
         SD of the errors, by unknown.
     quantities : callable
@@ -56,14 +56,14 @@ def effects_on_measured(
     """
     effects = {}
     for name, sd in spreads.items():
-        one = kinds()[name]
-        center = one.center(seen)
-        if one.positive and center == 0:
+        kind = kinds()[name]
+        center = kind.center(observed)
+        if kind.positive and center == 0:
             continue
         ends = []
         for score in (-_STEP, _STEP):
-            value = center * np.exp(sd * score) if one.positive else center + sd * score
-            ends.append(_logs(quantities(one.without(seen, value))))
+            value = center * np.exp(sd * score) if kind.positive else center + sd * score
+            ends.append(_logs(quantities(kind.without(observed, value))))
         effects[name] = (ends[1] - ends[0]) / (2 * _STEP)
     table = pd.DataFrame(effects)
     return _with_spreads(table.where(~(table.abs() < _ROUNDING), 0.0), spreads)
@@ -104,15 +104,17 @@ def effects_on_fit(fit: CalibratedModel, settings: Settings, derive: Derive) -> 
     problem = _problem(fit, settings, spreads)
     unknowns, names = problem.unknowns, list(problem.unknowns.all)
     values = {str(name): float(row["value"]) for name, row in fit.parameters.iterrows()}
-    fitted = {name: one.value for name, one in fit.response.items()}  # beside the parameters: no error is left of it
+    fitted = {
+        name: response.value for name, response in fit.response.items()
+    }  # beside the parameters: no error is left of it
     middle, taper = unknowns.scores(values | fitted), np.array(names) == "taper"
     up, down = np.where(taper, 1.0, _STEP), np.where(taper, 0.0, _STEP)  # only a tree that tapers has other junctions
     points = np.array([*(middle + np.diag(up)), *(middle - np.diag(down)), middle])
     outputs = problem.simulate(points)
-    whole = np.flatnonzero(taper)
-    if not np.isfinite(outputs[whole]).all():  # a flow as fast as its waves: what two smaller tapers say goes on
+    taper_rows = np.flatnonzero(taper)
+    if not np.isfinite(outputs[taper_rows]).all():  # a flow as fast as its waves: what two smaller tapers say goes on
         half, quarter = (problem.simulate(middle[np.newaxis] + share * taper) for share in (0.5, 0.25))
-        outputs[whole] = 3 * half - 2 * quarter
+        outputs[taper_rows] = 3 * half - 2 * quarter
     if not np.isfinite(outputs).all():
         warn(UNKNOWN(law=fit.wall))
         return FitEffects()
@@ -124,14 +126,14 @@ def effects_on_fit(fit: CalibratedModel, settings: Settings, derive: Derive) -> 
 
     def at(place: int, zero: float = 0.0) -> pd.Series:
         at_point = unknowns.values(points[place])
-        known = {name: float(value) for name, value in at_point.items() if name in values}
+        parameter_values = {name: float(value) for name, value in at_point.items() if name in values}
         mean = fit.recording.mean_pressure - float(at_point.get("zero", 0.0)) - zero
         mean *= float(at_point["pressure_gain"])
         model, recorded = unknowns.posed(points[place])
-        return _logs(derive(known, model, mean) | _simulated(problem, model, recorded, waves[place], mean))
+        return _logs(derive(parameter_values, model, mean) | _simulated(problem, model, recorded, waves[place], mean))
 
     ends = zip(names, map(at, ups), map(at, downs), up + down, strict=True)
-    direct = pd.DataFrame({name: (after - before) / apart for name, after, before, apart in ends})
+    direct = pd.DataFrame({name: (after - before) / distance for name, after, before, distance in ends})
     inverse = np.linalg.pinv(slopes[:, parameters])
     by_parameter = direct.iloc[:, parameters].to_numpy()
     effects = {}
@@ -139,12 +141,12 @@ def effects_on_fit(fit: CalibratedModel, settings: Settings, derive: Derive) -> 
         if name == "zero" and name not in names:
             moved = np.zeros(problem.samples)
             moved[0] = sd * np.sqrt(problem.samples)  # which the pressure of the animal does not have
-            own = ((at(-1, sd * _STEP) - at(-1, -sd * _STEP)) / (2 * _STEP)).to_numpy()
+            effect = ((at(-1, sd * _STEP) - at(-1, -sd * _STEP)) / (2 * _STEP)).to_numpy()
         elif name in names and name not in fitted:
-            moved, own = slopes[:, names.index(name)], direct[name].to_numpy()
+            moved, effect = slopes[:, names.index(name)], direct[name].to_numpy()
         else:
             continue
-        effects[name] = own - by_parameter @ (inverse @ moved)
+        effects[name] = effect - by_parameter @ (inverse @ moved)
     simulated = direct.loc[[*_SIMULATED], [name for name in names if name in values]]
     return FitEffects(_with_spreads(pd.DataFrame(effects, index=direct.index), spreads), simulated.dropna())
 
@@ -165,13 +167,15 @@ def _simulated(
         Z_c = float(characteristic_impedances(Recording(pressure, flow, recorded.period))["up-slope"])
     except InputError:  # a flow without an upstroke
         Z_c = np.nan
-    found = float(waves.reflection_coefficient), Z_c, float(pressure.mean() / flow.mean())
-    return dict(zip(_SIMULATED, found, strict=True))
+    values = float(waves.reflection_coefficient), Z_c, float(pressure.mean() / flow.mean())
+    return dict(zip(_SIMULATED, values, strict=True))
 
 
 def spreads_of(network: Network, settings: Settings, source: str = "") -> dict[str, float]:
     """Return the SD of every error that there is and that the `source` tells, by default any, by unknown."""
-    return {one.name: one.sd for one in settings.assumed(network) if one.sd > 0 and source in ("", one.source)}
+    return {
+        error.name: error.sd for error in settings.assumed(network) if error.sd > 0 and source in ("", error.source)
+    }
 
 
 def _problem(fit: CalibratedModel, settings: Settings, spreads: Mapping[str, float]) -> Problem:
@@ -185,12 +189,12 @@ def _problem(fit: CalibratedModel, settings: Settings, spreads: Mapping[str, flo
     held = {str(name): float(value) for name, value in fit.parameters["value"][~fit.parameters["free"]].items()}
     law = type(fit.model.wall)
     search = replace(settings.search(law), fixed=held)
-    how = Sampling(bed=type(fit.model.outlets), blood=settings.blood, search=search, numerics=settings.numerics,
+    sampling = Sampling(bed=type(fit.model.outlets), blood=settings.blood, search=search, numerics=settings.numerics,
                    priors=priors)  # fmt: skip
     network = fit.model.network
     if fit.model.profile is None:  # measured tapers within their errors: its vessels are straight
         network = replace(network, taper=None, taper_sd=None)
-    return problem_of(network, fit.recording, law, how)
+    return problem_of(network, fit.recording, law, sampling)
 
 
 def _logs(values: Mapping[str, float]) -> pd.Series:

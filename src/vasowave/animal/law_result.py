@@ -40,9 +40,9 @@ class Measured:
 
         The interval is NaN where nothing tells it. What a number means is the ``long_name`` of its `quantities`.
         """
-        said = ("low", "interval_low", np.nan), ("high", "interval_high", np.nan), ("unit", "units", "")
-        rows = [{"value": float(one)} | {column: one.attrs.get(key, none) for column, key, none in said}
-                for one in self.quantities.data_vars.values()]  # fmt: skip
+        columns = ("low", "interval_low", np.nan), ("high", "interval_high", np.nan), ("unit", "units", "")
+        rows = [{"value": float(quantity)} | {column: quantity.attrs.get(key, none) for column, key, none in columns}
+                for quantity in self.quantities.data_vars.values()]  # fmt: skip
         return pd.DataFrame(rows, pd.Index(list(map(str, self.quantities.data_vars)), name="quantity"))
 
 
@@ -113,7 +113,7 @@ class LawResult(Measured):
         if self.posterior is None:
             return fitted
         drawn = {name for name in fitted if name in self.posterior.groups["posterior"]}
-        return {name: self._drawn(one) if name in drawn else one for name, one in fitted.items()}
+        return {name: self._drawn(quantity) if name in drawn else quantity for name, quantity in fitted.items()}
 
     def _drawn(self, fitted: xr.DataArray) -> xr.DataArray:
         assert self.posterior is not None
@@ -130,12 +130,12 @@ class LawResult(Measured):
     @property
     def overstrained(self) -> Finding | None:
         """The finding that a vessel is strained beyond what an artery survives, if there is one."""
-        return next((one for one in self.findings if one.code == OVERSTRAINED), None)
+        return next((finding for finding in self.findings if finding.code == OVERSTRAINED), None)
 
     @property
     def site_doubts(self) -> tuple[Finding, ...]:
         """The findings that a further site speaks against the recording at the inlet."""
-        return tuple(one for one in self.findings if one.code in SITE_DOUBTS)
+        return tuple(finding for finding in self.findings if finding.code in SITE_DOUBTS)
 
     @property
     def title(self) -> str:

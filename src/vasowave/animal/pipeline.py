@@ -71,14 +71,14 @@ def teller(animal: Animal, law: str, stage: Stage, failures: list[Failure]) -> C
 
 
 def fits_of(
-    animal: Animal, settings: Settings, progress: Progress | None, kept: Kept | None, failures: list[Failure]
+    animal: Animal, settings: Settings, progress: Progress | None, journal: Kept | None, failures: list[Failure]
 ) -> tuple[list[CalibratedModel], bool]:
     """Return the fits of all wall laws, or what had finished when it was interrupted, and whether it was."""
     fits: list[CalibratedModel] = []
     for wall in settings.walls:
-        tell = teller(animal, find_law(wall).law().name, Stage.FIT, failures)
+        on_failure = teller(animal, find_law(wall).law().name, Stage.FIT, failures)
         try:
-            fit = attempted(partial(_calibrated, animal, settings, wall, progress, kept), tell)
+            fit = attempted(partial(_calibrated, animal, settings, wall, progress, journal), on_failure)
         except KeyboardInterrupt:
             if not fits:
                 raise
@@ -91,7 +91,7 @@ def fits_of(
 
 
 def _calibrated(
-    animal: Animal, settings: Settings, wall: str, progress: Progress | None, kept: Kept | None
+    animal: Animal, settings: Settings, wall: str, progress: Progress | None, journal: Kept | None
 ) -> CalibratedModel:
     def say(done: int, count: int, best: float) -> None:
         if progress is not None:
@@ -109,12 +109,12 @@ def _calibrated(
         pressure_lag_sd=settings.pressure_lag_sd or 0.0,
         pressure_inertia_sd=settings.pressure_inertia_sd or 0.0,
         progress=say,
-        ends=kept.of(wall, settings.starts) if kept is not None else None,
+        ends=journal.of(wall, settings.starts) if journal is not None else None,
     )
 
 
 def posteriors_of(
-    animal: Animal, fits: Sequence[CalibratedModel], settings: Settings, kept: Kept | None, failures: list[Failure]
+    animal: Animal, fits: Sequence[CalibratedModel], settings: Settings, journal: Kept | None, failures: list[Failure]
 ) -> dict[str, Posterior]:
     """Return the posterior of every fitted wall law that has one, if it is asked for."""
     if settings.inference != "posterior":
@@ -126,13 +126,13 @@ def posteriors_of(
             blood=settings.blood, sites=animal.sites,
             search=settings.search(type(fit.model.wall)), numerics=settings.numerics, seed=settings.seed,
             priors=settings.priors,
-            path=kept.simulations(fit.wall) if kept is not None else None,
+            path=journal.simulations(fit.wall) if journal is not None else None,
         )  # fmt: skip
 
     tried = {
         fit.wall: attempted(partial(drawn, fit), teller(animal, fit.wall, Stage.POSTERIOR, failures)) for fit in fits
     }
-    return {wall: one for wall, one in tried.items() if one is not None}
+    return {wall: outcome for wall, outcome in tried.items() if outcome is not None}
 
 
 def analyze(
@@ -192,7 +192,7 @@ def result_of(
 ) -> AnimalResult:
     """Return the result of `analyze` of an animal that is calibrated already; `warned` becomes part of its findings."""
     posteriors, fits, failed = posteriors or {}, profiled(fits), list(failures)
-    with _collected() as more:
+    with _collected() as further_findings:
         measured = _measured(animal, settings)
         laws: dict[str, LawResult] = {}
         for fit in fits:
@@ -201,8 +201,8 @@ def result_of(
         fits = [fit for fit in fits if fit.wall in laws]
         posteriors = {wall: posteriors[wall] for wall in laws if wall in posteriors}
         for wall, drawn in posteriors.items():
-            tell = teller(animal, wall, Stage.POSTERIOR, failed)
-            laws[wall] = replace(laws[wall], posterior=attempted(partial(posterior_result, drawn), tell))
+            on_failure = teller(animal, wall, Stage.POSTERIOR, failed)
+            laws[wall] = replace(laws[wall], posterior=attempted(partial(posterior_result, drawn), on_failure))
         compared = _compared(animal, fits, settings, list(posteriors.values()), laws, failed)
     return AnimalResult(
         name=animal.name,
@@ -212,7 +212,7 @@ def result_of(
         beats=beats_dataset(animal.beats, animal.raw) if animal.beats is not None else None,
         synthetic=animal.synthetic,
         interrupted=interrupted,
-        noticed=tuple(dict.fromkeys([*warned, *more])),
+        noticed=tuple(dict.fromkeys([*warned, *further_findings])),
         failures=tuple(failed),
         settings=parsed(settings.as_json()),
         assumed_errors=settings.assumed(animal.network),
@@ -236,23 +236,25 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
     nominal = estimate_nominal(network, recording, blood, find_bed(settings.beds))
     station = measured_station(recording, network, nominal, blood.inertia, settings.waves_at)
     waves = waves_dataset(station, blood.inertia)
-    found, said = coupled(recording, animal.ventricle)
-    for one in said:
-        warn(one)
+    coupling, findings = coupled(recording, animal.ventricle)
+    for finding in findings:
+        warn(finding)
     spectrum = impedance_dataset(station, settings.harmonics, flow_noise(recording, animal.beats))
 
-    def values(seen: Seen) -> dict[str, float]:
-        start = estimate_nominal(seen.network, seen.recording, seen.blood, find_bed(settings.beds))
-        place = measured_station(seen.recording, seen.network, start, seen.blood.inertia, settings.waves_at)
-        of_ventricle = found if seen.recording is recording else coupled(seen.recording, animal.ventricle)[0]
-        return measured_values(seen.recording, start, place, waves_dataset(place, seen.blood.inertia), of_ventricle)
+    def values(observed: Seen) -> dict[str, float]:
+        start = estimate_nominal(observed.network, observed.recording, observed.blood, find_bed(settings.beds))
+        place = measured_station(observed.recording, observed.network, start, observed.blood.inertia, settings.waves_at)
+        of_ventricle = coupling if observed.recording is recording else coupled(observed.recording, animal.ventricle)[0]
+        return measured_values(
+            observed.recording, start, place, waves_dataset(place, observed.blood.inertia), of_ventricle
+        )
 
-    told = spreads_of(network, settings, "lab")  # what is usual is part of the scatter of animals
-    effects = effects_on_measured(Seen(network, recording, blood), told, values)
-    values_here = measured_values(recording, nominal, station, waves, found)
-    quantities = measured_quantities(values_here, station, effects, found)
+    lab_spreads = spreads_of(network, settings, "lab")  # what is usual is part of the scatter of animals
+    effects = effects_on_measured(Seen(network, recording, blood), lab_spreads, values)
+    values_here = measured_values(recording, nominal, station, waves, coupling)
+    quantities = measured_quantities(values_here, station, effects, coupling)
     return {
-        "ventricle": ventricle_dataset(found, animal.ventricle) if found and animal.ventricle else None,
+        "ventricle": ventricle_dataset(coupling, animal.ventricle) if coupling and animal.ventricle else None,
         "recording": recording_with_scatter(recording, animal.beats),
         "nominal": nominal_dataset(nominal, network),
         "measured": Measured(waves=waves, impedance=spectrum, quantities=quantities),
@@ -268,13 +270,13 @@ def _compared(
     failures: list[Failure],
 ) -> dict[str, Any]:
     """Return the parts that compare the wall laws, by their posteriors and by their fits."""
-    tell = teller(animal, "", Stage.COMPARISON, failures)
+    on_failure = teller(animal, "", Stage.COMPARISON, failures)
     compared: dict[str, Any] = {}
     if len(posteriors) > 1:
-        compared["evidence"] = attempted(partial(compare_laws, posteriors), tell)
+        compared["evidence"] = attempted(partial(compare_laws, posteriors), on_failure)
     if settings.model_selection and len(fits) > 1:
         quantities = {wall: law.quantities for wall, law in laws.items()}
-        compared |= attempted(partial(compared_laws, fits, settings, quantities), tell) or {}
+        compared |= attempted(partial(compared_laws, fits, settings, quantities), on_failure) or {}
     return compared
 
 
@@ -301,12 +303,12 @@ def _modeled(animal: Animal, fit: CalibratedModel, settings: Settings) -> LawRes
 @contextmanager
 def _collected() -> Iterator[list[Finding]]:
     """Collect our own warnings as findings: they belong into the result. Others go their usual way."""
-    found: list[Finding] = []
+    findings: list[Finding] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", VasowaveWarning)
-        yield found
-    for one in caught:
-        if issubclass(one.category, VasowaveWarning):
-            found.append(finding_of(one.message))
+        yield findings
+    for warning in caught:
+        if issubclass(warning.category, VasowaveWarning):
+            findings.append(finding_of(warning.message))
         else:
-            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+            warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)

@@ -35,14 +35,16 @@ _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 def quantities_of(law: Any, bed: Any, viscous: bool = False) -> dict[str, Quantity]:
     """Return all quantities of a model with the wall law and the beds (classes), in the order of tables."""
     described = law.law()
-    own = {name: Quantity(*one[:4]) for name, one in zip(parameter_names(law), described.parameters, strict=True)}
-    own |= {full_name(law, described.ratio[0]): described.ratio[1]} if described.ratio else {}
-    own |= {WALL_VISCOSITY: Quantity(*VISCOSITY[:4])} if viscous else {}
-    factors = {name: Quantity(*one[:4]) for name, one in bed_factors(bed).items()}
+    law_quantities = {
+        name: Quantity(*quantity[:4]) for name, quantity in zip(parameter_names(law), described.parameters, strict=True)
+    }
+    law_quantities |= {full_name(law, described.ratio[0]): described.ratio[1]} if described.ratio else {}
+    law_quantities |= {WALL_VISCOSITY: Quantity(*VISCOSITY[:4])} if viscous else {}
+    factors = {name: Quantity(*quantity[:4]) for name, quantity in bed_factors(bed).items()}
     ordered: dict[str, Quantity] = {}
-    for name, one in QUANTITIES.items():  # the wall's parameters stand where β does, the beds' before Δp
-        ordered |= own if name == "beta" else (factors if name == "pressure_drop" else {}) | {name: one}
-    return ordered | own
+    for name, quantity in QUANTITIES.items():  # the wall's parameters stand where β does, the beds' before Δp
+        ordered |= law_quantities if name == "beta" else (factors if name == "pressure_drop" else {}) | {name: quantity}
+    return ordered | law_quantities
 
 
 def measured_values(
@@ -73,10 +75,10 @@ def measured_quantities(
     values: Mapping[str, float], station: Station, effects: pd.DataFrame, coupled: Coupling | None = None
 ) -> xr.Dataset:
     """Return `measured_values` as labelled data, with the errors that `effects_on_measured` tells."""
-    own = {str(name): (0.0, 0.0) for name, row in effects.iterrows() if row.any()}
+    errors = {str(name): (0.0, 0.0) for name, row in effects.iterrows() if row.any()}
     if coupled is not None:
-        own |= dict.fromkeys(("E_es", "coupling"), (coupled.error, NORMAL * coupled.error))
-    dataset = quantities_dataset(values, QUANTITIES, own, effects)
+        errors |= dict.fromkeys(("E_es", "coupling"), (coupled.error, NORMAL * coupled.error))
+    dataset = quantities_dataset(values, QUANTITIES, errors, effects)
     dataset["wave_speed"].attrs["long_name"] = f"wave speed at {station.taken}, A Z_c/ρ"
     dataset["tau"].attrs |= {"symbol": "τ", "long_name": "time constant of the diastolic decay"}
     dataset["beta"].attrs["long_name"] = "nominal wall stiffness"
@@ -128,8 +130,8 @@ def sites_within_bounds(fit: CalibratedModel, settings: Settings) -> xr.Dataset 
     ends = [_bounds(fit, settings).get(str(name), (0.0, np.inf)) for name in fit.sites["quantity"].values]
     low, high = np.array(ends).T
     bounded = {}
-    for how in ("", "_without"):
-        value, first, last = (fit.sites[f"{name}{how}"] for name in ("value", "low", "high"))
+    for suffix in ("", "_without"):
+        value, first, last = (fit.sites[f"{name}{suffix}"] for name in ("value", "low", "high"))
         bounded[first.name] = first.copy(data=np.maximum(first.values, np.minimum(low, value.values)))
         bounded[last.name] = last.copy(data=np.minimum(last.values, np.maximum(high, value.values)))
     return fit.sites.assign(bounded)
@@ -138,8 +140,8 @@ def sites_within_bounds(fit: CalibratedModel, settings: Settings) -> xr.Dataset 
 def _bounds(fit: CalibratedModel, settings: Settings) -> dict[str, tuple[float, float]]:
     """Return between what the interval of a parameter, a share or R_T lies, whatever its normal approximation says."""
     bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
-    most = max(_most_resistance(fit, settings), fit.total_resistance)
-    return bounds | dict.fromkeys(SHARES, (0.0, 1.0)) | {"R_T": (0.0, most)}
+    highest_resistance = max(_most_resistance(fit, settings), fit.total_resistance)
+    return bounds | dict.fromkeys(SHARES, (0.0, 1.0)) | {"R_T": (0.0, highest_resistance)}
 
 
 def _most_resistance(fit: CalibratedModel, settings: Settings) -> float:
@@ -149,12 +151,14 @@ def _most_resistance(fit: CalibratedModel, settings: Settings) -> float:
     probe and zero, and on the beats where the flow is not taken for exact: an end without them would cut off what their
     errors have widened.
     """
-    seen = Seen(fit.model.network, fit.recording, fit.model.blood)
+    observed = Seen(fit.model.network, fit.recording, fit.model.blood)
     spreads = spreads_of(fit.model.network, settings)
-    moved = effects_on_measured(seen, spreads, lambda one: {"PVR": one.recording.vascular_resistance})
+    moved = effects_on_measured(
+        observed, spreads, lambda moved_reading: {"PVR": moved_reading.recording.vascular_resistance}
+    )
     error, recording = float(np.linalg.norm(moved.fillna(0.0).to_numpy())), fit.recording
     if fit.compared.enters != "flow":
-        of_flow, of_pressure = (float(harmonic_errors(recording, one).error[0]) for one in ("flow", "pressure"))
+        of_flow, of_pressure = (float(harmonic_errors(recording, signal).error[0]) for signal in ("flow", "pressure"))
         shares = of_flow / recording.cardiac_output, of_pressure / (recording.mean_pressure - recording.wedge_pressure)
         error = float(np.hypot(error, np.hypot(*shares)))
     return float(recording.vascular_resistance * np.exp(NORMAL * error))
@@ -224,24 +228,28 @@ def quantities_dataset(
     the logarithm per change of the logarithm of all radii.
     """
     variables = {}
-    known = pd.DataFrame() if effects is None or effects.empty else effects.dropna()
-    for name, what in quantities.items():
+    known_effects = pd.DataFrame() if effects is None or effects.empty else effects.dropna()
+    for name, quantity in quantities.items():
         if name not in values:
             continue
         value = float(values[name])
-        attrs: dict[str, str | float] = {"units": what.unit, "long_name": what.meaning, "symbol": what.symbol}
-        if what.equation:
-            attrs["equation"] = what.equation
+        attrs: dict[str, str | float] = {
+            "units": quantity.unit,
+            "long_name": quantity.meaning,
+            "symbol": quantity.symbol,
+        }
+        if quantity.equation:
+            attrs["equation"] = quantity.equation
         error, reach = (errors or {}).get(name, (np.nan, np.nan))
-        if name in known.index:
-            squares = pd.Series(known.loc[name].to_numpy(float) ** 2, known.columns)
-            more = float(squares.to_numpy().sum())
-            error, reach = float(np.sqrt(error**2 + more)), float(np.sqrt(reach**2 + NORMAL**2 * more))
-            sources = np.array([kinds()[str(one)].source for one in squares.index])
+        if name in known_effects.index:
+            squares = pd.Series(known_effects.loc[name].to_numpy(float) ** 2, known_effects.columns)
+            variance = float(squares.to_numpy().sum())
+            error, reach = float(np.sqrt(error**2 + variance)), float(np.sqrt(reach**2 + NORMAL**2 * variance))
+            sources = np.array([kinds()[str(unknown)].source for unknown in squares.index])
             shared = {source: float(squares[sources == source].to_numpy().sum()) for source in SHARED}
-            attrs |= {f"share_{source}": one / error**2 for source, one in shared.items() if error > 0}
-            if spread := known.attrs.get("sd", {}).get(_RADII):
-                attrs["per_radius"] = float(known[_RADII][name]) / spread
+            attrs |= {f"share_{source}": share / error**2 for source, share in shared.items() if error > 0}
+            if spread := known_effects.attrs.get("sd", {}).get(_RADII):
+                attrs["per_radius"] = float(known_effects[_RADII][name]) / spread
         if np.isfinite(error) and np.isfinite(reach):
             factor = float(np.exp(min(reach, _FARTHEST)))
             attrs |= {"standard_error": value * error, "interval_low": value / factor, "interval_high": value * factor}
@@ -282,19 +290,19 @@ def averages_dataset(selection: xr.Dataset, quantities: Mapping[str, xr.Dataset]
     first = weights.isel(covariance=0)
     laws = [str(wall) for wall in first["wall"].values]
     values: dict[str, xr.Variable | xr.DataArray] = {"weight": weights}
-    for name in (one for one in ACROSS_LAWS if all(one in quantities[wall] for wall in laws)):
-        each = [quantities[wall][name] for wall in laws]
-        if all(_log_error(one) is not None for one in each):
-            values[name] = _mean_of_laws(each, first.values)
-    said = "the recording's error and the model's discrepancy within each law, and the choice between these laws"
-    return xr.Dataset(values, attrs={"covariance": str(first["covariance"].values), "interval_holds": said})
+    for name in (quantity for quantity in ACROSS_LAWS if all(quantity in quantities[wall] for wall in laws)):
+        law_values = [quantities[wall][name] for wall in laws]
+        if all(_log_error(value) is not None for value in law_values):
+            values[name] = _mean_of_laws(law_values, first.values)
+    scope = "the recording's error and the model's discrepancy within each law, and the choice between these laws"
+    return xr.Dataset(values, attrs={"covariance": str(first["covariance"].values), "interval_holds": scope})
 
 
-def _mean_of_laws(each: list[xr.DataArray], weights: np.ndarray) -> xr.Variable:
-    errors = [error for one in each if (error := _log_error(one)) is not None]
-    mean = averaged([float(one) for one in each], errors, list(weights))
-    attrs = {name: each[0].attrs[name] for name in ("units", "long_name", "symbol")}
-    high = min(mean.high, 1.0) if each[0].name in SHARES else mean.high
+def _mean_of_laws(law_values: list[xr.DataArray], weights: np.ndarray) -> xr.Variable:
+    errors = [error for value in law_values if (error := _log_error(value)) is not None]
+    mean = averaged([float(value) for value in law_values], errors, list(weights))
+    attrs = {name: law_values[0].attrs[name] for name in ("units", "long_name", "symbol")}
+    high = min(mean.high, 1.0) if law_values[0].name in SHARES else mean.high
     attrs |= {"interval_low": mean.low, "interval_high": high, "interval_level": LEVEL}
     return xr.Variable((), mean.value, attrs | {"between_laws": mean.between})
 

@@ -95,12 +95,12 @@ def impedance_error(result: AnimalResult) -> np.ndarray | None:
     if not {"pressure_error", "flow_error"} <= set(recording.data_vars):
         return None
     harmonic = result.measured.impedance["harmonic"].values.astype(int)
-    parts = []
+    relative_errors = []
     for name in ("pressure", "flow"):
         error = recording[f"{name}_error"].values
-        known = np.append(error, np.full(max(0, harmonic.max() + 1 - len(error)), np.nan))
-        parts.append(known[harmonic] / np.abs(amplitudes(recording[name].values)[harmonic]))
-    return np.nan_to_num(np.hypot(*parts))
+        padded = np.append(error, np.full(max(0, harmonic.max() + 1 - len(error)), np.nan))
+        relative_errors.append(padded[harmonic] / np.abs(amplitudes(recording[name].values)[harmonic]))
+    return np.nan_to_num(np.hypot(*relative_errors))
 
 
 def from_foot(result: AnimalResult, quantity: str) -> tuple[np.ndarray, np.ndarray]:

@@ -155,7 +155,7 @@ class AnimalResult:
         recorded = from_json(self.recording.attrs.get("findings", "[]"))
         fitted = shared({name: law.findings for name, law in self.laws.items()})
         posteriors = {name: law.posterior for name, law in self.laws.items() if law.posterior is not None}
-        drawn = [one.at(law=name) for name, posterior in posteriors.items() for one in posterior.findings]
+        drawn = [finding.at(law=name) for name, posterior in posteriors.items() for finding in posterior.findings]
         return tuple(dict.fromkeys([*recorded, *self.noticed, *fitted, *drawn]))
 
     @property
@@ -179,9 +179,9 @@ class AnimalResult:
         Columns ``animal, group, law`` ("measured" for the recording), ``quantity``, ``value, low, high`` (95 %,
         NaN where nothing tells it), ``unit``.
         """
-        parts = [one.summary().reset_index().assign(animal=self.name, group=self.group, law=law)
-                 for law, one in self.sources.items()]  # fmt: skip
-        return pd.concat(parts, ignore_index=True)[[*TIDY]]
+        tables = [source.summary().reset_index().assign(animal=self.name, group=self.group, law=law)
+                 for law, source in self.sources.items()]  # fmt: skip
+        return pd.concat(tables, ignore_index=True)[[*TIDY]]
 
     def at_inlets(self) -> "AnimalResult":
         """Return the result with, of every simulation, only pressure and flow at the inlet of the root vessel.
@@ -202,16 +202,16 @@ class AnimalResult:
     def to_datatree(self) -> xr.DataTree:
         """Return the result as it is stored; its groups and attributes are described in docs/results.md."""
         groups = {"network": network_dataset(self.network)} | {name: getattr(self, name) for name in _WHOLE}
-        groups |= {f"measured/{name}": one for name, one in vars(self.measured).items()}
+        groups |= {f"measured/{name}": data for name, data in vars(self.measured).items()}
         if self.beats is not None:
             groups["beats"] = self.beats
         for name, law in self.laws.items():
-            groups |= {f"{name}/{group}": getattr(law, part) for part, group in _OF_LAW.items()}
-            groups |= {f"{name}/{part}": one for part in _MAY_BE if (one := getattr(law, part)) is not None}
+            groups |= {f"{name}/{group}": getattr(law, field) for field, group in _OF_LAW.items()}
+            groups |= {f"{name}/{field}": data for field in _MAY_BE if (data := getattr(law, field)) is not None}
             if law.posterior is not None:
                 groups[f"{name}/inference"] = law.posterior.table
-                groups |= {f"{name}/inference/{part}": one for part, one in law.posterior.groups.items()}
-        groups |= {group: one for part, group in _OPTIONAL.items() if (one := getattr(self, part)) is not None}
+                groups |= {f"{name}/inference/{field}": data for field, data in law.posterior.groups.items()}
+        groups |= {group: data for field, group in _OPTIONAL.items() if (data := getattr(self, field)) is not None}
         tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
         tree.attrs = _attributes(self)
         return tree
@@ -229,8 +229,8 @@ class AnimalResult:
             raise InputError(f"not the result of one animal (its title is not '{KIND}')")
         attrs = tree.attrs
         measured = {name: _data(tree, f"measured/{name}") for name in ("waves", "impedance", "quantities")}
-        parts: dict[str, Any] = {name: _data(tree, name) for name in _WHOLE}
-        parts |= {part: _data(tree, group) for part, group in _OPTIONAL.items() if group in tree.children}
+        fields: dict[str, Any] = {name: _data(tree, name) for name in _WHOLE}
+        fields |= {field: _data(tree, group) for field, group in _OPTIONAL.items() if group in tree.children}
         settings = parsed_as(dict[str, Any], attrs.get("settings", "{}"))
         laws = {name: _law(tree, name) for name, node in tree.children.items() if "calibration" in node.children}
         return cls(
@@ -246,7 +246,7 @@ class AnimalResult:
             settings=settings,
             assumed_errors=parsed_as(tuple[AssumedError, ...], attrs.get(ERRORS, "[]")),
             origin={str(key): value for key, value in attrs.items() if key not in _ATTRIBUTES},
-            **parts,
+            **fields,
         )
 
 
@@ -285,17 +285,19 @@ def _node(tree: xr.DataTree, path: str) -> xr.DataTree:
 def _law(tree: xr.DataTree, name: str) -> LawResult:
     node, posterior = tree.children[name], None
     if "inference" in node.children:
-        groups = {str(one): part.to_dataset(inherit=False) for one, part in node.children["inference"].children.items()}
+        groups = {
+            str(key): group.to_dataset(inherit=False) for key, group in node.children["inference"].children.items()
+        }
         posterior = PosteriorResult(_data(node, "inference"), groups)
-    parts: dict[str, Any] = {part: _data(node, part) for part in _MAY_BE if part in node.children}
-    parts |= {part: _data(tree, f"{name}/{group}") for part, group in _OF_LAW.items()}
-    return LawResult(name=name, posterior=posterior, **parts)
+    fields: dict[str, Any] = {field: _data(node, field) for field in _MAY_BE if field in node.children}
+    fields |= {field: _data(tree, f"{name}/{group}") for field, group in _OF_LAW.items()}
+    return LawResult(name=name, posterior=posterior, **fields)
 
 
 def network_dataset(network: Network) -> xr.Dataset:
     """Return topology and morphometry by vessel; the root's parent is empty; the nodes are those of graphs alone."""
     parents = [network.name[row] if row >= 0 else "" for row in network.parent]
-    known = {name: values for name in MEASURED if (values := getattr(network, name)) is not None}
+    measured = {name: values for name in MEASURED if (values := getattr(network, name)) is not None}
     ends = {} if network.nodes is None else {"start": network.start, "end": network.end}
     return xr.Dataset(
         {
@@ -308,7 +310,7 @@ def network_dataset(network: Network) -> xr.Dataset:
             "radius": labelled("vessel", network.radius, "cm", "radius at the pressure of the image"),
             "image_pressure": labelled((), network.pressure, "mmHg", "pressure of the image, 0 where not known"),
             "flow_fraction": labelled("vessel", network.flow_fraction, "1", "share of the root's mean flow (eq. 11)"),
-            **{name: labelled("vessel", values, *_MEASURED[name]) for name, values in known.items()},
+            **{name: labelled("vessel", values, *_MEASURED[name]) for name, values in measured.items()},
         },
         coords={"vessel": np.array(network.name, dtype=object)},
     )  # fmt: skip
@@ -319,11 +321,11 @@ def network_of(data: xr.Dataset) -> Network:
     names = tuple(map(str, data["vessel"].values))
     rows = {name: row for row, name in enumerate(names)} | {"": -1}
     parent = np.array([rows[str(name)] for name in data["parent"].values])
-    known = {name: data[name].values for name in MEASURED if name in data}
+    measured = {name: data[name].values for name in MEASURED if name in data}
     if "start_node" in data:
-        known["nodes"] = np.column_stack([data["start_node"].values, data["end_node"].values])
+        measured["nodes"] = np.column_stack([data["start_node"].values, data["end_node"].values])
     pressure = float(data["image_pressure"]) if "image_pressure" in data else 0.0
-    return Network(names, parent, data["length"].values, data["radius"].values, None, pressure, **known)
+    return Network(names, parent, data["length"].values, data["radius"].values, None, pressure, **measured)
 
 
 @dataclass(frozen=True, eq=False)

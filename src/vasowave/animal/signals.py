@@ -77,8 +77,8 @@ def simulated_station(fit: CalibratedModel, waves_at: WavesAt = "mean pressure")
     Those at the measured mean pressure; the paper takes those of each instant.
     """
     network = fit.model.network
-    here = fit.simulation.sel(vessel=network.name[network.root], station="inlet")
-    pressure, flow, area, speed = (here[name].to_numpy() for name in ("pressure", "flow", "area", "wave_speed"))
+    inlet = fit.simulation.sel(vessel=network.name[network.root], station="inlet")
+    pressure, flow, area, speed = (inlet[name].to_numpy() for name in ("pressure", "flow", "area", "wave_speed"))
     source = f"{fit.wall} wall calibrated to {fit.recording.source}"
     recording = Recording(pressure, flow, fit.recording.period, source)
     if waves_at == "paper":
@@ -126,10 +126,10 @@ def waves_dataset(station: Station, inertia: float) -> xr.Dataset:
 def impedance_dataset(station: Station, harmonics: int, noise: float) -> xr.Dataset:
     """Return the impedance spectrum (eqs. 18, 19) and several estimates of Z_c (eq. 8)."""
     recording = station.recording
-    most = min(harmonics, (len(recording.pressure) - 1) // 2)
-    spectrum = impedance(recording.pressure, recording.flow, recording.period, most, _RELIABLE * noise)
-    amplitude = np.abs(fourier_series(recording.flow, most))
-    estimates = characteristic_impedances(recording, (4, min(10, most)), _RELIABLE * noise)
+    last_harmonic = min(harmonics, (len(recording.pressure) - 1) // 2)
+    spectrum = impedance(recording.pressure, recording.flow, recording.period, last_harmonic, _RELIABLE * noise)
+    amplitude = np.abs(fourier_series(recording.flow, last_harmonic))
+    estimates = characteristic_impedances(recording, (4, min(10, last_harmonic)), _RELIABLE * noise)
     per = "harmonic"
     return xr.Dataset(
         {
@@ -141,7 +141,7 @@ def impedance_dataset(station: Station, harmonics: int, noise: float) -> xr.Data
             "flow_noise": labelled((), noise, "ml/s", "noise of a flow harmonic"),
         },
         coords={
-            "harmonic": ("harmonic", np.arange(most + 1), {"units": "1"}),
+            "harmonic": ("harmonic", np.arange(last_harmonic + 1), {"units": "1"}),
             "frequency": labelled("harmonic", spectrum.frequency, "Hz", "frequency"),
             "estimator": ("estimator", np.array(estimates.index, dtype=object)),
         },

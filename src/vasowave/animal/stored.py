@@ -25,8 +25,8 @@ from vasowave.stores import parsed
 def stored_recording(result: AnimalResult) -> Recording:
     """Return the averaged cycle of an animal's stored results, with its notes and the errors of its harmonics."""
     data = result.recording
-    known = ("pressure_error", "flow_error", "wedge_pulsation")
-    errors = {name: data[name].values for name in known if name in data}
+    names = ("pressure_error", "flow_error", "wedge_pulsation")
+    errors = {name: data[name].values for name in names if name in data}
     return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"],
                      from_json(data.attrs["findings"]), **errors,
                      wedge_pressure=float(data.get("wedge_pressure", 0.0)))  # fmt: skip
@@ -45,16 +45,16 @@ def stored_sites(result: AnimalResult) -> tuple[Observation, ...]:
     data = next((law.sites for law in result.laws.values() if law.sites is not None), None)
     if data is None:
         return ()
-    found = []
+    observations = []
     for row in range(data.sizes["site"]):
-        one = {name: variable.values[row] for name, variable in data.data_vars.items() if variable.dims[0] == "site"}
-        numbers: dict[str, Any] = {name: float(one[name]) for name in NUMBERS if np.isfinite(one[name])}
+        site = {name: variable.values[row] for name, variable in data.data_vars.items() if variable.dims[0] == "site"}
+        numbers: dict[str, Any] = {name: float(site[name]) for name in NUMBERS if np.isfinite(site[name])}
         wave: dict[str, Any] = (
-            {} if numbers else {"waveform": resample(one["measured"], max(len(one["measured"]), FEWEST_SAMPLES))}
+            {} if numbers else {"waveform": resample(site["measured"], max(len(site["measured"]), FEWEST_SAMPLES))}
         )
-        errors: dict[str, Any] = {name: float(one[name]) for name in ("error", "place", "zero_sd", "gain_sd")}
-        found.append(Observation(str(one["observed"]), str(one["vessel"]), **errors, **numbers, **wave))
-    return tuple(found)
+        errors: dict[str, Any] = {name: float(site[name]) for name in ("error", "place", "zero_sd", "gain_sd")}
+        observations.append(Observation(str(site["observed"]), str(site["vessel"]), **errors, **numbers, **wave))
+    return tuple(observations)
 
 
 @looking_in(Path())  # what results name was typed by nobody
@@ -66,7 +66,7 @@ def stored_settings(result: AnimalResult) -> Settings:
 
 def _blood(data: Mapping[str, Any]) -> Blood:
     friction = dict(data["friction"])
-    kind = {one.__name__: one for one in FRICTIONS.values()}[friction.pop("law")]
+    kind = {friction_class.__name__: friction_class for friction_class in FRICTIONS.values()}[friction.pop("law")]
     return Blood(float(data["density"]), float(data["viscosity"]), kind(**friction))
 
 
@@ -86,13 +86,13 @@ def stored_law(result: AnimalResult, wall: str | type = "") -> tuple[str, Any]:
         The results hold no fit with this law, or the law itself is not here.
     """
     stored = {name: str(law.calibration.attrs["law"]) for name, law in result.laws.items()}
-    asked: Any = wall or next(iter(stored), "")
-    text = asked if isinstance(asked, str) else asked.law().name
+    requested_law: Any = wall or next(iter(stored), "")
+    text = requested_law if isinstance(requested_law, str) else requested_law.law().name
     name = next((name for name, law in stored.items() if text in (name, law, plain(law))), None)
     if name is None:
-        hint, known = did_you_mean(text, stored), ", ".join(stored) or "none"
-        raise InputError(f"no fit with the wall law '{text}'{hint}; there are: {known}")
-    return name, find_law(stored[name] if isinstance(asked, str) else asked)
+        hint, stored_names = did_you_mean(text, stored), ", ".join(stored) or "none"
+        raise InputError(f"no fit with the wall law '{text}'{hint}; there are: {stored_names}")
+    return name, find_law(stored[name] if isinstance(requested_law, str) else requested_law)
 
 
 @looking_in(Path())

@@ -29,12 +29,12 @@ def vessels_dataset(fit: CalibratedModel) -> xr.Dataset:
     drops = _renamed(table_dataset(pressure_drop(network, inlet, ends).reset_index(), "terminal"))
     drops = drops.rename({"distance": "terminal_distance"})
     per = "vessel"
-    own = {
+    vessel_values = {
         "mean_pressure": labelled(per, mean, "mmHg", "mean pressure at the middle of the vessel"),
         "diastolic_pressure": labelled(per, diastolic, "mmHg", "diastolic pressure at the middle of the vessel"),
         "compliance": labelled(per, at_diastole.vessel, "ml/mmHg", "volume compliance at diastolic pressure (eq. 25)"),
     }
-    dataset = xr.merge([speeds.assign(own), drops], combine_attrs="override", join="exact")
+    dataset = xr.merge([speeds.assign(vessel_values), drops], combine_attrs="override", join="exact")
     sums = quantities_dataset({"C_v": at_diastole.network_published, "C_v_plain": at_diastole.network_sum}, QUANTITIES)
     return dataset.merge(sums).merge(_law_curve(fit))
 

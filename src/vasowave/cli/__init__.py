@@ -28,7 +28,7 @@ def run() -> None:
     from vasowave.runtime.memory import is_starved
     from vasowave.runtime.threads import spare_threads
 
-    def show(message: Warning | str, category: type[Warning], *rest: object, **more: object) -> None:
+    def show(message: Warning | str, category: type[Warning], *args: object, **kwargs: object) -> None:
         if issubclass(category, VasowaveWarning):
             typer.echo(f"Warning: {message}", err=True)
 

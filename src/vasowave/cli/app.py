@@ -27,12 +27,12 @@ class Commands(TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """Return name, command and the arguments that follow."""
-        name, command, rest = super().resolve_command(ctx, args)
+        name, command, arguments = super().resolve_command(ctx, args)
         if name in _WITH_SETTINGS:
             from vasowave.cli.options import with_settings
 
             command = with_settings(name, command)
-        return name, command, rest
+        return name, command, arguments
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command; with --verbose say with what, for how long, and where in the program an error arose."""
@@ -54,8 +54,8 @@ app = typer.Typer(
 )
 
 
-def _show_version(wanted: bool) -> None:
-    if wanted:
+def _show_version(requested: bool) -> None:
+    if requested:
         from importlib.metadata import version
 
         typer.echo(f"vasowave {version('vasowave')}")

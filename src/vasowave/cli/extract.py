@@ -34,10 +34,10 @@ def look(
 
     if output is not None:
         check_look_file(output)
-    seen = looked(volume, threshold, cannula=cannula, species=cast(Any, species), voxel=voxel)
-    typer.echo(look_text(seen))
+    overview = looked(volume, threshold, cannula=cannula, species=cast(Any, species), voxel=voxel)
+    typer.echo(look_text(overview))
     if output is not None:
-        typer.echo(f"Look at it: {write_look(seen, output)}")
+        typer.echo(f"Look at it: {write_look(overview, output)}")
 
 
 @app.command(
@@ -48,7 +48,7 @@ def extract(
     volume: Annotated[Path, typer.Argument(help="DICOM folder, NRRD, NIfTI, MetaImage, RAW with header, TIFF stack.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")],
     keep: Annotated[bool, typer.Option(help="Keep stages in OUTPUT/stages: repeating after an edit is quick.")] = True,
-    given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
+    setting_values: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Turn a volume into a checked vessel network, with everything needed to review and correct it."""
     from vasowave.imaging.extraction import extract as extracted
@@ -59,11 +59,11 @@ def extract(
     from vasowave.study.reading import home_of
 
     check_extraction_folder(output)
-    options = Options(**given or {})
+    options = Options(**setting_values or {})
     stages = Stages(output if keep else None)
-    with _stages() as say:
-        extraction = extracted(volume, options, say, stages)
-        say("results")
+    with _stages() as report:
+        extraction = extracted(volume, options, report, stages)
+        report("results")
         with alone_in(home_of(output)):
             page = write_extraction(extraction, output)
             stages.save()
@@ -118,10 +118,10 @@ def centerlines(
         raise InputError(f"a surface says where axes meet; leave it out with --cut {cut}")
     check_centerlines_folder(output)
     size = _length_unit(unit)
-    whole = measured_lines(lines, size, cast(Any, cut), collapse, surface, cast(Any, ends))
-    if wrong := unlike_the_species(whole.network, species, size):
+    complete = measured_lines(lines, size, cast(Any, cut), collapse, surface, cast(Any, ends))
+    if wrong := unlike_the_species(complete.network, species, size):
         raise InputError(f"{lines}: {wrong}")
-    measured = filled_at(wanted_part(whole, generations, vessels, min_radius), pressure)
+    measured = filled_at(wanted_part(complete, generations, vessels, min_radius), pressure)
     settings: dict[str, str | float] = {
         "pressure [mmHg]": pressure,
         "unit [cm]": size,
@@ -130,7 +130,7 @@ def centerlines(
         "ends": ends,
         "surface": "none" if surface is None else surface.name,
         "collapse": collapse,
-        "vessels in the file": len(whole.network),
+        "vessels in the file": len(complete.network),
     }
     write_centerline_network(measured, [lines, *([] if surface is None else [surface])], settings, output)
     typer.echo(repr(measured.network))
@@ -151,22 +151,25 @@ def match(
 
     if output is not None:
         check_file(output)
-    one, other = read_network(first), read_network(second)
-    pairs = matching.match(one, other)
-    lines = _pair_lines(one, other, pairs)
+    first_network, second_network = read_network(first), read_network(second)
+    pairs = matching.match(first_network, second_network)
+    lines = _pair_lines(first_network, second_network, pairs)
     if output is None:
         typer.echo("\n".join(lines))
     else:
         write_file(output, "\n".join(lines) + "\n")
-    for path, left in zip((first, second), matching.unmatched(one, other, pairs), strict=True):
-        typer.echo(f"{path}: {len(left)} vessels without counterpart{': ' if left else ''}{', '.join(left)}", err=True)
+    for path, unmatched in zip((first, second), matching.unmatched(first_network, second_network, pairs), strict=True):
+        typer.echo(
+            f"{path}: {len(unmatched)} vessels without counterpart{': ' if unmatched else ''}{', '.join(unmatched)}",
+            err=True,
+        )
 
 
-def _pair_lines(one: "Network", other: "Network", pairs: dict[int, int]) -> list[str]:
+def _pair_lines(first: "Network", second: "Network", pairs: dict[int, int]) -> list[str]:
     lines = ["first,second,length_first [cm],length_second [cm],radius_first [cm],radius_second [cm]"]
     for row, same in sorted(pairs.items()):
-        sizes = (one.length[row], other.length[same], one.radius[row], other.radius[same])
-        lines.append(",".join([one.name[row], other.name[same], *(f"{size:.10g}" for size in sizes)]))
+        sizes = (first.length[row], second.length[same], first.radius[row], second.radius[same])
+        lines.append(",".join([first.name[row], second.name[same], *(f"{size:.10g}" for size in sizes)]))
     return lines
 
 
@@ -241,11 +244,11 @@ def tidy(
     if output.exists() and output.samefile(network):
         raise InputError(f"{output}: would overwrite the network that is read; name another file with --output")
     allowed = PROOF.change if change is None else change / 100.0
-    least = SHORTEST if shortest is None else shortest
-    found = tidy(read_network(network, unit), least, change=allowed, species=species)
-    write_network(found.network, output)
-    for repair in found.repairs:
+    shortest_radii = SHORTEST if shortest is None else shortest
+    tidied = tidy(read_network(network, unit), shortest_radii, change=allowed, species=species)
+    write_network(tidied.network, output)
+    for repair in tidied.repairs:
         typer.echo(f"{repair.code}: {repair}")
-    if isfinite(found.alike):
-        typer.echo(f"Vessels in line whose radii differ by more than {100 * found.alike:g} % stay apart.")
-    typer.echo(f"{found.summary() or 'Nothing was repaired'}. {found.network!r}: {output}")
+    if isfinite(tidied.alike):
+        typer.echo(f"Vessels in line whose radii differ by more than {100 * tidied.alike:g} % stay apart.")
+    typer.echo(f"{tidied.summary() or 'Nothing was repaired'}. {tidied.network!r}: {output}")

@@ -31,14 +31,14 @@ def fit(
     output: Annotated[Path, _OUTPUT] = Path("vasowave-fit"),
     animal: Annotated[str, typer.Option(help="Name of the animal; by default that of the recording.")] = "",
     group: Annotated[str, typer.Option(help="Its group, as the report writes it.")] = "animal",
-    given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
+    setting_values: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Calibrate the model to one animal and write results, figures and report: a study of one."""
     from vasowave.cli.options import read_settings, row_cells
     from vasowave.study.names import plain_name
     from vasowave.study.single_animal import animal_alone
 
-    name, options = animal or plain_name(recording[0].stem), dict(given or {})
+    name, options = animal or plain_name(recording[0].stem), dict(setting_values or {})
     cells = row_cells(options)
     settings = read_settings(options, name, group)
     _fit(animal_alone(output, settings, network, recording, name, cells))
@@ -60,8 +60,8 @@ def _fit(study: "Study") -> None:
         with alive("writing the report"):
             page = report_study(study.folder)
     typer.echo(f"Report: {page}")
-    for one in done.failures:
-        tell(f"failed: {one}", err=True)
+    for failure in done.failures:
+        tell(f"failed: {failure}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)
 
 
@@ -91,7 +91,7 @@ def posterior(
     animal: Annotated[str, models.ANIMAL] = "",
     draws: Annotated[int, typer.Option(help="Draws that are simulated and weighted.")] = 400,
     trust: Annotated[bool, models.TRUST] = False,
-    given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
+    setting_values: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Say which parameters are compatible with one animal's recording when image and model are uncertain, too."""
     from vasowave.cli.progress import alive
@@ -101,7 +101,7 @@ def posterior(
     check_file(output, models.DATA)
     models.trust_programs(network, trust)
     (name, law), vessels, cycle, sites, settings = _known(
-        network, recording or [], animal, (wall, bed), dict(given or {})
+        network, recording or [], animal, (wall, bed), dict(setting_values or {})
     )
     made = [0]
     typer.echo(f"Posterior under the {name} wall. The first simulation compiles the solver.")
@@ -110,14 +110,14 @@ def posterior(
         made[0] = simulations
 
     with alive(lambda: f"posterior, {name} wall: {made[0]} simulations"):
-        found = posterior_of(
+        result = posterior_of(
             vessels, cycle, law, sites=sites, bed=settings.beds, priors=settings.priors, blood=settings.blood,
             search=settings.search(law), numerics=settings.numerics, draws=draws, seed=settings.seed, progress=count,
         )  # fmt: skip
-    found.to_netcdf(output)
-    _say(found)
+    result.to_netcdf(output)
+    _say(result)
     typer.echo(f"Draws: {output}")
-    raise typer.Exit(0 if found.diagnostics.trusted else FAILED)
+    raise typer.Exit(0 if result.diagnostics.trusted else FAILED)
 
 
 def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, str], options: dict[str, Any]
@@ -136,18 +136,18 @@ def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, 
             surplus = ", ".join([*map(str, recording), *map(flag, options), *(["--bed"] if kinds[1] else [])])
             raise InputError(f"{network} brings recording and settings along; leave out {surplus}")
         result = models.stored_animal(network, animal)
-        sites, known = stored.stored_sites(result), (result.network, stored.stored_recording(result))
-        return stored.stored_law(result, kinds[0]), *known, sites, stored.stored_settings(result)
+        sites, measured = stored.stored_sites(result), (result.network, stored.stored_recording(result))
+        return stored.stored_law(result, kinds[0]), *measured, sites, stored.stored_settings(result)
     cells = row_cells(options)
     settings = read_settings(options, "posterior", "animal")
-    one = models.animal_from(network, recording, cells, settings)
+    loaded = models.animal_from(network, recording, cells, settings)
     chosen = animal_settings(settings)
     chosen = replace(chosen, beds=kinds[1] or chosen.beds)
     law = find_law(kinds[0] or chosen.walls[0])
-    return (law.law().name, law), one.network, one.recording, one.sites, chosen
+    return (law.law().name, law), loaded.network, loaded.recording, loaded.sites, chosen
 
 
-def _say(found: "Posterior") -> None:
+def _say(result: "Posterior") -> None:
     """Print the table of a posterior, its diagnostics, and what a reader must know."""
     from vasowave.cli.progress import tell
     from vasowave.study.overview import aligned
@@ -156,16 +156,17 @@ def _say(found: "Posterior") -> None:
     rows += [
         (str(name), f"{row['median']:.4g}", f"[{row['interval_low']:.3g}, {row['interval_high']:.3g}]",
          f"[{row['prior_low']:.3g}, {row['prior_high']:.3g}]", str(row["unit"]).replace("1", "", row["unit"] == "1"))
-        for name, row in found.summary.iterrows()
+        for name, row in result.summary.iterrows()
     ]  # fmt: skip
     for line in aligned(rows, (0, 4)):
         typer.echo(line)
-    one = found.diagnostics
-    trusted = "The sampling succeeded" if one.trusted else "Do not believe these numbers"
+    diagnostics = result.diagnostics
+    trusted = "The sampling succeeded" if diagnostics.trusted else "Do not believe these numbers"
     tell(
-        f"{trusted}: Pareto k {one.k_hat:.2f}, {one.effective:.0f} of {one.draws} draws effective, "
-        f"{one.simulations} simulations, {one.harmonics} harmonics compared, "
-        f"ln evidence {one.log_evidence:.2f} ± {one.log_evidence_error:.2f}"
+        f"{trusted}: Pareto k {diagnostics.k_hat:.2f}, "
+        f"{diagnostics.effective:.0f} of {diagnostics.draws} draws effective, "
+        f"{diagnostics.simulations} simulations, {diagnostics.harmonics} harmonics compared, "
+        f"ln evidence {diagnostics.log_evidence:.2f} ± {diagnostics.log_evidence_error:.2f}"
     )
-    for note in found.findings:
+    for note in result.findings:
         tell(f"note: {note}")

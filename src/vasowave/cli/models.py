@@ -106,9 +106,9 @@ def narrowed_model(model: "Model", narrow: Sequence[str]) -> "Model":
     from vasowave.model.losses import narrowed
 
     for text in narrow:
-        vessel, _, parts = text.rpartition("=")
+        vessel, _, numbers = text.rpartition("=")
         try:
-            area_lost, length, *stiffer = (float(part) for part in parts.split(","))
+            area_lost, length, *stiffer = (float(number) for number in numbers.split(","))
         except ValueError:
             vessel = ""
         if not vessel.strip() or len(stiffer) > 1:
@@ -124,8 +124,8 @@ def numerics_from(cell_size: float | None, accuracy: float | None) -> "Numerics"
     """Return the numerics with what was given."""
     from vasowave.solver import Numerics
 
-    given = {"cell_size": cell_size, "accuracy": accuracy}
-    return Numerics(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+    values = {"cell_size": cell_size, "accuracy": accuracy}
+    return Numerics(**{name: value for name, value in values.items() if value is not None})  # type: ignore[arg-type]
 
 
 def _fitted(folder: Path, animal: str, wall: str) -> "tuple[Model, Recording | Inflow]":
@@ -155,13 +155,13 @@ def _nominal(
 
     period, species = of_cycle
     cells = {} if period is None else {"period [s]": repr(period)}
-    one = animal_from(network, recording, cells, StudyFile(species=known_species(species)))
+    animal = animal_from(network, recording, cells, StudyFile(species=known_species(species)))
     wall, bed = kinds
-    nominal = estimate_nominal(one.network, one.recording, blood, find_bed(bed or "windkessel"))
+    nominal = estimate_nominal(animal.network, animal.recording, blood, find_bed(bed or "windkessel"))
     law = find_law(wall or "linear")
-    model = Model(one.network, nominal.wall(law), nominal.outlets, blood, nominal.outlet_pressure,
+    model = Model(animal.network, nominal.wall(law), nominal.outlets, blood, nominal.outlet_pressure,
                   outlet_pulsation=nominal.outlet_pulsation)  # fmt: skip
-    return model, one.recording
+    return model, animal.recording
 
 
 def animal_from(
@@ -180,10 +180,10 @@ def animal_from(
         raise InputError(f"{network}: a network needs a recording too, whose flow enters it")
     row = one_row(network, recording, plain_name(recording[0].stem), settings.groups[0], cells)
     tell_blood(settings.blood)
-    one = load_animal(row, settings, Path())
-    for note in one.recording.notes:
+    animal = load_animal(row, settings, Path())
+    for note in animal.recording.notes:
         typer.echo(f"note: {note}", err=True)
-    return one
+    return animal
 
 
 def stored_animal(folder: Path, animal: str) -> "AnimalResult":

@@ -46,19 +46,23 @@ _MEANINGS = {
 
 
 def with_settings(name: str, command: Any) -> Any:
-    """Return a command with an option for every setting; its function is called with them as one mapping, `given`."""
+    """Return a command with an option for every setting; its function takes them as one mapping, `setting_values`."""
     function = command.callback.__wrapped__
-    own = [one for one in inspect.signature(function).parameters.values() if one.name != "given"]
+    command_parameters = [
+        parameter for parameter in inspect.signature(function).parameters.values() if parameter.name != "setting_values"
+    ]
     options = _options_of(name)
 
     def called(**arguments: Any) -> None:
-        given = {key: arguments.pop(key) for key in options}
-        function(**arguments, given={key: value for key, value in given.items() if value not in (None, [])})
+        setting_values = {key: arguments.pop(key) for key in options}
+        function(
+            **arguments, setting_values={key: value for key, value in setting_values.items() if value not in (None, [])}
+        )
 
     parameters = [inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
                   for key, kind in options.items()]  # fmt: skip
-    called.__signature__ = inspect.Signature([*own, *parameters])  # type: ignore[attr-defined]
-    called.__annotations__ = {one.name: one.annotation for one in [*own, *parameters]}
+    called.__signature__ = inspect.Signature([*command_parameters, *parameters])  # type: ignore[attr-defined]
+    called.__annotations__ = {parameter.name: parameter.annotation for parameter in [*command_parameters, *parameters]}
     called.__doc__ = function.__doc__
     single = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     single.command(name, epilog=command.epilog)(called)
@@ -70,8 +74,8 @@ def flag(name: Any) -> str:
     return f"--{str(name).replace('_', '-')}"
 
 
-def row_cells(given: dict[str, Any]) -> dict[str, str]:
-    """Take what a table of animals says in its columns out of `given`; return it as cells of such a table.
+def row_cells(options: dict[str, Any]) -> dict[str, str]:
+    """Take what a table of animals says in its columns out of `options`; return it as cells of such a table.
 
     Raises
     ------
@@ -80,12 +84,12 @@ def row_cells(given: dict[str, Any]) -> dict[str, str]:
     """
     from vasowave.study.rows import field_of
 
-    cells = {title: given.pop(field_of(title)).strip() for title in _CELLS if field_of(title) in given}
+    cells = {title: options.pop(field_of(title)).strip() for title in _CELLS if field_of(title) in options}
     for option, names in _CELLS_OF.items():
-        for text in given.pop(option, []):
-            name, _, value = (part.strip() for part in text.partition("="))
+        for text in options.pop(option, []):
+            name, _, value = (piece.strip() for piece in text.partition("="))
             if name not in names or not value:
-                raise InputError(f"--{option} {text}: write {' or '.join(f'{one}=…' for one in names)}"
+                raise InputError(f"--{option} {text}: write {' or '.join(f'{choice}=…' for choice in names)}"
                                  f"{did_you_mean(name, names)}")  # fmt: skip
             cells[f"{name} {option}"] = value
     return cells
@@ -96,14 +100,14 @@ class GivenOptions(Document):
 
     def place(self, path: Any, key: bool = False) -> Place:
         """Return the option that the value at `path` was given with."""
-        words = [str(part) for part in path if str(part) not in self.values]
+        words = [str(word) for word in path if str(word) not in self.values]
         if not path:  # options that contradict each other; the sentence names them
             return Place(part="options")
         return Place(part=flag((words or list(path))[0]))
 
 
-def read_settings(given: Mapping[str, Any], title: str, group: str) -> "StudyFile":
-    """Return the settings of a study of one group, with those that were `given` as options.
+def read_settings(options: Mapping[str, Any], title: str, group: str) -> "StudyFile":
+    """Return the settings of a study of one group, with those that the `options` say.
 
     Raises
     ------
@@ -113,9 +117,9 @@ def read_settings(given: Mapping[str, Any], title: str, group: str) -> "StudyFil
     from vasowave.study.reading import validated
 
     values: dict[str, Any] = {"title": title, "groups": [group]}
-    for section, key, one in _keys():
-        if key in given:
-            (values.setdefault(section, {}) if section else values)[key] = _value(one, given[key])
+    for section, key, setting in _keys():
+        if key in options:
+            (values.setdefault(section, {}) if section else values)[key] = _value(setting, options[key])
     document = GivenOptions("options", values)
     settings = validated(document)
     refuse(document.problems)
@@ -128,11 +132,11 @@ def _options_of(name: str) -> dict[str, Any]:
     if name == "extract":
         from vasowave.imaging.options import Options
 
-        return {key: _option(key, one) for key, one in settings_of(Options).items()}
+        return {key: _option(key, setting) for key, setting in settings_of(Options).items()}
     if name == "add":
         return _row_options()
-    keys = ((section, key, one) for section, key, one in _keys() if name != "posterior" or key not in _OF_FITS)
-    return _row_options() | {key: _option(key, one, section or "more") for section, key, one in keys}
+    keys = ((section, key, setting) for section, key, setting in _keys() if name != "posterior" or key not in _OF_FITS)
+    return _row_options() | {key: _option(key, setting, section or "more") for section, key, setting in keys}
 
 
 def _row_options() -> dict[str, Any]:
@@ -140,7 +144,7 @@ def _row_options() -> dict[str, Any]:
 
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
     plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in _CELLS}
-    return {name: _option(name, one, "recording") for name, one in (several | plain).items()}
+    return {name: _option(name, setting, "recording") for name, setting in (several | plain).items()}
 
 
 def _keys() -> list[tuple[str, str, Setting]]:
@@ -148,28 +152,28 @@ def _keys() -> list[tuple[str, str, Setting]]:
     from vasowave.study.settings import StudyFile
 
     keys: list[tuple[str, str, Setting]] = []
-    for name, one in settings_of(StudyFile).items():
+    for name, setting in settings_of(StudyFile).items():
         if name in _NOT_FOR_ONE:
             continue
-        if one.section:
-            keys += [(name, key, inner) for key, inner in settings_of(one.section).items()]
+        if setting.section:
+            keys += [(name, key, inner) for key, inner in settings_of(setting.section).items()]
         else:
-            keys.append(("", name, one))
+            keys.append(("", name, setting))
     return keys
 
 
-def _option(key: str, one: Setting, panel: str | None = None) -> Any:
+def _option(key: str, setting: Setting, panel: str | None = None) -> Any:
     """Return the annotation of an option; its text is read as the study file's is."""
     name = flag(key)
     several = [_REPEATED[key]] if key in _REPEATED else []
-    more: dict[str, Any] = {"help": one.meaning.replace("[", r"\["), "show_default": _shown(one.default)}
-    more |= {"rich_help_panel": panel} if panel else {}
-    if isinstance(one.default, bool) or bool in get_args(one.kind):
-        return Annotated[bool | None, typer.Option(f"{name}/--no-{name[2:]}", **more)]
-    if isinstance(one.default, dict):
-        return Annotated[list[str] | None, typer.Option(name, metavar="NAME=VALUE", **more)]
+    arguments: dict[str, Any] = {"help": setting.meaning.replace("[", r"\["), "show_default": _shown(setting.default)}
+    arguments |= {"rich_help_panel": panel} if panel else {}
+    if isinstance(setting.default, bool) or bool in get_args(setting.kind):
+        return Annotated[bool | None, typer.Option(f"{name}/--no-{name[2:]}", **arguments)]
+    if isinstance(setting.default, dict):
+        return Annotated[list[str] | None, typer.Option(name, metavar="NAME=VALUE", **arguments)]
     kind: Any = list[str] if several else str
-    return Annotated[kind | None, typer.Option(*several, name, metavar="VALUE", **more)]
+    return Annotated[kind | None, typer.Option(*several, name, metavar="VALUE", **arguments)]
 
 
 def _shown(default: Any) -> str | bool:
@@ -180,12 +184,12 @@ def _shown(default: Any) -> str | bool:
     return f"{default:g}" if isinstance(default, float) else str(default).lower()
 
 
-def _value(one: Setting, given: Any) -> Any:
+def _value(setting: Setting, option_value: Any) -> Any:
     """Return what stands in a study file for the text of an option; ``low:high`` and ``one,other`` are lists."""
-    if isinstance(given, list):  # one mapping, whose entries were given one by one
-        pairs = [text.partition("=") for text in given]
+    if isinstance(option_value, list):  # one mapping, whose entries were given one by one
+        pairs = [text.partition("=") for text in option_value]
         return {name.strip(): _list(value, ":") if ":" in value else value for name, _, value in pairs}
-    return _list(given, ",") if _is_list(one.kind) and isinstance(given, str) else given
+    return _list(option_value, ",") if _is_list(setting.kind) and isinstance(option_value, str) else option_value
 
 
 def _is_list(kind: Any) -> bool:
@@ -193,4 +197,4 @@ def _is_list(kind: Any) -> bool:
 
 
 def _list(text: str, separator: str) -> list[str]:
-    return [part.strip() for part in text.split(separator)]
+    return [word.strip() for word in text.split(separator)]

@@ -69,7 +69,7 @@ def time_left(seconds: float) -> str:
 
 
 @contextmanager
-def alive(doing: str | Callable[[], str], every: float = SAY) -> Iterator[None]:
+def alive(doing: str | Callable[[], str], interval: float = SAY) -> Iterator[None]:
     """Write a line a minute to the standard error while what is inside goes on, if there is no terminal.
 
     Logs of clusters show by it that a program lives.
@@ -78,7 +78,7 @@ def alive(doing: str | Callable[[], str], every: float = SAY) -> Iterator[None]:
     ----------
     doing : str or callable
         What is being done, or what returns it.
-    every : float
+    interval : float
         s between lines.
     """
     if Console(stderr=True).is_terminal:
@@ -87,9 +87,9 @@ def alive(doing: str | Callable[[], str], every: float = SAY) -> Iterator[None]:
     begun, ended = time.monotonic(), threading.Event()
 
     def say() -> None:
-        while not ended.wait(every):
-            what = doing if isinstance(doing, str) else doing()
-            typer.echo(f"{(time.monotonic() - begun) / 60:.0f} min: {what}", err=True)
+        while not ended.wait(interval):
+            text = doing if isinstance(doing, str) else doing()
+            typer.echo(f"{(time.monotonic() - begun) / 60:.0f} min: {text}", err=True)
 
     teller = threading.Thread(target=say, daemon=True)
     teller.start()

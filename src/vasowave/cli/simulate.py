@@ -119,8 +119,8 @@ def sweep(
 
     def so_far() -> str:
         done, count = made
-        left = f", {time_left((time.monotonic() - begun) * (count / done - 1))}" if done else ""
-        return f"{done} of {count} simulations{left}"
+        remaining_time = f", {time_left((time.monotonic() - begun) * (count / done - 1))}" if done else ""
+        return f"{done} of {count} simulations{remaining_time}"
 
     with alive(so_far), _bar() as show:
 
@@ -128,8 +128,8 @@ def sweep(
             made[:] = done, count
             show(done, count)
 
-        def narrowed(one: "Model") -> "Model":
-            return models.narrowed_model(one, narrow or [])
+        def narrowed(variant: "Model") -> "Model":
+            return models.narrowed_model(variant, narrow or [])
 
         result = solver.sweep(model, cycle, grid, numerics, progress=progress, after=narrowed)
     _write_sweep(result, output)
@@ -222,7 +222,7 @@ def _numbers(name: str, text: str) -> list[float]:
         if ":" in text:
             low, high, count = text.split(":")
             return np.linspace(float(low), float(high), int(count)).tolist()
-        return [float(part) for part in text.split(",")]
+        return [float(number) for number in text.split(",")]
     except ValueError:
         raise InputError(f"{name}={text}: write one number, one,other or from:to:count") from None
 
@@ -267,8 +267,8 @@ def export(
     models.trust_programs(network, trust)
     model, flow = models.model_from(network, recording or [], (period, species), animal, (wall, bed), friction)
     model, numerics = models.narrowed_model(model, narrow or []), models.numerics_from(cell_size, accuracy)
-    said = export_model(model, flow, program, output, centerlines=centerlines, numerics=numerics)
+    sentences = export_model(model, flow, program, output, centerlines=centerlines, numerics=numerics)
     typer.echo(repr(model))
-    for sentence in said:
+    for sentence in sentences:
         typer.echo(f"  {sentence}")
     typer.echo(f"Written: {output}")

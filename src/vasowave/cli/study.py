@@ -95,7 +95,7 @@ def add(
     group: Annotated[str, typer.Option(help="The group of those that have none in the table.")] = "",
     groups: Annotated[str, typer.Option(help="Groups of the study: WT,HOX, or control=WT,hypoxic=HOX.")] = "",
     network: Annotated[Path | None, typer.Option(help="The vessel table of all of them.")] = None,
-    given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
+    setting_values: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Put files into a study: a row in its table for every recording, and what was read of it.
 
@@ -107,26 +107,27 @@ def add(
     from vasowave.study.problems import UNREADABLE
 
     place, files = _study_here(study, paths or [])
-    added = add_files(place, files, group=group, groups=groups, network=network, cells=row_cells(dict(given or {})),
+    cells = row_cells(dict(setting_values or {}))
+    added = add_files(place, files, group=group, groups=groups, network=network, cells=cells,
                       ask=_ask if sys.stdin.isatty() and sys.stdout.isatty() else None)  # fmt: skip
     names = {row["animal"] for row in added.rows}
-    more = f", {_counted(len(added.updated), 'row')} updated" if added.updated else ""
-    tell(f"{added.table}: {_counted(len(names), 'new row')}{more}")
+    suffix = f", {_counted(len(added.updated), 'row')} updated" if added.updated else ""
+    tell(f"{added.table}: {_counted(len(names), 'new row')}{suffix}")
     problems, read, settings, _ = check_study(place)
-    new = [one for one in read if one.animal in names | set(added.updated)]
+    new = [animal for animal in read if animal.animal in names | set(added.updated)]
     if settings is not None and new:
         show_read(new, settings)
-    for said in added.said:
-        tell(f"note: {said}")
+    for remark in added.said:
+        tell(f"note: {remark}")
     touched = names | set(added.updated)
-    own = [problem for problem in problems if not problem.animals or touched & set(problem.animals)]
-    _tell_problems(own)
-    for why in added.refused:
-        tell(f"error: not added: {why}")
+    added_problems = [problem for problem in problems if not problem.animals or touched & set(problem.animals)]
+    _tell_problems(added_problems)
+    for reason in added.refused:
+        tell(f"error: not added: {reason}")
     errors = sum(problem.error for problem in problems)
-    if len(own) < len(problems):
-        tell(f"{_counted(len(problems) - len(own), 'finding')} of animals that were there: see vasowave check "
-             f"{_typed(place)}")  # fmt: skip
+    if len(added_problems) < len(problems):
+        tell(f"{_counted(len(problems) - len(added_problems), 'finding')} of animals that were there: see vasowave "
+             f"check {_typed(place)}")  # fmt: skip
     if errors:
         tell(f"{_counted(errors, 'error')} to mend in the study: see vasowave check {_typed(place)}")
     else:
@@ -135,7 +136,7 @@ def add(
         tell(
             f"{_counted(len(added.refused), 'file')} of these could not be read: no row of the table holds such a file"
         )
-    if added.refused or any(problem.finding.code == UNREADABLE.code for problem in own):
+    if added.refused or any(problem.finding.code == UNREADABLE.code for problem in added_problems):
         raise typer.Exit(FAILED)
     raise typer.Exit(WRONG_INPUT if errors else 0)
 
@@ -190,13 +191,13 @@ def check(study: Annotated[Path, _STUDY] = Path(), trust: Annotated[bool, models
         declare(read_study(study))
     if design:
         typer.echo(f"Design: {design}")
-    said = f"{_counted(len(errors), 'error')}, {_counted(count, 'warning')}"
-    typer.echo(said if problems else "Nothing is wrong or odd.")
+    counts = f"{_counted(len(errors), 'error')}, {_counted(count, 'warning')}"
+    typer.echo(counts if problems else "Nothing is wrong or odd.")
     raise typer.Exit(1 if errors else 0)
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'' if count == 1 else 's'}"
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 @app.command(epilog="Example: vasowave run my-study")
@@ -232,9 +233,9 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
     if plan is None:
         refuse(errors)
     animals, runner, run = study_status(plan) if plan is not None else alone or ((), None, None)
-    for one in animals:
-        tell(f"{one.animal}: {one}")
-    done, lost = (sum(one.state == state for one in animals) for state in ("done", "failed"))
+    for animal in animals:
+        tell(f"{animal.animal}: {animal}")
+    done, lost = (sum(animal.state == state for animal in animals) for state in ("done", "failed"))
     tell(
         f"{done} of {_counted(len(animals), _row_of(plan))} done; "
         + (f"{lost} failed; " if lost else "")
@@ -243,9 +244,9 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
     )
     if run is not None and (run.ended or run.stopped_by):
         tell(str(run))
-    if plan is not None and not errors and (said := _earlier(plan)):
-        tell(f"The results are of an earlier {said}; vasowave run {_typed(study)} writes them anew, with the report")
-    _tell_problems(errors + [one for one in problems if one.finding.code == NOT_RUN.code])
+    if plan is not None and not errors and (earlier := _earlier(plan)):
+        tell(f"The results are of an earlier {earlier}; vasowave run {_typed(study)} writes them anew, with the report")
+    _tell_problems(errors + [problem for problem in problems if problem.finding.code == NOT_RUN.code])
     raise typer.Exit(1 if errors else 0)
 
 
@@ -257,8 +258,8 @@ def stop(study: Annotated[Path, _STATUS] = Path()) -> None:
     from vasowave.study.study import RESULTS
 
     folder = study if study.is_dir() else study_path(study).parent
-    said = ask_to_stop(folder / RESULTS, f"vasowave stop (process {os.getpid()} on {platform.node()})")
-    typer.echo(f"{said[0].upper()}{said[1:]}.")
+    sentence = ask_to_stop(folder / RESULTS, f"vasowave stop (process {os.getpid()} on {platform.node()})")
+    typer.echo(f"{sentence[0].upper()}{sentence[1:]}.")
 
 
 def _row_of(plan: "Study | None") -> str:
@@ -299,8 +300,8 @@ def _run(
 
     plan = read_study(study)
     refuse(doubled_animals(plan))
-    say = (lambda text: None) if as_json else typer.echo
-    say(f"{_counted(len(plan.animals), _row_of(plan))}.")
+    echo = (lambda text: None) if as_json else typer.echo
+    echo(f"{_counted(len(plan.animals), _row_of(plan))}.")
     try:
         with interruptible(), running(plan.folder, len(plan.animals)) as run:
             done, page = _run_and_report(run, plan, workers, scheduler, report, pdf, as_json)
@@ -308,17 +309,17 @@ def _run(
         typer.echo("What had finished is kept, every search of a fit too; run it again to go on.", err=True)
         raise typer.Exit(130) from None
     if as_json:
-        missing = [one.as_plain() for one in missing_of(plan.path)] if done.failures else []
-        warned = [{"animal": name, "code": one.code, "text": str(one)}
-                  for name, found in done.warnings.items() for one in found]  # fmt: skip
+        missing = [row.as_plain() for row in missing_of(plan.path)] if done.failures else []
+        warned = [{"animal": name, "code": finding.code, "text": str(finding)}
+                  for name, findings in done.warnings.items() for finding in findings]  # fmt: skip
         event("done", results=str(done.results), report=None if page is None else str(page),
               failures=as_plain(done.failures), missing=missing, warnings=warned)  # fmt: skip
     else:
-        for name, found in done.warnings.items():
-            for warning in found:
+        for name, findings in done.warnings.items():
+            for warning in findings:
                 tell(f"warning: {name}: {warning}")
-    for one in done.failures:
-        typer.echo(f"failed: {one.animal}: {one}", err=True)
+    for failure in done.failures:
+        typer.echo(f"failed: {failure.animal}: {failure}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)
 
 
@@ -331,24 +332,24 @@ def _run_and_report(
     from vasowave.study.reporting import report_study
     from vasowave.study.running import analyze_study
 
-    say, begun = (lambda text: None) if as_json else typer.echo, time.monotonic()
+    echo, begun = (lambda text: None) if as_json else typer.echo, time.monotonic()
     with watched(plan, as_json) as show:
         done = analyze_study(run, plan, workers=workers, scheduler=scheduler, progress=show.step)
-    say(
+    echo(
         f"{_counted(len(done.computed), _row_of(plan))} computed"
         + (f" ({len(done.resumed)} from searches that were kept)" if done.resumed else "")
         + f", {len(done.kept)} kept from earlier, {len(done.lost)} failed."
     )
     computed = time.monotonic()
-    say(f"Results: {done.results} ({computed - begun:.0f} s)")
+    echo(f"Results: {done.results} ({computed - begun:.0f} s)")
     answers: list[tuple[str, str]] = []
     run.write(stage="writing the report" if report else run.status.stage)
     with nullcontext() if as_json else alive("writing the report"):
-        page = report_study(plan.path, pdf, workers or cores(), tell=answers.extend) if report else None
+        page = report_study(plan.path, pdf, workers or cores(), announce=answers.extend) if report else None
     for question, answer in answers:
-        say(f"{question}{'' if question.endswith('?') else ':'} {answer}")
+        echo(f"{question}{'' if question.endswith('?') else ':'} {answer}")
     if page is not None:
-        say(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
+        echo(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
     return done, page
 
 
@@ -385,7 +386,9 @@ def plan(
 
     tell("Studies of every size are drawn and tested; this takes about a minute.", err=True)
     with waiting("planning"):
-        found = planned(study, effect=effect, power=power, occasions=occasions, pairs=pairs, littermates=littermates)
-    for text in plan_texts(found):
+        study_plan = planned(
+            study, effect=effect, power=power, occasions=occasions, pairs=pairs, littermates=littermates
+        )
+    for text in plan_texts(study_plan):
         typer.echo(text)
-    typer.echo(f"Page: {write_plan(found, output)}")
+    typer.echo(f"Page: {write_plan(study_plan, output)}")

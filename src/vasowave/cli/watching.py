@@ -68,8 +68,8 @@ class JsonLines:
 
     def step(self, step: Progress) -> None:
         """Tell that an animal is done."""
-        left = None if step.left is None else round(step.left, 1)
-        event("animal", animal=step.name, what=step.what, done=step.done, count=step.count, left_s=left,
+        seconds_left = None if step.left is None else round(step.left, 1)
+        event("animal", animal=step.name, what=step.what, done=step.done, count=step.count, left_s=seconds_left,
               message=step.message)  # fmt: skip
 
     def searches(self, under_way: Searches) -> None:
@@ -96,14 +96,17 @@ class ProgressRows:
 
     def step(self, step: Progress) -> None:
         """Tell that an animal is done."""
-        left = _left(step)
+        remaining = _left(step)
         self.finished.add(step.name)
         self.idle = "writing the results" if step.done == step.count else self.idle
         if step.name in self.rows:
             self.bars.remove_task(self.rows.pop(step.name))
-        self.bars.update(self.bars.task_ids[0], completed=step.done, left=left)
-        why = f": {step.message}" if step.message else ""
-        self._print(f"{step.done} of {step.count}: {step.name} {_WORDS[step.what]}{why}{f' ({left})' if left else ''}")
+        self.bars.update(self.bars.task_ids[0], completed=step.done, left=remaining)
+        reason = f": {step.message}" if step.message else ""
+        self._print(
+            f"{step.done} of {step.count}: {step.name} {_WORDS[step.what]}{reason}"
+            f"{f' ({remaining})' if remaining else ''}"
+        )
 
     def searches(self, under_way: Searches) -> None:
         """Tell how many searches of which animals have ended."""
@@ -111,7 +114,7 @@ class ProgressRows:
         for name, stage in stages.items():
             if name not in self.rows:
                 self.rows[name] = self.bars.add_task(name, total=None, left="")
-            done, count = (sum(one[i] for one in under_way[name].values() if one[1]) for i in (0, 1))
+            done, count = (sum(search[i] for search in under_way[name].values() if search[1]) for i in (0, 1))
             self.bars.update(self.rows[name], completed=done, total=count, left=stage)
         if stages and not self.finished:
             self.bars.update(self.bars.task_ids[0], left="")

@@ -38,8 +38,8 @@ def open_workbench(
     from vasowave.workbench.opening import opened
     from vasowave.workbench.server import serve
 
-    folder, desk, said, image = opened(place)
-    for sentence in said:
+    folder, desk, sentences, image = opened(place)
+    for sentence in sentences:
         typer.echo(sentence)
 
     files: list[Path | None] = []

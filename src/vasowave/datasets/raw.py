@@ -179,9 +179,9 @@ def _ecg(time: np.ndarray, starts: np.ndarray, disturbances: Disturbances, rng: 
     ecg = np.zeros(len(time))
     for start, length in zip(starts[:-1], np.diff(starts), strict=True):
         centre, width, height = _T_WAVE
-        for at, spread, size in (*_WAVES, (centre * length, width * length, height)):
-            near = slice(*np.searchsorted(time, [start + at - 6 * spread, start + at + 6 * spread]))
-            ecg[near] += size * np.exp(-0.5 * ((time[near] - start - at) / spread) ** 2)
+        for peak, spread, size in (*_WAVES, (centre * length, width * length, height)):
+            window = slice(*np.searchsorted(time, [start + peak - 6 * spread, start + peak + 6 * spread]))
+            ecg[window] += size * np.exp(-0.5 * ((time[window] - start - peak) / spread) ** 2)
     ecg += disturbances.mains * np.sin(2 * np.pi * (50.0 * time + rng.random()))
     wander = disturbances.breaths_per_minute / 60.0
     ecg += disturbances.ecg_wander * np.sin(2 * np.pi * (wander * time + rng.random()))

@@ -200,9 +200,9 @@ def _smooth_noise(rng: np.random.Generator) -> np.ndarray:
     """Return one period of stationary Gaussian noise of variance 1; its power falls exponentially with the harmonic."""
     harmonic = np.arange(SAMPLES // 2 + 1)
     amplitude = np.exp(-0.5 * harmonic / _DECAY)
-    whole = np.fft.irfft(np.fft.rfft(rng.standard_normal(SAMPLES)) * amplitude, SAMPLES)
+    noise = np.fft.irfft(np.fft.rfft(rng.standard_normal(SAMPLES)) * amplitude, SAMPLES)
     variance = (amplitude[0] ** 2 + 2 * np.sum(amplitude[1:-1] ** 2) + amplitude[-1] ** 2) / SAMPLES
-    return whole / np.sqrt(variance)
+    return noise / np.sqrt(variance)
 
 
 def _disturbances(rng: np.random.Generator) -> Disturbances:

@@ -19,7 +19,11 @@ from vasowave.recording import RawRecording
 SYNTHETIC = "SYNTHETIC: made by vasowave from published parameters, no animal was measured"
 """Stands in every file of the cohort."""
 
-_UNITS = {name: one.unit for name, one in QUANTITIES.items()} | {"p1": "mmHg", "gamma": "1", "discrepancy": "mmHg"}
+_UNITS = {name: quantity.unit for name, quantity in QUANTITIES.items()} | {
+    "p1": "mmHg",
+    "gamma": "1",
+    "discrepancy": "mmHg",
+}
 _FOLDERS = {"CTL": "control", "HPH": "hypoxia"}
 _EACH = 3  # animals of a group
 _GAP = ("control", 2, slice(7000, 7400))  # samples whose pressure is missing
@@ -130,6 +134,6 @@ def _without_pressure(text: str, samples: slice) -> str:
     lines = text.split("\n")
     header = next(row for row, line in enumerate(lines) if line.startswith("UnitName")) + 1
     for row in range(header + samples.start, header + samples.stop):
-        time, _, rest = lines[row].split("\t", 2)
-        lines[row] = f"{time}\tNaN\t{rest}"
+        time, _, columns = lines[row].split("\t", 2)
+        lines[row] = f"{time}\tNaN\t{columns}"
     return "\n".join(lines)

@@ -91,7 +91,7 @@ def export_model(
     solved = solve(model, inflow, numerics)
     with write_folder(folder) as fresh:
         if program != "paraview":
-            said = _WRITERS[program](solved, fresh)
-            return tuple([*said, _CHANGING[program]] if program in _CHANGING and model.changing.any() else said)
-        said = write_paraview(solved, fresh, axes)
-    return tuple(said if centerlines is not None else [*said, _DRAWN])
+            remarks = _WRITERS[program](solved, fresh)
+            return tuple([*remarks, _CHANGING[program]] if program in _CHANGING and model.changing.any() else remarks)
+        remarks = write_paraview(solved, fresh, axes)
+    return tuple(remarks if centerlines is not None else [*remarks, _DRAWN])

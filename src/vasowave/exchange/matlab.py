@@ -36,10 +36,12 @@ def write_matlab(solved: Solved, folder: Path) -> list[str]:
 def _variables(solved: Solved) -> dict[str, Any]:
     model, network = solved.model, solved.network
     data = as_dataset(replace(solved.run, cells=solved.run.cells[:, :0]))  # by station, not by cell
-    outlets = {one.name: getattr(model.outlets, one.name) for one in fields(cast(Any, model.outlets))}
-    said = model.outlets.bed().quantities if isinstance(model.outlets, Bed) else {}
-    units = {"Z": "mmHg s/ml"} | {name: one.unit for name, one in said.items()}
-    parameters = {name: one.unit for name, one in zip(model.wall._fields, model.wall.law().parameters, strict=True)}
+    outlets = {field.name: getattr(model.outlets, field.name) for field in fields(cast(Any, model.outlets))}
+    quantities = model.outlets.bed().quantities if isinstance(model.outlets, Bed) else {}
+    units = {"Z": "mmHg s/ml"} | {name: quantity.unit for name, quantity in quantities.items()}
+    parameters = {
+        name: quantity.unit for name, quantity in zip(model.wall._fields, model.wall.law().parameters, strict=True)
+    }
     pulsation = {} if model.outlet_pulsation is None else {"pulsation_behind": model.outlet_pulsation}
     viscosity = {"viscosity": model.wall_viscosity} if np.any(model.wall_viscosity) else {}
     return {

@@ -110,7 +110,11 @@ def write_openbf(solved: Solved, folder: Path) -> list[str]:
     network, tube = solved.network, linear_tube(solved)
     if len(network.inlets) > 1:
         raise InputError(f"openBF has one inlet, this network {len(network.inlets)} ({', '.join(network.inlet_names)})")
-    crowded = [network.name[one.ending[0]] for one in network.junctions if len(one.ending + one.beginning) > 3]
+    crowded = [
+        network.name[junction.ending[0]]
+        for junction in network.junctions
+        if len(junction.ending + junction.beginning) > 3
+    ]
     if crowded:
         warn(CROWDED().at(vessel=crowded[0]))
     viscosity, profiles, error = _friction(solved)
@@ -154,9 +158,9 @@ def _friction(solved: Solved) -> tuple[float, np.ndarray, float]:
     if np.any(exponents < _LEAST_PROFILE - 1e-9) or np.any(np.abs(exponents - np.round(exponents)) > 1e-9):
         viscosity = float(drag.min()) / (2 * math.pi * (_ROUNDED_PROFILE + 2))
         exponents = drag / (2 * math.pi * viscosity) - 2.0
-    whole = np.round(exponents)
-    error = float(np.max(np.abs((whole + 2) / (exponents + 2) - 1.0)))
-    return 0.1 * viscosity * blood.density, whole.astype(int), error
+    rounded = np.round(exponents)
+    error = float(np.max(np.abs((rounded + 2) / (exponents + 2) - 1.0)))
+    return 0.1 * viscosity * blood.density, rounded.astype(int), error
 
 
 def _friction_note(error: float) -> str:
@@ -195,12 +199,12 @@ def _beds(solved: Solved) -> list[dict[str, Any]]:
     outlets = solved.model.outlets
     steady = solved.model.outlet_pulsation is None
     if isinstance(outlets, ReflectionCoefficient) and steady and not np.any(solved.model.outlet_pressure):
-        return [{"Rt": float(one)} for one in np.asarray(outlets.R_t)]
-    parts = circuit(solved.model, "openBF", whole=True)
+        return [{"Rt": float(value)} for value in np.asarray(outlets.R_t)]
+    elements = circuit(solved.model, "openBF", three_element=True)
     return [
         {"R1": proximal * PA * 1e6, "R2": distal * PA * 1e6, "Cc": compliance * 1e-6 / PA,
          "inlet_impedance_matching": False}
-        for proximal, distal, compliance in zip(*(one.tolist() for one in parts), strict=True)
+        for proximal, distal, compliance in zip(*(element.tolist() for element in elements), strict=True)
     ]  # fmt: skip
 
 

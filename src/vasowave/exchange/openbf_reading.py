@@ -110,25 +110,25 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     """
     path = regular_file(path)
     config = _config(path)
-    vessels = [_Vessel(path, number, one) for number, one in enumerate(_part(path, config, "network", list), 1)]
+    vessels = [_Vessel(path, number, values) for number, values in enumerate(_part(path, config, "network", list), 1)]
     if not vessels:
         raise InputError(f"{path}: 'network' lists no vessel")
     fluid = _Vessel(path, 0, _part(path, config, "blood", dict))
     density, viscosity = fluid.number("rho"), fluid.number("mu")
     _say_unknown(path, config, vessels)
-    nodes = np.array([[one.node("sn"), one.node("tn")] for one in vessels])
-    length = np.array([1e2 * one.number("L") for one in vessels])
-    along = np.array([_wall(one) for one in vessels])  # (vessel, β or radius, place)
+    nodes = np.array([[vessel.node("sn"), vessel.node("tn")] for vessel in vessels])
+    length = np.array([1e2 * vessel.number("L") for vessel in vessels])
+    along = np.array([_wall(vessel) for vessel in vessels])  # (vessel, β or radius, place)
     beta, radius = along[:, :, len(_ALONG) // 2].T
     network = Network(
-        tuple(one.name for one in vessels), None, length, 1e2 * radius,
+        tuple(vessel.name for vessel in vessels), None, length, 1e2 * radius,
         where=lambda row: f"{path}, vessel {row + 1}", nodes=nodes,
     )  # fmt: skip
     earlier = "project name" in config  # the keys of openBF before version 0.8, whose default is another
     profile = _profile(network, vessels, _OLD_PROFILE if earlier else _PROFILE)
     blood = Blood(1e-3 * density, 1e4 * viscosity / density, PowerLaw(profile))
     ends = [(vessels[row], density, float(beta[row]), float(radius[row])) for row in network.terminals]
-    outlets = _reflections(ends) or Windkessel(*np.array([_bed(*one) for one in ends]).T)
+    outlets = _reflections(ends) or Windkessel(*np.array([_bed(*end) for end in ends]).T)
     stiffness, width = np.moveaxis(along / along[:, :, [len(_ALONG) // 2]], 1, 0)
     model = Model(network, LinearWall(beta / PA), outlets, blood, shape=Shape(width, stiffness), junctions="static")
     inflow = _inflow(path, config, [vessels[row] for row in network.inlets])
@@ -154,7 +154,7 @@ class _Vessel:
         self.used.add(key)
         return self.values.get(key, default)
 
-    def number(self, key: str, default: float | None = None, least: float = 0.0) -> float:
+    def number(self, key: str, default: float | None = None, lowest: float = 0.0) -> float:
         value = self.get(key, default)
         if value is None:
             raise InputError(f"{self.place}: no '{key}'; openBF needs it")
@@ -163,8 +163,8 @@ class _Vessel:
             parsed = float(text)
         except ValueError:
             raise InputError(f"{self.place}: '{key}' is '{text}', not a number") from None
-        if not math.isfinite(parsed) or parsed < least:
-            raise InputError(f"{self.place}: '{key}' is {text}; it must be a number of at least {least:g}")
+        if not math.isfinite(parsed) or parsed < lowest:
+            raise InputError(f"{self.place}: '{key}' is {text}; it must be a number of at least {lowest:g}")
         return parsed
 
     def node(self, key: str) -> int:
@@ -197,17 +197,17 @@ def _word(place: str, key: str, value: Any) -> str:
 
 
 def _part(path: Path, config: Mapping[str, Any], key: str, kind: type) -> Any:
-    part = config.get(key)
-    if not isinstance(part, kind):
+    section = config.get(key)
+    if not isinstance(section, kind):
         raise InputError(f"{path}: '{key}' is missing or is no {'list' if kind is list else 'section'}")
-    return part
+    return section
 
 
 def _say_unknown(path: Path, config: Mapping[str, Any], vessels: list[_Vessel]) -> None:
     """Say which keys mean nothing here; openBF itself passes over them, too."""
     for key in (str(key) for key in config if key not in _KEYS):
         warn(UNKNOWN_KEY(key=key, hint=did_you_mean(key, _KEYS)).at(str(path)), stacklevel=3)
-    counts = Counter(str(key) for one in vessels for key in one.values if key not in _VESSEL_KEYS)
+    counts = Counter(str(key) for vessel in vessels for key in vessel.values if key not in _VESSEL_KEYS)
     for key, count in counts.items():
         place = f"{path}, {count} of {len(vessels)} vessels"
         warn(UNKNOWN_KEY(key=key, hint=did_you_mean(key, _VESSEL_KEYS)).at(place), stacklevel=3)
@@ -216,19 +216,19 @@ def _say_unknown(path: Path, config: Mapping[str, Any], vessels: list[_Vessel]) 
 def _say_unused(path: Path, fluid: _Vessel, vessels: list[_Vessel], terminals: Sequence[int]) -> None:
     """Say which keys of openBF were given a value that nothing here took, with the vessels that have it."""
     inner: dict[tuple[str, ...], list[str]] = {}
-    other: dict[str, list[str]] = {}
-    for row, one in enumerate(vessels):
-        unused = [key for key in one.values if key in _VESSEL_KEYS and key not in {*one.used, *_NUMERICS}]
+    vessels_by_key: dict[str, list[str]] = {}
+    for row, vessel in enumerate(vessels):
+        unused = [key for key in vessel.values if key in _VESSEL_KEYS and key not in {*vessel.used, *_NUMERICS}]
         beds = tuple(key for key in unused if key in _BED_KEYS and row not in terminals)
         if beds:
-            inner.setdefault(beds, []).append(one.name or str(row + 1))
+            inner.setdefault(beds, []).append(vessel.name or str(row + 1))
         for key in unused:
             if key not in beds and not (key == "outlet" and row in terminals):
-                other.setdefault(key, []).append(one.name or str(row + 1))
-    other |= {str(key): ["blood"] for key in fluid.values if key not in fluid.used}
+                vessels_by_key.setdefault(key, []).append(vessel.name or str(row + 1))
+    vessels_by_key |= {str(key): ["blood"] for key in fluid.values if key not in fluid.used}
     for beds, names in inner.items():
         warn(INNER_BED(keys=", ".join(beds), some=_several(names)).at(str(path)), stacklevel=3)
-    for key, names in other.items():
+    for key, names in vessels_by_key.items():
         warn(UNUSED_KEY(key=key, some=_several(names)).at(str(path)), stacklevel=3)
 
 
@@ -236,37 +236,39 @@ def _several(names: list[str]) -> str:
     return ", ".join(f"'{name}'" for name in names[:_NAMED]) + (", …" if len(names) > _NAMED else "")
 
 
-def _wall(one: _Vessel) -> tuple[np.ndarray, np.ndarray]:
+def _wall(vessel: _Vessel) -> tuple[np.ndarray, np.ndarray]:
     """Return β (Pa) and the radius at no pressure (m) along a vessel, the external pressure taken into the law."""
-    proximal = one.number("Rp" if one.has("Rp") and not one.has("R0") else "R0")
-    distal = one.number("Rd", proximal) if not one.has("R0") else proximal
+    proximal = vessel.number("Rp" if vessel.has("Rp") and not vessel.has("R0") else "R0")
+    distal = vessel.number("Rd", proximal) if not vessel.has("R0") else proximal
     straight = math.isclose(proximal, distal, rel_tol=_STRAIGHT)
     radius = proximal + (0.0 if straight else distal - proximal) * _ALONG
     if not radius.min() > 0:
-        raise InputError(f"{one.place}: its radius is zero")
-    viscosity = one.number("phi", 0.0)
-    if one.get("visco-elastic") or viscosity > 0:
-        one.warn(VISCOELASTIC())
+        raise InputError(f"{vessel.place}: its radius is zero")
+    viscosity = vessel.number("phi", 0.0)
+    if vessel.get("visco-elastic") or viscosity > 0:
+        vessel.warn(VISCOELASTIC())
     a, b, c, d = _DEFAULT_THICKNESS
     middle = 0.5 * (proximal + distal)
-    thickness = one.number("h0", middle * (a * math.exp(b * middle) + c * math.exp(d * middle)))
-    beta, outside = one.number("E") * thickness / (POISSON * radius), one.number("Pext", 0.0, least=-math.inf)
+    thickness = vessel.number("h0", middle * (a * math.exp(b * middle) + c * math.exp(d * middle)))
+    beta, outside = vessel.number("E") * thickness / (POISSON * radius), vessel.number("Pext", 0.0, lowest=-math.inf)
     if not beta.min() > max(outside, 0.0):
         raise InputError(
-            f"{one.place}: its wall (β {beta.min():.3g} Pa) collapses under Pext {outside:.3g} Pa; check E and h0"
+            f"{vessel.place}: its wall (β {beta.min():.3g} Pa) collapses under Pext {outside:.3g} Pa; check E and h0"
         )
     return beta - outside, radius * (beta - outside) / beta
 
 
 def _reflections(ends: list[tuple[_Vessel, float, float, float]]) -> ReflectionCoefficient | None:
     """Return the beds that openBF's reflection coefficients are at no pressure, if vessels end in them."""
-    given = [one.has("Rt") for one, *_ in ends]
-    if not any(given):
+    have_coefficient = [vessel.has("Rt") for vessel, *_ in ends]
+    if not any(have_coefficient):
         return None
-    if not all(given):
-        other = ends[given.index(False)][0]
-        raise InputError(f"{other.place}: ends without Rt, where others have it; give all outlets the same kind")
-    coefficients = np.array([one.number("Rt", least=-1.0) for one, *_ in ends])
+    if not all(have_coefficient):
+        vessel_without = ends[have_coefficient.index(False)][0]
+        raise InputError(
+            f"{vessel_without.place}: ends without Rt, where others have it; give all outlets the same kind"
+        )
+    coefficients = np.array([vessel.number("Rt", lowest=-1.0) for vessel, *_ in ends])
     ends[0][0].warn(REFLECTED())
     Z_c = np.array([_impedance(density, beta, radius) / (1e6 * PA) for _, density, beta, radius in ends])
     return ReflectionCoefficient(Z_c, coefficients)
@@ -277,27 +279,27 @@ def _impedance(density: float, beta: float, radius: float) -> float:
     return math.sqrt(density * beta / 2.0) / (math.pi * radius**2)
 
 
-def _bed(one: _Vessel, density: float, beta: float, radius: float) -> tuple[float, float, float]:
+def _bed(vessel: _Vessel, density: float, beta: float, radius: float) -> tuple[float, float, float]:
     """Return R1, R2 and C of the bed behind a terminal vessel, mmHg s/ml and ml/mmHg."""
-    if not (one.has("R1") and one.has("Cc")):
-        raise InputError(f"{one.place}: ends without a Windkessel; give it R1, R2 and Cc, or Rt")
-    first, second = one.number("R1"), one.number("R2", 0.0)
-    matched = one.get("inlet_impedance_matching", False) is True
+    if not (vessel.has("R1") and vessel.has("Cc")):
+        raise InputError(f"{vessel.place}: ends without a Windkessel; give it R1, R2 and Cc, or Rt")
+    first, second = vessel.number("R1"), vessel.number("R2", 0.0)
+    matched = vessel.get("inlet_impedance_matching", False) is True
     if matched or not second:
-        whole = first + second
+        total = first + second
         first = _impedance(density, beta, radius)
-        if not first < whole:
+        if not first < total:
             raise InputError(
-                f"{one.place}: its resistance {whole:.3g} Pa s/m³ lies below its own impedance {first:.3g}"
+                f"{vessel.place}: its resistance {total:.3g} Pa s/m³ lies below its own impedance {first:.3g}"
             )
-        second = whole - first
-        one.warn(MATCHED(first=first, whole=whole))
-    return first / (1e6 * PA), second / (1e6 * PA), 1e6 * PA * one.number("Cc")
+        second = total - first
+        vessel.warn(MATCHED(first=first, whole=total))
+    return first / (1e6 * PA), second / (1e6 * PA), 1e6 * PA * vessel.number("Cc")
 
 
 def _profile(network: Network, vessels: list[_Vessel], default: float) -> float:
     """Return the exponent of the velocity profile that dissipates as much of the mean flow as the vessels' own."""
-    exponents = np.array([one.number("gamma_profile", default, least=-1.9) for one in vessels])
+    exponents = np.array([vessel.number("gamma_profile", default, lowest=-1.9) for vessel in vessels])
     if np.ptp(exponents) == 0:
         return float(exponents[0])
     weight = network.flow_fraction**2 * network.length / network.radius**4
@@ -308,7 +310,7 @@ def _profile(network: Network, vessels: list[_Vessel], default: float) -> float:
 
 def _inflow(path: Path, config: Mapping[str, Any], inlets: list[_Vessel]) -> Inflow:
     """Return the flow into all inlets, from the file that each names or, for the only one, the configuration."""
-    cycles = [_cycle(_inlet_file(path, config, one, len(inlets) == 1)) for one in inlets]
+    cycles = [_cycle(_inlet_file(path, config, inlet, len(inlets) == 1)) for inlet in inlets]
     periods = [period for flow, period in cycles if np.ptp(flow) > 0] or [cycles[0][1]]  # a steady flow has any
     if max(periods) - min(periods) > _SAME_PERIOD * max(periods):
         raise InputError(f"{path}: the inlets' periods differ ({min(periods):g} to {max(periods):g} s); all vessels "
@@ -319,17 +321,19 @@ def _inflow(path: Path, config: Mapping[str, Any], inlets: list[_Vessel]) -> Inf
     return Inflow(np.column_stack([resample(flow, count) for flow, _ in cycles]), periods[0])
 
 
-def _inlet_file(path: Path, config: Mapping[str, Any], one: _Vessel, alone: bool) -> Path:
+def _inlet_file(path: Path, config: Mapping[str, Any], vessel: _Vessel, alone: bool) -> Path:
     """Return the file of the flow into a vessel, which lies beside the configuration."""
-    if _word(one.place, "inlet", one.get("inlet", "Q")) != "Q":
-        raise InputError(f"{one.place}: its inlet is '{one.values['inlet']}', not a flow (Q); give it the flow into it")
-    given = one.get("inlet file", one.get("inlet_file"))
-    if given is None and not alone:
-        raise InputError(f"{one.place}: one of several inlets, and names no 'inlet file'; give it the flow into it")
-    if given is None:
+    if _word(vessel.place, "inlet", vessel.get("inlet", "Q")) != "Q":
+        raise InputError(
+            f"{vessel.place}: its inlet is '{vessel.values['inlet']}', not a flow (Q); give it the flow into it"
+        )
+    file_name = vessel.get("inlet file", vessel.get("inlet_file"))
+    if file_name is None and not alone:
+        raise InputError(f"{vessel.place}: one of several inlets, and names no 'inlet file'; give it the flow into it")
+    if file_name is None:
         project = _word(str(path), "project_name", config.get("project_name", config.get("project name", "")))
-        given = config.get("inlet_file") or config.get("inlet file") or f"{project}_inlet.dat"
-    name = _word(one.place, "inlet file", given)
+        file_name = config.get("inlet_file") or config.get("inlet file") or f"{project}_inlet.dat"
+    name = _word(vessel.place, "inlet file", file_name)
     if Path(name).is_absolute() or ".." in Path(name).parts:
         raise InputError(f"{path}: names an inlet outside its own folder ({name}); put that file beside it")
     return path.parent / name

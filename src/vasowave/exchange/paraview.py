@@ -190,15 +190,15 @@ def ring_directions(points: np.ndarray) -> np.ndarray:
         normal = normal - np.dot(normal, along) * along
         normal = normal / np.linalg.norm(normal)
         across[place] = normal
-    other = np.cross(tangent, across)
+    binormal = np.cross(tangent, across)
     turn = 2 * np.pi * np.arange(SIDES) / SIDES
-    return np.cos(turn)[None, :, None] * across[:, None] + np.sin(turn)[None, :, None] * other[:, None]
+    return np.cos(turn)[None, :, None] * across[:, None] + np.sin(turn)[None, :, None] * binormal[:, None]
 
 
 def quadrilaterals(places: int, first: int) -> np.ndarray:
     """Return the corners of the faces between `places` rings, whose points are numbered from `first`; (face, 4)."""
     ring, side = np.meshgrid(np.arange(places - 1), np.arange(SIDES), indexing="ij")
-    here, there = ring * SIDES, (ring + 1) * SIDES
+    ring_start, next_start = ring * SIDES, (ring + 1) * SIDES
     after = (side + 1) % SIDES
-    corners = np.stack([here + side, here + after, there + after, there + side], axis=-1)
+    corners = np.stack([ring_start + side, ring_start + after, next_start + after, next_start + side], axis=-1)
     return first + corners.reshape(-1, 4)

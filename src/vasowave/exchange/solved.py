@@ -126,21 +126,21 @@ def losses(model: Model) -> np.ndarray:
     return values
 
 
-def circuit(model: Model, program: str, whole: bool = False) -> Circuit:
+def circuit(model: Model, program: str, three_element: bool = False) -> Circuit:
     """Return what the beds are to the flow; `InputError` if they are none of what `program` knows.
 
-    If `whole`, it knows only three-element Windkessels, with a resistance before and behind each capacitor.
+    If `three_element`, it knows only three-element Windkessels, with a resistance before and behind each capacitor.
     """
-    if whole and np.any(model.outlet_pressure):
+    if three_element and np.any(model.outlet_pressure):
         raise InputError(
             f"{program} knows no pressure behind its outlets; this model has {np.max(model.outlet_pressure):g} mmHg. "
             "Fit without a wedge pressure for it, or export to svZeroDSolver, which knows it (--to svzerod)"
         )
     if model.outlet_pulsation is not None:
         raise InputError(f"{program} knows no pressure behind its outlets that changes over the cycle; leave it out")
-    parts = model.outlets.circuit() if isinstance(model.outlets, Bed) else None
-    if parts is not None and (not whole or all(np.all(np.asarray(one) > 0) for one in parts)):
-        return parts
+    elements = model.outlets.circuit() if isinstance(model.outlets, Bed) else None
+    if elements is not None and (not three_element or all(np.all(np.asarray(element) > 0) for element in elements)):
+        return elements
     kind = type(model.outlets).__name__
-    knows = "three-element Windkessels" if whole else "resistances and Windkessels"
+    knows = "three-element Windkessels" if three_element else "resistances and Windkessels"
     raise InputError(f"{program} knows {knows} as outlets only, this model has {kind}; give it Windkessel(R1, R2, C)")

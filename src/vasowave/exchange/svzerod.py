@@ -45,12 +45,12 @@ def write_svzerod(solved: Solved, folder: Path) -> list[str]:
         "vessels": _vessels(solved),
         "junctions": [
             {
-                "junction_name": f"J{one.ending[0]}",
+                "junction_name": f"J{junction.ending[0]}",
                 "junction_type": "NORMAL_JUNCTION",
-                "inlet_vessels": list(one.ending),
-                "outlet_vessels": list(one.beginning),
+                "inlet_vessels": list(junction.ending),
+                "outlet_vessels": list(junction.beginning),
             }
-            for one in network.junctions
+            for junction in network.junctions
         ],
     }
     write_file(folder / FILE, json.dumps(content, indent=1))
@@ -76,8 +76,8 @@ def _inflow_names(solved: Solved) -> dict[int, str]:
 
 def _beds(solved: Solved) -> list[dict[str, Any]]:
     beds, behind = circuit(solved.model, "svZeroDSolver"), np.asarray(solved.model.outlet_pressure)
-    parts = zip(solved.network.terminals.tolist(), *beds, behind, strict=True)
-    return [{"bc_name": f"OUT{row}", **_bed(*map(float, values))} for row, *values in parts]
+    elements = zip(solved.network.terminals.tolist(), *beds, behind, strict=True)
+    return [{"bc_name": f"OUT{row}", **_bed(*map(float, values))} for row, *values in elements]
 
 
 def _bed(proximal: float, distal: float, compliance: float, behind: float) -> dict[str, Any]:

@@ -30,16 +30,16 @@ def write_tables(solved: Solved, folder: Path) -> list[str]:
     network, wall, inflow = solved.network, solved.model.wall, solved.inflow
     write_network(network, folder / NETWORK)
     names = parameter_names(type(wall))
-    units = {name: one.unit for name, one in zip(names, wall.law().parameters, strict=True)}
+    units = {name: parameter.unit for name, parameter in zip(names, wall.law().parameters, strict=True)}
     further = _further(solved.model)
     outlets: Any = solved.model.outlets
     if not isinstance(outlets, Bed):
         raise InputError(f"tables hold beds with parameters, this model has {type(outlets).__name__}; give it a Bed")
-    beds = {name: one.unit for name, one in bed_quantities(type(outlets)).items()}
+    beds = {name: parameter.unit for name, parameter in bed_quantities(type(outlets)).items()}
     at_ends = dict(zip(network.terminals.tolist(), zip(*map(np.asarray, outlets), strict=True), strict=True))
     rows = ([name, *(value[row] for value in (*wall, *further.values())), *at_ends.get(row, [""] * len(beds))]
             for row, name in enumerate(network.name))  # fmt: skip
-    titles = [[f"{name} [{unit}]" for name, unit in some.items()] for some in (units, beds)]
+    titles = [[f"{name} [{unit}]" for name, unit in columns.items()] for columns in (units, beds)]
     header = ["vessel", *titles[0], *further, *titles[1]]
     _write(folder / PARAMETERS, header, rows)
     time = np.arange(len(inflow.flow)) * (inflow.period / len(inflow.flow))

@@ -36,7 +36,7 @@ _DASHES = ("solid", (0, (5, 2)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 
 
 def means_figure(
-    cohort: Cohort, quantities: dict[str, str], sources: Sequence[str], said: Mapping[str, Mapping[str, str]]
+    cohort: Cohort, quantities: dict[str, str], sources: Sequence[str], annotations: Mapping[str, Mapping[str, str]]
 ) -> "Figure":
     """Every animal, and means with their intervals, of quantities, one panel each ("ParOpt").
 
@@ -47,7 +47,7 @@ def means_figure(
         Column of the table to label of the axis.
     sources : sequence of str
         Of the table's column ``source``; each panel shows those that have the quantity.
-    said : mapping of str to mapping of str to str
+    annotations : mapping of str to mapping of str to str
         By column what is written above each group.
     """
     table = _with_cells(cohort, cohort.table[cohort.table["source"].isin(sources)])
@@ -65,12 +65,12 @@ def means_figure(
         means = {
             (group, source): mean for source in sources for group, mean in group_means(cohort, source, name).items()
         }
-        there = table[table[quantity].notna()]
+        known_rows = table[table[quantity].notna()]
         if cohort.crossed:
-            own = table[table["source"].isin(there["source"])]
-            plot_cells(ax, own, quantity, label, *looks, means, room)
+            cell_rows = table[table["source"].isin(known_rows["source"])]
+            plot_cells(ax, cell_rows, quantity, label, *looks, means, room)
         else:
-            plot_groups(ax, there, quantity, label, *looks, means, said.get(quantity), named)
+            plot_groups(ax, known_rows, quantity, label, *looks, means, annotations.get(quantity), named)
     for ax in axes.flat[len(quantities) :]:
         ax.remove()
     return figure
@@ -82,7 +82,7 @@ def _with_cells(cohort: Cohort, table: pd.DataFrame) -> pd.DataFrame:
     levels = {label: cell.level for label, cell in cohort.cells.items()}
     cell = table["animal"].map(cells)
     table = table.assign(subject=table["animal"].map(cohort.subjects), cell=cell, level=cell.map(levels))
-    return table.sort_values("cell", key=lambda one: one.map([*cohort.cells].index), kind="stable")
+    return table.sort_values("cell", key=lambda labels: labels.map([*cohort.cells].index), kind="stable")
 
 
 def _legend(figure: "Figure", cohort: Cohort, width: float) -> None:
@@ -100,12 +100,13 @@ def _legend(figure: "Figure", cohort: Cohort, width: float) -> None:
 
 def importance_figure(cohort: Cohort, measured: pd.DataFrame, modeled: pd.DataFrame) -> "Figure":
     """Importance index of the data's indices and of the models' parameters ("ParAll_change")."""
-    parts = [part for part in (measured, modeled) if len(part)]
+    tables = [table for table in (measured, modeled) if len(table)]
     figure = new_figure(
-        NARROW if len(parts) == 1 else WIDEST, max(5.0, 2.6 + 0.7 * max(part["quantity"].nunique() for part in parts))
+        NARROW if len(tables) == 1 else WIDEST,
+        max(5.0, 2.6 + 0.7 * max(table["quantity"].nunique() for table in tables)),
     )
-    for ax, part in zip(figure.subplots(1, len(parts), squeeze=False)[0], parts, strict=True):
-        plot_importance(ax, part, group_looks(cohort.groups), source_looks(cohort.sources))
+    for ax, table in zip(figure.subplots(1, len(tables), squeeze=False)[0], tables, strict=True):
+        plot_importance(ax, table, group_looks(cohort.groups), source_looks(cohort.sources))
     return figure
 
 
@@ -124,7 +125,7 @@ def planned_figure(plan: "Plan") -> "Figure":
         ax.axhline(plan.settings.power, color=FAINT, lw=0.9)
         colors = color_stops(1 + len(plan.powers.columns))
         for place, (name, powers) in enumerate(plan.powers.items()):
-            red, green, blue = (part / 255 for part in colors[place])
+            red, green, blue = (channel / 255 for channel in colors[place])
             ax.plot(powers.index, powers, color=(red, green, blue), ls=_DASHES[place % len(_DASHES)],
                     label=short_symbol(str(name)))  # fmt: skip
         ax.set_xscale("log")

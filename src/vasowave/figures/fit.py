@@ -65,25 +65,25 @@ def _plot_inlet(ax: "Axes", result: AnimalResult, quantity: str, color: str, sha
 def _as_recorded(result: AnimalResult, wall: str, quantity: str) -> "xr.DataArray":
     """Return what a wall law gives of a quantity at the inlet, behind a response of the pressure that was fitted."""
     law = result.laws[wall]
-    if quantity != "pressure" or _FITTED_RESPONSES.isdisjoint(one.code for one in law.findings):
+    if quantity != "pressure" or _FITTED_RESPONSES.isdisjoint(finding.code for finding in law.findings):
         return law.simulated(quantity, result.root)
-    left = law.residual.to_numpy()  # of what was recorded and is compared
+    residual = law.residual.to_numpy()  # of what was recorded and is compared
     measured = result.recording[quantity]
-    compared = resample(measured.to_numpy(), len(left)) - left
+    compared = resample(measured.to_numpy(), len(residual)) - residual
     return measured.copy(data=resample(compared, measured.size))
 
 
 def plot_residuals(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw measured minus simulated pressure over one cycle, or flow, where the pressure entered the model."""
     ax.axhline(0.0, color=FAINT, linewidth=0.8)
-    what, unit = "pressure", "mmHg"
+    quantity, unit = "pressure", "mmHg"
     for wall, line in wall_lines(result.laws, color, shaded).items():
-        what, residual = result.laws[wall].compared, result.laws[wall].residual
-        unit, left = str(residual.attrs["units"]), float(np.sqrt(np.mean(residual.values**2)))
-        said = f"{wall}, RMSE {left:.2f} mmHg" if what == "pressure" else f"{wall}, RMSE {left:.3g} {unit}"
-        ax.plot(residual["time"].values, residual.values, **(line | {"label": said}))
+        quantity, residual = result.laws[wall].compared, result.laws[wall].residual
+        unit, rmse = str(residual.attrs["units"]), float(np.sqrt(np.mean(residual.values**2)))
+        label = f"{wall}, RMSE {rmse:.2f} mmHg" if quantity == "pressure" else f"{wall}, RMSE {rmse:.3g} {unit}"
+        ax.plot(residual["time"].values, residual.values, **(line | {"label": label}))
     legend_above(ax, columns=2)
-    return label_axes(ax, "time [s]", f"residual {what} [{unit}]")
+    return label_axes(ax, "time [s]", f"residual {quantity} [{unit}]")
 
 
 def plot_autocorrelation(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
@@ -104,7 +104,9 @@ def plot_pressure_area(ax: "Axes", result: AnimalResult, color: str = CTL, shade
     """Draw pressure against area at the middle of the root vessel over the cycle, and thinly the law, if stored."""
     vessels, root = result.network, result.root
     for wall, line in wall_lines(result.laws, color, shaded).items():
-        pressure, area = (result.laws[wall].simulated(what, root, "middle").values for what in ("pressure", "area"))
+        pressure, area = (
+            result.laws[wall].simulated(quantity, root, "middle").values for quantity in ("pressure", "area")
+        )
         # An elastic wall goes up and down the same curve; in order of pressure its dashes do not cover each other.
         order = np.argsort(pressure)
         if (curve := law_curve(result.laws[wall])) is not None:
@@ -150,9 +152,9 @@ def sheet_figure(results: Sequence[AnimalResult], groups: Sequence[str]) -> "Fig
 def _draw_small(ax: "Axes", result: AnimalResult, color: str) -> None:
     pressure = result.recording["pressure"].values
     (line,) = ax.plot(*_thinned(pressure), color=DATA, linewidth=0.9)
-    for wall, look in wall_lines(result.laws, color).items():
+    for wall, line_style in wall_lines(result.laws, color).items():
         inlet = result.laws[wall].simulated("pressure", result.root).values
-        ax.plot(*_thinned(inlet), **(look | {"linewidth": 0.9}))
+        ax.plot(*_thinned(inlet), **(line_style | {"linewidth": 0.9}))
     looks = source_looks(result.laws)
     errors = ", ".join(f"{looks[wall].short} {error:.2f}" for wall, error in _errors(result).items())
     ax.set_title(f"{short(result.name, 16)}\n{errors}", fontsize=SMALL, pad=2)
@@ -163,9 +165,9 @@ def _draw_small(ax: "Axes", result: AnimalResult, color: str) -> None:
 
 def _thinned(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return shares of the cycle and the values there, closed."""
-    whole = closed(values)
-    chosen = np.unique(np.linspace(0, len(whole) - 1, _POINTS).round().astype(int))
-    return chosen / (len(whole) - 1), whole[chosen]
+    closed_values = closed(values)
+    chosen = np.unique(np.linspace(0, len(closed_values) - 1, _POINTS).round().astype(int))
+    return chosen / (len(closed_values) - 1), closed_values[chosen]
 
 
 def _errors(result: AnimalResult) -> dict[str, float]:
@@ -221,11 +223,11 @@ def unwrapped(phase: np.ndarray, reliable: np.ndarray) -> np.ndarray:
 def _halves(phase: float, place: int | None = None) -> str:
     """Return a multiple of π/2 as people write it."""
     count = round(phase / (np.pi / 2))
-    whole = {1: "π", -1: "−π", 0: "0"}
+    multiples = {1: "π", -1: "−π", 0: "0"}
     if count % 2:
-        return f"{whole[count]}/2" if abs(count) == 1 else f"{count}π/2".replace("-", "−")
+        return f"{multiples[count]}/2" if abs(count) == 1 else f"{count}π/2".replace("-", "−")
     half = count // 2
-    return whole.get(half, f"{half}π".replace("-", "−"))
+    return multiples.get(half, f"{half}π".replace("-", "−"))
 
 
 def _draw_spectrum(
@@ -233,11 +235,17 @@ def _draw_spectrum(
 ) -> None:
     good = spectrum["reliable"].values.astype(bool)
     frequency = spectrum["frequency"].values
-    look: dict[str, Any] = {"color": DATA, "marker": "o", "markersize": 3, "linewidth": 1} | line
-    ax.plot(frequency[good], values[good], **look)
+    line_style: dict[str, Any] = {"color": DATA, "marker": "o", "markersize": 3, "linewidth": 1} | line
+    ax.plot(frequency[good], values[good], **line_style)
     ax.plot(frequency[~good], values[~good], "o", color="0.6", fillstyle="none", markersize=3)
     if np.any(reach):
-        both = np.stack(reach)[:, good]
+        reaches = np.stack(reach)[:, good]
         ax.errorbar(
-            frequency[good], values[good], yerr=both, fmt="none", ecolor=look["color"], elinewidth=0.8, capsize=2
+            frequency[good],
+            values[good],
+            yerr=reaches,
+            fmt="none",
+            ecolor=line_style["color"],
+            elinewidth=0.8,
+            capsize=2,
         )

@@ -27,10 +27,10 @@ def plot_panel(panels: FitPlots, name: str, ax: "Axes | None" = None) -> "Axes":
     return PANELS[name](ax or shown_figure(12, 7.5).subplots(), panels.result, panels.color or CTL, panels.shaded)
 
 
-def save_panels(shown: FitPlots, path: str | Path, panels: Sequence[str], **look: Any) -> Path:
+def save_panels(shown: FitPlots, path: str | Path, panels: Sequence[str], **appearance: Any) -> Path:
     """Write panels side by side as one figure, see `FitPlots.save`."""
     check_file(Path(path), ".svg", ".pdf", ".png")
-    return write_file(Path(path), figure_bytes(shown.result, panels, Path(path).suffix.lower()[1:], **look))
+    return write_file(Path(path), figure_bytes(shown.result, panels, Path(path).suffix.lower()[1:], **appearance))
 
 
 _FAMILIES = ("sans-serif", "serif", "monospace")

@@ -81,7 +81,7 @@ class ForestRow(NamedTuple):
         Written at the right: the effect in numbers, and what is said of it.
     point : Point
         Drawn large.
-    beside : sequence of Point
+    further_points : sequence of Point
         The same by other sources, drawn small below it.
     dots : sequence of Dot
         Drawn below these, each group in lanes of its own.
@@ -92,7 +92,7 @@ class ForestRow(NamedTuple):
     effect: str
     aside: str
     point: Point
-    beside: Sequence[Point] = ()
+    further_points: Sequence[Point] = ()
     dots: Sequence[Dot] = ()
 
 
@@ -107,15 +107,15 @@ def forest_figure(
 ) -> "Figure":
     """Draw rows on one logarithmic axis called `axis`; `columns` name the numbers at the right."""
     limits = _limits(rows)
-    most = _most_lanes(rows)
-    lanes = [_lanes(row, limits, form.axis, most) for row in rows]
+    max_lanes = _most_lanes(rows)
+    lanes = [_lanes(row, limits, form.axis, max_lanes) for row in rows]
     places = _places(rows, lanes, form.above)
     bottom = places[-1] - max(_LEAST, lanes[-1].height + _CLEARANCE) if rows else 0.0
     figure = make(form.width, 2.7 + _LANE * (_TITLES - _HEADING + form.above - bottom))
     middle = _beside(figure, places, rows, columns) if form is WIDE else _above(figure, places, rows, columns)
-    for y, row, own in zip(places, rows, lanes, strict=True):
-        _draw(middle, y, row, own, groups, sources, limits)
-        top, end = (y + 1, y - own.height - _CLEARANCE) if form.above else (4.5, bottom - 0.5)
+    for y, row, row_lanes in zip(places, rows, lanes, strict=True):
+        _draw(middle, y, row, row_lanes, groups, sources, limits)
+        top, end = (y + 1, y - row_lanes.height - _CLEARANCE) if form.above else (4.5, bottom - 0.5)
         middle.plot([1, 1], [top, end], color=FAINT, lw=0.9, zorder=0)
     middle.set_ylim(bottom - 0.5, _TITLES + 1.3 + form.above)
     _legend(figure, rows, groups, sources)
@@ -128,16 +128,16 @@ def forest_figure(
 def _beside(figure: "Figure", places: Sequence[float], rows: Sequence[ForestRow], columns: tuple[str, str]) -> "Axes":
     """Write the words of the rows left and right of a panel, and return the panel."""
     widths = [5.1, 6.1, 5.0] if columns[1] else [5.1, 5.1, 6.0]  # values with their units are long
-    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=widths)
-    for ax in (left, right):
+    left_panel, middle, right_panel = figure.subplots(1, 3, sharey=True, width_ratios=widths)
+    for ax in (left_panel, right_panel):
         ax.set_axis_off()
     for y, row in zip(places, rows, strict=True):
-        _write(left, 1.0, y, row.label, ha="right")
-        _write(right, 0.0, y, row.effect)
-        _write(right, 1.0, y, row.aside, ha="right")
-    _write_headings(left, rows, places, 0.0)
-    _write(right, 0.0, _TITLES, columns[0], color="0.35")
-    _write(right, 1.0, _TITLES, columns[1], color="0.35", ha="right")
+        _write(left_panel, 1.0, y, row.label, ha="right")
+        _write(right_panel, 0.0, y, row.effect)
+        _write(right_panel, 1.0, y, row.aside, ha="right")
+    _write_headings(left_panel, rows, places, 0.0)
+    _write(right_panel, 0.0, _TITLES, columns[0], color="0.35")
+    _write(right_panel, 1.0, _TITLES, columns[1], color="0.35", ha="right")
     return middle
 
 
@@ -167,43 +167,45 @@ def _most_lanes(rows: Sequence[ForestRow]) -> int:
     if len(rows) <= _MANY:
         return _MOST_LANES
     sides = max(len({dot.group for dot in row.dots}) for row in rows) or 1
-    beside = max(len(row.beside) for row in rows)
-    return max(1, min(_MOST_LANES, int((_PAGE / len(rows) - beside - _CLEARANCE - _GAP) / sides)))
+    further_points = max(len(row.further_points) for row in rows)
+    return max(1, min(_MOST_LANES, int((_PAGE / len(rows) - further_points - _CLEARANCE - _GAP) / sides)))
 
 
-def _lanes(row: ForestRow, limits: tuple[float, float], axis: float, most: int) -> _Lanes:
+def _lanes(row: ForestRow, limits: tuple[float, float], axis: float, max_lanes: int) -> _Lanes:
     """Return lanes in which no point covers another: first the other sources', then those of each group."""
     length = axis / 2.54 * 72 / float(np.log(limits[1] / limits[0]))  # points of a factor of e
-    lanes, first = [0] * len(row.dots), 1 + len(row.beside)
+    lanes, first = [0] * len(row.dots), 1 + len(row.further_points)
     for group in dict.fromkeys(dot.group for dot in row.dots):
-        own = sorted((dot.value, place) for place, dot in enumerate(row.dots) if dot.group == group)
+        group_dots = sorted((dot.value, place) for place, dot in enumerate(row.dots) if dot.group == group)
         ends: list[float] = []  # where each lane's last point ends
-        for value, place in own:
+        for value, place in group_dots:
             x = length * float(np.log(value))
             free = next((lane for lane, end in enumerate(ends) if x >= end), len(ends))
-            if free == len(ends) < most:
+            if free == len(ends) < max_lanes:
                 ends.append(x)
-            lane = min(free, most - 1)
+            lane = min(free, max_lanes - 1)
             ends[lane], lanes[place] = x + _DOT, first + lane
         first += len(ends)
     return _Lanes(lanes, first)
 
 
-def _write(ax: "Axes", x: float, y: float, text: str, **look: Any) -> None:
+def _write(ax: "Axes", x: float, y: float, text: str, **text_style: Any) -> None:
     """Write at a share of a panel's width, which is given, whatever the text."""
-    ax.text(x, y, text, va="center", fontsize=8.5, transform=ax.get_yaxis_transform(), **look).set_in_layout(False)
+    ax.text(x, y, text, va="center", fontsize=8.5, transform=ax.get_yaxis_transform(), **text_style).set_in_layout(
+        False
+    )
 
 
 def _places(rows: Sequence[ForestRow], lanes: Sequence[_Lanes], above: float) -> list[float]:
     """Return the height of every row's interval, in lanes, with room above the first of each heading."""
     places: list[float] = []
     y, heading = 0.0, ""
-    for row, own in zip(rows, lanes, strict=True):
+    for row, row_lanes in zip(rows, lanes, strict=True):
         lines = _LINE * row.heading.count("\n")
         y -= 0.0 if row.heading == heading else lines if not places else _HEADING + lines
         heading = row.heading
         places.append(y)
-        y -= max(_LEAST, own.height + _CLEARANCE + _GAP) + above
+        y -= max(_LEAST, row_lanes.height + _CLEARANCE + _GAP) + above
     return places
 
 
@@ -227,11 +229,13 @@ def _draw(
     limits: tuple[float, float],
 ) -> None:
     for dot, lane in zip(row.dots, lanes.dots, strict=True):
-        look = groups[dot.group]
-        (drawn,) = ax.plot([dot.value], [y - _CLEARANCE - lane], look.marker, color=look.color, ms=_DOT, mec="none")
+        group_look = groups[dot.group]
+        (drawn,) = ax.plot(
+            [dot.value], [y - _CLEARANCE - lane], group_look.marker, color=group_look.color, ms=_DOT, mec="none"
+        )
         mark(drawn, dot.tip, dot.animal, dot.group)
     _point(ax, y, row.point, DATA, "D", 6, 1.6, limits)
-    for place, point in enumerate(row.beside, start=1):
+    for place, point in enumerate(row.further_points, start=1):
         marker, layer = sources[point.source].marker, _called(point.source)
         _point(ax, y - _CLEARANCE - place, point, "0.45", marker, 3.5, 0.9, limits, layer)
 
@@ -265,9 +269,10 @@ def _called(source: str) -> str:
 
 def _limits(rows: Sequence[ForestRow]) -> tuple[float, float]:
     """Return an axis with every interval and every animal, unless one is so wide that the others could not be read."""
-    points = [point for row in rows for point in (row.point, *row.beside)]
+    points = [point for row in rows for point in (row.point, *row.further_points)]
     ends = np.array(
-        [end for one in points for end in (one.low, one.high)] + [d.value for row in rows for d in row.dots]
+        [end for interval in points for end in (interval.low, interval.high)]
+        + [d.value for row in rows for d in row.dots]
     )
     ends = ends[(ends > 0) & np.isfinite(ends)]
     return max(0.02, min(1.0, ends.min()) / 1.1), min(50.0, max(1.0, ends.max()) * 1.1)
@@ -289,11 +294,13 @@ def _legend(
 
     entries = []
     for group in dict.fromkeys(dot.group for row in rows for dot in row.dots):
-        look = groups[group]
-        entries.append(Line2D([], [], color=look.color, marker=look.marker, ls="", ms=_DOT, label=short(group)))
-    for source in dict.fromkeys(point.source for row in rows for point in row.beside):
+        group_look = groups[group]
+        entries.append(
+            Line2D([], [], color=group_look.color, marker=group_look.marker, ls="", ms=_DOT, label=short(group))
+        )
+    for source in dict.fromkeys(point.source for row in rows for point in row.further_points):
         marker = sources[source].marker
         entries.append(Line2D([], [], color="0.45", marker=marker, mfc="none", ms=3.5, lw=0.9, label=_called(source)))
     if entries:
-        columns = columns_that_fit([str(one.get_label()) for one in entries], 2.54 * figure.get_figwidth())
+        columns = columns_that_fit([str(entry.get_label()) for entry in entries], 2.54 * figure.get_figwidth())
         figure.legend(handles=entries, loc="outside upper center", ncols=columns)

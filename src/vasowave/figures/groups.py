@@ -45,7 +45,7 @@ def plot_groups(
     groups: Mapping[str, GroupLook] | None = None,
     sources: Mapping[str, SourceLook] | None = None,
     means: Mapping[tuple[str, str], GroupMean] | None = None,
-    said: Mapping[str, str] | None = None,
+    annotations: Mapping[str, str] | None = None,
     named: bool = True,
 ) -> "Axes":
     """Draw a point per animal and beside them the group's mean with its interval; sources stand side by side.
@@ -64,7 +64,7 @@ def plot_groups(
         How they look, where one figure holds several panels.
     means : mapping of (str, str) to GroupMean, optional
         Of group and source.
-    said : mapping of str to str, optional
+    annotations : mapping of str to str, optional
         Words above a group, its p.
     named : bool
         Whether names of groups stand below; else a legend has to say them.
@@ -73,22 +73,22 @@ def plot_groups(
         raise InputError(f"no column '{quantity}' or 'group'; there are: {', '.join(map(str, table.columns))}")
     groups = groups or group_looks(table["group"])
     table = table if "source" in table.columns else table.assign(source="measured")
-    there = table["source"].unique().tolist()
-    sources, step = sources or source_looks(there), _APART * len(there) + 0.4
+    source_names = table["source"].unique().tolist()
+    sources, step = sources or source_looks(source_names), _APART * len(source_names) + 0.4
     ticks: dict[float, str] = {}
     for column, (group, rows) in enumerate(table.groupby("group", sort=False)):
         sizes = []
-        for place, source in enumerate(there):
-            own = rows[(rows["source"] == source) & np.isfinite(rows[quantity].astype(float))]
+        for place, source in enumerate(source_names):
+            animals = rows[(rows["source"] == source) & np.isfinite(rows[quantity].astype(float))]
             mean = (means or {}).get((str(group), source))
-            _animals(ax, column * step + _APART * place, own, quantity, groups[str(group)], sources[source], mean)
-            ticks[column * step + _APART * place] = sources[source].short if len(there) > 1 else ""
-            sizes.append(str(own["subject"].nunique() if "subject" in own else len(own)))
-        middle = column * step + _APART * (len(there) - 1) / 2
+            _animals(ax, column * step + _APART * place, animals, quantity, groups[str(group)], sources[source], mean)
+            ticks[column * step + _APART * place] = sources[source].short if len(source_names) > 1 else ""
+            sizes.append(str(animals["subject"].nunique() if "subject" in animals else len(animals)))
+        middle = column * step + _APART * (len(source_names) - 1) / 2
         count = f"n = {', '.join(dict.fromkeys(sizes))}"
         name = f"{short(str(group), 14)}\n{count}" if named else count
-        ticks[middle] = f"{ticks.get(middle, '')}\n{name}" if len(there) > 1 else name
-        if words := (said or {}).get(str(group)):
+        ticks[middle] = f"{ticks.get(middle, '')}\n{name}" if len(source_names) > 1 else name
+        if words := (annotations or {}).get(str(group)):
             ax.annotate(words, (middle, 1.0), (0, 1), ("data", "axes fraction"), "offset points", ha="center",
                         va="bottom", fontsize=SMALL)  # fmt: skip
     ax.set_xticks(list(ticks), list(ticks.values()), fontsize=SMALL)
@@ -105,14 +105,15 @@ def plot_importance(
     series = list(dict.fromkeys(zip(indices["source"], indices["group"])))
     for place, (source, group) in enumerate(series):
         rows = indices[(indices["source"] == source) & (indices["group"] == group)]
-        at = np.array([names.index(name) for name in rows["quantity"]]) + (place + 0.5) / len(series) * 0.7 - 0.35
-        look, color = groups[group], darker(groups[group].color, sources[source].shade)
+        heights = np.array([names.index(name) for name in rows["quantity"]]) + (place + 0.5) / len(series) * 0.7 - 0.35
+        group_look, color = groups[group], darker(groups[group].color, sources[source].shade)
         text = short(group) if source == "measured" else f"{short(group)}, {source} wall"
         eta = rows["eta"].to_numpy(float)
         reach = np.stack([eta - rows["low"], rows["high"] - eta])
         reach[np.abs(reach) < ROUNDING * (1 + np.abs(eta))] = 0.0  # an end that is the value itself
-        ax.errorbar(eta, at, xerr=reach, fmt=look.marker, color=color, mfc=color if sources[source].filled else "white",
-                    ms=4, elinewidth=1, capsize=2, label=text)  # fmt: skip
+        ax.errorbar(eta, heights, xerr=reach, fmt=group_look.marker, color=color,
+                    mfc=color if sources[source].filled else "white", ms=4, elinewidth=1, capsize=2,
+                    label=text)  # fmt: skip
     for row in range(1, len(names)):
         ax.axhline(row - 0.5, color="0.9", linewidth=0.6, zorder=0)
     ax.axvline(0, color=DATA, linewidth=0.8, zorder=0)
@@ -142,33 +143,35 @@ def plot_waveforms(ax: "Axes", results: "Sequence[AnimalResult]", quantity: str,
     """Draw the measured cycle of every animal of a group from its foot, the one called `shown` in black."""
     for result in results:
         first = result.name == shown
-        look: dict[str, Any] = {"color": DATA, "linewidth": 1.8, "zorder": 4} if first else {"color": color, "lw": 0.6}
-        (line,) = ax.plot(*from_foot(result, quantity), **look)
+        line_style: dict[str, Any] = (
+            {"color": DATA, "linewidth": 1.8, "zorder": 4} if first else {"color": color, "lw": 0.6}
+        )
+        (line,) = ax.plot(*from_foot(result, quantity), **line_style)
         mark(line, result.name, result.name)
     ax.set_xlim(0, 1)
     return label_axes(ax, "time from the foot [T]", LABELS[quantity])
 
 
-def plot_mean_waveform(ax: "Axes", results: "Sequence[AnimalResult]", quantity: str, look: GroupLook) -> None:
+def plot_mean_waveform(ax: "Axes", results: "Sequence[AnimalResult]", quantity: str, group_look: GroupLook) -> None:
     """Draw the mean of the cycles of `plot_waveforms` at equal shares of the cycle, and a band of one SD."""
     if len(results) < 2:
         return
     share = np.linspace(0, 1, _SHARES + 1)
     cycles = [np.interp(share, *from_foot(result, quantity), period=1.0) for result in results]
     mean, spread = np.mean(cycles, axis=0), np.std(cycles, axis=0, ddof=1)
-    ax.fill_between(share, mean - spread, mean + spread, color=look.color, alpha=0.25, lw=0, zorder=1)
-    (line,) = ax.plot(share, mean, color=darker(look.color, 0.2), marker=look.marker, markevery=(8, 24), ms=4, lw=1.8,
-                      zorder=5)  # fmt: skip
+    ax.fill_between(share, mean - spread, mean + spread, color=group_look.color, alpha=0.25, lw=0, zorder=1)
+    (line,) = ax.plot(share, mean, color=darker(group_look.color, 0.2), marker=group_look.marker, markevery=(8, 24),
+                      ms=4, lw=1.8, zorder=5)  # fmt: skip
     mark(line, f"mean of {results[0].group}")
 
 
-def plot_mean_impedance(ax: "Axes", results: "Sequence[AnimalResult]", quantity: str, look: GroupLook) -> "Axes":
+def plot_mean_impedance(ax: "Axes", results: "Sequence[AnimalResult]", quantity: str, group_look: GroupLook) -> "Axes":
     """Draw mean and SD (band) of a group's modulus (geometric) or phase at harmonics whose flow all animals tell."""
     spectra = [result.measured.impedance for result in results]
-    count = min(one.sizes["harmonic"] for one in spectra)
-    heard = np.all([one["reliable"].values[:count] != 0 for one in spectra], axis=0)
-    values = np.array([one[quantity].values[:count] for one in spectra])[:, heard]
-    frequency = np.mean([one["frequency"].values[:count] for one in spectra], axis=0)[heard]
+    count = min(spectrum.sizes["harmonic"] for spectrum in spectra)
+    heard = np.all([spectrum["reliable"].values[:count] != 0 for spectrum in spectra], axis=0)
+    values = np.array([spectrum[quantity].values[:count] for spectrum in spectra])[:, heard]
+    frequency = np.mean([spectrum["frequency"].values[:count] for spectrum in spectra], axis=0)[heard]
     if quantity == "phase":  # angles have no mean across a whole turn; their directions have
         direction = np.exp(1j * values).mean(axis=0)
         mean, spread = np.unwrap(np.angle(direction)), np.sqrt(-2 * np.log(np.minimum(np.abs(direction), 1.0)))
@@ -176,35 +179,41 @@ def plot_mean_impedance(ax: "Axes", results: "Sequence[AnimalResult]", quantity:
     else:
         mean, spread = np.log(values).mean(axis=0), np.log(values).std(axis=0)
         low, mean, high = np.exp(mean - spread), np.exp(mean), np.exp(mean + spread)
-    (line,) = ax.plot(frequency, mean, color=darker(look.color, 0.2), marker=look.marker, ms=4, lw=1.6, zorder=5)
+    (line,) = ax.plot(
+        frequency, mean, color=darker(group_look.color, 0.2), marker=group_look.marker, ms=4, lw=1.6, zorder=5
+    )
     mark(line, f"mean of {results[0].group}")
     if len(results) > 1:
-        ax.fill_between(frequency, low, high, color=look.color, alpha=0.25, lw=0, zorder=1)
+        ax.fill_between(frequency, low, high, color=group_look.color, alpha=0.25, lw=0, zorder=1)
     unit = "mmHg s/ml" if quantity == "modulus" else "rad"
     return label_axes(ax, "frequency [Hz]", f"{quantity} [{unit}]")
 
 
 def _animals(
-    ax: "Axes", at: float, rows: "pd.DataFrame", quantity: str, look: GroupLook, source: SourceLook,
+    ax: "Axes", position: float, rows: "pd.DataFrame", quantity: str, group_look: GroupLook, source: SourceLook,
     mean: GroupMean | None,
 ) -> None:  # fmt: skip
     x = rows[quantity].to_numpy(dtype=float)
     # Animals side by side in order of rank, so that equal values stay visible.
     spread = (np.argsort(np.argsort(x)) % 3 - 1) * 0.12 - 0.16
-    color = darker(look.color, source.shade)
-    for place, value, name in zip(at + spread, x, rows["animal"] if "animal" in rows else [""] * len(x), strict=True):
-        (point,) = ax.plot([place], [value], look.marker, color=color, mfc=color if source.filled else "none", ms=3.2)
+    color = darker(group_look.color, source.shade)
+    for place, value, name in zip(
+        position + spread, x, rows["animal"] if "animal" in rows else [""] * len(x), strict=True
+    ):
+        (point,) = ax.plot(
+            [place], [value], group_look.marker, color=color, mfc=color if source.filled else "none", ms=3.2
+        )
         if name:
             mark(point, str(name), str(name))
     if mean is not None:
-        plot_mean(ax, at + 0.24, mean)
+        plot_mean(ax, position + 0.24, mean)
 
 
-def plot_mean(ax: "Axes", at: float, mean: GroupMean) -> None:
+def plot_mean(ax: "Axes", position: float, mean: GroupMean) -> None:
     """Draw a mean with its interval, where one is known."""
     reach = [[mean.value - mean.low], [mean.high - mean.value]]
-    known = None if np.isnan(mean.low) else reach
-    ax.errorbar([at], [mean.value], yerr=known, fmt="_", color=DATA, ms=6, mew=1.6, elinewidth=1, capsize=2)
+    interval = None if np.isnan(mean.low) else reach
+    ax.errorbar([position], [mean.value], yerr=interval, fmt="_", color=DATA, ms=6, mew=1.6, elinewidth=1, capsize=2)
 
 
 class _Place(NamedTuple):
@@ -243,18 +252,18 @@ def plot_cells(
     """
     places = _places(table, quantity, sources)
     for (group, source), rows in table.groupby(["group", "source"], sort=False):
-        at = {one.cell: one.x for one in places if (one.group, one.source) == (group, source)}
-        _animals_of_cells(ax, at, rows, quantity, groups[str(group)], sources[str(source)])
-    for one in places:
-        if (mean := means.get((one.cell, one.source))) is not None:
-            plot_mean(ax, one.x + 0.3, mean)
-    widest = max(len(line) for one in places for line in one.tick.split("\n"))
+        positions = {place.cell: place.x for place in places if (place.group, place.source) == (group, source)}
+        _animals_of_cells(ax, positions, rows, quantity, groups[str(group)], sources[str(source)])
+    for place in places:
+        if (mean := means.get((place.cell, place.source))) is not None:
+            plot_mean(ax, place.x + 0.3, mean)
+    widest = max(len(line) for place in places for line in place.tick.split("\n"))
     upright = (widest + 0.5) * (places[-1].x + 1.3) > room * _STEP
-    texts = [one.tick.replace("\n", ", ") if upright else one.tick for one in places]
+    texts = [place.tick.replace("\n", ", ") if upright else place.tick for place in places]
     if len(places) > room / _LINE:  # not even upright: the first of each group and source, the caption has the order
-        firsts = [one == 0 or _run(places[one]) != _run(places[one - 1]) for one in range(len(places))]
+        firsts = [row == 0 or _run(places[row]) != _run(places[row - 1]) for row in range(len(places))]
         texts = [text if first else "" for text, first in zip(texts, firsts, strict=True)]
-    ax.set_xticks([one.x for one in places], texts, fontsize=SMALL, rotation=90 if upright else 0)
+    ax.set_xticks([place.x for place in places], texts, fontsize=SMALL, rotation=90 if upright else 0)
     ax.tick_params(axis="x", length=0)
     ax.set_xlim(-0.6, places[-1].x + 0.7)
     return label_axes(ax, "", label)
@@ -270,7 +279,7 @@ def _places(table: "pd.DataFrame", quantity: str, sources: Mapping[str, SourceLo
     places: list[_Place] = []
     x, before = 0.0, ("", "")
     order = {"group": [*table["group"].unique()], "source": [*sources], "cell": [*table["cell"].unique()]}
-    table = table.sort_values([*order], key=lambda one: one.map(order[str(one.name)].index), kind="stable")
+    table = table.sort_values([*order], key=lambda column: column.map(order[str(column.name)].index), kind="stable")
     for key, rows in table.groupby(["group", "source", "cell"], sort=False):
         group, source, cell = map(str, key)
         x += 0.0 if not places else _STEP if (group, source) == before else _STEP + _GAP
@@ -284,15 +293,24 @@ def _places(table: "pd.DataFrame", quantity: str, sources: Mapping[str, SourceLo
 
 
 def _animals_of_cells(
-    ax: "Axes", at: Mapping[str, float], rows: "pd.DataFrame", quantity: str, look: GroupLook, source: SourceLook
+    ax: "Axes",
+    positions: Mapping[str, float],
+    rows: "pd.DataFrame",
+    quantity: str,
+    group_look: GroupLook,
+    source: SourceLook,
 ) -> None:
     """Draw the points of one group by one source, and the lines through those of one animal."""
-    color = darker(look.color, source.shade)
-    rows = rows[np.isfinite(rows[quantity].astype(float))].assign(x=rows["cell"].map(at))
-    for _, own in rows.sort_values("x", kind="stable").groupby("subject", sort=False):
-        if own["x"].nunique() > 1:
-            (line,) = ax.plot(own["x"], own[quantity], color=color, lw=0.7, alpha=0.6, zorder=1)
-            mark(line, "", str(own["animal"].iloc[0]))
-        for name, x, value in zip(own["animal"], own["x"], own[quantity].astype(float), strict=True):
-            (point,) = ax.plot([x], [value], look.marker, color=color, mfc=color if source.filled else "none", ms=3.2)
+    color = darker(group_look.color, source.shade)
+    rows = rows[np.isfinite(rows[quantity].astype(float))].assign(x=rows["cell"].map(positions))
+    for _, subject_rows in rows.sort_values("x", kind="stable").groupby("subject", sort=False):
+        if subject_rows["x"].nunique() > 1:
+            (line,) = ax.plot(subject_rows["x"], subject_rows[quantity], color=color, lw=0.7, alpha=0.6, zorder=1)
+            mark(line, "", str(subject_rows["animal"].iloc[0]))
+        for name, x, value in zip(
+            subject_rows["animal"], subject_rows["x"], subject_rows[quantity].astype(float), strict=True
+        ):
+            (point,) = ax.plot(
+                [x], [value], group_look.marker, color=color, mfc=color if source.filled else "none", ms=3.2
+            )
             mark(point, str(name), str(name))

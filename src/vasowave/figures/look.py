@@ -73,13 +73,13 @@ def _see_through(
 
     Black is the `darkest` level, or that of one voxel in a hundred.
     """
-    seen = volume.grey[tuple(map(slice, *box))].max(axis=along)
+    projection = volume.grey[tuple(map(slice, *box))].max(axis=along)
     up, right = (axis for axis in range(3) if axis != along)
     begin, end = (volume.origin + (corner - 0.5) * volume.spacing for corner in box)
     extent = (begin[right], end[right], begin[up], end[up])
-    dark, bright = np.percentile(seen, [1, 99.7])
+    dark, bright = np.percentile(projection, [1, 99.7])
     dark = dark if darkest is None else darkest
-    ax.imshow(seen, cmap="gray", origin="lower", extent=extent, vmin=dark, vmax=bright)
+    ax.imshow(projection, cmap="gray", origin="lower", extent=extent, vmin=dark, vmax=bright)
     places = [lumen.origin[axis] + np.arange(lumen.mask.shape[axis]) * lumen.spacing for axis in (right, up)]
     ax.contour(*places, lumen.mask.any(axis=along), levels=[0.5], colors=OUTLINE, linewidths=0.5)
     ax.set(xlim=extent[:2], ylim=extent[2:], title=f"along {AXES[along]}")
@@ -90,9 +90,9 @@ def _see_through(
 def _box(volume: Volume, lumen: Segmentation) -> Box:
     """Return the corners of the lumen with a margin, voxels of `volume`; the upper one is not inside."""
     margin = _HALO * np.array(lumen.mask.shape) * lumen.spacing
-    far = lumen.origin + np.array(lumen.mask.shape) * lumen.spacing
+    end = lumen.origin + np.array(lumen.mask.shape) * lumen.spacing
     low = np.floor((lumen.origin - margin - volume.origin) / volume.spacing).astype(int)
-    high = np.ceil((far + margin - volume.origin) / volume.spacing).astype(int)
+    high = np.ceil((end + margin - volume.origin) / volume.spacing).astype(int)
     return np.maximum(low, 0), np.minimum(high, volume.grey.shape)
 
 
@@ -118,16 +118,17 @@ def _explain(ax: "Axes") -> None:
     ax.legend(handles=entries, loc="center left")
 
 
-def histogram_figure(seen: Overview) -> "Figure":
+def histogram_figure(overview: Overview) -> "Figure":
     """Return how often each grey level occurs, with background, threshold and lumen."""
     with style():
         figure = new_figure(NARROW, 6.0)
         ax = figure.subplots()
-        ax.stairs(np.maximum(seen.histogram.counts, 0.5), seen.histogram.edges, fill=True, color=FAINT)
+        ax.stairs(np.maximum(overview.histogram.counts, 0.5), overview.histogram.edges, fill=True, color=FAINT)
         ax.set_yscale("log")
         ax.yaxis.set_major_formatter(lambda count, _: f"{count:,.0f}")
-        marks = ((seen.levels.background, "background", DATA, ":"), (seen.options.threshold, "threshold", HPH, "-"),
-                 (seen.levels.lumen, "lumen", CTL, "--"))  # fmt: skip
+        marks = ((overview.levels.background, "background", DATA, ":"),
+                 (overview.options.threshold, "threshold", HPH, "-"),
+                 (overview.levels.lumen, "lumen", CTL, "--"))  # fmt: skip
         for level, name, color, dash in marks:
             ax.axvline(level, color=color, linestyle=dash, label=f"{name} {level:.4g}")
         figure.legend(loc="outside upper center", ncols=2)
@@ -135,29 +136,29 @@ def histogram_figure(seen: Overview) -> "Figure":
     return figure
 
 
-def grey_scale_figure(seen: Overview) -> "Figure | None":
+def grey_scale_figure(overview: Overview) -> "Figure | None":
     """Return measured against linear levels beside the two radii of each vessel; None where neither is known."""
-    scale, measured = seen.grey.scale, seen.measured
+    scale, measured = overview.grey.scale, overview.measured
     if measured is None:
         return None
     with style():
         figure = new_figure(WIDEST, 6.5)
-        left, right = figure.subplots(1, 2)
+        left_panel, right_panel = figure.subplots(1, 2)
         if scale is not None:
-            left.plot(scale.measured, scale.measured, color=FAINT, label="a linear scale")
-            left.plot(scale.measured, scale.linear, color=DATA, label="by the noise at each level")
-            left.legend(loc="upper left")
-        label_axes(left, "grey level", "linear grey level")
+            left_panel.plot(scale.measured, scale.measured, color=FAINT, label="a linear scale")
+            left_panel.plot(scale.measured, scale.linear, color=DATA, label="by the noise at each level")
+            left_panel.legend(loc="upper left")
+        label_axes(left_panel, "grey level", "linear grey level")
         radius = measured.inscribed
-        right.axhline(1, color=FAINT)
-        right.plot(10 * radius, measured.densitometric / radius, "o", color=CTL, markersize=4)
-        label_axes(right, "inscribed radius [mm]", "densitometric / inscribed")
+        right_panel.axhline(1, color=FAINT)
+        right_panel.plot(10 * radius, measured.densitometric / radius, "o", color=CTL, markersize=4)
+        label_axes(right_panel, "inscribed radius [mm]", "densitometric / inscribed")
     return figure
 
 
-def projections_figure(seen: Overview, wide: bool = True) -> "Figure":
+def projections_figure(overview: Overview, wide: bool = True) -> "Figure":
     """Return the brightest voxel along y, x and z with the outline of the lumen, the proposed entrances and loops."""
-    volume = isotropic(seen.image)
+    volume = isotropic(overview.image)
     shape = np.array(volume.grey.shape) * volume.spacing
     z, y, x = shape / shape.max()
     with style():
@@ -168,18 +169,18 @@ def projections_figure(seen: Overview, wide: bool = True) -> "Figure":
             figure = new_figure(NARROW, min(12.0, 6 * z / x) + min(12.0, 6 * z / y) + min(12.0, 6 * y / x) + 5)
             axes = figure.subplots(3, 1)
         for ax, along in zip(axes, (1, 2, 0), strict=True):
-            _projection(ax, seen, volume, along)
+            _projection(ax, overview, volume, along)
     return figure
 
 
-def _projection(ax: "Axes", seen: Overview, volume: Volume, along: int) -> None:
-    whole = np.zeros(3, dtype=int), np.array(volume.grey.shape)
-    right, up = _see_through(ax, volume, seen.lumen, along, whole, seen.levels.background)
-    for number, one in enumerate(seen.entrances[:_NAMED], 1):
-        place = seen.image.frame.own(one.place)
+def _projection(ax: "Axes", overview: Overview, volume: Volume, along: int) -> None:
+    box = np.zeros(3, dtype=int), np.array(volume.grey.shape)
+    right, up = _see_through(ax, volume, overview.lumen, along, box, overview.levels.background)
+    for number, entrance in enumerate(overview.entrances[:_NAMED], 1):
+        place = overview.image.frame.own(entrance.place)
         ax.plot(place[right], place[up], "s", color=HPH, markersize=4)
         ax.annotate(f"{number}", (place[right], place[up]), xytext=(4, 3), textcoords="offset points", color="#ffffff",
                     fontsize=8)  # fmt: skip
-    for loop in seen.loops:
-        place = seen.image.frame.own(loop.place)
+    for loop in overview.loops:
+        place = overview.image.frame.own(loop.place)
         ax.plot(place[right], place[up], "o", markeredgecolor=CTL, markerfacecolor="none", markersize=7)

@@ -70,20 +70,20 @@ def cells_drawn(cohort: Cohort) -> list[str]:
 def _shown(cohort: Cohort, label: str) -> str:
     """Return which recording of a cell is of the animal that is shown of its group; empty if none is."""
     group, _, results = cohort.cells[label]
-    own = cohort.subjects[cohort.shown[group].name]
-    names = [one.name for one in results if cohort.subjects[one.name] == own]
+    subject = cohort.subjects[cohort.shown[group].name]
+    names = [result.name for result in results if cohort.subjects[result.name] == subject]
     return next((name for name in names if name == cohort.shown[group].name), next(iter(names), ""))
 
 
-def _title(cohort: Cohort, label: str, shown: str, most: int) -> str:
+def _title(cohort: Cohort, label: str, shown: str, max_letters: int) -> str:
     """Return what stands above a column: whose, how many, which is black; line by line where columns are narrow."""
     group, level, _ = cohort.cells[label]
     black = f"black: {short(shown)}" if shown else ""
-    one = f"{short(group)} ({cohort.count(label)}); {black}"
-    if not level and len(one) <= most:
-        return one
+    title = f"{short(group)} ({cohort.count(label)}); {black}"
+    if not level and len(title) <= max_letters:
+        return title
     lines = [group, f"{level} ({cohort.count(label)})" if level else cohort.count(label), black]
-    return "\n".join(short(line, most) for line in lines if line)
+    return "\n".join(short(line, max_letters) for line in lines if line)
 
 
 def networks_figure(cohort: Cohort) -> "Figure":
@@ -200,9 +200,9 @@ def plot_loop(ax: "Axes", data: xr.Dataset, color: str = CTL) -> "Axes":
     isovolumic = data["isovolumic_pressure"].to_numpy()
     peak = int(np.argmax(isovolumic))
     filled = float(volume[0])
-    top, at = float(isovolumic[peak]), (volume[peak], data["fitted_pressure"].to_numpy()[peak])
+    top, end_systole = float(isovolumic[peak]), (volume[peak], data["fitted_pressure"].to_numpy()[peak])
     ax.plot([0, filled], [0, top], color=color, label="E_es, the ventricle's")
-    ax.plot([filled, filled - 1000 * float(data["stroke_volume"])], [0, at[1]], color=color, linestyle=":",
+    ax.plot([filled, filled - 1000 * float(data["stroke_volume"])], [0, end_systole[1]], color=color, linestyle=":",
             label="−E_a, the artery's")  # fmt: skip
     ax.set_xlim(0, 1.05 * filled)
     ax.set_ylim(0, _TOP * top)

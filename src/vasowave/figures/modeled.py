@@ -69,8 +69,8 @@ def fit_figure(result: AnimalResult, color: str = CTL) -> "Figure":
 
 def vessels_figure(result: AnimalResult, color: str = CTL) -> "Figure":
     """Pressure and flow at the middle of the vessels that carry most flow: one column each, one scale a row."""
-    whole = result.network
-    vessels = main_vessels(whole)
+    network = result.network
+    vessels = main_vessels(network)
     figure = new_figure(NARROW if len(vessels) < 3 else WIDEST, 11.5)
     axes = figure.subplots(2, len(vessels), sharex=True, sharey="row", squeeze=False)
     for column, vessel in enumerate(vessels):
@@ -78,7 +78,7 @@ def vessels_figure(result: AnimalResult, color: str = CTL) -> "Figure":
             ax = plot_vessel(axes[row, column], result, vessel, quantity, color)
             ax.label_outer()
             ax.locator_params(axis="x", nbins=3)
-        share = 100 * whole.flow_fraction[whole.row(vessel)]
+        share = 100 * network.flow_fraction[network.row(vessel)]
         axes[0, column].set_title(f"{short(vessel, _TITLE)}\n{share:.0f} % of flow", fontsize="medium")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
@@ -121,9 +121,9 @@ def along_network_figure(cohort: Cohort) -> "Figure":
         def draw(ax: "Axes", result: AnimalResult, color: str) -> None:
             looks = source_looks(result.laws)
             for wall, line in wall_lines(looks, color).items():
-                data, look = result.laws[wall].vessels, looks[wall]
-                ax.plot(data[distance], data[quantity], look.marker, color=line["color"], ms=4, label=line["label"],
-                        mfc=line["color"] if look.filled else "none")  # fmt: skip
+                data, source_look = result.laws[wall].vessels, looks[wall]
+                ax.plot(data[distance], data[quantity], source_look.marker, color=line["color"], ms=4,
+                        label=line["label"], mfc=line["color"] if source_look.filled else "none")  # fmt: skip
             label_axes(ax, "distance from the inlet [cm]", label)
 
         return draw
@@ -137,10 +137,10 @@ def along_network_figure(cohort: Cohort) -> "Figure":
 def waves_figure(cohort: Cohort, group: str) -> "Figure":
     """Separated pressure and wave intensity of a group's shown animal, measured and of each wall law ("WIA")."""
     result, color = cohort.shown[group], group_looks(cohort.groups)[group].color
-    every = result.sources
-    figure = new_figure(WIDEST, 1.5 + 4.8 * len(every))
-    axes = figure.subplots(len(every), 2, sharex=True, sharey="col", squeeze=False)
-    for row, source in enumerate(every):
+    sources = result.sources
+    figure = new_figure(WIDEST, 1.5 + 4.8 * len(sources))
+    axes = figure.subplots(len(sources), 2, sharex=True, sharey="col", squeeze=False)
+    for row, source in enumerate(sources):
         plot_separated_pressure(axes[row, 0], result.sources[source].waves, color)
         plot_wave_intensity(axes[row, 1], result.sources[source].waves, color)
         axes[row, 0].set_title(source if source == "measured" else f"{source} wall")
@@ -178,8 +178,8 @@ def plot_waterfall(ax: "Axes", calibration: "xr.Dataset", **line: Any) -> "Axes"
     """Draw S of every start over the best S, in rising order; starts that could not be simulated are left out."""
     S = calibration["start_S"].values
     S = np.sort(S[np.isfinite(S)])
-    look: dict[str, Any] = {"marker": "o", "markersize": 3, "linewidth": 0.9} | line
-    ax.plot(np.arange(1, len(S) + 1), S / S[0], **look)
+    line_style: dict[str, Any] = {"marker": "o", "markersize": 3, "linewidth": 0.9} | line
+    ax.plot(np.arange(1, len(S) + 1), S / S[0], **line_style)
     ax.locator_params(axis="x", integer=True)
     return label_axes(ax, "start, in order of S [1]", "S / best S [1]")
 
@@ -190,9 +190,9 @@ def plot_wave_intensity(ax: "Axes", waves: "xr.Dataset", color: str = DATA) -> "
     ax.plot(time, waves["WI_plus"].values, **wave_line("forward", color))
     ax.plot(time, waves["WI_minus"].values, **wave_line("backward", color))
     for name, row in largest_waves(waves).items():
-        at, peak = float(waves["wave_time"][row]) / waves.attrs["period"], float(waves["wave_peak"][row])
+        peak_time, peak = float(waves["wave_time"][row]) / waves.attrs["period"], float(waves["wave_peak"][row])
         offset, place = ((0, 3), "bottom") if peak > 0 else ((0, -3), "top")
-        ax.annotate(name, (at, peak), offset, textcoords="offset points", ha="center", va=place, fontsize=SMALL)
+        ax.annotate(name, (peak_time, peak), offset, textcoords="offset points", ha="center", va=place, fontsize=SMALL)
     ax.margins(y=0.18)
     ax.axhline(0, color=FAINT, linewidth=0.8, zorder=0)
     ax.set_xlim(0, 1)
@@ -217,8 +217,8 @@ def main_vessels(network: Network, count: int = 6) -> list[str]:
     flow = network.flow_fraction
     daughters = sorted(network.daughters[network.root], key=lambda row: -flow[row])[:2]
     ends = [_main_path(network, row)[-1] for row in daughters]
-    rest = np.argsort(-flow, kind="stable").tolist()
-    chosen = list(dict.fromkeys([network.root, *daughters, *ends, *rest]))
+    by_flow = np.argsort(-flow, kind="stable").tolist()
+    chosen = list(dict.fromkeys([network.root, *daughters, *ends, *by_flow]))
     chosen = chosen[: count if len(chosen) > count + 1 else count + 1]
     depth = {row: level for level, rows in enumerate(network.generations) for row in rows.tolist()}
     return [network.name[row] for row in sorted(chosen, key=lambda row: (depth[row], row))]
@@ -257,8 +257,10 @@ def sites_figure(result: AnimalResult, color: str = CTL) -> "Figure":
         plot_site(axes[site], result, site, color)
     for spare in axes[count:]:
         spare.set_axis_off()
-    said = {label: drawn for ax in axes for drawn, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    figure.legend(said.values(), said.keys(), loc="outside upper center", ncols=2)
+    handles_by_label = {
+        label: drawn for ax in axes for drawn, label in zip(*ax.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(handles_by_label.values(), handles_by_label.keys(), loc="outside upper center", ncols=2)
     return figure
 
 
@@ -267,19 +269,19 @@ def plot_site(ax: "Axes", result: AnimalResult, site: int, color: str = CTL) -> 
     laws = sites_of(result)
     lines = wall_lines(laws, color)
     for place, (wall, data) in enumerate(laws.items()):
-        one = data.isel(site=site)
+        site_data = data.isel(site=site)
         if place == 0:
-            _observed(ax, one, result.period)
+            _observed(ax, site_data, result.period)
             predicted = {"color": FAINT, "linewidth": _WIDE, "label": "predicted without it"}
-            plot_cycle(ax, one["predicted"], result.period, **predicted)
-        plot_cycle(ax, one["simulated"], result.period, **lines[wall])
-    ax.set_title(short(str(one["site"].values), _SITE_TITLE), fontsize="medium")
-    return label_axes(ax, "time [s]", f"{one['observed'].item()} [{one['unit'].item()}]")
+            plot_cycle(ax, site_data["predicted"], result.period, **predicted)
+        plot_cycle(ax, site_data["simulated"], result.period, **lines[wall])
+    ax.set_title(short(str(site_data["site"].values), _SITE_TITLE), fontsize="medium")
+    return label_axes(ax, "time [s]", f"{site_data['observed'].item()} [{site_data['unit'].item()}]")
 
 
-def _observed(ax: "Axes", one: xr.Dataset, period: float) -> None:
-    if one["measured"].notnull().any():
-        plot_cycle(ax, one["measured"], period, color=DATA, label="observed")
+def _observed(ax: "Axes", site_data: xr.Dataset, period: float) -> None:
+    if site_data["measured"].notnull().any():
+        plot_cycle(ax, site_data["measured"], period, color=DATA, label="observed")
     for name in NUMBERS:
-        if one[name].notnull():
-            ax.axhline(float(one[name]), color=DATA, linestyle=":", label=f"observed: {_NUMBERS}")
+        if site_data[name].notnull():
+            ax.axhline(float(site_data[name]), color=DATA, linestyle=":", label=f"observed: {_NUMBERS}")

@@ -101,7 +101,7 @@ def _labels(
     labels = []
     for name, flow in zip(network.name, network.flow_fraction, strict=True):
         full = [f"{short(name, 12)} ({100 * abs(flow):.0f} %)"] if share else []
-        shorter = [short(name, most) for most in range(12, _SHORTEST - 1, -1)]
+        shorter = [short(name, length) for length in range(12, _SHORTEST - 1, -1)]
         labels.append(next((text for text in [*full, *shorter] if fits(text)), ""))
     return labels
 
@@ -125,9 +125,9 @@ def _rounded(value: float) -> float:
 def _draw_joints(ax: "Axes", network: Network, places: tuple[np.ndarray, np.ndarray]) -> None:
     """Join the ends of vessels that end in one node: the first carries on, the others are led to it."""
     x, y = places
-    for one in network.junctions:
-        first = int(network.parent[one.beginning[0]])
-        for row in (row for row in one.ending if row != first):
+    for junction in network.junctions:
+        first = int(network.parent[junction.beginning[0]])
+        for row in (row for row in junction.ending if row != first):
             ax.annotate("", (x[first] + 1.0, y[first]), (x[row] + 1.0, y[row]), zorder=1,
                         arrowprops={"arrowstyle": "-", "linestyle": ":", "linewidth": 1.2, "color": "0.45",
                                     "shrinkA": 0, "shrinkB": 0, "connectionstyle": "arc3,rad=0.25"})  # fmt: skip

@@ -52,7 +52,7 @@ def waveforms_figure(cohort: Cohort) -> "Figure":
     for ax, level in zip(axes[0], levels, strict=True):
         ax.set_title(short(level, 60 // len(levels)))
     handles = _legend(cohort)
-    columns = columns_that_fit([str(one.get_label()) for one in handles], width, most=2)
+    columns = columns_that_fit([str(handle.get_label()) for handle in handles], width, max_columns=2)
     figure.legend(handles=handles, loc="outside upper center", ncols=columns)
     for ax in axes.flat:  # limits are final now; then inner labels go
         readable(ax)
@@ -78,7 +78,7 @@ def impedances_figure(cohort: Cohort) -> "Figure":
     axes[0].set_yscale("log")
     plain_log(axes[0].yaxis)
     axes[0].set_xlabel("")
-    rate = np.mean([1 / one.period for one in next(iter(cohort.groups.values()))])
+    rate = np.mean([1 / result.period for result in next(iter(cohort.groups.values()))])
     above = axes[0].secondary_xaxis("top", functions=(partial(mul, 1 / rate), partial(mul, rate)))
     above.set_xlabel(f"harmonic of {short(cohort.reference, 18)}")
     handles = _legend(cohort)
@@ -137,16 +137,16 @@ def tree_figure(cohort: Cohort, wall: str) -> "Figure":
     figure = new_figure(NARROW, sum(heights) + 1.2)
     axes = figure.subplots(len(results), 1, squeeze=False, height_ratios=heights)[:, 0]
     falls = {group: inlets[group] - means[group] for group in results}
-    every = np.concatenate(list(falls.values()))
+    pressure_falls = np.concatenate(list(falls.values()))
     widest = max(float(result.network.radius.max()) for result in results.values())
-    scale = ScalarMappable(Normalize(float(every.min()), float(every.max())), SCALE)
+    scale = ScalarMappable(Normalize(float(pressure_falls.min()), float(pressure_falls.max())), SCALE)
     for ax, (group, result) in zip(axes, results.items(), strict=True):
-        whole = result.network
+        network = result.network
         colors = [to_hex(tuple(color)) for color in scale.to_rgba(falls[group])]
-        plot_network(ax, whole, colors, _tips(result, wall, whole, means[group]), share=False, widest=widest)
-        who = "" if cohort.single else f"{short(cohort.name(group), _TITLE)},"
-        apart = "\n" if len(who) > _TITLE - len(at_inlet := f"{inlets[group]:.1f} mmHg at the inlet") else " "
-        ax.set_title(f"{who}{apart}{at_inlet}".strip())
+        plot_network(ax, network, colors, _tips(result, wall, network, means[group]), share=False, widest=widest)
+        name = "" if cohort.single else f"{short(cohort.name(group), _TITLE)},"
+        separator = "\n" if len(name) > _TITLE - len(at_inlet := f"{inlets[group]:.1f} mmHg at the inlet") else " "
+        ax.set_title(f"{name}{separator}{at_inlet}".strip())
     label = f"fall of the mean pressure, {wall} wall [mmHg]"
     bar = figure.colorbar(scale, ax=list(axes), orientation="horizontal", aspect=45, pad=0.02, label=label)
     bar.outline.set_visible(False)
@@ -159,11 +159,11 @@ def mean_pressures(result: AnimalResult, wall: str) -> np.ndarray:
     return pressure.sel(vessel=list(result.network.name)).values
 
 
-def _tips(result: AnimalResult, wall: str, whole: Network, mean: np.ndarray) -> list[str]:
+def _tips(result: AnimalResult, wall: str, network: Network, mean: np.ndarray) -> list[str]:
     speed = dict(zip(result.laws[wall].vessels["vessel"].values, result.laws[wall].vessels["wave_speed"].values))
     return [
-        f"vessel {name}: radius {whole.radius[row]:.3g} cm, length {whole.length[row]:.3g} cm, "
-        f"{100 * abs(whole.flow_fraction[row]):.2g} % of the flow; mean pressure {mean[row]:.1f} mmHg, wave speed "
+        f"vessel {name}: radius {network.radius[row]:.3g} cm, length {network.length[row]:.3g} cm, "
+        f"{100 * abs(network.flow_fraction[row]):.2g} % of the flow; mean pressure {mean[row]:.1f} mmHg, wave speed "
         f"{speed[name]:.0f} cm/s"
-        for row, name in enumerate(whole.name)
+        for row, name in enumerate(network.name)
     ]

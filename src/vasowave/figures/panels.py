@@ -44,12 +44,11 @@ def shown_figure(cohort: Cohort, panels: Sequence[Panel], height: float, share: 
 
 def name_above(cohort: Cohort, group: str) -> str:
     """Return the name of a group's shown animal as a title above one of several columns, in two lines if it is long."""
-    name, most = cohort.name(group), _TITLE // len(cohort.groups)
-    if len(name) <= most:
+    name, max_letters = cohort.name(group), _TITLE // len(cohort.groups)
+    if len(name) <= max_letters:
         return name
-    return (
-        f"{short(cohort.shown[group].name, most)}\n{short(name.removeprefix(cohort.shown[group].name).strip(), most)}"
-    )
+    animal = cohort.shown[group].name
+    return f"{short(animal, max_letters)}\n{short(name.removeprefix(animal).strip(), max_letters)}"
 
 
 def outer(figure: "Figure", axes: "np.ndarray") -> "Figure":

@@ -50,14 +50,14 @@ def lettered(figure: "Figure") -> None:
                     fontweight="bold", annotation_clip=False)  # fmt: skip
 
 
-def _note(artist: "Artist", said: dict[str, Any]) -> None:
-    artist.set_gid(_MARK + json.dumps({key: value for key, value in said.items() if value}))
+def _note(artist: "Artist", content: dict[str, Any]) -> None:
+    artist.set_gid(_MARK + json.dumps({key: value for key, value in content.items() if value}))
 
 
 def _written(match: re.Match[str]) -> str:
-    said = parsed(html.unescape(match[2]))
-    tip = said.pop("tip", "")
-    data = "".join(f' data-{key}="{html.escape(value)}"' for key, value in said.items())
+    content = parsed(html.unescape(match[2]))
+    tip = content.pop("tip", "")
+    data = "".join(f' data-{key}="{html.escape(value)}"' for key, value in content.items())
     return f"<g{data}><title>{html.escape(tip)}</title>" if tip else f"<g{data}>"
 
 

@@ -78,9 +78,9 @@ def plot_baseline(ax: "Axes", beats: "xr.Dataset") -> "Axes":
     if not {"level", "drift"} <= set(beats.data_vars):
         raise InputError("the diastolic levels of the beats are not known; average the beats again")
     middle = beats["onset"].values + 0.5 * beats["length"].values
-    level, drift, kept = beats["level"].values, beats["drift"].values, beats["kept"].values == 1
-    ax.plot(middle[~kept], level[~kept], ".", color="0.6", ms=2, label="diastolic level")
-    ax.plot(middle[kept], level[kept], ".", color=_KEPT, ms=4, label="averaged")
+    level, drift, averaged = beats["level"].values, beats["drift"].values, beats["kept"].values == 1
+    ax.plot(middle[~averaged], level[~averaged], ".", color="0.6", ms=2, label="diastolic level")
+    ax.plot(middle[averaged], level[averaged], ".", color=_KEPT, ms=4, label="averaged")
     size, error = beats.attrs["drift_size"], beats.attrs["drift_error"]
     done = "removed" if beats.attrs["drift_removed"] else "left in"
     # The drift is relative to its zero; breaths and scatter set aside, it runs through the levels' middle.
@@ -118,10 +118,10 @@ def thinned(time: np.ndarray, values: np.ndarray, pairs: int) -> tuple[np.ndarra
     """Return the lowest and the highest sample of each of `pairs` stretches, in order; no spike is lost."""
     if len(values) <= 2 * pairs:
         return time, values
-    kept: list[int] = []
+    indices: list[int] = []
     for rows in np.array_split(np.arange(len(values)), pairs):
-        kept += sorted({int(rows[np.argmin(values[rows])]), int(rows[np.argmax(values[rows])])})
-    return time[kept], values[kept]
+        indices += sorted({int(rows[np.argmin(values[rows])]), int(rows[np.argmax(values[rows])])})
+    return time[indices], values[indices]
 
 
 def draw_network(network: Network, ax: "Axes | None" = None) -> "Axes":

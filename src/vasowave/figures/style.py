@@ -107,8 +107,8 @@ class GroupLook(NamedTuple):
 
 def group_looks(labels: Iterable[str]) -> dict[str, GroupLook]:
     """Return color and marker of every group: CTL cyan, HPH magenta, other labels from a colour-blind safe set."""
-    others = cycle(_OTHERS)
-    return {label: GroupLook(*(_KNOWN.get(label) or next(others))) for label in dict.fromkeys(labels)}
+    further_looks = cycle(_OTHERS)
+    return {label: GroupLook(*(_KNOWN.get(label) or next(further_looks))) for label in dict.fromkeys(labels)}
 
 
 @contextmanager
@@ -151,12 +151,12 @@ def wall_lines(walls: Iterable[str], color: str = CTL, shaded: bool = True) -> d
     """Return the line style of each wall law; `color` is the group's, or one for all laws where it is not `shaded`."""
     return {
         wall: {
-            "color": darker(color, look.shade if shaded else 0.0),
-            "linestyle": look.dash,
+            "color": darker(color, source_look.shade if shaded else 0.0),
+            "linestyle": source_look.dash,
             "label": f"{wall} wall",
-            "zorder": 4 if look.shade else 3,
+            "zorder": 4 if source_look.shade else 3,
         }
-        for wall, look in source_looks(walls).items()
+        for wall, source_look in source_looks(walls).items()
     }
 
 
@@ -164,7 +164,7 @@ def darker(color: str, shade: float) -> str:
     """Return a color that is so much darker, as a share of the way to black."""
     from matplotlib.colors import to_hex, to_rgb
 
-    red, green, blue = ((1 - shade) * part for part in to_rgb(color))
+    red, green, blue = ((1 - shade) * channel for channel in to_rgb(color))
     return to_hex((red, green, blue)) if shade else color
 
 
@@ -191,15 +191,15 @@ def legend_above(ax: "Axes", columns: int = 1) -> None:
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=count, borderaxespad=0.0)
 
 
-def short(name: str, most: int = 22) -> str:
-    """Return a name that fits into a figure: its beginning and an ellipsis where it is longer than `most` letters."""
-    return name if len(name) <= most else f"{name[: most - 1]}…"
+def short(name: str, max_letters: int = 22) -> str:
+    """Return a name that fits into a figure: its beginning and an ellipsis where it is longer than `max_letters`."""
+    return name if len(name) <= max_letters else f"{name[: max_letters - 1]}…"
 
 
-def columns_that_fit(labels: Sequence[str], width: float, most: int = 4) -> int:
-    """Return how many labels of a legend stand side by side in a figure of `width` cm, `most` at most."""
+def columns_that_fit(labels: Sequence[str], width: float, max_columns: int = 4) -> int:
+    """Return how many labels of a legend stand side by side in a figure of `width` cm, `max_columns` at most."""
     room, sizes = width / 2.54 * 72, [_HANDLE + _LETTER * len(label) for label in labels]
-    for count in range(min(most, len(labels)), 1, -1):
+    for count in range(min(max_columns, len(labels)), 1, -1):
         columns = np.array_split(sizes, count)  # a legend is filled column by column
         if sum(float(column.max()) for column in columns) <= room:
             return count
@@ -234,15 +234,15 @@ def ratio_ticks(low: float, high: float) -> list[float]:
     """Return round ratios over a range, fewer of each decade the wider it is."""
     leading = (1, 2, 3, 5) if high < 8 * low else (1, 2, 5) if high < 200 * low else (1,)
     decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
-    every = [digit * 10.0**decade for decade in decades for digit in leading]
-    return [tick for tick in every if low / 1.3 <= tick <= high * 1.3]
+    ticks = [digit * 10.0**decade for decade in decades for digit in leading]
+    return [tick for tick in ticks if low / 1.3 <= tick <= high * 1.3]
 
 
 def color_stops(count: int) -> list[list[int]]:
     """Return colors of evenly rising lightness, readable in grey and by the color-blind, as red, green and blue."""
     from matplotlib import colormaps
 
-    return [[round(255 * part) for part in colormaps[SCALE](k / (count - 1))[:3]] for k in range(count)]
+    return [[round(255 * channel) for channel in colormaps[SCALE](k / (count - 1))[:3]] for k in range(count)]
 
 
 def _plain(value: float, place: int | None = None) -> str:

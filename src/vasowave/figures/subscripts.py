@@ -14,10 +14,12 @@ _FURTHER = ("R_1", "R_2", "R_T0", "V_0", "A_0", "r_0", "R_a")  # of formulas, an
 
 
 def _pattern() -> re.Pattern[str]:
-    symbols = [*(one.symbol for one in QUANTITIES.values()), *_FURTHER]
+    symbols = [*(quantity.symbol for quantity in QUANTITIES.values()), *_FURTHER]
     signs = {sign for symbol in symbols for sign in re.findall(r"[A-Za-z]+_\w+", symbol)}
-    parts = "|".join(f"{base}_{low}" for base, low in sorted((sign.split("_", 1) for sign in signs), reverse=True))
-    return re.compile(rf"(?<![\w.-])({parts})(?!\w|\.\w)")
+    alternatives = "|".join(
+        f"{base}_{low}" for base, low in sorted((sign.split("_", 1) for sign in signs), reverse=True)
+    )
+    return re.compile(rf"(?<![\w.-])({alternatives})(?!\w|\.\w)")
 
 
 _SIGN = _pattern()
@@ -41,12 +43,12 @@ def pieces(text: str) -> Iterator[tuple[str, str]]:
 def lowered(markup: str) -> str:
     """Return a page or a drawing with true subscripts in all that is read of it."""
     written, inside = [], ""
-    for place, part in enumerate(_TAG.split(markup)):
+    for place, piece in enumerate(_TAG.split(markup)):
         if place % 3 == 0:
-            written.append(_FORMS.get(inside, _html)(part) if "_" in part else part)
+            written.append(_FORMS.get(inside, _html)(piece) if "_" in piece else piece)
         elif place % 3 == 1:
-            written.append(_READ_ALOUD.sub(lambda said: _plain(said[0]), part) if "_" in part else part)
-            inside = _entered(part, inside)
+            written.append(_READ_ALOUD.sub(lambda match: _plain(match[0]), piece) if "_" in piece else piece)
+            inside = _entered(piece, inside)
     return "".join(written)
 
 
@@ -83,17 +85,17 @@ def as_mathtext(figure: "Figure") -> Iterator[None]:
     """Draw a figure with true subscripts within this block, by matplotlib's own text."""
     from matplotlib.text import Text
 
-    texts: list[Text] = [one for one in figure.findobj(Text) if _SIGN.search(one.get_text())]
-    before = [(one.get_text(), one.get_parse_math()) for one in texts]
-    for one in texts:
-        one.set_text(_SIGN.sub(_math, one.get_text().replace("$", r"\$")))
-        one.set_parse_math(True)
+    texts: list[Text] = [label for label in figure.findobj(Text) if _SIGN.search(label.get_text())]
+    before = [(label.get_text(), label.get_parse_math()) for label in texts]
+    for label in texts:
+        label.set_text(_SIGN.sub(_math, label.get_text().replace("$", r"\$")))
+        label.set_parse_math(True)
     try:
         yield
     finally:
-        for one, (text, parsed) in zip(texts, before, strict=True):
-            one.set_text(text)
-            one.set_parse_math(parsed)
+        for label, (text, parsed) in zip(texts, before, strict=True):
+            label.set_text(text)
+            label.set_parse_math(parsed)
 
 
 def _math(sign: re.Match[str]) -> str:

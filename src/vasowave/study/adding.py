@@ -97,10 +97,10 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     laid_out = partial(
         _laid_out, path, sorted_files, cells, group, groups, network, None if ask is None else cache(ask)
     )
-    seen = {one: content_of(one) for one in (table, path)}
+    contents_before = {file: content_of(file) for file in (table, path)}
     contents, added = laid_out()
     with alone_in(path.parent):  # for milliseconds: neither reading recordings nor a person's answer holds others up
-        if (now := {one: content_of(one) for one in seen}) != seen:
+        if (now := {file: content_of(file) for file in contents_before}) != contents_before:
             contents, added = laid_out()
         write_files(contents, now)
     return added
@@ -115,41 +115,57 @@ def _laid_out(
     table = path.parent / settings.animals
     before = read_rows(table)
     networks = _networks(path.parent, sorted_files.networks, before.rows, network)
-    known, had = Known(path.parent, before.rows), {row["group"] for row in before.rows}
-    found = [_Row(one, _cells(one, path.parent, cells), known.row_of(one)) for one in sorted_files.recordings]
-    touched = [one for one in found if one.old is not None]
-    new, said = _without_copies([one for one in found if one.old is None], known)
-    given = parsed_groups(groups) if groups else {}
-    marks, more = _grouped([*new, *touched], before.rows, path, settings, group, given, ask)
+    lookup, had = Known(path.parent, before.rows), {row["group"] for row in before.rows}
+    recorded_rows = [
+        _Row(recorded, _cells(recorded, path.parent, cells), lookup.row_of(recorded))
+        for recorded in sorted_files.recordings
+    ]
+    touched = [entry for entry in recorded_rows if entry.old is not None]
+    new, messages = _without_copies([entry for entry in recorded_rows if entry.old is None], lookup)
+    requested_groups = parsed_groups(groups) if groups else {}
+    marks, remarks = _grouped([*new, *touched], before.rows, path, settings, group, requested_groups, ask)
     serves_all = len(networks) == 1 and (network is not None or not sorted_files.refused)
-    for one in [*new, *touched]:
-        group_of_it = one.cells["group"] or (one.old or {}).get("group", "")
-        told = network or told_network(one.recorded.name, group_of_it, marks, networks, path.parent, serves_all)
-        one.cells["network"] = seen_from(path.parent, told) if told else ""
-    more += _kept_networks(touched, networks)
+    for entry in [*new, *touched]:
+        group_of_it = entry.cells["group"] or (entry.old or {}).get("group", "")
+        network_file = network or told_network(
+            entry.recorded.name, group_of_it, marks, networks, path.parent, serves_all
+        )
+        entry.cells["network"] = seen_from(path.parent, network_file) if network_file else ""
+    remarks += _kept_networks(touched, networks)
     _name(new, [row["animal"] for row in before.rows])
     explicit = {*cells, *(["group"] if groups else []), *(["network"] if network else [])}
-    more += _kept_groups(touched, group)
-    updated = [one for one in touched if _filled(one, explicit)]
-    rows = [one.cells for one in new]
-    all_new = [*rows, *(one.old for one in touched if one.old is not None)]
+    remarks += _kept_groups(touched, group)
+    updated = [entry for entry in touched if _filled(entry, explicit)]
+    rows = [entry.cells for entry in new]
+    all_new = [*rows, *(entry.old for entry in touched if entry.old is not None)]
     in_use = {*settings.groups, *(row["group"] for row in all_new)}
-    marks = {label: own for label, own in marks.items() if label != group or label in in_use}  # no row takes it
-    if given:
-        left = {row["group"] for row in [*before.rows, *rows]} | given.keys()  # not what rows were called until now
-        marks = {label: own for label, own in marks.items() if label in left or label not in had}
-        marks = given if marks.keys() == given.keys() else marks
-    other = with_groups(path, list(marks)) if list(marks) != settings.groups else ""
+    marks = {
+        label: label_marks for label, label_marks in marks.items() if label != group or label in in_use
+    }  # no row takes it
+    if requested_groups:
+        remaining_labels = {
+            row["group"] for row in [*before.rows, *rows]
+        } | requested_groups.keys()  # not what rows were called until now
+        marks = {
+            label: label_marks for label, label_marks in marks.items() if label in remaining_labels or label not in had
+        }
+        marks = requested_groups if marks.keys() == requested_groups.keys() else marks
+    settings_text = with_groups(path, list(marks)) if list(marks) != settings.groups else ""
     contents = {table: written_rows(before, rows)}
-    if other:
-        contents[path] = other
+    if settings_text:
+        contents[path] = settings_text
         added = f"; --group adds '{group}'" if group and group not in settings.groups else ""
-        more.append(f"{path.name}: groups are [{', '.join(marks)}] now, the first is the reference{added}")
-    said = [*said, *_once([*new, *updated]), *more, *_missing(all_new, marks, networks, bool(sorted_files.refused))]
+        remarks.append(f"{path.name}: groups are [{', '.join(marks)}] now, the first is the reference{added}")
+    messages = [
+        *messages,
+        *_once([*new, *updated]),
+        *remarks,
+        *_missing(all_new, marks, networks, bool(sorted_files.refused)),
+    ]
     if len(updated) < len(touched):
-        said.append(f"{len(touched) - len(updated)} of these recordings are in the table already, with all this")
-    names = tuple(one.old["animal"] for one in updated if one.old)
-    return contents, Added(table, tuple(rows), names, tuple(dict.fromkeys(said)), sorted_files.refused)
+        messages.append(f"{len(touched) - len(updated)} of these recordings are in the table already, with all this")
+    names = tuple(entry.old["animal"] for entry in updated if entry.old)
+    return contents, Added(table, tuple(rows), names, tuple(dict.fromkeys(messages)), sorted_files.refused)
 
 
 def _check_cells(cells: Mapping[str, str]) -> None:
@@ -164,13 +180,13 @@ def _check_cells(cells: Mapping[str, str]) -> None:
         raise InputError(f"the stretch from {start:g} to {end:g} s ends before it begins; nothing was added")
 
 
-def _once(found: Sequence["_Row"]) -> list[str]:
+def _once(rows: Sequence["_Row"]) -> list[str]:
     """Return what was decided of recordings, each decision once with the files it is about."""
-    of: dict[str, list[str]] = {}
-    for one in found:
-        for what in one.recorded.said:
-            of.setdefault(what, []).append(one.recorded.files[0].name)
-    return [f"{some_of(files, _NAMED)}: {what}" for what, files in of.items()]
+    files_by_remark: dict[str, list[str]] = {}
+    for row in rows:
+        for remark in row.recorded.remarks:
+            files_by_remark.setdefault(remark, []).append(row.recorded.files[0].name)
+    return [f"{some_of(files, _NAMED)}: {remark}" for remark, files in files_by_remark.items()]
 
 
 @dataclass(frozen=True)
@@ -182,17 +198,17 @@ class _Row:
     old: dict[str, str] | None
 
 
-def _without_copies(new: Sequence[_Row], known: Known) -> tuple[list[_Row], list[str]]:
+def _without_copies(new: Sequence[_Row], lookup: Known) -> tuple[list[_Row], list[str]]:
     """Return the recordings without those that hold the bytes of another, and what to say of these.
 
     Of two files the one with the shorter name is taken for the original: "mouse 1", not "mouse 1 (copy)"; of files with
     one name, that in the upper folder.
     """
-    by_name = sorted(new, key=lambda one: (len(one.recorded.name), len(one.recorded.files[0].parts)))
-    twins = {one.recorded.files: known.twin_of(one.recorded) for one in by_name}
-    said = [f"{files[0]}: holds the same bytes as the recording of {twin}; left out"
+    by_name = sorted(new, key=lambda row: (len(row.recorded.name), len(row.recorded.files[0].parts)))
+    twins = {row.recorded.files: lookup.twin_of(row.recorded) for row in by_name}
+    messages = [f"{files[0]}: holds the same bytes as the recording of {twin}; left out"
             for files, twin in twins.items() if twin]  # fmt: skip
-    return [one for one in new if not twins[one.recorded.files]], said
+    return [row for row in new if not twins[row.recorded.files]], messages
 
 
 def _settings(path: Path) -> StudyFile:
@@ -209,73 +225,81 @@ def _settings(path: Path) -> StudyFile:
 def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | None, cells: Mapping[str, str]
             ) -> Sorted:  # fmt: skip
     """Return what the files are; those of the study's own table and results are not among them."""
-    own = {one.resolve() for one in (table, *(folder / name for name in (RESULTS, REPORT_FOLDER, ONE_BY_ONE)))}
+    own_files = {file.resolve() for file in (table, *(folder / name for name in (RESULTS, REPORT_FOLDER, ONE_BY_ONE)))}
     titles = {title.removesuffix(" channel"): text for title, text in cells.items() if title.endswith(" channel")}
-    files = files_in([*paths, *([network] if network else [])], own)
-    found = sort_files(files, titles, int(cells["block"]) if cells.get("block", "").isdigit() else None)
-    if not found.recordings:
-        why = "\n".join(f"  {one}" for one in found.refused)
-        hint = "; give the recordings along with them, or their whole folder" if found.networks else ""
-        raise InputError(f"no recording among these files{hint}" + (f":\n{why}" if why else ""))
-    return found
+    files = files_in([*paths, *([network] if network else [])], own_files)
+    sorted_files = sort_files(files, titles, int(cells["block"]) if cells.get("block", "").isdigit() else None)
+    if not sorted_files.recordings:
+        reasons = "\n".join(f"  {refusal}" for refusal in sorted_files.refused)
+        hint = "; give the recordings along with them, or their whole folder" if sorted_files.networks else ""
+        raise InputError(f"no recording among these files{hint}" + (f":\n{reasons}" if reasons else ""))
+    return sorted_files
 
 
 def _networks(
-    folder: Path, given: Sequence[Path], rows: Sequence[dict[str, str]], network: Path | None
+    folder: Path, networks: Sequence[Path], rows: Sequence[dict[str, str]], network: Path | None
 ) -> tuple[Path, ...]:
     """Return the networks an animal can have: the one that is wished, those given, or those the study has."""
     if network is not None:
         return (network,)
-    if given:
-        return tuple(given)
+    if networks:
+        return tuple(networks)
     named = {os.path.normpath(folder / row["network"]) for row in rows if row.get("network")}
     place = folder / "networks"
-    beside = sort_files(files_in([place])).networks if place.is_dir() and any(place.iterdir()) else ()
-    return tuple(dict.fromkeys([*(Path(one) for one in sorted(named)), *beside]))
+    folder_networks = sort_files(files_in([place])).networks if place.is_dir() and any(place.iterdir()) else ()
+    return tuple(dict.fromkeys([*(Path(name) for name in sorted(named)), *folder_networks]))
 
 
-def _cells(recorded: Recorded, folder: Path, given: Mapping[str, str]) -> dict[str, str]:
+def _cells(recorded: Recorded, folder: Path, option_cells: Mapping[str, str]) -> dict[str, str]:
     """Return the cells that a recording tells, and those that were given."""
     cells = {"animal": "", "group": "", "network": "", "recording": seen_from(folder, recorded.files[0])}
-    cells |= {"kind": "cycle" if given.get("period [s]") and recorded.kind != "raw" else recorded.kind}
+    cells |= {"kind": "cycle" if option_cells.get("period [s]") and recorded.kind != "raw" else recorded.kind}
     if len(recorded.files) == 2:
         cells["flow"] = seen_from(folder, recorded.files[1])
     cells |= {f"{quantity} channel": title for quantity, title in recorded.channels}
-    if recorded.stretch is not None and not (given.get("start [s]") or given.get("end [s]")):
+    if recorded.stretch is not None and not (option_cells.get("start [s]") or option_cells.get("end [s]")):
         cells |= {"start [s]": f"{recorded.stretch.start:g}", "end [s]": f"{recorded.stretch.end:g}"}
-    own = {title: text for title, text in given.items() if not (title == "period [s]" and recorded.kind == "raw")}
-    return cells | own
+    applicable_cells = {
+        title: text for title, text in option_cells.items() if not (title == "period [s]" and recorded.kind == "raw")
+    }
+    return cells | applicable_cells
 
 
 def _grouped(
-    found: Sequence[_Row], before: Sequence[dict[str, str]], path: Path, settings: StudyFile, group: str,
-    given: dict[str, tuple[str, ...]], ask: Ask | None,
+    rows: Sequence[_Row], before: Sequence[dict[str, str]], path: Path, settings: StudyFile, group: str,
+    requested_groups: dict[str, tuple[str, ...]], ask: Ask | None,
 ) -> tuple[dict[str, tuple[str, ...]], list[str]]:  # fmt: skip
     """Fill the column `group` of what was found; return the groups of the study with their marks, and what to say."""
     used = {row.get("group", "") for row in before} & set(settings.groups)
     free = not used and settings.groups == StudyFile().groups
     marks: dict[str, tuple[str, ...]] = {label: (label,) for label in settings.groups}
-    if given:
-        marks = _regrouped([] if free else settings.groups, used, given)
+    if requested_groups:
+        marks = _regrouped([] if free else settings.groups, used, requested_groups)
     elif group and group not in marks:
         if not free and (hint := did_you_mean(group, marks)):
             raise InputError(f"'{group}' is not a group of the study{hint}; its groups: {', '.join(marks)}")
         marks = ({} if free else marks) | {group: (group,)}
 
     def tell() -> list[_Row]:
-        for one in found:
-            ways = (told_group(one.recorded.files[0], path.parent, by) for by in (given, marks))
-            one.cells["group"] = group or next(filter(None, ways), "")
-        return [one for one in found if not (one.cells["group"] or (one.old and one.old.get("group")))]
+        for entry in rows:
+            candidates = (told_group(entry.recorded.files[0], path.parent, by) for by in (requested_groups, marks))
+            entry.cells["group"] = group or next(filter(None, candidates), "")
+        return [entry for entry in rows if not (entry.cells["group"] or (entry.old and entry.old.get("group")))]
 
     lost = tell()
-    proposal = proposed_groups([one.recorded.files[0] for one in lost], path.parent) if lost and not given else None
+    proposal = (
+        proposed_groups([entry.recorded.files[0] for entry in lost], path.parent)
+        if lost and not requested_groups
+        else None
+    )
     if proposal is None:
         return marks, []
-    kept = {label: own for label, own in marks.items() if label in used or len(lost) < len(found)}
+    marks_in_use = {
+        label: label_marks for label, label_marks in marks.items() if label in used or len(lost) < len(rows)
+    }
     if ask is not None:
-        marks = kept | _asked(proposal, ask)
-    elif free and not kept:
+        marks = marks_in_use | _asked(proposal, ask)
+    elif free and not marks_in_use:
         marks = dict(proposal.marks)
     else:
         sure = is_reference(next(iter(proposal.sizes)))  # else the order of the words says nothing
@@ -288,98 +312,100 @@ def _grouped(
 
 
 def _regrouped(
-    before: Sequence[str], used: Collection[str], given: dict[str, tuple[str, ...]]
+    before: Sequence[str], used: Collection[str], requested_groups: dict[str, tuple[str, ...]]
 ) -> dict[str, tuple[str, ...]]:
     """Return the groups of a study in which some are named anew, the reference first.
 
     A list that names all groups in use decides the order; another adds to the groups that were there.
     """
-    if len(given) > 1 and set(used) <= set(given):
-        return given
-    kept = [label for label in before if label in used or label in given or len(given) == 1]
-    return {label: given.get(label, (label,)) for label in [*kept, *given]}
+    if len(requested_groups) > 1 and set(used) <= set(requested_groups):
+        return requested_groups
+    labels = [label for label in before if label in used or label in requested_groups or len(requested_groups) == 1]
+    return {label: requested_groups.get(label, (label,)) for label in [*labels, *requested_groups]}
 
 
 def _asked(proposal: Proposal, ask: Ask) -> dict[str, tuple[str, ...]]:
     """Return the groups that a person confirms or gives; a label that was proposed keeps its mark."""
     answer = ask(f"{str(proposal).capitalize()}. Groups, the reference first", ",".join(proposal.marks))
-    return {label: proposal.marks.get(label, own) for label, own in parsed_groups(answer).items()}
+    return {label: proposal.marks.get(label, label_marks) for label, label_marks in parsed_groups(answer).items()}
 
 
 def told_network(
-    name: str, group: str, marks: Marks, networks: Sequence[Path], beside: Path, serves_all: bool = True
+    name: str, group: str, marks: Marks, networks: Sequence[Path], folder: Path, serves_all: bool = True
 ) -> Path | None:
     """Return the network that carries an animal's name, its beginning or its group, or the only one if it `serves_all`.
 
     The name of a recording may begin with that of the animal: ``Süd 1 before`` has the network ``Süd 1``.
     """
     called = words_of(name)
-    own = [one for one in networks if within(called, words_of(one.stem))]
-    groups = {one: told_group(one, beside, marks) for one in networks}
-    begun = {one: len(words_of(one.stem)) for one in networks
-             if words_of(one.stem) == called[: len(words_of(one.stem))] and groups[one] in ("", group)}  # fmt: skip
-    longest = [one for one, length in begun.items() if 0 < length == max(begun.values())]
-    of_group = [one for one in networks if group and groups[one] == group]
-    unnamed = [one for one in networks if groups[one] in ("", group)]  # not one that is called like another group
-    ways = (own, longest, of_group, unnamed if serves_all and len(networks) == 1 else [])
-    return next((few[0] for few in ways if len(few) == 1), None)
+    of_name = [file for file in networks if within(called, words_of(file.stem))]
+    groups = {file: told_group(file, folder, marks) for file in networks}
+    begun = {file: len(words_of(file.stem)) for file in networks
+             if words_of(file.stem) == called[: len(words_of(file.stem))] and groups[file] in ("", group)}  # fmt: skip
+    longest = [file for file, length in begun.items() if 0 < length == max(begun.values())]
+    of_group = [file for file in networks if group and groups[file] == group]
+    unnamed = [file for file in networks if groups[file] in ("", group)]  # not one that is called like another group
+    candidate_lists = (of_name, longest, of_group, unnamed if serves_all and len(networks) == 1 else [])
+    return next((candidates[0] for candidates in candidate_lists if len(candidates) == 1), None)
 
 
 def _kept_networks(touched: Sequence[_Row], networks: Sequence[Path]) -> list[str]:
     """Return what to say of rows that name another network than the one which their name or group tells now."""
-    other = [one for one in touched if one.old and one.old.get("network") and one.cells["network"]
-             and os.path.normpath(one.old["network"]) != os.path.normpath(one.cells["network"])]  # fmt: skip
-    if len(networks) < 2 or not other:
+    conflicting_rows = [row for row in touched if row.old and row.old.get("network") and row.cells["network"]
+             and os.path.normpath(row.old["network"]) != os.path.normpath(row.cells["network"])]  # fmt: skip
+    if len(networks) < 2 or not conflicting_rows:
         return []
-    pairs = dict.fromkeys(f"{one.old['network']} (not {one.cells['network']})" for one in other if one.old)
-    names = some_of([one.old["animal"] for one in other if one.old], _NAMED)
+    pairs = dict.fromkeys(f"{row.old['network']} (not {row.cells['network']})" for row in conflicting_rows if row.old)
+    names = some_of([row.old["animal"] for row in conflicting_rows if row.old], _NAMED)
     return [f"{names}: the table keeps {', '.join(pairs)}; to change that, empty the cells 'network' or give --network"]
 
 
 def _kept_groups(touched: Sequence[_Row], group: str) -> list[str]:
     """Return what to say of animals that were there and keep a group which is not that of the files being added."""
-    other = [one.old["animal"] for one in touched if group and one.old and one.old.get("group") not in ("", group)]
-    if not other:
+    animals = [row.old["animal"] for row in touched if group and row.old and row.old.get("group") not in ("", group)]
+    if not animals:
         return []
-    return [f"{some_of(other, _NAMED)}: in the table already, with another group than {group}, and stays there; to "
+    return [f"{some_of(animals, _NAMED)}: in the table already, with another group than {group}, and stays there; to "
             "change it, write it into the column 'group'"]  # fmt: skip
 
 
 def _name(new: Sequence[_Row], taken: Sequence[str]) -> None:
     """Call the animals like their files; those whose files are called alike get their folder's name before it."""
-    stems = [one.recorded.name.casefold() for one in new]
+    stems = [row.recorded.name.casefold() for row in new]
     names = {name.casefold() for name in taken}
-    for one in new:
-        stem, folder = one.recorded.name, one.recorded.files[0].absolute().parent.name
+    for row in new:
+        stem, folder = row.recorded.name, row.recorded.files[0].absolute().parent.name
         alike = stems.count(stem.casefold()) > 1 or plain_name(stem).casefold() in names
         name = plain_name(f"{folder} {stem}" if alike else stem)
         numbered = (name if n == 1 else f"{name} ({n})" for n in range(1, len(names) + 2))
-        one.cells["animal"] = next(each for each in numbered if each.casefold() not in names)
-        names.add(one.cells["animal"].casefold())
+        row.cells["animal"] = next(candidate for candidate in numbered if candidate.casefold() not in names)
+        names.add(row.cells["animal"].casefold())
 
 
-def _filled(one: _Row, explicit: set[str]) -> bool:
+def _filled(row: _Row, explicit: set[str]) -> bool:
     """Fill the empty cells of a row that was there, and those that were given; return whether anything changed."""
-    assert one.old is not None
-    kept, cells = dict(one.old), one.cells
-    if one.old.get("start [s]") or one.old.get("end [s]") or one.old.get("block"):
+    assert row.old is not None
+    cells_before, cells = dict(row.old), row.cells
+    if row.old.get("start [s]") or row.old.get("end [s]") or row.old.get("block"):
         cells = {title: text for title, text in cells.items() if title in explicit or title not in
                  ("start [s]", "end [s]")}  # fmt: skip
     for title, text in cells.items():
-        if title not in ("animal", "recording") and text and (title in explicit or not one.old.get(title)):
-            one.old[title] = text
-    return one.old != kept
+        if title not in ("animal", "recording") and text and (title in explicit or not row.old.get(title)):
+            row.old[title] = text
+    return row.old != cells_before
 
 
 def _missing(rows: Sequence[dict[str, str]], groups: Marks, networks: Sequence[Path], refused: bool) -> list[str]:
-    said = []
+    messages = []
     if lost := [row["animal"] for row in rows if not row.get("group")]:
-        said.append(f"neither name nor folder tells the group of {', '.join(lost)}; the study has {', '.join(groups)}: "
-                    "give --group or --groups, or write it into the column 'group'")  # fmt: skip
+        messages.append(
+            f"neither name nor folder tells the group of {', '.join(lost)}; the study has {', '.join(groups)}: "
+            "give --group or --groups, or write it into the column 'group'"
+        )
     if lost := [row["animal"] for row in rows if not row.get("network")]:
-        why = f"none of {len(networks)} networks carries their name or group" if networks else "there is no network"
+        reason = f"none of {len(networks)} networks carries their name or group" if networks else "there is no network"
         if len(networks) == 1:
             unread = ", and some files could not be read" if refused else ""
-            why = f"{networks[0].name} carries neither their name nor their group{unread}"
-        said.append(f"{why}: {', '.join(lost)}; give --network, or write it into the column 'network'")
-    return said
+            reason = f"{networks[0].name} carries neither their name nor their group{unread}"
+        messages.append(f"{reason}: {', '.join(lost)}; give --network, or write it into the column 'network'")
+    return messages

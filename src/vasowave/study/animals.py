@@ -118,13 +118,13 @@ def read_animals(
     if len(table.cells) > MAX_ROWS:
         return [], [StudyProblem(TOO_MANY(rows=len(table.cells), most=MAX_ROWS).at(str(path)))]
     titles = [f"{name} [{unit}]" if unit else name for name, unit in zip(table.names, table.units, strict=True)]
-    where, own, problems = _columns(path, titles)
+    where, lab_columns, problems = _columns(path, titles)
     problems += [StudyProblem(suspicion.at(str(path))) for suspicion in table.suspicions]
     if any(problem.error for problem in problems):
         return [], problems
     rows = []
-    for at in range(len(table.cells)):
-        row, wrong = _row(table, at, where, own, groups)
+    for index in range(len(table.cells)):
+        row, wrong = _row(table, index, where, lab_columns, groups)
         problems += wrong
         if row is not None:
             rows.append(row)
@@ -141,25 +141,25 @@ def variables_of(rows: Sequence[AnimalRow]) -> tuple[Variable, ...]:
     InputError
         A column of numbers or dates holds something else.
     """
-    titles = dict.fromkeys(title for row in rows for title in row.own)
-    return tuple(Variable.of(title, {row.animal: row.own.get(title, "") for row in rows}) for title in titles)
+    titles = dict.fromkeys(title for row in rows for title in row.lab_cells)
+    return tuple(Variable.of(title, {row.animal: row.lab_cells.get(title, "") for row in rows}) for title in titles)
 
 
 def _slips(path: Path, rows: Sequence[AnimalRow], subject: str) -> list[StudyProblem]:
     """Return what is wrong or looks like a slip in the columns that are the lab's own."""
     problems, groups = [], {row.animal: row.group for row in rows}
-    subjects = {row.animal: row.own.get(subject, "") for row in rows}
-    for title in dict.fromkeys(title for row in rows for title in row.own):
+    subjects = {row.animal: row.lab_cells.get(subject, "") for row in rows}
+    for title in dict.fromkeys(title for row in rows for title in row.lab_cells):
         if title in SHARED:  # animals that share nothing are no slip
             continue
         try:
-            one = Variable.of(title, {row.animal: row.own.get(title, "") for row in rows})
-            found = one.slips(groups, {} if title == subject else subjects)
+            variable = Variable.of(title, {row.animal: row.lab_cells.get(title, "") for row in rows})
+            findings = variable.slips(groups, {} if title == subject else subjects)
         except InputError as error:
-            found = [WRONG_TYPE(text=str(error))]
+            findings = [WRONG_TYPE(text=str(error))]
         if title == subject:  # their names are alike, and one that stands once has one recording
-            found = [slip for slip in found if slip.code not in (MISSPELT.code, ALONE.code)]
-        problems += [_placed(slip.at(str(path), part=f"column '{title}'"), title, rows) for slip in found]
+            findings = [slip for slip in findings if slip.code not in (MISSPELT.code, ALONE.code)]
+        problems += [_placed(slip.at(str(path), part=f"column '{title}'"), title, rows) for slip in findings]
     return problems
 
 
@@ -167,63 +167,65 @@ def _placed(slip: Finding, title: str, rows: Sequence[AnimalRow]) -> StudyProble
     """Return a slip with the lines of the rows that hold its word, if it is about one, or that hold none."""
     values = dict(slip.values)
     word = "" if slip.code == GAPS.code else values.get("rare", values.get("value"))
-    known = slip.code == GAPS.code or slip.place.animal
-    lines = [row.line for row in rows if known and row.own.get(title, "") == word]
-    first, *others = lines or [0]
-    return StudyProblem(slip.at(line=first, animal=""), same=tuple(others))
+    is_of_rows = slip.code == GAPS.code or slip.place.animal
+    lines = [row.line for row in rows if is_of_rows and row.lab_cells.get(title, "") == word]
+    first, *further_lines = lines or [0]
+    return StudyProblem(slip.at(line=first, animal=""), same=tuple(further_lines))
 
 
 def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, int], list[StudyProblem]]:
     """Return where each known column stands, and each that is the lab's own."""
-    known = {title.lower(): title for title in COLUMNS}
+    standard_titles = {title.lower(): title for title in COLUMNS}
     plainly = {split_unit(title)[0].lower(): title for title in COLUMNS}
     where: dict[str, int] = {}
-    own: dict[str, int] = {}
+    lab_columns: dict[str, int] = {}
     problems = list[Finding]()
     for i, title in enumerate(titles):
-        plain, part = title.lower(), f"header, column '{title}'"
-        if plain not in known:
+        plain, location = title.lower(), f"header, column '{title}'"
+        if plain not in standard_titles:
             name = split_unit(title)[0]
-            if near := get_close_matches(name.lower(), plainly, n=1, cutoff=_CLOSE):
-                hint = f" (did you mean '{plainly[near[0]]}'?)"
-                problems.append(UNKNOWN_COLUMN(hint=hint).at(str(path), part=part))
+            if matches := get_close_matches(name.lower(), plainly, n=1, cutoff=_CLOSE):
+                hint = f" (did you mean '{plainly[matches[0]]}'?)"
+                problems.append(UNKNOWN_COLUMN(hint=hint).at(str(path), part=location))
             elif name.lower() in (*TIDY, "source") or not name:
-                problems.append(RESERVED().at(str(path), part=part))
-            elif plain in map(str.lower, own):
-                problems.append(COLUMN_TWICE().at(str(path), part=part))
+                problems.append(RESERVED().at(str(path), part=location))
+            elif plain in map(str.lower, lab_columns):
+                problems.append(COLUMN_TWICE().at(str(path), part=location))
             else:
-                own[title] = i
-        elif known[plain] in where:
-            problems.append(COLUMN_TWICE().at(str(path), part=part))
+                lab_columns[title] = i
+        elif standard_titles[plain] in where:
+            problems.append(COLUMN_TWICE().at(str(path), part=location))
         else:
-            where[known[plain]] = i
+            where[standard_titles[plain]] = i
     problems += [NO_COLUMN(name=name).at(str(path), part="header") for name in NEEDED if name not in where]
-    return where, own, list(map(StudyProblem, problems))
+    return where, lab_columns, list(map(StudyProblem, problems))
 
 
 def _row(
-    table: Columns, at: int, where: dict[str, int], own: dict[str, int], groups: Sequence[str] | None
+    table: Columns, index: int, where: dict[str, int], lab_columns: dict[str, int], groups: Sequence[str] | None
 ) -> tuple[AnimalRow | None, list[StudyProblem]]:
-    line = table.lines[at]
-    cell = dict.fromkeys(COLUMNS, "") | {title: table.cells[at][i].strip() for title, i in where.items()}
+    line = table.lines[index]
+    cell = dict.fromkeys(COLUMNS, "") | {title: table.cells[index][i].strip() for title, i in where.items()}
 
     def place(title: str) -> Place:
         return Place(table.source, line, f"column '{title}'")
 
     row, wrong = read_row(cell, Path(table.source).parent, groups, place, line)
-    carried = own | {title: where[title] for title in (*SHARED, "hematocrit [1]", "temperature [°C]") if title in where}
-    further = {title: unicodedata.normalize("NFC", table.cells[at][i].strip()) for title, i in carried.items()}
-    return row and replace(row, own=further), wrong
+    carried = lab_columns | {
+        title: where[title] for title in (*SHARED, "hematocrit [1]", "temperature [°C]") if title in where
+    }
+    further = {title: unicodedata.normalize("NFC", table.cells[index][i].strip()) for title, i in carried.items()}
+    return row and replace(row, lab_cells=further), wrong
 
 
 def read_row(
-    given: Mapping[str, str], folder: Path, groups: Sequence[str] | None, place: Callable[[str], Place], line: int = 0
+    cells: Mapping[str, str], folder: Path, groups: Sequence[str] | None, place: Callable[[str], Place], line: int = 0
 ) -> tuple[AnimalRow | None, list[StudyProblem]]:
     """Return one animal from the text of its cells, None if they hold an error, and everything wrong or odd.
 
     Parameters
     ----------
-    given : mapping of str to str
+    cells : mapping of str to str
         Cells by the titles of `COLUMNS`.
     folder : Path
         Where the names of files begin.
@@ -234,7 +236,7 @@ def read_row(
     line : int
         Of the table.
     """
-    cell = dict.fromkeys(COLUMNS, "") | dict(given)
+    cell = dict.fromkeys(COLUMNS, "") | dict(cells)
     cell |= {title: unicodedata.normalize("NFC", cell[title]) for title in ("animal", "group")}
     wrong: list[StudyProblem] = []
 
@@ -249,17 +251,17 @@ def read_row(
         return None, wrong
     texts: dict[str, Any] = {field_of(title): cell[title] for title in COLUMNS if title.endswith((" unit", " channel"))}
     block, after = numbers.pop("block"), numbers.pop("zero_after")
-    said = {name: value for name in ERRORS.values() if (value := numbers.pop(name)) is not None}
+    known_errors = {name: value for name in ERRORS.values() if (value := numbers.pop(name)) is not None}
     if after is not None:
         drift = after - (numbers["zero"] or 0.0)
         numbers["zero"] = (numbers["zero"] or 0.0) + drift / 2
-        said.setdefault("zero_sd", abs(drift) / math.sqrt(12))
+        known_errors.setdefault("zero_sd", abs(drift) / math.sqrt(12))
     for signal in ("pressure", "flow"):
         if numbers[f"{signal}_damping"] and not numbers[f"{signal}_cutoff"]:
             say(f"{signal} damping [1]", NO_FREQUENCY(signal=signal))
             return None, wrong
     try:
-        KnownErrors(**said)
+        KnownErrors(**known_errors)
         relative_to_usual(numbers["hematocrit"], numbers["temperature"])
     except InputError as error:
         say("animal", UNREADABLE(text=str(error)))
@@ -267,8 +269,8 @@ def read_row(
     row = AnimalRow(
         cell["animal"], cell["group"], files[0], tuple(files[1:]), line, cast(Literal["", "cycle", "raw"], kind),
         synthetic=cell["synthetic"].lower() == "yes", shared_recording=cell["shared recording"].lower() == "yes",
-        block=None if block is None else int(block), beat_edits=_beside(cell["beat edits"], folder), errors=said,
-        sites=_beside(cell["sites"], folder), ventricle=_beside(cell["ventricle"], folder),
+        block=None if block is None else int(block), beat_edits=_beside(cell["beat edits"], folder),
+        errors=known_errors, sites=_beside(cell["sites"], folder), ventricle=_beside(cell["ventricle"], folder),
         wedge_wave=_beside(cell["wedge wave"], folder),
         **texts, **numbers,
     )  # fmt: skip
@@ -290,35 +292,35 @@ def _implied_kind(cell: Mapping[str, str]) -> str:
     return "raw" if any(cell[title] for title in _RAW_ONLY) else ""
 
 
-def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | None, say: Say) -> None:
+def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | None, report: Say) -> None:
     for title in NEEDED:
         if not cell[title]:
-            say(title, EMPTY_CELL())
+            report(title, EMPTY_CELL())
     try:
         checked_name(cell["animal"] or "empty")
     except InputError as error:
-        say("animal", UNREADABLE(text=str(error)))
+        report("animal", UNREADABLE(text=str(error)))
     if cell["group"] and groups is not None and cell["group"] not in groups:
         hint = did_you_mean(cell["group"], groups)
-        say("group", UNKNOWN_GROUP(group=cell["group"], hint=hint, groups=", ".join(groups)))
+        report("group", UNKNOWN_GROUP(group=cell["group"], hint=hint, groups=", ".join(groups)))
     if kind not in ("", "cycle", "raw"):
         hint = did_you_mean(kind, ("cycle", "raw"))
-        say("kind", OTHER_WORD(text=cell["kind"], hint=hint, words="cycle or raw"))
+        report("kind", OTHER_WORD(text=cell["kind"], hint=hint, words="cycle or raw"))
     for title in ("synthetic", "shared recording"):
         if cell[title].lower() not in ("", "no", "yes"):
-            say(title, OTHER_WORD(text=cell[title], hint="", words="yes or no"))
+            report(title, OTHER_WORD(text=cell[title], hint="", words="yes or no"))
     for title in {"raw": _CYCLE_ONLY, "cycle": _RAW_ONLY}.get(kind, ()):
         if cell[title]:
-            say(title, IGNORED(kind=kind))
+            report(title, IGNORED(kind=kind))
     for title, quantity in (("pressure unit", "pressure"), ("flow unit", "flow")):
         try:
             if cell[title]:
                 units.factor(cell[title], quantity)
         except InputError as error:
-            say(title, UNREADABLE(text=str(error)))
+            report(title, UNREADABLE(text=str(error)))
 
 
-def _files(cell: Mapping[str, str], kind: str, folder: Path, say: Say) -> list[Path]:
+def _files(cell: Mapping[str, str], kind: str, folder: Path, report: Say) -> list[Path]:
     """Return the files of the network and of the recording."""
     titles = ["network", "recording", "flow"] if cell["flow"] and kind == "cycle" else ["network", "recording"]
     files = [folder / cell[title] for title in titles]
@@ -326,9 +328,9 @@ def _files(cell: Mapping[str, str], kind: str, folder: Path, say: Say) -> list[P
         file = folder / cell[title]
         try:
             if cell[title] and not file.is_file():
-                say(title, _missing(file, cell[title]))
+                report(title, _missing(file, cell[title]))
         except (OSError, ValueError) as error:
-            say(title, NO_FILE_NAME(name=cell[title], why=str(error)))
+            report(title, NO_FILE_NAME(name=cell[title], why=str(error)))
     return files
 
 
@@ -336,23 +338,23 @@ def _beside(name: str, folder: Path) -> Path | None:
     return folder / name if name else None
 
 
-def _number(text: str, title: str, say: Say) -> float | None:
+def _number(text: str, title: str, report: Say) -> float | None:
     if not text:
         return None
     try:
         value = number(text)
     except ValueError:
-        say(title, (DECIMAL_COMMA if re.fullmatch(r"-?\d+,\d+", text) else NO_NUMBER)(text=text))
+        report(title, (DECIMAL_COMMA if re.fullmatch(r"-?\d+,\d+", text) else NO_NUMBER)(text=text))
         return None
     lowest = _LOWEST.get(title, 5e-324)
     if not (math.isfinite(value) and value >= lowest) or (title == "block" and value != int(value)):
-        say(title, NOT_POSITIVE(text=text, what="whole number" if title == "block" else "number"))
+        report(title, NOT_POSITIVE(text=text, what="whole number" if title == "block" else "number"))
         return None
     if value and not _SMALLEST < abs(value) < _LARGEST:
-        say(title, NO_SIZE(text=text))
+        report(title, NO_SIZE(text=text))
         return None
     if title == "flow gain [1]" and value == 0:
-        say(title, NO_GAIN())
+        report(title, NO_GAIN())
         return None
     return value
 
@@ -364,16 +366,16 @@ def _missing(file: Path, name: str) -> Finding:
         return IS_DEVICE(name=name)
     if not file.parent.is_dir():
         return NO_FOLDER(name=name)
-    return NO_FILE(name=name, hint=did_you_mean(file.name, [beside.name for beside in file.parent.iterdir()]))
+    return NO_FILE(name=name, hint=did_you_mean(file.name, [sibling.name for sibling in file.parent.iterdir()]))
 
 
 def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[StudyProblem]:
     duplicates = []
     first: dict[str, AnimalRow] = {}
     for row in rows:
-        other = first.setdefault(row.animal.casefold(), row)
-        if other is not row:
-            twice = ANIMAL_TWICE(name=row.animal, other=other.line)
+        earlier = first.setdefault(row.animal.casefold(), row)
+        if earlier is not row:
+            twice = ANIMAL_TWICE(name=row.animal, other=earlier.line)
             duplicates.append(StudyProblem(twice.at(str(path), line=row.line, part="column 'animal'")))
     return duplicates
 

@@ -101,7 +101,7 @@ SAME_SIGNAL = error_kind(
     "its pressure is in that of '{other}' (line {at}), written anew; {remedy}",
     _ONE_OF_TWO,
 )
-TWICE = tuple(one.code for one in (SAME_RECORDING, SAME_VENTRICLE, SAME_CYCLE, SAME_SIGNAL))
+TWICE = tuple(kind.code for kind in (SAME_RECORDING, SAME_VENTRICLE, SAME_CYCLE, SAME_SIGNAL))
 """Codes of what is mended by removing one of two rows, or by saying that both are meant."""
 
 
@@ -130,7 +130,7 @@ def check_study(path: Path) -> Checked:
     study, problems = inspect_study(path)
     if study is None:
         return Checked(one_per_cause(problems), [], None)
-    design = understood(study, whole=not any(problem.error and problem.place.line for problem in problems))
+    design = understood(study, complete=not any(problem.error and problem.place.line for problem in problems))
     document, read, cycles, traces = read_document(study.path), [], [], []
     problems += _programs(study, document)
     named, study = study, replace(study, settings=without_unread(study.settings, study.folder))
@@ -148,8 +148,8 @@ def check_study(path: Path) -> Checked:
             problems.append(unreadable(error, place, row.files.values()))
     wedged = [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
     if wedged and len(wedged) < len(study.animals):
-        some = WEDGE_OF_SOME(count=len(wedged), all=len(study.animals))
-        problems.append(StudyProblem(some.at(str(study.table), part="column 'wedge [mmHg]'")))
+        finding = WEDGE_OF_SOME(count=len(wedged), all=len(study.animals))
+        problems.append(StudyProblem(finding.at(str(study.table), part="column 'wedge [mmHg]'")))
     problems += _half_known(study)
     problems += _once([*doubled_animals(study), *_alike(study, cycles), *_of_one_recording(study, traces)])
     return Checked(one_per_cause(problems), read, named.settings, design)
@@ -181,41 +181,41 @@ def _programs(study: Study, document: Document) -> list[StudyProblem]:
     """Return which files beside the study are run as programs."""
     place, fitted = document.place(("calibration", "walls")), study.settings.calibration
     with looking_in(study.folder):
-        files = files_of(one for one in (*fitted.walls, fitted.beds) if not is_unread(one))
-    return [StudyProblem(PROGRAM(file=str(one.path)).placed(place)) for one in files]
+        files = files_of(law for law in (*fitted.walls, fitted.beds) if not is_unread(law))
+    return [StudyProblem(PROGRAM(file=str(file.path)).placed(place)) for file in files]
 
 
 def _settings(study: Study, document: Document) -> list[StudyProblem]:
     """Return what is odd about the settings by themselves."""
     calibration, problems = study.settings.calibration, []
 
-    def say(which: FindingKind, *at: str, **values: Value) -> None:
-        problems.append(StudyProblem(which(key=".".join(at), **values).placed(document.place(at, key=True))))
+    def say(finding_kind: FindingKind, *keys: str, **values: Value) -> None:
+        problems.append(StudyProblem(finding_kind(key=".".join(keys), **values).placed(document.place(keys, key=True))))
 
     laws = " and ".join(map(plain, calibration.walls))
     kind = calibration.beds, calibration.viscous
     names = {name for wall in calibration.walls for name in fitted_parameters(wall, *kind)}
-    for section, given in (("bounds", calibration.bounds), ("fixed", calibration.fixed)):
-        for name in sorted(set(given) - names):
+    for section, section_values in (("bounds", calibration.bounds), ("fixed", calibration.fixed)):
+        for name in sorted(set(section_values) - names):
             say(NO_PARAMETER, "calibration", section, name, laws=laws)
     for name in sorted(set(calibration.bounds) & set(calibration.fixed)):
         say(BOUNDS_OF_FIXED, "calibration", "bounds", name)
     law, walls = study.settings.report.law, list(map(plain, calibration.walls))
     if law and law not in {*calibration.walls, *walls, *(find_law(wall).law().name for wall in calibration.walls)}:
         say(NOT_FITTED, "report", "law", law=law, walls=", ".join(walls))
-    known = names | set(QUANTITIES) | set(INDICES)
+    known_names = names | set(QUANTITIES) | set(INDICES)
     for name in study.settings.report.quantities:
-        if name not in known and question_of(name) == name:
-            say(NO_QUANTITY, "report", "quantities", name=name, hint=did_you_mean(name, known))
+        if name not in known_names and question_of(name) == name:
+            say(NO_QUANTITY, "report", "quantities", name=name, hint=did_you_mean(name, known_names))
     if calibration.paper_bounds:
         say(PAPER_BOUNDS, "calibration", "paper_bounds")
     if study.settings.model_selection and len(calibration.walls) < 2:
         say(ONE_LAW, "model_selection")
     if calibration.starts < 10 and "tangent" in calibration.walls:
         say(FEW_STARTS, "calibration", "starts", starts=calibration.starts)
-    for one in blood_findings(study.settings.blood):
-        at = document.place(("blood", str(dict(one.values)["quantity"])), key=True)
-        problems.append(StudyProblem(one.placed(at)))
+    for finding in blood_findings(study.settings.blood):
+        place = document.place(("blood", str(dict(finding.values)["quantity"])), key=True)
+        problems.append(StudyProblem(finding.placed(place)))
     return problems
 
 
@@ -224,15 +224,15 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
     settings = animal_settings(study.settings)
     nominal = estimate_nominal(animal.network, animal.recording, settings.blood, find_bed(settings.beds))
     values = animal.recording.indices() | {"root radius": float(animal.network.radius[animal.network.root])}
-    found = [
-        *(one for one in animal.recording.notes if one.severity is Severity.LOOK),
+    findings = [
+        *(finding for finding in animal.recording.notes if finding.severity is Severity.LOOK),
         *physiology_findings(values, nominal.time_constant, study.settings.species),
         *_known(row, nominal),
     ]
-    problems = [StudyProblem(one) for one in dict.fromkeys(one.placed(place) for one in found)]
+    problems = [StudyProblem(finding) for finding in dict.fromkeys(finding.placed(place) for finding in findings)]
     for name, wrong in _bounds(row.animal, animal, nominal, settings).items():
-        at = document.place(("calibration", "bounds", name), key=True)
-        problems.append(StudyProblem(wrong.placed(at), also=(row.animal,)))
+        bound_place = document.place(("calibration", "bounds", name), key=True)
+        problems.append(StudyProblem(wrong.placed(bound_place), also=(row.animal,)))
     return problems
 
 
@@ -245,16 +245,16 @@ def _known(row: AnimalRow, nominal: Nominal) -> list[Finding]:
         ("C_T", row.C_T, (row.tau or tau) / (row.R_T or R_T), "ml/mmHg", "τ/R_T"),
     ]
     return [
-        EXPONENT(name=name, given=given, unit=unit, expected=expected, source=source,
-                 factor=max(given / expected, expected / given))
-        for name, given, expected, unit, source in pairs
-        if given is not None and not 1 / _SLIP <= given / expected <= _SLIP
+        EXPONENT(name=name, given=value, unit=unit, expected=expected, source=source,
+                 factor=max(value / expected, expected / value))
+        for name, value, expected, unit, source in pairs
+        if value is not None and not 1 / _SLIP <= value / expected <= _SLIP
     ]  # fmt: skip
 
 
 def _bounds(name_of_animal: str, animal: Animal, nominal: Nominal, settings: Settings) -> dict[str, Finding]:
     """Return the parameters whose nominal value their bounds exclude, and what is wrong with each."""
-    found: dict[str, Finding] = {}
+    findings: dict[str, Finding] = {}
     for wall in settings.walls:
         search = settings.search(wall)
         try:
@@ -263,16 +263,16 @@ def _bounds(name_of_animal: str, animal: Animal, nominal: Nominal, settings: Set
                 search.viscous,
             )  # fmt: skip
         except VasowaveError as error:
-            found[""] = BOUNDS(name=name_of_animal, text=str(error))
+            findings[""] = BOUNDS(name=name_of_animal, text=str(error))
             continue
         for i, name in enumerate(space.names):
             low, high, value = space.lower[i], space.upper[i], space.nominal[i]
             if space.free[i] and not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
                 unit = "" if space.parameters[name].unit == "1" else f" {space.parameters[name].unit}"
-                found[name] = NOMINAL_EXCLUDED(
+                findings[name] = NOMINAL_EXCLUDED(
                     name=name_of_animal, parameter=name, low=float(low), high=float(high), value=float(value), unit=unit
                 )
-    return found
+    return findings
 
 
 def doubled_animals(study: Study) -> list[StudyProblem]:
@@ -281,64 +281,64 @@ def doubled_animals(study: Study) -> list[StudyProblem]:
     Any stretch of it counts: an animal that is analyzed twice is one, and doubles what a study rests on.
     """
     problems = []
-    for which, title in ((SAME_RECORDING, "recording"), (SAME_VENTRICLE, "ventricle")):
+    for kind, title in ((SAME_RECORDING, "recording"), (SAME_VENTRICLE, "ventricle")):
         first = dict[str, AnimalRow]()
         for row in study.animals:
             files = row.recordings if title == "recording" else filter(None, [row.ventricle])
             for content in _contents([*files]):
-                other = first.setdefault(content, row)
-                if other is not row and not _meant(row, other):
-                    problems.append(_doubled(study, row, other, which, title))
+                earlier_row = first.setdefault(content, row)
+                if earlier_row is not row and not _meant(row, earlier_row):
+                    problems.append(_doubled(study, row, earlier_row, kind, title))
                     break
     return problems
 
 
 def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]]) -> Iterator[StudyProblem]:
     """Yield an error for every animal whose averaged cycle is another's, whatever bytes their files are written in."""
-    ordered = sorted(cycles, key=lambda one: one[1].mean_pressure)
+    ordered = sorted(cycles, key=lambda entry: entry[1].mean_pressure)
     for i, (row, cycle) in enumerate(ordered):
-        for other, earlier in reversed(ordered[:i]):
+        for earlier_row, earlier in reversed(ordered[:i]):
             if cycle.mean_pressure - earlier.mean_pressure > _ALIKE * np.ptp(cycle.pressure):
                 break
-            early, late = sorted((row, other), key=lambda one: one.line)
-            if _same_cycle(cycle, earlier) and not _meant(row, other):
+            early, late = sorted((row, earlier_row), key=lambda entry: entry.line)
+            if _same_cycle(cycle, earlier) and not _meant(row, earlier_row):
                 yield _doubled(study, late, early, SAME_CYCLE)
 
 
 def _of_one_recording(study: Study, traces: Sequence[tuple[AnimalRow, PressureTrace]]) -> Iterator[StudyProblem]:
     """Yield an error for every animal whose signal stands in that of another, exported anew."""
     for late, (row, trace) in enumerate(traces):
-        for other, earlier in traces[:late]:
-            if not _meant(row, other) and are_of_one(trace, earlier):
-                yield _doubled(study, row, other, SAME_SIGNAL)
+        for earlier_row, earlier in traces[:late]:
+            if not _meant(row, earlier_row) and are_of_one(trace, earlier):
+                yield _doubled(study, row, earlier_row, SAME_SIGNAL)
                 break
 
 
-def _meant(row: AnimalRow, other: AnimalRow) -> bool:
-    return row.shared_recording and other.shared_recording
+def _meant(row: AnimalRow, earlier_row: AnimalRow) -> bool:
+    return row.shared_recording and earlier_row.shared_recording
 
 
 def _once(doubled: Sequence[StudyProblem]) -> list[StudyProblem]:
     """Return the first that is said of each animal's recording: the same bytes are the same cycle, too."""
-    kept: dict[Place, StudyProblem] = {}
+    first_by_place: dict[Place, StudyProblem] = {}
     for problem in doubled:
-        kept.setdefault(problem.place, problem)
-    return [*kept.values()]
+        first_by_place.setdefault(problem.place, problem)
+    return [*first_by_place.values()]
 
 
-def _same_cycle(one: Recording, other: Recording) -> bool:
-    signals = ((one.pressure, other.pressure), (one.flow, other.flow))
-    return abs(one.period - other.period) <= _ALIKE * one.period and all(
+def _same_cycle(first: Recording, second: Recording) -> bool:
+    signals = ((first.pressure, second.pressure), (first.flow, second.flow))
+    return abs(first.period - second.period) <= _ALIKE * first.period and all(
         len(a) == len(b) and float(np.abs(a - b).max()) <= _ALIKE * float(np.ptp(a)) for a, b in signals
     )
 
 
 def _doubled(
-    study: Study, row: AnimalRow, other: AnimalRow, which: FindingKind, title: str = "recording"
+    study: Study, row: AnimalRow, earlier_row: AnimalRow, kind: FindingKind, title: str = "recording"
 ) -> StudyProblem:
-    found = which(other=other.animal, at=other.line)
-    at = found.at(str(study.table), line=row.line, part=f"column '{title}'")
-    return StudyProblem(at, also=(row.animal, other.animal))
+    finding = kind(other=earlier_row.animal, at=earlier_row.line)
+    placed = finding.at(str(study.table), line=row.line, part=f"column '{title}'")
+    return StudyProblem(placed, also=(row.animal, earlier_row.animal))
 
 
 def _contents(paths: Sequence[Path]) -> list[str]:

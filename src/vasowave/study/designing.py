@@ -50,7 +50,7 @@ SAME_OCCASION = look_kind(
 )  # fmt: skip
 
 
-def design_problems(study: Study, place: Place, whole: bool) -> Iterator[StudyProblem]:
+def design_problems(study: Study, place: Place, complete: bool) -> Iterator[StudyProblem]:
     """Yield what is wrong or odd in the design of a study.
 
     Parameters
@@ -58,27 +58,27 @@ def design_problems(study: Study, place: Place, whole: bool) -> Iterator[StudyPr
     study : Study
     place : Place
         Of the design in the study file, for what concerns no row.
-    whole : bool
+    complete : bool
         Whether all rows of the table are there; without some, only what is wrong in the others is looked for.
     """
     try:
         mixed = several_groups(study)
         yield from mixed
-        if whole and not mixed:
+        if complete and not mixed:
             yield from _odd(study, place) if study.layout is not None else ()
             yield from _unused(study)
     except InputError as error:
-        if whole:
+        if complete:
             yield StudyProblem(AT_ODDS(text=str(error)).placed(place))
 
 
-def understood(study: Study, whole: bool) -> str:
+def understood(study: Study, complete: bool) -> str:
     """Return the design in words, as the program understands it; empty without one, or if it is wrong.
 
     Parameters
     ----------
     study : Study
-    whole : bool
+    complete : bool
         Whether all rows of the table are there.
     """
     try:
@@ -86,7 +86,7 @@ def understood(study: Study, whole: bool) -> str:
             return ""
     except InputError:  # which `design_problems` says
         return ""
-    without = "" if whole else "without the rows that have errors, "
+    without = "" if complete else "without the rows that have errors, "
     return f"{without}{study.layout.text}{_first_word(study)}{_repeats(study)}"
 
 
@@ -99,13 +99,15 @@ def several_groups(study: Study) -> list[StudyProblem]:
     if not mixed or design.crossover:
         return []
     places = [
-        f"'{name}' is in {listed([f'{group} ({_lines(own)})' for group, own in _by(rows, 'group').items()])}"
+        f"'{name}' is in {listed([f'{group} ({_lines(members)})' for group, members in _by(rows, 'group').items()])}"
         for name, rows in mixed.items()
     ]
     first = next(iter(mixed.values()))
-    other = next(row for row in first if row.group != first[0].group)
-    found = SEVERAL_GROUPS(subject=str(design.subject), rows=some_of(places, _NAMED))
-    return [_at(study, found, other.line, str(design.subject), (row for rows in mixed.values() for row in rows))]
+    differing_row = next(row for row in first if row.group != first[0].group)
+    finding = SEVERAL_GROUPS(subject=str(design.subject), rows=some_of(places, _NAMED))
+    return [
+        _at(study, finding, differing_row.line, str(design.subject), (row for rows in mixed.values() for row in rows))
+    ]
 
 
 def _odd(study: Study, place: Place) -> Iterator[StudyProblem]:
@@ -113,11 +115,11 @@ def _odd(study: Study, place: Place) -> Iterator[StudyProblem]:
     design, layout = study.settings.design, study.layout
     assert layout is not None
     of_all = [*untold_findings(layout.contrasts, layout.untold)]
-    left = layout.left_for_scatter(design.blocks)
-    if left < _LEAST_LEFT * len(study.animals):
-        of_all.append(FEW_LEFT(animals=len(layout.animals), left=left))
+    animals_left = layout.left_for_scatter(design.blocks)
+    if animals_left < _LEAST_LEFT * len(study.animals):
+        of_all.append(FEW_LEFT(animals=len(layout.animals), left=animals_left))
     of_all += _few_degrees(study, layout)
-    yield from (StudyProblem(found.placed(place)) for found in of_all)
+    yield from (StudyProblem(finding.placed(place)) for finding in of_all)
     if design.subject and not design.occasion and not layout.repeated:
         yield _at(study, SUBJECT_ONCE(subject=design.subject), 0, design.subject)
     if design.subject and design.occasion:
@@ -127,9 +129,12 @@ def _odd(study: Study, place: Place) -> Iterator[StudyProblem]:
 
 def _unused(study: Study) -> Iterator[StudyProblem]:
     """Yield what stands in columns that look like units or confounders and that the design does not name."""
-    columns, members = {one.name: one for one in study.variables}, {row.animal: row.group for row in study.animals}
-    for found in unused_columns(columns, study.settings.design, members, study.settings.groups):
-        yield StudyProblem(found.at(str(study.table)))
+    columns, members = (
+        {variable.name: variable for variable in study.variables},
+        {row.animal: row.group for row in study.animals},
+    )
+    for finding in unused_columns(columns, study.settings.design, members, study.settings.groups):
+        yield StudyProblem(finding.at(str(study.table)))
 
 
 def _few_degrees(study: Study, layout: Layout) -> Iterator[Finding]:
@@ -137,19 +142,21 @@ def _few_degrees(study: Study, layout: Layout) -> Iterator[Finding]:
     from scipy.special import ndtri, stdtrit
 
     rows = len(study.settings.report.quantities) * len(layout.contrasts)
-    left: dict[int, list[str]] = {}
+    effects_by_freedom: dict[int, list[str]] = {}
     for contrast in layout.contrasts:
-        left.setdefault(degrees_left(layout, study.settings.design.blocks, contrast), []).append(contrast.text)
-    for freedom, effects in left.items():
+        effects_by_freedom.setdefault(degrees_left(layout, study.settings.design.blocks, contrast), []).append(
+            contrast.text
+        )
+    for freedom, effects in effects_by_freedom.items():
         if freedom < FEW and rows:
             side = 1 - 0.025 / rows  # Bonferroni's bound: the rows are judged together
-            times, many = (float(one) for one in (stdtrit(max(freedom, 1), side), ndtri(side)))
+            times, many = (float(quantile) for quantile in (stdtrit(max(freedom, 1), side), ndtri(side)))
             yield FEW_DEGREES(effects="; ".join(effects), freedom=freedom, rows=rows, times=times, many=many)
 
 
 def _odd_occasions(study: Study, subject: str, occasion: str) -> Iterator[StudyProblem]:
     """Yield what is odd of subjects and their occasions."""
-    when = {one.name: one for one in study.variables}[occasion].levels
+    when = {variable.name: variable for variable in study.variables}[occasion].levels
     times: dict[tuple[str, str], list[AnimalRow]] = {}
     for name, rows in rows_of_subjects(study).items():
         for row in rows:
@@ -160,30 +167,30 @@ def _odd_occasions(study: Study, subject: str, occasion: str) -> Iterator[StudyP
     again = {key: rows for key, rows in times.items() if len(rows) > 1}
     if again:
         places = [f"'{name}' stands at {occasion} {time} in {_lines(rows)}" for (name, time), rows in again.items()]
-        found = SAME_OCCASION(subject=subject, occasion=occasion, rows=some_of(places, _NAMED))
+        finding = SAME_OCCASION(subject=subject, occasion=occasion, rows=some_of(places, _NAMED))
         second = next(iter(again.values()))[1]
-        yield _at(study, found, second.line, occasion, (row for rows in again.values() for row in rows))
+        yield _at(study, finding, second.line, occasion, (row for rows in again.values() for row in rows))
 
 
-def _by(rows: Sequence[AnimalRow], what: str) -> dict[str, list[AnimalRow]]:
-    found: dict[str, list[AnimalRow]] = {}
+def _by(rows: Sequence[AnimalRow], attribute: str) -> dict[str, list[AnimalRow]]:
+    groups: dict[str, list[AnimalRow]] = {}
     for row in rows:
-        found.setdefault(getattr(row, what), []).append(row)
-    return found
+        groups.setdefault(getattr(row, attribute), []).append(row)
+    return groups
 
 
 def _lines(rows: Sequence[AnimalRow]) -> str:
     return f"line{'s' if len(rows) > 1 else ''} {listed([str(row.line) for row in rows])}"
 
 
-def _at(study: Study, found: Finding, line: int, column: str, rows: Iterable[AnimalRow] = ()) -> StudyProblem:
-    part = f"column '{column}'"
-    return StudyProblem(found.at(str(study.table), line=line, part=part), also=tuple(row.animal for row in rows))
+def _at(study: Study, finding: Finding, line: int, column: str, rows: Iterable[AnimalRow] = ()) -> StudyProblem:
+    location = f"column '{column}'"
+    return StudyProblem(finding.at(str(study.table), line=line, part=location), also=tuple(row.animal for row in rows))
 
 
 def _first_word(study: Study) -> str:
     """Say which level others are compared with where they are words, whose order is that of the table."""
-    second = next((one for one in study.variables if one.name == study.settings.design.second), None)
+    second = next((variable for variable in study.variables if variable.name == study.settings.design.second), None)
     if second is None or second.kind != "category":
         return ""
     first = second.order[0]
@@ -218,59 +225,67 @@ NO_OCCASION = look_kind(
 
 def rows_of_subjects(study: Study) -> dict[str, list[AnimalRow]]:
     """Return the rows of each subject; none where the design names no subject or the table has no such column."""
-    known = next((one.levels for one in study.variables if one.name == study.settings.design.subject), {})
-    found: dict[str, list[AnimalRow]] = {}
+    subjects = next(
+        (variable.levels for variable in study.variables if variable.name == study.settings.design.subject), {}
+    )
+    rows_by_subject: dict[str, list[AnimalRow]] = {}
     for row in study.animals:
-        if row.animal in known:
-            found.setdefault(known[row.animal], []).append(row)
-    return found
+        if row.animal in subjects:
+            rows_by_subject.setdefault(subjects[row.animal], []).append(row)
+    return rows_by_subject
 
 
 def subject_problems(study: Study) -> list[StudyProblem]:
     """Return what is wrong or odd about the rows of each subject of a study's design."""
-    own = rows_of_subjects(study)
-    return [*_varying(study, own), *_missing(study, own)]
+    rows_by_subject = rows_of_subjects(study)
+    return [*_varying(study, rows_by_subject), *_missing(study, rows_by_subject)]
 
 
-def _varying(study: Study, own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[StudyProblem]:
+def _varying(study: Study, rows_by_subject: Mapping[str, Sequence[AnimalRow]]) -> Iterator[StudyProblem]:
     """Yield animals whose rows differ in a category that is one for each of most animals, and so their property."""
     design = study.settings.design
-    for column in (one for one in study.variables if one.name in (*design.covariates, *design.blocks)):
+    for column in (variable for variable in study.variables if variable.name in (*design.covariates, *design.blocks)):
         if column.kind != "category" and not (column.name in design.blocks and column.kind == "number"):
             continue
-        several = {name: rows for name, rows in own.items() if len(rows) > 1}
-        said = {
+        several = {name: rows for name, rows in rows_by_subject.items() if len(rows) > 1}
+        words_by_animal = {
             name: {row.line: column.levels[row.animal] for row in rows if row.animal in column.levels}
             for name, rows in several.items()
         }
-        varying = [name for name, words in said.items() if len(set(words.values())) > 1]
+        varying = [name for name, words in words_by_animal.items() if len(set(words.values())) > 1]
         if 2 * len(varying) >= len(several):  # an operator, a day: no property of an animal
             continue
         for name in varying:
-            first = next(iter(said[name]))
-            words = " and ".join(f"{column.name} '{word}' in line {line}" for line, word in said[name].items())
-            found = VARIES(subject=str(design.subject), name=name, said=words)
-            yield StudyProblem(found.at(str(study.table), line=first, part=f"column '{column.label}'"),
-                          also=tuple(row.animal for row in own[name]))  # fmt: skip
+            first = next(iter(words_by_animal[name]))
+            words = " and ".join(
+                f"{column.name} '{word}' in line {line}" for line, word in words_by_animal[name].items()
+            )
+            finding = VARIES(subject=str(design.subject), name=name, said=words)
+            yield StudyProblem(finding.at(str(study.table), line=first, part=f"column '{column.label}'"),
+                          also=tuple(row.animal for row in rows_by_subject[name]))  # fmt: skip
 
 
-def _missing(study: Study, own: Mapping[str, Sequence[AnimalRow]]) -> Iterator[StudyProblem]:
+def _missing(study: Study, rows_by_subject: Mapping[str, Sequence[AnimalRow]]) -> Iterator[StudyProblem]:
     """Yield animals without an occasion that others of their group have, a problem for each occasion."""
     design = study.settings.design
-    times = {one.name: one for one in study.variables}.get(design.occasion or "")
+    times = {variable.name: variable for variable in study.variables}.get(design.occasion or "")
     if times is None:
         return
-    levels = {name: {times.levels.get(row.animal) for row in rows} for name, rows in own.items()}
+    levels = {name: {times.levels.get(row.animal) for row in rows} for name, rows in rows_by_subject.items()}
     if max(map(len, levels.values()), default=0) < 2:
         return
     for level in times.order:
-        if sum(level in seen for seen in levels.values()) < 2:  # a word that stands alone is a slip of its own
+        if (
+            sum(level in occasions for occasions in levels.values()) < 2
+        ):  # a word that stands alone is a slip of its own
             continue
-        there = {row.group for name, rows in own.items() if level in levels[name] for row in rows}
-        lacking = [name for name, rows in own.items() if level not in levels[name] and rows[0].group in there]
+        groups = {row.group for name, rows in rows_by_subject.items() if level in levels[name] for row in rows}
+        lacking = [
+            name for name, rows in rows_by_subject.items() if level not in levels[name] and rows[0].group in groups
+        ]
         if lacking:
-            lines = [row.line for name in lacking for row in own[name]]
-            found = NO_OCCASION(subject=str(design.subject), names=", ".join(lacking), level=level,
+            lines = [row.line for name in lacking for row in rows_by_subject[name]]
+            finding = NO_OCCASION(subject=str(design.subject), names=", ".join(lacking), level=level,
                                 have="has" if len(lacking) == 1 else "have", occasion=times.name)  # fmt: skip
             place = {"line": lines[0], "part": f"column '{times.label}'"}
-            yield StudyProblem(found.at(str(study.table), **place), same=tuple(lines[1:]))
+            yield StudyProblem(finding.at(str(study.table), **place), same=tuple(lines[1:]))

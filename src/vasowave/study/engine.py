@@ -188,26 +188,26 @@ class _Run:
         else:
             self.failed(job, _why(error))
 
-    def failed(self, job: Job, why: str) -> None:
-        self.failures[job.name] = why
-        self.tell(job, "failed", why)
+    def failed(self, job: Job, reason: str) -> None:
+        self.failures[job.name] = reason
+        self.tell(job, "failed", reason)
 
-    def tell(self, job: Job, what: str, message: str = "") -> None:
+    def tell(self, job: Job, state: str, message: str = "") -> None:
         self.done += 1
         began = self.began.pop(job.name, None)
         if began is not None:
             self.lasted.append(time.monotonic() - began)
-        self.progress(Progress(job.name, what, self.done, self.count, self.left(), message))
+        self.progress(Progress(job.name, state, self.done, self.count, self.left(), message))
 
     def left(self) -> float | None:
         """Return the time left, s, if the animals that are not done take as long as those that are, on average."""
         if not self.lasted:
             return None
-        now, each, rest = time.monotonic(), sum(self.lasted) / len(self.lasted), self.count - self.done
+        now, mean_duration, remaining = time.monotonic(), sum(self.lasted) / len(self.lasted), self.count - self.done
         if self.at_once > cores():  # a cluster: how many it computes at once shows only in what it has done
-            return (now - self.started) / self.done * rest
-        running = sum(max(each - (now - began), 0.0) for began in self.began.values())
-        return (running + each * (rest - len(self.began))) / min(self.at_once, max(rest, 1))
+            return (now - self.started) / self.done * remaining
+        running = sum(max(mean_duration - (now - began), 0.0) for began in self.began.values())
+        return (running + mean_duration * (remaining - len(self.began))) / min(self.at_once, max(remaining, 1))
 
 
 def _is_lost(future: Future[Any]) -> bool:

@@ -76,10 +76,10 @@ def _shared_pool(workers: int, threads: int, loaded: Sequence[str]) -> "_Pool":
     try:
         return _Pool(workers, get_context("spawn"), _start_worker, (threads, loaded))
     except OSError as error:
-        why = f" ({os.strerror(error.errno)})" if error.errno else ""
+        reason = f" ({os.strerror(error.errno)})" if error.errno else ""
         raise InputError(
             f"processes cannot be started: the locks that they share have no space left, or need a file larger than "
-            f"this system or its limits allow{why}; look at /dev/shm and `ulimit -f`"
+            f"this system or its limits allow{reason}; look at /dev/shm and `ulimit -f`"
         ) from error
 
 
@@ -145,15 +145,15 @@ def interrupts_held() -> Iterator[None]:
         return
     resource_tracker.ensure_running()  # it unblocks the signal where it starts
     heard, before = list[int](), signal.getsignal(signal.SIGINT)
-    here = threading.current_thread() is threading.main_thread() and callable(before)
-    if here:  # other threads of this process take the signal too, and Python raises what they hear here
+    in_main_thread = threading.current_thread() is threading.main_thread() and callable(before)
+    if in_main_thread:  # other threads of this process take the signal too, and Python raises what they hear here
         signal.signal(signal.SIGINT, lambda number, frame: heard.append(number))
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        if here:
+        if in_main_thread:
             signal.signal(signal.SIGINT, before)
     if heard:
         signal.raise_signal(signal.SIGINT)

@@ -70,7 +70,7 @@ _NOT_IN_KEY = (
     "R_T",
     "C_T",
     "tau",
-    "own",
+    "lab_cells",
     "errors",
     "hematocrit",
     "temperature",
@@ -91,13 +91,13 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     InputError
         One of its files cannot be read.
     """
-    what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in _NOT_IN_KEY}
-    what["settings"], what["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure
-    what["practice"], what["catheter"] = study.practice, study.catheter
-    what["kind"] = row.kind or kind_of(row.recordings)
-    if what["kind"] == "raw":
-        what["averaging"] = asdict(averaging_settings(study))
-    return key_of(what, [(inside(file, folder), file) for file in row.files.values()])
+    inputs: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in _NOT_IN_KEY}
+    inputs["settings"], inputs["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure
+    inputs["practice"], inputs["catheter"] = study.practice, study.catheter
+    inputs["kind"] = row.kind or kind_of(row.recordings)
+    if inputs["kind"] == "raw":
+        inputs["averaging"] = asdict(averaging_settings(study))
+    return key_of(inputs, [(inside(file, folder), file) for file in row.files.values()])
 
 
 def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
@@ -115,9 +115,9 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
         warnings.simplefilter("always", VasowaveWarning)
         network = _filled(read_network(row.network), row, study)
         animal = Animal(row.animal, row.group, network, *read_measured(row, study))
-    said = list(found_in(caught))
+    warned = list(found_in(caught))
     synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_NEAR] for file in row.recordings)
-    recording = _through_instruments(_relative(animal.recording, said, folder), row, study)
+    recording = _through_instruments(_relative(animal.recording, warned, folder), row, study)
     recording, behind = _wedged(recording, row)
     odd = _oddities(network, recording, study)
     recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *behind, *odd))))
@@ -140,12 +140,12 @@ def _wedged(recording: Recording, row: AnimalRow) -> tuple[Recording, list[Findi
     mean = row.wedge if row.wedge is not None or wave is None else wave.mean
     pulsation = None if wave is None else wave.pulsation
     wedged = replace(recording, wedge_pressure=mean or 0.0, wedge_pulsation=pulsation)
-    found = [WEDGE(wedge=mean)] if mean else []
+    findings = [WEDGE(wedge=mean)] if mean else []
     if wave is not None:
-        found += [WEDGE_WAVE(pulse=float(np.ptp(wave.pulsation))), *wave.findings]
+        findings += [WEDGE_WAVE(pulse=float(np.ptp(wave.pulsation))), *wave.findings]
         if mean is not None and abs(mean - wave.mean) > _APART:
-            found.append(WEDGE_DIFFERS(given=mean, wave=wave.mean))
-    return wedged, found
+            findings.append(WEDGE_DIFFERS(given=mean, wave=wave.mean))
+    return wedged, findings
 
 
 def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, EnsembleAverage | None, RawRecording | None]:
@@ -203,7 +203,7 @@ def _through_instruments(recorded: Recording, row: AnimalRow, study: StudyFile) 
 
 def _timed_anew(recording: Recording) -> Recording:
     """Return a corrected recording with what its signals are late by now, in the place of what they were."""
-    notes = [one for one in recording.notes if one.code not in (LATE_FLOW.code, LATE_PRESSURE.code)]
+    notes = [note for note in recording.notes if note.code not in (LATE_FLOW.code, LATE_PRESSURE.code)]
     late = odd_timing(recording.pressure, recording.flow, recording.period)
     return replace(recording, notes=(*notes, *late))
 
@@ -226,10 +226,10 @@ def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
     filled = replace(network, pressure=network.pressure or row.image_pressure or study.image_pressure)
     if study.practice == "paper":
         return PAPER.network(filled)
-    whole, repairs = repaired(filled)
-    for one in repairs:
-        warn(one.at(str(row.network)), stacklevel=4)
-    return whole
+    repaired_network, repairs = repaired(filled)
+    for repair in repairs:
+        warn(repair.at(str(row.network)), stacklevel=4)
+    return repaired_network
 
 
 @in_words()
@@ -263,10 +263,10 @@ def _units(row: AnimalRow) -> dict[str, Any]:
 
 def _relative(recording: Recording, warned: list[Finding], folder: Path) -> Recording:
     """Return the recording with `warned` among its notes and with file names relative to `folder`."""
-    beside = [one for one in warned if one.at("") not in recording.notes]
-    here = "" if folder == Path() else f"{folder}/"  # of files beside the current folder nothing is taken away
-    notes = dict.fromkeys(one.inside(here) for one in (*recording.notes, *beside))
-    return replace(recording, source=recording.source.replace(here, ""), notes=tuple(notes))
+    further_notes = [finding for finding in warned if finding.at("") not in recording.notes]
+    prefix = "" if folder == Path() else f"{folder}/"  # of files beside the current folder nothing is taken away
+    notes = dict.fromkeys(finding.inside(prefix) for finding in (*recording.notes, *further_notes))
+    return replace(recording, source=recording.source.replace(prefix, ""), notes=tuple(notes))
 
 
 def inside(file: Path, folder: Path) -> str:

@@ -61,7 +61,7 @@ _LEFT = (0, 1, 3)  # columns of words
 def read_of(animal: Animal) -> AnimalRead:
     """Return what was read of an animal."""
     indices, beats, raw = animal.recording.indices(), animal.beats, animal.raw
-    used = (sum(one.averaged for one in beats.beats), len(beats.beats)) if beats else (0, 0)
+    used = (sum(beat.averaged for beat in beats.beats), len(beats.beats)) if beats else (0, 0)
     return AnimalRead(
         animal.name, animal.group, len(animal.network), "raw" if raw else "cycle", raw.duration if raw else 0.0, used,
         indices["HR"], indices["mPAP"], indices["CO"], beats.baseline.size if beats and beats.baseline.sure else 0.0,
@@ -73,7 +73,7 @@ def overview_lines(read: Sequence[AnimalRead], width: int) -> list[str]:
 
     Where a table does not fit, every animal has a paragraph.
     """
-    rows = [one.row() for one in read]
+    rows = [animal.row() for animal in read]
     lines = aligned([*zip(*HEADER, strict=True), *rows], _LEFT)
     widest = max(map(len, lines))
     if widest <= width:
@@ -81,19 +81,19 @@ def overview_lines(read: Sequence[AnimalRead], width: int) -> list[str]:
     return [line for row in rows for line in _paragraph(row, width)] + [""]
 
 
-def aligned(rows: Sequence[Sequence[str]], left: Sequence[int]) -> list[str]:
-    """Return rows of cells as lines; the columns in `left` are aligned there, the others on the right."""
+def aligned(rows: Sequence[Sequence[str]], left_aligned: Sequence[int]) -> list[str]:
+    """Return rows of cells as lines; the columns in `left_aligned` are aligned there, the others on the right."""
     columns = []
     for i, column in enumerate(zip(*rows, strict=True)):
         size = max(map(len, column))
-        columns.append([cell.ljust(size) if i in left else cell.rjust(size) for cell in column])
+        columns.append([cell.ljust(size) if i in left_aligned else cell.rjust(size) for cell in column])
     return ["  ".join(row).rstrip() for row in zip(*columns, strict=True)]
 
 
 def _paragraph(row: Sequence[str], width: int) -> list[str]:
-    animal, group, *rest = row
+    animal, group, *cells = row
     facts = [f"{title} {cell}{f' {unit}' if unit not in ('', 'used') else ''}"
-             for (title, unit), cell in zip(HEADER[2:], rest, strict=True) if cell]  # fmt: skip
+             for (title, unit), cell in zip(HEADER[2:], cells, strict=True) if cell]  # fmt: skip
     facts = [fact.replace(" ", "\N{NO-BREAK SPACE}") for fact in facts]
     lines = textwrap.wrap(f"{animal} ({group}): {', '.join(facts)}", width, subsequent_indent="  ",
                           break_long_words=False, break_on_hyphens=False)  # fmt: skip
@@ -102,6 +102,8 @@ def _paragraph(row: Sequence[str], width: int) -> list[str]:
 
 def expected_seconds(read: Sequence[AnimalRead], settings: StudyFile, cores: int) -> float:
     """Return roughly how long fits and posteriors of these animals take on so many cores, s, without compiling."""
-    each = _SECONDS * settings.calibration.starts + (_POSTERIOR_SECONDS if settings.inference == "posterior" else 0.0)
-    of_laws = len(settings.calibration.walls) * each
-    return sum(of_laws * one.vessels / _VESSELS for one in read) / max(1, min(cores, len(read)))
+    seconds_per_law = _SECONDS * settings.calibration.starts + (
+        _POSTERIOR_SECONDS if settings.inference == "posterior" else 0.0
+    )
+    of_laws = len(settings.calibration.walls) * seconds_per_law
+    return sum(of_laws * animal.vessels / _VESSELS for animal in read) / max(1, min(cores, len(read)))

@@ -43,15 +43,15 @@ NO_BLOOD = look_kind(
 
 def blood_findings(blood: BloodSection) -> list[Finding]:
     """Return which properties of a blood no blood has."""
-    values = ((name, getattr(blood, name), *known) for name, known in BLOOD.items())
+    values = ((name, getattr(blood, name), *limits) for name, limits in BLOOD.items())
     return [NO_BLOOD(quantity=name, value=value, unit=unit, low=low, high=high, usual=usual)
             for name, value, low, high, unit, usual in values if not low <= value <= high]  # fmt: skip
 
 
 def tell_blood(blood: BloodSection) -> None:
     """Warn of a density or viscosity that no blood has."""
-    for one in blood_findings(blood):
-        warn(one, stacklevel=3)
+    for finding in blood_findings(blood):
+        warn(finding, stacklevel=3)
 
 
 def physiology_findings(values: Mapping[str, float], tau: float, species: str) -> list[Finding]:
@@ -59,26 +59,27 @@ def physiology_findings(values: Mapping[str, float], tau: float, species: str) -
 
     If all of them are plausible for another species, its name is said.
     """
-    found = []
+    findings = []
     if species not in SPECIES:
         return []
-    others = [name for name, one in SPECIES.items() if _plausible(values, one)]
+    fitting_species = [name for name, species_ranges in SPECIES.items() if _plausible(values, species_ranges)]
     fits = ""
-    if others:
-        which = " or a ".join(others)
-        fits = f" All of them fit a {which}: write species: {others[0]} (vasowave fit: --species {others[0]})"
+    if fitting_species:
+        species_names = " or a ".join(fitting_species)
+        first = fitting_species[0]
+        fits = f" All of them fit a {species_names}: write species: {first} (vasowave fit: --species {first})"
     for name, unit in _UNITS.items():
         low, high = _range(SPECIES[species], name)
         value = float(values[name])
         if not low <= value <= high:
             kind = IMPLAUSIBLE_RADIUS if name == "root radius" else IMPLAUSIBLE
-            found.append(kind(name=name, value=value, unit=unit, species=species, low=low, high=high, fits=fits))
+            findings.append(kind(name=name, value=value, unit=unit, species=species, low=low, high=high, fits=fits))
     if fits:
-        found = found[:1]  # one remedy for all of them
+        findings = findings[:1]  # one remedy for all of them
     low, high = SPECIES[species].tau
     if not low <= tau <= high:
-        found.append(ODD_DECAY(tau=float(tau), low=low, high=high))
-    return found
+        findings.append(ODD_DECAY(tau=float(tau), low=low, high=high))
+    return findings
 
 
 def _range(species: Species, name: str) -> tuple[float, float]:
@@ -96,4 +97,4 @@ def looks_of(result: AnimalResult, species: str) -> tuple[Finding, ...]:
     values = {name: float(measured[name]) for name in _UNITS if name in measured}
     values["root radius"] = float(network.radius[network.root])
     odd = physiology_findings(values, float(measured["tau"]), species)
-    return *(one for one in noticed if one.severity is Severity.LOOK), *odd
+    return *(finding for finding in noticed if finding.severity is Severity.LOOK), *odd

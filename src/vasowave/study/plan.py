@@ -46,9 +46,9 @@ def inspect_study(path: Path) -> tuple[Study | None, list[StudyProblem]]:
     if settings is None:
         return None, problems
     study = Study(path, settings, tuple(rows))
-    whole = not any(problem.error for problem in problems)
+    complete = not any(problem.error for problem in problems)
     problems += programs_not_run(settings, document)
-    return study, [*problems, *design_problems(study, document.place(("design",), key=True), whole)]
+    return study, [*problems, *design_problems(study, document.place(("design",), key=True), complete)]
 
 
 def read_study(path: Path) -> Study:
@@ -80,9 +80,9 @@ def read_study(path: Path) -> Study:
     study, problems = inspect_study(path)
     refuse(problems)
     assert study is not None
-    for one in problems:
-        if one.finding.code == NOT_RUN.code:
-            warn(one.finding, stacklevel=2)
+    for problem in problems:
+        if problem.finding.code == NOT_RUN.code:
+            warn(problem.finding, stacklevel=2)
     return study
 
 
@@ -102,29 +102,31 @@ def declare(study: Study) -> tuple[Declaration, ...]:
             return before
         now = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
         after = (*before, Declaration(now, (study.results / "index.json").is_file(), content))
-        plain = {"sha256": digest_of(after), "declared": [asdict(one) for one in after]}
+        plain = {"sha256": digest_of(after), "declared": [asdict(declaration) for declaration in after]}
         write_file(path, json.dumps(plain, indent=1, ensure_ascii=False) + "\n")
     return after
 
 
 def _declared_now(study: Study) -> dict[str, Any]:
     settings = study.settings
-    said = {
+    declared = {
         "groups": settings.groups,
         "quantities": settings.report.quantities,
         "law": settings.report.law or settings.calibration.walls[0],
         "design": asdict(settings.design),
         "animals": _groups_and_cells(study),
-        "reference": {one.name: one.order[0] for one in study.variables if one.name == settings.design.second},
+        "reference": {
+            variable.name: variable.order[0] for variable in study.variables if variable.name == settings.design.second
+        },
     }
-    return parsed_as(dict[str, Any], json.dumps(said))
+    return parsed_as(dict[str, Any], json.dumps(declared))
 
 
 def _groups_and_cells(study: Study) -> dict[str, dict[str, str]]:
     """Return of every animal its group and its cells of the design's columns, an empty text for an empty cell."""
-    columns = [one for one in study.variables if one.name in study.settings.design.terms]
+    columns = [variable for variable in study.variables if variable.name in study.settings.design.terms]
     return {
-        row.animal: {"group": row.group} | {one.name: one.levels.get(row.animal, "") for one in columns}
+        row.animal: {"group": row.group} | {variable.name: variable.levels.get(row.animal, "") for variable in columns}
         for row in study.animals
     }
 

@@ -37,19 +37,21 @@ def plan(study: Path | Results | None = None, **settings: Any) -> Plan:
     >>> bool(found.powers["mPAP"].is_monotonic_increasing)
     True
     """
-    asked = given_values(Planning, None, settings)
+    planning = given_values(Planning, None, settings)
     if study is None:
         spreads, correlation = published_spreads()
-        return plan_of(spreads, correlation, "the published mice", asked)
+        return plan_of(spreads, correlation, "the published mice", planning)
     results = study if isinstance(study, Results) else read_results(study)
-    subject = next((one.levels for one in results.variables if one.name == results.settings.design.subject), {})
+    subject = next(
+        (variable.levels for variable in results.variables if variable.name == results.settings.design.subject), {}
+    )
     first = {subject.get(result.name, result.name): result for result in reversed(results.in_order(whole=False))}
     cohort = results.gathered([*reversed(first.values())], results.settings.groups[0])
     spreads, correlation = spreads_of(cohort, results.settings.report)
     if subject:
         everything = results.gathered(results.in_order(whole=False), results.settings.groups[0])
         spreads = with_occasions(spreads, everything, results.settings.report)
-    return plan_of(spreads, correlation, results.settings.title, asked)
+    return plan_of(spreads, correlation, results.settings.title, planning)
 
 
 def published_spreads() -> tuple[list[Spread], np.ndarray]:

@@ -65,9 +65,9 @@ def one_per_cause(problems: Iterable[StudyProblem]) -> list[StudyProblem]:
     return [_joined(*group) for group in groups.values()]
 
 
-def _joined(first: StudyProblem, *others: StudyProblem) -> StudyProblem:
-    lines = dict.fromkeys(one.place.line for one in others)
-    also = (name for one in (first, *others) for name in one.animals)
+def _joined(first: StudyProblem, *duplicates: StudyProblem) -> StudyProblem:
+    lines = dict.fromkeys(problem.place.line for problem in duplicates)
+    also = (name for problem in (first, *duplicates) for name in problem.animals)
     return replace(first, same=tuple(line for line in lines if line not in (0, first.place.line)), also=tuple(also))
 
 

@@ -35,8 +35,8 @@ def programs_of(study: Path) -> tuple[LawFile, ...]:
     path = study_path(Path(study))
     names = _names(read_document(path).values.get("calibration")) if path.is_file() else []
     with looking_in(path.parent):
-        now = [named(one) for one in names]
-    index = next((one / INDEX for one in (path.parent / "results", path.parent) if (one / INDEX).is_file()), None)
+        now = [named(law) for law in names]
+    index = next((place / INDEX for place in (path.parent / "results", path.parent) if (place / INDEX).is_file()), None)
     then: list[str] = []
     if index is not None:
         try:
@@ -44,7 +44,7 @@ def programs_of(study: Path) -> tuple[LawFile, ...]:
         except (InputError, ValueError, LookupError, TypeError):  # whoever reads the results says so
             then = []
         remember(then, [path.parent])
-    return files_of((*now, *(one if "@" in one else one.replace(":", "@installed:", 1) for one in then)))
+    return files_of((*now, *(law if "@" in law else law.replace(":", "@installed:", 1) for law in then)))
 
 
 def _names(calibration: object) -> list[str]:
@@ -87,9 +87,9 @@ def trust_study(study: Path, programs: Sequence[LawFile] | None = None) -> tuple
     ()
     """
     allowed = programs_of(study) if programs is None else programs
-    for one in allowed:
-        allow(study_path(Path(study)).parent, one.source, one.path)
-    return tuple(Path(one.path) for one in allowed)
+    for program in allowed:
+        allow(study_path(Path(study)).parent, program.source, program.path)
+    return tuple(Path(program.path) for program in allowed)
 
 
 def is_trusted(study: Path, program: LawFile) -> bool:
@@ -101,21 +101,21 @@ def programs_not_run(settings: StudyFile, document: Document) -> list[StudyProbl
     """Return which programs of a study that was just read nobody has allowed to run."""
     place, folder = document.place(("calibration", "walls")), Path(document.name).parent
     with looking_in(folder):
-        files = files_of(one for one in (*settings.calibration.walls, settings.calibration.beds) if is_unread(one))
-    return [StudyProblem(NOT_RUN(file=one.path).placed(place)) for one in files]
+        files = files_of(law for law in (*settings.calibration.walls, settings.calibration.beds) if is_unread(law))
+    return [StudyProblem(NOT_RUN(file=file.path).placed(place)) for file in files]
 
 
 def without_unread(settings: StudyFile, folder: Path) -> StudyFile:
     """Return settings without the laws and beds that must not run, and what is said of their parameters."""
     fit, report = settings.calibration, settings.report
     with looking_in(folder):
-        walls = tuple(one for one in fit.walls if not is_unread(one))
+        walls = tuple(law for law in fit.walls if not is_unread(law))
         if len(walls) == len(fit.walls) and not is_unread(fit.beds):
             return settings
         beds = "windkessel" if is_unread(fit.beds) else fit.beds
     ours: Any = {name: {key: value for key, value in getattr(fit, name).items() if "." not in key}
             for name in ("bounds", "fixed")}  # fmt: skip
-    quantities = tuple(one for one in report.quantities if "." not in one)
+    quantities = tuple(name for name in report.quantities if "." not in name)
     return replace(
         settings,
         calibration=replace(fit, walls=walls or ("linear",), beds=beds, **ours),
@@ -127,7 +127,7 @@ def without_unread(settings: StudyFile, folder: Path) -> StudyFile:
 def refuse_unread(settings: StudyFile, folder: Path) -> None:
     """Raise `InputError` if a study names a program that nobody has allowed to run."""
     with looking_in(folder):
-        files = files_of(one for one in (*settings.calibration.walls, settings.calibration.beds) if is_unread(one))
+        files = files_of(law for law in (*settings.calibration.walls, settings.calibration.beds) if is_unread(law))
     if files:
-        raise InputError(f"{', '.join(one.path for one in files)}: a program that this study names, and nobody has "
+        raise InputError(f"{', '.join(file.path for file in files)}: a program that this study names, and nobody has "
                          f"allowed it to run; {ALLOW}")  # fmt: skip

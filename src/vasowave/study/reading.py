@@ -87,8 +87,8 @@ class Document:
         """Return where the value (or its key) at `path` stands, or the nearest thing around it."""
         first, second = (self._keys, self._values) if key else (self._values, self._keys)
         for length in range(len(path), -1, -1):
-            at = tuple(path[:length])
-            mark = first.get(at) or second.get(at)
+            keys = tuple(path[:length])
+            mark = first.get(keys) or second.get(keys)
             if mark is not None:
                 return _place(self.name, *mark)
         return Place(self.name)
@@ -117,7 +117,7 @@ def read_document(path: Path) -> Document:
             raw = file.read(_LARGEST + 1)
     except OSError as error:
         reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
-        around = next((one for one in path.absolute().parents[1:] if (one / path.name).is_file()), None)
+        around = next((parent for parent in path.absolute().parents[1:] if (parent / path.name).is_file()), None)
         advice = f"the study is {around}" if around else "`vasowave new FOLDER` makes a new study"
         raise InputError(f"{path}: {reason}; {advice}") from None
     return parse_document(raw, str(path))
@@ -156,9 +156,9 @@ def parse_document(raw: bytes, name: str) -> Document:
 def _say_syntax(document: Document, error: Exception) -> None:
     mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
     where = _place(document.name, mark.line + 1, mark.column + 1) if mark else Place(document.name)
-    what = getattr(error, "problem", None) or getattr(error, "reason", None) or "cannot be understood"
+    problem = getattr(error, "problem", None) or getattr(error, "reason", None) or "cannot be understood"
     tab = mark and mark.buffer and mark.buffer[mark.pointer] == "\t"
-    document.say((TAB if tab else SYNTAX)(what=what), where)
+    document.say((TAB if tab else SYNTAX)(what=problem), where)
 
 
 def _place(name: str, line: int, column: int) -> Place:
@@ -195,20 +195,20 @@ class _Builder:
 
         mapping: dict[str, Any] = {}
         for key, value in node.value:
-            here = (*path, key.value if isinstance(key, yaml.ScalarNode) else "?")
+            key_path = (*path, key.value if isinstance(key, yaml.ScalarNode) else "?")
             if not isinstance(key, yaml.ScalarNode):
-                self.document._values.setdefault(here, _mark(key))
-                self.document.say(NO_KEY(), self.document.place(here))
+                self.document._values.setdefault(key_path, _mark(key))
+                self.document.say(NO_KEY(), self.document.place(key_path))
                 continue
             if value.start_mark.index == key.end_mark.index:  # {HPH, drug: 1} are two names, the first without a value
                 self.document.say(NO_VALUE(key=key.value), _place(self.document.name, *_mark(key)))
                 continue
             if key.value in mapping:
-                first = self.document._keys[here][0]
+                first = self.document._keys[key_path][0]
                 self.document.say(KEY_TWICE(key=key.value, first=first), _place(self.document.name, *_mark(key)))
                 continue
-            self.document._keys[here] = _mark(key)
-            mapping[key.value] = self.build(value, here)
+            self.document._keys[key_path] = _mark(key)
+            mapping[key.value] = self.build(value, key_path)
         return mapping
 
 
@@ -260,13 +260,17 @@ def parse_settings(raw: bytes, name: str = STUDY_FILE) -> tuple[StudyFile | None
 def validated(document: Document) -> StudyFile | None:
     """Return the settings a document holds; what is wrong is added to its problems, and then None is returned."""
     # A section whose lines are all commented out is an empty one, not a wrong one.
-    known = settings_of(StudyFile)
-    empty = [key for key, value in document.values.items() if value is None and key in known and known[key].section]
+    known_settings = settings_of(StudyFile)
+    empty = [
+        key
+        for key, value in document.values.items()
+        if value is None and key in known_settings and known_settings[key].section
+    ]
     document.problems += _unknown_parameters(document)
     settings = read_values(StudyFile, {key: value for key, value in document.values.items() if key not in empty})
     if isinstance(settings, list):
-        for at, of_key, wrong in settings:
-            document.say(wrong, document.place(at, key=of_key))
+        for keys, of_key, wrong in settings:
+            document.say(wrong, document.place(keys, key=of_key))
         return None
     return None if document.problems else settings
 
@@ -281,15 +285,15 @@ def _unknown_parameters(document: Document) -> list[StudyProblem]:
     beds = _named(calibration.get("beds", "windkessel"))
     unread = any(map(is_unread, (beds, *map(_named, walls if isinstance(walls, list) else ()))))
     viscous = is_true(calibration.get("viscous"))
-    known = known_parameters(names, beds if _is_found(find_bed, beds) else "windkessel", viscous)
+    known_names = known_parameters(names, beds if _is_found(find_bed, beds) else "windkessel", viscous)
     problems = []
     for section in ("bounds", "fixed"):
-        given = calibration.get(section)
-        for name in given if isinstance(given, dict) else ():
-            if name not in known and not (unread and "." in name):
-                at = ["calibration", section]
-                unknown = unknown_word(at, name, known)
-                problems.append(StudyProblem(unknown.placed(document.place([*at, name], key=True))))
+        section_values = calibration.get(section)
+        for name in section_values if isinstance(section_values, dict) else ():
+            if name not in known_names and not (unread and "." in name):
+                keys = ["calibration", section]
+                unknown = unknown_word(keys, name, known_names)
+                problems.append(StudyProblem(unknown.placed(document.place([*keys, name], key=True))))
     return problems
 
 

@@ -32,11 +32,11 @@ CHANGED = look_kind(
 
 
 def _warned(stored: Results, results: list[AnimalResult]) -> list[AnimalResult]:
-    return [replace(one, looks=looks_of(one, stored.settings.species)) for one in results]
+    return [replace(result, looks=looks_of(result, stored.settings.species)) for result in results]
 
 
 def report_study(
-    study: Path, pdf: bool | None = None, workers: int = 1, animal: str = "", tell: Tell | None = None
+    study: Path, pdf: bool | None = None, workers: int = 1, animal: str = "", announce: Tell | None = None
 ) -> Path:
     """Write the report of a study that was run and return its page; nothing is simulated, and no recording is needed.
 
@@ -53,7 +53,7 @@ def report_study(
         ``if __name__ == "__main__":``.
     animal : str
         Write the report of this one alone.
-    tell : callable, optional
+    announce : callable, optional
         Called with the questions of the page and their answers.
 
     Raises
@@ -70,23 +70,23 @@ def report_study(
         raise InputError(f"{study}: there is no such folder")
     path = study_path(Path(study))
     folder, stored = path.parent, read_results(path.parent)
-    asked = stored.settings.report if pdf is None else replace(stored.settings.report, pdf=pdf)
+    report_settings = stored.settings.report if pdf is None else replace(stored.settings.report, pdf=pdf)
     if animal:
-        own = inside(folder, f"{ONE_BY_ONE}/{stored.file_of(animal).stem}")
+        animal_folder = inside(folder, f"{ONE_BY_ONE}/{stored.file_of(animal).stem}")
         result = stored[animal]
         _tell_changed(path, stored, [result])
-        return write_report(_warned(stored, [result]), own, pdf=asked.pdf)
+        return write_report(_warned(stored, [result]), animal_folder, pdf=report_settings.pdf)
     place = inside(folder, REPORT_FOLDER)
-    with side_by_side(workers, len(stored)) as each, seldom_collected():
-        results = _warned(stored, stored.in_order(each, whole=False))
+    with side_by_side(workers, len(stored)) as parallel_map, seldom_collected():
+        results = _warned(stored, stored.in_order(parallel_map, whole=False))
         _tell_changed(path, stored, results)
         return write_cohort_report(
             stored.gathered(results, results[0].group),
             place,
-            asked,
+            report_settings,
             title=stored.settings.title,
-            each=each,
-            tell=tell,
+            each=parallel_map,
+            tell=announce,
         )
 
 
@@ -95,24 +95,24 @@ def _tell_changed(path: Path, stored: Results, results: Sequence[AnimalResult]) 
     study, problems = inspect_study(path) if path.is_file() else (None, [])
     if study is None:
         return
-    rows, known = {row.animal for row in study.animals}, {*stored, *(one.animal for one in stored.lost)}
+    rows, known_animals = {row.animal for row in study.animals}, {*stored, *(failure.animal for failure in stored.lost)}
     keys = {result.name: str(result.origin.get("key")) for result in results}
-    lost = [] if any(one.error for one in problems) else [name for name in keys if name not in rows]
-    groups = {one.animal: one.group for one in stored.animals}
+    lost = [] if any(problem.error for problem in problems) else [name for name in keys if name not in rows]
+    groups = {entry.animal: entry.group for entry in stored.animals}
     moved = [f"{row.animal} ({row.group}, was {before})" for row in study.animals
              if (before := groups.get(row.animal, row.group)) != row.group]  # fmt: skip
     settings, columns = outdated(study, stored)
     listed = {
         "animals in another group": moved,
         "animals whose row, files or settings (or the program) changed": _changed(study, keys),
-        "new animals": [row.animal for row in study.animals if row.animal not in known],
+        "new animals": [row.animal for row in study.animals if row.animal not in known_animals],
         "animals no longer in the table": lost,
         "columns of the table of animals": columns,
         "settings": settings,
     }
-    said = "; ".join(f"{what}: {some_of(names, _NAMED)}" for what, names in listed.items() if names)
-    if said:
-        warn(CHANGED(path=str(path), changes=said), stacklevel=3)
+    changes = "; ".join(f"{title}: {some_of(names, _NAMED)}" for title, names in listed.items() if names)
+    if changes:
+        warn(CHANGED(path=str(path), changes=changes), stacklevel=3)
 
 
 def _changed(study: Study, keys: dict[str, str]) -> list[str]:

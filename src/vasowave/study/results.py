@@ -119,14 +119,14 @@ class Results(Mapping[str, AnimalResult]):
         InputError
             Its file is missing or damaged.
         """
-        stored = {one.animal: one for one in self.animals}
+        stored = {entry.animal: entry for entry in self.animals}
         if animal not in stored:
             raise KeyError(self._absent(animal))
         return _read(self.folder, stored[animal])
 
     def __contains__(self, animal: object) -> bool:
         """Whether an animal has a result; its file is not read."""
-        return any(one.animal == animal for one in self.animals)
+        return any(entry.animal == animal for entry in self.animals)
 
     def file_of(self, animal: str) -> Path:
         """Return the file of an animal, seen from the folder of the index.
@@ -136,26 +136,26 @@ class Results(Mapping[str, AnimalResult]):
         InputError
             There is no result of this animal.
         """
-        files = {one.animal: Path(one.file) for one in self.animals}
+        files = {entry.animal: Path(entry.file) for entry in self.animals}
         if animal not in files:
             raise InputError(self._absent(animal))
         return files[animal]
 
     def _absent(self, animal: str) -> str:
-        lost = {one.animal: f": {one}" for one in self.lost}
-        like = [one for one in self if str(animal).casefold() in one.casefold()]
-        mean = f" (did you mean {some_of([repr(one) for one in like], _NAMED)}?)" if like else ""
-        why = lost.get(animal) or mean or did_you_mean(str(animal), self)
-        return f"{self.folder}: there is no result of '{animal}'{why}; there are: {some_of(list(self), _NAMED)}"
+        lost = {failure.animal: f": {failure}" for failure in self.lost}
+        like = [name for name in self if str(animal).casefold() in name.casefold()]
+        mean = f" (did you mean {some_of([repr(name) for name in like], _NAMED)}?)" if like else ""
+        reason = lost.get(animal) or mean or did_you_mean(str(animal), self)
+        return f"{self.folder}: there is no result of '{animal}'{reason}; there are: {some_of(list(self), _NAMED)}"
 
     @property
     def lost(self) -> tuple[Failure, ...]:
         """The failures of the animals that have no result."""
-        return tuple(one for one in self.failures if one.whole)
+        return tuple(failure for failure in self.failures if failure.whole)
 
     def __iter__(self) -> Iterator[str]:
         """Go through the names of the animals."""
-        return (one.animal for one in self.animals)
+        return (entry.animal for entry in self.animals)
 
     def __len__(self) -> int:
         """Return how many animals were analyzed."""
@@ -163,12 +163,16 @@ class Results(Mapping[str, AnimalResult]):
 
     def __repr__(self) -> str:
         """Return a short table: the animals by group, the laws, what failed, and what can be typed next."""
-        others = [label for label, names in self._members.items() if names][1:]
+        labels = [label for label, names in self._members.items() if names][1:]
         facts = {label: f"{len(names)}  {some_of(names, _NAMED)}" for label, names in self._members.items()}
         facts["wall laws"] = self._laws
-        facts |= {"failed": some_of([f"{one.animal}, {one}" for one in self.failures], _NAMED)} if self.failures else {}
+        facts |= (
+            {"failed": some_of([f"{failure.animal}, {failure}" for failure in self.failures], _NAMED)}
+            if self.failures
+            else {}
+        )
         calls = [*(f"results[{name!r}]" for name in [*self][:1]), "results.table()"]
-        facts["next"] = ", ".join([*calls, *(f"results.compare({label!r})" for label in others[:1])])
+        facts["next"] = ", ".join([*calls, *(f"results.compare({label!r})" for label in labels[:1])])
         width = max(map(len, facts))
         rows = [f"  {name:<{width}}  {text}" for name, text in facts.items()]
         return "\n".join([f"Study: {self.settings.title}", *rows])
@@ -179,12 +183,14 @@ class Results(Mapping[str, AnimalResult]):
         }
         facts["wall laws"] = self._laws
         facts["run"] = ", ".join(f"{name} {version}" for name, version in self.versions.items())
-        failed = [f"{one.animal} failed, {one}" for one in self.failures]
+        failed = [f"{failure.animal} failed, {failure}" for failure in self.failures]
         return card(f"Study: {self.settings.title}", facts, failed)
 
     @property
     def _members(self) -> dict[str, list[str]]:
-        return {label: [one.animal for one in self.animals if one.group == label] for label in self.settings.groups}
+        return {
+            label: [entry.animal for entry in self.animals if entry.group == label] for label in self.settings.groups
+        }
 
     @property
     def _laws(self) -> str:
@@ -201,9 +207,9 @@ class Results(Mapping[str, AnimalResult]):
         InputError
             The file of an animal is missing or damaged.
         """
-        parts = [result.table() for result in self.in_order(whole=False)]
-        table = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=[*TIDY])
-        return table.assign(**{one.label: table["animal"].map(one.values) for one in self.variables})
+        tables = [result.table() for result in self.in_order(whole=False)]
+        table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=[*TIDY])
+        return table.assign(**{variable.label: table["animal"].map(variable.values) for variable in self.variables})
 
     def compare(self, group: str, reference: str | None = None, **family: Any) -> "Comparison":
         """Compare a group with another as the report does, by its primary comparison.
@@ -228,19 +234,19 @@ class Results(Mapping[str, AnimalResult]):
         first = reference or (results[0].group if results else None)
         cohort = self.gathered(results, first)
         if group == cohort.reference:
-            others = ", ".join([*cohort.groups][1:]) or "none, for all animals are of one group"
-            raise InputError(f"'{group}' is the reference itself; compare one of the others with it: {others}")
+            alternatives = ", ".join([*cohort.groups][1:]) or "none, for all animals are of one group"
+            raise InputError(f"'{group}' is the reference itself; compare one of the others with it: {alternatives}")
         if group not in [*cohort.groups][1:]:
-            known = ", ".join([*cohort.groups][1:]) or "none, for all animals are of one group"
+            group_names = ", ".join([*cohort.groups][1:]) or "none, for all animals are of one group"
             raise InputError(f"no group '{group}' to compare with {cohort.reference}"
-                             f"{did_you_mean(group, [*cohort.groups][1:])}; there are: {known}")  # fmt: skip
+                             f"{did_you_mean(group, [*cohort.groups][1:])}; there are: {group_names}")  # fmt: skip
         primary = primary_comparison(cohort, given_values(ReportSettings, self.settings.report, family))
         return Comparison(group, cohort, primary.of(group))
 
     def gathered(self, results: Sequence[AnimalResult], reference: str | None = None) -> Cohort:
         """Return results of these animals in their groups, with what the lab knows of them and the study's design."""
-        own = (self.variables, self.settings.design, self.declared)
-        return gathered(results, reference, self.__getitem__, self.lost, *own)
+        study_facts = (self.variables, self.settings.design, self.declared)
+        return gathered(results, reference, self.__getitem__, self.lost, *study_facts)
 
     def in_order(self, each: "Each" = map, whole: bool = True) -> list[AnimalResult]:
         """Return the results of all animals, in the order of their groups; `each` may read several at a time.
@@ -248,13 +254,13 @@ class Results(Mapping[str, AnimalResult]):
         Unless `whole`, simulations are those `at_inlets`, and hundreds of animals need little memory.
         """
         order = list(self.settings.groups)
-        grouped = sorted(self.animals, key=lambda one: order.index(one.group))
+        grouped = sorted(self.animals, key=lambda entry: order.index(entry.group))
         if whole:
             return list(each(partial(_read, self.folder), grouped))
-        new = [one for one in grouped if one.animal not in self._light]
+        new = [entry for entry in grouped if entry.animal not in self._light]
         read = each(partial(_read_light, self.folder), new)
-        self._light.update((one.animal, result) for one, result in zip(new, read, strict=True))
-        return [self._light[one.animal] for one in grouped]
+        self._light.update((entry.animal, result) for entry, result in zip(new, read, strict=True))
+        return [self._light[entry.animal] for entry in grouped]
 
 
 def _read(folder: Path, stored: StoredAnimal) -> AnimalResult:
@@ -302,17 +308,17 @@ def write_results(
         animals.append(StoredAnimal(animal, group, f"{ANIMALS}/{place.name}", digest))
     content = {
         "form": FORM,
-        "animals": [asdict(one) for one in animals],
+        "animals": [asdict(entry) for entry in animals],
         "failures": as_plain(failures),
         "settings": asdict(settings),
-        "variables": [asdict(one) for one in variables],
-        "declared": [asdict(one) for one in declared],
+        "variables": [asdict(variable) for variable in variables],
+        "declared": [asdict(declaration) for declaration in declared],
         "versions": provenance(),
     }
     index = write_file(folder / INDEX, json.dumps(content | {"sha256": _digest(content)}, indent=1, ensure_ascii=False))
-    named = {Path(one.file).name for one in animals}
-    for other in (one for one in inside.glob("*.nc") if one.name not in named):
-        remove_file(other)
+    named = {Path(entry.file).name for entry in animals}
+    for stale_file in (file for file in inside.glob("*.nc") if file.name not in named):
+        remove_file(stale_file)
     return index
 
 
@@ -350,7 +356,7 @@ def read_results(folder: Path) -> Results:
     [['mouse 6', 'mmHg s/ml']]
     """
     folder = Path(folder)
-    where = next((one for one in (folder / "results", folder) if (one / INDEX).is_file()), None)
+    where = next((place for place in (folder / "results", folder) if (place / INDEX).is_file()), None)
     if where is None:
         raise InputError(_nothing(folder))
     index = where / INDEX
@@ -360,18 +366,18 @@ def read_results(folder: Path) -> Results:
             raise InputError(f"{index}: of another version ('{content['form']}', not '{FORM}'); run it again")
         if content.pop("sha256") != _digest(content):
             raise ValueError("its content does not match its SHA-256")
-        animals = tuple(StoredAnimal(**one) for one in content["animals"])
-        if any(PurePosixPath(one.file).parent != PurePosixPath(ANIMALS) for one in animals):
+        animals = tuple(StoredAnimal(**entry) for entry in content["animals"])
+        if any(PurePosixPath(entry.file).parent != PurePosixPath(ANIMALS) for entry in animals):
             raise ValueError("a result lies elsewhere")
         failures = from_plain(content["failures"])
         with looking_in(None):
             fitted = content["settings"]["calibration"]
             remember([*map(str, fitted["walls"]), str(fitted.get("beds"))], (where.parent, where))
             settings = StudyFile(**content["settings"])
-        if not {one.group for one in animals} <= {*settings.groups}:
+        if not {entry.group for entry in animals} <= {*settings.groups}:
             raise ValueError("an animal of no group")
-        variables = tuple(Variable(**one) for one in content.get("variables", ()))
-        declared = tuple(Declaration(**one) for one in content.get("declared", ()))
+        variables = tuple(Variable(**entry) for entry in content.get("variables", ()))
+        declared = tuple(Declaration(**entry) for entry in content.get("declared", ()))
     except InputError:
         raise
     except (ValueError, LookupError, TypeError, AttributeError) as error:

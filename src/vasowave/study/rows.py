@@ -127,7 +127,7 @@ class AnimalRow:
     temperature: float | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
     """Settings of `KnownErrors` that are said of this animal."""
-    own: Mapping[str, str] = field(default_factory=dict)
+    lab_cells: Mapping[str, str] = field(default_factory=dict)
     """Cells of the columns that are the lab's own, by title, and of those that say what animals share."""
 
     @property
@@ -141,7 +141,7 @@ class AnimalRow:
     def files(self) -> dict[str, Path]:
         """Every file that is read for this animal, by its role; a table of sites names waveforms."""
         files = {"network": self.network, **dict(zip(("recording", "flow"), self.recordings, strict=False))}
-        beside = {"beat edits": self.beat_edits, "ventricle": self.ventricle, "wedge wave": self.wedge_wave}
-        files |= {role: file for role, file in beside.items() if file is not None}
+        optional_files = {"beat edits": self.beat_edits, "ventricle": self.ventricle, "wedge wave": self.wedge_wave}
+        files |= {role: file for role, file in optional_files.items() if file is not None}
         waves = () if self.sites is None else (self.sites, *site_files(self.sites))
         return files | {f"site {place}" if place else "sites": file for place, file in enumerate(waves)}

@@ -110,13 +110,13 @@ class RunStatus:
 
     def __str__(self) -> str:
         """Return the status as sentences."""
-        at = f"{self.stage}, {self.done} of {self.count} animals done"
+        progress = f"{self.stage}, {self.done} of {self.count} animals done"
         by = f" by {self.stopped_by}" if self.stopped_by else ""
         if self.ended is None:
-            return f"{at}; asked to stop{by}" if by else at
-        at = "" if self.ended is Ended.FINISHED else f" while {at}"
-        said = [one for one in (self.message, _REMEDIES.get(self.ended, "")) if one]
-        return f"The last run, of {self.begun}: {'. '.join([f'{self.ended}{by}{at}', *said])}"
+            return f"{progress}; asked to stop{by}" if by else progress
+        progress = "" if self.ended is Ended.FINISHED else f" while {progress}"
+        sentences = [text for text in (self.message, _REMEDIES.get(self.ended, "")) if text]
+        return f"The last run, of {self.begun}: {'. '.join([f'{self.ended}{by}{progress}', *sentences])}"
 
     @property
     def is_alive(self) -> bool:
@@ -132,7 +132,7 @@ class _Request(NamedTuple):
     begun: str
     process: int
     by: str
-    at: float
+    asked_at: float
 
 
 @stored("status of a run", f"{RESULTS}/{STATUS}")
@@ -145,39 +145,39 @@ def run_status(results: Path) -> RunStatus | None:
         The folder of the results.
     """
     going = holder(results / LOCK)
-    found, request = _read(results)
-    if found is None or (found.ended and going and not found.is_alive):  # another, which has only begun
+    status, request = _read(results)
+    if status is None or (status.ended and going and not status.is_alive):  # another, which has only begun
         return None
-    if found.ended:
-        return found
-    found = replace(found, stopped_by=request.by if request else "")
-    if going or found.is_alive or holder(results / LOCK):
-        return found
-    ended, why = Ended.KILLED, "Its process ended without a word"
+    if status.ended:
+        return status
+    status = replace(status, stopped_by=request.by if request else "")
+    if going or status.is_alive or holder(results / LOCK):
+        return status
+    ended, reason = Ended.KILLED, "Its process ended without a word"
     if request:
-        ended, why = Ended.STOPPED, "Its process was ended at once"
-    elif found.node == platform.node() and kills_for_memory() > found.killed_before:
-        ended, why = Ended.OUT_OF_MEMORY, "The system killed programs for lack of memory while it went on"
-    return replace(found, ended=ended, message=why)
+        ended, reason = Ended.STOPPED, "Its process was ended at once"
+    elif status.node == platform.node() and kills_for_memory() > status.killed_before:
+        ended, reason = Ended.OUT_OF_MEMORY, "The system killed programs for lack of memory while it went on"
+    return replace(status, ended=ended, message=reason)
 
 
 def _read(results: Path) -> tuple[RunStatus | None, _Request | None]:
     """Return what the run wrote last, whole, and the request that it stop."""
-    *written, asked = read_slots(results / STATUS, _SLOTS)
-    whole = [one for one in (_value(text, RunStatus) for text in written) if one]
-    found = max(whole, key=lambda one: one.written, default=None)
-    request = _value(asked, _Request)
-    of_it = found and request and request[:2] == (found.begun, found.process)
-    return found, request if of_it else None
+    *written, request_text = read_slots(results / STATUS, _SLOTS)
+    statuses = [candidate for candidate in (_value(text, RunStatus) for text in written) if candidate]
+    status = max(statuses, key=lambda candidate: candidate.written, default=None)
+    request = _value(request_text, _Request)
+    of_it = status and request and request[:2] == (status.begun, status.process)
+    return status, request if of_it else None
 
 
 def _value(text: str, kind: Any) -> Any:
     """Return what a text says, checked; None if it is nothing of ours, or no terminal should show it."""
     try:
-        found = parsed_as(kind, text)
+        value = parsed_as(kind, text)
     except ValueError:
         return None
-    return found if str(found).replace("\n", "").isprintable() else None
+    return value if str(value).replace("\n", "").isprintable() else None
 
 
 class RunRecord:
@@ -286,41 +286,41 @@ def ask_to_stop(results: Path, by: str) -> str:
     InputError
         It cannot be asked; or it was, runs on another machine, and does not stop.
     """
-    found, request = run_status(results), _read(results)[1]
-    if found is None or found.ended:
+    status, request = run_status(results), _read(results)[1]
+    if status is None or status.ended:
         return "nothing runs here"
     if request is None:
-        wanted = _Request(found.begun, found.process, by, time.time())
+        stop_request = _Request(status.begun, status.process, by, time.time())
         try:
             with opened(results / STATUS, _SLOTS) as file:
-                write_slot(file, _REQUEST, json.dumps(wanted))
+                write_slot(file, _REQUEST, json.dumps(stop_request))
         except OSError as error:
             raise not_written(results / STATUS, error) from error
-    elif time.time() - request.at > _PATIENCE:
-        if found.node != platform.node() or not found.is_alive:
-            raise InputError(f"the run was asked to stop and does not; end process {found.process} on {found.node}")
+    elif time.time() - request.asked_at > _PATIENCE:
+        if status.node != platform.node() or not status.is_alive:
+            raise InputError(f"the run was asked to stop and does not; end process {status.process} on {status.node}")
         with suppress(ProcessLookupError):
-            os.kill(found.process, getattr(signal, "SIGKILL", signal.SIGTERM))
+            os.kill(status.process, getattr(signal, "SIGKILL", signal.SIGTERM))
         return "the run did not stop and was ended at once; what had finished is kept"
     return f"the run is being stopped; what had finished is kept. If it goes on, stop it again after {_PATIENCE:.0f} s"
 
 
 def record_end(results: Path, process: int, code: int) -> None:
     """Write how a run ended that could not do so itself: whoever began it knows its exit status, or its signal."""
-    written, found = _read(results)[0], run_status(results)
-    if written is None or written.process != process or written.ended or found is None or found.ended is None:
+    written, status = _read(results)[0], run_status(results)
+    if written is None or written.process != process or written.ended or status is None or status.ended is None:
         return
-    if found.ended is Ended.KILLED:
-        how = signal.Signals(-code).name if code < 0 else f"exit status {code}"
-        found = replace(found, message=f"Its process ended without a word ({how})")
+    if status.ended is Ended.KILLED:
+        cause = signal.Signals(-code).name if code < 0 else f"exit status {code}"
+        status = replace(status, message=f"Its process ended without a word ({cause})")
     with suppress(OSError), opened(results / STATUS, _SLOTS) as file:
-        _write(file, replace(found, written=found.written + 1))
+        _write(file, replace(status, written=status.written + 1))
 
 
 def _start_of(process: int) -> str:
     """Return when a process began, by the system's own count; empty where there is none, or the system does not say."""
     try:
-        state, *rest = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+        state, *fields = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     except OSError:
         return ""
-    return "" if state == "Z" else rest[18]
+    return "" if state == "Z" else fields[18]

@@ -64,7 +64,7 @@ class Done:
     @property
     def lost(self) -> tuple[Failure, ...]:
         """The failures of whole animals."""
-        return tuple(one for one in self.failures if one.whole)
+        return tuple(failure for failure in self.failures if failure.whole)
 
 
 def run_study(
@@ -145,8 +145,8 @@ def analyze_study(
         remove_parts(place)  # of a run that was killed while it wrote its results
     store = ResultStore(study.results)
     pressures: dict[str, float] = {}
-    pieces, jobs, why = _plan(study, store, pressures)
-    kept = tuple(pieces)
+    pieces, jobs, reasons = _plan(study, store, pressures)
+    kept_names = tuple(pieces)
     begun = {job.name for job in jobs if read_journal(study.results / SEARCHES / f"{job.key}.jsonl")}
 
     def say(step: Progress) -> None:
@@ -160,22 +160,22 @@ def analyze_study(
         pieces[job.name] = store.keep(job.key, content)
 
     def shifted(step: Progress) -> None:
-        say(replace(step, done=len(kept) + step.done, count=len(study.animals)))
+        say(replace(step, done=len(kept_names) + step.done, count=len(study.animals)))
 
-    for number, name in enumerate(kept, 1):
+    for number, name in enumerate(kept_names, 1):
         say(Progress(name, "kept", number, len(study.animals)))
     if jobs:
         laws = study.settings.calibration.walls
         run.write(stage="computing")
         pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs), laws)
-        why |= run_jobs(jobs, analyzed_bytes, keep, pools, at_once, threads, shifted)
-    results, failures, warnings = _write(study, pieces, _lost(study, why, pressures))
-    if not why:
+        reasons |= run_jobs(jobs, analyzed_bytes, keep, pools, at_once, threads, shifted)
+    results, failures, warnings = _write(study, pieces, _lost(study, reasons, pressures))
+    if not reasons:
         remove_journals(study.results)
     computed = tuple(job.name for job in jobs if job.name in pieces)
     resumed = tuple(name for name in computed if name in begun)
-    done = Done(results, computed, kept, failures, warnings, resumed)
-    run.write(message=f"{len(computed)} computed, {len(kept)} kept from earlier, {len(done.lost)} failed")
+    done = Done(results, computed, kept_names, failures, warnings, resumed)
+    run.write(message=f"{len(computed)} computed, {len(kept_names)} kept from earlier, {len(done.lost)} failed")
     return done
 
 
@@ -207,9 +207,9 @@ def run_alone(run: RunRecord, study: Study, progress: FitProgress | None = None)
     tell_blood(study.settings.blood)
     run.write(stage="computing")
     store = ResultStore(study.results)
-    pieces, jobs, why = _plan(study, store, {})
-    if why:
-        raise InputError(why[row.animal])
+    pieces, jobs, reasons = _plan(study, store, {})
+    if reasons:
+        raise InputError(reasons[row.animal])
     for job in jobs:
         animal, settings, hashes, journal, key, laws = job.load()
         result = analyze_animal(animal, settings, hashes, journal, key, laws, progress)
@@ -242,13 +242,13 @@ def _tell_lost(study: Study) -> None:
         warn(NO_LONGER_THERE(animals=", ".join(lost)).at(str(study.path)), stacklevel=4)
 
 
-def _lost(study: Study, why: Mapping[str, str], pressures: Mapping[str, float]) -> list[Failure]:
+def _lost(study: Study, reasons: Mapping[str, str], pressures: Mapping[str, float]) -> list[Failure]:
     """Return the animals that have no result, in the order of the table; one whose pressure is known was read."""
-    stages = {name: Stage.COMPUTING if name in pressures else Stage.READING for name in why}
+    stages = {name: Stage.COMPUTING if name in pressures else Stage.READING for name in reasons}
     return [
-        Failure(row.animal, row.group, "", stages[row.animal], why[row.animal], pressures.get(row.animal))
+        Failure(row.animal, row.group, "", stages[row.animal], reasons[row.animal], pressures.get(row.animal))
         for row in study.animals
-        if row.animal in why
+        if row.animal in reasons
     ]
 
 
@@ -257,13 +257,13 @@ def _write(
 ) -> tuple[Path, tuple[Failure, ...], dict[str, tuple[Finding, ...]]]:
     """Write the results from the pieces, in the order of the table; returns index, failures and looks by animal."""
     if not pieces:
-        listed = "\n".join(f"  {one.animal}: {one.reason}" for one in lost)
+        listed = "\n".join(f"  {failure.animal}: {failure.reason}" for failure in lost)
         raise InputError(f"{study.path}: every animal failed\n{listed}")
     stored = {(row.animal, row.group): pieces[row.animal] for row in study.animals if row.animal in pieces}
-    told = {name: _told(piece, study.settings.species) for (name, _), piece in stored.items()}
-    failures = (*lost, *(one for failed, _ in told.values() for one in failed))
+    summaries = {name: _told(piece, study.settings.species) for (name, _), piece in stored.items()}
+    failures = (*lost, *(failure for failed, _ in summaries.values() for failure in failed))
     index = write_results(study.results, stored, failures, study.settings, study.variables, declare(study))
-    return index, failures, {name: looks for name, (_, looks) in told.items() if looks}
+    return index, failures, {name: looks for name, (_, looks) in summaries.items() if looks}
 
 
 def _plan(
@@ -275,13 +275,13 @@ def _plan(
     """
     pieces: dict[str, Path] = {}
     jobs: list[Job] = []
-    why: dict[str, str] = {}
+    reasons: dict[str, str] = {}
     journals = made_inside(study.results, SEARCHES)
     for row in study.animals:
         try:
             key = animal_key(row, study.settings, study.folder)
         except InputError as error:
-            why[row.animal] = str(error)
+            reasons[row.animal] = str(error)
             continue
         piece = store.find(key)
         if piece is not None:
@@ -304,7 +304,7 @@ def _plan(
             )
 
         jobs.append(Job(row.animal, key, load))
-    return pieces, jobs, why
+    return pieces, jobs, reasons
 
 
 def _pools(

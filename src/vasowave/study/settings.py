@@ -43,10 +43,10 @@ def _distinct(labels: list[str]) -> list[str]:
     twice = next((label for label in labels if labels.count(label) > 1), None)
     if twice is not None:
         raise InputError(f"group '{twice}' is listed twice; keep one")
-    known: dict[str, str] = {}
+    labels_by_name: dict[str, str] = {}
     for label in labels:
-        if (other := known.setdefault(label.casefold(), label)) != label:
-            raise InputError(f"groups '{other}' and '{label}' differ by capitals alone; keep one, or rename it")
+        if (namesake := labels_by_name.setdefault(label.casefold(), label)) != label:
+            raise InputError(f"groups '{namesake}' and '{label}' differ by capitals alone; keep one, or rename it")
     return labels
 
 
@@ -121,15 +121,17 @@ class StudyFile(Analysis, Inputs):
 
     def __post_init__(self) -> None:
         """Refuse what the paper's practice sets itself."""
-        known = settings_of(StudyFile)
-        own = [
+        known_settings = settings_of(StudyFile)
+        changed_names = [
             name for name in ("blood", "numerics", "waves_at", "noise_models")
-            if getattr(self, name) != known[name].default
+            if getattr(self, name) != known_settings[name].default
         ]  # fmt: skip
         if self.calibration.pressure_harmonics not in (Calibration.pressure_harmonics, "all"):
-            own.append("calibration.pressure_harmonics")
-        if self.practice == "paper" and own:
-            raise InputError(f"practice 'paper' sets {', '.join(own)} itself; leave that out, or the practice")
+            changed_names.append("calibration.pressure_harmonics")
+        if self.practice == "paper" and changed_names:
+            raise InputError(
+                f"practice 'paper' sets {', '.join(changed_names)} itself; leave that out, or the practice"
+            )
         if self.practice == "paper" and self.calibration.enters == "pressure":
             raise InputError("practice 'paper' lets the flow enter; leave calibration.enters out, or the practice")
 
@@ -142,10 +144,10 @@ def averaging_settings(study: StudyFile) -> Averaging:
 
 def animal_settings(study: StudyFile, row: AnimalRow | None = None) -> Settings:
     """Return what the study file says about the analysis of an animal, and of one its row in the table of animals."""
-    said = {name: getattr(study, name) for name in settings_of(Analysis)}
-    said |= {name: getattr(study.calibration, name) for name in settings_of(Calibration)}
+    values = {name: getattr(study, name) for name in settings_of(Analysis)}
+    values |= {name: getattr(study.calibration, name) for name in settings_of(Calibration)}
     numerics = {name: getattr(study.numerics, name) for name in settings_of(Resolution)}
-    settings = Settings(**said, blood=study.blood.blood(), numerics=Numerics(**numerics))
+    settings = Settings(**values, blood=study.blood.blood(), numerics=Numerics(**numerics))
     if study.practice == "paper":
         exact: dict[str, Any] = {name: getattr(study, name) or 0.0 for name in settings_of(KnownErrors)}
         settings = replace(

@@ -86,10 +86,10 @@ def one_row(network: Path, recordings: Sequence[Path], animal: str, group: str, 
     for file in (network, *recordings):
         if not file.is_file():
             raise InputError(f"{file}: {_FOLDER if file.is_dir() else 'there is no such file'}")
-    known = [NETWORKS.known(file) is not None for file in (network, *recordings)]
-    if not known[0] and any(known[1:]):
+    are_networks = [NETWORKS.known(file) is not None for file in (network, *recordings)]
+    if not are_networks[0] and any(are_networks[1:]):
         raise InputError(
-            f"{recordings[known[1:].index(True)]} holds vessels, {network} does not: the network comes first"
+            f"{recordings[are_networks[1:].index(True)]} holds vessels, {network} does not: the network comes first"
         )
     files = dict(zip(("recording", "flow"), map(str, recordings), strict=False))
     cell = {"animal": checked_name(animal), "group": group, "network": str(network), **files, **cells}
@@ -102,8 +102,8 @@ def one_row(network: Path, recordings: Sequence[Path], animal: str, group: str, 
 def option_of(title: str) -> Place:
     """Return the option that stands for a column of the table of animals."""
     plain = title.partition(" [")[0]
-    name, _, what = plain.rpartition(" ")
-    return Place(part=f"--{what} {name}" if what in ("channel", "unit") else f"--{plain.replace(' ', '-')}")
+    name, _, suffix = plain.rpartition(" ")
+    return Place(part=f"--{suffix} {name}" if suffix in ("channel", "unit") else f"--{plain.replace(' ', '-')}")
 
 
 def _check_place(folder: Path) -> None:
@@ -114,7 +114,7 @@ def _check_place(folder: Path) -> None:
     earlier, results = folder / "results.nc", folder / RESULTS
     if earlier.exists():
         raise InputError(f"{earlier} is of an earlier version of vasowave; give another folder, or remove its result")
-    if results.is_dir() and any(results.iterdir()) and not any((results / one).exists() for one in (INDEX, "cache")):
+    if results.is_dir() and any(results.iterdir()) and not any((results / name).exists() for name in (INDEX, "cache")):
         raise InputError(f"{results} is not empty and not a vasowave result; give another folder or empty it first")
     check_writable(folder)
 
@@ -126,7 +126,7 @@ def _check_animal(folder: Path, row: AnimalRow) -> None:
     except (InputError, ValueError):  # nothing is there, or nothing whole
         return
     before, now = (
-        str(one) for one in (result.origin.get("sha256 of recording", ""), file_hashes(row, folder)["recording"])
+        str(text) for text in (result.origin.get("sha256 of recording", ""), file_hashes(row, folder)["recording"])
     )
     same = not set(before.split(" ", 1)).isdisjoint(now.split(" ", 1))  # the content, or the name
     if result.name != row.animal or (before and not same):
@@ -147,19 +147,27 @@ def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[
         marks = Marks(cohort, wall)
         by_wall = animal_answers(result, wall, TOLD, called, marks)
         answers += [*by_wall, *marks.legend(by_wall, written)]
-    doubts = {(one.code, dict(one.values)["site"]): one for law in result.laws.values() for one in law.site_doubts}
-    said = [f"warning: {one} Do not use the numbers below before that is settled." for one in doubts.values()]
-    said += [f"problem: {one}" for one in of_models(cohort, list(result.laws))]
-    said += [f"warning: {one}" for one in warned]
-    said += [f"{question}: {text}" for question, text in dict.fromkeys(answers)]
-    said += assumed_errors([result]) if result.laws else []
-    said += [_best(wall, law) for wall, law in result.laws.items()]
-    told = {code for code, _ in doubts}
-    other = sorted(
-        (one for one in result.findings if one not in warned and one.code not in told),
-        key=lambda one: one.severity == Severity.NOTE,
+    doubts = {
+        (finding.code, dict(finding.values)["site"]): finding
+        for law in result.laws.values()
+        for finding in law.site_doubts
+    }
+    sentences = [
+        f"warning: {finding} Do not use the numbers below before that is settled." for finding in doubts.values()
+    ]
+    sentences += [f"problem: {text}" for text in of_models(cohort, list(result.laws))]
+    sentences += [f"warning: {finding}" for finding in warned]
+    sentences += [f"{question}: {text}" for question, text in dict.fromkeys(answers)]
+    sentences += assumed_errors([result]) if result.laws else []
+    sentences += [_best(wall, law) for wall, law in result.laws.items()]
+    doubt_codes = {code for code, _ in doubts}
+    further_findings = sorted(
+        (finding for finding in result.findings if finding not in warned and finding.code not in doubt_codes),
+        key=lambda finding: finding.severity == Severity.NOTE,
     )
-    return said + [f"{one.severity}: {text}" for one, text in zip(other, texts(other), strict=True)]
+    return sentences + [
+        f"{finding.severity}: {text}" for finding, text in zip(further_findings, texts(further_findings), strict=True)
+    ]
 
 
 def _best(wall: str, law: LawResult) -> str:
@@ -174,7 +182,8 @@ def _best(wall: str, law: LawResult) -> str:
     )
 
 
-def _parameter(one: xr.Dataset) -> str:
-    unit, meaning = str(one["unit"].item()), str(one["meaning"].item())
-    marked = parameter_mark(*(bool(one[name]) for name in ("free", "at_bound", "determined")))
-    return f"{one['parameter'].item()} {float(one['value']):.4g}{marked} {f'({meaning})' if unit == '1' else unit}"
+def _parameter(parameter: xr.Dataset) -> str:
+    unit, meaning = str(parameter["unit"].item()), str(parameter["meaning"].item())
+    marked = parameter_mark(*(bool(parameter[name]) for name in ("free", "at_bound", "determined")))
+    name, value = parameter["parameter"].item(), float(parameter["value"])
+    return f"{name} {value:.4g}{marked} {f'({meaning})' if unit == '1' else unit}"

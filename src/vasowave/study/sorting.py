@@ -33,7 +33,7 @@ class Recorded(NamedTuple):
         Quantity and title of channels that neither the user nor their titles alone decided.
     stretch : Span, optional
         The longest stretch without a gap, s, where there are gaps.
-    said : tuple of str
+    remarks : tuple of str
         What was decided for the user.
     """
 
@@ -42,7 +42,7 @@ class Recorded(NamedTuple):
     kind: str
     channels: tuple[tuple[str, str], ...] = ()
     stretch: Span | None = None
-    said: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
 
 class Sorted(NamedTuple):
@@ -69,13 +69,13 @@ def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
     for path in paths:
         if path.is_dir():
             inside = sorted(_walked(path, leave))
-            found = [one for one in inside if one.is_file() and one.suffix.lower() in suffixes]
+            candidates = [file for file in inside if file.is_file() and file.suffix.lower() in suffixes]
         elif path.is_file():
-            found = [path]
+            candidates = [path]
         else:
             raise InputError(f"{path}: there is no such file or folder")
-        for one in found:
-            files.setdefault(one.resolve(), one)
+        for file in candidates:
+            files.setdefault(file.resolve(), file)
     if not files:
         raise InputError(f"{', '.join(map(str, paths))}: no file there ends in {', '.join(sorted(suffixes))}")
     return list(files.values())
@@ -83,15 +83,15 @@ def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
 
 def _walked(folder: Path, leave: Collection[Path]) -> Iterator[Path]:
     """Go through the files in a folder and its folders, each folder once, whatever links there are."""
-    seen: set[Path] = set()
+    visited: set[Path] = set()
     for place, folders, names in os.walk(folder, followlinks=True):
         real = Path(place).resolve()
-        kept = [name for name in folders if not name.startswith(".") and Path(place, name).resolve() not in leave]
-        folders[:] = sorted(kept) if real not in seen else []
-        if real not in seen:
+        subfolders = [name for name in folders if not name.startswith(".") and Path(place, name).resolve() not in leave]
+        folders[:] = sorted(subfolders) if real not in visited else []
+        if real not in visited:
             files = (Path(place, name) for name in names if not name.startswith("."))
-            yield from (one for one in files if one.resolve() not in leave)
-        seen.add(real)
+            yield from (file for file in files if file.resolve() not in leave)
+        visited.add(real)
 
 
 def sort_files(
@@ -144,7 +144,9 @@ def _refuse_vessels(file: Path) -> None:
     if not table.names:
         return
     sizes = [name for name, unit in zip(table.names, table.units, strict=True) if unit and units.is_of(unit, "length")]
-    signals = [unit for unit in table.units if any(unit and units.is_of(unit, one) for one in ("pressure", "flow"))]
+    signals = [
+        unit for unit in table.units if any(unit and units.is_of(unit, quantity) for quantity in ("pressure", "flow"))
+    ]
     if len(sizes) > 1 and not signals:
         raise InputError(
             f"{file}: looks like a table of vessels ({' and '.join(sizes)} are lengths), whose columns are called "
@@ -155,16 +157,16 @@ def _refuse_vessels(file: Path) -> None:
 
 def _joined(halves: Sequence[tuple[str, str, Path]]) -> tuple[list[Recorded], list[tuple[str, Path]]]:
     """Return pressures with their flows, of one folder or else of one name anywhere, and what stays alone."""
-    joined, rest = [], list(halves)
+    joined, unpaired = [], list(halves)
     for same_folder in (True, False):
-        for one in [one for one in rest if one[1] == "pressure"]:
-            fits = [q for q in rest if q[1] == "flow" and q[0] == one[0]]
-            fits = [q for q in fits if q[2].parent == one[2].parent] if same_folder else fits
-            rivals = [p for p in rest if p[1] == "pressure" and p[0] == one[0]]
+        for pressure in [pressure for pressure in unpaired if pressure[1] == "pressure"]:
+            fits = [q for q in unpaired if q[1] == "flow" and q[0] == pressure[0]]
+            fits = [q for q in fits if q[2].parent == pressure[2].parent] if same_folder else fits
+            rivals = [p for p in unpaired if p[1] == "pressure" and p[0] == pressure[0]]
             if len(fits) == 1 and (same_folder or len(rivals) == 1):
-                joined.append(Recorded(one[0], (one[2], fits[0][2]), "cycle"))
-                rest = [left for left in rest if left not in (one, fits[0])]
-    return joined, [(half, file) for _, half, file in rest]
+                joined.append(Recorded(pressure[0], (pressure[2], fits[0][2]), "cycle"))
+                unpaired = [candidate for candidate in unpaired if candidate not in (pressure, fits[0])]
+    return joined, [(half, file) for _, half, file in unpaired]
 
 
 def _recorded(file: Path, described: FileDescription, titles: Mapping[str, str | None], number: int | None) -> Recorded:
@@ -173,15 +175,17 @@ def _recorded(file: Path, described: FileDescription, titles: Mapping[str, str |
         return Recorded(file.stem, (file,), described.kind)
     block = used_block(described, number)
     choice = choose(block.channels, {name: titles.get(name) for name in DIMENSIONS})
-    said = [] if number is not None or len(described.blocks) == 1 else [_longest(described, block)]
-    said += [f"'{choice.picked[name].title}' was taken for {name}: {why}" for name, why in choice.guessed.items()]
+    remarks = [] if number is not None or len(described.blocks) == 1 else [_longest(described, block)]
+    remarks += [
+        f"'{choice.picked[name].title}' was taken for {name}: {reason}" for name, reason in choice.guessed.items()
+    ]
     stretch = _whole(block, choice)
     if stretch is not None:
-        said.append(
+        remarks.append(
             f"samples are missing; the longest stretch without a gap is read, {stretch.start:g} to {stretch.end:g} s"
         )
     channels = tuple((name, choice.picked[name].title) for name in choice.guessed)
-    return Recorded(file.stem, (file,), described.kind, channels, stretch, tuple(said))
+    return Recorded(file.stem, (file,), described.kind, channels, stretch, tuple(remarks))
 
 
 def used_block(described: FileDescription, number: int | None) -> BlockDescription:
@@ -189,11 +193,11 @@ def used_block(described: FileDescription, number: int | None) -> BlockDescripti
     blocks = described.blocks
     if number is not None and 1 <= number <= len(blocks):
         return blocks[number - 1]
-    return max(blocks, key=lambda one: one.samples)
+    return max(blocks, key=lambda block: block.samples)
 
 
 def _longest(described: FileDescription, used: BlockDescription) -> str:
-    lengths = ", ".join(f"{one.duration:.4g} s" for one in described.blocks)
+    lengths = ", ".join(f"{block.duration:.4g} s" for block in described.blocks)
     return (
         f"block {described.blocks.index(used) + 1} of {len(described.blocks)} is read, the longest (blocks last "
         f"{lengths}); --block takes another"
@@ -211,13 +215,13 @@ def _whole(block: BlockDescription, choice: Choice[ChannelDescription]) -> Span 
 
 def _half(file: Path, block: BlockDescription) -> tuple[str, str]:
     """Return whether a file holds the pressure or the flow of a cycle alone, and what its name says beside that."""
-    signals = [one for one in block.channels if one.quantity != "time"]
+    signals = [channel for channel in block.channels if channel.quantity != "time"]
     if len(signals) != 1:
         return "", ""
-    parts, folder = re.split(r"([^\W_]+)", file.stem), file.parent.name.casefold()
-    for half, known in _HALVES.items():
-        said = [i for i, part in enumerate(parts) if part.casefold() in known]
-        if said or signals[0].quantity == half or folder in known[:-1]:
-            rest = "".join(part for i, part in enumerate(parts) if i not in said).strip(" _-.")
-            return half, re.sub(r"[ _-]{2,}", "_", rest) or file.parent.name
+    words, folder = re.split(r"([^\W_]+)", file.stem), file.parent.name.casefold()
+    for half, half_words in _HALVES.items():
+        positions = [i for i, word in enumerate(words) if word.casefold() in half_words]
+        if positions or signals[0].quantity == half or folder in half_words[:-1]:
+            name = "".join(word for i, word in enumerate(words) if i not in positions).strip(" _-.")
+            return half, re.sub(r"[ _-]{2,}", "_", name) or file.parent.name
     return "", ""

@@ -45,9 +45,9 @@ class AnimalStatus(NamedTuple):
     def __str__(self) -> str:
         """Return the state in words."""
         if self.state != "begun":
-            failed = "".join(f"; failed: {one}" for one in self.failures)
+            failed = "".join(f"; failed: {failure}" for failure in self.failures)
             return f"{self.state}: {self.message}" if self.message else f"{self.state}{failed}"
-        return ", ".join(stage(*one) for one in self.searches.items())
+        return ", ".join(stage(*search) for search in self.searches.items())
 
 
 class StudyStatus(NamedTuple):
@@ -109,7 +109,7 @@ OF_PAGE = ("title", "groups", "design", "report")
 
 def outdated(study: Study, stored: Results) -> tuple[list[str], list[str]]:
     """Return the settings of the page, and the lab's own columns, that say something else than when it was run."""
-    now, before = ({one.label: one for one in some.variables} for some in (study, stored))
+    now, before = ({variable.label: variable for variable in source.variables} for source in (study, stored))
     columns = [label for label in {**before, **now} if now.get(label) != before.get(label)]
     return [name for name in OF_PAGE if getattr(study.settings, name) != getattr(stored.settings, name)], columns
 
@@ -117,7 +117,7 @@ def outdated(study: Study, stored: Results) -> tuple[list[str], list[str]]:
 def _lost(results: Path) -> dict[str, str]:
     """Return the animals that the last run lost, and why."""
     try:
-        return {one.animal: str(one) for one in read_results(results).lost}
+        return {failure.animal: str(failure) for failure in read_results(results).lost}
     except InputError:
         return {}
 
@@ -135,7 +135,7 @@ def fit_status(folder: Path) -> StudyStatus | None:
         statuses = {name: AnimalStatus(name, "done", {}) for name in read_results(folder)}
     runner = holder(results / LOCK)
     keys = sorted({path.stem for path in (results / SEARCHES).glob("*.jsonl")})
-    begun = [one for one in (_searches(results, key) for key in keys) if one]
+    begun = [searches for searches in (_searches(results, key) for key in keys) if searches]
     if begun and (runner or not statuses):
         statuses = {"animal": AnimalStatus(next(iter(statuses), "the animal"), "begun", begun[-1])}
     return StudyStatus(tuple(statuses.values()), runner, run_status(results))
@@ -158,9 +158,9 @@ def _status(animal: str, key: str, results: Path, lost: Mapping[str, str]) -> An
 
 def _searches(results: Path, key: str) -> dict[str, tuple[int, int]]:
     searches: dict[str, tuple[int, int]] = {}
-    for one in read_journal(results / SEARCHES / f"{key}.jsonl"):
-        before = searches.get(one.wall, (0, 0))[0]
-        searches[one.wall] = (before + (one.stage == SCOUT), one.starts)
+    for end in read_journal(results / SEARCHES / f"{key}.jsonl"):
+        before = searches.get(end.wall, (0, 0))[0]
+        searches[end.wall] = (before + (end.stage == SCOUT), end.starts)
     for path in sorted((results / SEARCHES).glob(f"{key}-*.npz")):
         if made := simulations_in(path):
             searches[path.stem.removeprefix(f"{key}-") + POSTERIOR] = (made, 0)

@@ -56,7 +56,7 @@ def source_digest() -> str:
     return program("", _NOT_NUMERICAL, _NUMERICAL)
 
 
-def key_of(what: Any, files: Iterable[tuple[str, Path]]) -> str:
+def key_of(values: Any, files: Iterable[tuple[str, Path]]) -> str:
     """Return the key of values, of the bytes of files by their roles, and of the program; never of a file's time.
 
     Raises
@@ -64,7 +64,7 @@ def key_of(what: Any, files: Iterable[tuple[str, Path]]) -> str:
     InputError
         A file cannot be read.
     """
-    return digest_of(source_digest(), what, [(role, look(path).sha256) for role, path in files])[:_DIGITS]
+    return digest_of(source_digest(), values, [(role, look(path).sha256) for role, path in files])[:_DIGITS]
 
 
 class ResultStore:
@@ -86,8 +86,8 @@ class ResultStore:
         InputError
             Something that is no file stands in its place and cannot be removed.
         """
-        there = os.listdir(self.folder) if self.folder.is_dir() else []  # by a pattern, thousands would take seconds
-        for path in (self.folder / name for name in sorted(there) if name.startswith(f"{key}-") and name[-3:] == ".nc"):
+        names = os.listdir(self.folder) if self.folder.is_dir() else []  # by a pattern, thousands would take seconds
+        for path in (self.folder / name for name in sorted(names) if name.startswith(f"{key}-") and name[-3:] == ".nc"):
             if _is_whole(path, key):
                 return path
             if path.is_dir() and not path.is_symlink():
@@ -155,9 +155,9 @@ def locked(path: Path) -> Iterator[bool]:
             warn(NO_LOCKS(why=error.strerror or "").at(str(path)), stacklevel=3)
             held = False
         with suppress(OSError):  # on a full disk nobody learns who holds the lock; it holds all the same
-            said = f"process {os.getpid()} on {platform.node()} since {datetime.now():%Y-%m-%d %H:%M:%S}"
+            owner_text = f"process {os.getpid()} on {platform.node()} since {datetime.now():%Y-%m-%d %H:%M:%S}"
             os.ftruncate(handle, 0)
-            write_all(handle, said.encode())
+            write_all(handle, owner_text.encode())
         yield held
     finally:
         os.close(handle)
@@ -215,7 +215,7 @@ class Journal:
 
     def __init__(self, path: Path) -> None:
         self.path, self._lock = path, threading.Lock()
-        self.known = {(one.wall, one.stage, one.start): _search_end(one) for one in read_journal(path)}
+        self.known = {(end.wall, end.stage, end.start): _search_end(end) for end in read_journal(path)}
 
     def of(self, wall: str, starts: int) -> "WallEnds":
         """Return where the ends of the searches of one wall law are found and kept."""
@@ -273,9 +273,9 @@ def remove_journals(folder: Path) -> None:
             remove_file(path)
 
 
-def _search_end(one: JournalEnd) -> SearchEnd:
-    x, residual = np.array(one.x), np.array(one.residual)
-    return SearchEnd(x, one.S, one.simulations, one.converged, one.message, residual, one.joined)
+def _search_end(end: JournalEnd) -> SearchEnd:
+    x, residual = np.array(end.x), np.array(end.residual)
+    return SearchEnd(x, end.S, end.simulations, end.converged, end.message, residual, end.joined)
 
 
 def _checksum(journal: Path, text: str) -> int:

@@ -50,7 +50,11 @@ class Study:
         """The design applied to the animals, None where groups of independent animals are compared; see `laid_out`."""
         design, members = self.settings.design, {row.animal: row.group for row in self.animals}
         groups = [group for group in self.settings.groups if group in members.values()]
-        return None if design.plain else laid_out(design, {one.name: one for one in self.variables}, members, groups)
+        return (
+            None
+            if design.plain
+            else laid_out(design, {variable.name: variable for variable in self.variables}, members, groups)
+        )
 
     @property
     def results(self) -> Path:

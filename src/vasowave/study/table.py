@@ -35,9 +35,9 @@ def read_rows(path: Path) -> Rows:
         return Rows((), (), ())
     lines = [text for block in read_lines(path) for text in block.texts]
     comments = tuple(text.rstrip("\r") for text in lines if text.lstrip().startswith("#"))
-    kept = [text for text in lines if is_row(text)]
-    if len(kept) < 2:
-        cells = split_cells(path, len(lines), kept[0], separator_of(kept[0])) if kept else []
+    row_texts = [text for text in lines if is_row(text)]
+    if len(row_texts) < 2:
+        cells = split_cells(path, len(lines), row_texts[0], separator_of(row_texts[0])) if row_texts else []
         return Rows(comments, tuple(map(_title, cells)), ())
     table = read_columns(path)
     titles = [f"{name} [{unit}]" if unit else name for name, unit in zip(table.names, table.units, strict=True)]
@@ -108,11 +108,11 @@ def _digest(file: Path) -> str:
 
 def seen_from(folder: Path, file: Path) -> str:
     """Return the name of a file as the table writes it, whatever links lead to the folder or the file."""
-    ways, real = [], folder.resolve()
+    paths, real = [], folder.resolve()
     for place, start in ((file.absolute(), folder.absolute()), (file.absolute(), real), (file.resolve(), real)):
         try:
-            ways.append(Path(os.path.relpath(place, start)))
+            paths.append(Path(os.path.relpath(place, start)))
         except ValueError:  # another drive
             continue
-    right = (one for one in ways if (folder / one).exists() and (folder / one).samefile(file))
+    right = (path for path in paths if (folder / path).exists() and (folder / path).samefile(file))
     return next(right, file.resolve()).as_posix()

@@ -56,15 +56,15 @@ def study_text(groups: Sequence[str] = ("CTL", "HPH"), species: str = "mouse") -
         "# The animals stand in animals.csv, their files in networks/ and recordings/.",
         "# Then: vasowave check, vasowave run.",
     ]
-    for name, one in settings_of(StudyFile).items():
+    for name, setting in settings_of(StudyFile).items():
         lines.append("")
-        if one.section:
-            lines += [*_comment(summary(one.section), ""), f"{name}:"]
-            for key, inner in settings_of(one.section).items():
+        if setting.section:
+            lines += [*_comment(summary(setting.section), ""), f"{name}:"]
+            for key, inner in settings_of(setting.section).items():
                 lines += [*_comment(inner.meaning, "  "), *_key(key, inner, "  ")]
         else:
-            shown = one._replace(default={"groups": list(groups), "species": species}.get(name, one.default))
-            lines += [*_comment(one.meaning, ""), *_key(name, shown, "")]
+            shown = setting._replace(default={"groups": list(groups), "species": species}.get(name, setting.default))
+            lines += [*_comment(setting.meaning, ""), *_key(name, shown, "")]
     return "\n".join(lines) + "\n"
 
 
@@ -92,8 +92,8 @@ def with_value(path: Path, key: Sequence[str], value: str) -> str:
     text = read_bytes(path).decode("utf-8-sig")
     before = parse_document(text.encode(), str(path))
     lines, line = text.splitlines(), f"{'  ' * (len(key) - 1)}{key[-1]}: {value}"
-    known = any(at == tuple(key) for at in before.keys)
-    if known:
+    key_exists = any(key_path == tuple(key) for key_path in before.keys)
+    if key_exists:
         number = before.place(key, key=True).line - 1
         remark = _remark(lines[number])
         indent = lines[number][: len(lines[number]) - len(lines[number].lstrip())]
@@ -118,7 +118,7 @@ def _remark(line: str) -> str:
 
     behind = yaml.BlockEndToken, yaml.StreamEndToken
     try:
-        ends = [one.end_mark.column for one in yaml.scan(line) if not isinstance(one, behind)]
+        ends = [token.end_mark.column for token in yaml.scan(line) if not isinstance(token, behind)]
     except yaml.YAMLError:
         return ""
     return line[max(ends) :].rstrip()
@@ -132,11 +132,11 @@ def _at(values: Any, key: Sequence[str]) -> Any:
 
 def _without(values: dict[str, Any], key: Sequence[str]) -> dict[str, Any]:
     """Return the values without that of one key; a section that holds nothing else counts as none."""
-    rest = {name: one for name, one in values.items() if name != key[0]}
+    result = {name: value for name, value in values.items() if name != key[0]}
     inner = values.get(key[0])
-    if len(key) > 1 and isinstance(inner, dict) and (kept := _without(inner, key[1:])):
-        rest[key[0]] = kept
-    return rest
+    if len(key) > 1 and isinstance(inner, dict) and (inner_result := _without(inner, key[1:])):
+        result[key[0]] = inner_result
+    return result
 
 
 def schema_text() -> str:
@@ -164,13 +164,13 @@ def animals_text() -> str:
 def keys_table() -> str:
     """Return a table (Markdown) of every key of ``study.yaml``, for the documentation."""
     lines = ["| key | default | meaning |", "|---|---|---|"]
-    for name, one in settings_of(StudyFile).items():
-        if one.section:
-            lines.append(f"| **`{name}`** | | {summary(one.section)} |")
-            for key, inner in settings_of(one.section).items():
+    for name, setting in settings_of(StudyFile).items():
+        if setting.section:
+            lines.append(f"| **`{name}`** | | {summary(setting.section)} |")
+            for key, inner in settings_of(setting.section).items():
                 lines.append(f"| `{name}.{key}` | {_default(inner)} | {inner.meaning} |")
         else:
-            lines.append(f"| `{name}` | {_default(one)} | {one.meaning} |")
+            lines.append(f"| `{name}` | {_default(setting)} | {setting.meaning} |")
     return "\n".join(lines) + "\n"
 
 
@@ -183,17 +183,17 @@ def columns_table() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _default(one: Setting) -> str:
-    return "empty" if one.default is None else f"`{written(one.default)}`"
+def _default(setting: Setting) -> str:
+    return "empty" if setting.default is None else f"`{written(setting.default)}`"
 
 
 def _comment(text: str, indent: str) -> list[str]:
     return [f"{indent}# {line}" for line in wrap(text, _WIDTH)]
 
 
-def _key(name: str, one: Setting, indent: str) -> list[str]:
-    lines = [f"{indent}{name}:{'' if one.default is None else ' ' + written(one.default)}"]
-    return lines + ([] if one.example is None else [f"{indent}# {name}: {written(one.example)}"])
+def _key(name: str, setting: Setting, indent: str) -> list[str]:
+    lines = [f"{indent}{name}:{'' if setting.default is None else ' ' + written(setting.default)}"]
+    return lines + ([] if setting.example is None else [f"{indent}# {name}: {written(setting.example)}"])
 
 
 def written(value: Any) -> str:
