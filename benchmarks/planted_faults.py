@@ -84,7 +84,12 @@ FAULTS = [
     Fault(
         "linear network about rest",
         "model/two_ports.py",
-        (("return np.asarray(without) + 0.5 * (1.0 + share_passed) * above", "return np.asarray(without) + 0.0 * share_passed"),),
+        (
+            (
+                "return np.asarray(without) + 0.5 * (1.0 + share_passed) * above",
+                "return np.asarray(without) + 0.0 * share_passed",
+            ),
+        ),
     ),
     Fault("flow faster than its waves", "solver/validity.py", (("mach.value >= 1.0", "mach.value >= 1e9"),)),
     Fault("drag bends no pressure", "solver/grid_error.py", (("**2 / 8 * drag", "**2 / 80 * drag"),)),
@@ -159,7 +164,11 @@ FAULTS = [
         "calibration/starts.py",
         (("_UNEXPLAINED = 0.25", "_UNEXPLAINED = 1e9"),),
     ),
-    Fault("starts are never left", "calibration/search.py", (("if remainder @ remainder > enough", "if remainder @ remainder > np.inf"),)),
+    Fault(
+        "starts are never left",
+        "calibration/search.py",
+        (("if remainder @ remainder > enough", "if remainder @ remainder > np.inf"),),
+    ),
     Fault(
         "searches that go on have an old Jacobian",
         "calibration/search.py",
@@ -325,7 +334,9 @@ FAULTS = [
         "tapers believed as they are", "network/network.py", (("prior**2 / (prior**2 + sd**2)", "prior**2 / prior**2"),)
     ),
     Fault(
-        "errors of radii forgotten", UNKNOWNS, (("radii[measured] = radius_sd[measured]", "radii[measured] *= radius_sd[measured] > 0 #"),)
+        "errors of radii forgotten",
+        UNKNOWNS,
+        (("radii[measured] = radius_sd[measured]", "radii[measured] *= radius_sd[measured] > 0 #"),),
     ),
     Fault(
         "halves know each other's modes",

@@ -23,8 +23,8 @@ ABOUT = """\
 # Numbers that were chosen
 
 Every constant that decides about an answer, by the module that uses it: thresholds, tolerances, sizes. Reasons stand in
-[Decisions](decisions/index.md) and with the measurements in [Images](imaging.md). Units are cm, s, ml and mmHg where nothing
-else is said. `tools/constants.py` makes this page of the program when the site is built.
+[Decisions](decisions/index.md) and with the measurements in [Images](imaging.md). Units are cm, s, ml and mmHg where
+nothing else is said. `tools/constants.py` makes this page when the site is built.
 """
 ROOMS = (
     "analysis", "animal", "calibration", "cohort", "imaging", "inference", "model", "network", "noise", "recording",
