@@ -285,8 +285,8 @@ def test_a_baseline_is_sure_beyond_its_errors_and_alarming_from_its_limit_on():
     assert not of(3.0, 1.001 / baselines.RULES.sure * 3).sure
     assert of(3.0, 0.999 / baselines.RULES.sure * 3).sure
     assert of(0.0, 9.0, (Step(1.0, 0.1),)).sure
-    assert of(baselines.RULES.told, 0.01).alarming
-    assert not of(0.99 * baselines.RULES.told, 0.01).alarming
+    assert of(baselines.RULES.min_size, 0.01).alarming
+    assert not of(0.99 * baselines.RULES.min_size, 0.01).alarming
     assert not of(9.0, 99.0).alarming
     assert of(3.0, 0.1).size == -3.0
 
