@@ -42,7 +42,7 @@ class ReaderAnswer(NamedTuple):
 
 
 def read_apart(
-    reader: Callable[[Path], ReaderAnswer], path: Path, what: str, again: str = "export it again"
+    reader: Callable[[Path], ReaderAnswer], path: Path, kind: str, again: str = "export it again"
 ) -> ReaderAnswer:
     """Return what a reader, a function of a module, finds in a file or folder; it runs in another process.
 
@@ -50,7 +50,7 @@ def read_apart(
     ----------
     reader : callable
     path : Path
-    what : str
+    kind : str
         What the file should be, for messages: ``a MATLAB file``.
     again : str
         How to get a sound one.
@@ -61,12 +61,16 @@ def read_apart(
         The reader's own; any other error; reading ended the process, did not end, or took far more memory than the file
         is long.
     """
-    size = sum(one.stat().st_size for one in path.iterdir() if one.is_file()) if path.is_dir() else path.stat().st_size
+    size = (
+        sum(entry.stat().st_size for entry in path.iterdir() if entry.is_file())
+        if path.is_dir()
+        else path.stat().st_size
+    )
     with _HELPER.lock:
         try:
             return _HELPER.read(reader, path, MEMORY + 8 * size, SECONDS + size / 2e7)
         except _NotReadError as error:
-            raise InputError(f"{path}: truncated, damaged, or not {what} ({error}); {again}") from None
+            raise InputError(f"{path}: truncated, damaged, or not {kind} ({error}); {again}") from None
 
 
 class _NotReadError(Exception):
@@ -117,9 +121,9 @@ def _asked(
     """Ask the process for one file; `EOFError` if it ends before it has answered."""
     assert process.stdin is not None
     assert process.stdout is not None
-    asked = {"reader": [reader.__module__, reader.__name__], "path": str(path.absolute()), "bytes": size,
+    request = {"reader": [reader.__module__, reader.__name__], "path": str(path.absolute()), "bytes": size,
              "seconds": seconds}  # fmt: skip
-    process.stdin.write(json.dumps(asked).encode() + b"\n")
+    process.stdin.write(json.dumps(request).encode() + b"\n")
     process.stdin.flush()
     line = process.stdout.readline()
     if not line.endswith(b"\n"):
@@ -144,11 +148,11 @@ def _received(pipe: Any, shape: tuple[int, ...], kind: np.dtype) -> np.ndarray:
     if kind.kind not in _KINDS:
         raise EOFError
     values = np.empty(shape, kind)
-    rest = memoryview(values.reshape(-1).view(np.uint8)) if values.size else memoryview(b"")
-    while len(rest):
-        if not (count := pipe.readinto(rest)):
+    remainder = memoryview(values.reshape(-1).view(np.uint8)) if values.size else memoryview(b"")
+    while len(remainder):
+        if not (count := pipe.readinto(remainder)):
             raise EOFError
-        rest = rest[count:]
+        remainder = remainder[count:]
     return values
 
 
@@ -171,25 +175,25 @@ def main() -> None:
         _answer(parsed(line), out)
 
 
-def _answer(asked: dict[str, Any], out: BinaryIO) -> None:
+def _answer(request: dict[str, Any], out: BinaryIO) -> None:
     """Read the file that is asked for and write what it holds to `out`, or why it cannot be read."""
     arrays: Sequence[np.ndarray] = ()
     try:
-        _limit(asked["bytes"], asked["seconds"])
-        module, name = asked["reader"]
-        head, arrays = getattr(import_module(module), name)(Path(asked["path"]))
-        arrays = [np.ascontiguousarray(one) for one in arrays]
-        told = {"head": head, "arrays": [[one.shape, one.dtype.str] for one in arrays]}
+        _limit(request["bytes"], request["seconds"])
+        module, name = request["reader"]
+        head, arrays = getattr(import_module(module), name)(Path(request["path"]))
+        arrays = [np.ascontiguousarray(array) for array in arrays]
+        answer = {"head": head, "arrays": [[array.shape, array.dtype.str] for array in arrays]}
     except InputError as error:
-        told = {"error": str(error)}
+        answer = {"error": str(error)}
     except MemoryError:
-        told = {"memory": True}
+        answer = {"memory": True}
     except Exception as error:
-        told = {"damage": f"{type(error).__name__}: {error}"}
-    out.write(json.dumps(told).encode() + b"\n")
-    for one in arrays if "head" in told else ():
-        if one.size:
-            out.write(one.reshape(-1).view(np.uint8).data)
+        answer = {"damage": f"{type(error).__name__}: {error}"}
+    out.write(json.dumps(answer).encode() + b"\n")
+    for array in arrays if "head" in answer else ():
+        if array.size:
+            out.write(array.reshape(-1).view(np.uint8).data)
     out.flush()
 
 

@@ -77,13 +77,13 @@ class Columns:
 
     def find(self, name: str, also: Sequence[str] = ()) -> int | None:
         """Return the index of the column called `name` (or one of `also`), None if there is none."""
-        wanted = {name, *also}
-        hits = [i for i, own in enumerate(self.names) if own in wanted]
+        names = {name, *also}
+        hits = [i for i, column_name in enumerate(self.names) if column_name in names]
         if len(hits) > 1:
-            both = {self.titles[i].strip() if self.titles else self.names[i] for i in hits}
-            if len(both) == 1:
-                raise InputError(f"{self.source}: two columns are called '{min(both)}'; keep one of them")
-            named = " and ".join(f"'{one}'" for one in sorted(both))
+            titles = {self.titles[i].strip() if self.titles else self.names[i] for i in hits}
+            if len(titles) == 1:
+                raise InputError(f"{self.source}: two columns are called '{min(titles)}'; keep one of them")
+            named = " and ".join(f"'{title}'" for title in sorted(titles))
             raise InputError(f"{self.source}: {named} are both read as {name}; leave out or rename what is none")
         return hits[0] if hits else None
 
@@ -95,11 +95,16 @@ class Columns:
         """Like `find`, but a missing column is an `InputError`, which says the `titles` of such tables."""
         column = self.find(name, also)
         if column is None:
-            near = next((own for own in self.names if own.startswith(f"{name}_")), "")
-            hint = f"; write '{near}' as '{name} [{near[len(name) + 1 :]}]'" if near else did_you_mean(name, self.names)
-            such = f"; such a table has the titles {titles}" if titles and not hint else ""
+            similar = next((column_name for column_name in self.names if column_name.startswith(f"{name}_")), "")
+            hint = (
+                f"; write '{similar}' as '{name} [{similar[len(name) + 1 :]}]'"
+                if similar
+                else did_you_mean(name, self.names)
+            )
+            examples = f"; such a table has the titles {titles}" if titles and not hint else ""
             raise InputError(
-                f"{self.source}: no column '{name}'{hint}; the header has: {', '.join(self.names) or 'nothing'}{such}"
+                f"{self.source}: no column '{name}'{hint}; the header has: {', '.join(self.names) or 'nothing'}"
+                f"{examples}"
             )
         return column
 
@@ -131,8 +136,8 @@ class Columns:
             value = number(text)
         except ValueError:
             comma = "; is its comma a decimal mark? write a point" if _COMMA.fullmatch(text.strip()) else ""
-            what = f"'{text}' is not a number{comma}" if text.strip() else "the cell is empty"
-            raise InputError(f"{self.source}, line {self.lines[row]}, column '{title}': {what}") from None
+            fault = f"'{text}' is not a number{comma}" if text.strip() else "the cell is empty"
+            raise InputError(f"{self.source}, line {self.lines[row]}, column '{title}': {fault}") from None
         if not math.isfinite(value):
             raise InputError(
                 f"{self.source}, line {self.lines[row]}, column '{title}': {text.strip()} "
@@ -166,26 +171,26 @@ def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> 
 @remembered
 def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], tuple[int, ...], bool]:
     """Return titles, rows, their lines, and whether the file ends without a line end."""
-    kept, cut = [], False
+    numbered, cut = [], False
     for block in read_lines(path):
-        kept += [(line, text) for line, text in enumerate(block.texts, block.first) if is_row(text)]
+        numbered += [(line, text) for line, text in enumerate(block.texts, block.first) if is_row(text)]
         cut = block.cut
-    if not kept:
+    if not numbered:
         raise InputError(f"{path}: the file is empty")
-    header, separator, first = head_of(path, kept)
-    kept = kept[first:]
-    if not kept:
+    header, separator, first = head_of(path, numbered)
+    numbered = numbered[first:]
+    if not numbered:
         raise NoRowsError(f"{path}: a header and no data")
-    lines = tuple(line for line, _ in kept)
-    rows = [split_cells(path, line, text, separator) for line, text in kept]
+    lines = tuple(line for line, _ in numbered)
+    rows = [split_cells(path, line, text, separator) for line, text in numbered]
     if separator != ",":
         rows = _with_points(path, rows, lines)
     width = len(header) if header else len(rows[0])
     for row, line in zip(rows, lines, strict=True):
         if len(row) != width:
             comma = separator == "," and len(row) == 2 * width and all(_is_number(cell) for cell in row)
-            why = "; if the comma is a decimal mark too, separate the cells with semicolons" if comma else ""
-            raise InputError(f"{path}, line {line}: {len(row)} columns where {width} were expected{why}")
+            reason = "; if the comma is a decimal mark too, separate the cells with semicolons" if comma else ""
+            raise InputError(f"{path}, line {line}: {len(row)} columns where {width} were expected{reason}")
     return header, tuple(map(tuple, rows)), lines, cut
 
 
@@ -202,14 +207,14 @@ class Head(NamedTuple):
 def head_of(path: Path, rows: Sequence[tuple[int, str]]) -> Head:
     """Return the head of a table by its first rows, one at least, each with the number of its line."""
     texts = [text for _, text in rows[:HEAD]]
-    at = _titles_among(texts)
-    separator = separator_of(texts[at])
-    cells = split_cells(path, *rows[at], separator)
+    index = _titles_among(texts)
+    separator = separator_of(texts[index])
+    cells = split_cells(path, *rows[index], separator)
     if all(map(is_numeric, cells)):
-        return Head((), separator, at)
-    titles, first = _split_titles(texts[at]) if separator is None else cells, at + 1
-    if texts[first:] and (whole := _with_unit_row(titles, texts[first], separator)):
-        titles, first = whole, first + 1
+        return Head((), separator, index)
+    titles, first = _split_titles(texts[index]) if separator is None else cells, index + 1
+    if texts[first:] and (merged := _with_unit_row(titles, texts[first], separator)):
+        titles, first = merged, first + 1
     if separator is None and texts[first:] and len(texts[first].split()) == 1:
         titles = cells  # the one title has blanks in it
     return Head(tuple(titles), separator, first)
@@ -239,8 +244,8 @@ def _titles_among(rows: Sequence[str]) -> int:
         cells = [cell.strip() for cell in row.split(separator)]
         if len(cells) > 1 and all(map(is_numeric, cells)):
             fitting = [i for i, above in enumerate(rows[:data]) if width(above) == len(cells)]
-            whole = bool(fitting) and fitting == list(range(fitting[0], data))
-            return fitting[0] if whole and not any(map(is_numeric, rows[fitting[0]].split(separator))) else 0
+            contiguous = bool(fitting) and fitting == list(range(fitting[0], data))
+            return fitting[0] if contiguous and not any(map(is_numeric, rows[fitting[0]].split(separator))) else 0
     return 0
 
 
@@ -253,17 +258,17 @@ def _parts(title: str) -> tuple[str, str | None] | None:
     if match is None:
         return None
     name, unit = match["name"], match["unit"]
-    left, stroke, right = name.partition("/")
+    prefix, stroke, right = name.partition("/")
     if unit is not None:
         return name.removesuffix("/").strip(), unit
-    if stroke and left.strip() and not units.is_unit(left.strip()) and units.is_unit(right.strip()):
-        return left.strip(), right.strip()
+    if stroke and prefix.strip() and not units.is_unit(prefix.strip()) and units.is_unit(right.strip()):
+        return prefix.strip(), right.strip()
     return name, unit
 
 
 def _has_unit(title: str) -> bool:
-    parts = _parts(title)
-    return parts is not None and parts[1] is not None
+    heading = _parts(title)
+    return heading is not None and heading[1] is not None
 
 
 def read_titles(path: Path, start: bytes) -> tuple[str, ...]:
@@ -316,19 +321,19 @@ def read_headings(
     """Return names (lower case, aliases resolved) and units of column titles written as ``name [unit]``."""
     names, column_units = [], []
     for heading in header:
-        parts = _parts(heading)
-        if parts is None:
+        name_and_unit = _parts(heading)
+        if name_and_unit is None:
             raise InputError(f"{path}: cannot read the column title '{heading}'; write 'name [unit]'")
-        name = parts[0].strip().lower()
+        name = name_and_unit[0].strip().lower()
         names.append(aliases.get(name, name))
-        column_units.append((parts[1] or "").strip())
+        column_units.append((name_and_unit[1] or "").strip())
     return tuple(names), tuple(column_units)
 
 
 def plain_title(heading: str) -> str:
     """Return a column title as it is written, without its unit."""
-    parts = _parts(heading)
-    return parts[0].strip() if parts else heading
+    name_and_unit = _parts(heading)
+    return name_and_unit[0].strip() if name_and_unit else heading
 
 
 def _with_points(path: str | Path, rows: list[list[str]], lines: Sequence[int]) -> list[list[str]]:

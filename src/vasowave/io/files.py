@@ -62,13 +62,15 @@ def write_file(path: Path, content: bytes | str) -> Path:
     return Path(path)
 
 
-def write_files(contents: Mapping[Path, bytes | str | None], seen: Mapping[Path, bytes | None] | None = None) -> None:
+def write_files(
+    contents: Mapping[Path, bytes | str | None], contents_read: Mapping[Path, bytes | None] | None = None
+) -> None:
     """Put several files in their places, all or none; None removes a file.
 
     Parameters
     ----------
     contents : mapping of Path to bytes, str or None
-    seen : mapping of Path to bytes or None, optional
+    contents_read : mapping of Path to bytes or None, optional
         What files held when they were read, from which the new contents were made.
 
     Raises
@@ -76,20 +78,23 @@ def write_files(contents: Mapping[Path, bytes | str | None], seen: Mapping[Path,
     InputError
         A file does not hold any more what was seen; something could not be written. All are as they were.
     """
-    seen, before, done, parts = seen or {}, dict[Path, bytes | None](), list[Path](), dict[Path, Part]()
-    with ExitStack() as left:
+    contents_read, before = contents_read or {}, dict[Path, bytes | None]()
+    done, unfinished = list[Path](), dict[Path, Part]()
+    with ExitStack() as stack:
         try:
             for path, content in contents.items():
                 if content is not None:
-                    parts[path] = left.enter_context(Part(path))
-                    parts[path].write(content.encode() if isinstance(content, str) else content)
-                    parts[path].end()
-            before |= {path: content_of(path) for path in {**contents, **seen} if seen or len(contents) > 1}
-            if other := [path for path, content in seen.items() if before[path] != content]:
-                raise InputError(f"{other[0]} was changed elsewhere meanwhile; nothing was written; do it again")
+                    unfinished[path] = stack.enter_context(Part(path))
+                    unfinished[path].write(content.encode() if isinstance(content, str) else content)
+                    unfinished[path].end()
+            before |= {
+                path: content_of(path) for path in {**contents, **contents_read} if contents_read or len(contents) > 1
+            }
+            if changed := [path for path, content in contents_read.items() if before[path] != content]:
+                raise InputError(f"{changed[0]} was changed elsewhere meanwhile; nothing was written; do it again")
             for path in contents:
                 done.append(path)
-                parts[path].take_place() if path in parts else path.unlink(missing_ok=True)
+                unfinished[path].take_place() if path in unfinished else path.unlink(missing_ok=True)
             for folder in {path.parent for path in contents}:
                 flush(folder)
         except OSError as error:
@@ -129,14 +134,14 @@ def copy_file(source: Path, place: Path) -> None:
             put(place, [source.read_bytes()])
 
 
-def take_free_place(part: Path, place: Path) -> None:
+def take_free_place(source: Path, place: Path) -> None:
     """Move a file to a place where none is; `FileExistsError` where one is."""
     try:
-        os.link(part, place)  # unlike a renaming it never takes another's place
+        os.link(source, place)  # unlike a renaming it never takes another's place
     except OSError:
         if os.path.lexists(place):
             raise
-        os.rename(part, place)  # a file system without links
+        os.rename(source, place)  # a file system without links
 
 
 def remove_file(path: Path) -> None:
@@ -271,18 +276,18 @@ def _move(fresh: Path, folder: Path, aside: Path) -> None:
 
 
 @contextmanager
-def _held(part: Path) -> Iterator[None]:
+def _held(folder: Path) -> Iterator[None]:
     """Show others, as long as this program lives, that an unfinished folder is being filled."""
-    with opened(part / _HELD, os.O_RDWR | os.O_CREAT) as handle:
+    with opened(folder / _HELD, os.O_RDWR | os.O_CREAT) as handle:
         _is_locked(handle)
         yield
 
 
-def _is_left(part: Path) -> bool:
+def _is_left(path: Path) -> bool:
     """Whether an unfinished file or folder belonged to a program that has ended."""
     try:
-        place = part / _HELD if part.is_dir() else part
-        with opened(place, os.O_RDWR, links=not part.is_symlink()) as handle:
+        place = path / _HELD if path.is_dir() else path
+        with opened(place, os.O_RDWR, links=not path.is_symlink()) as handle:
             lock_open_file(handle)
     except OSError:
         return False
@@ -292,14 +297,14 @@ def _is_left(part: Path) -> bool:
 def remove_parts(folder: Path, age: float = 0.0) -> None:
     """Remove what a killed program left unfinished in `folder`, if that is known or it is older than `age` (s)."""
     with suppress(OSError):  # what stays is removed another time
-        for rest in folder.glob(f"{PART}*"):
-            since = time.time() - rest.lstat().st_mtime
-            if since < age and not ((since > _BEGUN or rest.is_dir()) and _is_left(rest)):
+        for path in folder.glob(f"{PART}*"):
+            since = time.time() - path.lstat().st_mtime
+            if since < age and not ((since > _BEGUN or path.is_dir()) and _is_left(path)):
                 continue
-            if rest.is_dir() and not rest.is_symlink():
-                shutil.rmtree(rest, ignore_errors=True)
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path, ignore_errors=True)
             else:
-                rest.unlink(missing_ok=True)
+                path.unlink(missing_ok=True)
 
 
 def check_folder(folder: Path, marks: Mapping[str, bytes]) -> None:
@@ -314,15 +319,15 @@ def check_folder(folder: Path, marks: Mapping[str, bytes]) -> None:
     check_writable(folder)
     if not folder.exists():
         return
-    there = [one.name for one in folder.iterdir()]
-    unfinished = any(name.startswith(PART) for name in there)
-    if there and not unfinished and not any(_has_mark(folder / name, mark) for name, mark in marks.items()):
+    names = [entry.name for entry in folder.iterdir()]
+    unfinished = any(name.startswith(PART) for name in names)
+    if names and not unfinished and not any(_has_mark(folder / name, mark) for name, mark in marks.items()):
         raise InputError(f"{folder} is not empty and not a vasowave result; give another folder or empty it first")
 
 
 def check_writable(folder: Path) -> None:
     """Raise `InputError` now, not after hours, if nothing can be written into `folder`, which may have to be made."""
-    place = next(one for one in (folder.absolute(), *folder.absolute().parents) if os.path.exists(one))
+    place = next(ancestor for ancestor in (folder.absolute(), *folder.absolute().parents) if os.path.exists(ancestor))
     remove_parts(place, _FORGOTTEN)
     with in_words(folder), Part(place / "tried"):
         pass

@@ -108,9 +108,9 @@ class Registry(Generic[F]):
         InputError
             The file cannot be read.
         """
-        asked = [(form, form.sniff) for form in self if form.sniff is not None]
-        start = self.start(path) if asked else b""
-        return next((form for form, sniff in asked if sniff(path, start)), None)
+        sniffers = [(form, form.sniff) for form in self if form.sniff is not None]
+        start = self.start(path) if sniffers else b""
+        return next((form for form, sniff in sniffers if sniff(path, start)), None)
 
     def of(self, path: str | Path) -> F:
         """Return the format of a file: by its content, else by its suffix, else the fallback.

@@ -41,28 +41,28 @@ def remembered(read: Read) -> Read:
     """
 
     @wraps(read)
-    def found(path: Path, *given: Any, progress: Any = None) -> Any:
-        more = {} if progress is None else {"progress": progress}
+    def recalled(path: Path, *arguments: Any, progress: Any = None) -> Any:
+        keywords = {} if progress is None else {"progress": progress}
         mark = _mark(Path(path))
         if mark is None:
-            return read(path, *given, **more)
-        key = (read.__module__, read.__qualname__, str(path), *given)
+            return read(path, *arguments, **keywords)
+        key = (read.__module__, read.__qualname__, str(path), *arguments)
         with _lock:
             alone = _readings.setdefault(key, RLock())
         with alone:  # so that no two threads read the same
             with _lock:
-                known = _found.pop(key, None)
-            if known is None or known.mark != mark:
-                value = read(path, *given, **more)
-                known = _Found(mark, value, _size(value))
+                entry = _found.pop(key, None)
+            if entry is None or entry.mark != mark:
+                value = read(path, *arguments, **keywords)
+                entry = _Found(mark, value, _size(value))
             if _mark(Path(path)) == mark:
                 with _lock:
-                    _found[key] = known
-                    while len(_found) > 1 and sum(one.size for one in _found.values()) > MOST:
+                    _found[key] = entry
+                    while len(_found) > 1 and sum(reading.size for reading in _found.values()) > MOST:
                         _found.popitem(last=False)
-        return known.value
+        return entry.value
 
-    return cast(Read, found)
+    return cast(Read, recalled)
 
 
 def _mark(path: Path) -> tuple[int, ...] | None:

@@ -27,9 +27,9 @@ def reserve(path: Path, slots: int) -> FileIO:
     return opened(path, slots)
 
 
-def opened(path: Path, slots: int, how: int = os.O_RDWR) -> FileIO:
+def opened(path: Path, slots: int, flags: int = os.O_RDWR) -> FileIO:
     """Return a file of slots that is there, open; `OSError` if it is none: a link, a pipe, another size."""
-    file = FileIO(open_regular(path, how), "rb" if how == os.O_RDONLY else "rb+")
+    file = FileIO(open_regular(path, flags), "rb" if flags == os.O_RDONLY else "rb+")
     if os.fstat(file.fileno()).st_size == SLOT * slots:
         return file
     file.close()

@@ -59,12 +59,12 @@ def _rows(archive: zipfile.ZipFile, progress: Progress | None) -> Iterator[tuple
     names = set(archive.namelist())
     if "xl/workbook.xml" not in names:
         raise InputError(f"not a workbook of Excel; {_AS_CSV}")
-    part, epoch = _first_sheet(archive)
+    sheet, epoch = _first_sheet(archive)
     strings, styles = ("xl/sharedStrings.xml", "xl/styles.xml")
-    shared = [_text(one) for one in _elements(archive, strings, "si")] if strings in names else []
+    shared = [_text(element) for element in _elements(archive, strings, "si")] if strings in names else []
     dates = _dates(archive, styles) if styles in names else []
     before = 0
-    for row in _elements(archive, part, "row", most=_MOST_SHEET, progress=progress):
+    for row in _elements(archive, sheet, "row", max_bytes=_MOST_SHEET, progress=progress):
         number = int(row.get("r", before + 1))
         if not before < number <= _MOST_ROWS:
             raise InputError(f"row {number} follows row {before}; save the sheet again")
@@ -80,25 +80,27 @@ def _rows(archive: zipfile.ZipFile, progress: Progress | None) -> Iterator[tuple
 def _first_sheet(archive: zipfile.ZipFile) -> tuple[str, datetime]:
     """Return the part that holds the first visible sheet, and the day from which the workbook counts dates."""
     book = list(_elements(archive, "xl/workbook.xml", "sheet", "workbookPr"))
-    targets = {one.attrib["Id"]: one.attrib["Target"]
-               for one in _elements(archive, "xl/_rels/workbook.xml.rels", "Relationship")}  # fmt: skip
-    sheets = [one for one in book if _name(one.tag) == "sheet" and one.get("state", "visible") == "visible"]
+    targets = {element.attrib["Id"]: element.attrib["Target"]
+               for element in _elements(archive, "xl/_rels/workbook.xml.rels", "Relationship")}  # fmt: skip
+    sheets = [
+        element for element in book if _name(element.tag) == "sheet" and element.get("state", "visible") == "visible"
+    ]
     if not sheets:
         raise InputError(f"no visible sheet; {_AS_CSV}")
     target = targets[next(value for key, value in sheets[0].items() if _name(key) == "id")]
-    from_1904 = any(one.get("date1904") in ("1", "true") for one in book if _name(one.tag) == "workbookPr")
+    from_1904 = any(element.get("date1904") in ("1", "true") for element in book if _name(element.tag) == "workbookPr")
     epoch = datetime(1904, 1, 1) if from_1904 else datetime(1899, 12, 30)
     return (target.lstrip("/") if target.startswith("/") else f"xl/{target}"), epoch
 
 
-def _dates(archive: zipfile.ZipFile, part: str) -> list[bool]:
+def _dates(archive: zipfile.ZipFile, styles: str) -> list[bool]:
     """Return for each style whether it shows a number as a date or a time."""
     shown, used = dict[int, str](), list[int]()
-    for one in _elements(archive, part, "numFmt", "cellXfs"):
-        if _name(one.tag) == "numFmt":
-            shown[int(one.attrib["numFmtId"])] = _NOT_SHOWN.sub("", one.attrib["formatCode"])
+    for element in _elements(archive, styles, "numFmt", "cellXfs"):
+        if _name(element.tag) == "numFmt":
+            shown[int(element.attrib["numFmtId"])] = _NOT_SHOWN.sub("", element.attrib["formatCode"])
         else:
-            used += [int(style.get("numFmtId", 0)) for style in one if _name(style.tag) == "xf"]
+            used += [int(style.get("numFmtId", 0)) for style in element if _name(style.tag) == "xf"]
     dated = {number for number, code in shown.items() if re.search("[dmyhs]", code, re.IGNORECASE)}
     return [number in dated or (number in _DATES and number not in shown) for number in used]
 
@@ -136,11 +138,13 @@ def _value(cell: Element, shared: Sequence[str], dates: Sequence[bool], epoch: d
 
 def _text(element: Element) -> str:
     """Return the text of an element; how a word is pronounced (rPh), and a formula, are no part of it."""
-    inside = ((one, _name(one.tag)) for one in element)
-    parts = [one.text or "" if name in ("t", "v") else _text(one) for one, name in inside if name not in ("rPh", "f")]
-    if sum(map(len, parts)) > _LONGEST_CELL:
+    inside = ((child, _name(child.tag)) for child in element)
+    texts = [
+        child.text or "" if name in ("t", "v") else _text(child) for child, name in inside if name not in ("rPh", "f")
+    ]
+    if sum(map(len, texts)) > _LONGEST_CELL:
         raise InputError(f"a cell with more than {_LONGEST_CELL} characters is no table's")
-    return "".join(parts)
+    return "".join(texts)
 
 
 def _name(tag: str) -> str:
@@ -148,12 +152,14 @@ def _name(tag: str) -> str:
 
 
 def _elements(
-    archive: zipfile.ZipFile, part: str, *names: str, most: int = _MOST_OTHER, progress: Progress | None = None
+    archive: zipfile.ZipFile, member: str, *names: str, max_bytes: int = _MOST_OTHER, progress: Progress | None = None
 ) -> Iterator[Element]:
     """Yield the elements of some names as they end; they are forgotten when the next is asked for."""
-    about = archive.getinfo(part)
-    if about.file_size > most:
-        raise InputError(f"{part} unpacks to {about.file_size >> 20} MB, more than {most >> 20}; save the sheet as CSV")
+    about = archive.getinfo(member)
+    if about.file_size > max_bytes:
+        raise InputError(
+            f"{member} unpacks to {about.file_size >> 20} MB, more than {max_bytes >> 20}; save the sheet as CSV"
+        )
     if about.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise InputError(f"packed as no workbook is; {_AS_CSV}")
     parser: Any = XMLPullParser(("start", "end"))

@@ -119,26 +119,26 @@ def read_lines(path: str | Path, progress: Progress | None = None) -> Iterator[L
         A file that cannot be read, is none, is not text, or has a line above a million characters.
     """
     path = regular_file(path)
-    seen = look(path)
-    if is_workbook(seen.start):
+    glance = look(path)
+    if is_workbook(glance.start):
         yield from _sheet(path, progress)
         return
     try:
-        with io.BytesIO(seen.start) if seen.whole else path.open("rb") as file:
+        with io.BytesIO(glance.start) if glance.whole else path.open("rb") as file:
             encoding = _encoding(path, file)
             file.seek(0)
             stream = io.TextIOWrapper(file, encoding, errors="replace")
-            number, rest = 1, ""
+            number, remainder = 1, ""
             while text := stream.read(_BLOCK):
-                *texts, rest = (rest + text).split("\n")
-                _check_length(path, number, [*texts, rest])
+                *texts, remainder = (remainder + text).split("\n")
+                _check_length(path, number, [*texts, remainder])
                 if texts:
                     yield Lines(number, texts, False)
                 number += len(texts)
                 if progress:
-                    progress(min(file.tell() / max(seen.size, 1), 1.0))
-            if rest:
-                yield Lines(number, [rest], True)
+                    progress(min(file.tell() / max(glance.size, 1), 1.0))
+            if remainder:
+                yield Lines(number, [remainder], True)
     except OSError as error:
         raise InputError(f"{path}: {(error.strerror or 'cannot be read').lower()}") from None
 
@@ -169,8 +169,8 @@ def _cell(text: str) -> str:
 
 def _check_length(path: Path, number: int, texts: list[str]) -> None:
     if max(map(len, texts)) > LONGEST_LINE:
-        at = number + next(i for i, text in enumerate(texts) if len(text) > LONGEST_LINE)
-        raise _too_long(path, at)
+        line = number + next(i for i, text in enumerate(texts) if len(text) > LONGEST_LINE)
+        raise _too_long(path, line)
 
 
 def _too_long(path: Path, line: int) -> InputError:

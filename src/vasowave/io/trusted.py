@@ -49,11 +49,11 @@ def allow(study: Path, program: bytes, title: str) -> None:
     """
     name, place = _permission(study, program), state_folder()
     _ALLOWED.add(name)
-    said = f"{title}\nSHA-256 {hashlib.sha256(program).hexdigest()}\nof the study {study.resolve()}\n"
+    statement = f"{title}\nSHA-256 {hashlib.sha256(program).hexdigest()}\nof the study {study.resolve()}\n"
     try:
         if place is None:
             raise InputError("there is no folder of your own")
-        write_file(make_folder(place / "trusted", 0o700) / name, said)
+        write_file(make_folder(place / "trusted", 0o700) / name, statement)
     except InputError as error:
         warn(NOT_RECORDED(program=title, why=str(error)))
 

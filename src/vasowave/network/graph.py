@@ -58,14 +58,14 @@ def parents(name: tuple[str, ...], nodes: np.ndarray, where: Callable[[int], str
         raise InputError(f"{where(int(bad[0]))} (vessel '{name[bad[0]]}'): ends in the node in which it begins")
     met = meetings(start, end)
     _check_open_ends(name, met, where)
-    parent, seen = np.full(len(name), -2), set[int]()
-    level = sorted(row for one in met.values() if not one.ending for row in one.beginning)
+    parent, visited = np.full(len(name), -2), set[int]()
+    level = sorted(row for meeting in met.values() if not meeting.ending for row in meeting.beginning)
     parent[level] = -1
     while level:
         further: list[int] = []
         for row in level:
-            if end[row] not in seen:
-                seen.add(int(end[row]))
+            if end[row] not in visited:
+                visited.add(int(end[row]))
                 below = met[int(end[row])].beginning
                 parent[list(below)] = row
                 further += below
@@ -83,27 +83,27 @@ def parents(name: tuple[str, ...], nodes: np.ndarray, where: Callable[[int], str
 
 def _check_open_ends(name: tuple[str, ...], met: dict[int, Meeting], where: Callable[[int], str]) -> None:
     """Refuse graphs without an inlet or an end, and those where several vessels share one."""
-    for what, one_side, advice in (
-        ("begin", [one.beginning for one in met.values() if not one.ending], "let one vessel lead to them"),
-        ("end", [one.ending for one in met.values() if not one.beginning], "let them lead to one vessel"),
+    for verb, one_side, advice in (
+        ("begin", [meeting.beginning for meeting in met.values() if not meeting.ending], "let one vessel lead to them"),
+        ("end", [meeting.ending for meeting in met.values() if not meeting.beginning], "let them lead to one vessel"),
     ):
         if not one_side:
-            raise InputError(f"{where(0)}: no vessel {what}s in a node of its own, where blood could "
-                             f"{'enter' if what == 'begin' else 'leave'}; the vessels form a ring")  # fmt: skip
+            raise InputError(f"{where(0)}: no vessel {verb}s in a node of its own, where blood could "
+                             f"{'enter' if verb == 'begin' else 'leave'}; the vessels form a ring")  # fmt: skip
         several = next((rows for rows in one_side if len(rows) > 1), None)
         if several:
-            some = " and ".join(f"'{name[row]}'" for row in several[:2])
+            names = " and ".join(f"'{name[row]}'" for row in several[:2])
             raise InputError(
-                f"{where(several[0])}: {some} {what} in a node where none {'ends' if what == 'begin' else 'begins'}; "
+                f"{where(several[0])}: {names} {verb} in a node where none {'ends' if verb == 'begin' else 'begins'}; "
                 f"{advice}, or turn one that is drawn against the way of blood"
             )
 
 
 def _check_outlets(name: tuple[str, ...], met: dict[int, Meeting], where: Callable[[int], str]) -> None:
     """Refuse vessels that lead to no end."""
-    level = [row for one in met.values() if not one.beginning for row in one.ending]
+    level = [row for meeting in met.values() if not meeting.beginning for row in meeting.ending]
     leads = set(level)
-    starts = {row: one for one in met.values() for row in one.beginning}
+    starts = {row: meeting for meeting in met.values() for row in meeting.beginning}
     while level:
         before = {row for later in level for row in starts[later].ending} - leads
         leads |= before
@@ -123,11 +123,11 @@ def _check_whole(
     if len(inlets) < 2:
         return
     first, last, count = _places(start, end)
-    part = _parts(first, last, count)
-    apart = inlets[part[first[inlets]] != part[first[inlets[0]]]]
-    if len(apart):
+    component = _parts(first, last, count)
+    strays = inlets[component[first[inlets]] != component[first[inlets[0]]]]
+    if len(strays):
         raise InputError(
-            f"{where(int(apart[0]))}: vessel '{name[apart[0]]}' and what follows it never meet the vessels behind "
+            f"{where(int(strays[0]))}: vessel '{name[strays[0]]}' and what follows it never meet the vessels behind "
             f"'{name[inlets[0]]}'; give each network a file of its own"
         )
 
@@ -151,17 +151,17 @@ def shares_by_conductance(start: np.ndarray, end: np.ndarray, conductance: np.nd
     """
     first, last, count = _places(start, end)
     loops, inlets = in_loops(start, end), ~np.isin(start, end)
-    part = _parts(first[loops], last[loops], count)  # a junction alone, or nodes that loops join
+    component = _parts(first[loops], last[loops], count)  # a junction alone, or nodes that loops join
     flow = np.zeros(len(start))
     flow[inlets] = conductance[inlets] / conductance[inlets].sum()
-    awaited = np.bincount(part[last[~loops]], minlength=count)
+    awaited = np.bincount(component[last[~loops]], minlength=count)
     arrived: list[int] = np.flatnonzero(inlets).tolist()
     while arrived:
-        into = part[last[arrived.pop()]]
+        into = component[last[arrived.pop()]]
         awaited[into] -= 1
         if awaited[into] == 0:
-            leaving = np.flatnonzero((part[first] == into) & ~loops)
-            _divide(np.flatnonzero(part == into), first, last, loops, conductance, flow)
+            leaving = np.flatnonzero((component[first] == into) & ~loops)
+            _divide(np.flatnonzero(component == into), first, last, loops, conductance, flow)
             arrived += leaving.tolist()
     return flow
 
@@ -170,13 +170,13 @@ def _divide(
     nodes: np.ndarray, first: np.ndarray, last: np.ndarray, loops: np.ndarray, conductance: np.ndarray, flow: np.ndarray
 ) -> None:
     """Set the flows in all vessels between some nodes, and in those that leave them, by those that enter them."""
-    here = np.zeros(max(first.max(), last.max()) + 1, dtype=bool)
-    here[nodes] = True
-    inner = np.flatnonzero(loops & here[first])
-    entering, leaving = np.flatnonzero(~loops & here[last]), np.flatnonzero(~loops & here[first])
+    is_inside = np.zeros(max(first.max(), last.max()) + 1, dtype=bool)
+    is_inside[nodes] = True
+    inner = np.flatnonzero(loops & is_inside[first])
+    entering, leaving = np.flatnonzero(~loops & is_inside[last]), np.flatnonzero(~loops & is_inside[first])
     if not len(leaving):
         return
-    place = np.zeros(len(here), dtype=np.int64)
+    place = np.zeros(len(is_inside), dtype=np.int64)
     place[nodes] = np.arange(len(nodes))
     balance = _laplacian(place[first[inner]], place[last[inner]], conductance[inner], len(nodes))
     np.add.at(balance, (place[first[leaving]],) * 2, conductance[leaving])
@@ -204,19 +204,19 @@ def _parts(first: np.ndarray, last: np.ndarray, count: int) -> np.ndarray:
 def _laplacian(first: np.ndarray, last: np.ndarray, conductance: np.ndarray, count: int) -> np.ndarray:
     """Return what pressures are multiplied by to have the flows out of the nodes, shape (node, node)."""
     laplacian = np.zeros((count, count))
-    for one, other in ((first, last), (last, first)):
-        np.add.at(laplacian, (one, one), conductance)
-        np.add.at(laplacian, (one, other), -conductance)
+    for node, neighbor in ((first, last), (last, first)):
+        np.add.at(laplacian, (node, node), conductance)
+        np.add.at(laplacian, (node, neighbor), -conductance)
     return laplacian
 
 
 def steady_flows(start: np.ndarray, end: np.ndarray, conductance: np.ndarray) -> np.ndarray:
     """Return the flow in each vessel where the pressure is 1 at all inlets and 0 behind all ends."""
     first, last, count = _places(start, end)
-    entered, left = np.zeros(count, bool), np.zeros(count, bool)
-    entered[last], left[first] = True, True
+    entered, exited = np.zeros(count, bool), np.zeros(count, bool)
+    entered[last], exited[first] = True, True
     laplacian, pressure = _laplacian(first, last, conductance, count), np.where(entered, 0.0, 1.0)
-    inner, known = np.flatnonzero(entered & left), np.flatnonzero(~(entered & left))
-    pulled = laplacian[np.ix_(inner, known)] @ pressure[known]
+    inner, boundary = np.flatnonzero(entered & exited), np.flatnonzero(~(entered & exited))
+    pulled = laplacian[np.ix_(inner, boundary)] @ pressure[boundary]
     pressure[inner] = -np.linalg.solve(laplacian[np.ix_(inner, inner)], pulled)
     return np.asarray(conductance * (pressure[first] - pressure[last]))

@@ -109,8 +109,8 @@ class Network:
         object.__setattr__(self, "radius", _frozen(self.radius, np.float64))
         object.__setattr__(self, "pressure", image_pressure(self.pressure))
         for field in MEASURED:
-            given = getattr(self, field)
-            object.__setattr__(self, field, None if given is None else _frozen(given, np.float64))
+            values = getattr(self, field)
+            object.__setattr__(self, field, None if values is None else _frozen(values, np.float64))
         _check_vessels(self, where)
         if self.nodes is None:
             _check_tree(self, where)
@@ -163,8 +163,11 @@ class Network:
     @cached_property
     def junctions(self) -> tuple[Meeting, ...]:
         """Rows that end and that begin where vessels meet, by the first that ends there."""
-        met = sorted((one for one in meetings(self.start, self.end).values() if one.ending), key=lambda one: one.ending)
-        return tuple(one for one in met if one.beginning)
+        met = sorted(
+            (meeting for meeting in meetings(self.start, self.end).values() if meeting.ending),
+            key=lambda meeting: meeting.ending,
+        )
+        return tuple(meeting for meeting in met if meeting.beginning)
 
     @cached_property
     def area(self) -> np.ndarray:
@@ -235,14 +238,14 @@ class Network:
         InputError
             As for a new network.
         """
-        other = object.__new__(Network)
+        network = object.__new__(Network)
         sizes = {"radius": self.radius if radius is None else _frozen(radius, np.float64),
                  "length": self.length if length is None else _frozen(length, np.float64),
                  "pressure": self.pressure if pressure is None else image_pressure(pressure)}  # fmt: skip
-        known = {name: self.__dict__[name] for name in _TOPOLOGY if name in self.__dict__}
-        other.__dict__.update(known | sizes | dict.fromkeys(MEASURED))
-        _check_sizes(other, _row)
-        return other
+        topology = {name: self.__dict__[name] for name in _TOPOLOGY if name in self.__dict__}
+        network.__dict__.update(topology | sizes | dict.fromkeys(MEASURED))
+        _check_sizes(network, _row)
+        return network
 
     @Accessor
     def plot(self, ax: "Axes | None" = None) -> "Axes":
@@ -253,8 +256,8 @@ class Network:
         """Return the vessels as a table in the form of a network file, indexed by name, lengths in cm."""
         import pandas as pd
 
-        known = {f"{name.replace('_', ' ')} [cm]": getattr(self, name) for name in ("length", "radius")}
-        return pd.DataFrame(self.topology() | known, pd.Index(self.name, name="vessel"))
+        sizes = {f"{name.replace('_', ' ')} [cm]": getattr(self, name) for name in ("length", "radius")}
+        return pd.DataFrame(self.topology() | sizes, pd.Index(self.name, name="vessel"))
 
     def topology(self) -> dict[str, list[str]]:
         """Return what joins the vessels as columns of a table: the name of each one's parent, or its two nodes."""
@@ -275,13 +278,13 @@ class Network:
         return {name: row for row, name in enumerate(self.name)}
 
 
-def a_network(given: object) -> Network:
+def a_network(network: object) -> Network:
     """Return a network; raise `InputError` for anything else, with what to do."""
-    if isinstance(given, Network):
-        return given
-    if isinstance(given, str | os.PathLike):
-        raise InputError(f"'{given}' is the name of a file; read it first: vasowave.read_network('{given}')")
-    raise InputError(f"{type(given).__name__} was given where a Network is needed")
+    if isinstance(network, Network):
+        return network
+    if isinstance(network, str | os.PathLike):
+        raise InputError(f"'{network}' is the name of a file; read it first: vasowave.read_network('{network}')")
+    raise InputError(f"{type(network).__name__} was given where a Network is needed")
 
 
 def image_pressure(value: float) -> float:
@@ -301,15 +304,15 @@ def _frozen(values: object, dtype: type) -> np.ndarray:
     return array
 
 
-def _whole(values: object, what: str, meaning: str) -> np.ndarray:
+def _whole(values: object, name: str, meaning: str) -> np.ndarray:
     """Return numbers of rows or nodes; raise `InputError`, saying what they mean, for what is none."""
     try:
-        given = np.asarray(values, dtype=float)
+        numbers = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(f"network: {what} are numbers, {meaning}") from None
-    if not np.all((np.abs(given) < _COUNTED) & (given == np.rint(given))):
-        raise InputError(f"network: {what} are whole numbers")
-    return _frozen(given, np.int64)
+        raise InputError(f"network: {name} are numbers, {meaning}") from None
+    if not np.all((np.abs(numbers) < _COUNTED) & (numbers == np.rint(numbers))):
+        raise InputError(f"network: {name} are whole numbers")
+    return _frozen(numbers, np.int64)
 
 
 def _take_nodes(network: Network, where: Callable[[int], str]) -> None:
@@ -335,15 +338,17 @@ def _check_vessels(network: Network, where: Callable[[int], str]) -> None:
     if count == 0:
         raise InputError("the network has no vessels")
     _check_shape(network, "parent")
-    seen: dict[str, int] = {}
+    first_rows: dict[str, int] = {}
     for row, name in enumerate(network.name):
         if not name.strip():
             raise InputError(f"{where(row)}: the vessel has no name")
         if name.lstrip()[0] in "=@" or not name.isprintable():
             raise InputError(f"{where(row)}: '{name}' is no name of a vessel: a spreadsheet would run it; rename it")
-        if name in seen:
-            raise InputError(f"{where(row)}: vessel '{name}' is already defined in {where(seen[name])}; rename one")
-        seen[name] = row
+        if name in first_rows:
+            raise InputError(
+                f"{where(row)}: vessel '{name}' is already defined in {where(first_rows[name])}; rename one"
+            )
+        first_rows[name] = row
     _check_sizes(network, where)
     outside = np.flatnonzero((network.parent < -1) | (network.parent >= count))
     if len(outside):
@@ -368,10 +373,10 @@ def _check_sizes(network: Network, where: Callable[[int], str]) -> None:
         if not len(bad):
             continue
         row = int(bad[0])
-        value, said = values[row], f"{where(row)} (vessel '{network.name[row]}'): {field} {values[row]:g} cm is"
+        value, statement = values[row], f"{where(row)} (vessel '{network.name[row]}'): {field} {values[row]:g} cm is"
         if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{said} not a positive number")
-        raise InputError(f"{said} no animal's (possible are {low:g} to {high:g} cm); is its unit right?")
+            raise InputError(f"{statement} not a positive number")
+        raise InputError(f"{statement} no animal's (possible are {low:g} to {high:g} cm); is its unit right?")
 
 
 def _check_tree(network: Network, where: Callable[[int], str]) -> None:
@@ -381,8 +386,8 @@ def _check_tree(network: Network, where: Callable[[int], str]) -> None:
     if len(roots) == 0:
         raise InputError(f"{where(0)}: no root; leave the parent of the vessel that carries the inflow empty")
     if len(roots) > 1:
-        both = ", ".join(f"'{network.name[row]}' ({where(row)})" for row in roots[:3])
-        raise InputError(f"{len(roots)} vessels have no parent: {both}; one network has one root, or says by "
+        names = ", ".join(f"'{network.name[row]}' ({where(row)})" for row in roots[:3])
+        raise InputError(f"{len(roots)} vessels have no parent: {names}; one network has one root, or says by "
                          "its nodes (columns from, to) where the vessels meet")  # fmt: skip
     reached = np.concatenate(network.generations)
     if len(reached) < count:
@@ -427,8 +432,8 @@ def measured_falls(network: Network, prior: float) -> tuple[np.ndarray, np.ndarr
     measured = network.taper * share
     sd = np.zeros(len(network)) if network.taper_sd is None else np.nan_to_num(network.taper_sd) * share
     weight = prior**2 / (prior**2 + sd**2)
-    known = np.isfinite(measured)
-    return np.where(known, weight * measured, 0.0), np.where(known, np.sqrt(weight) * sd, 0.0)
+    finite = np.isfinite(measured)
+    return np.where(finite, weight * measured, 0.0), np.where(finite, np.sqrt(weight) * sd, 0.0)
 
 
 def tapers(network: Network) -> bool:
@@ -439,12 +444,12 @@ def tapers(network: Network) -> bool:
     if network.taper is None:
         return False
     sd = np.zeros(len(network)) if network.taper_sd is None else np.nan_to_num(network.taper_sd)
-    known = np.isfinite(network.taper) & (network.taper != 0)
-    if not known.any() or np.any(sd[known] == 0):
-        return bool(known.any())
+    measured = np.isfinite(network.taper) & (network.taper != 0)
+    if not measured.any() or np.any(sd[measured] == 0):
+        return bool(measured.any())
     from scipy.special import chdtrc
 
-    scores = network.taper[known] / sd[known]
+    scores = network.taper[measured] / sd[measured]
     return bool(chdtrc(len(scores), float(scores @ scores)) < _NO_TAPER)
 
 

@@ -73,24 +73,26 @@ def unlike_the_species(network: Network, species: str, unit: float | None = None
     radius, (low, high) = float(network.radius[network.root]), SPECIES[species].root_radius
     if low <= radius <= high:
         return ""
-    said = (
+    remark = (
         f"the root's radius is {radius:.3g} cm and the vessels are {float(network.length.sum()):.4g} cm long in all, "
         f"but a {species}'s main pulmonary artery has a radius of {low:g} to {high:g} cm"
     )
     right = f"{low / radius * (unit or 1):.2g} to {high / radius * (unit or 1):.2g}"
     if unit is None:
-        said += f": the voxel size is wrong, probably by a factor of {right}"
+        remark += f": the voxel size is wrong, probably by a factor of {right}"
     else:
         number = radius / unit
         fitting = [name for name in ("um", "mm", "cm") if low <= number * units.factor(name, "length") <= high]
-        said += (
+        remark += (
             f": the unit is probably {fitting[0]}"
             if fitting
             else f": the numbers are probably voxels; give the size of one in cm as the unit ({right} would fit)"
         )
-    others = [name for name, one in SPECIES.items() if one.root_radius[0] <= radius <= one.root_radius[1]]
-    fits = f"; it would fit a {' or a '.join(others)}" if others else ""
-    return f"{said}. If the animal is another{fits}: say its species ({', '.join((*SPECIES, 'other'))})"
+    alternatives = [
+        name for name, candidate in SPECIES.items() if candidate.root_radius[0] <= radius <= candidate.root_radius[1]
+    ]
+    fits = f"; it would fit a {' or a '.join(alternatives)}" if alternatives else ""
+    return f"{remark}. If the animal is another{fits}: say its species ({', '.join((*SPECIES, 'other'))})"
 
 
 def unknown_pressure(network: Network) -> list[Finding]:

@@ -110,10 +110,10 @@ class Tidied:
         """Return the repairs in one sentence; empty if there are none."""
         if not self.repairs:
             return ""
-        counts = Counter(one.code for one in self.repairs)
-        parts = [f"{count} {code}" for code, count in counts.items()]
+        counts = Counter(repair.code for repair in self.repairs)
+        counted_codes = [f"{count} {code}" for code, count in counts.items()]
         end = f", which adds {100 * self.added_volume:.2g} % of its volume" if self.added_volume else ""
-        counted = f"{len(self.repairs)} vessels of the network were repaired ({', '.join(parts)}{end})"
+        counted = f"{len(self.repairs)} vessels of the network were repaired ({', '.join(counted_codes)}{end})"
         if self.change is None or self.split is None:
             return counted
         return (
@@ -128,14 +128,14 @@ def repaired(network: Network) -> tuple[Network, list[Finding]]:
     Nothing is repaired where it would add more than `LOST` of the volume: all other repairs keep resistance and
     compliance.
     """
-    found = tidy(network, alike=_NONE)
-    if found.added_volume > LOST:
-        return network, [NOT_REPAIRED(percent=100 * found.added_volume)]
-    if not found.repairs:
+    tidied = tidy(network, alike=_NONE)
+    if tidied.added_volume > LOST:
+        return network, [NOT_REPAIRED(percent=100 * tidied.added_volume)]
+    if not tidied.repairs:
         return network, []
-    more = len(found.repairs) - _NAMED
-    named = [*map(str, found.repairs[:_NAMED]), *([f"and {more} more"] if more > 0 else [])]
-    return found.network, [REPAIRED(summary=found.summary(), repairs="; ".join(named))]
+    surplus = len(tidied.repairs) - _NAMED
+    named = [*map(str, tidied.repairs[:_NAMED]), *([f"and {surplus} more"] if surplus > 0 else [])]
+    return tidied.network, [REPAIRED(summary=tidied.summary(), repairs="; ".join(named))]
 
 
 def tidy(network: Network, shortest: float = SHORTEST, *, alike: float = np.inf) -> Tidied:
@@ -181,8 +181,8 @@ class _Vessels:
     def __init__(self, network: Network) -> None:
         self.given, self.name = network, list(network.name)
         self.start, self.end = (dict(enumerate(nodes.tolist())) for nodes in (network.start, network.end))
-        self.met = {node: (list(one.ending), list(one.beginning))
-                    for node, one in meetings(network.start, network.end).items()}  # fmt: skip
+        self.met = {node: (list(meeting.ending), list(meeting.beginning))
+                    for node, meeting in meetings(network.start, network.end).items()}  # fmt: skip
         self.length, self.radius = network.length.copy(), network.radius.copy()
         self.low, self.high = network.radius.copy(), network.radius.copy()  # of what each vessel is made of
         self.measured = {name: None if (values := getattr(network, name)) is None else values.copy()
@@ -202,9 +202,9 @@ class _Vessels:
                     (next_row,) = self.daughters(row)
                     if self.end[next_row] == self.start[row]:  # both are a ring
                         break
-                    both = [row, next_row]
-                    range_of = self.high[both].max() / self.low[both].min() - 1.0
-                    if range_of > alike + _ROUNDING and np.all(self.length[both] >= shortest * self.radius[both]):
+                    pair = [row, next_row]
+                    range_of = self.high[pair].max() / self.low[pair].min() - 1.0
+                    if range_of > alike + _ROUNDING and np.all(self.length[pair] >= shortest * self.radius[pair]):
                         break
                     if not self.met[self.end[next_row]][1]:  # a bed, which may be called by its vessel's name
                         self.name[row], self.name[next_row] = self.name[next_row], self.name[row]
@@ -249,11 +249,11 @@ class _Vessels:
 
     def network(self) -> Network:
         """Return what is left, in the order of the rows."""
-        kept = sorted(self.end)
+        rows = sorted(self.end)
         return Network(
-            tuple(self.name[row] for row in kept), None, self.length[kept], self.radius[kept],
-            pressure=self.given.pressure, nodes=np.array([[self.start[row], self.end[row]] for row in kept]),
-            **{name: None if values is None else values[kept] for name, values in self.measured.items()},
+            tuple(self.name[row] for row in rows), None, self.length[rows], self.radius[rows],
+            pressure=self.given.pressure, nodes=np.array([[self.start[row], self.end[row]] for row in rows]),
+            **{name: None if values is None else values[rows] for name, values in self.measured.items()},
         )  # fmt: skip
 
     def _repair(self, code: Code, row: int, into: int, shortest: float) -> Repair:

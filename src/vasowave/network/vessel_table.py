@@ -94,15 +94,17 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
         return f"{path}, line {table.lines[row]}"
 
     parent, nodes = _topology(table, names, where)
-    known = {field: _known_in(table, field, quantity) for field, quantity in _QUANTITIES.items()}
+    quantities = {field: _known_in(table, field, quantity) for field, quantity in _QUANTITIES.items()}
     end = _known_in(table, _END, "length")
     if end is not None:
-        if known["taper"] is not None:
+        if quantities["taper"] is not None:
             raise InputError(f"{path}: both '{_END}' and 'taper' say how vessels narrow; keep one of the two columns")
         with np.errstate(divide="ignore"):  # a length of zero is refused by its line
-            known["taper"] = (radius - end) / length
+            quantities["taper"] = (radius - end) / length
         radius = np.where(np.isnan(end), radius, 0.5 * (radius + end))
-    network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where), nodes=nodes, **known)
+    network = Network(
+        tuple(names), parent, length, radius, where, _pressure_in(table, where), nodes=nodes, **quantities
+    )
     topology = ("parent",) if nodes is None else ("from", "to")
     taken = {"name", *topology, "length", "radius", "diameter", "pressure", _END, *_QUANTITIES, *COUNTED, *_OURS}
     return network, [*table.suspicions, *_lost(table, network), *_unused(table, taken)]
@@ -118,17 +120,17 @@ def write_network(network: Network, path: str | Path) -> None:
     >>> len(vw.read_network("control.csv"))
     21
     """
-    known = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
+    pressure = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
     measured = measured_columns(network)
     text = io.StringIO()
     writer = csv.writer(text)
     topology, counts = network.topology(), counted(network)
-    writer.writerow(["name", *topology, "length [cm]", "radius [cm]", *measured, *known, *counts])
+    writer.writerow(["name", *topology, "length [cm]", "radius [cm]", *measured, *pressure, *counts])
     for row, name in enumerate(network.name):
         joined = (column[row] for column in topology.values())
         sizes = [repr(float(size)) for size in (network.length[row], network.radius[row])]
         cells = (column[row] for column in measured.values())
-        writer.writerow([name, *joined, *sizes, *cells, *known.values(), *counts.values()])
+        writer.writerow([name, *joined, *sizes, *cells, *pressure.values(), *counts.values()])
     write_file(Path(path), text.getvalue())
 
 
@@ -164,30 +166,36 @@ def _known_in(table: Columns, field: str, quantity: str) -> np.ndarray | None:
     filled = [] if column is None else [i for i, row in enumerate(table.cells) if row[column].strip()]
     if column is None or not filled:
         return None
-    part = replace(table, cells=tuple(table.cells[i] for i in filled), lines=tuple(table.lines[i] for i in filled))
+    filled_rows = replace(
+        table, cells=tuple(table.cells[i] for i in filled), lines=tuple(table.lines[i] for i in filled)
+    )
     values = np.full(len(table.cells), np.nan)
-    values[filled] = part.numbers(column, quantity)
+    values[filled] = filled_rows.numbers(column, quantity)
     return values
 
 
 def _lost(table: Columns, network: Network) -> list[Finding]:
     """Return every sign that rows are missing."""
-    found = counted(network)
-    said = {title: column for title in found if (column := table.find(title)) is not None}
-    if said:
-        return [OTHER_COUNT(found=found[title], column=title, count=count) for title, column in said.items()
-                for count in sorted({row[column] for row in table.cells} - {found[title], ""})]  # fmt: skip
-    alone = [network.name[one.ending[0]] for one in network.junctions if len(one.ending) == len(one.beginning) == 1]
-    some = ", ".join(f"'{name}'" for name in alone[:5]) + (", …" if len(alone) > 5 else "")
-    return [SINGLE_DAUGHTERS(count=len(alone), some=some)] if alone else []
+    counts = counted(network)
+    columns = {title: column for title in counts if (column := table.find(title)) is not None}
+    if columns:
+        return [OTHER_COUNT(found=counts[title], column=title, count=count) for title, column in columns.items()
+                for count in sorted({row[column] for row in table.cells} - {counts[title], ""})]  # fmt: skip
+    alone = [
+        network.name[meeting.ending[0]]
+        for meeting in network.junctions
+        if len(meeting.ending) == len(meeting.beginning) == 1
+    ]
+    names = ", ".join(f"'{name}'" for name in alone[:5]) + (", …" if len(alone) > 5 else "")
+    return [SINGLE_DAUGHTERS(count=len(alone), some=names)] if alone else []
 
 
 def _unused(table: Columns, taken: set[str]) -> list[Finding]:
     """Return which columns hold values that nothing takes; what may have been meant stands with them."""
-    left = [name for column, name in enumerate(table.names)
+    unused = [name for column, name in enumerate(table.names)
             if name and name not in taken and any(row[column].strip() for row in table.cells)]  # fmt: skip
-    words = [f"'{name}'{did_you_mean(name, sorted(taken))}" for name in left]
-    return [UNUSED(what=f"column {', '.join(words)}")] if left else []
+    words = [f"'{name}'{did_you_mean(name, sorted(taken))}" for name in unused]
+    return [UNUSED(what=f"column {', '.join(words)}")] if unused else []
 
 
 def _pressure_in(table: Columns, where: Callable[[int], str]) -> float:
@@ -195,10 +203,10 @@ def _pressure_in(table: Columns, where: Callable[[int], str]) -> float:
     if column is None:
         return 0.0
     values = table.numbers(column, "pressure")
-    other = np.flatnonzero(values != values[0])
-    if len(other):
+    rows = np.flatnonzero(values != values[0])
+    if len(rows):
         raise InputError(
-            f"{where(int(other[0]))}: pressure {values[other[0]]:g} mmHg, but {values[0]:g} mmHg in the first row; all "
+            f"{where(int(rows[0]))}: pressure {values[rows[0]]:g} mmHg, but {values[0]:g} mmHg in the first row; all "
             "radii of a network were measured at one pressure"
         )
     try:

@@ -90,9 +90,9 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
         raise InputError(f"{path}: says the unit of its lengths itself; leave out the unit '{unit}'")
     if not form.has_unit and unit is None:
         raise InputError(unit_wanted(path, form))
-    network, found = form.read(path, scale_of(unit) if unit is not None else 1.0)
-    for one in (*found, *implausible_sizes(network)):
-        warn(one.at(str(path)))
+    network, findings = form.read(path, scale_of(unit) if unit is not None else 1.0)
+    for finding in (*findings, *implausible_sizes(network)):
+        warn(finding.at(str(path)))
     return network
 
 

@@ -53,31 +53,36 @@ def read_edges(path: Path, scale: float) -> tuple[Network, list[Finding]]:
             elif len(row) > 1 and row[0].strip() in _NODES:
                 nodes[row[1].strip()] = row[0].strip()
             elif any(cell.strip() for cell in row) and row[0].strip() != _TITLE:
-                known = ", ".join((*_VESSELS, *_NODES))
-                raise InputError(f"{path}, line {line}: a row of type '{row[0].strip()[:40]}'; known are {known}")
+                types = ", ".join((*_VESSELS, *_NODES))
+                raise InputError(f"{path}, line {line}: a row of type '{row[0].strip()[:40]}'; known are {types}")
     if not cells:
         raise InputError(f"{path}: has no vessel (a row of type {' or '.join(_VESSELS)})")
-    first, last, length = np.array([[number_in(path, line, one[title]) for title in _SIZES]
-                                    for line, one in zip(lines, cells, strict=True)]).T * _CM  # fmt: skip
-    joined = numbered([(one["start_node"], one["end_node"]) for one in cells])
+    first, last, length = np.array([[number_in(path, line, row_cells[title]) for title in _SIZES]
+                                    for line, row_cells in zip(lines, cells, strict=True)]).T * _CM  # fmt: skip
+    joined = numbered([(row_cells["start_node"], row_cells["end_node"]) for row_cells in cells])
     _check_ends(path, cells, nodes)
     network = Network(
-        tuple(one["ID"] for one in cells), None, length, 0.25 * (first + last),
+        tuple(row_cells["ID"] for row_cells in cells), None, length, 0.25 * (first + last),
         lambda row: f"{path}, line {lines[row]}", nodes=joined, taper=taper_of(0.5 * first, 0.5 * last, length),
     )  # fmt: skip
-    left = ", ".join(sorted(set(nodes.values())))
-    unused = [title for title in titles if title not in (*_COLUMNS, *_WORDS) and any(one[title] for one in cells)]
+    other_types = ", ".join(sorted(set(nodes.values())))
+    unused = [
+        title for title in titles if title not in (*_COLUMNS, *_WORDS) and any(row_cells[title] for row_cells in cells)
+    ]
     looks += [UNUSED(what=f"columns {', '.join(unused)}")] if unused else []
-    return network, [*looks, LEFT_OUT(what=f"rows of the types {left}, walls and beds" if left else "walls and beds")]
+    return network, [
+        *looks,
+        LEFT_OUT(what=f"rows of the types {other_types}, walls and beds" if other_types else "walls and beds"),
+    ]
 
 
 def _check_ends(path: Path, cells: list[dict[str, str]], nodes: dict[str, str]) -> None:
     """Refuse vessels that end elsewhere than in the beds that the rows of nodes name, if they name any."""
     beds = {name for name, kind in nodes.items() if kind == "perif"}
-    ends = {one["end_node"] for one in cells} - {one["start_node"] for one in cells}
+    ends = {row["end_node"] for row in cells} - {row["start_node"] for row in cells}
     if beds and (wrong := sorted(beds ^ ends)):
-        what = "is a bed in which no vessel ends" if wrong[0] in beds else "has no vessel or bed behind it"
-        raise InputError(f"{path}: node '{wrong[0]}' {what}; a row of the table is missing or damaged")
+        fault = "is a bed in which no vessel ends" if wrong[0] in beds else "has no vessel or bed behind it"
+        raise InputError(f"{path}: node '{wrong[0]}' {fault}; a row of the table is missing or damaged")
 
 
 NETWORKS.register(NetworkFormat("first blood", "FirstBlood table of edges", (), is_edges, read_edges))

@@ -28,10 +28,10 @@ def read_mat_network(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     variables = read_mat(path)
     missing = [name for name in ("dim_mat", "ves_conn") if name not in variables]
     if missing:
-        known = ", ".join(variables) or "none"
+        names_in_file = ", ".join(variables) or "none"
         raise InputError(
             f"{path}: no variable {' and no '.join(missing)}; a network needs dim_mat (number, length, radius of every "
-            f"vessel) and ves_conn (number of a vessel, those of its daughters). There are: {known}"
+            f"vessel) and ves_conn (number of a vessel, those of its daughters). There are: {names_in_file}"
         )
     sizes, rows = _matrix(path, variables, "dim_mat", 3), _matrix(path, variables, "ves_conn", 2)
     numbers, length, radius = sizes[:, 0], scale * sizes[:, 1], scale * sizes[:, 2]
@@ -40,14 +40,14 @@ def read_mat_network(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     names = tuple(f"{number:g}" for number in numbers)
     where = _placed(f"{path}, dim_mat row")
     read = {"alpha", "beta", "lrr", "net3D", "term", "dim_mat", "ves_conn", "r_std"}
-    more = variables["dim_mat"].shape[1] - 3
-    unused = [f"the last {more} column(s) of dim_mat"] if more else []
+    surplus = variables["dim_mat"].shape[1] - 3
+    unused = [f"the last {surplus} column(s) of dim_mat"] if surplus else []
     unused += ["net3D"] if np.size(variables.get("net3D", ())) else []
-    left = [name for name in variables if name in ("alpha", "beta", "lrr")]
-    found = [LEFT_OUT(what=f"{', '.join(left)} (of structured trees)")] if left else []
-    found += [UNUSED(what=", ".join(unused))] if unused else []
-    found += [UNKNOWN_VARIABLE(name=name) for name in variables if name not in read]
-    return Network(names, None, length, radius, where, radius_sd=spread, nodes=nodes), found
+    tree_parameters = [name for name in variables if name in ("alpha", "beta", "lrr")]
+    findings = [LEFT_OUT(what=f"{', '.join(tree_parameters)} (of structured trees)")] if tree_parameters else []
+    findings += [UNUSED(what=", ".join(unused))] if unused else []
+    findings += [UNKNOWN_VARIABLE(name=name) for name in variables if name not in read]
+    return Network(names, None, length, radius, where, radius_sd=spread, nodes=nodes), findings
 
 
 def is_dimensions(path: Path, start: bytes) -> bool:
@@ -57,19 +57,19 @@ def is_dimensions(path: Path, start: bytes) -> bool:
 
 def read_dimensions(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     """Read length and both radii of every vessel, and its number with those of its daughters, from two files."""
-    beside = {one.name.lower(): one for one in path.parent.iterdir()}
+    siblings = {path_in_folder.name.lower(): path_in_folder for path_in_folder in path.parent.iterdir()}
     for name in (DIMENSIONS, CONNECTIVITY):
-        if name not in beside:
+        if name not in siblings:
             raise InputError(f"{path}: {name} must lie beside it; one file holds the sizes, the other what joins what")
-    sizes, rows = _table(beside[DIMENSIONS], 3, 3), _table(beside[CONNECTIVITY], 1, None)
+    sizes, rows = _table(siblings[DIMENSIONS], 3, 3), _table(siblings[CONNECTIVITY], 1, None)
     length, first, last = scale * sizes.T
     if len(rows) != len(sizes) or not np.array_equal(np.sort(rows[:, 0]), np.arange(len(rows))):
         raise InputError(
-            f"{beside[CONNECTIVITY]}: {len(rows)} rows for {len(sizes)} vessels; every vessel has one row, which "
+            f"{siblings[CONNECTIVITY]}: {len(rows)} rows for {len(sizes)} vessels; every vessel has one row, which "
             "begins with its number, counted from 0"
         )
-    nodes = _nodes(beside[CONNECTIVITY], np.arange(len(sizes), dtype=float), rows)
-    where = _placed(f"{beside[DIMENSIONS]}, line")
+    nodes = _nodes(siblings[CONNECTIVITY], np.arange(len(sizes), dtype=float), rows)
+    where = _placed(f"{siblings[DIMENSIONS]}, line")
     names = tuple(str(number) for number in range(len(sizes)))
     taper = taper_of(first, last, length)
     return Network(names, None, length, 0.5 * (first + last), where, nodes=nodes, taper=taper), []
@@ -88,7 +88,7 @@ def _nodes(path: Path, numbers: np.ndarray, rows: np.ndarray) -> np.ndarray:
         for daughter in daughters:
             if not daughter or np.isnan(daughter):
                 continue
-            unknown = next((one for one in (parent, daughter) if one not in place), None)
+            unknown = next((vessel for vessel in (parent, daughter) if vessel not in place), None)
             if unknown is not None:
                 raise InputError(f"{path}, row {line} of what joins what: there is no vessel {unknown:g}")
             old, new = start[place[daughter]], end[place[parent]]
@@ -114,7 +114,7 @@ def _spread(path: Path, variables: dict, count: int, scale: float) -> np.ndarray
     return np.where(spread > 0, spread, np.nan)
 
 
-def _table(path: Path, least: int, most: int | None) -> np.ndarray:
+def _table(path: Path, min_columns: int, max_columns: int | None) -> np.ndarray:
     """Return the numbers of a file, every line with as many as the first."""
     rows: list[list[float]] = []
     for block in read_lines(path):
@@ -125,15 +125,17 @@ def _table(path: Path, least: int, most: int | None) -> np.ndarray:
                 rows.append([number(word) for word in text.replace(",", " ").split()])
             except ValueError:
                 raise InputError(f"{path}, line {line}: '{text.strip()[:40]}' is not a row of numbers") from None
-            if len(rows[-1]) != len(rows[0]) or not least <= len(rows[0]) <= (most or len(rows[0])):
-                raise InputError(f"{path}, line {line}: {len(rows[-1])} numbers; every line needs {most or 'as many'}")
+            if len(rows[-1]) != len(rows[0]) or not min_columns <= len(rows[0]) <= (max_columns or len(rows[0])):
+                raise InputError(
+                    f"{path}, line {line}: {len(rows[-1])} numbers; every line needs {max_columns or 'as many'}"
+                )
     if not rows:
         raise InputError(f"{path}: is empty")
     return np.array(rows)
 
 
-def _placed(what: str) -> Callable[[int], str]:
-    return lambda row: f"{what} {row + 1}"
+def _placed(place: str) -> Callable[[int], str]:
+    return lambda row: f"{place} {row + 1}"
 
 
 NETWORKS.register(

@@ -62,21 +62,21 @@ def read_input(path: Path, scale: float) -> tuple[Network, list[Finding]]:
                 pairs.append((_word(path, line, words, 2), _word(path, line, words, 3)))
     if not segments:
         raise InputError(f"{path}: has no SEGMENT; is it an input of svOneDSolver?")
-    nodes = _joined(path, segments, joints, pairs) if pairs else [(one.start, one.end) for one in segments]
-    radii = np.sqrt(np.array([one.area for one in segments]) / np.pi)
-    length = np.array([one.length for one in segments])
+    nodes = _joined(path, segments, joints, pairs) if pairs else [(segment.start, segment.end) for segment in segments]
+    radii = np.sqrt(np.array([segment.area for segment in segments]) / np.pi)
+    length = np.array([segment.length for segment in segments])
     network = Network(
-        tuple(one.name for one in segments), None, length, radii.mean(axis=1),
+        tuple(segment.name for segment in segments), None, length, radii.mean(axis=1),
         lambda row: f"{path}, line {segments[row].line}", nodes=numbered(nodes),
         taper=taper_of(radii[:, 0], radii[:, 1], length),
     )  # fmt: skip
-    left = [what for card, what in _LEFT_OUT.items() if card in cards]
-    left += ["beds"] if "DATATABLE" not in cards and any(one.bed for one in segments) else []
-    unused = [f"{one.loss} of SEGMENT {one.name}" for one in segments if one.loss]
-    more = ", …" if len(unused) > _NAMED else ""
+    omissions = [meaning for card, meaning in _LEFT_OUT.items() if card in cards]
+    omissions += ["beds"] if "DATATABLE" not in cards and any(segment.bed for segment in segments) else []
+    unused = [f"{segment.loss} of SEGMENT {segment.name}" for segment in segments if segment.loss]
+    ellipsis = ", …" if len(unused) > _NAMED else ""
     return network, [
-        *([LEFT_OUT(what=", ".join(left))] if left else []),
-        *([UNUSED(what=", ".join(unused[:_NAMED]) + more)] if unused else []),
+        *([LEFT_OUT(what=", ".join(omissions))] if omissions else []),
+        *([UNUSED(what=", ".join(unused[:_NAMED]) + ellipsis)] if unused else []),
     ]
 
 
@@ -106,17 +106,17 @@ def _joined(
     path: Path, segments: list[_Segment], joints: dict[str, list[int]], pairs: list[tuple[str, str]]
 ) -> list[tuple[int, int]]:
     """Return every segment's two nodes by the joints: each is one, and so is an end that is in none."""
-    place = {one.number: row for row, one in enumerate(segments)}
+    place = {segment.number: row for row, segment in enumerate(segments)}
     starts, ends = ([-1] * len(segments) for _ in range(2))
     for joint, (inlet, outlet) in enumerate(pairs):
-        for what, names, side in (("end", inlet, ends), ("begin", outlet, starts)):
+        for verb, names, side in (("end", inlet, ends), ("begin", outlet, starts)):
             numbers = joints.get(names, [])
             unknown = [number for number in numbers if number not in place]
             if not numbers or unknown:
-                raise InputError(f"{path}: the joint of {inlet} and {outlet} needs known segments that {what} in it")
+                raise InputError(f"{path}: the joint of {inlet} and {outlet} needs known segments that {verb} in it")
             for number in numbers:
                 if side[place[number]] >= 0:
-                    raise InputError(f"{path}: segment {number} {what}s in two joints; name it in one")
+                    raise InputError(f"{path}: segment {number} {verb}s in two joints; name it in one")
                 side[place[number]] = joint
     first, after = len(pairs), len(pairs) + len(segments)
     starts = [first + row if node < 0 else node for row, node in enumerate(starts)]

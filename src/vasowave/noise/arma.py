@@ -67,7 +67,7 @@ def fit_arma(series: np.ndarray, largest: tuple[int, int] = LARGEST_ORDERS) -> A
         starts = [_grown(x, key, (p, q)) for key, x in smaller]
         starts += [_burg(unit, p)] if q == 0 else []
         candidates[p, q] = _fit_order(unit, p, q, starts)
-    best = min((one for _, one in candidates.values()), key=lambda one: one.bic)
+    best = min((candidate for _, candidate in candidates.values()), key=lambda candidate: candidate.bic)
     if not np.isfinite(best.bic):
         raise NumericalError("no ARMA model has a finite likelihood; are the residuals constant?")
     shift = unit.size * np.log(scale)
@@ -136,9 +136,9 @@ def _coefficients(x: np.ndarray, p: int) -> tuple[np.ndarray, np.ndarray]:
     return levinson(np.tanh(x[:p])), -levinson(np.tanh(x[p:]))
 
 
-def _grown(x: np.ndarray, of: tuple[int, int], to: tuple[int, int]) -> np.ndarray:
+def _grown(x: np.ndarray, orders: tuple[int, int], to: tuple[int, int]) -> np.ndarray:
     """Return the optimum of a smaller model as a start of a larger one, a little off the saddle at zero."""
-    return np.insert(x, of[0], 0.02) if to[0] > of[0] else np.append(x, 0.02)
+    return np.insert(x, orders[0], 0.02) if to[0] > orders[0] else np.append(x, 0.02)
 
 
 def _burg(unit: np.ndarray, p: int) -> np.ndarray:

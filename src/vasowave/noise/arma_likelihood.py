@@ -38,26 +38,26 @@ def impulse_response(ar, moving, count):
 
 @kept
 @njit(**_OPTIONS)
-def _solved(left, right):
+def _solved(matrix, right):
     """Solve a few equations by elimination with pivots; not finite where they are singular."""
     size = len(right)
     for i in range(size):
         pivot = i
         for k in range(i + 1, size):
-            if abs(left[k, i]) > abs(left[pivot, i]):
+            if abs(matrix[k, i]) > abs(matrix[pivot, i]):
                 pivot = k
         for j in range(size):
-            left[i, j], left[pivot, j] = left[pivot, j], left[i, j]
+            matrix[i, j], matrix[pivot, j] = matrix[pivot, j], matrix[i, j]
         right[i], right[pivot] = right[pivot], right[i]
         for k in range(i + 1, size):
-            factor = left[k, i] / left[i, i]
+            factor = matrix[k, i] / matrix[i, i]
             for j in range(i, size):
-                left[k, j] -= factor * left[i, j]
+                matrix[k, j] -= factor * matrix[i, j]
             right[k] -= factor * right[i]
     for i in range(size - 1, -1, -1):
         for j in range(i + 1, size):
-            right[i] -= left[i, j] * right[j]
-        right[i] /= left[i, i]
+            right[i] -= matrix[i, j] * right[j]
+        right[i] /= matrix[i, i]
     return right
 
 
@@ -67,14 +67,14 @@ def first_autocovariances(ar, moving):
     """Autocovariance for unit innovations, lags that determine all others (Brockwell & Davis, third method)."""
     order = max(len(ar) + 1, len(moving))
     psi = impulse_response(ar, moving, len(moving))
-    left, right = np.zeros((order, order)), np.zeros(order)
+    matrix, right = np.zeros((order, order)), np.zeros(order)
     for lag in range(order):
         for j in range(lag, len(moving)):
             right[lag] += moving[j] * psi[j - lag]
-        left[lag, lag] += 1.0
+        matrix[lag, lag] += 1.0
         for i in range(len(ar)):
-            left[lag, abs(lag - 1 - i)] -= ar[i]
-    return _solved(left, right)
+            matrix[lag, abs(lag - 1 - i)] -= ar[i]
+    return _solved(matrix, right)
 
 
 @kept
@@ -110,15 +110,15 @@ def squares_and_log_determinant(ar, ma, series):
             else:
                 return np.nan, np.nan
         log_det += 2.0 * np.log(rows[t, m])
-        for one in range(len(series)):
-            w = series[one, t]
+        for row in range(len(series)):
+            w = series[row, t]
             if t >= m:
                 for i in range(p):
-                    w -= ar[i] * series[one, t - 1 - i]
+                    w -= ar[i] * series[row, t - 1 - i]
             for k in range(max(0, t - m), t):
-                w -= rows[t, m - t + k] * white[one, k]
-            white[one, t] = w / rows[t, m]
-            squares += white[one, t] ** 2
+                w -= rows[t, m - t + k] * white[row, k]
+            white[row, t] = w / rows[t, m]
+            squares += white[row, t] ** 2
     return squares, log_det
 
 

@@ -78,7 +78,7 @@ def spectral_shapes(harmonic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         Adding up to 1.
     """
     r, s = np.exp(RATE[0] + RATE[1] * _RATES), np.exp(POWER[0] + POWER[1] * _POWERS)
-    shapes = np.array([(1 + one * harmonic / other) ** -other for one in r for other in s])
+    shapes = np.array([(1 + rate * harmonic / power) ** -power for rate in r for power in s])
     return shapes / shapes.mean(axis=1, keepdims=True), _log_normal(np.add.outer(_RATES**2, _POWERS**2).ravel())
 
 
@@ -130,9 +130,9 @@ def likely_spectra(
     residual: np.ndarray,
     jacobian: np.ndarray,
     pulse: float,
-    known: np.ndarray | float = 0.0,
+    error_variance: np.ndarray | float = 0.0,
     of_mean: float = np.inf,
-    beside: Beside | None = None,
+    signals: Beside | None = None,
 ) -> Spectra:
     """Return the spectra that may lie behind the residual of a least-squares fit.
 
@@ -148,25 +148,27 @@ def likely_spectra(
         Its derivative by the parameters at the optimum.
     pulse : float
         Pulse pressure of the measured cycle, mmHg.
-    known : array, shape (N,), optional
+    error_variance : array, shape (N,), optional
         Variance of the coefficients by the error of the measurement, see `known_variance`.
     of_mean : float
         Largest standard deviation that the mean of the discrepancy can have, mmHg.
-    beside : Beside, optional
+    signals : Beside, optional
         What other signals say of the same parameters.
     """
     k, y, J = harmonics(len(residual)), fourier(residual), fourier(jacobian)
     (shapes, log_shape), (sigma, log_size) = spectral_shapes(k), spectral_sizes(SIZE[0] * pulse, SIZE[1])
-    most = np.where(k == 0, len(k) * of_mean**2, np.inf)
-    variance = np.minimum(sigma[:, np.newaxis] ** 2 * shapes[:, np.newaxis], most) + known
-    if beside is not None:
-        there = sigma[:, np.newaxis] ** 2 * with_points(shapes, beside.harmonic)[:, np.newaxis]
-        variance = np.concatenate([variance, there + np.diag(beside.error)], axis=-1)
-        k, y, J = np.append(k, beside.harmonic), np.append(y, beside.residual), np.vstack([J, beside.jacobian])
+    variance_limit = np.where(k == 0, len(k) * of_mean**2, np.inf)
+    variance = np.minimum(sigma[:, np.newaxis] ** 2 * shapes[:, np.newaxis], variance_limit) + error_variance
+    if signals is not None:
+        signal_variance = sigma[:, np.newaxis] ** 2 * with_points(shapes, signals.harmonic)[:, np.newaxis]
+        variance = np.concatenate([variance, signal_variance + np.diag(signals.error)], axis=-1)
+        k, y, J = np.append(k, signals.harmonic), np.append(y, signals.residual), np.vstack([J, signals.jacobian])
     variance = variance.reshape(-1, len(k))
     basis = np.linalg.qr(J)[0]  # of what the parameters can imitate
-    kept = k <= HARMONICS
-    log = np.add.outer(log_shape, log_size).ravel() + restricted_likelihood(variance[:, kept], y[kept], basis[kept])
+    fitted = k <= HARMONICS
+    log = np.add.outer(log_shape, log_size).ravel() + restricted_likelihood(
+        variance[:, fitted], y[fitted], basis[fitted]
+    )
     probability = np.exp(log - log.max())
     probability /= probability.sum()
     size, scores = probability.reshape(-1, len(sigma)).sum(axis=0), np.log(sigma) / SIZE[1]
@@ -181,13 +183,13 @@ def restricted_likelihood(variance: np.ndarray, y: np.ndarray, J: np.ndarray) ->
     """
     basis = np.linalg.qr(J)[0]  # any basis of what the parameters can imitate serves
     information = np.einsum("nk,ki,kj->nij", 1 / variance, basis, basis, optimize=True)
-    seen = (y / variance) @ basis
-    taken = np.einsum("ni,ni->n", seen, np.linalg.solve(information, seen[:, :, np.newaxis])[:, :, 0])
+    projection = (y / variance) @ basis
+    taken = np.einsum("ni,ni->n", projection, np.linalg.solve(information, projection[:, :, np.newaxis])[:, :, 0])
     return -0.5 * (np.log(variance).sum(axis=1) + np.linalg.slogdet(information)[1] + (1 / variance) @ y**2 - taken)
 
 
 def least_squares_covariance(
-    jacobian: np.ndarray, spectra: Spectra, ranges: np.ndarray | None = None, beside: Beside | None = None
+    jacobian: np.ndarray, spectra: Spectra, ranges: np.ndarray | None = None, signals: Beside | None = None
 ) -> np.ndarray:
     """Covariance of least-squares estimates, J⁺ Σ J⁺ᵀ, whose normal 95 % intervals allow for all spectra together.
 
@@ -201,20 +203,20 @@ def least_squares_covariance(
     jacobian : array, shape (N, D)
     spectra : Spectra
     ranges : array, shape (D,), optional
-    beside : Beside, optional
+    signals : Beside, optional
         As of the spectra.
     """
     variance = (_reach(np.sqrt(spectra.variance.T), spectra.probability) / NORMAL) ** 2
-    if beside is None:
+    if signals is None:
         inverse = _inverse(fourier(jacobian), variance, ranges)
         return np.asarray((inverse * variance) @ inverse.T)
     count = len(jacobian)
-    shared = beside.error - np.diag(np.diag(beside.error))  # what errors coefficients share: of zeros and gains
-    there = beside.weight @ (np.diag(variance[count:]) + shared) @ beside.weight.T
-    J = np.vstack([fourier(jacobian), beside.weight @ beside.jacobian])
-    inverse = _inverse(J, np.append(variance[:count], np.diag(there)), ranges)
+    shared = signals.error - np.diag(np.diag(signals.error))  # what errors coefficients share: of zeros and gains
+    covariance = signals.weight @ (np.diag(variance[count:]) + shared) @ signals.weight.T
+    J = np.vstack([fourier(jacobian), signals.weight @ signals.jacobian])
+    inverse = _inverse(J, np.append(variance[:count], np.diag(covariance)), ranges)
     at_inlet, elsewhere = inverse[:, :count], inverse[:, count:]
-    return np.asarray((at_inlet * variance[:count]) @ at_inlet.T + elsewhere @ there @ elsewhere.T)
+    return np.asarray((at_inlet * variance[:count]) @ at_inlet.T + elsewhere @ covariance @ elsewhere.T)
 
 
 def _reach(deviations: np.ndarray, probability: np.ndarray) -> np.ndarray:
@@ -222,24 +224,24 @@ def _reach(deviations: np.ndarray, probability: np.ndarray) -> np.ndarray:
     from scipy.special import ndtr
 
     matter = probability > _MATTERS
-    share, parts = probability[matter] / probability[matter].sum(), np.maximum(deviations[:, matter], 1e-300)
-    low, high = np.zeros(len(parts)), 10 * parts.max(axis=1)
+    share, components = probability[matter] / probability[matter].sum(), np.maximum(deviations[:, matter], 1e-300)
+    low, high = np.zeros(len(components)), 10 * components.max(axis=1)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        short = ndtr(middle[:, np.newaxis] / parts) @ share < 0.5 + 0.5 * LEVEL
+        short = ndtr(middle[:, np.newaxis] / components) @ share < 0.5 + 0.5 * LEVEL
         low, high = np.where(short, middle, low), np.where(short, high, middle)
     return high
 
 
 def _inverse(J: np.ndarray, variance: np.ndarray, ranges: np.ndarray | None) -> np.ndarray:
     """Return the pseudo-inverse of J, its gain limited where noise would carry parameters out of their ranges."""
-    left, singular, right = np.linalg.svd(J, full_matrices=False)
+    vectors, singular, right = np.linalg.svd(J, full_matrices=False)
     with np.errstate(divide="ignore"):
         gain = 1 / singular
     if ranges is not None:
         uniform = (right**2) @ (ranges**2 / 12)  # variance along each singular direction if all is possible
-        gain = np.minimum(gain, np.sqrt(uniform / (variance @ left**2)))
-    return (right.T * gain) @ left.T
+        gain = np.minimum(gain, np.sqrt(uniform / (variance @ vectors**2)))
+    return (right.T * gain) @ vectors.T
 
 
 def harmonics(count: int) -> np.ndarray:

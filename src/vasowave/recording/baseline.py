@@ -47,12 +47,12 @@ def baseline_findings(
     baseline: Baseline, first: float, last: float, comments: Sequence[Comment] = ()
 ) -> list[Finding]:  # fmt: skip
     """Return the drift, what was done about it, and its size in the beats averaged from first to last."""
-    far = float(baseline.time[np.argmax(np.abs(baseline.trend))])
-    apart = [CHANGED_BESIDE(what=baseline.elsewhere, zero=baseline.zero)] if baseline.elsewhere else []
+    peak_time = float(baseline.time[np.argmax(np.abs(baseline.trend))])
+    findings = [CHANGED_BESIDE(what=baseline.elsewhere, zero=baseline.zero)] if baseline.elsewhere else []
     if baseline.settling and baseline.settling.error:
-        apart.append(SETTLES(until=baseline.settling.until, height=baseline.settling.height))
+        findings.append(SETTLES(until=baseline.settling.until, height=baseline.settling.height))
     if not baseline.sure:
-        return [*apart, STEADY(within=float(max(abs(baseline.size), baseline.error)))]
+        return [*findings, STEADY(within=float(max(abs(baseline.size), baseline.error)))]
     done = "removed" if baseline.removed else "left in"
     if baseline.own:
         done += f" because with it {baseline.own}, as when the animal itself changes; average a shorter stretch"
@@ -60,14 +60,14 @@ def baseline_findings(
         done += "; it counts as an error of the mean pressure"
     drifts, steps = (DRIFTS, STEPS) if baseline.alarming else (DRIFTS_LITTLE, STEPS_LITTLE)
     drift = drifts(
-        size=float(baseline.size), error=float(baseline.error), zero=baseline.zero, far=far,
+        size=float(baseline.size), error=float(baseline.error), zero=baseline.zero, far=peak_time,
         here=float(baseline.mean_drift(first, last)), done=done,
     )  # fmt: skip
-    said = (
-        steps(height=float(one.height), time=float(one.time), whose=_whose(one, comments), done=done)
-        for one in baseline.steps
+    step_findings = (
+        steps(height=float(step.height), time=float(step.time), whose=_whose(step, comments), done=done)
+        for step in baseline.steps
     )
-    return [*apart, drift, *said]
+    return [*findings, drift, *step_findings]
 
 
 def _whose(step: LevelStep, comments: Sequence[Comment]) -> str:
@@ -80,10 +80,12 @@ def _whose(step: LevelStep, comments: Sequence[Comment]) -> str:
 
 def with_comments(baseline: Baseline, comments: Sequence[Comment]) -> Baseline:
     """Return the baseline, whose steps beside a comment may be the animal's own."""
-    beside = next((one for one in (near(comments, step.time) for step in baseline.steps) if one), None)
-    if baseline.own or beside is None:
+    comment = next(
+        (candidate for candidate in (near(comments, step.time) for step in baseline.steps) if candidate), None
+    )
+    if baseline.own or comment is None:
         return baseline
-    return replace(baseline, own=f"'{beside.text}' is noted at {beside.time:.4g} s")
+    return replace(baseline, own=f"'{comment.text}' is noted at {comment.time:.4g} s")
 
 
 def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: float | None) -> Baseline:
@@ -121,16 +123,16 @@ def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: fl
             break
         first.append(step)
         good[step - 1 : step + 1] = False  # one of the two stands between the levels
-    times = np.array([0.5 * (time[at - 1] + time[at]) for at in first])
+    times = np.array([0.5 * (time[index - 1] + time[index]) for index in first])
     trend = curve.values + shifts @ curve.extra - curve.at_anchor - float((times <= zero_time) @ curve.extra)
-    far = int(np.argmax(np.abs(trend)))
-    own = ""
-    if first or abs(trend[far]) > RULES.sure * curve.error[far]:
-        own = _own_change(pressure[good], flow[good], trend[good])
+    largest = int(np.argmax(np.abs(trend)))
+    own_change = ""
+    if first or abs(trend[largest]) > RULES.sure * curve.error[largest]:
+        own_change = _own_change(pressure[good], flow[good], trend[good])
     steps = (LevelStep(float(t), float(h)) for t, h in sorted(zip(times, curve.extra, strict=True)))
     persistence = _persistence((breathless - curve.values - shifts @ curve.extra)[good])
     return Baseline(
-        time, level, trend, tuple(steps), float(curve.error[far]), zero_time, own, settling=settling,
+        time, level, trend, tuple(steps), float(curve.error[largest]), zero_time, own_change, settling=settling,
         persistence=persistence, errors=curve.error,
     )  # fmt: skip
 
@@ -145,12 +147,12 @@ def _settling(time: np.ndarray, level: np.ndarray, good: np.ndarray) -> Settling
         RULES.first_seconds, time[RULES.side_beats] - time[0]
     ) > RULES.reach * np.ptp(time):
         return None
-    apart, settling = _begins_apart(time, level)
-    if apart < RULES.told:
+    distance, settling = _begins_apart(time, level)
+    if distance < RULES.min_size:
         return None
     later = np.linspace(np.searchsorted(time, settling.until), RULES.later * len(time), 8).astype(int)
-    usual = max(_begins_apart(time[at:], level[at:])[0] for at in later)
-    return settling if apart > RULES.beyond * usual else None
+    usual = max(_begins_apart(time[index:], level[index:])[0] for index in later)
+    return settling if distance > RULES.beyond * usual else None
 
 
 def _begins_apart(time: np.ndarray, level: np.ndarray) -> tuple[float, Settling]:
@@ -158,18 +160,18 @@ def _begins_apart(time: np.ndarray, level: np.ndarray) -> tuple[float, Settling]
 
     Carried back, the level follows the drift; the height that is told is that above the level where the others begin.
     """
-    rest = (time >= time[0] + RULES.first_seconds) & (np.arange(len(time)) >= RULES.side_beats)
-    until = float(time[rest][0])
-    breathless, curve = _without_breaths(time, level, rest, np.zeros((len(time), 0)), until)
-    left = np.where(rest, 0.0, np.abs(breathless - curve.values))
-    left[left < RULES.sure * curve.error] = 0.0
-    return float(left.max()), Settling(until, float(breathless[0] - curve.at_anchor))
+    later = (time >= time[0] + RULES.first_seconds) & (np.arange(len(time)) >= RULES.side_beats)
+    until = float(time[later][0])
+    breathless, curve = _without_breaths(time, level, later, np.zeros((len(time), 0)), until)
+    residual = np.where(later, 0.0, np.abs(breathless - curve.values))
+    residual[residual < RULES.sure * curve.error] = 0.0
+    return float(residual.max()), Settling(until, float(breathless[0] - curve.at_anchor))
 
 
-def _known_zero(zero_time: float, known: np.ndarray) -> float:
+def _known_zero(zero_time: float, instants: np.ndarray) -> float:
     """Return the instant of the zero, or the known instant nearest to it where a trend cannot be carried so far."""
-    nearest = float(np.clip(zero_time, known[0], known[-1]))
-    return zero_time if abs(zero_time - nearest) <= RULES.reach * np.ptp(known) else nearest
+    nearest = float(np.clip(zero_time, instants[0], instants[-1]))
+    return zero_time if abs(zero_time - nearest) <= RULES.reach * np.ptp(instants) else nearest
 
 
 def _without_breaths(
@@ -182,16 +184,16 @@ def _without_breaths(
         curve = smooth_curve(time, breathless, good, spacing, zero_time, shifts)
         breathless = level - breathing(time, level - curve.values - shifts @ curve.extra, good)
     curve = smooth_curve(time, breathless, good, spacing, zero_time, shifts)
-    left = (breathless - curve.values - shifts @ curve.extra)[good]
-    return breathless, curve._replace(error=curve.error * _persistence(left))
+    residual = (breathless - curve.values - shifts @ curve.extra)[good]
+    return breathless, curve._replace(error=curve.error * _persistence(residual))
 
 
-def _persistence(left: np.ndarray) -> float:
+def _persistence(residual: np.ndarray) -> float:
     """Return by how much the error of a mean is larger than of white scatter: that of an AR(1) process."""
-    left = left - left.mean()
-    power = float(left @ left)
-    correlation = float(left[1:] @ left[:-1]) / power if power > 0 else 0.0
-    correlation = min(max(correlation + 1.0 / len(left), 0.0), 0.9)  # a mean that was taken off lowers it by this
+    residual = residual - residual.mean()
+    power = float(residual @ residual)
+    correlation = float(residual[1:] @ residual[:-1]) / power if power > 0 else 0.0
+    correlation = min(max(correlation + 1.0 / len(residual), 0.0), 0.9)  # a mean that was taken off lowers it by this
     return float(np.sqrt((1.0 + correlation) / (1.0 - correlation)))
 
 
@@ -201,25 +203,25 @@ def _sharpest_step(time: np.ndarray, level: np.ndarray, good: np.ndarray) -> int
     A straight line with a step in its middle is fitted to every window of 16 good beats; a step has to stand out from
     the scatter and from all other windows. Over a gap the line goes on, and a step is the less sure the longer it is.
     """
-    here = np.flatnonzero(good)
-    if len(here) < 4 * RULES.side_beats:
+    beats = np.flatnonzero(good)
+    if len(beats) < 4 * RULES.side_beats:
         return None
     place = np.arange(2 * RULES.side_beats) - RULES.side_beats + 0.5
     design = np.stack([np.ones(2 * RULES.side_beats), place, place > 0], axis=1)
     weights = np.linalg.pinv(design)[2]
-    heights = np.correlate(level[here], weights, "valid")
-    lasts = time[here[2 * RULES.side_beats - 1 :]] - time[here[: len(heights)]]
+    heights = np.correlate(level[beats], weights, "valid")
+    lasts = time[beats[2 * RULES.side_beats - 1 :]] - time[beats[: len(heights)]]
     for window in np.flatnonzero(lasts > RULES.gap * np.median(lasts)):
-        part = here[window : window + 2 * RULES.side_beats]
-        design[:, 1] = time[part] - time[part].mean()
-        own = np.linalg.pinv(design)[2]
-        heights[window] = own @ level[part] * np.linalg.norm(weights) / np.linalg.norm(own)
-    scatter = np.median(np.abs(np.diff(level[here]))) / 0.954
+        window_beats = beats[window : window + 2 * RULES.side_beats]
+        design[:, 1] = time[window_beats] - time[window_beats].mean()
+        projection = np.linalg.pinv(design)[2]
+        heights[window] = projection @ level[window_beats] * np.linalg.norm(weights) / np.linalg.norm(projection)
+    scatter = np.median(np.abs(np.diff(level[beats]))) / 0.954
     usual = max(float(np.median(np.abs(heights))) / 0.6745, float(scatter * np.linalg.norm(weights)))
     best = int(np.argmax(np.abs(heights)))
-    if abs(heights[best]) < max(RULES.stands_out * usual, RULES.told):
+    if abs(heights[best]) < max(RULES.stands_out * usual, RULES.min_size):
         return None
-    return int(here[best + RULES.side_beats])
+    return int(beats[best + RULES.side_beats])
 
 
 def _own_change(pressure: np.ndarray, flow: np.ndarray, trend: np.ndarray) -> str:

@@ -209,15 +209,15 @@ def _without_subharmonic(strength: np.ndarray, length: float, shortest: float) -
     Beats that alternate in length or size repeat in pairs, and hum may let a pair repeat better than a beat.
     """
     peaks = _peaks(strength, length)
-    for parts in (2, 3):
-        if length / parts < shortest or len(peaks) < 3:
+    for divisor in (2, 3):
+        if length / divisor < shortest or len(peaks) < 3:
             continue
-        more = _peaks(strength, length / parts)
-        between = np.setdiff1d(more, peaks)
-        if len(between) > _BETWEEN * (parts - 1) * len(peaks) and np.median(strength[between]) > _AS_STRONG * np.median(
-            strength[peaks]
-        ):
-            return length / parts, more
+        finer_peaks = _peaks(strength, length / divisor)
+        between = np.setdiff1d(finer_peaks, peaks)
+        if len(between) > _BETWEEN * (divisor - 1) * len(peaks) and np.median(
+            strength[between]
+        ) > _AS_STRONG * np.median(strength[peaks]):
+            return length / divisor, finer_peaks
     return length, peaks
 
 
@@ -278,8 +278,8 @@ def _foot_before(raw: RawRecording, times: np.ndarray, length: float) -> float:
 
 def foot(values: np.ndarray, steepest: int) -> float:
     """Return where the tangent at the steepest rise meets the level of the lowest value before it, in samples."""
-    near = slice(max(steepest - 3, 1), steepest + 4)
+    window = slice(max(steepest - 3, 1), steepest + 4)
     slopes = np.gradient(values)
-    steepest = near.start + int(np.argmax(slopes[near]))
+    steepest = window.start + int(np.argmax(slopes[window]))
     lowest = values[: steepest + 1].min()
     return steepest - (values[steepest] - lowest) / slopes[steepest] if slopes[steepest] > 0 else float(steepest)

@@ -54,8 +54,8 @@ class Breath(NamedTuple):
     @property
     def sine_share(self) -> float:
         """Share of the first harmonic in the breath's power, noise set apart."""
-        first, *others = (self.coefficients[1:].reshape(2, -1) ** 2).sum(axis=0)
-        return float(first / (first + max(sum(others) - 4.0 * len(others) * self.noise, 0.0)))
+        first, *overtones = (self.coefficients[1:].reshape(2, -1) ** 2).sum(axis=0)
+        return float(first / (first + max(sum(overtones) - 4.0 * len(overtones) * self.noise, 0.0)))
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return the breath, of mean zero, at times in s since the first of its beats."""
@@ -74,53 +74,53 @@ def breathing(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> np.ndarr
     Times (s) and levels without their trend are those of all beats, of which those that are `used` count.
     """
     breath = np.zeros(len(time))
-    for one in find_breaths(time, level, used):
-        breath[one.beats] = one.at(one.time)
+    for stretch in find_breaths(time, level, used):
+        breath[stretch.beats] = stretch.at(stretch.time)
     return breath
 
 
 def find_breaths(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> list[Breath]:
     """Return the breath of every stretch of a minute in which one is found; the arguments are those of `breathing`."""
-    found = []
+    breaths = []
     count = max(1, round((time[-1] - time[0]) / _STRETCH))
-    for part in np.array_split(np.arange(len(time)), count):
-        if used[part].sum() >= 10 * _HARMONICS:
-            since = time[part] - time[part[0]]
-            breath = _in_stretch(since[used[part]], level[part][used[part]])
-            found += [Breath(part, since, *breath)] if breath else []
-    return found
+    for beats in np.array_split(np.arange(len(time)), count):
+        if used[beats].sum() >= 10 * _HARMONICS:
+            since = time[beats] - time[beats[0]]
+            breath = _in_stretch(since[used[beats]], level[beats][used[beats]])
+            breaths += [Breath(beats, since, *breath)] if breath else []
+    return breaths
 
 
-def _in_stretch(here: np.ndarray, level: np.ndarray) -> tuple[float, np.ndarray, float] | None:
+def _in_stretch(time: np.ndarray, level: np.ndarray) -> tuple[float, np.ndarray, float] | None:
     """Return rate, coefficients and their square error of the breath in a stretch, None if nothing repeats."""
     values = level - level.mean()
-    step = 1.0 / (8.0 * (here[-1] - here[0]))
-    beat = float(np.median(np.diff(here)))
+    step = 1.0 / (8.0 * (time[-1] - time[0]))
+    beat = float(np.median(np.diff(time)))
     # Faster than half the heart rate, breaths cannot be told from slower ones.
     fastest = min(_RATES[1], 1.0 / (_BEATS_A_BREATH[0] * beat))
     rates = np.arange(min(_RATES[0], 1.0 / (_BEATS_A_BREATH[1] * beat)), fastest, step)
     if len(rates) == 0:
         return None
-    best, left = _best_rate(here, values, rates, step)
+    best, squares = _best_rate(time, values, rates, step)
     # Bayes' criterion, and the choice among all rates on top.
-    gain = len(values) * np.log(float(values @ values) / max(left, 1e-300))
+    gain = len(values) * np.log(float(values @ values) / max(squares, 1e-300))
     if gain < (2 * _HARMONICS + 1) * np.log(len(values)) + 2 * np.log(len(rates)):
         return None
-    near = np.linspace(-1.0, 1.0, 17) * step
-    rate, left = _nearest(here, values, rates[best] + near)
+    offsets = np.linspace(-1.0, 1.0, 17) * step
+    rate, squares = _nearest(time, values, rates[best] + offsets)
     for times in (3, 2):  # several breaths repeat as one does; the shortest that explains as much is a breath
         if times * rate < fastest:
-            faster, more = _nearest(here, values, times * rate + near)
-            if len(values) * np.log(more / left) < _AS_GOOD:
-                rate, left = faster, more
+            faster, faster_squares = _nearest(time, values, times * rate + offsets)
+            if len(values) * np.log(faster_squares / squares) < _AS_GOOD:
+                rate, squares = faster, faster_squares
                 break
-    return rate, _fit(here, values, rate), 2.0 * left / len(values) ** 2
+    return rate, _fit(time, values, rate), 2.0 * squares / len(values) ** 2
 
 
 def _nearest(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> tuple[float, float]:
     """Return the best of some even rates, and the squares that it leaves."""
-    best, left = _best_rate(time, values, rates, float(rates[1] - rates[0]))
-    return float(rates[best]), left
+    best, squares = _best_rate(time, values, rates, float(rates[1] - rates[0]))
+    return float(rates[best]), squares
 
 
 def _best_rate(time: np.ndarray, values: np.ndarray, rates: np.ndarray, step: float) -> tuple[int, float]:
@@ -129,11 +129,11 @@ def _best_rate(time: np.ndarray, values: np.ndarray, rates: np.ndarray, step: fl
     moment = np.empty((len(rates), 2 * _HARMONICS + 1))
     moment[:, 0] = values.sum()
     for k in range(1, _HARMONICS + 1):
-        here = _transform(time, values, k * rates[0], k * step, len(rates))
-        moment[:, k], moment[:, _HARMONICS + k] = here.real, here.imag
-    left = values @ values - np.sum((inverse @ moment[..., None])[..., 0] * moment, axis=1)
-    best = int(np.argmin(left))
-    return best, float(left[best])
+        transform = _transform(time, values, k * rates[0], k * step, len(rates))
+        moment[:, k], moment[:, _HARMONICS + k] = transform.real, transform.imag
+    squares = values @ values - np.sum((inverse @ moment[..., None])[..., 0] * moment, axis=1)
+    best = int(np.argmin(squares))
+    return best, float(squares[best])
 
 
 @lru_cache(256)
@@ -142,16 +142,19 @@ def _inverse(times: bytes, first: float, step: float, count: int) -> np.ndarray:
     time, size = np.frombuffer(times), 2 * _HARMONICS + 1
     ones = np.ones(len(time))
     sums = {k: _transform(time, ones, k * first, k * step, count) for k in range(1, size)}
-    sums |= {0: np.full(count, len(time) + 0j)} | {-k: np.conj(one) for k, one in sums.items()}
+    sums |= {0: np.full(count, len(time) + 0j)} | {-k: np.conj(value) for k, value in sums.items()}
     gram = np.empty((count, size, size))
     gram[:, 0, 0] = len(time)
     for k in range(1, _HARMONICS + 1):
         cosine, sine = k, _HARMONICS + k  # columns, as in `_columns`
         gram[:, 0, cosine], gram[:, 0, sine] = sums[k].real, sums[k].imag
         for m in range(1, _HARMONICS + 1):
-            apart, both = 0.5 * sums[k - m], 0.5 * sums[k + m]
-            gram[:, cosine, m], gram[:, sine, _HARMONICS + m] = apart.real + both.real, apart.real - both.real
-            gram[:, cosine, _HARMONICS + m] = gram[:, _HARMONICS + m, cosine] = both.imag - apart.imag
+            difference, total = 0.5 * sums[k - m], 0.5 * sums[k + m]
+            gram[:, cosine, m], gram[:, sine, _HARMONICS + m] = (
+                difference.real + total.real,
+                difference.real - total.real,
+            )
+            gram[:, cosine, _HARMONICS + m] = gram[:, _HARMONICS + m, cosine] = total.imag - difference.imag
     gram[:, :, 0] = gram[:, 0]
     return np.linalg.inv(gram + _RIDGE * np.eye(size))
 

@@ -122,8 +122,8 @@ def suspect_catheter(recording: Recording) -> Catheter | None:
     frequency = harmonics / recording.period
     pressure, flow = (np.fft.rfft(values)[harmonics] / len(values) for values in (recording.pressure, recording.flow))
     natural, damping = (
-        one.ravel()
-        for one in np.meshgrid(np.geomspace(0.5 * frequency[0], 1.2 * frequency[-1], 60), np.geomspace(0.05, 2.0, 30))
+        grid.ravel()
+        for grid in np.meshgrid(np.geomspace(0.5 * frequency[0], 1.2 * frequency[-1], 60), np.geomspace(0.05, 2.0, 30))
     )
     responses = Catheter(natural[:, None], damping[:, None]).response(frequency)  # type: ignore[arg-type]
     misfits = _misfit(pressure / flow, frequency, np.vstack([np.ones(len(frequency)), responses]))
@@ -135,12 +135,12 @@ def suspect_catheter(recording: Recording) -> Catheter | None:
 
 def ringing(catheter: Catheter, recording: Recording) -> Finding:
     """Return the finding that a catheter is suspected, with what it would mean for the pulse pressure."""
-    seen = {"frequency": catheter.natural_frequency, "damping": catheter.damping}
+    parameters = {"frequency": catheter.natural_frequency, "damping": catheter.damping}
     try:
         true = float(np.ptp(correct_catheter(recording, catheter).pressure))
     except InputError:
-        return RINGS_BEYOND_REPAIR(**seen)
-    return RINGS(**seen, true_pulse=true, pulse=float(np.ptp(recording.pressure)))
+        return RINGS_BEYOND_REPAIR(**parameters)
+    return RINGS(**parameters, true_pulse=true, pulse=float(np.ptp(recording.pressure)))
 
 
 def _last_strong(recording: Recording, signal: str) -> int:
@@ -178,8 +178,10 @@ def correct_catheter(
         A frequency or damping that is not positive, or a response that would change a harmonic twentyfold.
     """
     if min(catheter) <= 0:
-        what = "cut-off frequency" if isinstance(catheter, LowPass) else "natural frequency and damping"
-        raise InputError(f"{recording.source}: {what} must be positive, got {', '.join(f'{x:g}' for x in catheter)}")
+        quantity = "cut-off frequency" if isinstance(catheter, LowPass) else "natural frequency and damping"
+        raise InputError(
+            f"{recording.source}: {quantity} must be positive, got {', '.join(f'{x:g}' for x in catheter)}"
+        )
     last = harmonic_errors(recording, signal).with_signal
     if isinstance(catheter, LowPass):
         last = min(last, int(catheter.cutoff * recording.period * np.sqrt(_LARGEST**2 - 1)))
@@ -199,8 +201,12 @@ def correct_catheter(
     changed: dict[str, Any] = {signal: np.fft.irfft(spectrum, len(values))}
     if error is not None:
         changed[f"{signal}_error"] = np.append(error[: last + 1] / np.abs(response), error[last + 1 :])
-    asked = [one for one in recording.notes if (one.code, *dict(one.values).values())[:2] != (ROLLS_OFF.code, signal)]
-    return replace(recording, notes=(*asked, note), **changed)
+    notes = [
+        finding
+        for finding in recording.notes
+        if (finding.code, *dict(finding.values).values())[:2] != (ROLLS_OFF.code, signal)
+    ]
+    return replace(recording, notes=(*notes, note), **changed)
 
 
 def without_delays(recording: Recording, pressure: float = 0.0, flow: float = 0.0) -> Recording:

@@ -89,14 +89,14 @@ class Block:
 
 def without_codes(block: Block) -> Block:
     """Return a block in which samples that stand for a missing value, as -999 does, are gaps, and say so."""
-    channels, found = [], list(block.suspicions)
+    channels, suspicions = [], list(block.suspicions)
     for channel in block.channels:
         code = float(np.nanmin(channel.values, initial=np.inf))
         if code in _CODES:
             missing = channel.values == code
-            others = channel.values[~missing & np.isfinite(channel.values)]
-            if len(others) and others.min() - code > _FAR * np.ptp(others):
-                found.append(MISSING(title=channel.title, count=int(missing.sum()), code=code))
+            valid = channel.values[~missing & np.isfinite(channel.values)]
+            if len(valid) and valid.min() - code > _FAR * np.ptp(valid):
+                suspicions.append(MISSING(title=channel.title, count=int(missing.sum()), code=code))
                 channel = replace(channel, values=np.where(missing, np.nan, channel.values))
         channels.append(channel)
-    return replace(block, channels=tuple(channels), suspicions=tuple(found))
+    return replace(block, channels=tuple(channels), suspicions=tuple(suspicions))

@@ -80,10 +80,10 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None]) -> Choice[T]
     guessed: dict[str, str] = {}
     problems = []
     for name, title in titles.items():
-        hits, why = _found(channels, name, title, list(picked.values()), titles)
+        hits, reason = _found(channels, name, title, list(picked.values()), titles)
         if len(hits) == 1:
             picked[name] = hits[0]
-            guessed |= {name: why} if why else {}
+            guessed |= {name: reason} if reason else {}
         elif hits:
             problems.append(f"{len(hits)} channels may hold {name}, name one of them")
         elif title is not None:
@@ -107,8 +107,8 @@ def pick_channels(
     if choice.problems:
         present = ", ".join(f"'{c.title}' [{c.unit or 'no unit'}]" for c in channels) or "none"
         raise InputError(f"{path}: {'; '.join(choice.problems)}; it has: {present}; {_HOW_TO_NAME}")
-    said = [TAKEN(title=choice.picked[name].title, name=name, why=why) for name, why in choice.guessed.items()]
-    return choice.picked, said
+    notes = [TAKEN(title=choice.picked[name].title, name=name, why=reason) for name, reason in choice.guessed.items()]
+    return choice.picked, notes
 
 
 def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, ...]:
@@ -121,10 +121,10 @@ def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, .
 
 def quantity_of(title: str) -> str:
     """Return the quantity that a channel's title says it holds: pressure, flow, ecg, or empty."""
-    plain, said = _plain(title), _words(title)
+    plain, title_words = _plain(title), _words(title)
     if _is_of_elsewhere(title):
         return ""
-    return next((name for name, known in _WORDS.items() if plain in known or said & set(known)), "")
+    return next((name for name, words in _WORDS.items() if plain in words or title_words & set(words)), "")
 
 
 def _found(
@@ -134,15 +134,15 @@ def _found(
     if title is not None:
         same = [c for c in channels if c.title.strip() == title.strip()]
         return same or [c for c in channels if c.title.strip().lower() == title.strip().lower()], ""
-    named = [one.strip().lower() for one in titles.values() if one is not None]
+    named = [text.strip().lower() for text in titles.values() if text is not None]
     free = [c for c in channels if c not in taken and c.title.strip().lower() not in named]
     exact = [c for c in free if c.title.strip().lower() in _WORDS[name]]
     hits = exact or [c for c in free if quantity_of(c.title) == name]
     if len(hits) > 1:
-        here = [c for c in hits if _words(c.title) & set(_HERE)]
+        arterial = [c for c in hits if _words(c.title) & set(_HERE)]
         return (
-            (here, f"of {len(hits)} channels its title speaks of the pulmonary artery")
-            if len(here) == 1
+            (arterial, f"of {len(hits)} channels its title speaks of the pulmonary artery")
+            if len(arterial) == 1
             else (hits, "")
         )
     if hits:
@@ -161,8 +161,10 @@ def _is_of_elsewhere(title: str) -> bool:
 
 def _of_elsewhere(channels: Sequence[T], name: str) -> str:
     """Say which channels have the unit of a quantity and are passed over because their titles speak of other places."""
-    said = [f"'{c.title}'" for c in channels if _has_unit(c, name) and _is_of_elsewhere(c.title)]
-    return f" ({' and '.join(said)} may be of another place than the pulmonary artery, by its title)" if said else ""
+    titles = [f"'{c.title}'" for c in channels if _has_unit(c, name) and _is_of_elsewhere(c.title)]
+    return (
+        f" ({' and '.join(titles)} may be of another place than the pulmonary artery, by its title)" if titles else ""
+    )
 
 
 def _plain(title: str) -> str:

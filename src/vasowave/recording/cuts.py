@@ -22,15 +22,15 @@ class Cuts(NamedTuple):
     pressure: np.ndarray
     flow: np.ndarray
 
-    def chosen(self, which: np.ndarray) -> "Cuts":
+    def chosen(self, selection: np.ndarray) -> "Cuts":
         """Return some of the beats, by number or by truth."""
-        return Cuts(*(part[which] for part in self))
+        return Cuts(*(array[selection] for array in self))
 
 
 def cut_all(raw: RawRecording, times: np.ndarray, samples: int) -> Cuts:
     """Return all beats of a recording, from one of `times` to the next, brought to `samples` and one more."""
     since = times - raw.origin
-    pressure, flow = (cut_beats(one, raw.sampling_rate, since, samples + 1) for one in (raw.pressure, raw.flow))
+    pressure, flow = (cut_beats(signal, raw.sampling_rate, since, samples + 1) for signal in (raw.pressure, raw.flow))
     return Cuts(times[:-1], times[1:], pressure, flow)
 
 
@@ -43,10 +43,10 @@ def cut_again(raw: RawRecording, cut: Cuts, times: np.ndarray) -> Cuts:
     for row in np.flatnonzero((times[:-1] != cut.starts) | (times[1:] != cut.ends)):
         ends = times[row : row + 2] - raw.origin
         first = max(0, int(ends[0] * raw.sampling_rate) - _FAR)
-        near = slice(first, int(ends[1] * raw.sampling_rate) + _FAR)
+        window = slice(first, int(ends[1] * raw.sampling_rate) + _FAR)
         for cuts, signal in ((pressure, raw.pressure), (flow, raw.flow)):
             since = ends - first / raw.sampling_rate
-            cuts[row] = cut_beats(signal[near], raw.sampling_rate, since, cuts.shape[1])[0]
+            cuts[row] = cut_beats(signal[window], raw.sampling_rate, since, cuts.shape[1])[0]
     return Cuts(times[:-1], times[1:], pressure, flow)
 
 
@@ -55,7 +55,7 @@ def beats_beside(
     length_tolerance: float, least_correlation: float,
 ) -> list[Cuts]:  # fmt: skip
     """Return the beats of each stretch beside the one that is read whose length is usual and whose shape `shapes`."""
-    found = []
+    neighbours = []
     for stretch in raw.beside:
         try:
             times = find_beats(stretch, fiducial, heart_rates).times
@@ -65,14 +65,14 @@ def beats_beside(
             beats = cut_all(stretch, times, len(shapes[0]) - 1)
             lengths = beats.ends - beats.starts
             reasons = misshapen_beats(lengths, beats.pressure, beats.flow, length_tolerance, least_correlation, shapes)
-            found.append(beats.chosen(~np.array([bool(reason) for reason in reasons])))
-    return found
+            neighbours.append(beats.chosen(~np.array([bool(reason) for reason in reasons])))
+    return neighbours
 
 
-def merged(cut: Cuts, others: Sequence[Cuts]) -> tuple[Cuts, np.ndarray]:
+def merged(cut: Cuts, neighbours: Sequence[Cuts]) -> tuple[Cuts, np.ndarray]:
     """Return all beats in the order of their times, and which of them are those of `cut`."""
-    if not any(len(one.starts) for one in others):
+    if not any(len(neighbour.starts) for neighbour in neighbours):
         return cut, np.ones(len(cut.starts), dtype=bool)
-    every = Cuts(*(np.concatenate(parts) for parts in zip(cut, *others, strict=True)))
-    order = np.argsort(every.starts)
-    return every.chosen(order), order < len(cut.starts)
+    union = Cuts(*(np.concatenate(arrays) for arrays in zip(cut, *neighbours, strict=True)))
+    order = np.argsort(union.starts)
+    return union.chosen(order), order < len(cut.starts)

@@ -58,7 +58,7 @@ class Inflow:
         """Check the values and freeze the array."""
         flow = np.array(self.flow, dtype=float)
         columns = flow.T if flow.ndim == 2 and flow.size else [flow]
-        checked = [cycle_samples(one, "flow") for one in columns]
+        checked = [cycle_samples(column, "flow") for column in columns]
         object.__setattr__(self, "flow", _frozen(np.stack(checked, axis=1)) if flow.ndim == 2 else checked[0])
         object.__setattr__(self, "period", _period(self.period))
 
@@ -307,18 +307,18 @@ def resample(samples: np.ndarray, count: int) -> np.ndarray:
 
     Upwards it is exact for a band-limited signal; downwards it drops the harmonics the new rate cannot carry.
     """
-    here = len(samples)
-    if count == here:
+    size = len(samples)
+    if count == size:
         return np.array(samples)
     spectrum = np.fft.rfft(samples, axis=0)
-    kept = min(here, count)
+    common_size = min(size, count)
     resized = np.zeros((count // 2 + 1, *samples.shape[1:]), dtype=complex)
-    resized[: kept // 2 + 1] = spectrum[: kept // 2 + 1]
-    if kept % 2 == 0:
+    resized[: common_size // 2 + 1] = spectrum[: common_size // 2 + 1]
+    if common_size % 2 == 0:
         # The harmonic at the coarser rate's limit is one real cosine: it is split or folded, never doubled.
-        edge = resized[kept // 2].real
-        resized[kept // 2] = edge * (0.5 if count > here else 2.0)
-    return np.fft.irfft(resized, count, axis=0) * (count / here)
+        edge = resized[common_size // 2].real
+        resized[common_size // 2] = edge * (0.5 if count > size else 2.0)
+    return np.fft.irfft(resized, count, axis=0) * (count / size)
 
 
 def samples_needed(signal: np.ndarray) -> int:
@@ -335,21 +335,21 @@ def _frozen(array: np.ndarray) -> np.ndarray:
     return array
 
 
-def cycle_samples(values: object, what: str) -> np.ndarray:
-    """Return the samples of one cycle, checked and frozen; `InputError`, naming `what`, where they are too few."""
+def cycle_samples(values: object, name: str) -> np.ndarray:
+    """Return the samples of one cycle, checked and frozen; `InputError`, naming `name`, where they are too few."""
     array = np.array(values, dtype=np.float64)
     if array.ndim != 1 or len(array) < FEWEST_SAMPLES:
-        raise InputError(f"{what}: {array.size} samples in one cycle; at least {FEWEST_SAMPLES} are needed")
+        raise InputError(f"{name}: {array.size} samples in one cycle; at least {FEWEST_SAMPLES} are needed")
     bad = np.flatnonzero(~np.isfinite(array))
     if len(bad):
-        raise InputError(f"{what}: sample {bad[0] + 1} is {array[bad[0]]}; fill the gap first")
+        raise InputError(f"{name}: sample {bad[0] + 1} is {array[bad[0]]}; fill the gap first")
     return _frozen(array)
 
 
-def _errors(values: object, what: str) -> np.ndarray:
+def _errors(values: object, name: str) -> np.ndarray:
     array = np.array(values, dtype=np.float64)
     if array.ndim != 1 or not len(array) or not np.all(np.isfinite(array) & (array >= 0)):
-        raise InputError(f"{what}: give one standard error for each harmonic, the mean's first, none negative")
+        raise InputError(f"{name}: give one standard error for each harmonic, the mean's first, none negative")
     return _frozen(array)
 
 

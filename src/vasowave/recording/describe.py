@@ -68,17 +68,17 @@ class FileDescription(NamedTuple):
 
     def __str__(self) -> str:
         """Return one line: format, length, rate, channels."""
-        block = max(self.blocks, key=lambda one: one.samples)
+        block = max(self.blocks, key=lambda candidate: candidate.samples)
         channels = ", ".join(f"{c.title or '(untitled)'} [{c.unit or 'no unit'}]" for c in block.channels)
         lasts = (
             f"{block.duration:.4g} s at {block.sampling_rate:.6g} samples/s"
             if math.isfinite(block.duration)
             else f"{block.samples} samples without times"
         )
-        what = {"raw": "continuous", "cycle": "one cycle", "": "cycle or continuous"}[self.kind]
-        more = f", the longest of {len(self.blocks)} blocks" if len(self.blocks) > 1 else ""
+        kind = {"raw": "continuous", "cycle": "one cycle", "": "cycle or continuous"}[self.kind]
+        suffix = f", the longest of {len(self.blocks)} blocks" if len(self.blocks) > 1 else ""
         comments = f"; comments: {listed(block.comments)}" if block.comments else ""
-        return f"{RECORDINGS[self.format].title}, {what}: {lasts}{more}; {channels}{comments}"
+        return f"{RECORDINGS[self.format].title}, {kind}: {lasts}{suffix}; {channels}{comments}"
 
 
 def describe_recording(path: str | Path, progress: Progress | None = None) -> FileDescription:
@@ -112,7 +112,7 @@ def _described(path: Path, progress: Progress | None = None) -> FileDescription:
     form = RECORDINGS.of(path)
     blocks = read_blocks(path, math.nan, progress)
     described = tuple(_block(block) for block in blocks if block.channels)
-    suspicions = tuple(dict.fromkeys(one for block in blocks for one in block.suspicions))
+    suspicions = tuple(dict.fromkeys(suspicion for block in blocks for suspicion in block.suspicions))
     kind = "raw" if form.continuous else _kind(described)
     return FileDescription(str(path), form.name, kind, described, suspicions)
 

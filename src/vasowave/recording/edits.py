@@ -99,41 +99,41 @@ def require_few(path: Path, count: int) -> None:
 def edits_text(edits: Sequence[BeatEdit]) -> str:
     """Return the file of edits, in the order of their times."""
     rows = [
-        f"{one.action},{one.time:.10g},{'' if one.to is None else f'{one.to:.10g}'}"
-        for one in sorted(edits, key=lambda one: one.time)
+        f"{edit.action},{edit.time:.10g},{'' if edit.to is None else f'{edit.to:.10g}'}"
+        for edit in sorted(edits, key=lambda edit: edit.time)
     ]
     return "\n".join([_HEAD, "action,time [s],to [s]", *rows, ""])
 
 
 def moved(times: np.ndarray, edits: Sequence[BeatEdit]) -> tuple[np.ndarray, list[Finding]]:
     """Return the beginnings of the beats with those moved that a person moved, and which moves meet none."""
-    times, lost, moves = times.copy(), [], [one for one in edits if one.to is not None]
+    times, lost, moves = times.copy(), [], [edit for edit in edits if edit.to is not None]
     reach = 0.5 * float(np.median(np.diff(times))) if moves else 0.0
-    for one in moves:
-        assert one.to is not None
-        after = min(max(int(np.searchsorted(times, one.time)), 1), len(times) - 1)  # times stay in their order
-        i = after - 1 if one.time - times[after - 1] <= times[after] - one.time else after
+    for edit in moves:
+        assert edit.to is not None
+        after = min(max(int(np.searchsorted(times, edit.time)), 1), len(times) - 1)  # times stay in their order
+        i = after - 1 if edit.time - times[after - 1] <= times[after] - edit.time else after
         below = times[i - 1] if i > 0 else -np.inf
         above = times[i + 1] if i + 1 < len(times) else np.inf
-        if abs(times[i] - one.time) > reach or not below < one.to < above:
-            lost.append(WITHOUT_BEAT(action=one.action, time=one.time))
+        if abs(times[i] - edit.time) > reach or not below < edit.to < above:
+            lost.append(WITHOUT_BEAT(action=edit.action, time=edit.time))
         else:
-            times[i] = one.to
+            times[i] = edit.to
     return times, lost
 
 
 def require_decisions(edits: Sequence[BeatEdit]) -> None:
     """Raise `InputError` if one of them decides nothing: an unknown action, or a move that leads nowhere."""
-    for one in edits:
-        if slip := _slip(str(one.action), one.to is not None):
-            raise InputError(f"{one}: {slip}")
+    for edit in edits:
+        if slip := _slip(str(edit.action), edit.to is not None):
+            raise InputError(f"{edit}: {slip}")
 
 
 def _slip(action: str, has_target: bool) -> str:
     """Return what is wrong with a decision, empty if nothing is."""
-    known = get_args(Action)
-    if action not in known:
-        return f"'{action}' is no action{did_you_mean(action, known)}; there are: {', '.join(known)}"
+    actions = get_args(Action)
+    if action not in actions:
+        return f"'{action}' is no action{did_you_mean(action, actions)}; there are: {', '.join(actions)}"
     if action == "move" and not has_target:
         return "a move needs 'to', the time at which the beat begins"
     return f"'{action}' leaves empty the time of a move, 'to'" if action != "move" and has_target else ""
@@ -144,20 +144,20 @@ def judged(
 ) -> tuple[list[Rejection], list[Finding]]:
     """Return why each beat is rejected when a person has spoken too, and which edits meet no beat."""
     reasons, lost = list(reasons), []
-    for one in edits:
-        if one.to is not None:
+    for edit in edits:
+        if edit.to is not None:
             continue
-        i = int(np.searchsorted(starts, one.time, side="right")) - 1  # the last that has begun
-        if i < 0 or one.time >= ends[i]:
-            lost.append(WITHOUT_BEAT(action=one.action, time=one.time))
+        i = int(np.searchsorted(starts, edit.time, side="right")) - 1  # the last that has begun
+        if i < 0 or edit.time >= ends[i]:
+            lost.append(WITHOUT_BEAT(action=edit.action, time=edit.time))
         else:
-            reasons[i] = _BY_HAND() if one.action == "reject" else None
+            reasons[i] = _BY_HAND() if edit.action == "reject" else None
     return reasons, lost
 
 
 def told(edits: Sequence[BeatEdit]) -> list[Finding]:
     """Return a note of how many beats a person decided on, if there are any."""
-    counts = [sum(one.action == action for one in edits) for action in get_args(Action)]
+    counts = [sum(edit.action == action for edit in edits) for action in get_args(Action)]
     return [EDITED(rejected=counts[0], kept=counts[1], moved=counts[2])] if edits else []
 
 

@@ -50,20 +50,20 @@ CLOSED = note_kind(
 _SELDOM = 0.2  # of all beats are long or short where most are usual
 
 
-def one_cycle(given: object) -> Recording:
+def one_cycle(recording: object) -> Recording:
     """Return the cycle of a recording or of an average; raise `InputError` for anything else, with what to do."""
-    if isinstance(given, Recording):
-        return given
-    if isinstance(given, EnsembleAverage):
-        return given.recording
-    if isinstance(given, RawRecording):
+    if isinstance(recording, Recording):
+        return recording
+    if isinstance(recording, EnsembleAverage):
+        return recording.recording
+    if isinstance(recording, RawRecording):
         raise InputError("a continuous recording was given where one cycle is needed; average its beats: raw.average()")
-    if isinstance(given, str | os.PathLike):
+    if isinstance(recording, str | os.PathLike):
         raise InputError(
-            f"'{given}' is the name of a file; read it first: vasowave.read_recording (a cycle) or "
+            f"'{recording}' is the name of a file; read it first: vasowave.read_recording (a cycle) or "
             "vasowave.read_raw_recording(...).average()"
         )
-    raise InputError(f"{type(given).__name__} was given where a Recording is needed")
+    raise InputError(f"{type(recording).__name__} was given where a Recording is needed")
 
 
 def average_beats(
@@ -111,28 +111,30 @@ def average_beats(
     >>> vw.average_beats(raw, 10).recording
     Recording(mPAP ... mmHg, CO ... ml/s, HR 53... ...)
     """
-    how = given_values(Averaging, averaging, settings | ({} if beats is None else {"beats": beats}))
+    options = given_values(Averaging, averaging, settings | ({} if beats is None else {"beats": beats}))
     require_decisions(edits)
-    average = average_prepared(prepare(raw, how, edits), edits)
-    for one in average.findings[len(raw.notes) :]:
-        if one.severity is Severity.LOOK:
-            warn(one.at(raw.source))
+    average = average_prepared(prepare(raw, options, edits), edits)
+    for finding in average.findings[len(raw.notes) :]:
+        if finding.severity is Severity.LOOK:
+            warn(finding.at(raw.source))
     return average
 
 
 def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> EnsembleAverage:
     """Return the average of beats that are cut already, after `edits`, without warnings; raises as `average_beats`."""
     prepared = prepared.with_moves(edits)
-    raw, how, cut, heartbeats = prepared.raw, prepared.how, prepared.cut, prepared.heartbeats
-    reasons, _ = judged(list(prepared.reasons), cut.starts, cut.ends, [one for one in edits if one.action == "reject"])
+    raw, options, cut, heartbeats = prepared.raw, prepared.options, prepared.cut, prepared.heartbeats
+    reasons, _ = judged(
+        list(prepared.reasons), cut.starts, cut.ends, [edit for edit in edits if edit.action == "reject"]
+    )
     shaped = np.array([not reason for reason in reasons])
     baseline, expiration = levelled(prepared, reasons)
     reasons, lost = judged(reasons, cut.starts, cut.ends, edits)
-    of_length = np.array([one is not None and cause(one) == "length" for one in reasons])
+    of_length = np.array([reason is not None and cause(reason) == "length" for reason in reasons])
     clocks = clocks_apart(cut, ~of_length, heartbeats.fiducial == "ecg")
     good = reasons.count(None)
-    reasons, over = made_do(reasons, how.beats)
-    used, run = choose_run(reasons, len(reasons) if "length" in over else how.beats, raw.source, clocks)
+    reasons, over = made_do(reasons, options.beats)
+    used, run = choose_run(reasons, len(reasons) if "length" in over else options.beats, raw.source, clocks)
     if over:
         baseline = replace(baseline, removed=baseline.removed and len(over) == 1)  # unlike beats share no level
         expiration = Expiration(np.zeros(len(reasons)), float(cut.pressure[used].mean(axis=1).std()) * (len(over) == 1))
@@ -140,18 +142,18 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
     chosen = chosen._replace(pressure=chosen.pressure - expiration.excess[used, None])
     period = float(np.mean(chosen.ends - chosen.starts))
     lasts = chosen.ends - chosen.starts if "length" in over else None
-    cycles, notes = _mean_cycles({"pressure": chosen.pressure, "flow": chosen.flow}, how.harmonics, lasts)
+    cycles, notes = _mean_cycles({"pressure": chosen.pressure, "flow": chosen.flow}, options.harmonics, lasts)
     check_pressure(cycles[0], raw.source)
     check_flow(cycles[1], raw.source)
     delay = foot_delay(cycles[0], cycles[1], period)
     deviations = [values[:, :-1].std(axis=0, ddof=1) for values in (chosen.pressure, chosen.flow)]
-    if how.correct_delay:
+    if options.correct_delay:
         cycles[1], deviations[1] = (advance(values, delay / period) for values in (cycles[1], deviations[1]))
         notes.append(ADVANCED(delay=1e3 * delay))
     first, last = float(chosen.starts[0]), float(chosen.ends[-1])
     unusual, moves = unusual_beats(reasons, cut.ends - cut.starts, prepared.means)
-    found = [
-        *raw.notes, *summarize(heartbeats.fiducial, reasons, len(used), how.beats, first, last), *told(edits),
+    findings = [
+        *raw.notes, *summarize(heartbeats.fiducial, reasons, len(used), options.beats, first, last), *told(edits),
         *prepared.lost,
         *lost, *notes, *heartbeats.notes,
         *plateau_findings(prepared.plateaus, *_beating(baseline, cut.starts, reasons)),
@@ -162,17 +164,17 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         *clocks, *unusual, *passed_over(over, good, len(used), expiration.error),
     ]  # fmt: skip
     errors = [harmonic_error(values[:, :-1]) for values in (chosen.pressure, chosen.flow)]
-    left = (baseline.error_left(first, last), expiration.error, moves[0])
-    errors[0][0] = np.linalg.norm([errors[0][0] * baseline.persistence, *left])
+    mean_errors = (baseline.error_left(first, last), expiration.error, moves[0])
+    errors[0][0] = np.linalg.norm([errors[0][0] * baseline.persistence, *mean_errors])
     errors[1][0] = np.linalg.norm([errors[1][0], resting_flow(cycles[1]), moves[1]])  # either level may be the zero
     return EnsembleAverage(
-        Recording(cycles[0], cycles[1], period, raw.source, tuple(found), errors[0], errors[1]),
+        Recording(cycles[0], cycles[1], period, raw.source, tuple(findings), errors[0], errors[1]),
         deviations[0],
         np.maximum(deviations[1], 0.0),
         _listed(cut.starts, cut.ends, set(used.tolist()), reasons),
         heartbeats.fiducial,
         delay,
-        how.correct_delay,
+        options.correct_delay,
         baseline,
     )
 
@@ -201,30 +203,30 @@ def _mean_cycles(
 def _beating(baseline: Baseline, starts: np.ndarray, reasons: list[Rejection]) -> tuple[float, float]:
     """Return when the first and the last good beat are, those beside the stretch included, s."""
     good = starts[[not reason for reason in reasons]]
-    beside = baseline.time[(baseline.time < starts[0]) | (baseline.time > starts[-1] + np.ptp(starts[:2]))]
-    both = np.append(good, beside)
-    return float(both.min()), float(both.max())
+    outside = baseline.time[(baseline.time < starts[0]) | (baseline.time > starts[-1] + np.ptp(starts[:2]))]
+    times = np.append(good, outside)
+    return float(times.min()), float(times.max())
 
 
 def _listed(starts: np.ndarray, ends: np.ndarray, used: set[int], reasons: list[Rejection]) -> tuple[Beat, ...]:
-    each = zip(starts.tolist(), ends.tolist(), reasons, strict=True)
-    return tuple(Beat(start, end, i in used, reason) for i, (start, end, reason) in enumerate(each))
+    beats = zip(starts.tolist(), ends.tolist(), reasons, strict=True)
+    return tuple(Beat(start, end, i in used, reason) for i, (start, end, reason) in enumerate(beats))
 
 
 def levelled(prepared: Prepared, reasons: list[Rejection]) -> tuple[Baseline, Expiration]:
     """Return the baseline, whether it is to be removed, and end-expiration; adds to `reasons` to reject beats."""
-    how, cut = prepared.how, prepared.cut
+    options, cut = prepared.options, prepared.cut
     baseline = with_comments(_baseline(prepared, reasons), prepared.raw.every_comment)
-    here = baseline.time[np.searchsorted(baseline.time, cut.starts)]
-    mark_steps(reasons, [int(np.searchsorted(here, step.time)) for step in baseline.steps])
+    times = baseline.time[np.searchsorted(baseline.time, cut.starts)]
+    mark_steps(reasons, [int(np.searchsorted(times, step.time)) for step in baseline.steps])
     if baseline.settling:
-        mark_settling(reasons, np.flatnonzero(here < baseline.settling.until))
+        mark_settling(reasons, np.flatnonzero(times < baseline.settling.until))
     expiration = Expiration(np.zeros(len(reasons)))
-    if how.reject_ventilation:
+    if options.reject_ventilation:
         pressure, flow = prepared.means
         level = pressure - baseline.mean_within(cut.starts, cut.ends, cut.pressure.shape[1])
         expiration = mark_inspiration(reasons, cut.starts, cut.ends, (level, flow), prepared.shapes)
-    return replace(baseline, removed=how.drift == "remove" and baseline.sure and not baseline.own), expiration
+    return replace(baseline, removed=options.drift == "remove" and baseline.sure and not baseline.own), expiration
 
 
 def _baseline(prepared: Prepared, reasons: Sequence[Rejection]) -> Baseline:
@@ -233,10 +235,10 @@ def _baseline(prepared: Prepared, reasons: Sequence[Rejection]) -> Baseline:
     off_beat = np.array([reason is not None and cause(reason) == "length" for reason in reasons])
     if off_beat.mean() < _SELDOM:  # the two beats after a long or a short one begin from another pressure
         good &= ~(np.append(False, off_beat[:-1]) | np.append([False, False], off_beat[:-2]))
-    usable = np.ones(len(prepared.own), dtype=bool)
-    usable[prepared.own] = good
-    whole = find_baseline(prepared.every, prepared.shapes[0], usable, prepared.how.zero_time)
-    if not whole.own or prepared.own.all():
-        return whole
-    here = find_baseline(prepared.cut, prepared.shapes[0], good, prepared.how.zero_time)
-    return replace(here, elsewhere=whole.own)
+    usable = np.ones(len(prepared.in_cut), dtype=bool)
+    usable[prepared.in_cut] = good
+    baseline = find_baseline(prepared.all_cuts, prepared.shapes[0], usable, prepared.options.zero_time)
+    if not baseline.own or prepared.in_cut.all():
+        return baseline
+    stretch_baseline = find_baseline(prepared.cut, prepared.shapes[0], good, prepared.options.zero_time)
+    return replace(stretch_baseline, elsewhere=baseline.own)

@@ -40,24 +40,24 @@ def free_between(gaps: Iterable[Span], start: float, end: float) -> list[Span]:
 def longest_between(gaps: Iterable[Span], start: float, end: float) -> Span:
     """Return the longest stretch from `start` to `end` that touches no gap, in whole milliseconds."""
     stretches = [Span(start, start), *free_between(gaps, start, end)]
-    longest = max(stretches, key=lambda one: one.end - one.start)
+    longest = max(stretches, key=lambda stretch: stretch.end - stretch.start)
     first, last = np.ceil(longest.start * _WRITTEN - 1e-6), np.floor(longest.end * _WRITTEN + 1e-6)
     return Span(float(first) / _WRITTEN + 0.0, float(max(first, last)) / _WRITTEN)  # never -0
 
 
 def describe_gaps(gaps: Sequence[Span], start: float, end: float, shortest: float) -> str:
     """Say where the gaps from `start` to `end` are, and what to read instead of all; `shortest` is of use, s."""
-    here = _joined(gap for gap in gaps if gap.end > start and gap.start < end)
-    where = ", ".join(f"{gap.start:.5g} to {gap.end:.5g} s" for gap in here[:3])
-    more = f" and {len(here) - 3} more" if len(here) > 3 else ""
-    said = f"no samples from {where}{more}"
-    longest = longest_between(here, start, end)
+    spans = _joined(gap for gap in gaps if gap.end > start and gap.start < end)
+    where = ", ".join(f"{gap.start:.5g} to {gap.end:.5g} s" for gap in spans[:3])
+    suffix = f" and {len(spans) - 3} more" if len(spans) > 3 else ""
+    message = f"no samples from {where}{suffix}"
+    longest = longest_between(spans, start, end)
     if longest.end - longest.start < shortest:
-        return f"{said}; no {shortest:g} s are without a gap"
+        return f"{message}; no {shortest:g} s are without a gap"
     return (
-        f"{said}; the longest stretch without a gap is {longest.start:g} to {longest.end:g} s. Take it: vasowave add "
-        f"and fit: --start {longest.start:g} --end {longest.end:g}; a study's table: {longest.start:g} in the column "
-        f"'start [s]' and {longest.end:g} in 'end [s]'"
+        f"{message}; the longest stretch without a gap is {longest.start:g} to {longest.end:g} s. Take it: "
+        f"vasowave add and fit: --start {longest.start:g} --end {longest.end:g}; a study's table: {longest.start:g} in "
+        f"the column 'start [s]' and {longest.end:g} in 'end [s]'"
     )
 
 

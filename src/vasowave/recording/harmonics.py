@@ -67,11 +67,11 @@ def harmonic_errors(cycle: EnsembleAverage | Recording, signal: str = "pressure"
     if signal not in ("pressure", "flow"):
         raise InputError(f"signal '{signal}' is neither 'pressure' nor 'flow'")
     recording = cycle.recording if isinstance(cycle, EnsembleAverage) else cycle
-    values, known = getattr(recording, signal), getattr(recording, f"{signal}_error")
+    values, errors = getattr(recording, signal), getattr(recording, f"{signal}_error")
     modulus = _modulus(values)
-    if known is not None:
-        count = min(len(modulus), len(known))
-        return HarmonicErrors(modulus[:count], known[:count], "beats")
+    if errors is not None:
+        count = min(len(modulus), len(errors))
+        return HarmonicErrors(modulus[:count], errors[:count], "beats")
     floor = _floor(modulus)
     rounding = _quantum(values) / np.sqrt(12.0) * np.sqrt(2.0 / len(values))
     error = np.full(len(modulus), max(floor, rounding))

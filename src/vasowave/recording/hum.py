@@ -16,21 +16,21 @@ class HumRules:
     ----------
     mains : tuple of float
         Frequencies of the mains, Hz; hum is looked for at their first two multiples, too.
-    near : float
+    half_width : float
         Hz around them.
     stands_out : float
         A line is this many times as strong as what is around it.
     around : float
         Hz on both sides, with which a line is compared.
-    told : float
+    alarm_share : float
         From this share of the signal's range on hum asks for a look.
     """
 
     mains: tuple[float, ...] = (50.0, 60.0)
-    near: float = 0.4
+    half_width: float = 0.4
     stands_out: float = 12.0
     around: float = 4.0
-    told: float = 0.04
+    alarm_share: float = 0.04
 
 
 RULES = HumRules()
@@ -58,16 +58,18 @@ def hum_of(values: np.ndarray, sampling_rate: float, rules: HumRules = RULES) ->
     spectrum = np.fft.rfft((values - values.mean()) * window) * 2.0 / window.sum()
     resolution = sampling_rate / count
     amplitude = np.abs(spectrum)
-    course, strongest, at = np.zeros(count), 0.0, 0.0
+    course, strongest, strongest_frequency = np.zeros(count), 0.0, 0.0
     time = np.arange(count) / sampling_rate
     for line in sorted({multiple * mains for mains in rules.mains for multiple in (1, 2, 3)}):
         if line + rules.around > 0.45 * sampling_rate:
             continue
-        first, last = (round((line + side * rules.near) / resolution) for side in (-1, 1))
+        first, last = (round((line + side * rules.half_width) / resolution) for side in (-1, 1))
         peak = first + int(np.argmax(amplitude[first : last + 1]))
-        reach, apart = round(rules.around / resolution), 3 + round(rules.near / resolution)
-        beside = np.concatenate([amplitude[peak - reach : peak - apart], amplitude[peak + apart : peak + reach]])
-        if not len(beside) or amplitude[peak] < rules.stands_out * np.quantile(beside, 0.9):
+        reach, margin = round(rules.around / resolution), 3 + round(rules.half_width / resolution)
+        surroundings = np.concatenate(
+            [amplitude[peak - reach : peak - margin], amplitude[peak + margin : peak + reach]]
+        )
+        if not len(surroundings) or amplitude[peak] < rules.stands_out * np.quantile(surroundings, 0.9):
             continue
         below, above = amplitude[peak - 1], amplitude[peak + 1]
         frequency = (peak + 0.5 * (above - below) / max(2 * amplitude[peak] - below - above, 1e-300)) * resolution
@@ -75,17 +77,17 @@ def hum_of(values: np.ndarray, sampling_rate: float, rules: HumRules = RULES) ->
         phasor = 2.0 * np.sum((values - values.mean()) * window * turn) / window.sum()
         course += (phasor * turn.conj()).real
         if abs(phasor) > strongest:
-            strongest, at = float(abs(phasor)), frequency
-    return Hum(course, strongest, at)
+            strongest, strongest_frequency = float(abs(phasor)), frequency
+    return Hum(course, strongest, strongest_frequency)
 
 
 def hum_findings(
     pressure: np.ndarray, flow: np.ndarray, sampling_rate: float, rules: HumRules = RULES
 ) -> list[Finding]:  # fmt: skip
     """Return a finding for each signal, mmHg and ml/s, whose hum is a large part of its range."""
-    found = []
-    for what, unit, values in (("pressure", "mmHg", pressure), ("flow", "ml/s", flow)):
+    findings = []
+    for signal, unit, values in (("pressure", "mmHg", pressure), ("flow", "ml/s", flow)):
         hum = hum_of(values, sampling_rate, rules)
-        if hum.amplitude > rules.told * float(np.ptp(values - hum.course)):
-            found.append(HUM(what=what, frequency=hum.frequency, amplitude=hum.amplitude, unit=unit))
-    return found
+        if hum.amplitude > rules.alarm_share * float(np.ptp(values - hum.course)):
+            findings.append(HUM(what=signal, frequency=hum.frequency, amplitude=hum.amplitude, unit=unit))
+    return findings

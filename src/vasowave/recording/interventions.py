@@ -50,8 +50,8 @@ def is_intervention(text: str) -> bool:
 
 def listed(comments: Sequence[Comment]) -> str:
     """Return comments in a line: their times and texts."""
-    more = f" and {len(comments) - _LISTED} more" if len(comments) > _LISTED else ""
-    return ", ".join(f"'{one.text}' at {one.time:.4g} s" for one in comments[:_LISTED]) + more
+    suffix = f" and {len(comments) - _LISTED} more" if len(comments) > _LISTED else ""
+    return ", ".join(f"'{comment.text}' at {comment.time:.4g} s" for comment in comments[:_LISTED]) + suffix
 
 
 def comment_findings(
@@ -69,28 +69,28 @@ def comment_findings(
     start, end : float, optional
         The stretch that was asked for, s.
     """
-    comments = sorted((one for one in comments if one.text), key=lambda one: one.time)
-    acts = [one for one in comments if is_intervention(one.text) and 0 < one.time < lasts]
-    found = [COMMENTS(listed=listed(comments))] if comments else []
-    edges = [0.0, *(one.time for one in acts), lasts]
-    parts = [Span(*ends) for ends in pairwise(edges)]
+    comments = sorted((comment for comment in comments if comment.text), key=lambda comment: comment.time)
+    acts = [comment for comment in comments if is_intervention(comment.text) and 0 < comment.time < lasts]
+    findings = [COMMENTS(listed=listed(comments))] if comments else []
+    edges = [0.0, *(comment.time for comment in acts), lasts]
+    stretches = [Span(*ends) for ends in pairwise(edges)]
     if start is None and end is None:
-        longest = max(parts, key=lambda one: one.end - one.start)
+        longest = max(stretches, key=lambda candidate: candidate.end - candidate.start)
         enough = max(_SHORTEST, _SHORTEST_SHARE * lasts)
-        part = next((one for one in parts if one.end - one.start >= enough), longest)
+        stretch = next((candidate for candidate in stretches if candidate.end - candidate.start >= enough), longest)
         if acts:
-            act = next((one for one in reversed(acts) if one.time <= part.start), acts[0])
-            side = "after" if act.time <= part.start else "before"
-            found.append(INTERVENTION(text=act.text, time=act.time, side=side, start=part.start, end=part.end))
-        return part, part, found
-    asked = Span(start or 0.0, lasts if end is None else end)
-    inside = [one for one in acts if asked.start < one.time < asked.end]
-    found += [INTERVENTION_WITHIN(text=one.text, time=one.time) for one in inside]
-    around = [one for one in parts if one.end > asked.start and one.start < asked.end]
-    return asked, Span(around[0].start, around[-1].end) if around else asked, found
+            act = next((comment for comment in reversed(acts) if comment.time <= stretch.start), acts[0])
+            side = "after" if act.time <= stretch.start else "before"
+            findings.append(INTERVENTION(text=act.text, time=act.time, side=side, start=stretch.start, end=stretch.end))
+        return stretch, stretch, findings
+    span = Span(start or 0.0, lasts if end is None else end)
+    inside = [comment for comment in acts if span.start < comment.time < span.end]
+    findings += [INTERVENTION_WITHIN(text=comment.text, time=comment.time) for comment in inside]
+    around = [candidate for candidate in stretches if candidate.end > span.start and candidate.start < span.end]
+    return span, Span(around[0].start, around[-1].end) if around else span, findings
 
 
 def near(comments: Sequence[Comment], time: float) -> Comment | None:
     """Return the comment beside which something happened at a time, s; None if there is none."""
-    beside = [one for one in comments if one.text and abs(one.time - time) <= _NEAR]
-    return min(beside, key=lambda one: abs(one.time - time), default=None)
+    matches = [comment for comment in comments if comment.text and abs(comment.time - time) <= _NEAR]
+    return min(matches, key=lambda comment: abs(comment.time - time), default=None)

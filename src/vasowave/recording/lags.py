@@ -47,16 +47,16 @@ def pressure_lag(pressure: np.ndarray, flow: np.ndarray) -> float:
     No bed delays a pressure: its phase behind the flow is at most a quarter of each harmonic's own period.
     """
     number = np.arange(1, _HARMONICS + 1)
-    both = [amplitudes(values)[: _HARMONICS + 1] for values in (pressure, flow)]
-    known, beds, weight = min(len(one) for one in both) - 1, _beds(), _UNLIKE**2
-    P, Q = (one[1 : known + 1] + 1e-9 * np.abs(one).max() for one in both)  # none is 0
-    for one in (P, Q):
-        weight = weight + (_UNSURE * np.abs(one).max() / np.abs(one)) ** 2
-    seen = np.log(P / Q * (flow.mean() / pressure.mean()))
+    spectra = [amplitudes(values)[: _HARMONICS + 1] for values in (pressure, flow)]
+    count, beds, weight = min(len(spectrum) for spectrum in spectra) - 1, _beds(), _UNLIKE**2
+    P, Q = (spectrum[1 : count + 1] + 1e-9 * np.abs(spectrum).max() for spectrum in spectra)  # none is 0
+    for spectrum in (P, Q):
+        weight = weight + (_UNSURE * np.abs(spectrum).max() / np.abs(spectrum)) ** 2
+    log_ratio = np.log(P / Q * (flow.mean() / pressure.mean()))
     lags = np.arange(-0.05, 0.1001, 0.005)
     misfits = []
     for lag in lags:
-        off = seen + 2j * np.pi * lag * number[:known] - beds[:, :known]
+        off = log_ratio + 2j * np.pi * lag * number[:count] - beds[:, :count]
         turn = (off.imag + np.pi) % (2 * np.pi) - np.pi
         misfits.append(np.sqrt(1 + (off.real**2 + turn**2) / weight).sum(axis=1).min())
     return round(float(lags[np.array(misfits) <= min(misfits) + _MARGIN][0]), 4)
@@ -65,8 +65,8 @@ def pressure_lag(pressure: np.ndarray, flow: np.ndarray) -> float:
 @lru_cache(maxsize=1)
 def _beds() -> np.ndarray:
     """Return logarithms of impedances in that of harmonic 0, shape (bed, harmonic)."""
-    near, decay = np.geomspace(1e-3, 1.0, 50)[:, None, None], np.geomspace(0.1, 8.0, 60)[:, None]
-    beds: np.ndarray = np.log(near + 1 / (1 + 2j * np.pi * np.arange(1, _HARMONICS + 1) * decay))
+    proximal, decay = np.geomspace(1e-3, 1.0, 50)[:, None, None], np.geomspace(0.1, 8.0, 60)[:, None]
+    beds: np.ndarray = np.log(proximal + 1 / (1 + 2j * np.pi * np.arange(1, _HARMONICS + 1) * decay))
     return beds.reshape(-1, _HARMONICS)
 
 
@@ -94,8 +94,10 @@ def clocks_apart(cut: Cuts, usual: np.ndarray, by_ecg: bool) -> list[Finding]:
     lasts = float(cut.ends[-1] - cut.starts[0])
     drift = lasts * _drift(cut, P * Q.conj(), _DRIFT)
     of_ecg = lasts * _drift(cut, P.conj(), _DRIFT_OF_ECG) if by_ecg else 0.0
-    said = [CLOCKS(drift=1e3 * drift, lasts=lasts, percent=100 * drift / lasts)] if drift else []
-    return [*said, CLOCK_OF_ECG(drift=1e3 * of_ecg, lasts=lasts, percent=100 * of_ecg / lasts)] if of_ecg else said
+    findings = [CLOCKS(drift=1e3 * drift, lasts=lasts, percent=100 * drift / lasts)] if drift else []
+    return (
+        [*findings, CLOCK_OF_ECG(drift=1e3 * of_ecg, lasts=lasts, percent=100 * of_ecg / lasts)] if of_ecg else findings
+    )
 
 
 def _drift(cut: Cuts, spectra: np.ndarray, least_share: float) -> float:
@@ -108,8 +110,8 @@ def _drift(cut: Cuts, spectra: np.ndarray, least_share: float) -> float:
     quarter = len(delays) // 4
     drifts = np.median(delays[-quarter:], axis=0) - np.median(delays[:quarter], axis=0)
     errors = np.median(np.abs(np.diff(delays, axis=0)), axis=0) / 0.954 * 1.25 * np.sqrt(2 / quarter)
-    least = int(np.argmin(np.abs(drifts)))
-    alike = drifts[least] * drifts[np.argmax(np.abs(drifts))] > _ALIKE * np.max(drifts**2)
-    if not alike or abs(drifts[least]) < max(least_share * length, _SURE * errors[least]):
+    smallest = int(np.argmin(np.abs(drifts)))
+    alike = drifts[smallest] * drifts[np.argmax(np.abs(drifts))] > _ALIKE * np.max(drifts**2)
+    if not alike or abs(drifts[smallest]) < max(least_share * length, _SURE * errors[smallest]):
         return 0.0
-    return float(drifts[least] / (np.median(cut.starts[-quarter:]) - np.median(cut.starts[:quarter])))
+    return float(drifts[smallest] / (np.median(cut.starts[-quarter:]) - np.median(cut.starts[:quarter])))

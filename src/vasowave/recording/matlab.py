@@ -38,9 +38,9 @@ def read_mat(path: str | Path) -> dict[str, np.ndarray]:
     read = variables_of_7_3 if _HDF5 in start or start.startswith(b"MATLAB 7.3") else variables_before
     names, arrays = read_apart(read, Path(path), "a MATLAB file", _SAVE_AGAIN)
     values = iter(arrays)
-    for one in arrays:
-        one.setflags(write=False)
-    return {name: next(values) if told else np.empty(0, object) for name, told in names}
+    for array in arrays:
+        array.setflags(write=False)
+    return {name: next(values) if has_value else np.empty(0, object) for name, has_value in names}
 
 
 def variables_before(path: Path) -> ReaderAnswer:
@@ -71,9 +71,9 @@ def variables_of_7_3(path: Path) -> ReaderAnswer:
 
 def _answer(variables: Mapping[str, Any]) -> ReaderAnswer:
     """Return names, each with whether it has a value, and the values."""
-    found = {name: np.asarray(value) for name, value in variables.items()}
-    told = {name: value.dtype.kind in "biufcU" for name, value in found.items()}
-    return ReaderAnswer(list(told.items()), [value for name, value in found.items() if told[name]])
+    arrays = {name: np.asarray(value) for name, value in variables.items()}
+    has_value = {name: value.dtype.kind in "biufcU" for name, value in arrays.items()}
+    return ReaderAnswer(list(has_value.items()), [value for name, value in arrays.items() if has_value[name]])
 
 
 def _texts(codes: np.ndarray) -> np.ndarray:

@@ -59,7 +59,7 @@ class NoiseRules:
     resampled: float = 2.0
     rounded: float = 0.4
     better: float = 20.0
-    left: float = 0.6
+    residual_share: float = 0.6
     misfit: float = 2.0
     second: float = 6.0
     steady: float = 3.0
@@ -89,47 +89,47 @@ def noise_findings(
     pressure: np.ndarray, flow: np.ndarray, sampling_rate: float, starts: np.ndarray, rules: NoiseRules = RULES
 ) -> list[Finding]:
     """Return a finding for each signal, mmHg and ml/s, whose noise looks filtered; beats start at so many s."""
-    found = []
-    for what, values in (("pressure", pressure), ("flow", flow)):
+    findings = []
+    for signal, values in (("pressure", pressure), ("flow", flow)):
         best = _filter_of(values - hum_of(values, sampling_rate).course, sampling_rate, starts, rules)
         if best is not None:
             memory = 1e3 / (2 * np.pi * best.cutoff)
-            found.append(ROLLS_OFF(what=what, cutoff=best.cutoff, order=best.order, memory=memory))
-    return found
+            findings.append(ROLLS_OFF(what=signal, cutoff=best.cutoff, order=best.order, memory=memory))
+    return findings
 
 
 def _filter_of(values: np.ndarray, rate: float, starts: np.ndarray, rules: NoiseRules) -> Filter | None:
     """Return the filter that explains the noise of a signal, None if none does."""
     lasts = int(np.quantile(np.diff(starts), 0.1) * rate)
     count = int(min(lasts, rules.window * rate, rules.samples))
-    whole = np.rint(starts[:-1][np.diff(starts) * rate >= lasts] * rate).astype(int)
-    if len(whole) < rules.beats[0] or _resampled(values) > rules.resampled:
+    beat_starts = np.rint(starts[:-1][np.diff(starts) * rate >= lasts] * rate).astype(int)
+    if len(beat_starts) < rules.beats[0] or _resampled(values) > rules.resampled:
         return None
-    whole = whole[np.linspace(0, len(whole) - 1, min(len(whole), rules.beats[1])).astype(int)]
-    beats = values[whole[:, None] + np.arange(lasts - count, lasts)]
+    beat_starts = beat_starts[np.linspace(0, len(beat_starts) - 1, min(len(beat_starts), rules.beats[1])).astype(int)]
+    beats = values[beat_starts[:, None] + np.arange(lasts - count, lasts)]
     noise, power, kernel = _noise(beats, rules)
     step = np.diff(np.unique(beats[:40])).min(initial=np.inf)
-    parts = [[np.median(np.abs(one)) for one in np.array_split(noise, 4, axis=axis)] for axis in (0, 1)]
-    if np.median(np.abs(noise)) < rules.rounded * step or any(max(p) ** 2 > rules.steady * min(p) ** 2 for p in parts):
+    levels = [[np.median(np.abs(quarter)) for quarter in np.array_split(noise, 4, axis=axis)] for axis in (0, 1)]
+    if np.median(np.abs(noise)) < rules.rounded * step or any(max(p) ** 2 > rules.steady * min(p) ** 2 for p in levels):
         return None
     number = np.arange(1, int(rules.highest * count))
     places = np.floor(rules.octave * np.log2(number))
     same = (places == np.unique(places)[:, None]).astype(float)
     size = same.sum(axis=1, keepdims=True)
     chance = 1 / (0.3 * len(noise) * np.maximum(1.0, 0.6 * size))  # medians, and neighbors that share a window
-    seen = (same @ kernel[number]) / (same @ power[number])[:, None] / np.sqrt(chance + rules.exact**2)
-    plain, first, second = _fits(seen, 1 / np.sqrt(chance + rules.exact**2)[:, 0], rate)
+    scores = (same @ kernel[number]) / (same @ power[number])[:, None] / np.sqrt(chance + rules.exact**2)
+    plain, first, second = _fits(scores, 1 / np.sqrt(chance + rules.exact**2)[:, 0], rate)
     best = second if second.error < first.error - rules.second else first
-    sure = best.error < min(plain - rules.better, rules.left * plain, rules.misfit * len(size))
+    sure = best.error < min(plain - rules.better, rules.residual_share * plain, rules.misfit * len(size))
     return best if sure and rules.slowest <= best.cutoff <= rules.fastest[best.order - 1] * rate else None
 
 
 def _resampled(values: np.ndarray) -> float:
     """Return how unlike the second differences of every second to tenth sample are; interpolated samples have none."""
     bends, ratios = np.abs(np.diff(values, 2)), []
-    for every in range(2, 11):
-        each = np.mean(bends[: len(bends) // every * every].reshape(-1, every), axis=0)
-        ratios.append(each.max() / max(each.min(), 1e-300))
+    for step in range(2, 11):
+        means = np.mean(bends[: len(bends) // step * step].reshape(-1, step), axis=0)
+        ratios.append(means.max() / max(means.min(), 1e-300))
     return float(max(ratios))
 
 
@@ -137,33 +137,33 @@ def _noise(beats: np.ndarray, rules: NoiseRules) -> tuple[np.ndarray, np.ndarray
     """Return what beats, shape (beat, sample), do not repeat, its spectrum, and what that holds of each frequency."""
     count, usual = beats.shape[1], np.median(beats, axis=0)
     window, line = np.hanning(count + 2)[1:-1], np.linspace(-1, 1, count)
-    known = np.linalg.qr(np.stack([np.ones(count), line, usual, np.gradient(usual)], axis=1))[0]
-    left = beats - usual
-    left -= (left @ known) @ known.T
-    noise, power, kernel = np.empty_like(left), np.zeros(count // 2 + 1), np.zeros((count // 2 + 1, 2 * count))
+    regressors = np.linalg.qr(np.stack([np.ones(count), line, usual, np.gradient(usual)], axis=1))[0]
+    residual = beats - usual
+    residual -= (residual @ regressors) @ regressors.T
+    noise, power, kernel = np.empty_like(residual), np.zeros(count // 2 + 1), np.zeros((count // 2 + 1, 2 * count))
     for half in (0, 1):  # how beats vary is learnt from the others, lest it be their noise
-        others = left[1 - half :: 2]
-        varied = others.T @ np.linalg.eigh(others @ others.T)[1][:, -rules.shapes :]
-        basis = np.linalg.qr(np.column_stack([known, varied]))[0]
-        noise[half::2] = left[half::2] - (left[half::2] @ basis) @ basis.T
+        training = residual[1 - half :: 2]
+        varied = training.T @ np.linalg.eigh(training @ training.T)[1][:, -rules.shapes :]
+        basis = np.linalg.qr(np.column_stack([regressors, varied]))[0]
+        noise[half::2] = residual[half::2] - (residual[half::2] @ basis) @ basis.T
         power += np.median(np.abs(np.fft.rfft(window * noise[half::2])) ** 2, axis=0) / (2 * np.log(2))
         turned = np.fft.rfft(window[:, None] * (np.eye(count) - basis @ basis.T), axis=0)
         kernel += np.abs(np.fft.fft(turned, 2 * count)) ** 2 / (4 * count)
     return noise, power, kernel
 
 
-def _fits(seen: np.ndarray, weight: np.ndarray, rate: float) -> tuple[float, Filter, Filter]:
+def _fits(scores: np.ndarray, weight: np.ndarray, rate: float) -> tuple[float, Filter, Filter]:
     """Return the squared error without a filter, and the best filters of first and second order, analog or digital.
 
-    `seen` is what true power at each frequency gives in the spectrum, whose values are `weight` each.
+    `scores` is what true power at each frequency gives in the spectrum, whose values are `weight` each.
     """
     from scipy.optimize import nnls
 
     def misfit(true: np.ndarray) -> float:
-        columns = seen @ true
+        columns = scores @ true
         return float(nnls(columns / np.linalg.norm(columns, axis=0), weight, maxiter=1000)[1] ** 2)
 
-    frequency = np.maximum(np.abs(np.fft.fftfreq(seen.shape[1], 1 / rate)), rate / (2 * seen.shape[1]))
+    frequency = np.maximum(np.abs(np.fft.fftfreq(scores.shape[1], 1 / rate)), rate / (2 * scores.shape[1]))
     plain = (frequency[:, None] / 30.0) ** -_POWERS
     fits: dict[int, list[Filter]] = {1: [], 2: []}
     for cutoff in np.geomspace(6.0, 0.3 * rate, 36).tolist():

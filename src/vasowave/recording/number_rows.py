@@ -37,11 +37,11 @@ class DecimalMark:
             if mark == self._seen or not lines.hold(mark):
                 continue
             if self._seen:
-                at, text = next((i, text) for i, text in enumerate(lines.texts, lines.first) if mark in text)
+                line, text = next((i, text) for i, text in enumerate(lines.texts, lines.first) if mark in text)
                 if clock := _CLOCK.search(text):
-                    raise InputError(f"{self._path}, line {at}: '{clock[0]}' is not a number{_NO_CLOCK}")
+                    raise InputError(f"{self._path}, line {line}: '{clock[0]}' is not a number{_NO_CLOCK}")
                 raise InputError(
-                    f"{self._path}, line {at}: numbers with a decimal comma and with a decimal point in one file; "
+                    f"{self._path}, line {line}: numbers with a decimal comma and with a decimal point in one file; "
                     "export it again with one of them"
                 )
             self._seen = mark
@@ -96,14 +96,14 @@ class NumberRows:
             Another number of cells, or a cell that is no number.
         """
         if len(cells) != len(self.titles):
-            what = "missing" if len(cells) < len(self.titles) else "surplus"
-            if not self.count and what == "surplus":
+            defect = "missing" if len(cells) < len(self.titles) else "surplus"
+            if not self.count and defect == "surplus":
                 raise InputError(
                     f"{self.place}, line {line}: {len(cells)} columns below a header of {len(self.titles)}; if title "
                     "lines stand above the names of the columns, remove them, so that the names come first"
                 )
             raise InputError(
-                f"{self.place}, line {line}: {len(cells)} columns where {len(self.titles)} were expected; {what} "
+                f"{self.place}, line {line}: {len(cells)} columns where {len(self.titles)} were expected; {defect} "
                 "values: the line was cut or damaged, export the file again"
             )
         self._start_at(line)
@@ -117,8 +117,8 @@ class NumberRows:
         try:
             value = math.nan if text.upper() in _GAPS else number(text.replace(",", ".") if comma else text)
         except ValueError:
-            why = _NO_CLOCK if _CLOCK.fullmatch(text) else ""
-            raise InputError(f"{self.place}, line {line}, column '{title}': '{text}' is not a number{why}") from None
+            hint = _NO_CLOCK if _CLOCK.fullmatch(text) else ""
+            raise InputError(f"{self.place}, line {line}, column '{title}': '{text}' is not a number{hint}") from None
         return value if math.isfinite(value) else math.nan
 
     def _start_at(self, line: int) -> None:
@@ -132,16 +132,16 @@ class NumberRows:
             self._pending = []
 
     def _store(self, rows: np.ndarray) -> None:
-        for part, column in zip(self._parts, rows.T, strict=True):
-            part.append(column.copy())
+        for chunks, column in zip(self._parts, rows.T, strict=True):
+            chunks.append(column.copy())
 
     def line(self, row: int) -> int:
         """Return the line of the file on which a row stands."""
-        at = bisect_right(self._runs, (row, math.inf)) - 1
-        return self._runs[at][1] + row - self._runs[at][0]
+        run = bisect_right(self._runs, (row, math.inf)) - 1
+        return self._runs[run][1] + row - self._runs[run][0]
 
     def take(self, column: int) -> np.ndarray:
         """Return one column, shape (row,), and forget it, so that no more than one is held twice."""
         self._flush()
-        parts, self._parts[column] = self._parts[column], []
-        return np.concatenate(parts) if parts else np.empty(0)
+        chunks, self._parts[column] = self._parts[column], []
+        return np.concatenate(chunks) if chunks else np.empty(0)

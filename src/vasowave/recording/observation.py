@@ -115,9 +115,9 @@ class Observation:
             raise InputError(f"{self.title}: the waveform is the same number throughout; give a mean instead")
         if self.quantity != "pressure" and ordered and not any(ordered):
             raise InputError(f"{self.title}: nothing but 0 says nothing of its size")
-        least = min(ordered) if ordered else float(np.min(self.waveform))  # type: ignore[arg-type]
-        if self.quantity in ("area", "diameter") and least <= 0:
-            raise InputError(f"{self.title}: {least:g} {self.unit} is no vessel's; is its zero right?")
+        minimum = min(ordered) if ordered else float(np.min(self.waveform))  # type: ignore[arg-type]
+        if self.quantity in ("area", "diameter") and minimum <= 0:
+            raise InputError(f"{self.title}: {minimum:g} {self.unit} is no vessel's; is its zero right?")
 
     @property
     def title(self) -> str:
@@ -147,8 +147,8 @@ class Observation:
         """Largest minus smallest value; None where they are not known."""
         if self.waveform is not None:
             return float(np.ptp(self.waveform))
-        known = self.numbers
-        return known["systolic"] - known["diastolic"] if {"systolic", "diastolic"} <= set(known) else None
+        numbers = self.numbers
+        return numbers["systolic"] - numbers["diastolic"] if {"systolic", "diastolic"} <= set(numbers) else None
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} {value:.4g}" for name, value in self.numbers.items())
@@ -157,7 +157,7 @@ class Observation:
         return f"Observation({self.title}: {values} ± {self.error:.3g} {self.unit})"
 
 
-def _number(value: Any, what: str) -> float | None:
+def _number(value: Any, field: str) -> float | None:
     if value is None:
         return None
     try:
@@ -165,5 +165,5 @@ def _number(value: Any, what: str) -> float | None:
     except (TypeError, ValueError, OverflowError):
         number = np.nan
     if not np.isfinite(number):
-        raise InputError(f"site: {what} is {value!r}; give a number, or leave it out")
+        raise InputError(f"site: {field} is {value!r}; give a number, or leave it out")
     return number

@@ -64,8 +64,14 @@ class Plateau(NamedTuple):
 
 def find_plateaus(raw: RawRecording) -> tuple[Plateau, ...]:
     """Return the stretches of at least 0.4 s in which the pressure of a recording does not pulsate, in order."""
-    parts = (raw, *raw.beside)
-    return tuple(sorted(_later(one, part.origin) for part in parts for one in _still(part.pressure, raw.sampling_rate)))
+    recordings = (raw, *raw.beside)
+    return tuple(
+        sorted(
+            _later(plateau, recording.origin)
+            for recording in recordings
+            for plateau in _still(recording.pressure, raw.sampling_rate)
+        )
+    )
 
 
 def _later(plateau: Plateau, by: float) -> Plateau:
@@ -95,16 +101,18 @@ def plateau_findings(
     plateaus: tuple[Plateau, ...], first_beat: float = np.inf, last_beat: float = -np.inf
 ) -> list[Finding]:
     """Return what plateaus are: zeros, right or off, before, after or between beats, and calibration pressures."""
-    zeros = [one for one in plateaus if abs(one.level) < _AIR]
-    found = []
-    for one in zeros:
-        within = ZERO_WITHIN if first_beat < one.start and one.end < last_beat else OPEN_TO_AIR
-        found.append((OFF_ZERO if abs(one.level) > _OFF_ZERO else within)(**one._asdict()))
-    known = [one for one in plateaus if abs(one.level) >= _AIR]
-    if known:
-        levels = ", ".join(f"{one.level:.3g} mmHg ({one.start:.3g} to {one.end:.3g} s)" for one in known)
-        found.append(CALIBRATION(levels=levels))
-    return found
+    zeros = [plateau for plateau in plateaus if abs(plateau.level) < _AIR]
+    findings = []
+    for plateau in zeros:
+        within = ZERO_WITHIN if first_beat < plateau.start and plateau.end < last_beat else OPEN_TO_AIR
+        findings.append((OFF_ZERO if abs(plateau.level) > _OFF_ZERO else within)(**plateau._asdict()))
+    calibrations = [plateau for plateau in plateaus if abs(plateau.level) >= _AIR]
+    if calibrations:
+        levels = ", ".join(
+            f"{plateau.level:.3g} mmHg ({plateau.start:.3g} to {plateau.end:.3g} s)" for plateau in calibrations
+        )
+        findings.append(CALIBRATION(levels=levels))
+    return findings
 
 
 def saturated(raw: RawRecording, plateaus: tuple[Plateau, ...], beat: float) -> list[Finding]:
@@ -114,16 +122,18 @@ def saturated(raw: RawRecording, plateaus: tuple[Plateau, ...], beat: float) -> 
     """
     time = raw.time
     wave = np.ones(len(time), dtype=bool)
-    for one in plateaus:
-        wave &= (time < one.start) | (time > one.end) | (one.end - one.start < _NO_WAVE * beat)
-    found = []
-    for what, unit, values in (("pressure", "mmHg", raw.pressure[wave]), ("flow", "ml/s", raw.flow[wave])):
-        for sign, end, parts in ((1.0, "largest", "peaks"), (-1.0, "smallest", "troughs")):
+    for plateau in plateaus:
+        wave &= (time < plateau.start) | (time > plateau.end) | (plateau.end - plateau.start < _NO_WAVE * beat)
+    findings = []
+    for signal, unit, values in (("pressure", "mmHg", raw.pressure[wave]), ("flow", "ml/s", raw.flow[wave])):
+        for sign, end, extremes in ((1.0, "largest", "peaks"), (-1.0, "smallest", "troughs")):
             share, value = _cut_off(sign * values), sign * float(np.max(sign * values, initial=-np.inf))
-            rests = what == "flow" and sign < 0 and abs(value) < _AT_REST * np.ptp(values)
+            rests = signal == "flow" and sign < 0 and abs(value) < _AT_REST * np.ptp(values)
             if share and not rests:
-                found.append(SATURATED(what=what, unit=unit, percent=100 * share, value=value, end=end, parts=parts))
-    return found
+                findings.append(
+                    SATURATED(what=signal, unit=unit, percent=100 * share, value=value, end=end, parts=extremes)
+                )
+    return findings
 
 
 def _cut_off(values: np.ndarray) -> float:

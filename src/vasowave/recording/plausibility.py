@@ -152,18 +152,18 @@ def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Fi
     """Return a finding for every value that is possible, yet more likely a slip."""
     if _rests_at_zero(pressure) and flow.min() > _NEVER_LOW * flow.max():
         return [EXCHANGED(level=resting_flow(pressure), lowest=float(flow.min()))]
-    found = []
+    findings = []
     if pressure.mean() > 75:
-        found.append(SYSTEMIC(mean=float(pressure.mean()), kPa=float(pressure.mean() / _KPA)))
+        findings.append(SYSTEMIC(mean=float(pressure.mean()), kPa=float(pressure.mean() / _KPA)))
     if pressure.min() < 0:
-        found.append(BELOW_ZERO(lowest=float(pressure.min())))
+        findings.append(BELOW_ZERO(lowest=float(pressure.min())))
     slowest, fastest = RODENT_FLOWS
     if period < 0.25 and not slowest <= flow.mean() <= fastest:
-        found.append(ODD_FLOW(mean=float(flow.mean()), rate=60 / period))
+        findings.append(ODD_FLOW(mean=float(flow.mean()), rate=60 / period))
     level, mean = resting_flow(flow), float(flow.mean())
     if _OFF_ZERO * mean < abs(level) < _NEVER_RESTS * mean:
-        found.append(FLOW_OFF_ZERO(level=level, percent=100 * level / mean, mean=mean - level))
-    return [*found, *odd_timing(pressure, flow, period)]
+        findings.append(FLOW_OFF_ZERO(level=level, percent=100 * level / mean, mean=mean - level))
+    return [*findings, *odd_timing(pressure, flow, period)]
 
 
 def odd_timing(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Finding]:
@@ -204,12 +204,12 @@ def moves_at_ends(values: np.ndarray) -> bool:
     If it does, its last sample is the first one again by no chance.
     """
     span = float(np.ptp(values))
-    apart = np.diff(np.unique(values))
-    rounding = float(apart[apart > _SAME * span].min(initial=span))
+    steps = np.diff(np.unique(values))
+    rounding = float(steps[steps > _SAME * span].min(initial=span))
     return bool(min(abs(values[1] - values[0]), abs(values[-1] - values[-2])) > _BY_CHANCE * rounding)
 
 
-def check_closure(values: np.ndarray, what: str, where: str) -> list[Finding]:
+def check_closure(values: np.ndarray, name: str, where: str) -> list[Finding]:
     """Raise `InputError` if a cycle (first sample not repeated) does not close; return a finding if it barely does.
 
     The step from the last sample to the first may be as large as the largest step inside the cycle, and 5 % of the
@@ -220,9 +220,9 @@ def check_closure(values: np.ndarray, what: str, where: str) -> list[Finding]:
     excess = (jump - float(np.abs(np.diff(values)).max())) / span
     if excess > OPEN_CYCLE:
         raise InputError(
-            f"{where}: the cycle of {what} does not close: it ends at {values[-1]:.4g} and starts at {values[0]:.4g} "
+            f"{where}: the cycle of {name} does not close: it ends at {values[-1]:.4g} and starts at {values[0]:.4g} "
             f"({100 * jump / span:.0f} % of its range); cut exactly one cycle, or correct the period"
         )
     if excess > 0.01:
-        return [OPEN_END(what=what, percent=100 * jump / span)]
+        return [OPEN_END(what=name, percent=100 * jump / span)]
     return []

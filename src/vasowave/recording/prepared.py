@@ -75,7 +75,7 @@ class Prepared:
     Attributes
     ----------
     raw : RawRecording
-    how : Averaging
+    options : Averaging
     heartbeats : Beats
         As found.
     moves : tuple of BeatEdit
@@ -90,9 +90,9 @@ class Prepared:
         Why the length or the shape of a beat is not that of the others.
     means : pair of float arrays, shape (beat,)
         Mean pressure, mmHg, and mean flow, ml/s, of every beat.
-    every : Cuts
+    all_cuts : Cuts
         The beats with those beside the stretch, in order; `cut` itself where there are none.
-    own : bool array, shape (beat of `every`,)
+    in_cut : bool array, shape (beat of `all_cuts`,)
         Which of them are those of `cut`.
     plateaus : tuple of Plateau
     signs : tuple of Finding
@@ -100,7 +100,7 @@ class Prepared:
     """
 
     raw: RawRecording
-    how: Averaging
+    options: Averaging
     heartbeats: Beats
     moves: tuple[BeatEdit, ...]
     lost: tuple[Finding, ...]
@@ -108,53 +108,54 @@ class Prepared:
     shapes: tuple[np.ndarray, np.ndarray]
     reasons: tuple[Rejection, ...]
     means: tuple[np.ndarray, np.ndarray]
-    every: Cuts
-    own: np.ndarray
+    all_cuts: Cuts
+    in_cut: np.ndarray
     plateaus: tuple[Plateau, ...]
     signs: tuple[Finding, ...]
 
     def with_moves(self, edits: Sequence[BeatEdit]) -> "Prepared":
         """Return the same for other moves among `edits`; beats whose ends stay are not cut again."""
-        moves = tuple(one for one in edits if one.to is not None)
+        moves = tuple(edit for edit in edits if edit.to is not None)
         if moves == self.moves:
             return self
         times, lost = moved(self.heartbeats.times, moves)
         cut = cut_again(self.raw, self.cut, times)
-        return _compared(self.raw, self.how, self.heartbeats, moves, lost, cut, (self.plateaus, self.signs))
+        return _compared(self.raw, self.options, self.heartbeats, moves, lost, cut, (self.plateaus, self.signs))
 
 
-def prepare(raw: RawRecording, how: Averaging, edits: Sequence[BeatEdit] = ()) -> Prepared:
+def prepare(raw: RawRecording, options: Averaging, edits: Sequence[BeatEdit] = ()) -> Prepared:
     """Return the beats of a recording, begun where `edits` move them; raises as `average_beats`."""
-    lasts = max(one.origin + one.duration for one in (raw, *raw.beside))
-    if how.zero_time is not None and how.zero_time > lasts:
-        raise InputError(f"zero_time={how.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
+    lasts = max(stretch.origin + stretch.duration for stretch in (raw, *raw.beside))
+    if options.zero_time is not None and options.zero_time > lasts:
+        raise InputError(f"zero_time={options.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
     raw, spiked = despiked(raw)
-    heartbeats = find_beats(raw, how.fiducial, _rates(how))
-    if len(heartbeats.times) - 1 < fewest(how.beats):
+    heartbeats = find_beats(raw, options.fiducial, _rates(options))
+    if len(heartbeats.times) - 1 < fewest(options.beats):
         raise InputError(
-            f"{raw.source}: {len(heartbeats.times) - 1} whole beats found, {how.beats} wanted; record longer or "
+            f"{raw.source}: {len(heartbeats.times) - 1} whole beats found, {options.beats} wanted; record longer or "
             "average fewer"
         )
-    cut = cut_all(raw, heartbeats.times, how.samples)
+    cut = cut_all(raw, heartbeats.times, options.samples)
     signals = (raw.pressure, raw.flow, raw.sampling_rate)
     signs = (*spiked, *hum_findings(*signals), *noise_findings(*signals, heartbeats.times - raw.origin))
-    seen = (find_plateaus(raw), signs)
-    return _compared(raw, how, heartbeats, (), [], cut, seen).with_moves(edits)
+    observations = (find_plateaus(raw), signs)
+    return _compared(raw, options, heartbeats, (), [], cut, observations).with_moves(edits)
 
 
-def _rates(how: Averaging) -> tuple[float, float]:
-    return how.heart_rates or SPECIES["mouse"].heart_rates
+def _rates(options: Averaging) -> tuple[float, float]:
+    return options.heart_rates or SPECIES["mouse"].heart_rates
 
 
 def _compared(
-    raw: RawRecording, how: Averaging, heartbeats: Beats, moves: tuple[BeatEdit, ...], lost: Sequence[Finding],
-    cut: Cuts, seen: tuple[tuple[Plateau, ...], tuple[Finding, ...]],
+    raw: RawRecording, options: Averaging, heartbeats: Beats, moves: tuple[BeatEdit, ...], lost: Sequence[Finding],
+    cut: Cuts, observations: tuple[tuple[Plateau, ...], tuple[Finding, ...]],
 ) -> Prepared:  # fmt: skip
-    limits = (how.length_tolerance, how.least_correlation)
+    limits = (options.length_tolerance, options.least_correlation)
     shapes = (np.median(cut.pressure, axis=0), np.median(cut.flow, axis=0))
     reasons = misshapen_beats(cut.ends - cut.starts, cut.pressure, cut.flow, *limits, shapes)
-    every, own = merged(cut, beats_beside(raw, shapes, heartbeats.fiducial, _rates(how), *limits))
+    all_cuts, in_cut = merged(cut, beats_beside(raw, shapes, heartbeats.fiducial, _rates(options), *limits))
     means = (cut.pressure.mean(axis=1), cut.flow.mean(axis=1))
     return Prepared(
-        raw, how, heartbeats, moves, tuple(lost), cut, shapes, tuple(reasons), means, every, own, *seen
+        raw, options, heartbeats, moves, tuple(lost), cut, shapes, tuple(reasons), means, all_cuts, in_cut,
+        *observations,
     )  # fmt: skip

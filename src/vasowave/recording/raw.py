@@ -129,7 +129,7 @@ class RawRecording:
     @property
     def every_comment(self) -> tuple[Comment, ...]:
         """Comments of the stretch and of those beside it."""
-        return tuple(comment for one in (self, *self.beside) for comment in one.comments)
+        return tuple(comment for stretch in (self, *self.beside) for comment in stretch.comments)
 
     @property
     def duration(self) -> float:
@@ -156,40 +156,40 @@ class RawRecording:
         InputError
             If the stretch does not lie in the recording or is shorter than a second.
         """
-        whole = Span(self.origin, self.origin + self.duration)
-        if not whole.start - 1e-9 <= start < end <= whole.end + 1e-9:
+        extent = Span(self.origin, self.origin + self.duration)
+        if not extent.start - 1e-9 <= start < end <= extent.end + 1e-9:
             raise InputError(
-                f"{self.source}: {start:g} to {end:g} s does not lie in the recording ({whole.start:.4g} to "
-                f"{whole.end:.4g} s)"
+                f"{self.source}: {start:g} to {end:g} s does not lie in the recording ({extent.start:.4g} to "
+                f"{extent.end:.4g} s)"
             )
-        rest = [one for one in free_between([Span(start, end)], *whole) if one.end - one.start >= SHORTEST]
-        beside = (*self.beside, *(self._cut(*one) for one in rest))
+        spans = [span for span in free_between([Span(start, end)], *extent) if span.end - span.start >= SHORTEST]
+        neighbours = (*self.beside, *(self._cut(*span) for span in spans))
         stretch = replace(self._cut(start, end), notes=(*self.notes, STRETCH(start=start, end=end)))
-        return replace(stretch, beside=tuple(sorted(beside, key=lambda one: one.origin)))
+        return replace(stretch, beside=tuple(sorted(neighbours, key=lambda recording: recording.origin)))
 
     def calibrated(
         self, zero: float = 0.0, gain: float = 1.0, flow_gain: float = 1.0, flow_zero: float = 0.0
     ) -> "RawRecording":
         """Return the recording counted from what the instruments read at none (mmHg, ml/s), and times gains."""
-        given = zero, gain, flow_gain, flow_zero
-        if given == (0.0, 1.0, 1.0, 0.0):
+        calibration = zero, gain, flow_gain, flow_zero
+        if calibration == (0.0, 1.0, 1.0, 0.0):
             return self
-        beside = tuple(one.calibrated(*given) for one in self.beside)
-        notes = (*self.notes, *calibration_notes(*given))
+        neighbours = tuple(stretch.calibrated(*calibration) for stretch in self.beside)
+        notes = (*self.notes, *calibration_notes(*calibration))
         pressure, flow = (self.pressure - zero) * gain, (self.flow - flow_zero) * flow_gain
-        return replace(self, pressure=pressure, flow=flow, beside=beside, notes=notes)
+        return replace(self, pressure=pressure, flow=flow, beside=neighbours, notes=notes)
 
     def _cut(self, start: float, end: float) -> "RawRecording":
         """Return a stretch alone."""
-        first, last = (round((at - self.origin) * self.sampling_rate) for at in (start, end))
+        first, last = (round((time - self.origin) * self.sampling_rate) for time in (start, end))
         origin = self.origin + first / self.sampling_rate
-        kept = tuple(c for c in self.comments if origin <= c.time <= self.origin + last / self.sampling_rate)
+        comments = tuple(c for c in self.comments if origin <= c.time <= self.origin + last / self.sampling_rate)
         return replace(
             self,
             pressure=self.pressure[first:last],
             flow=self.flow[first:last],
             ecg=None if self.ecg is None else self.ecg[first:last],
-            comments=kept,
+            comments=comments,
             origin=origin,
             beside=(),
         )
@@ -197,6 +197,9 @@ class RawRecording:
 
 def calibration_notes(zero: float, gain: float, flow_gain: float, flow_zero: float) -> list[Finding]:
     """Return what zeros and gains that a person gave did to a recording; nothing where they are 0 and 1."""
-    found = [ZEROED(zero=zero)] if zero else []
-    found += [FLOW_ZEROED(zero=flow_zero)] if flow_zero else []
-    return [*found, *(GAINS(what=what, gain=by) for what, by in (("pressure", gain), ("flow", flow_gain)) if by != 1.0)]
+    notes = [ZEROED(zero=zero)] if zero else []
+    notes += [FLOW_ZEROED(zero=flow_zero)] if flow_zero else []
+    return [
+        *notes,
+        *(GAINS(what=signal, gain=by) for signal, by in (("pressure", gain), ("flow", flow_gain)) if by != 1.0),
+    ]

@@ -106,8 +106,11 @@ def read_recording(
     else:
         signals = read_signals(paths[0], {"pressure": pressure_unit}) + read_signals(paths[1], {"flow": flow_unit})
     zero, gain, flow_gain, flow_zero = calibration
-    how = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}
-    signals = [replace(one, values=(one.values - how[one.quantity][0]) * how[one.quantity][1]) for one in signals]
+    corrections = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}
+    signals = [
+        replace(signal, values=(signal.values - corrections[signal.quantity][0]) * corrections[signal.quantity][1])
+        for signal in signals
+    ]
     recording = _assemble(signals, period, together=len(paths) == 1)
     notes = (*recording.notes, *calibration_notes(*calibration))
     return replace(recording, wedge_pressure=wedge_pressure, notes=notes)
@@ -140,7 +143,7 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
             f"{signals[0].file} lasts {periods[0]:.5g} s and {signals[1].file} {periods[1]:.5g} s; "
             "pressure and flow must be of one cycle"
         )
-    said = _said_of_last(signals, lasts, periods)
+    remarks = _said_of_last(signals, lasts, periods)
     beats = beats_within(cycles[0], cycles[1], periods[0])
     if beats > 1:
         if all(signal.time is None for signal in signals):
@@ -149,8 +152,8 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
                 f"{periods[0]:g} s is that of one or of all; cut exactly one cycle, or add a column of time"
             )
         averaged = [mean_beat(cycle, beats) for cycle in cycles]
-        cycles, periods = [mean for mean, _ in averaged], [one / beats for one in periods]
-        said.append(several_finding(beats, periods[0], max(unlike for _, unlike in averaged)))
+        cycles, periods = [mean for mean, _ in averaged], [duration / beats for duration in periods]
+        remarks.append(several_finding(beats, periods[0], max(unlike for _, unlike in averaged)))
     notes: list[Finding] = []
     for signal, cycle in zip(signals, cycles):
         notes += signal.notes
@@ -159,11 +162,11 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
             name = Path(signal.file).name
             notes.append(ASSUMED_UNIT(quantity=signal.quantity, unit=signal.assumed_unit, name=name))
     odd = odd_values(cycles[0], cycles[1], periods[0])
-    for one in (*said, *odd):
-        if one.severity is Severity.LOOK:
-            warn(one.at(signals[0].file), stacklevel=3)
+    for finding in (*remarks, *odd):
+        if finding.severity is Severity.LOOK:
+            warn(finding.at(signals[0].file), stacklevel=3)
     source = " and ".join(dict.fromkeys(Path(signal.file).name for signal in signals))
-    return Recording(cycles[0], cycles[1], periods[0], source, (*notes, *said, *odd))
+    return Recording(cycles[0], cycles[1], periods[0], source, (*notes, *remarks, *odd))
 
 
 def _check_units(signal: Signal, swapped_files: bool) -> None:
@@ -180,10 +183,10 @@ def _last_samples(signals: Sequence[Signal], period: float | None) -> list[_Last
     A flow that rests may end where it began by chance, so signals of equal length decide together, and one that rests
     is as the other, which the same program wrote. Where both times and period are given, these decide.
     """
-    each = [_last_sample(signal, period) for signal in signals]
-    surest = next(one for one in (_Last.OWN, _Last.NEXT, _Last.UNTOLD) if one in each)
+    kinds = [_last_sample(signal, period) for signal in signals]
+    surest = next(kind for kind in (_Last.OWN, _Last.NEXT, _Last.UNTOLD) if kind in kinds)
     alike = len(signals[0].values) == len(signals[1].values)
-    return [surest if alike or one is _Last.UNTOLD else one for one in each]
+    return [surest if alike or kind is _Last.UNTOLD else kind for kind in kinds]
 
 
 def _last_sample(signal: Signal, period: float | None) -> _Last:
@@ -198,21 +201,21 @@ def _last_sample(signal: Signal, period: float | None) -> _Last:
 
 def _said_of_last(signals: Sequence[Signal], lasts: Sequence[_Last], periods: Sequence[float]) -> list[Finding]:
     """Return what was done with last samples that are the first again, once where both signals have as many."""
-    found = []
+    findings = []
     alike = len(signals[0].values) == len(signals[1].values)
     for signal, last, period in list(zip(signals, lasts, periods))[: 1 if alike else None]:
         quantity = "pressure and flow" if alike else signal.quantity
         count = len(signal.values)
         if last is _Last.NEXT:
-            found.append(REPEATED(quantity=quantity, count=count - 1, period=period))
+            findings.append(REPEATED(quantity=quantity, count=count - 1, period=period))
         elif last is _Last.UNTOLD and signal.time is None:
-            found.append(IN_DOUBT_UNTIMED(quantity=quantity, count=count, period=period, percent=100 / (count - 1)))
+            findings.append(IN_DOUBT_UNTIMED(quantity=quantity, count=count, period=period, percent=100 / (count - 1)))
         elif last is _Last.UNTOLD:
             step = period / count
-            found.append(
+            findings.append(
                 IN_DOUBT(quantity=quantity, period=period, other=period - step, percent=100 / count, less=step)
             )
-    return found
+    return findings
 
 
 def _period(signal: Signal, count: int, period: float | None) -> float:

@@ -100,14 +100,16 @@ def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **
     >>> vw.read_raw_recording("mouse.txt").sampling_rate
     1000.0
     """
-    how = given_values(Reading, None, settings)
-    blocks = read_blocks(path, how.sampling_rate, progress)
-    number, notes = _choose(path, blocks, how.block)
+    reading = given_values(Reading, None, settings)
+    blocks = read_blocks(path, reading.sampling_rate, progress)
+    number, notes = _choose(path, blocks, reading.block)
     chosen = blocks[number]
     for suspicion in chosen.suspicions:
         warn(suspicion.at(str(path)))
     notes += chosen.suspicions
-    picked, guessed = pick_channels(path, chosen.channels, {"pressure": how.pressure, "flow": how.flow, "ecg": how.ecg})
+    picked, guessed = pick_channels(
+        path, chosen.channels, {"pressure": reading.pressure, "flow": reading.flow, "ecg": reading.ecg}
+    )
     notes += guessed
     if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
         raise InputError(f"{path}: no times; {NAME_THE_RATE}")
@@ -115,20 +117,24 @@ def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **
         notes.append(NO_ECG())
     _check_lengths(list(picked.values()))
     lasts = min(channel.duration for channel in picked.values())
-    part, around, said = comment_findings(chosen.comments, lasts, how.start, how.end)
-    start, end = (part.start or None, None if part.end == lasts else part.end) if said else (how.start, how.end)
-    notes += said
-    for one in said:
-        if one.severity is Severity.LOOK:
-            warn(one.at(str(path)))
+    stretch, around, remarks = comment_findings(chosen.comments, lasts, reading.start, reading.end)
+    start, end = (
+        (stretch.start or None, None if stretch.end == lasts else stretch.end)
+        if remarks
+        else (reading.start, reading.end)
+    )
+    notes += remarks
+    for finding in remarks:
+        if finding.severity is Severity.LOOK:
+            warn(finding.at(str(path)))
     gaps = _gaps(list(picked.values()), start, end)
     rate = max(channel.sampling_rate for channel in picked.values())
-    given = {"pressure": how.pressure_unit, "flow": how.flow_unit, "ecg": None}
+    stated_units = {"pressure": reading.pressure_unit, "flow": reading.flow_unit, "ecg": None}
     scaled = {}
     wrong = []
     for name, channel in picked.items():
         try:
-            values, words = _canonical(channel, name, given[name])
+            values, words = _canonical(channel, name, stated_units[name])
         except InputError as error:
             wrong.append(str(error))
             continue
@@ -138,11 +144,15 @@ def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **
         raise InputError("\n".join(wrong))
     raw = _between(path, scaled, start, end, rate)
     raw = replace(raw, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration))
-    here = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
-    rest = [one for one in free_between([*gaps, here], *around) if one.end - one.start > SHORTEST + 1 / rate]
-    beside = (_between(path, scaled, *one, rate) for one in rest)
+    read_span = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
+    spans = [span for span in free_between([*gaps, read_span], *around) if span.end - span.start > SHORTEST + 1 / rate]
+    neighbours = (_between(path, scaled, *span, rate) for span in spans)
     return replace(
-        raw, beside=tuple(replace(one, comments=_comments(chosen, one.origin, one.duration)) for one in beside)
+        raw,
+        beside=tuple(
+            replace(recording, comments=_comments(chosen, recording.origin, recording.duration))
+            for recording in neighbours
+        ),
     )
 
 
@@ -152,8 +162,8 @@ def _between(
     """Return a stretch of all channels at one rate."""
     signals, notes = dict[str, np.ndarray](), list[Finding]()
     for name, channel in channels.items():
-        signals[name], more = _at_rate(_stretch(channel, channel.values, start, end), channel, rate)
-        notes += more
+        signals[name], rate_notes = _at_rate(_stretch(channel, channel.values, start, end), channel, rate)
+        notes += rate_notes
     count = min(map(len, signals.values()))
     cut = {name: values[:count] for name, values in signals.items()}
     origin = round((start or 0.0) * rate) / rate
@@ -166,11 +176,12 @@ def _check_lengths(channels: list[Channel]) -> None:
     """Refuse channels of one block that do not last equally long: a sampling rate or an end is wrong."""
     shortest, *_, longest = sorted(channels, key=lambda channel: channel.duration)
     if longest.duration > (1 + _SAME_LENGTH) * shortest.duration + 2 / shortest.sampling_rate:
-        each = " and ".join(
-            f"'{one.title}' {one.duration:.6g} s ({len(one.values)} samples at {one.sampling_rate:g} a second)"
-            for one in (shortest, longest)
+        durations = " and ".join(
+            f"'{extreme.title}' {extreme.duration:.6g} s ({len(extreme.values)} samples at {extreme.sampling_rate:g} a "
+            "second)"
+            for extreme in (shortest, longest)
         )
-        raise InputError(f"{shortest.place}: channels of one block last equally long, but {each}; export it again")
+        raise InputError(f"{shortest.place}: channels of one block last equally long, but {durations}; export it again")
 
 
 def _gaps(channels: list[Channel], start: float | None, end: float | None) -> list[Span]:
@@ -178,12 +189,14 @@ def _gaps(channels: list[Channel], start: float | None, end: float | None) -> li
     first, last = start or 0.0, min(channel.duration for channel in channels)
     last = last if end is None else min(end, last)
     gaps = {channel.place: gaps_in(channel.values, channel.sampling_rate) for channel in channels}
-    of = {place: [gap for gap in found if gap.end > first and gap.start < last] for place, found in gaps.items()}
-    if any(of.values()):
-        every = [gap for found in of.values() for gap in found]
-        place = next(place for place, found in of.items() if found)
-        raise InputError(f"{place}: {describe_gaps(every, first, last, SHORTEST)}")
-    return [gap for found in gaps.values() for gap in found]
+    gaps_within = {
+        place: [gap for gap in spans if gap.end > first and gap.start < last] for place, spans in gaps.items()
+    }
+    if any(gaps_within.values()):
+        all_gaps = [gap for spans in gaps_within.values() for gap in spans]
+        place = next(place for place, spans in gaps_within.items() if spans)
+        raise InputError(f"{place}: {describe_gaps(all_gaps, first, last, SHORTEST)}")
+    return [gap for spans in gaps.values() for gap in spans]
 
 
 def _comments(block: Block, origin: float, lasts: float) -> tuple[Comment, ...]:
@@ -200,24 +213,24 @@ def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[i
     longest = max(range(len(blocks)), key=lambda i: blocks[i].duration)
     if len(blocks) == 1:
         return 0, []
-    lengths = ", ".join(f"{one.duration:.4g} s" for one in blocks)
+    lengths = ", ".join(f"{candidate.duration:.4g} s" for candidate in blocks)
     return longest, [LONGEST_BLOCK(number=longest + 1, blocks=len(blocks), lengths=lengths)]
 
 
-def _canonical(channel: Channel, name: str, given: str | None) -> tuple[np.ndarray, list[Finding]]:
+def _canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np.ndarray, list[Finding]]:
     """Return the values in the canonical unit, and what was assumed."""
     quantity = DIMENSIONS[name]
     unit = channel.unit
     if name == "ecg" and not unit:
         return channel.values, [ECG_WITHOUT_UNIT()]
-    if given is not None and channel.unit and name != "ecg" and not _unconverted(channel):
-        same = _factor_or_none(unit, quantity) == units.factor(given, quantity)
-        notes = [] if same else [UNIT_REPLACED(name=name, unit=given, stated=unit)]
-        return channel.values * units.factor(given, quantity), [*notes]
+    if stated_unit is not None and channel.unit and name != "ecg" and not _unconverted(channel):
+        same = _factor_or_none(unit, quantity) == units.factor(stated_unit, quantity)
+        notes = [] if same else [UNIT_REPLACED(name=name, unit=stated_unit, stated=unit)]
+        return channel.values * units.factor(stated_unit, quantity), [*notes]
     if name != "ecg" and _unconverted(channel):
-        if given is None:
+        if stated_unit is None:
             raise InputError(_unit_wanted(channel, name))
-        return channel.values * units.factor(given, quantity), [GIVEN_UNIT(name=name, unit=given)]
+        return channel.values * units.factor(stated_unit, quantity), [GIVEN_UNIT(name=name, unit=stated_unit)]
     try:
         return channel.values * units.factor(unit, quantity), []
     except InputError as error:
@@ -239,14 +252,16 @@ def _factor_or_none(unit: str, quantity: str) -> float | None:
 def _unit_wanted(channel: Channel, name: str) -> str:
     """Say that a channel's unit is not known, and how to name it."""
     option = f"vasowave add and fit: --unit {name}={units.CANONICAL[DIMENSIONS[name]]}"
-    how = f"name its unit ({option}; a study's table: the column '{name} unit'; in Python: {name}_unit)"
+    advice = f"name its unit ({option}; a study's table: the column '{name} unit'; in Python: {name}_unit)"
     if not channel.unit:
-        return f"{channel.place}: {name} has no unit; {how}"
-    said = [one for one in re.findall(r"[(\[]([^)\]]+)[)\]]", channel.title) if _factor_or_none(one, DIMENSIONS[name])]
-    title = f", though its title speaks of {said[0]}" if said else ""
+        return f"{channel.place}: {name} has no unit; {advice}"
+    title_units = [
+        text for text in re.findall(r"[(\[]([^)\]]+)[)\]]", channel.title) if _factor_or_none(text, DIMENSIONS[name])
+    ]
+    title = f", though its title speaks of {title_units[0]}" if title_units else ""
     return (
         f"{channel.place}: {name} is in {channel.unit}{title}; set the units conversion in the recording program and "
-        f"export again, or, if the numbers are {name} already, {how}"
+        f"export again, or, if the numbers are {name} already, {advice}"
     )
 
 
@@ -271,7 +286,7 @@ def _at_rate(values: np.ndarray, channel: Channel, rate: float) -> tuple[np.ndar
 
     if len(values) < 4:
         raise InputError(f"{channel.place}: {len(values)} samples; a continuous recording is needed")
-    there = np.arange(int(len(values) * rate / channel.sampling_rate)) / rate
-    there = there[there <= (len(values) - 1) / channel.sampling_rate]
+    times = np.arange(int(len(values) * rate / channel.sampling_rate)) / rate
+    times = times[times <= (len(values) - 1) / channel.sampling_rate]
     spline = CubicSpline(np.arange(len(values)) / channel.sampling_rate, values)
-    return spline(there), [INTERPOLATED(title=channel.title, given=channel.sampling_rate, rate=rate)]
+    return spline(times), [INTERPOLATED(title=channel.title, given=channel.sampling_rate, rate=rate)]

@@ -135,9 +135,9 @@ def made_do(reasons: list[Rejection], beats: int) -> tuple[list[Rejection], set[
         options = options[: 2 * (by_length + by_shape < _UNLIKE * len(causes))]
         options.append({"ventilation", "length", "correlation"})
     for over in options:
-        left = [None if why in over else reason for why, reason in zip(causes, reasons, strict=True)]
-        if left.count(None) >= fewest(beats):
-            return left, over
+        remaining = [None if code in over else reason for code, reason in zip(causes, reasons, strict=True)]
+        if remaining.count(None) >= fewest(beats):
+            return remaining, over
     return reasons, set()
 
 
@@ -158,7 +158,7 @@ def choose_run(
             f"{source}: {len(good)} good beats of {len(reasons)}, {beats} wanted (rejected: {_counted(reasons)}); "
             "look at the beats (vasowave open), choose another stretch (start [s], end [s]) or average fewer "
             "(averaging.beats). Of an animal that breathes by itself, without a ventilator, or whose beats alternate, "
-            f"turn averaging.reject_ventilation off{''.join(f'. Besides, {one}' for one in noticed)}"
+            f"turn averaging.reject_ventilation off{''.join(f'. Besides, {remark}' for remark in noticed)}"
         )
     beats = min(beats, len(good))
     first = int(np.argmin(good[beats - 1 :] - good[: len(good) - beats + 1]))
@@ -167,13 +167,13 @@ def choose_run(
 
 
 def summarize(
-    fiducial: str, reasons: list[Rejection], beats: int, wanted: int, start: float, end: float
+    fiducial: str, reasons: list[Rejection], beats: int, requested: int, start: float, end: float
 ) -> list[Finding]:  # fmt: skip
     """Return which beats were averaged, how many were rejected for what, and whether they are few."""
     by = "R wave" if fiducial == "ecg" else "foot of the pressure"
     rejected = _counted(reasons) or "none"
-    found = [AVERAGED(beats=beats, start=start, end=end, by=by, found=len(reasons), rejected=rejected)]
-    return [*found, FEW(beats=beats, wanted=wanted)] if beats < wanted else found
+    findings = [AVERAGED(beats=beats, start=start, end=end, by=by, found=len(reasons), rejected=rejected)]
+    return [*findings, FEW(beats=beats, wanted=requested)] if beats < requested else findings
 
 
 def _counted(reasons: list[Rejection]) -> str:
@@ -214,11 +214,11 @@ def unusual_beats(
     if usual.mean() >= 1.0 - _UNUSUAL_SHARE and max(map(abs, changes)) <= _CHANGES:
         return [], moves
     names = ("pressure_percent", "flow_percent", "rate_percent")
-    said = MANY_UNUSUAL(
+    finding = MANY_UNUSUAL(
         percent=100 * float(1 - usual.mean()), rejected=_counted(unusual), pressure=pressure, flow=flow, rate=rate,
         **{name: 100 * float(change) for name, change in zip(names, changes, strict=True)},
     )  # fmt: skip
-    return [said], moves
+    return [finding], moves
 
 
 def _correlation(beats: np.ndarray, median: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ class RhythmRules:
     before : float
         Share of a beat's pressure that the flow of the beat before moves, that of its own the rest: a beat that is cut
         at the R wave begins before its flow does.
-    most : float
+    max_gain : float
         The pressure changes by at most this many times its own share for a share of the flow: 1 where the pressure
         behind the bed is 0, and less where it is more; the rest is for errors of the flow.
     explains : float
@@ -29,7 +29,7 @@ class RhythmRules:
 
     remains: tuple[float, ...] = (0.1, 0.25, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
     before: float = 0.6
-    most: float = 1.3
+    max_gain: float = 1.3
     explains: float = 0.75
     by_length: float = 0.5
 
@@ -61,17 +61,17 @@ def led_by_flow(pressure: np.ndarray, flow: np.ndarray, used: np.ndarray, rules:
 
     off = flow - np.median(flow)
     moves = (1.0 - rules.before) * off + rules.before * np.append(off[:1], off[:-1])
-    most = rules.most * abs(float(np.mean(pressure[used]) / np.mean(flow))) if np.mean(flow) else 0.0
+    gain_limit = rules.max_gain * abs(float(np.mean(pressure[used]) / np.mean(flow))) if np.mean(flow) else 0.0
     aims = pressure[used] - pressure[used].mean()
-    best, left = np.zeros(len(pressure)), float(aims @ aims)
+    best, best_squares = np.zeros(len(pressure)), float(aims @ aims)
     for share in rules.remains:
         columns = np.stack([off, lfilter([1.0 - share], [1.0, -share], moves)], axis=1)
         columns -= columns[used].mean(axis=0)
         gains = nnls(columns[used], aims)[0]
-        led = columns @ (gains * min(1.0, most / max(gains.sum(), 1e-300)))
-        here = float(np.sum((aims - led[used]) ** 2))
-        if here < left:
-            best, left = led, here
+        led = columns @ (gains * min(1.0, gain_limit / max(gains.sum(), 1e-300)))
+        squares = float(np.sum((aims - led[used]) ** 2))
+        if squares < best_squares:
+            best, best_squares = led, squares
     return best
 
 
@@ -94,13 +94,13 @@ def of_rhythm(
     led = led_by_flow(pressure, flow, used, rules)
     columns = np.stack([np.roll(lengths, lag) for lag in range(3)], axis=1)
     columns, changes = columns - columns.mean(axis=0), flow - flow.mean()
-    rest = (changes - columns @ np.linalg.lstsq(columns, changes, rcond=None)[0])[used]
-    rhythmic = float(rest @ rest) < (1.0 - rules.by_length) * float(changes @ changes)
+    residual = (changes - columns @ np.linalg.lstsq(columns, changes, rcond=None)[0])[used]
+    rhythmic = float(residual @ residual) < (1.0 - rules.by_length) * float(changes @ changes)
     leads = _explained(led, pressure, used) > rules.explains * _explained(breath, pressure, used)
     return led if rhythmic and leads else np.zeros(len(led))
 
 
-def _explained(part: np.ndarray, pressure: np.ndarray, used: np.ndarray) -> float:
+def _explained(prediction: np.ndarray, pressure: np.ndarray, used: np.ndarray) -> float:
     """Return the squares that a part explains of the pressures of the beats used, mmHg²."""
-    aims, rest = pressure[used], (pressure - part)[used]
-    return float(np.sum((aims - aims.mean()) ** 2) - np.sum((rest - rest.mean()) ** 2))
+    aims, residual = pressure[used], (pressure - prediction)[used]
+    return float(np.sum((aims - aims.mean()) ** 2) - np.sum((residual - residual.mean()) ** 2))

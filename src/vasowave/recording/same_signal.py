@@ -26,31 +26,34 @@ class PressureTrace(NamedTuple):
 
 def trace_of(raw: RawRecording, heart_rate: float) -> PressureTrace:
     """Return what a recording is compared by; gaps count as the mean."""
-    known = np.isfinite(raw.pressure)
-    whole = np.where(known, raw.pressure, raw.pressure[known].mean())
-    return PressureTrace(whole.astype(np.float32), raw.sampling_rate, heart_rate)
+    finite = np.isfinite(raw.pressure)
+    pressure = np.where(finite, raw.pressure, raw.pressure[finite].mean())
+    return PressureTrace(pressure.astype(np.float32), raw.sampling_rate, heart_rate)
 
 
-def are_of_one(one: PressureTrace, other: PressureTrace) -> bool:
+def are_of_one(trace: PressureTrace, other_trace: PressureTrace) -> bool:
     """Whether beginning, middle or end of the shorter of two traces of one rate stands anywhere in the longer one."""
-    if one.rate != other.rate or abs(one.heart_rate - other.heart_rate) > _RATES_APART * one.heart_rate:
+    if (
+        trace.rate != other_trace.rate
+        or abs(trace.heart_rate - other_trace.heart_rate) > _RATES_APART * trace.heart_rate
+    ):
         return False
-    short, whole = (values.astype(float) for values in sorted((one.pressure, other.pressure), key=len))
-    fewest = _LEAST * 60.0 * one.rate / one.heart_rate
-    count = int(min(LONGEST * one.rate, max(SHARE * len(short), fewest)))
+    short, long = (values.astype(float) for values in sorted((trace.pressure, other_trace.pressure), key=len))
+    fewest = _LEAST * 60.0 * trace.rate / trace.heart_rate
+    count = int(min(LONGEST * trace.rate, max(SHARE * len(short), fewest)))
     if not fewest - 1 < count <= len(short):
         return False
     last = len(short) - count
-    return any(_stands_in(short[first : first + count], whole - whole.mean()) for first in (0, last // 2, last))
+    return any(_stands_in(short[first : first + count], long - long.mean()) for first in (0, last // 2, last))
 
 
-def _stands_in(piece: np.ndarray, whole: np.ndarray) -> bool:
+def _stands_in(piece: np.ndarray, signal: np.ndarray) -> bool:
     """Whether a stretch stands in a signal without mean, but for its own mean."""
     from scipy.signal import correlate
 
     count, piece = len(piece), piece - piece.mean()
-    sums, squares = (np.append(0.0, np.cumsum(values)) for values in (whole, whole**2))
+    sums, squares = (np.append(0.0, np.cumsum(values)) for values in (signal, signal**2))
     of_window = squares[count:] - squares[:-count] - (sums[count:] - sums[:-count]) ** 2 / count
     square = float(piece @ piece)
-    left = square + of_window - 2 * correlate(whole, piece, mode="valid", method="fft")
-    return bool(left.min() < LEFT**2 * square)
+    distance = square + of_window - 2 * correlate(signal, piece, mode="valid", method="fft")
+    return bool(distance.min() < LEFT**2 * square)

@@ -18,7 +18,7 @@ class SeveralBeatsRules:
     flow_share, pressure_share : float
         A table holds n beats if harmonics that n does not divide have less than this share of the power of either: of
         one beat they have more than half, and the most where the heart beats evenly.
-    most : int
+    max_beats : int
         Beats that are looked for.
     harmonics : int
         That are compared; above there is noise.
@@ -28,7 +28,7 @@ class SeveralBeatsRules:
 
     flow_share: float = 0.2
     pressure_share: float = 0.4
-    most: int = 8
+    max_beats: int = 8
     harmonics: int = 40
     alternates: float = 0.05
 
@@ -53,7 +53,7 @@ def beats_within(pressure: np.ndarray, flow: np.ndarray, period: float, rules: S
     """Return how many beats a cycle of pressure and flow that lasts a period, s, holds."""
     several = (
         beats
-        for beats in range(rules.most, 1, -1)
+        for beats in range(rules.max_beats, 1, -1)
         if period / beats >= PERIODS[0]
         and _undivided(flow, beats, rules.harmonics) < rules.flow_share
         and _undivided(pressure, beats, rules.harmonics) < rules.pressure_share
@@ -75,9 +75,9 @@ def _level(values: np.ndarray) -> np.ndarray:
 def mean_beat(values: np.ndarray, beats: int) -> tuple[np.ndarray, float]:
     """Return the mean of equally long beats in a cycle, and how much their pulses differ, as a share of its pulse."""
     count = max(FEWEST_SAMPLES, -(-len(values) // beats))
-    each = resample(_level(values), beats * count).reshape(beats, count)
-    mean = each.mean(axis=0)
-    return mean, float(np.ptp(np.ptp(each, axis=1)) / np.ptp(mean))
+    cycles = resample(_level(values), beats * count).reshape(beats, count)
+    mean = cycles.mean(axis=0)
+    return mean, float(np.ptp(np.ptp(cycles, axis=1)) / np.ptp(mean))
 
 
 def several_finding(beats: int, period: float, unlike: float, rules: SeveralBeatsRules = RULES) -> Finding:

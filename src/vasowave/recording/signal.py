@@ -101,7 +101,7 @@ def sampling(
     return 1.0 / even_step(even, quantum, file, place), places
 
 
-def given_unit(quantity: str, stated: str, given: str | None, where: str) -> tuple[float, tuple[Finding, ...]]:
+def given_unit(quantity: str, stated: str, requested: str | None, where: str) -> tuple[float, tuple[Finding, ...]]:
     """Return what a value is multiplied by, and a note where the unit that was given is not the one stated.
 
     Raises
@@ -109,10 +109,10 @@ def given_unit(quantity: str, stated: str, given: str | None, where: str) -> tup
     InputError
         Neither is there, or one is not of the quantity.
     """
-    if not (stated or given):
+    if not (stated or requested):
         raise InputError(f"{where}: {quantity} has no unit; give it ({quantity}_unit={units.CANONICAL[quantity]!r})")
-    factors = [units.factor(unit, quantity) for unit in (stated, given) if unit]
-    notes = (UNIT_REPLACED(name=quantity, unit=str(given), stated=stated),) if factors[0] != factors[-1] else ()
+    factors = [units.factor(unit, quantity) for unit in (stated, requested) if unit]
+    notes = (UNIT_REPLACED(name=quantity, unit=str(requested), stated=stated),) if factors[0] != factors[-1] else ()
     return factors[-1], notes
 
 

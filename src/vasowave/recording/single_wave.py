@@ -78,6 +78,6 @@ def _columns(table: Columns, quantity: str, kind: str) -> tuple[int | None, int]
 
 def _only(table: Columns, title: str, kind: str) -> int | None:
     """Return the column that is called so, or the only one in such a unit."""
-    found = table.find(title)
+    column = table.find(title)
     of_unit = [i for i, unit in enumerate(table.units) if units.is_of(unit, kind)]
-    return found if found is not None else of_unit[0] if len(of_unit) == 1 else None
+    return column if column is not None else of_unit[0] if len(of_unit) == 1 else None

@@ -30,7 +30,7 @@ class Curve(NamedTuple):
 
 
 def smooth_curve(
-    at: np.ndarray, values: np.ndarray, used: np.ndarray, spacing: float, anchor: float, extra: np.ndarray
+    positions: np.ndarray, values: np.ndarray, used: np.ndarray, spacing: float, anchor: float, extra: np.ndarray
 ) -> Curve:
     """Fit a penalized cubic spline and extra columns to the `used` values; the bending is chosen by likelihood.
 
@@ -39,11 +39,11 @@ def smooth_curve(
 
     Parameters
     ----------
-    at, values : float array, shape (point,)
+    positions, values : float array, shape (point,)
     used : bool array, shape (point,)
         Points that are fitted; the curve is given at all.
     spacing : float
-        Distance of knots, in the unit of `at`; at most 60 stretches are made.
+        Distance of knots, in the unit of `positions`; at most 60 stretches are made.
     anchor : float
         Where the curve is wanted besides; it may lie outside.
     extra : float array, shape (point, column)
@@ -52,7 +52,7 @@ def smooth_curve(
     from scipy.interpolate import BSpline
     from scipy.sparse import csr_array, hstack
 
-    points = np.append(at, anchor)
+    points = np.append(positions, anchor)
     stretches = int(np.clip(np.ceil(np.ptp(points) / spacing), 4, 60))
     inner = np.linspace(points.min(), points.max(), stretches + 1)
     width = inner[1] - inner[0]

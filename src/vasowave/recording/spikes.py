@@ -23,20 +23,22 @@ MANY_SPIKES = look_kind(
 
 def despiked(raw: RawRecording) -> tuple[RawRecording, list[Finding]]:
     """Return a recording without the spikes of pressure and flow, and how many there were; itself if there are none."""
-    found, clean = [], {}
-    for what in ("pressure", "flow"):
-        values: np.ndarray = getattr(raw, what)
+    findings, clean = [], {}
+    for signal in ("pressure", "flow"):
+        values: np.ndarray = getattr(raw, signal)
         bad = spikes(values, raw.sampling_rate)
         if not bad.any():
             continue
         good = np.flatnonzero(~bad)
-        clean[what] = np.interp(np.arange(len(values)), good, values[good])
+        clean[signal] = np.interp(np.arange(len(values)), good, values[good])
         kind, percent = (MANY_SPIKES if bad.mean() > _MANY else SPIKES), 100 * float(bad.mean())
         count = int(bad[0]) + int(np.sum(bad[1:] & ~bad[:-1]))
-        found.append(kind(what=what, count=count, lasts=1e3 * float(bad.sum()) / raw.sampling_rate, percent=percent))
-    beside = tuple(despiked(one)[0] for one in raw.beside)
-    changed = clean or any(new is not old for new, old in zip(beside, raw.beside, strict=True))
-    return (replace(raw, **clean, beside=beside) if changed else raw), found
+        findings.append(
+            kind(what=signal, count=count, lasts=1e3 * float(bad.sum()) / raw.sampling_rate, percent=percent)
+        )
+    neighbours = tuple(despiked(stretch)[0] for stretch in raw.beside)
+    changed = clean or any(new is not old for new, old in zip(neighbours, raw.beside, strict=True))
+    return (replace(raw, **clean, beside=neighbours) if changed else raw), findings
 
 
 def spikes(values: np.ndarray, sampling_rate: float) -> np.ndarray:
@@ -48,8 +50,8 @@ def spikes(values: np.ndarray, sampling_rate: float) -> np.ndarray:
 
     steps = np.abs(np.diff(values))
     usual = float(np.ptp(np.quantile(values, (0.05, 0.95))))
-    least = max(_STEEP * float(np.quantile(steps, 0.9)), _HIGH * usual)
-    if not np.any(steps > least):
+    threshold = max(_STEEP * float(np.quantile(steps, 0.9)), _HIGH * usual)
+    if not np.any(steps > threshold):
         return np.zeros(len(values), dtype=bool)
     around = 2 * max(1, round(_LASTS * sampling_rate)) + 1
-    return np.abs(values - median_filter(values, around, mode="nearest")) > least
+    return np.abs(values - median_filter(values, around, mode="nearest")) > threshold

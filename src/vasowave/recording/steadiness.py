@@ -57,28 +57,28 @@ def unsteady(cut: Cuts, used: np.ndarray, start: float, end: float) -> list[Find
         ("the pulse pressure", "mmHg", np.ptp(cut.pressure, axis=1), _PULSE_APART),
         ("the mean flow", "ml/s", cut.flow.mean(axis=1), _FLOW_APART),
     )
-    found = []
-    for what, unit, values, apart in courses:
+    findings = []
+    for quantity, unit, values, limit in courses:
         if len(values) < _FEWEST or np.median(values) <= 0:
             continue
-        found += _differs(cut, values, what=what, unit=unit, start=start, end=end)
-        found += _alternates(values, what)
+        findings += _differs(cut, values, what=quantity, unit=unit, start=start, end=end)
+        findings += _alternates(values, quantity)
         off = float(np.mean(values[used]) / np.mean(values) - 1.0) if used.any() else 0.0  # all kept by hand
-        if abs(off) > apart:
-            found.append(APART(what=what, percent=100 * off, start=start, end=end))
-    return found
+        if abs(off) > limit:
+            findings.append(APART(what=quantity, percent=100 * off, start=start, end=end))
+    return findings
 
 
-def _alternates(values: np.ndarray, what: str) -> list[Finding]:
+def _alternates(values: np.ndarray, quantity: str) -> list[Finding]:
     """Return a finding if every second beat is larger than the ones around it."""
     change = np.diff(values)
     size = float(np.median(np.abs(change)) / np.median(values))
     if size <= _UNLIKE or np.mean(change[1:] * change[:-1] < 0) <= _ALTERNATES:
         return []
-    return [ALTERNATING(what=what, percent=100 * size)]
+    return [ALTERNATING(what=quantity, percent=100 * size)]
 
 
-def _differs(cut: Cuts, values: np.ndarray, **said: str | float) -> list[Finding]:
+def _differs(cut: Cuts, values: np.ndarray, **fields: str | float) -> list[Finding]:
     """Return a finding if the lowest and the highest median of a stretch differ by more than chance and `_CHANGES`."""
     count = len(values)
     size, stride = max(5, round(_STRETCH * count)), max(1, round(_STRIDE * count))
@@ -90,9 +90,9 @@ def _differs(cut: Cuts, values: np.ndarray, **said: str | float) -> list[Finding
     if fall <= max(_CHANGES * medians[high], _SURE * np.hypot(errors[low], errors[high])):
         return []
     where = {
-        f"{name}_{side}": float(of[begins[one] + last])
-        for name, one in (("low", low), ("high", high))
-        for side, of, last in (("start", cut.starts, 0), ("end", cut.ends, size - 1))
+        f"{name}_{side}": float(bounds[begins[index] + last])
+        for name, index in (("low", low), ("high", high))
+        for side, bounds, last in (("start", cut.starts, 0), ("end", cut.ends, size - 1))
     }
     levels = {"low": float(medians[low]), "high": float(medians[high])}
-    return [UNSTEADY(percent=100 * fall / medians[high], **levels, **where, **said)]
+    return [UNSTEADY(percent=100 * fall / medians[high], **levels, **where, **fields)]

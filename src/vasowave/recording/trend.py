@@ -12,7 +12,7 @@ class BaselineRules:
 
     Attributes
     ----------
-    told : float
+    min_size : float
         Baselines that move less than this, mmHg, are followed without a warning.
     sure : float
         A drift, a step, a change of pulse or what the first beats lie apart counts from this many standard errors on.
@@ -42,7 +42,7 @@ class BaselineRules:
         The animal changes itself if pulse or flow changes by this fraction while the level moves.
     """
 
-    told: float = 0.3
+    min_size: float = 0.3
     sure: float = 4.0
     low_share: float = 0.15
     knot_seconds: float = 2.0
@@ -96,7 +96,7 @@ class Settling:
     @property
     def error(self) -> float:
         """What is unknown of the zero, mmHg: the first beat or all others show where it was right."""
-        return abs(self.height) if abs(self.height) >= RULES.told else 0.0
+        return abs(self.height) if abs(self.height) >= RULES.min_size else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +159,7 @@ class Baseline:
     @property
     def alarming(self) -> bool:
         """Whether it moved so far that somebody should look at it."""
-        return self.sure and abs(self.size) >= RULES.told
+        return self.sure and abs(self.size) >= RULES.min_size
 
     @cached_property
     def _smooth(self) -> np.ndarray:
@@ -182,11 +182,11 @@ class Baseline:
         slopes = np.concatenate([[0.0], np.diff(self._smooth) / np.diff(self.time), [0.0]])
         step, since = (ends - starts) / (samples - 1), starts - self.time[row]
         before = np.clip(np.ceil(-since / step), 0, samples)
-        first, whole = (count * since + step * count * (count - 1) / 2 for count in (before, samples))
-        drift = self._smooth[row] + (slopes[row] * first + slopes[row + 1] * (whole - first)) / samples
-        for one in self.steps:
-            after = samples - np.clip(np.ceil((one.time - starts) / step), 0, samples)
-            drift = drift + one.height * after / samples
+        first, total = (count * since + step * count * (count - 1) / 2 for count in (before, samples))
+        drift = self._smooth[row] + (slopes[row] * first + slopes[row + 1] * (total - first)) / samples
+        for jump in self.steps:
+            after = samples - np.clip(np.ceil((jump.time - starts) / step), 0, samples)
+            drift = drift + jump.height * after / samples
         return drift
 
     def mean_drift(self, first: float, last: float) -> float:

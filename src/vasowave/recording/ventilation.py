@@ -130,20 +130,20 @@ def mark_inspiration(
     means = (means[0] - led, means[1])
     if led.any() and not breaths:
         return Expiration(np.zeros(len(time)))
-    if sum(len(one.beats) for one in breaths) < len(time):
+    if sum(len(breath.beats) for breath in breaths) < len(time):
         for name, mean, shape, unit in zip(("pressure", "flow"), means, shapes, ("mmHg", "ml/s"), strict=True):
             off, limit = _off_level(mean, rules)
             _mark(reasons, off, max(limit, rules.no_breath * float(np.ptp(shape))), name, unit)
         return Expiration(np.zeros(len(time)))
-    parts = [_end(one, time, float(np.mean(means[0])), rules) for one in breaths]
-    off = np.concatenate([one.off for one in parts])
-    height = max(one.height for one in parts)
+    expirations = [_end(breath, time, float(np.mean(means[0])), rules) for breath in breaths]
+    off = np.concatenate([end.off for end in expirations])
+    height = max(end.height for end in expirations)
     limit = max(rules.low_share * height, rules.no_breath * float(np.ptp(shapes[0])))
     _mark(reasons, off, limit, "pressure", "mmHg")
-    excess = np.concatenate([one.excess for one in parts])
+    excess = np.concatenate([end.excess for end in expirations])
     used = np.array([not reason for reason in reasons], dtype=bool)
     lifted = float(np.mean((off - excess)[used])) if used.any() and not excess.any() else 0.0
-    highest = max(parts, key=lambda one: one.height)
+    highest = max(expirations, key=lambda end: end.height)
     return Expiration(excess, float(np.hypot(highest.error, 0.5 * lifted)), highest.findings)
 
 
@@ -158,13 +158,15 @@ def _breaths(
     pressure, flow = means
     breath = np.zeros(len(time))
     breaths = find_breaths(time, pressure, good) if good.any() else []
-    for one in breaths:
-        breath[one.beats] = one.at(one.time)
+    for stretch in breaths:
+        breath[stretch.beats] = stretch.at(stretch.time)
     led = of_rhythm(pressure, flow, lengths, good, breath) if breaths else breath
     if led.any():
-        least = rules.tells * float(pressure.mean())
-        left = find_breaths(time, pressure - led, good)
-        breaths = [one for one in left if np.ptp(one.at(one.time[good[one.beats]])) > least]
+        height_limit = rules.tells * float(pressure.mean())
+        candidates = find_breaths(time, pressure - led, good)
+        breaths = [
+            stretch for stretch in candidates if np.ptp(stretch.at(stretch.time[good[stretch.beats]])) > height_limit
+        ]
     return breaths, led
 
 
@@ -195,17 +197,17 @@ def _end(breath: Breath, time: np.ndarray, mean: float, rules: VentilationRules)
     at_low, at_high = np.mean(means < low + reach), np.mean(means > high - reach)
     upper = at_high > rules.much_longer * at_low
     smooth = not (upper or locked) and breath.sine_share > rules.smooth_share
-    said: dict[str, float] = {"height": height, "rate": 60 * breath.rate}
-    found = [RESTS_HIGH(**said)] if upper else [] if at_low > rules.longer * at_high else [NO_PLATEAU(**said)]
+    values: dict[str, float] = {"height": height, "rate": 60 * breath.rate}
+    findings = [RESTS_HIGH(**values)] if upper else [] if at_low > rules.longer * at_high else [NO_PLATEAU(**values)]
     in_doubt = locked and (at_high if upper else at_low) * beats < rules.plateau_beats
     error = rules.locked_error * height if in_doubt else 0.0
     if smooth:
         error = float(np.hypot(2.0 * breath.noise**0.5, level.min() - course.min()))
     if in_doubt:
-        found.append(LOCKED(beats=beats, height=height, error=error))
+        findings.append(LOCKED(beats=beats, height=height, error=error))
     off = at_beats - (high if upper else low)
     excess = at_beats - level.min() if smooth else np.zeros(len(off))
-    return _EndExpiration(off, excess, height, error, tuple(found if height > rules.tells * mean else ()))
+    return _EndExpiration(off, excess, height, error, tuple(findings if height > rules.tells * mean else ()))
 
 
 def _mark(reasons: list[Rejection], off: np.ndarray, limit: float, signal: str, unit: str) -> None:
@@ -221,11 +223,11 @@ def _off_level(means: np.ndarray, rules: VentilationRules) -> tuple[np.ndarray, 
     """
     from scipy.ndimage import median_filter
 
-    here = np.arange(len(means))
-    plateau = here
+    indices = np.arange(len(means))
+    plateau = indices
     for _ in range(3):
         followed = median_filter(means[plateau], min(rules.level_beats, len(plateau)), mode="reflect")
-        level = means - np.interp(here, plateau, followed)
+        level = means - np.interp(indices, plateau, followed)
         middle, spread = _narrowest_quarter(level)
         plateau = np.flatnonzero(np.abs(level - middle) <= rules.outlier_sd * spread)
     return level - middle, rules.outlier_sd * spread

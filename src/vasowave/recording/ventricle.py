@@ -110,21 +110,21 @@ def _upstrokes(pressure: np.ndarray) -> np.ndarray:
         return np.zeros(0, dtype=int)
     spectrum[_SMOOTH * beats :] = 0
     rise = np.gradient(np.fft.irfft(spectrum, len(pressure)))
-    found, _ = find_peaks(rise, height=_STEEP * rise.max(), distance=max(_APART * len(pressure) / beats, 1.0))
-    return np.asarray(found)
+    peaks, _ = find_peaks(rise, height=_STEEP * rise.max(), distance=max(_APART * len(pressure) / beats, 1.0))
+    return np.asarray(peaks)
 
 
 def _averaged(pressure: np.ndarray, starts: np.ndarray, step: float, source: str) -> VentricularPressure:
     """Return the mean beat from upstroke to upstroke; beats whose length is far from the usual one are left out."""
     lengths = np.diff(starts)
     usual = float(np.median(lengths))
-    kept = np.flatnonzero(np.abs(lengths - usual) < 0.2 * usual)
-    if not len(kept):
+    beats = np.flatnonzero(np.abs(lengths - usual) < 0.2 * usual)
+    if not len(beats):
         shortest, longest = step * lengths.min(), step * lengths.max()
         raise InputError(
             f"{source}: its beats last {shortest:.3g} to {longest:.3g} s, none of them about as long as usual; give "
             "more beats, or one cycle"
         )
     shares = np.arange(_KEPT) / _KEPT
-    cycles = [np.interp(starts[k] + shares * lengths[k], np.arange(len(pressure)), pressure) for k in kept]
-    return VentricularPressure(np.mean(cycles, axis=0), float(np.mean(lengths[kept])) * step, source, len(kept))
+    cycles = [np.interp(starts[k] + shares * lengths[k], np.arange(len(pressure)), pressure) for k in beats]
+    return VentricularPressure(np.mean(cycles, axis=0), float(np.mean(lengths[beats])) * step, source, len(beats))

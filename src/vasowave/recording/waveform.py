@@ -10,8 +10,8 @@ def cut_beats(values: np.ndarray, rate: float, times: np.ndarray, count: int) ->
     from scipy.interpolate import CubicSpline
 
     phase = np.linspace(0.0, 1.0, count)
-    at = times[:-1, None] + np.diff(times)[:, None] * phase
-    return CubicSpline(np.arange(len(values)) / rate, values)(at)
+    sample_times = times[:-1, None] + np.diff(times)[:, None] * phase
+    return CubicSpline(np.arange(len(values)) / rate, values)(sample_times)
 
 
 def close_cycle(mean: np.ndarray) -> tuple[np.ndarray, float]:

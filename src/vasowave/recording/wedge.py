@@ -57,19 +57,19 @@ def read_wedge(path: str | Path, period: float) -> Wedge:
     8.0
     """
     wave = single_wave(read_columns(path, {**ALIASES, **_NAMES}), "pressure", "pressure", "mmHg")
-    cycle, known = wave.cycle()
-    lasts = known or period
+    cycle, file_period = wave.cycle()
+    lasts = file_period or period
     if abs(lasts - period) > SAME_PERIOD * period:
         raise InputError(
             f"{path}: its cycle lasts {lasts:.5g} s and that of the recording {period:.5g} s; give one cycle, averaged "
             "at the same heart rate and in step with the recording"
         )
-    found = check_closure(cycle, "the pressure behind the beds", str(path))
+    findings = check_closure(cycle, "the pressure behind the beds", str(path))
     if cycle.min() < _LOWEST:
         raise InputError(
             f"{path}: the pressure behind the beds falls to {cycle.min():.3g} mmHg; correct its zero, unit or column"
         )
     if not wave.stated:
-        found.append(ASSUMED_UNIT(quantity="the pressure behind the beds", unit="mmHg", name=Path(path).name))
+        findings.append(ASSUMED_UNIT(quantity="the pressure behind the beds", unit="mmHg", name=Path(path).name))
     mean = float(cycle.mean())
-    return Wedge(mean, cycle - mean, tuple(found))
+    return Wedge(mean, cycle - mean, tuple(findings))

@@ -49,26 +49,26 @@ def _pieces(value: Any) -> Iterator[bytes | np.ndarray]:
         yield from _pieces(sorted(value.items()))
     elif isinstance(value, tuple | list):
         yield f"({len(value)}".encode()
-        for one in value:
-            yield from _pieces(one)
+        for element in value:
+            yield from _pieces(element)
     else:
         plain = value.item() if isinstance(value, np.generic) else value
         yield f"{getattr(plain, '__qualname__', None) or repr(plain)};".encode()
 
 
 @cache
-def program(part: str = "", without: tuple[str, ...] = (), libraries: tuple[str, ...] = ()) -> str:
+def program(folder: str = "", without: tuple[str, ...] = (), libraries: tuple[str, ...] = ()) -> str:
     """Return the digest of the package's sources and tables, and of the versions of libraries.
 
     Parameters
     ----------
-    part : str
+    folder : str
         The folder of the package that counts; by default all of it.
     without : tuple of str
         Folders in it that do not count.
     libraries : tuple of str
     """
-    root, digest = PACKAGE / part, hashlib.sha256()
+    root, digest = PACKAGE / folder, hashlib.sha256()
     for name in libraries:
         digest.update(f"{name} {_version(name)}\n".encode())
     for file in sorted(root.rglob("*")):
@@ -85,12 +85,12 @@ def _version(library: str) -> str:
         return "absent"
 
 
-def keep(path: Path, key: str, *parts: bytes | np.ndarray) -> None:
-    """Write `parts` behind `key` and the SHA-256 of both, as `put` does; arrays are flat and of bytes."""
+def keep(path: Path, key: str, *pieces: bytes | np.ndarray) -> None:
+    """Write `pieces` behind `key` and the SHA-256 of both, as `put` does; arrays are flat and of bytes."""
     seal = hashlib.sha256(key.encode())
-    for part in parts:
-        seal.update(part)
-    put(path, (seal.digest(), key.encode(), *parts), _PRIVATE_MODE)
+    for piece in pieces:
+        seal.update(piece)
+    put(path, (seal.digest(), key.encode(), *pieces), _PRIVATE_MODE)
 
 
 def recall(file: BinaryIO, key: str) -> np.ndarray | None:

@@ -53,15 +53,15 @@ def kept(function: Any, *modules: ModuleType) -> Any:
     return function
 
 
-def is_known(one: type) -> bool:
+def is_known(cls: type) -> bool:
     """Whether the names of folder and file say all that a class is made of: it is ours, or a law's that uses no more.
 
     A law's module is named by its content; what else such a file has imported could change unseen.
     """
-    module = sys.modules.get(one.__module__)
-    if not one.__module__.startswith(BY_CONTENT) or module is None:
-        return one.__module__.partition(".")[0] == _PACKAGE
-    used = {_home(value) for value in vars(module).values()} - {one.__module__}
+    module = sys.modules.get(cls.__module__)
+    if not cls.__module__.startswith(BY_CONTENT) or module is None:
+        return cls.__module__.partition(".")[0] == _PACKAGE
+    used = {_home(value) for value in vars(module).values()} - {cls.__module__}
     return {name.partition(".")[0] for name in used} <= {*_IN_STAMP}
 
 
@@ -192,7 +192,7 @@ class _Kernels:
 
     def _file(self, sig: Any, codegen: Any) -> Path:
         """Return the file of the kernel for these types on this kind of processor."""
-        modules = [one.__module__ for one in _classes(sig)]
+        modules = [cls.__module__ for cls in _classes(sig)]
         stamp = digest_of(repr(sig), modules, codegen.magic_tuple())[:_DIGITS]
         return self._folder / f"{self._name}-{stamp}.kernel"
 
@@ -217,8 +217,8 @@ def _loaded(file: Path, target_context: Any) -> tuple[Any, bool]:
     """Return the kernel in a file, or None, and whether a file is there that is of no use."""
     try:
         with os.fdopen(open_regular(file), "rb") as opened:
-            own = os.name == "nt" or _is_own(os.fstat(opened.fileno()), _OTHERS_WRITE)
-            packed = recall(opened, file.name) if own else None
+            is_trusted = os.name == "nt" or _is_own(os.fstat(opened.fileno()), _OTHERS_WRITE)
+            packed = recall(opened, file.name) if is_trusted else None
     except FileNotFoundError:
         return None, False
     except OSError:

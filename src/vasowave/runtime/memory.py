@@ -22,12 +22,12 @@ _SELDOM = 70  # times as many new objects as usual
 @contextmanager
 def seldom_collected() -> Iterator[None]:
     """Look for garbage seldom within the block, where nearly all of many objects stay in use: results, figures."""
-    first, *others = gc.get_threshold()
-    gc.set_threshold(_SELDOM * first, *others)
+    first, *thresholds = gc.get_threshold()
+    gc.set_threshold(_SELDOM * first, *thresholds)
     try:
         yield
     finally:
-        gc.set_threshold(first, *others)
+        gc.set_threshold(first, *thresholds)
 
 
 def is_starved(error: BaseException | None) -> bool:

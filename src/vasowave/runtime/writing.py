@@ -81,7 +81,9 @@ class Part:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
         if self._open:
             os.close(self._handle)
         with suppress(OSError):  # it is another's to remove, see `io.files.remove_parts`
@@ -120,19 +122,19 @@ def _mode_of(place: Path) -> int | None:
 
 def write_all(handle: int, piece: Piece) -> None:
     """Write a piece into an open file, in as many steps as the system takes."""
-    rest = memoryview(piece)
-    rest = rest.cast("B") if rest.nbytes else rest[:0]
-    while len(rest):
-        rest = rest[os.write(handle, rest) :]
+    remainder = memoryview(piece)
+    remainder = remainder.cast("B") if remainder.nbytes else remainder[:0]
+    while len(remainder):
+        remainder = remainder[os.write(handle, remainder) :]
 
 
-def put(path: Path, parts: Iterable[Piece], mode: int | None = None) -> None:
+def put(path: Path, pieces: Iterable[Piece], mode: int | None = None) -> None:
     """Write a file, whole or not at all; `OSError` where that fails, and nothing is left of it. See `Part`."""
-    with Part(path, mode) as part:
-        for piece in parts:
-            part.write(piece)
-        part.end()
-        part.take_place()
+    with Part(path, mode) as file:
+        for piece in pieces:
+            file.write(piece)
+        file.end()
+        file.take_place()
 
 
 def append(path: Path, line: bytes) -> None:

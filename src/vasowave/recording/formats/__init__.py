@@ -52,8 +52,8 @@ def read_blocks(path: str | Path, sampling_rate: float | None = None, progress: 
     return blocks
 
 
-def read_signals(path: str | Path, wanted: Wanted) -> list[Signal]:
-    """Read the quantities `wanted` of one averaged cycle from one file.
+def read_signals(path: str | Path, quantities: Wanted) -> list[Signal]:
+    """Read the `quantities` of one averaged cycle from one file.
 
     Raises
     ------
@@ -67,24 +67,24 @@ def read_signals(path: str | Path, wanted: Wanted) -> list[Signal]:
             f"{path}: a continuous recording ({form.title}), not one cycle; in a study, write 'raw' into the column "
             "'kind' (in Python: read_raw_recording, then average_beats)"
         )
-    return form.cycle(path, wanted) if form.cycle is not None else _of_channels(path, form, wanted)
+    return form.cycle(path, quantities) if form.cycle is not None else _of_channels(path, form, quantities)
 
 
-def _of_channels(path: Path, form: RecordingFormat, wanted: Wanted) -> list[Signal]:
+def _of_channels(path: Path, form: RecordingFormat, quantities: Wanted) -> list[Signal]:
     """Return the signals of a cycle whose format knows channels only."""
     blocks = form.read(path, np.nan, None)
     if len(blocks) != 1:
         raise InputError(f"{path}: {len(blocks)} blocks, and a cycle is one; export one of them")
     (block,) = blocks
-    choice = choose(block.channels, dict.fromkeys(wanted))
+    choice = choose(block.channels, dict.fromkeys(quantities))
     if choice.problems:
         raise InputError(f"{path}: {'; '.join(choice.problems)}")
     signals = []
-    for quantity, unit in wanted.items():
+    for quantity, unit in quantities.items():
         channel, notes = choice.picked[quantity], list[Finding]()
         if quantity in choice.guessed:
             notes.append(TAKEN(title=channel.title, name=quantity, why=choice.guessed[quantity]))
-        scale, more = given_unit(quantity, channel.unit, unit, channel.place)
+        scale, unit_notes = given_unit(quantity, channel.unit, unit, channel.place)
         values = channel.values * scale
         gaps = np.flatnonzero(~np.isfinite(values))
         if len(gaps):
@@ -92,7 +92,7 @@ def _of_channels(path: Path, form: RecordingFormat, wanted: Wanted) -> list[Sign
         time = np.arange(len(values)) / channel.sampling_rate if np.isfinite(channel.sampling_rate) else None
         places = tuple(f"{channel.place}, sample {row + 1}" for row in range(len(values)))
         quantum = 0.0 if time is None else float(np.spacing(time[-1]))
-        signals.append(Signal(quantity, values, time, quantum, str(path), places, notes=(*notes, *more)))
+        signals.append(Signal(quantity, values, time, quantum, str(path), places, notes=(*notes, *unit_notes)))
     return signals
 
 

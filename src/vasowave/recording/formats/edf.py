@@ -93,10 +93,10 @@ def _header(path: str | Path, content: bytes) -> tuple[int, int, float, list[_Si
         raise InputError(f"{path}: {count} data records in the header; there is nothing to read")
     if duration < 0:
         raise InputError(f"{path}: a data record lasts {duration:g} s; export it again")
-    table, at = {}, 256
+    table, offset = {}, 256
     for name, width in _FIELDS:
-        table[name] = [content[at + i * width : at + (i + 1) * width] for i in range(number)]
-        at += number * width
+        table[name] = [content[offset + i * width : offset + (i + 1) * width] for i in range(number)]
+        offset += number * width
     signals: list[_Signal] = []
     for i in range(number):
         first = signals[-1].first + signals[-1].samples if signals else 0
@@ -136,11 +136,11 @@ def _annotations(
     channels = [signal for signal in signals if signal.label == _ANNOTATIONS]
     remarks: list[tuple[float, str]] = []
     for number, record in enumerate(records):
-        for which, signal in enumerate(channels):
+        for index, signal in enumerate(channels):
             lists = record[signal.first : signal.first + signal.samples].tobytes().split(b"\0")
-            for position, entry in enumerate(one for one in lists if one):
+            for position, entry in enumerate(annotation for annotation in lists if annotation):
                 onset, texts = _entry(path, entry, number)
-                if which == 0 and position == 0 and not texts[0]:
+                if index == 0 and position == 0 and not texts[0]:
                     starts[number], texts = onset, texts[1:]
                 remarks += [(onset, text) for text in texts if text]
     if np.any(np.diff(starts) < duration * (1 - 1e-6)):
@@ -168,21 +168,21 @@ def _text(raw: bytes) -> str:
     return raw.decode("latin-1").strip(" \0")
 
 
-def _number(place: str | Path, raw: bytes, what: str) -> float:
+def _number(place: str | Path, raw: bytes, field: str) -> float:
     text = _text(raw)
     try:
         value = float(text.replace(",", ".")) if "_" not in text else np.nan
     except ValueError:
         value = np.nan
     if not np.isfinite(value):
-        raise InputError(f"{place}: {what} is '{text}', not a number; the header is damaged, export it again")
+        raise InputError(f"{place}: {field} is '{text}', not a number; the header is damaged, export it again")
     return value
 
 
-def _whole(place: str | Path, raw: bytes, what: str) -> int:
-    value = _number(place, raw, what)
+def _whole(place: str | Path, raw: bytes, field: str) -> int:
+    value = _number(place, raw, field)
     if value != int(value):
-        raise InputError(f"{place}: {what} is {value:g}, not a whole number; the header is damaged, export it again")
+        raise InputError(f"{place}: {field} is {value:g}, not a whole number; the header is damaged, export it again")
     return int(value)
 
 

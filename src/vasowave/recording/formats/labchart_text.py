@@ -133,14 +133,14 @@ class _TextBlock:
         timed = len(rows.titles) - len(titles)
         place = _places(self.place, rows.take(0), interval, rows) if timed else None
         channels = []
-        for at, (title, unit) in enumerate(zip(titles, _units(self.header, len(titles)), strict=True)):
-            values = rows.take(at + timed)
+        for index, (title, unit) in enumerate(zip(titles, _units(self.header, len(titles)), strict=True)):
+            values = rows.take(index + timed)
             values = values if place is None else with_gaps(values, place)
             channels.append(Channel(title, unit, values, 1.0 / interval, f"{self.place}, channel '{title}'"))
         comments = []
         for row, cells in self._comments:
-            at = row if place is None or not row else int(place[min(row, len(place) - 1)])
-            comments += _comments(cells, at * interval)
+            sample = row if place is None or not row else int(place[min(row, len(place) - 1)])
+            comments += _comments(cells, sample * interval)
         notes = (CUT_OFF(what="its last row"),) if self.cut else ()
         return Block(tuple(channels), tuple(comments), notes)
 
@@ -178,10 +178,10 @@ def _units(header: dict[str, list[str]], count: int) -> list[str]:
 
 def _comments(cells: list[str], time: float) -> list[Comment]:
     comments = []
-    for part in re.split(r"\t(?=\s*#(?:\*|\d+)\s)", "\t".join(cells)):
-        match = _REMARK.match(part.strip())
+    for remark in re.split(r"\t(?=\s*#(?:\*|\d+)\s)", "\t".join(cells)):
+        match = _REMARK.match(remark.strip())
         channel = int(match[1][:6]) if match and match[1] != "*" else 0
-        comments.append(Comment(time, match[2].strip() if match else part.strip("# "), channel))
+        comments.append(Comment(time, match[2].strip() if match else remark.strip("# "), channel))
     return comments
 
 

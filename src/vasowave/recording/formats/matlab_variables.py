@@ -28,22 +28,22 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
     InputError
         No vectors, none as long as the times, or uneven times.
     """
-    found = read_mat(path)
-    plain = {_plain(name): value for name, value in found.items()}
+    variables = read_mat(path)
+    plain = {_plain(name): value for name, value in variables.items()}
     vectors = {
         name: vector(value, f"{path}: variable '{name}'")
-        for name, value in found.items()
+        for name, value in variables.items()
         if np.asarray(value).dtype.kind in "iufb" and 1 < np.size(value) == max(np.shape(value))
     }
     time = next((values for name, values in vectors.items() if _plain(name) == "time"), None)
     rate, place = _rate(path, time, text(plain.get("time_unit", "")), sampling_rate)
     channels = tuple(
-        Channel(name, text(found.get(f"{name}_unit", plain.get(f"{_plain(name)}_unit", ""))),
+        Channel(name, text(variables.get(f"{name}_unit", plain.get(f"{_plain(name)}_unit", ""))),
                 values if place is None else with_gaps(values, place), rate, f"{path}, variable '{name}'")
         for name, values in vectors.items() if _plain(name) != "time" and (time is None or len(time) == len(values))
     )  # fmt: skip
     if not channels:
-        raise InputError(f"{path}: no vectors; it has: {', '.join(found) or 'nothing'}")
+        raise InputError(f"{path}: no vectors; it has: {', '.join(variables) or 'nothing'}")
     return Block(channels)
 
 
@@ -53,20 +53,20 @@ def _plain(name: str) -> str:
     return ALIASES.get(stem, stem) + mark
 
 
-def _rate(path: str | Path, time: np.ndarray | None, unit: str, given: float | None
+def _rate(path: str | Path, time: np.ndarray | None, unit: str, stated_rate: float | None
           ) -> tuple[float, np.ndarray | None]:  # fmt: skip
     """Return samples per second, nan where nothing tells, and places if the times leap over gaps."""
     if time is None or len(time) < 2:
-        return (np.nan if given is None else given), None
+        return (np.nan if stated_rate is None else stated_rate), None
     time = time * units.factor(unit or "s", "time")
     rounding = 4 * float(np.finfo(np.float64).eps) * float(np.abs(time).max())
     return sampling(time, rounding, str(path), lambda row: f"{path}, time({row + 1})")
 
 
-def read_cycle(path: Path, wanted: Wanted) -> list[Signal]:
+def read_cycle(path: Path, quantities: Wanted) -> list[Signal]:
     """Return the variables that hold the quantities wanted of one cycle."""
     variables = _named(path, read_mat(path))
-    return [_from_mat(path, variables, quantity, unit) for quantity, unit in wanted.items()]
+    return [_from_mat(path, variables, quantity, unit) for quantity, unit in quantities.items()]
 
 
 def _named(path: str | Path, variables: Mapping[str, Any]) -> dict[str, Any]:

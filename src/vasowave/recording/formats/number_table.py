@@ -57,34 +57,34 @@ class NumberTable(NamedTuple):
         )  # fmt: skip
         return Block(channels, (), self.suspicions)
 
-    def _rate(self, given: float | None) -> tuple[float, np.ndarray | None]:
+    def _rate(self, stated_rate: float | None) -> tuple[float, np.ndarray | None]:
         """Return the samples per second by the times, checked against what was given, and places if times leap."""
         if "time" not in self.names:
-            even = next((one for one in zip(self.titles, self.columns, strict=True) if _rises_evenly(one[1])), None)
-            if given is None:
+            even = next((pair for pair in zip(self.titles, self.columns, strict=True) if _rises_evenly(pair[1])), None)
+            if stated_rate is None:
                 hint = f" ('{even[0]}' rises evenly: title it 'time [s]' if it is that)" if even else ""
                 raise InputError(f"{self.path}: no time column{hint}; {NAME_THE_RATE}")
-            if even and not np.isnan(given):
+            if even and not np.isnan(stated_rate):
                 step = float(np.median(np.diff(even[1])))
                 raise InputError(
                     f"{self.path}: column '{even[0]}' rises evenly by {step:.6g}, as a time does; title it "
                     "'time [s]', or with its unit, so that it is compared with the rate that is given, or take it out"
                 )
-            return given, None
+            return stated_rate, None
         column = self.names.index("time")
         time, unit = self.columns[column], self.units[column]
         if unit:
             scale = units.factor(unit, "time")
-        elif given is None:
+        elif stated_rate is None:
             raise InputError(
                 f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or {NAME_THE_RATE}"
             )
-        elif np.isnan(given):  # nobody said yet: what the times are is not known
-            return given, None
+        elif np.isnan(stated_rate):  # nobody said yet: what the times are is not known
+            return stated_rate, None
         else:
             steps = np.diff(time)
             rising = steps[steps > 0]
-            scale = 1.0 / (given * float(np.median(rising))) if len(rising) else 1.0
+            scale = 1.0 / (stated_rate * float(np.median(rising))) if len(rising) else 1.0
         if len(time) < 2:
             raise InputError(f"{self.path}: one sample only; a continuous recording is needed")
         gaps = np.flatnonzero(np.isnan(time))
@@ -95,8 +95,8 @@ class NumberTable(NamedTuple):
         measured, place = sampling(
             time, self.quantum * scale, str(self.path), lambda row: f"{self.path}, line {self.line(row)}"
         )
-        if given is not None and abs(given - measured) > 1e-3 * measured:
-            raise InputError(f"{self.path}: the time column has {measured:.6g} samples/s, given are {given:.6g}")
+        if stated_rate is not None and abs(stated_rate - measured) > 1e-3 * measured:
+            raise InputError(f"{self.path}: the time column has {measured:.6g} samples/s, given are {stated_rate:.6g}")
         return measured, place
 
 
@@ -220,11 +220,11 @@ class ColumnTitle(NamedTuple):
     unit: str
 
 
-def read_cycle(path: Path, wanted: Wanted) -> list[Signal]:
+def read_cycle(path: Path, quantities: Wanted) -> list[Signal]:
     """Return the columns that hold the quantities wanted of one cycle; other columns may hold anything."""
     table = read_columns(path, ALIASES)
     table.warn()
-    return [_from_table(table, quantity, unit, alone=len(wanted) == 1) for quantity, unit in wanted.items()]
+    return [_from_table(table, quantity, unit, alone=len(quantities) == 1) for quantity, unit in quantities.items()]
 
 
 def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) -> Signal:
@@ -253,8 +253,8 @@ def _column(table: Columns, quantity: str) -> tuple[int, tuple[Finding, ...]]:
         columns = [ColumnTitle(i, *pair) for i, pair in enumerate(zip(table.names, table.units, strict=True))]
         choice = choose(columns, {"pressure": None, "flow": None})
         if quantity in choice.picked:
-            found, why = choice.picked[quantity], choice.guessed.get(quantity, "")
-            return found.place, (TAKEN(title=found.title, name=quantity, why=why),) if why else ()
+            column, reason = choice.picked[quantity], choice.guessed.get(quantity, "")
+            return column.place, (TAKEN(title=column.title, name=quantity, why=reason),) if reason else ()
     return table.require(quantity, titles="time [s], pressure [mmHg] and flow [ml/s]"), ()
 
 
