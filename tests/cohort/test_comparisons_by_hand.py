@@ -73,7 +73,7 @@ def test_what_animals_share_counts_by_how_it_moves_the_groups_apart():
 def test_an_image_is_unknown_where_it_moves_groups_more_than_animals_of_their_own_would():
     assert image_unknown(ONE, OTHER, "linear")  # twice (2/3)² against 1/2 + 1/3
     assert not image_unknown(ONE, OTHER, "measured")
-    assert not image_unknown(ONE._replace(told=True), OTHER, "linear")
+    assert not image_unknown(ONE._replace(image_error_known=True), OTHER, "linear")
     own = estimates([1.0] * 4, [0.1] * 4, [0.1] * 4, [0, 1, 2, 3])
     assert not image_unknown(own, np.array([False, False, True, True]), "linear")
     group = estimates([1.0] * 4, [0.1] * 4, [0.1] * 4, [0, 0, 1, 1])
@@ -496,8 +496,8 @@ def test_one_image_of_several_animals_leaves_an_effect_unknown_where_it_moves_it
     groups = contrast([1, 0], [0, 1])
 
     def unknown(label, source="linear", told=False):
-        known = SimpleNamespace(told=told, label=np.array([label]))
-        values = SimpleNamespace(source=source, known=known)
+        known = SimpleNamespace(image_error_known=told, label=np.array([label]))
+        values = SimpleNamespace(source=source, estimates=known)
         return _image_unknown(Modeled(values, layout, None, fit, []), groups)
 
     assert unknown([0, 0, 1, 1])
@@ -512,8 +512,8 @@ def test_one_image_of_several_animals_leaves_an_effect_unknown_where_it_moves_it
 def test_one_image_of_animals_does_not_touch_what_changes_within_them():
     layout = SimpleNamespace(subject=("a", "a", "b", "b"), cell=np.array([0, 1, 0, 1]), means=np.eye(2))
     fit = SimpleNamespace(weights=np.array([[0.5, 0, 0.5, 0], [0, 0.5, 0, 0.5]]))
-    known = SimpleNamespace(told=False, label=np.array([[0, 0, 0, 0]]))
-    values = SimpleNamespace(source="linear", known=known)
+    known = SimpleNamespace(image_error_known=False, label=np.array([[0, 0, 0, 0]]))
+    values = SimpleNamespace(source="linear", estimates=known)
     assert not _image_unknown(Modeled(values, layout, None, fit, []), contrast([1, 0], [0, 1]))
 
 
