@@ -85,8 +85,8 @@ def report_study(
             place,
             asked,
             title=stored.settings.title,
-            each=each,
-            tell=tell,
+            mapper=each,
+            on_answers=tell,
         )
 
 
