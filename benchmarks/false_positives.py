@@ -92,7 +92,7 @@ def judged(one: Cohort, draws: int, seed: int, relabel: bool = False) -> Found:
     found = simultaneous(rows, draws, seed)
     contradictions = 0
     for row, p in zip(rows, found.p, strict=True):
-        groups = [(row.logs[own], row.errors[own]) for own in (~row.other, row.other)]
+        groups = [(row.logs[own], row.errors[own]) for own in (~row.in_second, row.in_second)]
         ratio = pooled_ratio(*groups, level=1 - found.critical, shared=row.shared)
         contradictions += (p < LEVEL) == (ratio.low <= 1 <= ratio.high)
     relabeled = relabel and bool(family_p(one.logs, one.other).min() < LEVEL)

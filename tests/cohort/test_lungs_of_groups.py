@@ -67,7 +67,7 @@ def test_animals_whose_errors_are_not_known_have_those_of_the_others_as_long_as_
         return estimates_of(results, "linear", "stiffness")
 
     whole, one, most = without(0), without(1), without(4)
-    assert one.told
+    assert one.image_error_known
     assert one.covariance == pytest.approx(whole.covariance)
     assert one.per_radius == pytest.approx(whole.per_radius)
     assert not most.told

@@ -27,7 +27,7 @@ def cohort(rng, sizes, ratio=1.0, correlation=0.6, count=9):
 
 
 def excluded(row, critical):
-    groups = [(row.logs[own], row.errors[own]) for own in (~row.other, row.other)]
+    groups = [(row.logs[own], row.errors[own]) for own in (~row.in_second, row.in_second)]
     ratio = pooled_ratio(*groups, level=1 - critical, shared=row.shared)
     return not ratio.low <= 1 <= ratio.high
 

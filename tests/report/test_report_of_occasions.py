@@ -112,7 +112,7 @@ def test_the_animal_left_out_is_left_out_whole(cohort, primary):
         marked = np.zeros((len(one.layout.animals), 2))  # a mean of its own for each recording takes both out
         marked[out, [0, 1]] = 1.0
         fixed = np.hstack([one.layout.fixed, marked])
-        found = np.linalg.solve(fixed.T @ weights @ fixed, fixed.T @ weights @ one.values.known.logs)
+        found = np.linalg.solve(fixed.T @ weights @ fixed, fixed.T @ weights @ one.values.estimates.logs)
         moved[mouse] = float(one.weights(contrast) @ found[: one.layout.fixed.shape[1]])
     farthest = max(moved, key=lambda mouse: abs(moved[mouse] - np.log(row["ratio"])))
     assert row["without"] == farthest

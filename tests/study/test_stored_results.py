@@ -137,7 +137,7 @@ def test_light_results_hold_the_inlets_and_everything_else_and_what_is_shown_is_
         assert little.recording is one.recording
         assert little.measured is one.measured
     whole = {one.name: one for one in cohort_results}
-    shown = gathered(light, whole=whole.__getitem__).shown
+    shown = gathered(light, full_result=whole.__getitem__).shown
     assert {group: whole[one.name] is one for group, one in shown.items()} == {"CTL": True, "HPH": True}
 
 

@@ -20,7 +20,7 @@ _TURNS, _HALVINGS, _ENOUGH = 40, 12, 1e-6  # of scoring; change, by the variance
 def structure_of_pairs(pairs: int, littermates: bool) -> tuple[np.ndarray, list[np.ndarray]]:
     """Return fixed effects and variance components (`mixed.Structure`) of all first values and then all second ones."""
     basis = _OF_LITTERMATES if littermates else _OF_ANIMALS
-    return np.kron(np.eye(2), np.ones((pairs, 1))), [np.kron(one, np.eye(pairs)) for one in basis]
+    return np.kron(np.eye(2), np.ones((pairs, 1))), [np.kron(component, np.eye(pairs)) for component in basis]
 
 
 def changes_of(values: np.ndarray, error: float, littermates: bool) -> Difference:
@@ -37,11 +37,11 @@ def changes_of(values: np.ndarray, error: float, littermates: bool) -> Differenc
     pairs = values.shape[2]
     means = values.mean(axis=2)
     away = values - means[..., np.newaxis]
-    seen = away @ np.swapaxes(away, -1, -2) / (pairs - 1)
+    sample_covariance = away @ np.swapaxes(away, -1, -2) / (pairs - 1)
     basis = np.array(_OF_LITTERMATES if littermates else _OF_ANIMALS)
-    variance, freedom = _judged(seen, error**2, basis, pairs)
+    variance, freedom = _judged(sample_covariance, error**2, basis, pairs)
     if error:
-        freedom = np.maximum(freedom, FLOOR * _judged(seen, 0.0, basis, pairs)[1])
+        freedom = np.maximum(freedom, FLOOR * _judged(sample_covariance, 0.0, basis, pairs)[1])
     return Difference(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
 
 
@@ -64,22 +64,25 @@ def effects_of_repeated(values: np.ndarray, error: float, shared: float = 0.0) -
     return Difference(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
 
 
-def _of_repeated(values: np.ndarray, known: float, shared: float) -> tuple[np.ndarray, np.ndarray]:
+def _of_repeated(values: np.ndarray, error_variance: float, shared: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the variance of the difference of the groups and its degrees of freedom, shape (study,) each."""
     animals, occasions = values.shape[2:]
-    own = values.mean(axis=3)
-    between, within = occasions * own.var(axis=2, ddof=1), values.var(axis=3, ddof=1).mean(axis=2)
+    animal_means = values.mean(axis=3)
+    between, within = occasions * animal_means.var(axis=2, ddof=1), values.var(axis=3, ddof=1).mean(axis=2)
     free = animals - 1, animals * (occasions - 1)
     pooled = (free[0] * between + free[1] * within) / sum(free)
-    likeliest = np.maximum(np.where(between < within, pooled, between), known)  # animals differ by none, or more
+    # Animals differ by none, or more.
+    likeliest = np.maximum(np.where(between < within, pooled, between), error_variance)
     of_mean = likeliest / (animals * occasions)
     variance = of_mean.sum(axis=1) + shared**2
     return variance, variance**2 * free[0] / np.square(of_mean).sum(axis=1)
 
 
-def _judged(seen: np.ndarray, known: float, basis: np.ndarray, pairs: int) -> tuple[np.ndarray, np.ndarray]:
+def _judged(
+    sample_covariance: np.ndarray, error_variance: float, basis: np.ndarray, pairs: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the variance of the mean change and its degrees of freedom, shape (study,) each."""
-    covariance = _maximized(seen, known, basis, pairs)
+    covariance = _maximized(sample_covariance, error_variance, basis, pairs)
     change = np.array([-1.0, 1.0])
     variance = covariance @ change @ change / pairs
     slopes = basis @ change @ change / pairs
@@ -88,42 +91,49 @@ def _judged(seen: np.ndarray, known: float, basis: np.ndarray, pairs: int) -> tu
     return variance, 2 * variance**2 / moved
 
 
-def _maximized(seen: np.ndarray, known: float, basis: np.ndarray, pairs: int) -> np.ndarray:
+def _maximized(sample_covariance: np.ndarray, error_variance: float, basis: np.ndarray, pairs: int) -> np.ndarray:
     """Return the covariances of pairs that maximize the restricted likelihood, by Fisher scoring within limits."""
-    scale = np.trace(seen, axis1=1, axis2=2)[:, np.newaxis] / 2
-    alone = np.array([not one[0, 1] for one in basis])
-    least = np.where(alone, LEAST, 0.0) * scale
+    scale = np.trace(sample_covariance, axis1=1, axis2=2)[:, np.newaxis] / 2
+    alone = np.array([not matrix[0, 1] for matrix in basis])
+    lower_bounds = np.where(alone, LEAST, 0.0) * scale
     flat = basis.reshape(len(basis), 4)
-    at = np.maximum((seen - known * np.eye(2)).reshape(-1, 4) @ np.linalg.pinv(flat), least)  # most are there
-    covariance = _covariance(at, known, basis)
-    height = _height(seen, covariance)
-    running = np.arange(len(seen))
+    unexplained = (sample_covariance - error_variance * np.eye(2)).reshape(-1, 4)
+    components = np.maximum(unexplained @ np.linalg.pinv(flat), lower_bounds)  # most are there
+    covariance = _covariance(components, error_variance, basis)
+    height = _height(sample_covariance, covariance)
+    running = np.arange(len(sample_covariance))
     for _ in range(_TURNS):
-        step = _step(seen[running], covariance[running], basis, at[running], least[running])
-        there, left = at[running].copy(), np.ones(len(running), dtype=bool)
+        step = _step(sample_covariance[running], covariance[running], basis, components[running], lower_bounds[running])
+        updated, pending = components[running].copy(), np.ones(len(running), dtype=bool)
         for halved in range(_HALVINGS):
-            tried = np.maximum(at[running] + step * 0.5**halved, least[running])
-            tall = _height(seen[running], _covariance(tried, known, basis))
-            better = left & (tall >= height[running])
-            there[better], left = tried[better], left & ~better
-            if not left.any():
+            tried = np.maximum(components[running] + step * 0.5**halved, lower_bounds[running])
+            tall = _height(sample_covariance[running], _covariance(tried, error_variance, basis))
+            better = pending & (tall >= height[running])
+            updated[better], pending = tried[better], pending & ~better
+            if not pending.any():
                 break
-        moved = np.abs(there - at[running]).max(axis=1)
-        at[running] = there
-        covariance[running] = _covariance(there, known, basis)
-        height[running] = _height(seen[running], covariance[running])
+        moved = np.abs(updated - components[running]).max(axis=1)
+        components[running] = updated
+        covariance[running] = _covariance(updated, error_variance, basis)
+        height[running] = _height(sample_covariance[running], covariance[running])
         running = running[moved > _ENOUGH * scale[running, 0]]
         if not len(running):
             break
     return covariance
 
 
-def _step(seen: np.ndarray, covariance: np.ndarray, basis: np.ndarray, at: np.ndarray, least: np.ndarray) -> np.ndarray:
+def _step(
+    sample_covariance: np.ndarray,
+    covariance: np.ndarray,
+    basis: np.ndarray,
+    components: np.ndarray,
+    lower_bounds: np.ndarray,
+) -> np.ndarray:
     """Return the step of scoring, (study, component), by the components that are not held at their limits."""
     inverse = np.linalg.inv(covariance)
-    pull = inverse @ seen @ inverse - inverse
+    pull = inverse @ sample_covariance @ inverse - inverse
     score = np.einsum("sij,kji->sk", pull, basis)
-    free = (at > least) | (score > 0)
+    free = (components > lower_bounds) | (score > 0)
     information = _products(inverse, basis) * (free[:, :, np.newaxis] & free[:, np.newaxis, :])
     information += np.eye(len(basis)) * ~free[:, np.newaxis, :]
     return np.asarray(np.linalg.solve(information, (score * free)[..., np.newaxis])[..., 0])
@@ -135,11 +145,11 @@ def _products(inverse: np.ndarray, basis: np.ndarray) -> np.ndarray:
     return np.einsum("skij,slji->skl", turned, turned)
 
 
-def _covariance(components: np.ndarray, known: float, basis: np.ndarray) -> np.ndarray:
-    return known * np.eye(2) + np.tensordot(components, basis, axes=1)
+def _covariance(components: np.ndarray, error_variance: float, basis: np.ndarray) -> np.ndarray:
+    return error_variance * np.eye(2) + np.tensordot(components, basis, axes=1)
 
 
-def _height(seen: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+def _height(sample_covariance: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     """Return the restricted log-likelihood of one degree of freedom, up to a constant."""
-    spread = np.einsum("sij,sji->s", np.linalg.inv(covariance), seen)
+    spread = np.einsum("sij,sji->s", np.linalg.inv(covariance), sample_covariance)
     return np.asarray(-0.5 * (np.log(np.linalg.det(covariance)) + spread))

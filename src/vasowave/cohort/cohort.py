@@ -46,21 +46,23 @@ def cells_of(groups: Mapping[str, Sequence[AnimalResult]], second: Variable | No
     levels = levels_of(second)
     if second is None or not levels:
         return {group: Cell(group, "", list(results)) for group, results in groups.items()}
-    known = second.levels
+    level_by_animal = second.levels
     cells = {}
     for group, results in groups.items():
         for level in [*levels, f"{second.name} not known"]:
-            own = [one for one in results if known.get(one.name, f"{second.name} not known") == level]
-            if own:
-                cells[f"{group}, {level}"] = Cell(group, level, own)
+            members = [
+                result for result in results if level_by_animal.get(result.name, f"{second.name} not known") == level
+            ]
+            if members:
+                cells[f"{group}, {level}"] = Cell(group, level, members)
     return cells
 
 
 def common_level(groups: Mapping[str, Sequence[AnimalResult]], second: Variable | None) -> str:
     """Return the first level that every group has, at which one recording of each may stand beside the others."""
-    known = {} if second is None else second.levels
+    level_by_animal = {} if second is None else second.levels
     for level in levels_of(second):
-        if all(any(known.get(one.name) == level for one in results) for results in groups.values()):
+        if all(any(level_by_animal.get(result.name) == level for result in results) for results in groups.values()):
             return level
     return ""
 
@@ -118,7 +120,7 @@ class Cohort:
     @cached_property
     def failures(self) -> tuple[Failure, ...]:
         """Everything that failed: animals that have no result, and parts of those that have one."""
-        return (*self.lost, *(one for result in self.results for one in result.failures))
+        return (*self.lost, *(failure for result in self.results for failure in result.failures))
 
     @property
     def reference(self) -> str:
@@ -133,8 +135,8 @@ class Cohort:
     @cached_property
     def subjects(self) -> dict[str, str]:
         """The animal of every result, by the result's name, which is its own unless the design has a `subject`."""
-        known = self.variables.get(self.design.subject or "")
-        levels = {} if known is None else known.levels
+        variable = self.variables.get(self.design.subject or "")
+        levels = {} if variable is None else variable.levels
         return {result.name: levels.get(result.name, result.name) for result in self.results}
 
     @property
@@ -165,8 +167,8 @@ class Cohort:
     @cached_property
     def described(self) -> pd.DataFrame:
         """The table, in which `group` is the cell of a recording: what is described is not pooled over occasions."""
-        cell = {result.name: label for label, one in self.cells.items() for result in one.results}
-        return self.table.assign(group=self.table["animal"].map(cell))
+        labels = {result.name: label for label, cell in self.cells.items() for result in cell.results}
+        return self.table.assign(group=self.table["animal"].map(labels))
 
     @cached_property
     def shown_at(self) -> str:
@@ -183,8 +185,10 @@ class Cohort:
 
     def counts(self, group: str) -> str:
         """Return how many a group has in each of its cells, once where all have as many: ``n = 4``, ``n = 4, 3``."""
-        first, *others = dict.fromkeys(self.count(label) for label, cell in self.cells.items() if cell.group == group)
-        return ", ".join([first, *(one.removeprefix("n = ") for one in others)])
+        first, *further_counts = dict.fromkeys(
+            self.count(label) for label, cell in self.cells.items() if cell.group == group
+        )
+        return ", ".join([first, *(count.removeprefix("n = ") for count in further_counts)])
 
     @cached_property
     def walls(self) -> list[str]:
@@ -208,12 +212,12 @@ class Cohort:
         return {name: QUANTITIES[name].meaning for name in RECORDED} | self._said("long_name")
 
     def _said(self, attribute: str) -> dict[str, str]:
-        said: dict[str, str] = {}
+        texts: dict[str, str] = {}
         for result in self.results:
             for source in reversed(result.sources.values()):
                 for name, value in source.quantities.variables.items():
-                    said.setdefault(str(name), str(value.attrs.get(attribute, name)))
-        return said
+                    texts.setdefault(str(name), str(value.attrs.get(attribute, name)))
+        return texts
 
     def name(self, group: str) -> str:
         """Return how captions call the animal that stands for a group."""
@@ -225,9 +229,9 @@ class Cohort:
         """The groups whose shown animals have the same network, together."""
         alike: list[list[str]] = []
         for group, result in self.shown.items():
-            own = network_dataset(result.network)
+            dataset = network_dataset(result.network)
             for groups in alike:
-                if own.identical(network_dataset(self.shown[groups[0]].network)):
+                if dataset.identical(network_dataset(self.shown[groups[0]].network)):
                     groups.append(group)
                     break
             else:
@@ -271,8 +275,12 @@ class Cohort:
     @cached_property
     def settings(self) -> dict[str, Any]:
         """The settings that all animals share; those that differ are left out."""
-        first, *others = (result.settings for result in self.results)
-        return {key: value for key, value in first.items() if all(one.get(key) == value for one in others)}
+        first, *further_settings = (result.settings for result in self.results)
+        return {
+            key: value
+            for key, value in first.items()
+            if all(settings.get(key) == value for settings in further_settings)
+        }
 
     @property
     def differing_settings(self) -> list[str]:
@@ -284,7 +292,7 @@ class Cohort:
 def gathered(
     results: Sequence[AnimalResult],
     reference: str | None = None,
-    whole: Callable[[str], AnimalResult] | None = None,
+    full_result: Callable[[str], AnimalResult] | None = None,
     lost: Iterable[Failure] = (),
     variables: Iterable[Variable] = (),
     design: Design | None = None,
@@ -298,7 +306,7 @@ def gathered(
         One per animal.
     reference : str, optional
         Group that the others are compared with; by default CTL, or the first.
-    whole : callable, optional
+    full_result : callable, optional
         Returns the result of an animal by its name, where `results` are those `at_inlets`; for the animals shown.
     lost : iterable of Failure
         Animals that have no result.
@@ -323,14 +331,16 @@ def gathered(
     labels.sort(key=lambda label: label != first)
     groups = {label: [result for result in results if result.group == label] for label in labels}
     table = cohort_table([result for members in groups.values() for result in members])
-    known = {one.name: one for one in variables}
-    second = known.get(design.second or "") if design else None
+    variable_by_name = {variable.name: variable for variable in variables}
+    second = variable_by_name.get(design.second or "") if design else None
     level = common_level(groups, second)
-    at = {name for name, own in second.levels.items() if own == level} if second and level else None
-    typical = {label: typical_animal(table, label, at) for label in groups}
+    names_at_level = (
+        {name for name, animal_level in second.levels.items() if animal_level == level} if second and level else None
+    )
+    typical = {label: typical_animal(table, label, names_at_level) for label in groups}
     by_name = {result.name: result for result in results}
-    shown = {label: whole(name) if whole else by_name[name] for label, name in typical.items()}
-    return Cohort(groups, shown, table, tuple(lost), known, design or Design(), tuple(declared))
+    shown = {label: full_result(name) if full_result else by_name[name] for label, name in typical.items()}
+    return Cohort(groups, shown, table, tuple(lost), variable_by_name, design or Design(), tuple(declared))
 
 
 def typical_animal(table: pd.DataFrame, group: str, among: Collection[str] | None = None) -> str:

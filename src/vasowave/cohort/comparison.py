@@ -54,14 +54,14 @@ def compare(cohort: Cohort, source: str) -> SourceComparison:
     left_out = {f"group {group}": "one animal has no scatter to compare with" for group in counts.index[counts < 2]}
     rows = rows[rows["group"].map(counts) >= 2]
     labels = columns(rows, family(cohort, source)) if rows["group"].nunique() > 1 else []
-    found = {label: _tested(pairwise_contrasts, rows, [label]) for label in labels}
-    left_out |= {label: one for label, one in found.items() if isinstance(one, str)}
-    parts = {label: one for label, one in found.items() if not isinstance(one, str)}
-    if not parts:
+    results = {label: _tested(pairwise_contrasts, rows, [label]) for label in labels}
+    left_out |= {label: result for label, result in results.items() if isinstance(result, str)}
+    tables = {label: result for label, result in results.items() if not isinstance(result, str)}
+    if not tables:
         return SourceComparison(pd.DataFrame(), pd.DataFrame(), left_out)
-    whole = pd.concat(parts.values()).sort_index(kind="stable", ignore_index=True)  # pair of groups by pair of groups
-    whole["p Holm"] = holm(whole["p"].to_numpy())
-    return SourceComparison(whole, _without_one(rows, list(parts)), left_out)
+    table = pd.concat(tables.values()).sort_index(kind="stable", ignore_index=True)  # pair of groups by pair of groups
+    table["p Holm"] = holm(table["p"].to_numpy())
+    return SourceComparison(table, _without_one(rows, list(tables)), left_out)
 
 
 def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFrame:
@@ -75,15 +75,15 @@ def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFr
         Name of the quantity to what it is called in the result.
     """
     rows, reference = rows_of(cohort.table, source), cohort.reference
-    others, indices = [group for group in cohort.groups if group != reference], []
+    compared_groups, indices = [group for group in cohort.groups if group != reference], []
     for name, called in labels.items():
         if label := column(rows, name):
-            known = {group: rows[label][rows["group"] == group].dropna().to_numpy(float) for group in cohort.groups}
-            means = {group: own.mean() if len(own) else np.nan for group, own in known.items()}
+            values = {group: rows[label][rows["group"] == group].dropna().to_numpy(float) for group in cohort.groups}
+            means = {group: sample.mean() if len(sample) else np.nan for group, sample in values.items()}
             indices += [
-                (called, source, other, importance_index(means[reference], means[other]),
-                 *importance_interval(known[reference], known[other]))
-                for other in others
+                (called, source, compared_group, importance_index(means[reference], means[compared_group]),
+                 *importance_interval(values[reference], values[compared_group]))
+                for compared_group in compared_groups
             ]  # fmt: skip
     table = pd.DataFrame(indices, columns=["quantity", "source", "group", "eta", "low", "high"])
     return table[np.isfinite(table["eta"].astype(float))].reset_index(drop=True)
@@ -103,15 +103,15 @@ def _tested(test: Callable[..., pd.DataFrame], *arguments: object) -> pd.DataFra
 
 def _without_one(rows: pd.DataFrame, labels: list[str]) -> pd.DataFrame:
     """Leave out every animal in turn, for every pair of groups and quantity that leaves something to test."""
-    parts = []
-    for reference, other in combinations(rows["group"].unique().tolist(), 2):
+    tables = []
+    for reference, group in combinations(rows["group"].unique().tolist(), 2):
         for label in sorted(labels):
-            part = _tested(leave_one_out, rows, [label], reference, other)
-            if not isinstance(part, str):
-                parts.append(part)
-                part.insert(0, "reference", reference)
-                part.insert(1, "other", other)
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+            table = _tested(leave_one_out, rows, [label], reference, group)
+            if not isinstance(table, str):
+                tables.append(table)
+                table.insert(0, "reference", reference)
+                table.insert(1, "other", group)
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
 
 class GroupMean(NamedTuple):
@@ -133,21 +133,23 @@ def group_means(cohort: Cohort, source: str, name: str) -> dict[str, GroupMean]:
     """
     means = {}
     for label, cell in cohort.cells.items():
-        found = known_values(cohort, source, name, [cell.group], cell.results)
-        if found is not None and len(found.results) and np.all(np.isfinite(found.known.logs)):
-            means[label] = pooled(found.known.by_animal([cohort.subjects[one.name] for one in found.results]))
+        values = known_values(cohort, source, name, [cell.group], cell.results)
+        if values is not None and len(values.results) and np.all(np.isfinite(values.estimates.logs)):
+            means[label] = pooled(
+                values.estimates.by_animal([cohort.subjects[result.name] for result in values.results])
+            )
     return means
 
 
-def pooled(known: Estimates) -> GroupMean:
+def pooled(estimates: Estimates) -> GroupMean:
     """Return the geometric mean of animals with its interval of 95 % (Hartung and Knapp; Satterthwaite's t)."""
     from scipy.special import stdtrit
 
-    if len(known.logs) < 2 or (not np.any(known.errors) and np.ptp(known.logs) < 1e-9):
-        return GroupMean(float(np.exp(known.logs.mean())), np.nan, np.nan)
-    one = pooled_mean(known.logs, known.errors)
-    common = float((known.covariance - np.diag(known.errors**2)).mean())
-    variance = one.error**2 + common
-    freedom = one.freedom * (variance / one.error**2) ** 2
+    if len(estimates.logs) < 2 or (not np.any(estimates.errors) and np.ptp(estimates.logs) < 1e-9):
+        return GroupMean(float(np.exp(estimates.logs.mean())), np.nan, np.nan)
+    mean = pooled_mean(estimates.logs, estimates.errors)
+    common = float((estimates.covariance - np.diag(estimates.errors**2)).mean())
+    variance = mean.error**2 + common
+    freedom = mean.freedom * (variance / mean.error**2) ** 2
     reach = stdtrit(freedom, (1 + LEVEL) / 2) * np.sqrt(variance)
-    return GroupMean(*np.exp([one.value, one.value - reach, one.value + reach]).tolist())
+    return GroupMean(*np.exp([mean.value, mean.value - reach, mean.value + reach]).tolist())

@@ -56,9 +56,9 @@ class Contrast(NamedTuple):
         """What is compared with what, in words."""
         return self.worded("change")
 
-    def worded(self, what: str) -> str:
+    def worded(self, side_kind: str) -> str:
         """Return the same, with what an interaction's sides are: a change within animals, or a ratio between them."""
-        change = f"in the {what} {self.change}" if self.change else ""
+        change = f"in the {side_kind} {self.change}" if self.change else ""
         pair = f"{self.other} against {self.reference}" if self.reference else self.other
         return " ".join(filter(None, (pair, change, self.within)))
 
@@ -106,15 +106,15 @@ class DesignCells(NamedTuple):
 
     def tells(self, weights: np.ndarray, without: Sequence[str] = ()) -> bool:
         """Whether the animals tell a sum of cell means: it is one of rows; `without` are covariates to leave out."""
-        own = [""] * (self.rows.shape[1] - len(self.owners)) + [*self.owners]
-        kept = np.array([name not in without for name in own])
-        rows, sought = self.rows[:, kept], (weights @ self.means)[kept]
+        column_owners = [""] * (self.rows.shape[1] - len(self.owners)) + [*self.owners]
+        selected = np.array([name not in without for name in column_owners])
+        rows, sought = self.rows[:, selected], (weights @ self.means)[selected]
         solution = np.linalg.lstsq(rows.T, sought, rcond=None)[0]
         return bool(np.abs(rows.T @ solution - sought).max() < 1e-7 * max(1.0, float(np.abs(sought).max())))
 
-    def names(self, which: np.ndarray) -> tuple[str, ...]:
+    def names(self, mask: np.ndarray) -> tuple[str, ...]:
         """Return the names of some cells."""
-        return tuple(", ".join(filter(None, pair)) for pair, one in zip(self.pairs, which, strict=True) if one)
+        return tuple(", ".join(filter(None, pair)) for pair, selected in zip(self.pairs, mask, strict=True) if selected)
 
 
 class Untold(NamedTuple):
@@ -146,54 +146,54 @@ class Untold(NamedTuple):
 
 
 def told_and_not(
-    asked: Sequence[Contrast], cells: DesignCells, smaller: bool = True
+    contrasts: Sequence[Contrast], cells: DesignCells, smaller: bool = True
 ) -> tuple[tuple[Contrast, ...], tuple[Untold, ...]]:
     """Return the comparisons that animals tell, those in place of others among them, and those that they do not."""
-    told, untold = [], []
-    for one in asked:
-        if cells.tells(one.second - one.first):
-            told.append(one)
+    estimable, untold = [], []
+    for contrast in contrasts:
+        if cells.tells(contrast.second - contrast.first):
+            estimable.append(contrast)
             continue
-        instead = _smaller(one, cells) if smaller else None
-        told += [instead] if instead else []
-        untold.append(_untold(one, cells)._replace(instead=instead.text if instead else ""))
-    return tuple(told), tuple(untold)
+        instead = _smaller(contrast, cells) if smaller else None
+        estimable += [instead] if instead else []
+        untold.append(_untold(contrast, cells)._replace(instead=instead.text if instead else ""))
+    return tuple(estimable), tuple(untold)
 
 
-def untold_findings(told: Sequence[Contrast], untold: Sequence[Untold]) -> list[Finding]:
+def untold_findings(estimable: Sequence[Contrast], untold: Sequence[Untold]) -> list[Finding]:
     """Return what a study cannot compare; an error if it then compares nothing."""
-    if told or not untold:
-        return [one.finding for one in untold]
-    effects = "; ".join(one.contrast.text for one in untold)
-    if columns := dict.fromkeys(name for one in untold for name in one.columns):
+    if estimable or not untold:
+        return [effect.finding for effect in untold]
+    effects = "; ".join(effect.contrast.text for effect in untold)
+    if columns := dict.fromkeys(name for effect in untold for name in effect.columns):
         return [NOTHING_TOLD(columns=" and ".join(columns), effects=effects)]
-    return [NOBODY(effects=effects, cells="; ".join(dict.fromkeys(cell for one in untold for cell in one.cells)))]
+    return [NOBODY(effects=effects, cells="; ".join(dict.fromkeys(cell for effect in untold for cell in effect.cells)))]
 
 
-def _untold(one: Contrast, cells: DesignCells) -> Untold:
-    weights, covariates = one.second - one.first, list(dict.fromkeys(cells.owners))
+def _untold(contrast: Contrast, cells: DesignCells) -> Untold:
+    weights, covariates = contrast.second - contrast.first, list(dict.fromkeys(cells.owners))
     if covariates and cells.tells(weights, covariates):
         alone = [name for name in covariates if cells.tells(weights, [name])]
-        return Untold(one, tuple(alone or covariates), ())
-    return Untold(one, (), cells.names(one.cells & ~cells.filled))
+        return Untold(contrast, tuple(alone or covariates), ())
+    return Untold(contrast, (), cells.names(contrast.cells & ~cells.filled))
 
 
-def _smaller(one: Contrast, cells: DesignCells) -> Contrast | None:
+def _smaller(contrast: Contrast, cells: DesignCells) -> Contrast | None:
     """Return the comparison of groups at the levels that tell it, or of levels in the groups that do."""
-    if one.what not in ("groups", "factor"):
+    if contrast.what not in ("groups", "factor"):
         return None
-    across = 1 if one.what == "groups" else 0  # levels where groups are compared, groups where levels are
-    kept = np.zeros(len(cells.pairs), dtype=bool)
+    across = 1 if contrast.what == "groups" else 0  # levels where groups are compared, groups where levels are
+    selected = np.zeros(len(cells.pairs), dtype=bool)
     places = dict.fromkeys(pair[across] for pair in cells.pairs)
     good = []
     for place in places:
-        here = np.array([pair[across] == place for pair in cells.pairs])
-        if (one.first[here].any() and one.second[here].any()
-                and cells.tells(here * (one.second - one.first))):  # fmt: skip
-            kept |= here
+        mask = np.array([pair[across] == place for pair in cells.pairs])
+        if (contrast.first[mask].any() and contrast.second[mask].any()
+                and cells.tells(mask * (contrast.second - contrast.first))):  # fmt: skip
+            selected |= mask
             good.append(place)
     if not good or len(good) == len(places):
         return None
-    first, second = (side * kept / (side * kept).sum() for side in (one.first, one.second))
+    first, second = (side * selected / (side * selected).sum() for side in (contrast.first, contrast.second))
     within = f"at {cells.second} " if across else "in "
-    return one._replace(first=first, second=second, within=within + " and ".join(good))
+    return contrast._replace(first=first, second=second, within=within + " and ".join(good))

@@ -42,8 +42,8 @@ class Declaration:
 
     def changes(self, before: "Declaration") -> list[str]:
         """Return the names of what both say, and this one otherwise than the one before."""
-        both = (name for name in before.content if name in self.content)
-        changed = [name for name in both if self.content[name] != before.content[name]]
+        shared_names = (name for name in before.content if name in self.content)
+        changed = [name for name in shared_names if self.content[name] != before.content[name]]
         return [name for name in changed if name != "animals" or any(self.rows(before))]
 
     def first_said(self, before: "Declaration") -> list[str]:
@@ -52,7 +52,7 @@ class Declaration:
 
     def rows(self, before: "Declaration") -> AnimalChanges:
         """Return how its animals differ from those of the one before; nothing differs where one names none."""
-        old, new = (one.content.get("animals") for one in (before, self))
+        old, new = (declaration.content.get("animals") for declaration in (before, self))
         if old is None or new is None:
             return AnimalChanges((), (), ())
         changed = [
@@ -60,5 +60,5 @@ class Declaration:
             for animal, cells in new.items() if animal in old
             for column, cell in cells.items() if old[animal].get(column, cell) != cell
         ]  # fmt: skip
-        added, dropped = ([name for name in one if name not in other] for one, other in ((new, old), (old, new)))
+        added, dropped = ([name for name in first if name not in second] for first, second in ((new, old), (old, new)))
         return AnimalChanges(tuple(added), tuple(dropped), tuple(changed))

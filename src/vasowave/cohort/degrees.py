@@ -30,7 +30,7 @@ def degrees_left(layout: Layout, blocks: Sequence[str], contrast: Contrast) -> i
     averaged = np.linalg.pinv(subject)
     fixed, block = (
         averaged @ layout.fixed,
-        np.hstack([np.ones((len(averaged), 1)), *(averaged @ one for one in levels)]),
+        np.hstack([np.ones((len(averaged), 1)), *(averaged @ indicators for indicators in levels)]),
     )
     if not levels or _tells(fixed, block, weights):
         return len(fixed) - _rank(block, fixed)
@@ -38,16 +38,16 @@ def degrees_left(layout: Layout, blocks: Sequence[str], contrast: Contrast) -> i
 
 
 def _members(labels: Sequence[str]) -> np.ndarray:
-    names, which = np.unique(np.array(labels), return_inverse=True)
-    return np.eye(len(names))[which]
+    names, index = np.unique(np.array(labels), return_inverse=True)
+    return np.eye(len(names))[index]
 
 
 def _tells(fixed: np.ndarray, taken: np.ndarray, weights: np.ndarray) -> bool:
     """Whether what is left of the fixed effects beside others tells a contrast."""
-    left = fixed - taken @ np.linalg.lstsq(taken, fixed, rcond=None)[0]
-    left[np.abs(left) < 1e-9 * np.abs(fixed).max()] = 0  # round-off, of which anything could be made
-    solution = np.linalg.lstsq(left.T, weights, rcond=1e-9)[0]
-    return bool(np.abs(left.T @ solution - weights).max() < 1e-7 * max(1.0, float(np.abs(weights).max())))
+    residuals = fixed - taken @ np.linalg.lstsq(taken, fixed, rcond=None)[0]
+    residuals[np.abs(residuals) < 1e-9 * np.abs(fixed).max()] = 0  # round-off, of which anything could be made
+    solution = np.linalg.lstsq(residuals.T, weights, rcond=1e-9)[0]
+    return bool(np.abs(residuals.T @ solution - weights).max() < 1e-7 * max(1.0, float(np.abs(weights).max())))
 
 
 def _rank(*columns: np.ndarray) -> int:

@@ -157,10 +157,11 @@ class Layout:
     def text(self) -> str:
         """What is compared, of how many: a sentence or two."""
         count, subjects = len(self.animals), len(set(self.subject))
-        of = f"{count} recordings of {subjects} animals" if self.repeated else f"{count} animals"
-        what = "change" if self.repeated else "ratio"  # nothing changes between animals
-        left = f" Left out, for a column does not know them: {', '.join(self.left_out)}." if self.left_out else ""
-        return f"{of}; compared: {'; '.join(one.worded(what) for one in self.contrasts) or 'nothing'}.{left}"
+        sample = f"{count} recordings of {subjects} animals" if self.repeated else f"{count} animals"
+        side_kind = "change" if self.repeated else "ratio"  # nothing changes between animals
+        omissions = f" Left out, for a column does not know them: {', '.join(self.left_out)}." if self.left_out else ""
+        effects = "; ".join(contrast.worded(side_kind) for contrast in self.contrasts)
+        return f"{sample}; compared: {effects or 'nothing'}.{omissions}"
 
     def has_mean(self, side: np.ndarray) -> bool:
         """Whether the animals tell the mean that one side of a contrast is."""
@@ -187,37 +188,44 @@ def laid_out(
     InputError
         A column is missing or of the wrong type; two things cannot be told apart; too few animals are left.
     """
-    known = {name: _variable(design, variables, name) for name in design.terms}
-    gaps = {animal: next((name for name, one in known.items() if animal not in one.values), "") for animal in members}
+    design_variables = {name: _variable(design, variables, name) for name in design.terms}
+    gaps = {
+        animal: next((name for name, variable in design_variables.items() if animal not in variable.values), "")
+        for animal in members
+    }
     animals = tuple(animal for animal, gap in gaps.items() if not gap)
     group = tuple(members[animal] for animal in animals)
-    second = known[design.second] if design.second else None
+    second = design_variables[design.second] if design.second else None
     levels = second.order if second else [""]
     within = [second.levels[animal] for animal in animals] if second else [""] * len(animals)
-    pairs = [(one, level) for one, level in product(groups, levels)]
+    pairs = [(label, level) for label, level in product(groups, levels)]
     if design.dose:  # groups of which each has doses of its own
         pairs = [pair for pair in pairs if pair in set(zip(group, within, strict=True))]
     cell = np.array([pairs.index(pair) for pair in zip(group, within, strict=True)], dtype=int)
     cells = tuple(", ".join(filter(None, pair)) for pair in pairs)
     coefficients = _coefficients(design, groups, levels, pairs)
-    covariates = [column for name in design.covariates for column in covariate_columns(known[name], animals)]
-    whole = np.column_stack([coefficients[cell], *covariates]) if len(animals) else np.zeros((0, 1))
-    if len(animals) <= np.linalg.matrix_rank(whole) + 1:
-        few = "1 animal is" if len(animals) == 1 else f"{len(animals)} animals are"
-        raise InputError(f"{few} too few for this design; name fewer columns in it")
-    _, sizes, turned = np.linalg.svd(whole, full_matrices=False)
+    covariates = [column for name in design.covariates for column in covariate_columns(design_variables[name], animals)]
+    model_matrix = np.column_stack([coefficients[cell], *covariates]) if len(animals) else np.zeros((0, 1))
+    if len(animals) <= np.linalg.matrix_rank(model_matrix) + 1:
+        count_text = "1 animal is" if len(animals) == 1 else f"{len(animals)} animals are"
+        raise InputError(f"{count_text} too few for this design; name fewer columns in it")
+    _, sizes, turned = np.linalg.svd(model_matrix, full_matrices=False)
     basis = turned[sizes > 1e-9 * sizes[0]].T
     means = np.column_stack([coefficients, np.zeros((len(pairs), len(covariates)))])
-    subject = tuple(known[design.subject].levels[one] for one in animals) if design.subject else animals
-    near = _nearness(second, animals) if design.subject and not design.factor else None
-    random = _random(design, known, animals, cell, subject, whole @ basis, near)
-    owners = [name for name in design.covariates for _ in covariate_columns(known[name], animals)]
-    table = DesignCells(pairs, np.bincount(cell, minlength=len(pairs)) > 0, means, whole, owners, design.second or "")
-    asked = list(_contrasts(design, groups, levels, pairs, cells, second))
-    contrasts, untold = told_and_not(asked, table, smaller=not (design.dose or design.contrasts))
+    subject = (
+        tuple(design_variables[design.subject].levels[animal] for animal in animals) if design.subject else animals
+    )
+    nearness = _nearness(second, animals) if design.subject and not design.factor else None
+    random = _random(design, design_variables, animals, cell, subject, model_matrix @ basis, nearness)
+    owners = [name for name in design.covariates for _ in covariate_columns(design_variables[name], animals)]
+    table = DesignCells(
+        pairs, np.bincount(cell, minlength=len(pairs)) > 0, means, model_matrix, owners, design.second or ""
+    )
+    requested = list(_contrasts(design, groups, levels, pairs, cells, second))
+    contrasts, untold = told_and_not(requested, table, smaller=not (design.dose or design.contrasts))
     return Layout(
-        animals, group, cells, cell, whole @ basis, means @ basis, means - means @ basis @ basis.T, random, contrasts,
-        untold, {animal: gap for animal, gap in gaps.items() if gap}, subject,
+        animals, group, cells, cell, model_matrix @ basis, means @ basis, means - means @ basis @ basis.T, random,
+        contrasts, untold, {animal: gap for animal, gap in gaps.items() if gap}, subject,
     )  # fmt: skip
 
 
@@ -227,14 +235,14 @@ def _variable(design: Design, variables: Mapping[str, Variable], name: str) -> V
     if name == "animal":
         raise InputError("'animal' names each row; give a column of the lab's own, as one that says which mouse it was")
     if name not in variables:
-        known = f"there are: {', '.join(variables)}" if variables else "it has no columns of its own"
-        raise InputError(f"the table of animals has no column '{name}'{did_you_mean(name, variables)}; {known}")
-    one = variables[name]
-    if name == design.dose and one.kind == "category":
+        hint = f"there are: {', '.join(variables)}" if variables else "it has no columns of its own"
+        raise InputError(f"the table of animals has no column '{name}'{did_you_mean(name, variables)}; {hint}")
+    variable = variables[name]
+    if name == design.dose and variable.kind == "category":
         raise InputError(f"the column '{name}' holds words; a dose needs numbers")
-    if not one.values:
+    if not variable.values:
         raise InputError(f"the column '{name}' is empty; fill its cells or take it out of the design")
-    return one
+    return variable
 
 
 def _coefficients(
@@ -244,19 +252,20 @@ def _coefficients(
     if design.interaction or design.dose or len(levels) == 1:
         return np.eye(len(pairs))
     return np.array(
-        [[one == group for one in groups] + [one == level for one in levels[1:]] for group, level in pairs], float
+        [[label == group for label in groups] + [label == level for label in levels[1:]] for group, level in pairs],
+        float,
     )
 
 
-def covariate_columns(one: Variable, animals: Sequence[str]) -> list[np.ndarray]:
+def covariate_columns(variable: Variable, animals: Sequence[str]) -> list[np.ndarray]:
     """Return the columns of a covariate, so coded that cells are compared at its average."""
-    if one.kind != "category":
-        values = np.array([one.numbers[animal] for animal in animals])
+    if variable.kind != "category":
+        values = np.array([variable.numbers[animal] for animal in animals])
         spread = values.std()
         return [(values - values.mean()) / spread] if spread > 0 else []
-    levels = [one.levels[animal] for animal in animals]
-    return [np.array([(level == here) - (level == one.order[-1]) for level in levels], float)
-            for here in one.order[:-1] if here in levels]  # fmt: skip
+    levels = [variable.levels[animal] for animal in animals]
+    return [np.array([(level == coded_level) - (level == variable.order[-1]) for level in levels], float)
+            for coded_level in variable.order[:-1] if coded_level in levels]  # fmt: skip
 
 
 def _nearness(occasion: Variable | None, animals: Sequence[str]) -> np.ndarray | None:
@@ -273,35 +282,39 @@ def _nearness(occasion: Variable | None, animals: Sequence[str]) -> np.ndarray |
 
 
 def _random(
-    design: Design, known: Mapping[str, Variable], animals: Sequence[str], cell: np.ndarray, subject: Sequence[str],
-    fixed: np.ndarray, near: np.ndarray | None,
+    design: Design, design_variables: Mapping[str, Variable], animals: Sequence[str], cell: np.ndarray,
+    subject: Sequence[str], fixed: np.ndarray, nearness: np.ndarray | None,
 ) -> dict[str, np.ndarray]:  # fmt: skip
     """Return the variance components; cells have each their own where no subject is in two and each tells enough.
 
     Subjects that are recorded three times or more also drift: their recordings are the more alike the nearer they are,
     by a covariance, linear in a variance, that falls in a straight line with the time between them. All cells share it.
     """
-    blocks = {name: _same([known[name].levels[animal] for animal in animals]) for name in design.blocks}
+    blocks = {name: _same([design_variables[name].levels[animal] for animal in animals]) for name in design.blocks}
     same = _same(subject)
-    drifts = [] if near is None else [{DRIFT: same * near}]
+    drifts = [] if nearness is None else [{DRIFT: same * nearness}]
     strata = _strata(cell, subject)
-    found: dict[str, np.ndarray] = {}
-    for drift, parts in product([*drifts, {}], (strata, np.zeros_like(strata))):
-        found = {}
-        for part in np.unique(parts):
-            inside = np.outer(parts == part, parts == part)
-            found[f"animals {part}"] = np.eye(len(animals)) * inside
-            found[f"subjects {part}"] = same * inside
-        found |= drift | blocks
-        found = {name: one for name, one in found.items() if name.startswith("animals") or not is_diagonal(one)}
-        if min(np.bincount(parts)[np.unique(parts)]) > 2 and not _confounded(found, fixed):
-            return found
-    if name := _confounded(found, fixed):
+    components: dict[str, np.ndarray] = {}
+    for drift, stratum_labels in product([*drifts, {}], (strata, np.zeros_like(strata))):
+        components = {}
+        for stratum in np.unique(stratum_labels):
+            inside = np.outer(stratum_labels == stratum, stratum_labels == stratum)
+            components[f"animals {stratum}"] = np.eye(len(animals)) * inside
+            components[f"subjects {stratum}"] = same * inside
+        components |= drift | blocks
+        components = {
+            name: component
+            for name, component in components.items()
+            if name.startswith("animals") or not is_diagonal(component)
+        }
+        if min(np.bincount(stratum_labels)[np.unique(stratum_labels)]) > 2 and not _confounded(components, fixed):
+            return components
+    if name := _confounded(components, fixed):
         raise InputError(
             f"'{name}' cannot be told apart from the groups or from the differences between animals: its levels hold "
             "one animal each, or a whole group; take it out of the design"
         )
-    return found
+    return components
 
 
 def _same(labels: Sequence[str]) -> np.ndarray:
@@ -312,25 +325,25 @@ def _same(labels: Sequence[str]) -> np.ndarray:
 def _strata(cell: np.ndarray, subject: Sequence[str]) -> np.ndarray:
     """Return a number for each animal, the same in cells that a subject links."""
     strata = cell.copy()
-    for one in set(subject):
-        own = np.array([name == one for name in subject])
-        for number in np.unique(strata[own])[1:]:
-            strata[strata == number] = strata[own].min()
+    for label in set(subject):
+        members = np.array([name == label for name in subject])
+        for number in np.unique(strata[members])[1:]:
+            strata[strata == number] = strata[members].min()
     return strata
 
 
 def _confounded(random: Mapping[str, np.ndarray], fixed: np.ndarray) -> str:
     """Return the first variance component that the values cannot tell from others or from the fixed effects."""
-    left = np.eye(len(fixed)) - fixed @ np.linalg.pinv(fixed)
-    seen: list[np.ndarray] = []
-    for name, one in random.items():
-        projected = (left @ one @ left).ravel()
-        rest = projected
-        if seen:
-            rest = projected - np.array(seen).T @ np.linalg.lstsq(np.array(seen).T, projected, rcond=None)[0]
-        if np.linalg.norm(rest) < 1e-6 * max(float(np.linalg.norm(one)), 1.0):
+    projection = np.eye(len(fixed)) - fixed @ np.linalg.pinv(fixed)
+    basis: list[np.ndarray] = []
+    for name, component in random.items():
+        projected = (projection @ component @ projection).ravel()
+        remainder = projected
+        if basis:
+            remainder = projected - np.array(basis).T @ np.linalg.lstsq(np.array(basis).T, projected, rcond=None)[0]
+        if np.linalg.norm(remainder) < 1e-6 * max(float(np.linalg.norm(component)), 1.0):
             return name
-        seen.append(projected)
+        basis.append(projected)
     return ""
 
 
@@ -345,33 +358,33 @@ def _contrasts(
     """Return the comparisons: those that the design names, or the usual ones of its kind."""
     if design.contrasts:
         for name, weights in design.contrasts.items():
-            for one in weights:
-                if one not in cells:
-                    raise InputError(f"contrast '{name}': no cell '{one}'{did_you_mean(one, cells)}; there are: "
+            for cell in weights:
+                if cell not in cells:
+                    raise InputError(f"contrast '{name}': no cell '{cell}'{did_you_mean(cell, cells)}; there are: "
                                      f"{'; '.join(cells)}")  # fmt: skip
-            each = np.array([weights.get(one, 0.0) for one in cells])
-            yield Contrast(name, "", np.maximum(-each, 0), np.maximum(each, 0), "contrast")
+            signed = np.array([weights.get(cell, 0.0) for cell in cells])
+            yield Contrast(name, "", np.maximum(-signed, 0), np.maximum(signed, 0), "contrast")
         return
-    inside = {group: np.array([float(one == group) for one, _ in pairs]) for group in groups}
-    reference, *others = groups
+    inside = {group: np.array([float(label == group) for label, _ in pairs]) for group in groups}
+    reference, *compared_groups = groups
     if design.dose and second is not None:
         yield from _trends(groups, pairs, inside, second)
         return
-    mean = {group: own / max(own.sum(), 1) for group, own in inside.items()}
-    for other in others:
-        yield Contrast(other, reference, mean[reference], mean[other], "groups")
+    mean = {group: indicator / max(indicator.sum(), 1) for group, indicator in inside.items()}
+    for compared in compared_groups:
+        yield Contrast(compared, reference, mean[reference], mean[compared], "groups")
     if second is None:
         return
-    of_level = {level: np.array([float(one == level) for _, one in pairs]) for level in levels}
-    at = {(group, level): inside[group] * of_level[level] for group in groups for level in levels}
-    over = {level: np.mean([at[group, level] for group in groups], axis=0) for level in levels}
+    of_level = {level: np.array([float(label == level) for _, label in pairs]) for level in levels}
+    at_cell = {(group, level): inside[group] * of_level[level] for group in groups for level in levels}
+    over = {level: np.mean([at_cell[group, level] for group in groups], axis=0) for level in levels}
     base, *later = levels
     for level in later:
         yield Contrast(f"{second.name} {level}", f"{second.name} {base}", over[base], over[level], "factor")
     if design.interaction:
-        for other, level in product(others, later):
-            change = {one: at[one, level] - at[one, base] for one in (reference, other)}
-            yield Contrast(other, reference, change[reference], change[other], "interaction", f"{level}/{base}")
+        for compared, level in product(compared_groups, later):
+            change = {group: at_cell[group, level] - at_cell[group, base] for group in (reference, compared)}
+            yield Contrast(compared, reference, change[reference], change[compared], "interaction", f"{level}/{base}")
 
 
 def _trends(
@@ -381,11 +394,12 @@ def _trends(
     size: dict[str, float] = {dose.levels[animal]: number for animal, number in dose.numbers.items()}
     doses = np.array([size[level] for _, level in pairs])
 
-    def ends(own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def ends(indicator: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the weights that the line through cells has at the lowest and at the highest dose."""
-        away = np.where(own > 0, doses - doses[own > 0].mean(), 0.0)
-        low, high = (place - doses[own > 0].mean() for place in (doses.min(), doses.max()))
-        return own / own.sum() + away * low / (away @ away), own / own.sum() + away * high / (away @ away)
+        away = np.where(indicator > 0, doses - doses[indicator > 0].mean(), 0.0)
+        low, high = (place - doses[indicator > 0].mean() for place in (doses.min(), doses.max()))
+        mean = indicator / indicator.sum()
+        return mean + away * low / (away @ away), mean + away * high / (away @ away)
 
     lowest, highest = (f"{dose.name} {pairs[int(place)][1]}" for place in (doses.argmin(), doses.argmax()))
     if len(groups) == 1 or any(inside[group].sum() < 2 for group in groups):
@@ -394,9 +408,9 @@ def _trends(
     sides = {group: ends(inside[group]) for group in groups}
     first, second = (np.mean([sides[group][side] for group in groups], axis=0) for side in (0, 1))
     yield Contrast(highest, lowest, first, second, "trend")
-    reference, *others = groups
-    for other in others:
-        change = {one: sides[one][1] - sides[one][0] for one in (reference, other)}
-        yield Contrast(other, reference, change[reference], change[other], "interaction", f"{highest}/{lowest}")
-        mean = {one: inside[one] / inside[one].sum() for one in (reference, other)}
-        yield Contrast(other, reference, mean[reference], mean[other], "groups")
+    reference, *compared_groups = groups
+    for compared in compared_groups:
+        change = {label: sides[label][1] - sides[label][0] for label in (reference, compared)}
+        yield Contrast(compared, reference, change[reference], change[compared], "interaction", f"{highest}/{lowest}")
+        mean = {label: inside[label] / inside[label].sum() for label in (reference, compared)}
+        yield Contrast(compared, reference, mean[reference], mean[compared], "groups")

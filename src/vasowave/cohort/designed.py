@@ -27,7 +27,7 @@ class Values(NamedTuple):
     source: str
     unit: str
     results: list[AnimalResult]
-    known: Estimates
+    estimates: Estimates
 
 
 class Modeled(NamedTuple):
@@ -69,18 +69,20 @@ def modeled(cohort: Cohort, values: Values) -> Modeled:
     """
     members = {result.name: result.group for result in values.results}
     layout = laid_out(cohort.design, cohort.variables, members, list(cohort.groups))
-    kept = np.array([result.name in layout.animals for result in values.results])
-    own = values._replace(results=[one for one, keep in zip(values.results, kept, strict=True) if keep],
-                          known=values.known.of(kept))  # fmt: skip
-    if not np.all(np.isfinite(own.known.logs)):
+    selected = np.array([result.name in layout.animals for result in values.results])
+    subset = values._replace(results=[result for result, keep in zip(values.results, selected, strict=True) if keep],
+                          estimates=values.estimates.of(selected))  # fmt: skip
+    if not np.all(np.isfinite(subset.estimates.logs)):
         raise InputError("a value is not positive; a ratio needs positive values")
     if len(layout.animals) < layout.fixed.shape[1] + _FEWEST:
         raise InputError(f"{len(layout.animals)} animals have it, too few for the design")
-    structure = Structure(layout.fixed, list(layout.random.values()), own.known.covariance)
-    left = own.known.logs - layout.fixed @ np.linalg.lstsq(layout.fixed, own.known.logs, rcond=None)[0]
-    if np.abs(left).max() < 1e-9:
+    structure = Structure(layout.fixed, list(layout.random.values()), subset.estimates.covariance)
+    residuals = (
+        subset.estimates.logs - layout.fixed @ np.linalg.lstsq(layout.fixed, subset.estimates.logs, rcond=None)[0]
+    )
+    if np.abs(residuals).max() < 1e-9:
         raise InputError("the values hardly vary within a group; there is nothing to test")
-    return Modeled(own, layout, structure, fit_mixed(own.known.logs, structure), list(layout.contrasts))
+    return Modeled(subset, layout, structure, fit_mixed(subset.estimates.logs, structure), list(layout.contrasts))
 
 
 def occasions_apart(cohort: Cohort, values: Values | None) -> float:
@@ -88,78 +90,81 @@ def occasions_apart(cohort: Cohort, values: Values | None) -> float:
     if values is None or not cohort.design.subject:
         return 0.0
     try:
-        one = modeled(cohort, values)
+        model = modeled(cohort, values)
     except InputError:
         return 0.0
-    if len(set(one.layout.subject)) == len(one.layout.subject):
+    if len(set(model.layout.subject)) == len(model.layout.subject):
         return 0.0
-    labels = np.array(one.layout.subject)
+    labels = np.array(model.layout.subject)
     again = (labels[:, np.newaxis] == labels) & ~np.eye(len(labels), dtype=bool)
     return float(np.sqrt(sum(
         component * (np.trace(random) / len(labels) - random[again].mean())
-        for name, component, random in zip(one.layout.random, one.fit.components, one.structure.random, strict=True)
+        for name, component, random in zip(
+            model.layout.random, model.fit.components, model.structure.random, strict=True
+        )
         if name.startswith("animals") or name == DRIFT
     )))  # fmt: skip
 
 
-def rows_of_design(found: Sequence[Modeled]) -> tuple[list[dict[str, object]], float]:
+def rows_of_design(quantities: Sequence[Modeled]) -> tuple[list[dict[str, object]], float]:
     """Return a row for every effect of every quantity, and the critical p of one row by itself.
 
     Effects that are not tested are outside the family, and each of their intervals holds by itself.
     """
-    tested = [[not _image_unknown(one, contrast) for contrast in one.contrasts] for one in found]
+    tested = [[not _image_unknown(model, contrast) for contrast in model.contrasts] for model in quantities]
     animals = {
-        name: place for place, name in enumerate(dict.fromkeys(name for one in found for name in one.layout.animals))
+        name: place
+        for place, name in enumerate(dict.fromkeys(name for model in quantities for name in model.layout.animals))
     }
     models = [
-        Fitted(one.fit, np.array([animals[name] for name in one.layout.animals]),
-               np.array([one.weights(contrast) for contrast in one.contrasts])[own])
-        for one, own in zip(found, tested, strict=True) if any(own)
+        Fitted(model.fit, np.array([animals[name] for name in model.layout.animals]),
+               np.array([model.weights(contrast) for contrast in model.contrasts])[mask])
+        for model, mask in zip(quantities, tested, strict=True) if any(mask)
     ]  # fmt: skip
     together = joint(models) if models else Joint(np.empty(0), 1 - LEVEL)
     p, alone = iter(together.p.tolist()), (np.nan, 1 - LEVEL)
     rows = [
-        _row(one, contrast, *((next(p), together.critical) if asked else alone))
-        for one, own in zip(found, tested, strict=True)
-        for contrast, asked in zip(one.contrasts, own, strict=True)
+        _row(model, contrast, *((next(p), together.critical) if is_tested else alone))
+        for model, mask in zip(quantities, tested, strict=True)
+        for contrast, is_tested in zip(model.contrasts, mask, strict=True)
     ]
     return rows, together.critical
 
 
-def beside(found: Sequence[Modeled], critical: float) -> Iterator[dict[str, object]]:
+def beside(models: Sequence[Modeled], critical: float) -> Iterator[dict[str, object]]:
     """Return the effects of further laws, without a test."""
-    for one in found:
-        for contrast in one.contrasts:
-            value, low, high = one.effect(contrast).ratio(critical)
+    for model in models:
+        for contrast in model.contrasts:
+            value, low, high = model.effect(contrast).ratio(critical)
             yield {
                 "reference": contrast.reference, "other": contrast.other, "change": contrast.change,
-                "within": contrast.within, "quantity": one.values.name, "source": one.values.source, "ratio": value,
+                "within": contrast.within, "quantity": model.values.name, "source": model.values.source, "ratio": value,
                 "low": low, "high": high,
             }  # fmt: skip
 
 
-def _row(one: Modeled, contrast: Contrast, p: float, critical: float) -> dict[str, object]:
-    effect, layout = one.effect(contrast), one.layout
+def _row(model: Modeled, contrast: Contrast, p: float, critical: float) -> dict[str, object]:
+    effect, layout = model.effect(contrast), model.layout
     value, low, high = effect.ratio(critical)
     means = [np.nan, np.nan]
     if contrast.of_values or contrast.of_ratios:
         means = [
-            float(np.exp(side @ layout.means @ one.fit.coefficients)) if layout.has_mean(side) else np.nan
+            float(np.exp(side @ layout.means @ model.fit.coefficients)) if layout.has_mean(side) else np.nan
             for side in (contrast.first, contrast.second)
         ]
     first, second = (_subjects(layout, side) for side in (contrast.first, contrast.second))
     row = {
-        "reference": contrast.reference, "other": contrast.other, "question": question_of(one.values.name),
-        "quantity": one.values.name, "source": one.values.source, "n reference": len(first), "n other": len(second),
+        "reference": contrast.reference, "other": contrast.other, "question": question_of(model.values.name),
+        "quantity": model.values.name, "source": model.values.source, "n reference": len(first), "n other": len(second),
         "n both": len(first & second),
         "mean reference": means[0], "mean other": means[1],
-        "unit": one.values.unit if contrast.of_values else "1", "ratio": value, "low": low, "high": high,
+        "unit": model.values.unit if contrast.of_values else "1", "ratio": value, "low": low, "high": high,
         "standard error": effect.error, "df": effect.freedom, "p": p,
         "untested": "one image" if np.isnan(p) else "", "smallest p": np.nan,
-        "apart": False, "estimates": one.values.known.origin, "what": contrast.what,
+        "apart": False, "estimates": model.values.estimates.origin, "what": contrast.what,
         "change": contrast.change, "within": contrast.within,
     }  # fmt: skip
-    return row | _influence(one, contrast, effect)
+    return row | _influence(model, contrast, effect)
 
 
 def _subjects(layout: Layout, side: np.ndarray) -> set[str]:
@@ -167,17 +172,17 @@ def _subjects(layout: Layout, side: np.ndarray) -> set[str]:
     return {name for name, cell in zip(layout.subject, layout.cell, strict=True) if side[cell] != 0}
 
 
-def _image_unknown(one: Modeled, contrast: Contrast) -> bool:
+def _image_unknown(model: Modeled, contrast: Contrast) -> bool:
     """Return whether shared images may move the effect by an error that is not known, as `image_unknown`.
 
     Covariates make an effect vaguer, which takes nothing from what its image does: one image an animal is counted as
     without them. The recordings of one animal have one image, which is its own.
     """
-    known, layout = one.values.known, one.layout
-    if one.values.source == "measured" or known.told:
+    estimates, layout = model.values.estimates, model.layout
+    if model.values.source == "measured" or estimates.image_error_known:
         return False
-    weights = one.weights(contrast) @ one.fit.weights
-    image, subject = known.label[0], np.unique(layout.subject, return_inverse=True)[1]
+    weights = model.weights(contrast) @ model.fit.weights
+    image, subject = estimates.label[0], np.unique(layout.subject, return_inverse=True)[1]
     several = np.bincount(np.unique([image, subject], axis=1)[0], minlength=image.max() + 1) > 1
     alone = (np.bincount(subject, weights) ** 2).sum()
     if contrast.of_values:
@@ -188,24 +193,24 @@ def _image_unknown(one: Modeled, contrast: Contrast) -> bool:
     return bool(shared > alone + 1e-9 * (weights**2).sum())  # within subjects both are 0
 
 
-def _influence(one: Modeled, contrast: Contrast, effect: Effect) -> dict[str, object]:
+def _influence(model: Modeled, contrast: Contrast, effect: Effect) -> dict[str, object]:
     """Return the animal (all its recordings) whose absence moves the ratio most, and the ratio then.
 
     The variances stay as they are. An animal without which the effect is not told is not left out.
     """
-    covariance, weights, fixed = one.fit.root @ one.fit.root.T, one.weights(contrast), one.layout.fixed
-    left = {}
-    for subject in dict.fromkeys(one.layout.subject):
-        kept = np.array([name != subject for name in one.layout.subject])
-        if np.linalg.matrix_rank(fixed[kept]) < fixed.shape[1]:
+    covariance, weights, fixed = model.fit.root @ model.fit.root.T, model.weights(contrast), model.layout.fixed
+    contrast_without = {}
+    for subject in dict.fromkeys(model.layout.subject):
+        selected = np.array([name != subject for name in model.layout.subject])
+        if np.linalg.matrix_rank(fixed[selected]) < fixed.shape[1]:
             continue
-        seen = np.linalg.solve(covariance[np.ix_(kept, kept)], fixed[kept]).T
-        coefficients = np.linalg.solve(seen @ fixed[kept], seen @ one.values.known.logs[kept])
-        left[subject] = float(weights @ coefficients)
-    if not left:
+        weighted = np.linalg.solve(covariance[np.ix_(selected, selected)], fixed[selected]).T
+        coefficients = np.linalg.solve(weighted @ fixed[selected], weighted @ model.values.estimates.logs[selected])
+        contrast_without[subject] = float(weights @ coefficients)
+    if not contrast_without:
         return {"without": "", "ratio without": np.nan}
-    farthest = max(left, key=lambda subject: abs(left[subject] - effect.value))
-    return {"without": farthest, "ratio without": float(np.exp(left[farthest]))}
+    farthest = max(contrast_without, key=lambda subject: abs(contrast_without[subject] - effect.value))
+    return {"without": farthest, "ratio without": float(np.exp(contrast_without[farthest]))}
 
 
 def covariate_effects(cohort: Cohort, models: Sequence[Modeled]) -> list[dict[str, object]]:
@@ -214,31 +219,31 @@ def covariate_effects(cohort: Cohort, models: Sequence[Modeled]) -> list[dict[st
     ``quantity, source, covariate, ratio, low, high``: of categories each level over the first, of numbers and dates the
     ratio for one standard deviation.
     """
-    return [row for one in models for row in _of(cohort, one)]
+    return [row for model in models for row in _of(cohort, model)]
 
 
-def _of(cohort: Cohort, one: Modeled) -> Iterator[dict[str, object]]:
-    layout, known = one.layout, [cohort.variables[name] for name in cohort.design.covariates]
-    columns = [covariate_columns(variable, layout.animals) for variable in known]
-    coded = np.column_stack([column for own in columns for column in own] or [np.zeros(len(layout.animals))])
+def _of(cohort: Cohort, model: Modeled) -> Iterator[dict[str, object]]:
+    layout, covariates = model.layout, [cohort.variables[name] for name in cohort.design.covariates]
+    columns = [covariate_columns(variable, layout.animals) for variable in covariates]
+    coded = np.column_stack([column for block in columns for column in block] or [np.zeros(len(layout.animals))])
     if not any(columns) or np.linalg.matrix_rank(coded) < coded.shape[1]:
         return
     # What the fixed effects of an animal have beyond the mean of its cell is its covariates'.
     weights = np.linalg.lstsq(coded, layout.fixed - layout.means[layout.cell], rcond=None)[0]
     first = 0
-    for variable, own in zip(known, columns, strict=True):
-        for label, code in _codes(variable, len(own), layout.animals):
+    for variable, block in zip(covariates, columns, strict=True):
+        for label, code in _codes(variable, len(block), layout.animals):
             contrast = np.zeros(coded.shape[1])
-            contrast[first : first + len(own)] = code
+            contrast[first : first + len(block)] = code
             through = contrast @ weights
             if not np.isclose(np.linalg.norm(through), np.linalg.norm(contrast)):
                 continue  # groups or other covariates say the same
-            ratio, low, high = one.fit.effect(through).ratio(1 - LEVEL)
+            ratio, low, high = model.fit.effect(through).ratio(1 - LEVEL)
             yield {
-                "quantity": one.values.name, "source": one.values.source, "covariate": label, "ratio": ratio,
+                "quantity": model.values.name, "source": model.values.source, "covariate": label, "ratio": ratio,
                 "low": low, "high": high,
             }  # fmt: skip
-        first += len(own)
+        first += len(block)
 
 
 def _codes(variable: Variable, count: int, animals: Sequence[str]) -> Iterator[tuple[str, np.ndarray]]:
@@ -250,12 +255,14 @@ def _codes(variable: Variable, count: int, animals: Sequence[str]) -> Iterator[t
         unit = "days" if variable.kind == "date" else variable.unit
         yield f"{variable.name}, {spread:.3g} {unit}".rstrip() + " more", np.ones(1)
         return
-    there = {variable.levels[animal] for animal in animals}
-    kept = [level for level in variable.order[:-1] if level in there]
+    levels_present = {variable.levels[animal] for animal in animals}
+    coded_levels = [level for level in variable.order[:-1] if level in levels_present]
 
     def code(level: str) -> np.ndarray:
-        return np.array([float(level == one) - float(level == variable.order[-1]) for one in kept])
+        return np.array(
+            [float(level == coded_level) - float(level == variable.order[-1]) for coded_level in coded_levels]
+        )
 
-    reference, *others = [level for level in variable.order if level in there]
-    for other in others:
-        yield f"{variable.name}: {other} / {reference}", code(other) - code(reference)
+    reference, *compared_levels = [level for level in variable.order if level in levels_present]
+    for compared_level in compared_levels:
+        yield f"{variable.name}: {compared_level} / {reference}", code(compared_level) - code(reference)

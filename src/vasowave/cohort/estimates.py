@@ -32,7 +32,7 @@ class Estimates(NamedTuple):
         Numbers of what each animal shares; animals of one image have the same in the first row.
     origin : str
         ``posterior``, ``fit``, or ``plain`` without errors.
-    told : bool
+    image_error_known : bool
         Whether the error of the image is part of the errors.
     per_radius : array, shape (animal,)
         Change of the logarithm per change of the logarithm of all radii; 0 where nothing tells it.
@@ -45,7 +45,7 @@ class Estimates(NamedTuple):
     shared: np.ndarray
     label: np.ndarray
     origin: str
-    told: bool
+    image_error_known: bool
     per_radius: np.ndarray
     lung_sd: float = 0.0
 
@@ -56,18 +56,18 @@ class Estimates(NamedTuple):
         animal with an image of its own lung is a part of what animals differ.
         """
         several = np.bincount(self.label[0])[self.label[0]] > 1
-        more = np.where(several, (sd**2 - self.lung_sd**2) * self.per_radius**2, 0.0)
-        image = np.sqrt(np.maximum(self.shared[0] ** 2 + more, 0.0))
+        added_variance = np.where(several, (sd**2 - self.lung_sd**2) * self.per_radius**2, 0.0)
+        image = np.sqrt(np.maximum(self.shared[0] ** 2 + added_variance, 0.0))
         return self._replace(shared=np.vstack([image, self.shared[1:]]), lung_sd=sd)
 
     def alike_within(self, cell: Sequence[str]) -> "Estimates":
         """Return the same estimates with the `typical_errors` of the cell (group, occasion) of each animal."""
         return self._replace(errors=typical_errors(self.errors, cell))
 
-    def of(self, kept: np.ndarray | slice) -> "Estimates":
+    def of(self, selection: np.ndarray | slice) -> "Estimates":
         """Return the estimates of some animals."""
-        shared, label = self.shared[:, kept], self.label[:, kept]
-        logs, errors, slopes = self.logs[kept], self.errors[kept], self.per_radius[kept]
+        shared, label = self.shared[:, selection], self.label[:, selection]
+        logs, errors, slopes = self.logs[selection], self.errors[selection], self.per_radius[selection]
         return self._replace(logs=logs, errors=errors, shared=shared, label=label, per_radius=slopes)
 
     def by_animal(self, names: Sequence[str]) -> "Estimates":
@@ -84,8 +84,8 @@ class Estimates(NamedTuple):
     @property
     def covariance(self) -> np.ndarray:
         """Of the errors of all animals, shape (animal, animal)."""
-        common = sum(np.outer(one, one) * np.equal.outer(label, label)
-                     for one, label in zip(self.shared, self.label, strict=True))  # fmt: skip
+        common = sum(np.outer(shared_errors, shared_errors) * np.equal.outer(label, label)
+                     for shared_errors, label in zip(self.shared, self.label, strict=True))  # fmt: skip
         return np.asarray(np.diag(self.errors**2) + common)
 
 
@@ -102,30 +102,39 @@ def estimates_of(
     fits tell it even where all animals have a posterior.
     """
     label = np.array([numbered(results, column, (shares or {}).get(column, {})) for column in SHARED])
-    drawn = [one for result in results if (one := _posterior(result, source, name)) is not None]
+    drawn = [posterior for result in results if (posterior := _posterior(result, source, name)) is not None]
     if posteriors and results and len(drawn) == len(results):
-        middle, spread, share = (np.array(part) for part in zip(*(_drawn(one, name) for one in drawn), strict=True))
-        slopes = np.array([_drawn_per_radius(one, name) for one in drawn])
-        return _estimates((middle, spread, slopes), share.T, label, "posterior", told=True)
+        middle, spread, share = (
+            np.array(numbers) for numbers in zip(*(_drawn(posterior, name) for posterior in drawn), strict=True)
+        )
+        slopes = np.array([_drawn_per_radius(posterior, name) for posterior in drawn])
+        return _estimates((middle, spread, slopes), share.T, label, "posterior", image_error_known=True)
     values = [result.sources[source].quantities[RECORDED.get(name, name)] for result in results]
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(np.array([float(value) for value in values]))
     errors = np.array([_log_error(value) for value in values])
     slopes = np.array([float(value.attrs.get("per_radius", 0.0)) for value in values])
     if not np.all(np.isfinite(errors)):
-        return _estimates((logs, np.zeros(len(logs)), slopes), np.zeros(label.shape), label, "plain", told=False)
+        return _estimates(
+            (logs, np.zeros(len(logs)), slopes), np.zeros(label.shape), label, "plain", image_error_known=False
+        )
     share = np.array([[float(value.attrs.get(f"share_{column}", 0.0)) for value in values] for column in SHARED])
-    known = np.array(["share_image" in value.attrs for value in values], dtype=bool)
-    told = 2 * known.sum() >= len(known) and bool(np.all(share[0, known] > 0))
-    if told and not known.all():  # an animal beside whose optimum no model runs has the errors that are usual here
-        errors[~known] = np.maximum(errors[~known], np.median(errors[known]))
-        slopes[~known] = np.median(slopes[known])
-        share[:, ~known] = np.median(share[:, known], axis=1, keepdims=True)
-    return _estimates((logs, errors, slopes), share, label, "fit", told)
+    has_shares = np.array(["share_image" in value.attrs for value in values], dtype=bool)
+    image_error_known = 2 * has_shares.sum() >= len(has_shares) and bool(np.all(share[0, has_shares] > 0))
+    if image_error_known and not has_shares.all():
+        # An animal beside whose optimum no model runs has the errors that are usual here.
+        errors[~has_shares] = np.maximum(errors[~has_shares], np.median(errors[has_shares]))
+        slopes[~has_shares] = np.median(slopes[has_shares])
+        share[:, ~has_shares] = np.median(share[:, has_shares], axis=1, keepdims=True)
+    return _estimates((logs, errors, slopes), share, label, "fit", image_error_known)
 
 
 def _estimates(
-    values: tuple[np.ndarray, np.ndarray, np.ndarray], share: np.ndarray, label: np.ndarray, origin: str, told: bool
+    values: tuple[np.ndarray, np.ndarray, np.ndarray],
+    share: np.ndarray,
+    label: np.ndarray,
+    origin: str,
+    image_error_known: bool,
 ) -> Estimates:
     """Return estimates whose errors are split into those that several animals share and each animal's own.
 
@@ -134,8 +143,8 @@ def _estimates(
     logs, spread, slopes = values
     several = np.array([np.bincount(row)[row] > 1 for row in label])
     shared = np.where(several, spread * np.sqrt(share), 0.0)
-    own = np.sqrt(np.maximum(spread**2 - (shared**2).sum(axis=0), 0.0))
-    return Estimates(logs, own, shared, label, origin, told, slopes)
+    own_errors = np.sqrt(np.maximum(spread**2 - (shared**2).sum(axis=0), 0.0))
+    return Estimates(logs, own_errors, shared, label, origin, image_error_known, slopes)
 
 
 def typical_errors(errors: np.ndarray, cell: Sequence[str]) -> np.ndarray:
@@ -158,36 +167,36 @@ def typical_errors(errors: np.ndarray, cell: Sequence[str]) -> np.ndarray:
     return np.where(errors > UNDETERMINED, errors, typical)
 
 
-def shared_error(one: Estimates, other: np.ndarray) -> float:
-    """Return the standard error of the difference of two groups, `other` minus the rest, from what animals share.
+def shared_error(estimates: Estimates, in_second: np.ndarray) -> float:
+    """Return the standard error of the difference of two groups, `in_second` minus the rest, from what animals share.
 
     An image, a probe or a calibration moves a group by the share of its animals that have it; one that both groups have
     alike cancels.
     """
     variance = 0.0
-    for shared, label in zip(one.shared, one.label, strict=True):
+    for shared, label in zip(estimates.shared, estimates.label, strict=True):
         for number in np.unique(label):
-            own = label == number
-            weight = float(np.mean(own[other]) - np.mean(own[~other]))
-            variance += weight**2 * float(np.mean(shared[own] ** 2))
+            sharing = label == number
+            weight = float(np.mean(sharing[in_second]) - np.mean(sharing[~in_second]))
+            variance += weight**2 * float(np.mean(shared[sharing] ** 2))
     return float(np.sqrt(variance))
 
 
-def image_unknown(one: Estimates, other: np.ndarray, source: str) -> bool:
+def image_unknown(estimates: Estimates, in_second: np.ndarray, source: str) -> bool:
     """Return whether images that animals share may move the difference of two groups by an error that is not known.
 
     A fit takes the image as exact unless its error is said. Images that animals have each for themselves are part of
     their scatter; shared ones are asked for here if they move the difference by more than as many images as there are
     animals would.
     """
-    if source == "measured" or one.told:
+    if source == "measured" or estimates.image_error_known:
         return False
     shared = 0.0
-    for number in np.unique(one.label[0]):
-        own = one.label[0] == number
-        if own.sum() > 1:
-            shared += float(np.mean(own[other]) - np.mean(own[~other])) ** 2
-    return shared > 1 / other.sum() + 1 / (~other).sum()
+    for number in np.unique(estimates.label[0]):
+        sharing = estimates.label[0] == number
+        if sharing.sum() > 1:
+            shared += float(np.mean(sharing[in_second]) - np.mean(sharing[~in_second])) ** 2
+    return shared > 1 / in_second.sum() + 1 / (~in_second).sum()
 
 
 def _posterior(result: AnimalResult, source: str, name: str) -> PosteriorResult | None:
@@ -196,23 +205,23 @@ def _posterior(result: AnimalResult, source: str, name: str) -> PosteriorResult 
     What was measured has the error that the posterior of the first law gives its index, whichever law that is.
     """
     law = next(iter(result.laws), "") if source == "measured" and name in INDICES else source
-    one = result.laws[law].posterior if law in result.laws else None
-    if one is None or not one.trusted or name not in one.table["quantity"].values:
+    posterior = result.laws[law].posterior if law in result.laws else None
+    if posterior is None or not posterior.trusted or name not in posterior.table["quantity"].values:
         return None
-    return one if np.all(one.draws(name) > 0) else None
+    return posterior if np.all(posterior.draws(name) > 0) else None
 
 
 def _drawn(posterior: PosteriorResult, name: str) -> tuple[float, float, list[float]]:
     """Return mean and SD of the logarithm of a quantity's draws, and the shares of their variance by `SHARED`."""
-    logs, one = np.log(posterior.draws(name)), posterior.table.sel(quantity=name)
-    return float(logs.mean()), float(logs.std(ddof=1)), [float(one.get(f"share_{column}", 0.0)) for column in SHARED]
+    logs, row = np.log(posterior.draws(name)), posterior.table.sel(quantity=name)
+    return float(logs.mean()), float(logs.std(ddof=1)), [float(row.get(f"share_{column}", 0.0)) for column in SHARED]
 
 
 def _drawn_per_radius(posterior: PosteriorResult, name: str) -> float:
     """Return the slope of the logarithms of a quantity's draws over those of the factor of all radii, 0 without it."""
     if "radius_scale" not in posterior.table["quantity"].values:
         return 0.0
-    logs, radii = (np.log(posterior.draws(one)).ravel() for one in (name, "radius_scale"))
+    logs, radii = (np.log(posterior.draws(quantity)).ravel() for quantity in (name, "radius_scale"))
     spread = float(radii.var())
     return float(np.mean((logs - logs.mean()) * (radii - radii.mean()))) / spread if spread > 0 else 0.0
 
@@ -224,8 +233,10 @@ def numbered(results: Sequence[AnimalResult], column: str, words: Mapping[str, s
     """
     keys: list[object] = []
     for result in results:
-        own = result.network.length.tobytes() + result.network.radius.tobytes() if column == "image" else (result.name,)
-        keys.append(words.get(result.name) or own)
+        default_key = (
+            result.network.length.tobytes() + result.network.radius.tobytes() if column == "image" else (result.name,)
+        )
+        keys.append(words.get(result.name) or default_key)
     return np.array([keys.index(key) for key in keys], dtype=int)
 
 

@@ -106,7 +106,7 @@ def doubts_of(layout: Layout, quantities: int, rules: GuardRules = RULES) -> tup
 def rate_of_blocks(layout: Layout, levels: Sequence[str], quantities: int, rules: GuardRules = RULES) -> float:
     """Return the false positives of a design that does not know that animals of one level (their litter) are alike."""
     usual, share = _Population.of(layout, (), 1.0, rules), rules.block_share
-    effects = [one._replace(size=one.size * np.sqrt(1 - share)) for one in usual.effects]
+    effects = [effect._replace(size=effect.size * np.sqrt(1 - share)) for effect in usual.effects]
     litters = _Effect(_numbers(levels), np.full(len(levels), np.sqrt(share)))
     return usual.rate(quantities, PopulationShape.NORMAL, [*effects, litters])
 
@@ -114,18 +114,23 @@ def rate_of_blocks(layout: Layout, levels: Sequence[str], quantities: int, rules
 def _worst_side(layout: Layout, shape: PopulationShape, ratio: float) -> tuple[int, ...]:
     """Return the cells that make comparisons most skewed if they are unlike the others."""
     subject, through = _numbers(layout.subject), layout.means @ np.linalg.pinv(layout.fixed)
-    sides = [side for one in layout.contrasts for side in ((one.second, one.first), (one.first, one.second))]
-    most, worst = 0.0, tuple[int, ...]()
-    for cells in (np.flatnonzero(one > np.maximum(other, 0)) for one, other in sides):
+    sides = [
+        side
+        for contrast in layout.contrasts
+        for side in ((contrast.second, contrast.first), (contrast.first, contrast.second))
+    ]
+    max_skewness, worst = 0.0, tuple[int, ...]()
+    for cells in (np.flatnonzero(first > np.maximum(second, 0)) for first, second in sides):
         inside = np.isin(layout.cell, cells)
         unlike = np.append(inside, np.bincount(subject, inside) > 0) | (shape is PopulationShape.SKEWED)
         skewness = 0.0
-        for one in layout.contrasts:
-            sizes = (one.second - one.first) @ through * np.where(inside, ratio, 1.0)
-            each = np.append(sizes, np.bincount(subject, sizes))  # of rows, and of the subjects that they are of
-            skewness += float((each**3)[unlike].sum() ** 2 / (each**2).sum() ** 3)
-        if inside.any() and skewness > 1.3 * most:  # of two nearly alike the first, which is not the reference
-            most, worst = skewness, tuple(cells.tolist())
+        for contrast in layout.contrasts:
+            sizes = (contrast.second - contrast.first) @ through * np.where(inside, ratio, 1.0)
+            # Of rows, and of the subjects that they are of.
+            contributions = np.append(sizes, np.bincount(subject, sizes))
+            skewness += float((contributions**3)[unlike].sum() ** 2 / (contributions**2).sum() ** 3)
+        if inside.any() and skewness > 1.3 * max_skewness:  # of two nearly alike the first, which is not the reference
+            max_skewness, worst = skewness, tuple(cells.tolist())
     return worst
 
 
@@ -151,8 +156,8 @@ class _Population(NamedTuple):
         spread, block = np.where(inside, ratio, 1.0), rules.block_share / (1 - rules.block_share)
         effects = [_Effect(np.arange(len(inside)), spread, inside)]
         if any(name.startswith("subjects") for name in layout.random):
-            whole = np.array([inside[subject == level].all() for level in range(1 + subject.max())])
-            effects.append(_Effect(subject, spread, whole))
+            subject_inside = np.array([inside[subject == level].all() for level in range(1 + subject.max())])
+            effects.append(_Effect(subject, spread, subject_inside))
         components = []
         for name, random in layout.random.items():
             rows = np.diag(random) > 0
@@ -167,8 +172,11 @@ class _Population(NamedTuple):
         """Return the share of cohorts of a shape with a p as one in twenty of normal animals has it."""
         count = min(quantities, self.rules.quantities)
         usual, those = (
-            self.test.least_p(self._cohorts(some, count, which))
-            for some, which in ((self.effects, PopulationShape.NORMAL), (effects or self.effects, shape))
+            self.test.least_p(self._cohorts(drawn_effects, count, population_shape))
+            for drawn_effects, population_shape in (
+                (self.effects, PopulationShape.NORMAL),
+                (effects or self.effects, shape),
+            )
         )
         return float(np.mean(those < np.quantile(usual, self.rules.level)))
 
@@ -179,9 +187,9 @@ class _Population(NamedTuple):
         cohorts = min(rules.cohorts, max(rules.fewest, rules.products // products))
         root = np.linalg.cholesky(rules.correlation + (1 - rules.correlation) * np.eye(quantities))
         values = np.zeros((cohorts, quantities, rows))
-        for one in effects:
-            scores = np.swapaxes(rng.standard_normal((len(values), 1 + one.level.max(), quantities)) @ root.T, 1, 2)
-            values += one.size * _shaped(scores, shape, one.marked, rules)[..., one.level]
+        for effect in effects:
+            scores = np.swapaxes(rng.standard_normal((len(values), 1 + effect.level.max(), quantities)) @ root.T, 1, 2)
+            values += effect.size * _shaped(scores, shape, effect.marked, rules)[..., effect.level]
         return values
 
 
@@ -212,22 +220,22 @@ class _Test(NamedTuple):
 
     weights: np.ndarray  # (contrast, row): what takes values to contrasts
     forms: np.ndarray  # (component, row, row): quadratic forms that are the components over the given ones
-    parts: np.ndarray  # (contrast, component): variance of a contrast by each component as given
+    component_variances: np.ndarray  # (contrast, component): variance of a contrast by each component as given
     spread: np.ndarray  # (component, component): covariance of the components over the given ones
 
     @classmethod
     def of(cls, layout: Layout, components: np.ndarray) -> "_Test":
         random = np.array([*layout.random.values()])
         inverse = np.linalg.inv(np.tensordot(components, random, axes=1))
-        seen = inverse @ layout.fixed
-        estimate = np.linalg.solve(layout.fixed.T @ seen, seen.T)
-        projection = inverse - seen @ estimate
+        weighted = inverse @ layout.fixed
+        estimate = np.linalg.solve(layout.fixed.T @ weighted, weighted.T)
+        projection = inverse - weighted @ estimate
         through = projection @ random @ projection
         uncertainty = np.linalg.pinv(0.5 * np.einsum("kij,lji->kl", through, random), hermitian=True)
         forms = 0.5 * np.tensordot(uncertainty, through, axes=1) / components[:, np.newaxis, np.newaxis]
         weights = np.array([(side.second - side.first) @ layout.means for side in layout.contrasts]) @ estimate
-        parts = np.einsum("ci,kij,cj->ck", weights, random, weights) * components
-        return cls(weights, forms, parts, uncertainty / np.outer(components, components))
+        component_variances = np.einsum("ci,kij,cj->ck", weights, random, weights) * components
+        return cls(weights, forms, component_variances, uncertainty / np.outer(components, components))
 
     def least_p(self, values: np.ndarray) -> np.ndarray:
         """Return the least p of all contrasts and quantities, of values of shape (cohort, quantity, row)."""
@@ -235,7 +243,7 @@ class _Test(NamedTuple):
 
         rows = values.reshape(-1, values.shape[-1])
         ratios = np.array([((rows @ form) * rows).sum(axis=-1) for form in self.forms]).T
-        terms = np.maximum(ratios, 1e-6)[:, np.newaxis] * self.parts
+        terms = np.maximum(ratios, 1e-6)[:, np.newaxis] * self.component_variances
         variance = terms.sum(axis=-1)
         freedom = 2 * variance**2 / ((terms @ self.spread) * terms).sum(axis=-1)
         p = 2 * stdtr(freedom, -np.abs(rows @ self.weights.T) / np.sqrt(variance))

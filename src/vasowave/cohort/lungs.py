@@ -67,12 +67,12 @@ def lungs_of(
     for group, results in groups.items():
         number = numbered(results, "image", words)
         firsts = [results[place].network for place in np.unique(number, return_index=True)[1]]
-        roots[group] = np.log([float(one.radius[one.root]) for one in firsts])
+        roots[group] = np.log([float(network.radius[network.root]) for network in firsts])
     images = {group: len(of_group) for group, of_group in roots.items()}
     freedom = sum(max(count - 1, 0) for count in images.values())
     if sd is not None or not freedom:
         return LungDifferences(RULES.usual_sd if sd is None else sd, "usual" if sd is None else "lab", images)
-    scatter = sum(float(len(one) * one.var()) for one in roots.values() if len(one))
+    scatter = sum(float(len(logs) * logs.var()) for logs in roots.values() if len(logs))
     weight = RULES.usual_freedom
     return LungDifferences(
         float(np.sqrt((weight * RULES.usual_sd**2 + scatter) / (weight + freedom))), "imaged", images

@@ -65,21 +65,24 @@ def missing_animals(cohort: Cohort, law: str) -> tuple[Missing, ...]:
 
     Where no animal has a law (`law` is empty) only those count that have no result.
     """
-    groups = [*cohort.groups, *dict.fromkeys(one.group for one in cohort.lost if one.group not in cohort.groups)]
-    found = [_of(cohort, group, law) for group in groups]
-    return tuple(one for one in found if one.animals)
+    groups = [
+        *cohort.groups,
+        *dict.fromkeys(failure.group for failure in cohort.lost if failure.group not in cohort.groups),
+    ]
+    by_group = [_of(cohort, group, law) for group in groups]
+    return tuple(missing for missing in by_group if missing.animals)
 
 
 def _of(cohort: Cohort, group: str, law: str) -> Missing:
-    lost = [one for one in cohort.lost if one.group == group]
+    lost = [failure for failure in cohort.lost if failure.group == group]
     members = cohort.groups.get(group, [])
     without = [result for result in members if law and law not in result.laws]
-    there = [result for result in members if not law or law in result.laws]
-    known = tuple(one.mean_pressure for one in lost if one.mean_pressure is not None)
-    names = tuple(one.animal for one in lost)
+    present = [result for result in members if not law or law in result.laws]
+    pressures = tuple(failure.mean_pressure for failure in lost if failure.mean_pressure is not None)
+    names = tuple(failure.animal for failure in lost)
     return Missing(
-        group, (*names, *(one.name for one in without)), names, len(members) + len(lost),
-        (*known, *map(_pressure, without)), tuple(map(_pressure, there)),
+        group, (*names, *(result.name for result in without)), names, len(members) + len(lost),
+        (*pressures, *map(_pressure, without)), tuple(map(_pressure, present)),
     )  # fmt: skip
 
 

@@ -20,18 +20,20 @@ class Structure(NamedTuple):
         Columns of the fixed effects, independent of each other.
     random : sequence of array, shape (row, row)
         For each variance component, the covariance that a variance of 1 gives.
-    known : array, shape (row, row)
+    error_covariance : array, shape (row, row)
         Covariance of the known errors; rows that share an error are correlated by it.
     """
 
     fixed: np.ndarray
     random: Sequence[np.ndarray]
-    known: np.ndarray
+    error_covariance: np.ndarray
 
-    def of(self, kept: np.ndarray) -> "Structure":
+    def of(self, rows: np.ndarray) -> "Structure":
         """Return the structure of some rows."""
-        both = np.ix_(kept, kept)
-        return Structure(self.fixed[kept], [one[both] for one in self.random], self.known[both])
+        block = np.ix_(rows, rows)
+        return Structure(
+            self.fixed[rows], [component[block] for component in self.random], self.error_covariance[block]
+        )
 
 
 class Effect(NamedTuple):
@@ -126,24 +128,26 @@ def fit_mixed(values: np.ndarray, structure: Structure) -> MixedFit:
     structure : Structure
         Of more rows than coefficients, with a component at least that belongs to every row alone.
     """
-    fixed, known = structure.fixed, structure.known
+    fixed, error_covariance = structure.fixed, structure.error_covariance
     random = np.array(structure.random)
-    left = values - fixed @ np.linalg.lstsq(fixed, values, rcond=None)[0]
-    scale = max(float(left @ left) / (len(values) - fixed.shape[1]), 1e-300)
-    alone = np.array([is_diagonal(one) for one in random])
-    least = np.where(alone, LEAST, 0.0) * scale
+    residuals = values - fixed @ np.linalg.lstsq(fixed, values, rcond=None)[0]
+    scale = max(float(residuals @ residuals) / (len(values) - fixed.shape[1]), 1e-300)
+    alone = np.array([is_diagonal(component) for component in random])
+    lower_bounds = np.where(alone, LEAST, 0.0) * scale
     starts = [np.where(alone, 0.7, 0.3) * scale, np.where(alone, 0.1, 0.02) * scale]
-    found = [_climbed(values, fixed, random, known, start, least, scale) for start in starts]
-    components, state = max(found, key=lambda one: one[1].likelihood)
+    maxima = [_climbed(values, fixed, random, error_covariance, start, lower_bounds, scale) for start in starts]
+    components, state = max(maxima, key=lambda maximum: maximum[1].likelihood)
     fit = _inferred(values, fixed, random, components, state)
-    if not known.any():
+    if not error_covariance.any():
         return fit
-    return fit._replace(ignorant=fit_mixed(values, structure._replace(known=np.zeros_like(known))))
+    return fit._replace(
+        ignorant=fit_mixed(values, structure._replace(error_covariance=np.zeros_like(error_covariance)))
+    )
 
 
-def is_diagonal(one: np.ndarray) -> bool:
+def is_diagonal(component: np.ndarray) -> bool:
     """Whether a component correlates no rows."""
-    return bool(np.all(one == np.diag(np.diag(one))))
+    return bool(np.all(component == np.diag(np.diag(component))))
 
 
 class _State(NamedTuple):
@@ -155,48 +159,48 @@ class _State(NamedTuple):
 
 
 def _state(
-    values: np.ndarray, fixed: np.ndarray, random: np.ndarray, known: np.ndarray, components: np.ndarray
+    values: np.ndarray, fixed: np.ndarray, random: np.ndarray, error_covariance: np.ndarray, components: np.ndarray
 ) -> _State:
-    covariance = known + np.tensordot(components, random, axes=1)
+    covariance = error_covariance + np.tensordot(components, random, axes=1)
     root = np.linalg.cholesky(covariance)
     inner = np.linalg.inv(root)
     inverse = inner.T @ inner
-    seen = inverse @ fixed
-    information = fixed.T @ seen
+    weighted = inverse @ fixed
+    information = fixed.T @ weighted
     plain = np.linalg.inv(information)
-    projection = inverse - seen @ plain @ seen.T
+    projection = inverse - weighted @ plain @ weighted.T
     size = 2 * np.log(np.diag(root)).sum() + np.linalg.slogdet(information)[1]
     return _State(-0.5 * float(size + values @ projection @ values), root, inverse, plain, projection)
 
 
 def _climbed(
-    values: np.ndarray, fixed: np.ndarray, random: np.ndarray, known: np.ndarray, start: np.ndarray, least: np.ndarray,
-    scale: float,
+    values: np.ndarray, fixed: np.ndarray, random: np.ndarray, error_covariance: np.ndarray, start: np.ndarray,
+    lower_bounds: np.ndarray, scale: float,
 ) -> tuple[np.ndarray, _State]:  # fmt: skip
     """Return the components at a maximum of the restricted likelihood, by Fisher scoring within their limits."""
-    at, state = start, _state(values, fixed, random, known, start)
+    components, state = start, _state(values, fixed, random, error_covariance, start)
     for _ in range(_TURNS):
         projected = random @ state.projection  # (component, row, row)
         explained = state.projection @ values
         score = 0.5 * (explained @ random @ explained - np.trace(projected, axis1=1, axis2=2))
         information = 0.5 * np.einsum("kij,lji->kl", projected, projected)
-        free = (at > least) | (score > 0)
-        step = np.zeros_like(at)
+        free = (components > lower_bounds) | (score > 0)
+        step = np.zeros_like(components)
         step[free] = np.linalg.lstsq(information[np.ix_(free, free)], score[free], rcond=None)[0]
         for halved in range(_HALVINGS):
-            there = np.maximum(at + step * 0.5**halved, least)
+            updated = np.maximum(components + step * 0.5**halved, lower_bounds)
             try:
-                next_state = _state(values, fixed, random, known, there)
+                next_state = _state(values, fixed, random, error_covariance, updated)
             except np.linalg.LinAlgError:
                 continue
             if next_state.likelihood >= state.likelihood:
                 break
         else:
             break
-        moved, at, state = float(np.abs(there - at).max()), there, next_state
+        moved, components, state = float(np.abs(updated - components).max()), updated, next_state
         if moved < _ENOUGH * scale:
             break
-    return at, state
+    return components, state
 
 
 def _inferred(
@@ -204,9 +208,9 @@ def _inferred(
 ) -> MixedFit:
     """Return what Kenward and Roger infer at the maximum (their eqs. for covariances linear in the components)."""
     inverse, plain = state.inverse, state.plain
-    seen = inverse @ fixed
-    once = -np.einsum("ia,kij,jb->kab", seen, random, seen)  # P
-    twice = np.einsum("ia,kij,jm,lmn,nb->klab", seen, random, inverse, random, seen, optimize=True)  # Q
+    weighted = inverse @ fixed
+    once = -np.einsum("ia,kij,jb->kab", weighted, random, weighted)  # P
+    twice = np.einsum("ia,kij,jm,lmn,nb->klab", weighted, random, inverse, random, weighted, optimize=True)  # Q
     traces = np.einsum("kij,lji->kl", random @ inverse, random @ inverse)
     through = once @ plain
     information = 0.5 * (
@@ -215,7 +219,7 @@ def _inferred(
     uncertainty = np.linalg.pinv(information, hermitian=True)
     correction = np.einsum("kl,klab->ab", uncertainty, twice - np.einsum("kab,bc,lcd->klad", once, plain, once))
     adjusted = plain + 2 * plain @ correction @ plain
-    weights = plain @ seen.T
+    weights = plain @ weighted.T
     coefficients = weights @ values
     residuals = np.linalg.solve(state.root, values - fixed @ coefficients)
     slopes = -plain @ once @ plain

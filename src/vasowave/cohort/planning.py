@@ -34,20 +34,26 @@ def spreads_of(cohort: Cohort, family: Family | None = None) -> tuple[list[Sprea
     InputError
         There are not two groups that can be compared.
     """
-    found = comparable(cohort, family or Family())
-    if not found:
+    contrasts = comparable(cohort, family or Family())
+    if not contrasts:
         raise InputError("the study has no two groups that can be compared; a plan needs spreads of two")
-    animals = {name: place for place, name in enumerate(dict.fromkeys(name for one in found for name in one.names))}
-    residuals, spreads = np.zeros((len(animals), len(found))), []
-    for place, one in enumerate(found):
-        groups = [pooled_mean(one.known.logs[own], one.known.errors[own]) for own in (~one.other, one.other)]
+    animals = {
+        name: place
+        for place, name in enumerate(dict.fromkeys(name for contrast in contrasts for name in contrast.names))
+    }
+    residuals, spreads = np.zeros((len(animals), len(contrasts))), []
+    for place, contrast in enumerate(contrasts):
+        groups = [
+            pooled_mean(contrast.estimates.logs[mask], contrast.estimates.errors[mask])
+            for mask in (~contrast.in_second, contrast.in_second)
+        ]
         # The error that, the same in all animals, makes a group's mean as well known as theirs do.
-        error = float(np.sqrt(np.mean(one.known.errors**2)))
-        spreads.append(Spread(one.name, (groups[0].between, groups[1].between), error, one.shared))
-        which = one.other.astype(int)
-        total = np.hypot(np.array([group.between for group in groups])[which], one.known.errors)
-        center = np.array([group.value for group in groups])[which]
-        residuals[[animals[name] for name in one.names], place] = (one.known.logs - center) / total
+        error = float(np.sqrt(np.mean(contrast.estimates.errors**2)))
+        spreads.append(Spread(contrast.name, (groups[0].between, groups[1].between), error, contrast.shared))
+        group_index = contrast.in_second.astype(int)
+        total = np.hypot(np.array([group.between for group in groups])[group_index], contrast.estimates.errors)
+        center = np.array([group.value for group in groups])[group_index]
+        residuals[[animals[name] for name in contrast.names], place] = (contrast.estimates.logs - center) / total
     return spreads, correlation_of(residuals, len(animals) - 2)
 
 
@@ -62,13 +68,13 @@ def with_occasions(spreads: Sequence[Spread], cohort: Cohort, family: Family | N
         All recordings of the subjects, with their design.
     family : Family, optional
     """
-    law, found = primary_law(cohort, family or Family()), []
-    for one in spreads:
-        values = known_values(cohort, source_of(one.quantity, law), one.quantity, list(cohort.groups))
-        within = min(occasions_apart(cohort, values), *one.between)
-        left = [float(np.sqrt(max(between**2 - within**2, 0.0))) for between in one.between]
-        found.append(one._replace(between=(left[0], left[1]), within=within))
-    return found
+    law, corrected = primary_law(cohort, family or Family()), []
+    for spread in spreads:
+        values = known_values(cohort, source_of(spread.quantity, law), spread.quantity, list(cohort.groups))
+        within = min(occasions_apart(cohort, values), *spread.between)
+        animal_sd = [float(np.sqrt(max(between**2 - within**2, 0.0))) for between in spread.between]
+        corrected.append(spread._replace(between=(animal_sd[0], animal_sd[1]), within=within))
+    return corrected
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,60 +128,67 @@ def plan_of(spreads: Sequence[Spread], correlation: np.ndarray, source: str, set
     settings : Planning
     """
     root = np.linalg.cholesky(correlation + 1e-9 * np.eye(len(spreads)))
-    found: dict[tuple[object, ...], np.ndarray] = {}
+    powers: dict[tuple[object, ...], np.ndarray] = {}
     criticals: dict[int, np.ndarray] = {}
     counts = {}
-    for name, (some, asked) in _scenarios(spreads, settings).items():
-        if asked.occasions not in criticals:  # which other spreads hardly change
-            criticals[asked.occasions] = _criticals(spreads, root, asked)
-        if (some, asked.occasions) not in found:
-            each = zip(_SIZES, criticals[asked.occasions], strict=True)
-            found[some, asked.occasions] = np.array([_power(PlannedStudies(some, root, asked, n), p) for n, p in each])
-        counts[name] = _needed(found[some, asked.occasions], settings.power)
-    names = [one.quantity for one in spreads]
-    least = {name: np.fmin(count, counts["as it is"]) for name, count in counts.items()}  # else by the draws alone
-    needed = pd.DataFrame(least, index=names)
+    for name, (scenario_spreads, scenario) in _scenarios(spreads, settings).items():
+        if scenario.occasions not in criticals:  # which other spreads hardly change
+            criticals[scenario.occasions] = _criticals(spreads, root, scenario)
+        if (scenario_spreads, scenario.occasions) not in powers:
+            sizes_and_criticals = zip(_SIZES, criticals[scenario.occasions], strict=True)
+            powers[scenario_spreads, scenario.occasions] = np.array(
+                [_power(PlannedStudies(scenario_spreads, root, scenario, n), p) for n, p in sizes_and_criticals]
+            )
+        counts[name] = _needed(powers[scenario_spreads, scenario.occasions], settings.power)
+    names = [spread.quantity for spread in spreads]
+    # No scenario needs more, which it would by the draws alone.
+    counts_needed = {name: np.fmin(count, counts["as it is"]) for name, count in counts.items()}
+    needed = pd.DataFrame(counts_needed, index=names)
     index = pd.Index(_SIZES, name="animals" if settings.pairs is None else "pairs")
     return Plan(
-        settings, tuple(spreads), source, pd.DataFrame(found[tuple(spreads), settings.occasions], index, names), needed
+        settings, tuple(spreads), source, pd.DataFrame(powers[tuple(spreads), settings.occasions], index, names), needed
     )
 
 
 def _scenarios(spreads: Sequence[Spread], settings: Planning) -> dict[str, tuple[tuple[Spread, ...], Planning]]:
     """Return spreads and occasions as they are, and as what may save animals makes them; images of a pair cancel."""
-    halved = tuple(one._replace(error=one.error / 2) for one in spreads)
-    own = tuple(one._replace(shared=0.0, error=float(np.hypot(one.error, one.shared / 2**0.5))) for one in spreads)
+    halved = tuple(spread._replace(error=spread.error / 2) for spread in spreads)
+    own_images = tuple(
+        spread._replace(shared=0.0, error=float(np.hypot(spread.error, spread.shared / 2**0.5))) for spread in spreads
+    )
     twice = replace(settings, occasions=2 * settings.occasions)
-    known = any(one.error or one.within for one in spreads)
-    again = tuple(spreads), twice if known else settings
-    found = {"as it is": (tuple(spreads), settings), "errors halved": (halved, settings)}
+    has_errors = any(spread.error or spread.within for spread in spreads)
+    again = tuple(spreads), twice if has_errors else settings
+    scenarios = {"as it is": (tuple(spreads), settings), "errors halved": (halved, settings)}
     if settings.pairs is None:
-        return found | {"own images": (own, settings), "a second occasion": again}
-    return found | {"two recordings each time": again}
+        return scenarios | {"own images": (own_images, settings), "a second occasion": again}
+    return scenarios | {"two recordings each time": again}
 
 
 def _needed(powers: np.ndarray, power: float) -> list[float]:
     """Return the least size, between those tried by the line through them, that has the power."""
-    found = []
-    for one in np.maximum.accumulate(powers, axis=0).T:
-        if one[-1] < power:
-            found.append(np.nan)
+    sizes = []
+    for curve in np.maximum.accumulate(powers, axis=0).T:
+        if curve[-1] < power:
+            sizes.append(np.nan)
             continue
-        place = int(np.argmax(one >= power))
+        place = int(np.argmax(curve >= power))
         if place == 0:
-            found.append(float(_SIZES[0]))
+            sizes.append(float(_SIZES[0]))
             continue
-        share = (power - one[place - 1]) / (one[place] - one[place - 1])
-        found.append(float(np.ceil(_SIZES[place - 1] + share * (_SIZES[place] - _SIZES[place - 1]))))
-    return found
+        share = (power - curve[place - 1]) / (curve[place] - curve[place - 1])
+        sizes.append(float(np.ceil(_SIZES[place - 1] + share * (_SIZES[place] - _SIZES[place - 1]))))
+    return sizes
 
 
 def _criticals(spreads: Sequence[Spread], root: np.ndarray, settings: Planning) -> np.ndarray:
     """Return the critical p of some studies of every size, shape (size, study)."""
     exact = np.log([critical_of_studies(PlannedStudies(spreads, root, settings, size)) for size in _JUDGED])
-    return np.exp([np.interp(np.log(_SIZES), np.log(_JUDGED), one) for one in exact.T]).T
+    return np.exp([np.interp(np.log(_SIZES), np.log(_JUDGED), log_critical) for log_critical in exact.T]).T
 
 
-def _power(asked: PlannedStudies, critical: np.ndarray) -> np.ndarray:
+def _power(studies: PlannedStudies, critical: np.ndarray) -> np.ndarray:
     """Return how often each quantity's effect is shown, over studies' critical p."""
-    return np.array([np.mean(np.searchsorted(np.sort(one), critical)) / len(one) for one in p_of_effect(asked)])
+    return np.array(
+        [np.mean(np.searchsorted(np.sort(p_values), critical)) / len(p_values) for p_values in p_of_effect(studies)]
+    )

@@ -71,10 +71,10 @@ def pooled_means(values: np.ndarray, errors: np.ndarray) -> Means:
         return Means(np.asarray(values.mean(axis=-1)), error, values.shape[-1] - 1.0, spread)
     between = _between(values, errors**2)
     weights = 1 / (between[..., np.newaxis] + errors**2)
-    whole, freedom = weights.sum(axis=-1), values.shape[-1] - 1.0
-    mean = (weights * values).sum(axis=-1) / whole
+    total_weight, freedom = weights.sum(axis=-1), values.shape[-1] - 1.0
+    mean = (weights * values).sum(axis=-1) / total_weight
     scatter = (weights * (values - mean[..., np.newaxis]) ** 2).sum(axis=-1) / freedom
-    return Means(mean, np.sqrt(np.maximum(1.0, scatter) / whole), freedom, np.sqrt(between))
+    return Means(mean, np.sqrt(np.maximum(1.0, scatter) / total_weight), freedom, np.sqrt(between))
 
 
 class Difference(NamedTuple):
@@ -94,9 +94,9 @@ class Difference(NamedTuple):
 
 def difference(first: Mean | Means, second: Mean | Means, shared: float = 0.0) -> Difference:
     """Return the second mean minus the first; `shared` is the standard error that no number of animals lessens."""
-    one, other = np.square(first.error), np.square(second.error)
-    variance = one + other + shared**2
-    freedom = variance**2 / (one**2 / first.freedom + other**2 / second.freedom)
+    first_variance, second_variance = np.square(first.error), np.square(second.error)
+    variance = first_variance + second_variance + shared**2
+    freedom = variance**2 / (first_variance**2 / first.freedom + second_variance**2 / second.freedom)
     return Difference(np.asarray(second.value - first.value), np.sqrt(variance), freedom)
 
 
@@ -125,7 +125,7 @@ class Ratio(NamedTuple):
 
 def pooled_ratio(
     reference: tuple[np.ndarray, np.ndarray],
-    other: tuple[np.ndarray, np.ndarray],
+    group: tuple[np.ndarray, np.ndarray],
     level: float = LEVEL,
     shared: float = 0.0,
 ) -> Ratio:
@@ -135,7 +135,7 @@ def pooled_ratio(
 
     Parameters
     ----------
-    reference, other : (array, array)
+    reference, group : (array, array)
         Logarithms of the animals' estimates, and their standard errors.
     level : float
     shared : float
@@ -149,13 +149,13 @@ def pooled_ratio(
     """
     from scipy.special import stdtrit
 
-    first, second = pooled_mean(*reference), pooled_mean(*other)
+    first, second = pooled_mean(*reference), pooled_mean(*group)
     value, error, freedom = difference(first, second, shared)
     reach = stdtrit(freedom, 0.5 + 0.5 * level) * error
     with np.errstate(over="ignore"):  # with two animals a group an interval may have no end
         ends = np.exp([value, value - reach, value + reach, first.value, second.value])
-    value, low, high, one, another = ends.tolist()
-    return Ratio(value, low, high, float(error), one, another, float(freedom))
+    value, low, high, reference_mean, group_mean = ends.tolist()
+    return Ratio(value, low, high, float(error), reference_mean, group_mean, float(freedom))
 
 
 _STEP, _TURNS = 1.15, 10
@@ -169,27 +169,30 @@ def _between(values: np.ndarray, variances: np.ndarray) -> np.ndarray:
         return np.asarray(np.maximum(scatter - variances[0], 0.0))
     centered = values - values.mean(axis=-1, keepdims=True)
     # The likelihood may have two maxima: the higher one is found on a grid, then between its neighbors.
-    least = 1e-9 * scatter.max() + 1e-12 * variances.max()  # as good as none
-    low, high = max(1e-3 * min(scatter.min(), variances.min()), least), 4 * max(scatter.max(), least)
-    grid = np.concatenate([[least], np.geomspace(low, high, 2 + int(np.log(high / low) / np.log(_STEP)))])
+    smallest = 1e-9 * scatter.max() + 1e-12 * variances.max()  # as good as none
+    low, high = max(1e-3 * min(scatter.min(), variances.min()), smallest), 4 * max(scatter.max(), smallest)
+    grid = np.concatenate([[smallest], np.geomspace(low, high, 2 + int(np.log(high / low) / np.log(_STEP)))])
     weights = 1 / (grid[:, np.newaxis] + variances)
-    whole = weights.sum(axis=-1)
-    likelihood = np.square(centered @ (weights / np.sqrt(whole)[:, np.newaxis]).T)
+    total_weight = weights.sum(axis=-1)
+    likelihood = np.square(centered @ (weights / np.sqrt(total_weight)[:, np.newaxis]).T)
     likelihood -= centered**2 @ weights.T
-    likelihood += np.log(weights).sum(axis=-1) - np.log(whole)
+    likelihood += np.log(weights).sum(axis=-1) - np.log(total_weight)
     best = np.argmax(likelihood, axis=-1)
     lowest, highest = grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, len(grid) - 1)]
-    found = grid[best]
+    between = grid[best]
     for _ in range(_TURNS):
-        found = np.clip(found + _scoring(found, centered, variances), lowest, highest)
-    return np.asarray(found)
+        between = np.clip(between + _scoring(between, centered, variances), lowest, highest)
+    return np.asarray(between)
 
 
 def _scoring(between: np.ndarray, centered: np.ndarray, variances: np.ndarray) -> np.ndarray:
     """Return the step of Fisher scoring towards the maximum of the restricted likelihood."""
     weights = 1 / (between[..., np.newaxis] + variances)
-    squares, one = weights * weights, np.ones(variances.shape)  # products with `one` are sums, and faster
-    whole, square, cube = weights @ one, squares @ one, (squares * weights) @ one
-    mean = (weights * centered) @ one / whole
-    misfit = np.square(weights * (centered - mean[..., np.newaxis])) @ one
-    return np.asarray((misfit - whole + square / whole) / (square - 2 * cube / whole + (square / whole) ** 2))
+    squares, ones = weights * weights, np.ones(variances.shape)  # products with `ones` are sums, and faster
+    total_weight, square, cube = weights @ ones, squares @ ones, (squares * weights) @ ones
+    mean = (weights * centered) @ ones / total_weight
+    misfit = np.square(weights * (centered - mean[..., np.newaxis])) @ ones
+    return np.asarray(
+        (misfit - total_weight + square / total_weight)
+        / (square - 2 * cube / total_weight + (square / total_weight) ** 2)
+    )

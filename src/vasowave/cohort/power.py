@@ -39,59 +39,69 @@ class PlannedStudies(NamedTuple):
     size: int
 
 
-def p_of_effect(asked: PlannedStudies) -> np.ndarray:
+def p_of_effect(studies: PlannedStudies) -> np.ndarray:
     """Return p of the effect in drawn studies, shape (quantity, study), as the primary comparison of such studies."""
-    settings, effect = asked.settings, np.log(asked.settings.effect)
-    found = []
+    settings, effect = studies.settings, np.log(studies.settings.effect)
+    p_values = []
     if settings.pairs is not None:
-        for values, error, _ in _pairs(asked, _FEWER_DRAWS):
+        for values, error, _ in _pairs(studies, _FEWER_DRAWS):
             change = changes_of(values, error, settings.littermates)
-            found.append(change._replace(value=change.value + effect).p)
+            p_values.append(change._replace(value=change.value + effect).p)
     elif settings.occasions > 1:
-        for one, (values, error, moved) in zip(asked.spreads, _repeated(asked, _FEWER_DRAWS), strict=True):
-            apart = effects_of_repeated(values, error, one.shared)
-            found.append(apart._replace(value=apart.value + (effect + moved)).p)
+        for spread, (values, error, moved) in zip(studies.spreads, _repeated(studies, _FEWER_DRAWS), strict=True):
+            contrast = effects_of_repeated(values, error, spread.shared)
+            p_values.append(contrast._replace(value=contrast.value + (effect + moved)).p)
     else:
-        for one, (values, error, moved) in zip(asked.spreads, _groups(asked, _DRAWS), strict=True):
-            first, second = (pooled_means(values[:, group], np.full(asked.size, error)) for group in (0, 1))
-            found.append(difference(first, second._replace(value=second.value + effect + moved), one.shared).p)
-    return np.array(found)
+        for spread, (values, error, moved) in zip(studies.spreads, _groups(studies, _DRAWS), strict=True):
+            first, second = (pooled_means(values[:, group], np.full(studies.size, error)) for group in (0, 1))
+            p_values.append(difference(first, second._replace(value=second.value + effect + moved), spread.shared).p)
+    return np.array(p_values)
 
 
-def critical_of_studies(asked: PlannedStudies) -> np.ndarray:
+def critical_of_studies(studies: PlannedStudies) -> np.ndarray:
     """Return of some studies the p of one row below which the family's is below its level, from low to high."""
-    if asked.settings.pairs is not None:
-        own = [one._replace(shared=0.0) for one in asked.spreads]  # what pairs share cancels
-        structure = structure_of_pairs(asked.size, asked.settings.littermates)
-        return np.sort(_critical_of_models(_pairs(asked, _STUDIES), *structure, own))
-    if asked.settings.occasions > 1:
-        return np.sort(_critical_of_subjects(asked))
-    return np.sort(_critical_of_groups(asked))
+    if studies.settings.pairs is not None:
+        unshared = [spread._replace(shared=0.0) for spread in studies.spreads]  # what pairs share cancels
+        structure = structure_of_pairs(studies.size, studies.settings.littermates)
+        return np.sort(_critical_of_models(_pairs(studies, _STUDIES), *structure, unshared))
+    if studies.settings.occasions > 1:
+        return np.sort(_critical_of_subjects(studies))
+    return np.sort(_critical_of_groups(studies))
 
 
-def _critical_of_groups(asked: PlannedStudies) -> list[float]:
-    drawn, animals = list(_groups(asked, _STUDIES)), np.arange(2 * asked.size)
-    found = []
+def _critical_of_groups(studies: PlannedStudies) -> list[float]:
+    drawn, animals = list(_groups(studies, _STUDIES)), np.arange(2 * studies.size)
+    criticals = []
     for study in range(_STUDIES):
         rows = [
+<<<<<<< HEAD
             ComparedQuantity(
                 place, animals, animals >= asked.size, values[study].ravel(), np.full(len(animals), error), one.shared
+=======
+            TestedQuantity(
+                place,
+                animals,
+                animals >= studies.size,
+                values[study].ravel(),
+                np.full(len(animals), error),
+                spread.shared,
+>>>>>>> n3
             )
-            for place, (one, (values, error, _)) in enumerate(zip(asked.spreads, drawn, strict=True))
+            for place, (spread, (values, error, _)) in enumerate(zip(studies.spreads, drawn, strict=True))
         ]
-        found.append(max(critical_p(rows, _DRAWS_OF_STUDY, study), _LEAST))
-    return found
+        criticals.append(max(critical_p(rows, _DRAWS_OF_STUDY, study), _LEAST))
+    return criticals
 
 
-def _critical_of_subjects(asked: PlannedStudies) -> list[float]:
+def _critical_of_subjects(studies: PlannedStudies) -> list[float]:
     """Return the same with subjects; more than two occasions count as two, of which each is the mean of a half."""
-    size, half = asked.size, (asked.settings.occasions / 2) ** 0.5
-    halves = [one._replace(error=one.error / half, within=one.within / half) for one in asked.spreads]
+    size, half = studies.size, (studies.settings.occasions / 2) ** 0.5
+    halves = [spread._replace(error=spread.error / half, within=spread.within / half) for spread in studies.spreads]
     group = [np.kron(np.diag([1.0, 0.0]), np.eye(size)), np.kron(np.diag([0.0, 1.0]), np.eye(size))]
-    random = [np.kron(one, both) for one in group for both in (np.eye(2), np.ones((2, 2)))]
+    random = [np.kron(indicator, block) for indicator in group for block in (np.eye(2), np.ones((2, 2)))]
     fixed = np.kron(np.eye(2), np.ones((2 * size, 1)))
-    twice = asked._replace(spreads=halves, settings=replace(asked.settings, occasions=2))
-    return _critical_of_models(_repeated(twice, _STUDIES), fixed, random, asked.spreads)
+    twice = studies._replace(spreads=halves, settings=replace(studies.settings, occasions=2))
+    return _critical_of_models(_repeated(twice, _STUDIES), fixed, random, studies.spreads)
 
 
 def _critical_of_models(
@@ -100,46 +110,52 @@ def _critical_of_models(
     """Return the critical p of studies whose quantities have a mixed model of first and second values."""
     rows, change = np.arange(len(fixed)), np.array([[-1.0, 1.0]])
     together = np.outer(fixed[:, 1], fixed[:, 1])
-    known = [
-        (values.reshape(len(values), -1), error**2 * np.eye(len(fixed)) + one.shared**2 * together)
-        for one, (values, error, _) in zip(spreads, drawn, strict=True)
+    values_and_errors = [
+        (values.reshape(len(values), -1), error**2 * np.eye(len(fixed)) + spread.shared**2 * together)
+        for spread, (values, error, _) in zip(spreads, drawn, strict=True)
     ]
-    found = []
+    criticals = []
     for study in range(_STUDIES):
         models = [Fitted(fit_mixed(values[study], Structure(fixed, random, errors)), rows, change)
-                  for values, errors in known]  # fmt: skip
-        found.append(max(joint(models, _DRAWS_OF_STUDY, study).critical, _LEAST))
-    return found
+                  for values, errors in values_and_errors]  # fmt: skip
+        criticals.append(max(joint(models, _DRAWS_OF_STUDY, study).critical, _LEAST))
+    return criticals
 
 
-def _groups(asked: PlannedStudies, count: int) -> Drawn:
-    rng, root = np.random.default_rng(asked.settings.seed), asked.root  # the same for every scenario
-    shape = count, 2 * asked.size, len(asked.spreads)
-    scores = (rng.standard_normal(shape) @ root.T).reshape(count, 2, asked.size, -1)
-    common = rng.standard_normal((count, len(asked.spreads))) @ root.T
-    for place, one in enumerate(asked.spreads):
-        spread = np.array([np.hypot(one.on_one_occasion(group), one.error) for group in (0, 1)])
-        yield scores[..., place] * spread[:, np.newaxis], one.error, one.shared * common[:, place]
+def _groups(studies: PlannedStudies, count: int) -> Drawn:
+    rng, root = np.random.default_rng(studies.settings.seed), studies.root  # the same for every scenario
+    shape = count, 2 * studies.size, len(studies.spreads)
+    scores = (rng.standard_normal(shape) @ root.T).reshape(count, 2, studies.size, -1)
+    common = rng.standard_normal((count, len(studies.spreads))) @ root.T
+    for place, spread in enumerate(studies.spreads):
+        sd = np.array([np.hypot(spread.on_one_occasion(group), spread.error) for group in (0, 1)])
+        yield scores[..., place] * sd[:, np.newaxis], spread.error, spread.shared * common[:, place]
 
 
-def _repeated(asked: PlannedStudies, count: int) -> Drawn:
+def _repeated(studies: PlannedStudies, count: int) -> Drawn:
     """Values have an axis more, of the occasions."""
-    rng, quantities = np.random.default_rng(asked.settings.seed), len(asked.spreads)
-    own = rng.standard_normal((count, 2, asked.size, 1, quantities)) @ asked.root.T
-    each = rng.standard_normal((count, 2, asked.size, asked.settings.occasions, quantities)) @ asked.root.T
-    common = rng.standard_normal((count, quantities)) @ asked.root.T
-    for place, one in enumerate(asked.spreads):
-        between = own[..., place] * np.array(one.between)[:, np.newaxis, np.newaxis]
-        yield between + np.hypot(one.within, one.error) * each[..., place], one.error, one.shared * common[:, place]
+    rng, quantities = np.random.default_rng(studies.settings.seed), len(studies.spreads)
+    animal_effects = rng.standard_normal((count, 2, studies.size, 1, quantities)) @ studies.root.T
+    occasion_effects = (
+        rng.standard_normal((count, 2, studies.size, studies.settings.occasions, quantities)) @ studies.root.T
+    )
+    common = rng.standard_normal((count, quantities)) @ studies.root.T
+    for place, spread in enumerate(studies.spreads):
+        between = animal_effects[..., place] * np.array(spread.between)[:, np.newaxis, np.newaxis]
+        yield (
+            between + np.hypot(spread.within, spread.error) * occasion_effects[..., place],
+            spread.error,
+            spread.shared * common[:, place],
+        )
 
 
-def _pairs(asked: PlannedStudies, count: int) -> Drawn:
+def _pairs(studies: PlannedStudies, count: int) -> Drawn:
     """Recordings are averaged on each of the two occasions; what a pair shares, an image for instance, cancels."""
-    rng, alike = np.random.default_rng(asked.settings.seed), asked.settings.pairs or 0.0
-    shapes = ((count, group, asked.size, len(asked.spreads)) for group in (1, 2, 2))
-    both, each, again = (rng.standard_normal(shape) @ asked.root.T for shape in shapes)
-    scores = np.sqrt(alike) * both + np.sqrt(1 - alike) * each
-    for place, one in enumerate(asked.spreads):
-        error = one.error / asked.settings.occasions**0.5
-        spread = np.array([one.on_one_occasion(group) for group in (0, 1)])
-        yield scores[..., place] * spread[:, np.newaxis] + error * again[..., place], error, np.zeros(count)
+    rng, alike = np.random.default_rng(studies.settings.seed), studies.settings.pairs or 0.0
+    shapes = ((count, group, studies.size, len(studies.spreads)) for group in (1, 2, 2))
+    pair_effects, value_effects, again = (rng.standard_normal(shape) @ studies.root.T for shape in shapes)
+    scores = np.sqrt(alike) * pair_effects + np.sqrt(1 - alike) * value_effects
+    for place, spread in enumerate(studies.spreads):
+        error = spread.error / studies.settings.occasions**0.5
+        sd = np.array([spread.on_one_occasion(group) for group in (0, 1)])
+        yield scores[..., place] * sd[:, np.newaxis] + error * again[..., place], error, np.zeros(count)

@@ -56,18 +56,18 @@ class GroupContrast(NamedTuple):
     name, source, unit : str
     results : list of AnimalResult
         Animals of both groups that have it.
-    known : Estimates
-    other : array of bool, shape (animal,)
+    estimates : Estimates
+    in_second : array of bool, shape (animal,)
     fits : Estimates, optional
-        What the fits tell where `known` is of posteriors.
+        What the fits tell where `estimates` is of posteriors.
     """
 
     name: str
     source: str
     unit: str
     results: list[AnimalResult]
-    known: Estimates
-    other: np.ndarray
+    estimates: Estimates
+    in_second: np.ndarray
     fits: Estimates | None = None
 
     @property
@@ -78,18 +78,23 @@ class GroupContrast(NamedTuple):
     @property
     def untested(self) -> "Untested":
         """Why its row has no p."""
-        return Untested.ONE_IMAGE if image_unknown(self.known, self.other, self.source) else Untested.NO
+        return Untested.ONE_IMAGE if image_unknown(self.estimates, self.in_second, self.source) else Untested.NO
 
     @property
     def shared(self) -> float:
         """Standard error of the difference of the groups from what animals share."""
-        return shared_error(self.known, self.other)
+        return shared_error(self.estimates, self.in_second)
 
-    def ratio(self, kept: np.ndarray | slice = slice(None), level: float = LEVEL) -> Ratio:
+    def ratio(self, selection: np.ndarray | slice = slice(None), level: float = LEVEL) -> Ratio:
         """Return the pooled ratio of the second group over the first, of the animals kept."""
-        one, other = self.known.of(kept), self.other[kept]
-        reference = one.logs[~other], one.errors[~other]
-        return pooled_ratio(reference, (one.logs[other], one.errors[other]), level, shared_error(one, other))
+        estimates, in_second = self.estimates.of(selection), self.in_second[selection]
+        reference = estimates.logs[~in_second], estimates.errors[~in_second]
+        return pooled_ratio(
+            reference,
+            (estimates.logs[in_second], estimates.errors[in_second]),
+            level,
+            shared_error(estimates, in_second),
+        )
 
     def tipping_lung_sd(self, critical: float) -> float:
         """Return how much the lungs of one group may differ for the interval still to exclude 1.
@@ -99,7 +104,7 @@ class GroupContrast(NamedTuple):
         """
 
         def excludes(sd: float) -> bool:
-            ratio = self._replace(known=self.known.of_lungs(sd)).ratio(level=1 - critical)
+            ratio = self._replace(estimates=self.estimates.of_lungs(sd)).ratio(level=1 - critical)
             return not ratio.low <= 1 <= ratio.high
 
         if not excludes(0.0) or excludes(_MOST_LUNGS):
@@ -221,8 +226,10 @@ class Primary:
 
     def of(self, group: str) -> "Primary":
         """Return what is said of one group; intervals and p still hold for all groups at once."""
-        rows, others = (one[one["other"] == group] if len(one) else one for one in (self.rows, self.others))
-        return replace(self, rows=rows.reset_index(drop=True), others=others.reset_index(drop=True))
+        rows, secondary = (
+            table[table["other"] == group] if len(table) else table for table in (self.rows, self.others)
+        )
+        return replace(self, rows=rows.reset_index(drop=True), others=secondary.reset_index(drop=True))
 
 
 def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
@@ -242,21 +249,27 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
     missing = missing_animals(cohort, law)
     if not cohort.design.plain:
         return _by_design(cohort, law, names, missing)
-    pairs = {other: _usable(cohort, names, law, other, left_out) for other in list(cohort.groups)[1:]}
-    found = [(other, one) for other, usable in pairs.items() for one in usable]
-    if not found:
+    pairs = {group: _usable(cohort, names, law, group, left_out) for group in list(cohort.groups)[1:]}
+    comparisons = [(group, contrast) for group, usable in pairs.items() for contrast in usable]
+    if not comparisons:
         return Primary(law, pd.DataFrame(), pd.DataFrame(), left_out, missing=missing, lungs=cohort.lungs)
-    tested = [one for _, one in found if not one.untested]
+    tested = [contrast for _, contrast in comparisons if not contrast.untested]
     together = simultaneous(_joint(tested)) if tested else None
     p = iter([] if together is None else together.p.tolist())
     critical = 1 - LEVEL if together is None else together.critical
     rows = [
-        _row(cohort.reference, other, one, (np.nan, 1 - LEVEL) if one.untested else (next(p), critical), len(pairs))
-        for other, one in found
+        _row(
+            cohort.reference,
+            group,
+            contrast,
+            (np.nan, 1 - LEVEL) if contrast.untested else (next(p), critical),
+            len(pairs),
+        )
+        for group, contrast in comparisons
     ]
-    beside = _beside(cohort, law, pairs, critical)
+    secondary = _beside(cohort, law, pairs, critical)
     assurance = _assurance(tested, together) if together is not None else None
-    return Primary(law, pd.DataFrame(rows), pd.DataFrame(beside), left_out, assurance, missing, lungs=cohort.lungs)
+    return Primary(law, pd.DataFrame(rows), pd.DataFrame(secondary), left_out, assurance, missing, lungs=cohort.lungs)
 
 
 def with_lungs(cohort: Cohort, family: Family) -> Cohort:
@@ -267,27 +280,29 @@ def with_lungs(cohort: Cohort, family: Family) -> Cohort:
 def comparable(cohort: Cohort, family: Family) -> list[GroupContrast]:
     """Return the quantities of the family in the first two groups that can be compared."""
     cohort = with_lungs(cohort, family)
-    law, others = primary_law(cohort, family), list(cohort.groups)[1:2]
+    law, groups = primary_law(cohort, family), list(cohort.groups)[1:2]
     names = [name for name in family.quantities if law or name in MEASURED]
-    return [one for other in others for one in _usable(cohort, names, law, other, {})]
+    return [contrast for group in groups for contrast in _usable(cohort, names, law, group, {})]
 
 
 def _by_design(cohort: Cohort, law: str, names: Sequence[str], missing: tuple[Missing, ...]) -> Primary:
     """Compare by the model of the design; without one, by the pooled ratios of groups of independent animals."""
     left_out: dict[str, str] = {}
-    seen: dict[Finding, list[str]] = {}
-    found = _models(cohort, names, law, left_out, seen)
-    untold = tuple(Missed(finding, tuple(quantities)) for finding, quantities in seen.items())
-    if not found:
+    findings: dict[Finding, list[str]] = {}
+    models = _models(cohort, names, law, left_out, findings)
+    untold = tuple(Missed(finding, tuple(quantities)) for finding, quantities in findings.items())
+    if not models:
         return Primary(law, pd.DataFrame(), pd.DataFrame(), left_out, missing=missing, untold=untold)
-    rows, critical = rows_of_design(found)
-    tested = [one.values.name for one in found if one.values.source == law]
-    others = [_models(cohort, tested, further, {}, {}) for further in cohort.walls if further != law]
-    further = pd.DataFrame([row for models in others for row in beside(models, critical)])
+    rows, critical = rows_of_design(models)
+    tested = [model.values.name for model in models if model.values.source == law]
+    secondary = [_models(cohort, tested, further, {}, {}) for further in cohort.walls if further != law]
+    further = pd.DataFrame([row for law_models in secondary for row in beside(law_models, critical)])
     gaps = {
-        animal: f"its cell of '{column}' is empty" for one in found for animal, column in one.layout.left_out.items()
+        animal: f"its cell of '{column}' is empty"
+        for model in models
+        for animal, column in model.layout.left_out.items()
     }
-    adjusted = pd.DataFrame(covariate_effects(cohort, found))
+    adjusted = pd.DataFrame(covariate_effects(cohort, models))
     return Primary(
         law, pd.DataFrame(rows), further, left_out | gaps, missing=missing, untold=untold, adjusted=adjusted,
         lungs=cohort.lungs,
@@ -307,13 +322,13 @@ def _models(
         try:
             if values is None:
                 raise InputError("no animal has it")
-            one = modeled(cohort, values)
+            model = modeled(cohort, values)
         except InputError as error:
             left_out[name] = str(error)
             continue
-        for effect in one.layout.untold:
+        for effect in model.layout.untold:
             untold.setdefault(effect.finding, []).append(name)
-        models += [one] if one.contrasts else []
+        models += [model] if model.contrasts else []
     return models
 
 
@@ -322,12 +337,20 @@ def _beside(
 ) -> list[dict[str, object]]:
     """Return the effects by the other laws."""
     return [
-        {"reference": cohort.reference, "other": other, "quantity": one.name, "source": further}
-        | dict(zip(("ratio", "low", "high"), one.ratio(level=LEVEL if one.untested else 1 - critical)[:3], strict=True))
-        for other, usable in pairs.items()
+        {"reference": cohort.reference, "other": group, "quantity": contrast.name, "source": further}
+        | dict(
+            zip(
+                ("ratio", "low", "high"),
+                contrast.ratio(level=LEVEL if contrast.untested else 1 - critical)[:3],
+                strict=True,
+            )
+        )
+        for group, usable in pairs.items()
         for further in cohort.walls
         if further != law
-        for one in _usable(cohort, [one.name for one in usable if one.source == law], further, other, {})
+        for contrast in _usable(
+            cohort, [contrast.name for contrast in usable if contrast.source == law], further, group, {}
+        )
     ]
 
 
@@ -358,45 +381,47 @@ def primary_law(cohort: Cohort, family: Family) -> str:
         No animal was calibrated with the law that `family` names.
     """
     if family.law and family.law not in cohort.walls:
-        known = ", ".join(cohort.walls) or "none"
+        names = ", ".join(cohort.walls) or "none"
         hint = did_you_mean(family.law, cohort.walls)
-        raise InputError(f"no animal was calibrated with the primary law '{family.law}'{hint}; there are: {known}")
+        raise InputError(f"no animal was calibrated with the primary law '{family.law}'{hint}; there are: {names}")
     return family.law or next(iter(cohort.walls), "")
 
 
 def _check(cohort: Cohort, family: Family, law: str) -> None:
     """Refuse a name that nothing has; what only this law or these animals lack is left out and named."""
-    known = [str(label).split(" [")[0] for label in cohort.table.columns]
+    column_names = [str(label).split(" [")[0] for label in cohort.table.columns]
     for name in family.quantities:
-        if name not in known and question_of(name) == name and (law or name in MEASURED):
-            raise InputError(f"no animal has the quantity '{name}'{did_you_mean(name, known)}; see the table Groups")
+        if name not in column_names and question_of(name) == name and (law or name in MEASURED):
+            raise InputError(
+                f"no animal has the quantity '{name}'{did_you_mean(name, column_names)}; see the table Groups"
+            )
 
 
 def _usable(
-    cohort: Cohort, names: Sequence[str], law: str, other: str, left_out: dict[str, str]
+    cohort: Cohort, names: Sequence[str], law: str, group: str, left_out: dict[str, str]
 ) -> list[GroupContrast]:
     """Return the quantities that can be compared; `left_out` gets the others with the reason."""
     usable = []
     for name in names:
         source = source_of(name, law)
-        one = _compared(cohort, source, name, other)
-        if reason := "no animal has it" if one is None else _refusal(one):
-            left_out[f"{name} ({other})"] = reason
-        elif one is not None:
-            usable.append(one)
+        contrast = _compared(cohort, source, name, group)
+        if reason := "no animal has it" if contrast is None else _refusal(contrast):
+            left_out[f"{name} ({group})"] = reason
+        elif contrast is not None:
+            usable.append(contrast)
     return usable
 
 
-def _compared(cohort: Cohort, source: str, name: str, other: str) -> GroupContrast | None:
-    found = known_values(cohort, source, name, (cohort.reference, other))
-    if found is None:
+def _compared(cohort: Cohort, source: str, name: str, group: str) -> GroupContrast | None:
+    values = known_values(cohort, source, name, (cohort.reference, group))
+    if values is None:
         return None
-    of_other = np.array([result.group == other for result in found.results], dtype=bool)
-    one = GroupContrast(name, source, found.unit, found.results, found.known, of_other)
-    if found.known.origin != "posterior" or source == "measured":
-        return one
-    fits = known_values(cohort, source, name, (cohort.reference, other), found.results, posteriors=False)
-    return one._replace(fits=fits and fits.known)
+    of_other = np.array([result.group == group for result in values.results], dtype=bool)
+    contrast = GroupContrast(name, source, values.unit, values.results, values.estimates, of_other)
+    if values.estimates.origin != "posterior" or source == "measured":
+        return contrast
+    fits = known_values(cohort, source, name, (cohort.reference, group), values.results, posteriors=False)
+    return contrast._replace(fits=fits and fits.estimates)
 
 
 def known_values(
@@ -423,82 +448,105 @@ def known_values(
         and (source == "measured" or source in result.laws)
         and np.isfinite(values[result.name])
     ]
-    shares = {one: cohort.variables[one].levels for one in SHARED if one in cohort.variables}
-    cell = {result.name: called for called, one in cohort.cells.items() for result in one.results}
-    known = estimates_of(results, source, name, shares, posteriors)
-    known = known.alike_within([cell[result.name] for result in results])
-    return Values(name, source, split_unit(label)[1], results, known.of_lungs(cohort.lungs.sd))
+    shares = {title: cohort.variables[title].levels for title in SHARED if title in cohort.variables}
+    cell_of = {result.name: called for called, cell in cohort.cells.items() for result in cell.results}
+    estimates = estimates_of(results, source, name, shares, posteriors)
+    estimates = estimates.alike_within([cell_of[result.name] for result in results])
+    return Values(name, source, split_unit(label)[1], results, estimates.of_lungs(cohort.lungs.sd))
 
 
-def _refusal(one: GroupContrast) -> str:
+def _refusal(contrast: GroupContrast) -> str:
     """Return why groups cannot be compared by a quantity; empty if they can."""
-    if min(one.other.sum(), (~one.other).sum()) < 2:
+    if min(contrast.in_second.sum(), (~contrast.in_second).sum()) < 2:
         return "a group has fewer than two animals with it"
-    if not np.all(np.isfinite(one.known.logs)):
+    if not np.all(np.isfinite(contrast.estimates.logs)):
         return "a value is not positive; a ratio needs positive values"
-    if min(np.ptp(one.known.logs[one.other]), np.ptp(one.known.logs[~one.other])) < 1e-9:
+    if (
+        min(np.ptp(contrast.estimates.logs[contrast.in_second]), np.ptp(contrast.estimates.logs[~contrast.in_second]))
+        < 1e-9
+    ):
         return "the values hardly vary within a group; there is nothing to test"
     return ""
 
 
-def _row(reference: str, other: str, one: GroupContrast, judged: tuple[float, float], pairs: int) -> dict[str, object]:
+def _row(
+    reference: str, group: str, contrast: GroupContrast, judged: tuple[float, float], pairs: int
+) -> dict[str, object]:
     """Return one row: a quantity of one pair of groups, with its p and the p by itself that its interval belongs to."""
-    sizes, (p, critical) = (int((~one.other).sum()), int(one.other.sum())), judged
-    ratio = one.ratio(level=1 - critical)
+    sizes, (p, critical) = (int((~contrast.in_second).sum()), int(contrast.in_second.sum())), judged
+    ratio = contrast.ratio(level=1 - critical)
     row = {
-        "reference": reference, "other": other, "question": question_of(one.name), "quantity": one.name,
-        "source": one.source, "n reference": sizes[0], "n other": sizes[1], "mean reference": ratio.reference,
-        "mean other": ratio.other, "unit": one.unit, "ratio": ratio.value, "low": ratio.low, "high": ratio.high,
+        "reference": reference, "other": group, "question": question_of(contrast.name), "quantity": contrast.name,
+        "source": contrast.source, "n reference": sizes[0], "n other": sizes[1], "mean reference": ratio.reference,
+        "mean other": ratio.other, "unit": contrast.unit, "ratio": ratio.value, "low": ratio.low, "high": ratio.high,
         "standard error": ratio.error, "df": ratio.freedom, "p": p,
-        "untested": str(one.untested), "smallest p": smallest_p(sizes, pairs),
-        "apart": _apart(one), "estimates": one.known.origin,
-        "tipping radius": tipping_radius(ratio.low, ratio.high, float(one.known.per_radius.mean())),
-        "tipping lung sd": one.tipping_lung_sd(critical),
-    } | _by_fits(one, critical)  # fmt: skip
-    return row | _influence(one, ratio)
+        "untested": str(contrast.untested), "smallest p": smallest_p(sizes, pairs),
+        "apart": _apart(contrast), "estimates": contrast.estimates.origin,
+        "tipping radius": tipping_radius(ratio.low, ratio.high, float(contrast.estimates.per_radius.mean())),
+        "tipping lung sd": contrast.tipping_lung_sd(critical),
+    } | _by_fits(contrast, critical)  # fmt: skip
+    return row | _influence(contrast, ratio)
 
 
-def _by_fits(one: GroupContrast, critical: float) -> dict[str, object]:
+def _by_fits(contrast: GroupContrast, critical: float) -> dict[str, object]:
     """Return the ratio by the fits, where the row's is by posteriors, with its interval of the same level."""
-    if one.fits is None or not np.all(np.isfinite(one.fits.logs)):
+    if contrast.fits is None or not np.all(np.isfinite(contrast.fits.logs)):
         return dict.fromkeys(("fits ratio", "fits low", "fits high"), np.nan)
-    fits = one._replace(known=one.fits)
+    fits = contrast._replace(estimates=contrast.fits)
     value, low, high, *_ = fits.ratio(level=1 - critical)
     low, high = (0.0, np.inf) if fits.untested else (low, high)
     return {"fits ratio": value, "fits low": low, "fits high": high}
 
 
+<<<<<<< HEAD
 def _joint(found: Sequence[GroupContrast]) -> list[ComparedQuantity]:
+=======
+def _joint(contrasts: Sequence[GroupContrast]) -> list[TestedQuantity]:
+>>>>>>> n3
     """Return what the rows of all pairs of groups are, with numbers for animals and quantities."""
-    animals = {name: place for place, name in enumerate(dict.fromkeys(name for one in found for name in one.names))}
-    quantities = {name: place for place, name in enumerate(dict.fromkeys(one.name for one in found))}
+    animals = {
+        name: place
+        for place, name in enumerate(dict.fromkeys(name for contrast in contrasts for name in contrast.names))
+    }
+    quantities = {name: place for place, name in enumerate(dict.fromkeys(contrast.name for contrast in contrasts))}
     return [
+<<<<<<< HEAD
         ComparedQuantity(quantities[one.name], np.array([animals[name] for name in one.names]), one.other,
                          one.known.logs, one.known.errors, shared_error(one.known, one.other))
         for one in found
+=======
+        TestedQuantity(
+            quantities[contrast.name], np.array([animals[name] for name in contrast.names]), contrast.in_second,
+            contrast.estimates.logs, contrast.estimates.errors, shared_error(contrast.estimates, contrast.in_second),
+        )
+        for contrast in contrasts
+>>>>>>> n3
     ]  # fmt: skip
 
 
 def _assurance(tested: Sequence[GroupContrast], together: Simultaneous) -> Assurance:
     """Return how far the rows can be relied on."""
-    groups = [(one.known.logs[~one.other], one.known.logs[one.other]) for one in tested]
-    apart = max(abs(float(np.log(x.std(ddof=1) / y.std(ddof=1)))) for x, y in groups)
+    groups = [
+        (contrast.estimates.logs[~contrast.in_second], contrast.estimates.logs[contrast.in_second])
+        for contrast in tested
+    ]
+    log_ratio = max(abs(float(np.log(x.std(ddof=1) / y.std(ddof=1)))) for x, y in groups)
     smallest = min(min(len(x), len(y)) for x, y in groups)
-    return Assurance(together.rate, 1 - together.critical, float(np.exp(apart)), smallest)
+    return Assurance(together.rate, 1 - together.critical, float(np.exp(log_ratio)), smallest)
 
 
-def _apart(one: GroupContrast) -> bool:
+def _apart(contrast: GroupContrast) -> bool:
     """Return whether every animal of one group lies above every animal of the other."""
-    x, y = one.known.logs[~one.other], one.known.logs[one.other]
+    x, y = contrast.estimates.logs[~contrast.in_second], contrast.estimates.logs[contrast.in_second]
     return bool(x.max() < y.min() or y.max() < x.min())
 
 
-def _influence(one: GroupContrast, ratio: Ratio) -> dict[str, object]:
+def _influence(contrast: GroupContrast, ratio: Ratio) -> dict[str, object]:
     """Return the animal whose absence moves the ratio most, and the ratio without it."""
     nothing: dict[str, object] = {"without": "", "ratio without": np.nan}
-    if min(one.other.sum(), (~one.other).sum()) < 3:
+    if min(contrast.in_second.sum(), (~contrast.in_second).sum()) < 3:
         return nothing
-    count = len(one.results)
-    left = [one.ratio(np.arange(count) != row).value for row in range(count)]
-    farthest = int(np.argmax(np.abs(np.log(left) - np.log(ratio.value))))
-    return {"without": one.results[farthest].name, "ratio without": left[farthest]}
+    count = len(contrast.results)
+    ratios = [contrast.ratio(np.arange(count) != row).value for row in range(count)]
+    farthest = int(np.argmax(np.abs(np.log(ratios) - np.log(ratio.value))))
+    return {"without": contrast.results[farthest].name, "ratio without": ratios[farthest]}

@@ -27,7 +27,7 @@ class ComparedQuantity(NamedTuple):
         Which one; rows of the same quantity share the values of their common animals.
     animals : array of int, shape (animal,)
         Which animals of the cohort have it.
-    other : array of bool, shape (animal,)
+    in_second : array of bool, shape (animal,)
         Which of them belong to the second group.
     logs, errors : array, shape (animal,)
         Logarithms and their standard errors; 0 where nothing is known of the error.
@@ -37,7 +37,7 @@ class ComparedQuantity(NamedTuple):
 
     quantity: int
     animals: np.ndarray
-    other: np.ndarray
+    in_second: np.ndarray
     logs: np.ndarray
     errors: np.ndarray
     shared: float
@@ -110,17 +110,17 @@ def _drawn(rows: Sequence[ComparedQuantity], draws: int, seed: int, depth: int) 
     return observed, np.sort(np.concatenate(chains, axis=1), axis=1)
 
 
-def _corrected(own: np.ndarray, once: np.ndarray, twice: np.ndarray) -> np.ndarray:
+def _corrected(p_values: np.ndarray, once: np.ndarray, twice: np.ndarray) -> np.ndarray:
     """Return p of the family from p of rows by themselves; `once` and `twice` are least p of drawn cohorts, sorted."""
-    place = np.searchsorted(once, own, side="right")
+    place = np.searchsorted(once, p_values, side="right")
     judged = np.append(twice, 1.0)[place]
     return np.asarray((1 + np.searchsorted(once, judged, side="right")) / (len(once) + 1)).clip(max=1.0)
 
 
 def _critical(once: np.ndarray, twice: np.ndarray) -> float:
     """Return the p of a row by itself below which, and only below which, `_corrected` is below `LEVEL`."""
-    most = int(np.ceil(LEVEL * (len(once) + 1))) - 1  # as many drawn cohorts, and this one, are too many
-    place = int(np.searchsorted(twice, once[most - 1], side="left")) if most else 0
+    max_count = int(np.ceil(LEVEL * (len(once) + 1))) - 1  # as many drawn cohorts, and this one, are too many
+    place = int(np.searchsorted(twice, once[max_count - 1], side="left")) if max_count else 0
     return float(once[place - 1]) if place else 0.0
 
 
@@ -142,10 +142,12 @@ class _World(NamedTuple):
         residuals = np.zeros((len(logs[0]), *size))
         p, spreads = [], []
         for row, values in zip(rows, logs, strict=True):
-            first, second = (pooled_means(values[:, own], row.errors[own]) for own in (~row.other, row.other))
-            which = row.other.astype(int)
-            center = np.stack([first.value, second.value], axis=-1)[:, which]
-            between = np.stack([first.between, second.between], axis=-1)[:, which]
+            first, second = (
+                pooled_means(values[:, mask], row.errors[mask]) for mask in (~row.in_second, row.in_second)
+            )
+            group_index = row.in_second.astype(int)
+            center = np.stack([first.value, second.value], axis=-1)[:, group_index]
+            between = np.stack([first.between, second.between], axis=-1)[:, group_index]
             spreads.append(np.hypot(between, row.errors))
             residuals[:, row.animals, row.quantity] = (values - center) / spreads[-1]
             p.append(difference(first, second, row.shared).p)
@@ -157,8 +159,8 @@ class _World(NamedTuple):
         scores = rng.standard_normal((count, self.animals, self.root.shape[-1])) @ np.swapaxes(self.root, -1, -2)
         common = rng.standard_normal((len(rows), count, 1))
         return [
-            scores[:, row.animals, row.quantity] * spread + row.shared * one * row.other
-            for row, spread, one in zip(rows, self.spreads, common, strict=True)
+            scores[:, row.animals, row.quantity] * spread + row.shared * shared_score * row.in_second
+            for row, spread, shared_score in zip(rows, self.spreads, common, strict=True)
         ]
 
 
@@ -166,13 +168,13 @@ def correlation_of(residuals: np.ndarray, freedom: int) -> np.ndarray:
     """Return the correlation of the quantities, shrunk as far as its own errors ask for; a missing residual is 0."""
     length = np.sqrt((residuals**2).sum(axis=-2))
     scaled = residuals / length[..., np.newaxis, :]
-    found = np.swapaxes(scaled, -1, -2) @ scaled
-    apart = ~np.eye(found.shape[-1], dtype=bool)
-    error = ((1 - found**2) ** 2)[..., apart].sum(axis=-1) / max(freedom - 1, 1)
-    signal = (found**2)[..., apart].sum(axis=-1)
+    correlation = np.swapaxes(scaled, -1, -2) @ scaled
+    off_diagonal = ~np.eye(correlation.shape[-1], dtype=bool)
+    error = ((1 - correlation**2) ** 2)[..., off_diagonal].sum(axis=-1) / max(freedom - 1, 1)
+    signal = (correlation**2)[..., off_diagonal].sum(axis=-1)
     shrunk = np.minimum(1.0, error / np.maximum(signal, 1e-12))[..., np.newaxis, np.newaxis]
-    same = np.eye(found.shape[-1])
-    return np.asarray((1 - shrunk) * found * apart + (1 + 1e-9) * same)  # a hair more, for the root's sake
+    same = np.eye(correlation.shape[-1])
+    return np.asarray((1 - shrunk) * correlation * off_diagonal + (1 + 1e-9) * same)  # a hair more, for the root's sake
 
 
 class Fitted(NamedTuple):
@@ -193,7 +195,7 @@ class Fitted(NamedTuple):
     @property
     def effects(self) -> list[Effect]:
         """The contrasts with their errors."""
-        return [self.fit.effect(one) for one in self.contrasts]
+        return [self.fit.effect(contrast) for contrast in self.contrasts]
 
 
 class Joint(NamedTuple):
@@ -212,10 +214,10 @@ def joint(models: Sequence[Fitted], draws: int = DRAWS, seed: int = 0) -> Joint:
     by its degrees of freedom, alike for the contrasts of a quantity.
     """
     rng = np.random.default_rng(seed)
-    effects = [one.effects for one in models]
-    critical, least = _least_p(models, effects, draws, rng)
-    own = np.array([effect.p for some in effects for effect in some])
-    p = (1 + np.searchsorted(least, own, side="right")) / (draws + 1)
+    effects = [model.effects for model in models]
+    critical, smallest_p = _least_p(models, effects, draws, rng)
+    p_values = np.array([effect.p for model_effects in effects for effect in model_effects])
+    p = (1 + np.searchsorted(smallest_p, p_values, side="right")) / (draws + 1)
     return Joint(np.minimum(p, 1.0), critical)
 
 
@@ -225,21 +227,21 @@ def _least_p(
     """Return the critical p of one row, and the least p of every draw, sorted."""
     from scipy.special import chdtri, stdtr
 
-    count = 1 + max(int(one.animals.max()) for one in models)
+    count = 1 + max(int(model.animals.max()) for model in models)
     residuals = np.zeros((count, len(models)))
-    for place, one in enumerate(models):
-        residuals[one.animals, place] = one.fit.residuals
-    freedom = count - max(one.contrasts.shape[1] for one in models)
+    for place, model in enumerate(models):
+        residuals[model.animals, place] = model.fit.residuals
+    freedom = count - max(model.contrasts.shape[1] for model in models)
     root = np.linalg.cholesky(correlation_of(residuals, freedom))
     scores = rng.standard_normal((draws, count, len(models))) @ root.T
-    least = np.ones(draws)
-    for place, (one, some) in enumerate(zip(models, effects, strict=True)):
-        errors = scores[:, one.animals, place] @ (one.contrasts @ one.fit.weights @ one.fit.root).T
-        size = np.sqrt(np.einsum("ka,ab,kb->k", one.contrasts, one.fit.plain, one.contrasts))
+    smallest_p = np.ones(draws)
+    for place, (model, model_effects) in enumerate(zip(models, effects, strict=True)):
+        errors = scores[:, model.animals, place] @ (model.contrasts @ model.fit.weights @ model.fit.root).T
+        size = np.sqrt(np.einsum("ka,ab,kb->k", model.contrasts, model.fit.plain, model.contrasts))
         level = rng.random(draws)
-        for k, effect in enumerate(some):
+        for k, effect in enumerate(model_effects):
             scatter = np.sqrt(chdtri(effect.freedom, level) / effect.freedom) if np.isfinite(effect.freedom) else 1.0
             t = errors[:, k] / size[k] / scatter
-            least = np.minimum(least, 2 * stdtr(effect.freedom, -np.abs(t)))
-    least.sort()
-    return float(least[int(np.ceil(LEVEL * (draws + 1))) - 2]), least
+            smallest_p = np.minimum(smallest_p, 2 * stdtr(effect.freedom, -np.abs(t)))
+    smallest_p.sort()
+    return float(smallest_p[int(np.ceil(LEVEL * (draws + 1))) - 2]), smallest_p

@@ -30,9 +30,9 @@ def cohort_table(results: Sequence[AnimalResult]) -> pd.DataFrame:
     return pd.DataFrame(
         [
             {"animal": result.name, "group": result.group, "source": source}
-            | _labelled(one.quantities, units, result.name)
+            | _labelled(source_result.quantities, units, result.name)
             for result in results
-            for source, one in result.sources.items()
+            for source, source_result in result.sources.items()
         ]
     )
 
@@ -121,12 +121,12 @@ def described(table: pd.DataFrame, source: str, names: Sequence[str] | None = No
         Of quantities; by default all.
     """
     rows = rows_of(table, source)
-    every = [label for label in rows.columns if label not in ("group", "source")]
-    parts = [
-        describe(there, [label])
-        for label in (every if names is None else columns(rows, names))
-        if len(there := rows[np.isfinite(rows[label].astype(float))])
+    labels = [label for label in rows.columns if label not in ("group", "source")]
+    tables = [
+        describe(finite_rows, [label])
+        for label in (labels if names is None else columns(rows, names))
+        if len(finite_rows := rows[np.isfinite(rows[label].astype(float))])
     ]
-    whole = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["quantity", "group"])
-    whole.insert(0, "source", source)
-    return whole
+    description = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=["quantity", "group"])
+    description.insert(0, "source", source)
+    return description

@@ -14,32 +14,32 @@ MOST_EXACT = 200
 """Animals of two groups together up to which a Mann-Whitney test is exact; its work grows with their fourth power."""
 
 
-def importance_index(reference: float, other: float) -> float:
+def importance_index(reference: float, group_mean: float) -> float:
     """Importance index η = (χ_other - χ_reference)/χ_reference (eq. 20); never below -1 for positive quantities."""
-    return (other - reference) / reference
+    return (group_mean - reference) / reference
 
 
-def importance_interval(reference: np.ndarray, other: np.ndarray) -> tuple[float, float]:
+def importance_interval(reference: np.ndarray, group: np.ndarray) -> tuple[float, float]:
     """Return the interval of 95 % of η of two groups' values: Fieller's, with Welch's degrees of freedom.
 
     NaN with fewer than two values in a group, without variation, or where the reference mean may be zero.
     """
     from scipy.special import stdtrit
 
-    if min(len(reference), len(other)) < 2:
+    if min(len(reference), len(group)) < 2:
         return np.nan, np.nan
-    mean, above = float(np.mean(reference)), float(np.mean(other))
-    variances = [float(np.var(x, ddof=1)) / len(x) for x in (reference, other)]
+    mean, above = float(np.mean(reference)), float(np.mean(group))
+    variances = [float(np.var(x, ddof=1)) / len(x) for x in (reference, group)]
     ratio = above / mean
-    parts = ratio**2 * variances[0], variances[1]
-    spread = parts[0] ** 2 / (len(reference) - 1) + parts[1] ** 2 / (len(other) - 1)
+    terms = ratio**2 * variances[0], variances[1]
+    spread = terms[0] ** 2 / (len(reference) - 1) + terms[1] ** 2 / (len(group) - 1)
     if not spread > 0:
         return np.nan, np.nan
-    t = stdtrit(sum(parts) ** 2 / spread, (1 + LEVEL) / 2)
-    lead, rest = mean**2 - t**2 * variances[0], above**2 - t**2 * variances[1]
+    t = stdtrit(sum(terms) ** 2 / spread, (1 + LEVEL) / 2)
+    lead, constant = mean**2 - t**2 * variances[0], above**2 - t**2 * variances[1]
     if lead <= 0:
         return np.nan, np.nan
-    root = np.sqrt((mean * above) ** 2 - lead * rest)
+    root = np.sqrt((mean * above) ** 2 - lead * constant)
     low, high = sorted(((mean * above - root) / lead, (mean * above + root) / lead))
     return low - 1, high - 1
 
@@ -100,9 +100,9 @@ def exact_mann_whitney(x: np.ndarray, y: np.ndarray) -> float:
     choices = np.zeros((k + 1, total + 1))
     choices[0, 0] = 1
     ascending = np.sort(ranks)
-    for seen, (rank, largest) in enumerate(zip(ascending, np.cumsum(ascending), strict=True), start=1):
-        fewest = max(1, k - (len(ranks) - seen))  # with fewer there are not k in the end
-        for chosen in range(min(seen, k), fewest - 1, -1):
+    for count, (rank, largest) in enumerate(zip(ascending, np.cumsum(ascending), strict=True), start=1):
+        fewest = max(1, k - (len(ranks) - count))  # with fewer there are not k in the end
+        for chosen in range(min(count, k), fewest - 1, -1):
             choices[chosen, rank : largest + 1] += choices[chosen - 1, : largest + 1 - rank]
     center = k * total / len(ranks)
     extreme = np.abs(np.arange(total + 1) - center) >= abs(ranks[:k].sum() - center) - 1e-9
@@ -119,7 +119,7 @@ def holm(p: np.ndarray) -> np.ndarray:
 
 
 def contrasts(
-    table: pd.DataFrame, quantities: list[str], reference: str, other: str, level: float = LEVEL
+    table: pd.DataFrame, quantities: list[str], reference: str, group: str, level: float = LEVEL
 ) -> pd.DataFrame:
     """Compare two groups: η (eq. 20), ratio of geometric means with Welch interval, Mann-Whitney, Holm.
 
@@ -134,9 +134,9 @@ def contrasts(
 
     rows = []
     for quantity in quantities:
-        x, y = values_of(table, quantity, reference), values_of(table, quantity, other)
+        x, y = values_of(table, quantity, reference), values_of(table, quantity, group)
         if min(len(x), len(y)) < 2:
-            raise InputError(f"'{quantity}': a contrast needs two animals in each of '{reference}' and '{other}'")
+            raise InputError(f"'{quantity}': a contrast needs two animals in each of '{reference}' and '{group}'")
         if min(x.min(), y.min()) <= 0:
             raise InputError(f"'{quantity}' holds a value that is not positive; a ratio needs positive values")
         welch = stats.ttest_ind(np.log(y), np.log(x), equal_var=False).confidence_interval(level)
@@ -153,20 +153,20 @@ def contrasts(
 def pairwise_contrasts(table: pd.DataFrame, quantities: list[str], level: float = LEVEL) -> pd.DataFrame:
     """`contrasts` of every pair of groups, first-named as reference; Holm runs over all pairs and quantities."""
     labels = table["group"].unique().tolist() if "group" in table.columns else []
-    parts = []
-    for reference, other in combinations(labels, 2):
-        part = contrasts(table, quantities, reference, other, level)
-        part.insert(0, "reference", reference)
-        part.insert(1, "other", other)
-        parts.append(part)
-    if not parts:
+    pair_tables = []
+    for reference, group in combinations(labels, 2):
+        pair_table = contrasts(table, quantities, reference, group, level)
+        pair_table.insert(0, "reference", reference)
+        pair_table.insert(1, "other", group)
+        pair_tables.append(pair_table)
+    if not pair_tables:
         raise InputError("a comparison needs a column 'group' with at least two labels")
-    result = pd.concat(parts, ignore_index=True)
+    result = pd.concat(pair_tables, ignore_index=True)
     result["p Holm"] = holm(result["p"].to_numpy())
     return result
 
 
-def leave_one_out(table: pd.DataFrame, quantities: list[str], reference: str, other: str) -> pd.DataFrame:
+def leave_one_out(table: pd.DataFrame, quantities: list[str], reference: str, group: str) -> pd.DataFrame:
     """Repeat the ratio of `contrasts` without each animal in turn, to see whether one of them carries it.
 
     Returns
@@ -180,17 +180,17 @@ def leave_one_out(table: pd.DataFrame, quantities: list[str], reference: str, ot
     InputError
         As `contrasts`; a group with fewer than three animals.
     """
-    pair = table[table["group"].isin([reference, other])] if "group" in table.columns else table
-    smallest = min(values_of(pair, name, group).min() for name in quantities for group in (reference, other))
+    pair = table[table["group"].isin([reference, group])] if "group" in table.columns else table
+    smallest = min(values_of(pair, name, label).min() for name in quantities for label in (reference, group))
     if pair["group"].value_counts().min() < 3:
-        raise InputError(f"leaving one animal out needs three animals in each of '{reference}' and '{other}'")
+        raise InputError(f"leaving one animal out needs three animals in each of '{reference}' and '{group}'")
     if smallest <= 0:
         raise InputError(f"one of {', '.join(quantities)} holds a value that is not positive; a ratio needs them")
-    logs, second = np.log(pair[quantities].to_numpy(float)), (pair["group"] == other).to_numpy()
+    logs, second = np.log(pair[quantities].to_numpy(float)), (pair["group"] == group).to_numpy()
     sizes = np.where(second, second.sum(), (~second).sum())[:, np.newaxis]
     means = {label: logs[second == label].mean(axis=0) for label in (False, True)}
-    own = np.where(second[:, np.newaxis], means[True], means[False])
-    shift = (own - logs) / (sizes - 1)  # of the mean of its group, without the animal
+    group_means = np.where(second[:, np.newaxis], means[True], means[False])
+    shift = (group_means - logs) / (sizes - 1)  # of the mean of its group, without the animal
     everyone = means[True] - means[False]
     ratio = np.exp(everyone + np.where(second[:, np.newaxis], shift, -shift))
     labels = {

@@ -95,15 +95,20 @@ AGAIN = look_kind(
 def role_of(title: str) -> Role | None:
     """Return the part that a column has by its title; None if no word of it tells."""
     plain = unicodedata.normalize("NFKD", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", title)).casefold()
-    parts = re.findall("[a-z]+", "".join(letter for letter in plain if not unicodedata.combining(letter)))
+    title_words = re.findall("[a-z]+", "".join(letter for letter in plain if not unicodedata.combining(letter)))
 
-    def means(part: str, word: str) -> bool:
-        if part == word or len(word) <= COLUMNS.letters:  # days are a duration
-            return part == word
-        return part.startswith(word) or (len(word) > COLUMNS.letters + 1 and part.endswith(word))
+    def means(title_word: str, word: str) -> bool:
+        if title_word == word or len(word) <= COLUMNS.letters:  # days are a duration
+            return title_word == word
+        return title_word.startswith(word) or (len(word) > COLUMNS.letters + 1 and title_word.endswith(word))
 
     return next(
-        (role for role in Role if any(means(part, word) for part in parts for word in role.value.split())), None
+        (
+            role
+            for role in Role
+            if any(means(title_word, word) for title_word in title_words for word in role.value.split())
+        ),
+        None,
     )
 
 
@@ -125,20 +130,20 @@ def unused_columns(
     subjects = variables[design.subject].levels if design.subject and design.subject in variables else {}
     first = {subjects.get(row, row): row for row in [*members][::-1]}  # a row of each animal
     rows = {row: members[row] for row in members if first[subjects.get(row, row)] == row}
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for name, variable in variables.items():
         role = role_of(name)
         if name.lower() in (*design.terms, *SHARED) or (role is Role.SUBJECT and design.subject):
             continue
         if role is Role.SUBJECT:
-            seen = _again(variable)
+            column_findings = _again(variable)
         else:
             words = {group: [variable.levels[row] for row in rows if rows[row] == group and row in variable.values]
                      for group in groups}  # fmt: skip
-            words = {group: some for group, some in words.items() if some}
-            seen = _in_groups(variables, variable, design, rows, words) if len(words) > 1 else iter(())
-        found += (one.at(part=f"column '{variable.label}'") for one in seen)
-    return found
+            words = {group: group_words for group, group_words in words.items() if group_words}
+            column_findings = _in_groups(variables, variable, design, rows, words) if len(words) > 1 else iter(())
+        findings += (finding.at(part=f"column '{variable.label}'") for finding in column_findings)
+    return findings
 
 
 def _in_groups(
@@ -146,10 +151,10 @@ def _in_groups(
     words: Mapping[str, Sequence[str]],
 ) -> Iterator[Finding]:  # fmt: skip
     """Return what is odd of a column whose words stand in several groups: of a covariate, or of units of animals."""
-    role, counts = role_of(variable.name), Counter(word for some in words.values() for word in some)
+    role, counts = role_of(variable.name), Counter(word for group_words in words.values() for word in group_words)
     if len(counts) < 2 or (max(counts.values()) == 1 and (variable.kind == "category" or _is_label(role, variable))):
         return iter(())  # one word in all animals, or one for each, as of a tag
-    one_each = all(len({*some}) == 1 for some in words.values())
+    one_each = all(len({*group_words}) == 1 for group_words in words.values())
     if role is not Role.COVARIATE and max(counts.values()) > 1 and not one_each:
         unit = role is Role.UNIT or _nested(variable, words, counts)
         return _of_unit(variables, variable, design, rows, words) if unit else iter(())
@@ -168,34 +173,40 @@ def _again(variable: Variable) -> Iterator[Finding]:
         rows.setdefault(word, []).append(row)
     again = [f"'{word}' in {', '.join(names)}" for word, names in rows.items() if len(names) > 1]
     if again:
-        more = ["…"] if len(again) > COLUMNS.words else []
-        yield AGAIN(column=variable.name, table="; ".join(again[: COLUMNS.words] + more))
+        ellipsis = ["…"] if len(again) > COLUMNS.words else []
+        yield AGAIN(column=variable.name, table="; ".join(again[: COLUMNS.words] + ellipsis))
 
 
 def _of_covariate(variable: Variable, words: Mapping[str, Sequence[str]]) -> Iterator[Finding]:
     """Yield that words or numbers of the first group are not those of another."""
-    if all(len({*some}) == 1 for some in words.values()):
-        table = ", ".join(f"all {group} are {some[0]}" for group, some in words.items())
+    if all(len({*group_words}) == 1 for group_words in words.values()):
+        table = ", ".join(f"all {group} are {group_words[0]}" for group, group_words in words.items())
     elif variable.kind == "category":
-        table = "; ".join(f"{group}: {_counted(some)}" for group, some in words.items())
+        table = "; ".join(f"{group}: {_counted(group_words)}" for group, group_words in words.items())
     else:
-        ends = {group: [word for word in variable.order if word in some] for group, some in words.items()}
-        table = "; ".join(f"{group}: {some[0]} to {some[-1]} {variable.unit}".rstrip() for group, some in ends.items())
+        ends = {group: [word for word in variable.order if word in group_words] for group, group_words in words.items()}
+        table = "; ".join(
+            f"{group}: {group_words[0]} to {group_words[-1]} {variable.unit}".rstrip()
+            for group, group_words in ends.items()
+        )
     if variable.kind == "category":
-        shares = [np.array([some.count(word) / len(some) for word in variable.order]) for some in words.values()]
-        apart = any(not (shares[0] * other).any() for other in shares[1:])
-        unequal = any(np.abs(shares[0] - other).max() >= COLUMNS.share for other in shares[1:])
+        shares = [
+            np.array([group_words.count(word) / len(group_words) for word in variable.order])
+            for group_words in words.values()
+        ]
+        disjoint = any(not (shares[0] * sample).any() for sample in shares[1:])
+        unequal = any(np.abs(shares[0] - sample).max() >= COLUMNS.share for sample in shares[1:])
     else:
         size = {word: variable.numbers[row] for row, word in variable.levels.items()}
-        numbers, *others = (np.array([size[word] for word in some]) for some in words.values())
-        distances = np.array([_distance(numbers, other) for other in others])
-        apart = any(
-            (numbers.max() < other.min() or other.max() < numbers.min()) and distance >= 2 * COLUMNS.distance
-            for other, distance in zip(others, distances, strict=True)
+        numbers, *samples = (np.array([size[word] for word in group_words]) for group_words in words.values())
+        distances = np.array([_distance(numbers, sample) for sample in samples])
+        disjoint = any(
+            (numbers.max() < sample.min() or sample.max() < numbers.min()) and distance >= 2 * COLUMNS.distance
+            for sample, distance in zip(samples, distances, strict=True)
         )
         unequal = bool((distances >= COLUMNS.distance).any())
-    if apart or unequal:
-        yield (AS_GROUP if apart else UNEQUAL)(column=variable.name, table=table)
+    if disjoint or unequal:
+        yield (AS_GROUP if disjoint else UNEQUAL)(column=variable.name, table=table)
 
 
 def _nested(variable: Variable, words: Mapping[str, Sequence[str]], counts: Mapping[str, int]) -> bool:
@@ -204,8 +215,8 @@ def _nested(variable: Variable, words: Mapping[str, Sequence[str]], counts: Mapp
     return (
         variable.kind == "category"
         and 2 * several > sum(counts.values())
-        and min(len({*some}) for some in words.values()) > 1
-        and sum(len({*some}) for some in words.values()) == len(counts)
+        and min(len({*group_words}) for group_words in words.values()) > 1
+        and sum(len({*group_words}) for group_words in words.values()) == len(counts)
     )
 
 
@@ -214,13 +225,14 @@ def _of_unit(
     words: Mapping[str, Sequence[str]],
 ) -> Iterator[Finding]:  # fmt: skip
     """Yield how often a study finds what is not there if animals of one unit are alike, where that is too often."""
-    table, seen = [], set[str]()
-    for group, some in words.items():
-        others = " other" if len({*some}) == 1 else " others"
-        new = "" if not seen else " of the same" if {*some} <= seen else others if not seen & {*some} else ""
-        named = f" ({', '.join(dict.fromkeys(some))})" if len({*some}) <= COLUMNS.words else ""
-        table.append(f"{len(some)} {group} from {len({*some})}{new}{named}")
-        seen |= {*some}
+    table, before = [], set[str]()
+    for group, group_words in words.items():
+        units = {*group_words}
+        label = " other" if len(units) == 1 else " others"
+        new = "" if not before else " of the same" if units <= before else label if not before & units else ""
+        named = f" ({', '.join(dict.fromkeys(group_words))})" if len(units) <= COLUMNS.words else ""
+        table.append(f"{len(group_words)} {group} from {len(units)}{new}{named}")
+        before |= units
     counted = variable.order[:: -(-len(rows) // COLUMNS.rows)]
     members = {row: group for row, group in rows.items() if variable.levels.get(row) in counted}
     try:
@@ -244,8 +256,8 @@ def _fits_as_block(
     for row in rows:
         if row in variable.levels:
             animals.setdefault(variable.levels[row], set()).add(row)
-    whole = [{row for row in rows if rows[row] == group} for group in groups]
-    if all(len(some) == 1 or some in whole for some in animals.values()):
+    group_animals = [{row for row in rows if rows[row] == group} for group in groups]
+    if all(len(unit_animals) == 1 or unit_animals in group_animals for unit_animals in animals.values()):
         return False
     try:
         name = variable.name.lower()  # as designs write it
@@ -261,8 +273,8 @@ def _counted(words: Sequence[str]) -> str:
     return ", ".join(named) if len(named) <= COLUMNS.words else f"{len(words)} animals of {len(named)}"
 
 
-def _distance(first: np.ndarray, other: np.ndarray) -> float:
+def _distance(first: np.ndarray, second: np.ndarray) -> float:
     """Return how far means are apart, in the SD within both groups."""
-    squares = ((first - first.mean()) ** 2).sum() + ((other - other.mean()) ** 2).sum()
-    within = np.sqrt(squares / max(len(first) + len(other) - 2, 1))
-    return float(abs(first.mean() - other.mean()) / max(within, 1e-300))
+    squares = ((first - first.mean()) ** 2).sum() + ((second - second.mean()) ** 2).sum()
+    within = np.sqrt(squares / max(len(first) + len(second) - 2, 1))
+    return float(abs(first.mean() - second.mean()) / max(within, 1e-300))

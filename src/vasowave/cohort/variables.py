@@ -84,12 +84,12 @@ class Variable:
         unit = "" if "[" not in title else unit
         for kind, read in (("number", _number), ("date", _date)):
             values = {animal: read(text) for animal, text in filled.items()}
-            good = sum(one is not None for one in values.values())
+            good = sum(value is not None for value in values.values())
             if (unit and kind == "number") or 2 * good > len(filled):
                 for animal, value in values.items():
                     if value is None:
-                        what = "a number" if kind == "number" else "a date (YYYY-MM-DD)"
-                        raise InputError(f"'{filled[animal]}' of {animal} is not {what}, as the others are")
+                        expected = "a number" if kind == "number" else "a date (YYYY-MM-DD)"
+                        raise InputError(f"'{filled[animal]}' of {animal} is not {expected}, as the others are")
                 return cls(name, unit, kind, values)  # type: ignore[arg-type]
         return cls(name, unit, "category", filled)
 
@@ -122,7 +122,9 @@ class Variable:
         levels = dict.fromkeys(self.levels.values())
         if self.kind == "number":
             return sorted(levels, key=float)
-        return sorted(levels) if self.kind == "date" else sorted(levels, key=lambda one: one.casefold() not in FIRST)
+        return (
+            sorted(levels) if self.kind == "date" else sorted(levels, key=lambda level: level.casefold() not in FIRST)
+        )
 
     def slips(self, animals: Mapping[str, str], subjects: Mapping[str, str] | None = None) -> list[Finding]:
         """Return what looks like a slip of the pen.
@@ -136,35 +138,39 @@ class Variable:
         """
         empty = [name for name in animals if name not in self.values]
         gaps = [GAPS(count=len(empty), all=len(animals), animals=", ".join(empty[:4]))] if empty else []
-        found: list[Finding] = gaps if self.values else []
+        findings: list[Finding] = gaps if self.values else []
         if len(set(self.levels.values())) == 1 and len(self.values) > 1:
-            return [*found, CONSTANT(value=next(iter(self.levels.values())))]
-        return found + (self._odd_words(subjects or {}) if self.kind == "category" else self._far_off())
+            return [*findings, CONSTANT(value=next(iter(self.levels.values())))]
+        return findings + (self._odd_words(subjects or {}) if self.kind == "category" else self._far_off())
 
     def _odd_words(self, subjects: Mapping[str, str]) -> list[Finding]:
         owners: dict[str, dict[str, str]] = {}  # of each word: its subjects, and a row of each
         for animal, value in self.values.items():
             owners.setdefault(value, {}).setdefault(subjects.get(animal) or animal, animal)
-        counts = Counter({value: len(own) for value, own in owners.items()})
-        found, twins = [], set[str]()
-        for value in sorted(counts, key=lambda one: counts[one]):
-            same = [other for other in counts if _plain(other) == _plain(value) and other not in (value, *twins)]
+        counts = Counter({value: len(subject_rows) for value, subject_rows in owners.items()})
+        findings, twins = [], set[str]()
+        for value in sorted(counts, key=lambda word: counts[word]):
+            same = [
+                candidate
+                for candidate in counts
+                if _plain(candidate) == _plain(value) and candidate not in (value, *twins)
+            ]
             if same:
                 twins.add(value)
-                common = max(same, key=lambda one: counts[one])
-                said = SAME_WORD(rare=value, animals=", ".join([*owners[value]][:4]), common=common,
+                common = max(same, key=lambda word: counts[word])
+                finding = SAME_WORD(rare=value, animals=", ".join([*owners[value]][:4]), common=common,
                                  count=counts[common])  # fmt: skip
-                found.append(said.at(animal=next(iter(owners[value].values()))))
+                findings.append(finding.at(animal=next(iter(owners[value].values()))))
         rare = [value for value, count in counts.items() if count == 1 and value not in twins]
         if 2 * len(rare) > len(counts):  # names of animals, tags
-            return found
+            return findings
         for value in rare:
             ((subject, animal),) = owners[value].items()
-            near = _near(value, [other for other in counts if counts[other] > 1])
+            match = _near(value, [candidate for candidate in counts if counts[candidate] > 1])
             alone = ALONE(value=value, animal=subject)
-            slip = MISSPELT(rare=value, animal=subject, common=near, count=counts[near]) if near else alone
-            found.append(slip.at(animal=animal))
-        return found
+            slip = MISSPELT(rare=value, animal=subject, common=match, count=counts[match]) if match else alone
+            findings.append(slip.at(animal=animal))
+        return findings
 
     def _far_off(self) -> list[Finding]:
         values = self.numbers if self.kind == "number" else {}
@@ -180,20 +186,20 @@ def _plain(word: str) -> str:
     return "".join(word.casefold().split())
 
 
-def _near(word: str, others: Sequence[str]) -> str:
+def _near(word: str, candidates: Sequence[str]) -> str:
     """Return the word that is meant perhaps: one of nearly the same letters, or one that it lengthens or cuts."""
-    known = {_plain(other): other for other in others}
+    originals = {_plain(candidate): candidate for candidate in candidates}
     plain = _plain(word)
-    longer = [one for one in known if one.startswith(plain) or plain.startswith(one)]
-    close = get_close_matches(plain, known, n=1, cutoff=_CLOSE if len(word) > 2 else 1.0)
-    for one in (*close, *longer):
-        if not (_letters(one) == _letters(plain) and one != plain):  # L1 and L2 are two litters
-            return known[one]
+    longer = [spelling for spelling in originals if spelling.startswith(plain) or plain.startswith(spelling)]
+    close = get_close_matches(plain, originals, n=1, cutoff=_CLOSE if len(word) > 2 else 1.0)
+    for spelling in (*close, *longer):
+        if not (_letters(spelling) == _letters(plain) and spelling != plain):  # L1 and L2 are two litters
+            return originals[spelling]
     return ""
 
 
 def _letters(word: str) -> str:
-    return "".join(one for one in word if not one.isdigit())
+    return "".join(letter for letter in word if not letter.isdigit())
 
 
 def _number(text: str) -> float | None:

@@ -32,11 +32,11 @@ def misfits(results: Iterable[AnimalResult]) -> pd.DataFrame:
     """
     rows = []
     for result in results:
-        left = {wall: float(result.laws[wall].calibration["RMSE"]) for wall in result.laws}
+        rmse_by_wall = {wall: float(result.laws[wall].calibration["RMSE"]) for wall in result.laws}
         pulse, error = float(result.measured.quantities["pPAP"]), _cycle_error(result)
-        strained = {wall: one for wall, law in result.laws.items() if (one := law.overstrained)}
-        best = min((left[wall] for wall in left if wall not in strained), default=np.nan)
-        for wall, rmse in left.items():
+        strained = {wall: overstrain for wall, law in result.laws.items() if (overstrain := law.overstrained)}
+        best = min((rmse_by_wall[wall] for wall in rmse_by_wall if wall not in strained), default=np.nan)
+        for wall, rmse in rmse_by_wall.items():
             share, over = rmse / pulse, rmse / best
             missed = (over > WORSE_THAN_BEST or share > MOST_LEFT) and not rmse < error
             growth = float(dict(strained[wall].values)["percent"]) if wall in strained else np.nan
@@ -116,24 +116,24 @@ def differences(animals: Sequence[Ballots], reference: str, covariance: str = ""
         by_law = {label.removeprefix("AICc "): float(scores[label]) for label in labels}
         if reference in by_law and scores["AICc prefers"] != DISCARDED:
             prices = {wall: _price(int(scores[f"D {wall}"]), int(scores["N"])) for wall in by_law}
-            for wall in (one for one in by_law if one != reference):
-                whole = by_law[wall] - by_law[reference]
-                own = by_wall.setdefault(wall, {}).setdefault(animal.animal or place, [])
-                own.append((whole, prices[wall] - prices[reference]))
+            for wall in (law for law in by_law if law != reference):
+                difference = by_law[wall] - by_law[reference]
+                animal_scores = by_wall.setdefault(wall, {}).setdefault(animal.animal or place, [])
+                animal_scores.append((difference, prices[wall] - prices[reference]))
     return pd.DataFrame([
-        _difference(wall, reference, *np.transpose([np.mean(own, axis=0) for own in each.values()]))
-        for wall, each in by_wall.items()
+        _difference(wall, reference, *np.transpose([np.mean(scores, axis=0) for scores in by_animal.values()]))
+        for wall, by_animal in by_wall.items()
     ])  # fmt: skip
 
 
-def _difference(wall: str, reference: str, whole: np.ndarray, price: np.ndarray) -> dict[str, object]:
-    own, side = whole - price, _side(whole)
+def _difference(wall: str, reference: str, total: np.ndarray, price: np.ndarray) -> dict[str, object]:
+    residuals, side = total - price, _side(total)
     columns = ("mean", "low", "high"), ("residuals", "residuals low", "residuals high")
-    intervals = {label: end for names, values in zip(columns, (whole, own), strict=True)
+    intervals = {label: end for names, values in zip(columns, (total, residuals), strict=True)
                  for label, end in zip(names, _mean_and_interval(values), strict=True)}  # fmt: skip
-    return {"wall": wall, "n": len(whole), "sum": float(whole.sum()), "price": float(price.mean())} | intervals | {
-        "residuals SD": float(own.std(ddof=1)) if len(own) > 1 else np.nan,
-        "speaks for": (reference if side > 0 else wall) if side and side == _side(own) else "",
+    return {"wall": wall, "n": len(total), "sum": float(total.sum()), "price": float(price.mean())} | intervals | {
+        "residuals SD": float(residuals.std(ddof=1)) if len(residuals) > 1 else np.nan,
+        "speaks for": (reference if side > 0 else wall) if side and side == _side(residuals) else "",
     }  # fmt: skip
 
 
@@ -161,7 +161,7 @@ def _mean_and_interval(values: np.ndarray) -> tuple[float, float, float]:
 def _under(animal: Ballots, covariance: str) -> pd.Series:
     """Return the row of a noise model; it says "discarded" if there is none."""
     table = animal.table[animal.table["covariance"] == covariance]
-    return table.iloc[0] if len(table) else pd.Series({f"{one} prefers": DISCARDED for one in CRITERIA})
+    return table.iloc[0] if len(table) else pd.Series({f"{criterion} prefers": DISCARDED for criterion in CRITERIA})
 
 
 def _preferred(by_law: pd.DataFrame, criterion: str) -> str:

@@ -55,7 +55,7 @@ class Evidence(NamedTuple):
 
 def evidences(cohort: Cohort, reference: str) -> list[Evidence]:
     """Return what the stored comparisons of posteriors say of `reference` against each other law; none without them."""
-    found: dict[str, Evidence] = {}
+    evidence_by_wall: dict[str, Evidence] = {}
     for result in cohort.results:
         if result.evidence is None:
             continue
@@ -63,14 +63,14 @@ def evidences(cohort: Cohort, reference: str) -> list[Evidence]:
         if reference not in logs:
             continue
         posteriors = {wall: result.laws[wall].posterior for wall in logs.index}
-        trusted = {wall: one is not None and one.trusted for wall, one in posteriors.items()}
-        for wall in (one for one in logs.index if one != reference):
-            one = found.setdefault(wall, Evidence(wall, {}, []))
+        trusted = {wall: posterior is not None and posterior.trusted for wall, posterior in posteriors.items()}
+        for wall in (law for law in logs.index if law != reference):
+            evidence = evidence_by_wall.setdefault(wall, Evidence(wall, {}, []))
             if trusted[wall] and trusted[reference]:
-                one.ratios[result.name] = float(np.exp(np.clip(logs[reference] - logs[wall], -700, 700)))
+                evidence.ratios[result.name] = float(np.exp(np.clip(logs[reference] - logs[wall], -700, 700)))
             else:
-                one.untrusted.append(result.name)
-    return list(found.values())
+                evidence.untrusted.append(result.name)
+    return list(evidence_by_wall.values())
 
 
 class Pooled(NamedTuple):
@@ -184,30 +184,34 @@ def exponent_of(cohort: Cohort, wall: str) -> Exponent | None:
     from their fits (`pooled_censored`). An animal whose search stopped at a bound counts as one that lies beyond it. Of
     several recordings of one animal the first counts.
     """
-    firsts = {cohort.subjects[one.name]: one for one in reversed(cohort.calibrated(wall))}
-    said = [(one, stiffens) for one in reversed(firsts.values()) if (stiffens := one.laws[wall].stiffening) is not None]
-    if not said:
+    firsts = {cohort.subjects[result.name]: result for result in reversed(cohort.calibrated(wall))}
+    stiffenings = [
+        (result, stiffens)
+        for result in reversed(firsts.values())
+        if (stiffens := result.laws[wall].stiffening) is not None
+    ]
+    if not stiffenings:
         return None
-    results, each = [one for one, _ in said], [stiffens["exponent"] for _, stiffens in said]
-    name, linear = str(each[0].attrs["parameter"]), float(each[0].attrs["linear_at"])
+    results, exponents = [result for result, _ in stiffenings], [stiffens["exponent"] for _, stiffens in stiffenings]
+    name, linear = str(exponents[0].attrs["parameter"]), float(exponents[0].attrs["linear_at"])
     drawn = estimates_of(results, wall, name)
-    beyond = np.array([_beyond(result, wall, one) for result, one in zip(results, each, strict=True)])
+    beyond = np.array([_beyond(result, wall, exponent) for result, exponent in zip(results, exponents, strict=True)])
     if drawn.origin == "posterior":
-        pooled, beyond = _of_posteriors(drawn), np.zeros(len(each), dtype=int)
+        pooled, beyond = _of_posteriors(drawn), np.zeros(len(exponents), dtype=int)
     else:
-        pooled = _of_fits(results, wall, each, beyond)
+        pooled = _of_fits(results, wall, exponents, beyond)
     below, above = int((beyond < 0).sum()), int((beyond > 0).sum())
     value, low, high = np.exp(pooled).tolist()
-    return Exponent(name, linear, value, low, high, len(each), below, above, drawn.origin == "posterior")
+    return Exponent(name, linear, value, low, high, len(exponents), below, above, drawn.origin == "posterior")
 
 
-def _of_fits(results: list[AnimalResult], wall: str, each: list[xr.DataArray], beyond: np.ndarray) -> Pooled:
-    logs = np.log([float(one) for one in each])
-    if len(each) > 1:
-        own = [one.laws[wall].calibration.sel(parameter=each[0].attrs["parameter"]) for one in results]
-        errors = [float(one["standard_error_correlated"] / one["value"]) for one in own]
+def _of_fits(results: list[AnimalResult], wall: str, exponents: list[xr.DataArray], beyond: np.ndarray) -> Pooled:
+    logs = np.log([float(exponent) for exponent in exponents])
+    if len(exponents) > 1:
+        rows = [result.laws[wall].calibration.sel(parameter=exponents[0].attrs["parameter"]) for result in results]
+        errors = [float(row["standard_error_correlated"] / row["value"]) for row in rows]
         return pooled_censored(logs, np.array(errors), beyond)
-    low, high = np.log([float(each[0].attrs[f"interval_{end}"]) for end in ("low", "high")])
+    low, high = np.log([float(exponents[0].attrs[f"interval_{end}"]) for end in ("low", "high")])
     return Pooled(np.nan, -np.inf, np.inf) if beyond[0] else Pooled(logs[0], low, high)
 
 
@@ -220,9 +224,9 @@ def _of_posteriors(drawn: Estimates) -> Pooled:
         return Pooled(drawn.logs[0], drawn.logs[0] - reach, drawn.logs[0] + reach)
     mean = pooled_mean(drawn.logs, drawn.errors)
     common = sum(
-        float(np.mean(own) ** 2 * np.mean(errors[own] ** 2))
+        float(np.mean(mask) ** 2 * np.mean(errors[mask] ** 2))
         for errors, labels in zip(drawn.shared, drawn.label, strict=True)
-        for own in (labels == number for number in np.unique(labels))
+        for mask in (labels == number for number in np.unique(labels))
     )
     reach = float(stdtrit(mean.freedom, TAILS[-1])) * float(np.sqrt(mean.error**2 + common))
     return Pooled(mean.value, mean.value - reach, mean.value + reach)

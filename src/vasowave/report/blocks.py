@@ -101,9 +101,9 @@ class Table:
 
     def hiding(self, *columns: str) -> "Table":
         """Return the table without columns on the page; its data keep them."""
-        kept = [place for place, cell in enumerate(self.header) if cell not in columns]
-        rows = [tuple(row[place] for place in kept) for row in self.rows]
-        return replace(self, header=tuple(self.header[place] for place in kept), rows=rows)
+        visible = [place for place, cell in enumerate(self.header) if cell not in columns]
+        rows = [tuple(row[place] for place in visible) for row in self.rows]
+        return replace(self, header=tuple(self.header[place] for place in visible), rows=rows)
 
 
 @dataclass(frozen=True, eq=False)

@@ -59,10 +59,10 @@ def synthetic_banner(cohort: Cohort) -> str:
     made = [result for result in cohort.results if result.synthetic]
     if not made:
         return ""
-    what = "recordings" if cohort.repeated else "animals"
-    which = f"All {len(made)} {what} were" if len(made) == len(cohort.results) else f"The {what} {named(made)} were"
+    noun = "recordings" if cohort.repeated else "animals"
+    subject = f"All {len(made)} {noun} were" if len(made) == len(cohort.results) else f"The {noun} {named(made)} were"
     return (
-        f"{'This animal was' if cohort.single else which} made by a model, not measured. The numbers show how the "
+        f"{'This animal was' if cohort.single else subject} made by a model, not measured. The numbers show how the "
         "program works and say nothing about any living animal."
     )
 
@@ -75,8 +75,8 @@ def _sections(cohort: Cohort, primary: Primary, comparisons: Mapping[str, Source
         Section("glossary", "Glossary", [glossary_table(glossary(cohort))]),
     ]
     if cohort.single:
-        own, search = animal_sections(cohort, written)
-        return [*map(_of_one, [own, data_section(cohort), *models, search]), *last]
+        summary, search = animal_sections(cohort, written)
+        return [*map(_of_one, [summary, data_section(cohort), *models, search]), *last]
     groups, animals = groups_section(cohort, primary, comparisons, written), animals_section(cohort, written)
     return [groups, data_section(cohort), *models, animals, *last]
 
@@ -93,19 +93,19 @@ def _titles(cohort: Cohort) -> tuple[str, str]:
         source = str(result.recording.attrs.get("source", ""))
         return f"Hemodynamic assessment of {result.name}", f"Recording: {source}" if source else ""
     groups = f"{len(cohort.groups)} {'group' if len(cohort.groups) == 1 else 'groups'}: {', '.join(cohort.groups)}"
-    there, lost = len(cohort.results), len(cohort.lost)
+    count, lost = len(cohort.results), len(cohort.lost)
     subject = cohort.variables.get(cohort.design.subject or "")
-    what = f"recordings of {len(subject.order)} animals" if subject else "animals"
-    return "Hemodynamic assessment of a cohort", f"{f'{there} of ' if lost else ''}{there + lost} {what} in {groups}"
+    noun = f"recordings of {len(subject.order)} animals" if subject else "animals"
+    return "Hemodynamic assessment of a cohort", f"{f'{count} of ' if lost else ''}{count + lost} {noun} in {groups}"
 
 
 def origin(cohort: Cohort) -> dict[str, str]:
     """Return versions, seed, settings and hashes: once where all animals share them, else by animal."""
     made = provenance()
     rows = {"report made": made["created"], "vasowave": made["vasowave"]}
-    own = {result.name: _made(result) for result in cohort.results}
-    for key in dict.fromkeys(key for one in own.values() for key in one):
-        values = {animal: one[key] for animal, one in own.items() if key in one}
+    records = {result.name: _made(result) for result in cohort.results}
+    for key in dict.fromkeys(key for record in records.values() for key in record):
+        values = {animal: record[key] for animal, record in records.items() if key in record}
         if len(set(values.values())) == 1 and len(values) == len(cohort.results):
             label = f"{key} of the animals' results" if key in rows else key
             rows[label] = next(iter(values.values()))

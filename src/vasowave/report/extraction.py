@@ -151,15 +151,15 @@ def _told(extraction: Extraction) -> list[dict[str, Any]]:
     """Return the doubts as they are stored, the gravest first; places are x, y, z in cm, in the world."""
     return [
         {
-            "grade": one.grade.value,
-            "flow": round(one.flow, 4),
-            "about": one.about,
-            "code": one.finding.code,
-            "text": one.text,
-            "vessels": one.vessels,
-            "places [cm]": one.places[:, ::-1].tolist(),
+            "grade": doubt.grade.value,
+            "flow": round(doubt.flow, 4),
+            "about": doubt.about,
+            "code": doubt.finding.code,
+            "text": doubt.text,
+            "vessels": doubt.vessels,
+            "places [cm]": doubt.places[:, ::-1].tolist(),
         }
-        for one in extraction.doubts
+        for doubt in extraction.doubts
     ]
 
 

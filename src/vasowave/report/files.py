@@ -32,13 +32,13 @@ _PIECE = re.compile(
 )
 
 
-def write_figures(drawings: Sequence[Drawing], folder: Path, each: Each = map) -> None:
-    """Write every figure to `folder` as SVG with editable letters; `each` may draw several at a time."""
+def write_figures(drawings: Sequence[Drawing], folder: Path, mapper: Each = map) -> None:
+    """Write every figure to `folder` as SVG with editable letters; `mapper` may draw several at a time."""
     make_folder(folder)
-    for drawing, text in zip(drawings, each(drawn, [one.figure for one in drawings]), strict=True):
+    for drawing, text in zip(drawings, mapper(drawn, [drawing.figure for drawing in drawings]), strict=True):
         drawing.keep(text)
-        said = described(text, drawing.name, drawing.caption)
-        write_file(folder / f"{drawing.name}.svg", said)
+        svg = described(text, drawing.name, drawing.caption)
+        write_file(folder / f"{drawing.name}.svg", svg)
 
 
 def write_tables(tables: Sequence[Table], records: Mapping[str, pd.DataFrame], folder: Path) -> None:
@@ -58,8 +58,10 @@ def _write_csv(data: pd.DataFrame, path: Path) -> None:
     for place, kind in enumerate(data.dtypes):
         if not pd.api.types.is_numeric_dtype(kind):
             column = data.iloc[:, place]
-            texts = {one: spreadsheet_cell(one) for one in column.unique() if isinstance(one, str)}
-            safe.isetitem(place, column.replace({one: cell for one, cell in texts.items() if one != cell}).to_numpy())
+            texts = {text: spreadsheet_cell(text) for text in column.unique() if isinstance(text, str)}
+            safe.isetitem(
+                place, column.replace({text: cell for text, cell in texts.items() if text != cell}).to_numpy()
+            )
     write_file(path, safe.to_csv(index=False, lineterminator="\n"))
 
 

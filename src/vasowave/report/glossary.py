@@ -19,10 +19,10 @@ _OWN = {
 }
 
 
-def words(name: str, known: Mapping[str, str]) -> str:
-    """Return a quantity in a few words; `known` holds the meanings as stored."""
-    one = QUANTITIES.get(name)
-    return (one and (one.words or one.meaning)) or known.get(name, name).split(",")[0]
+def words(name: str, meanings: Mapping[str, str]) -> str:
+    """Return a quantity in a few words; `meanings` are those as stored."""
+    quantity = QUANTITIES.get(name)
+    return (quantity and (quantity.words or quantity.meaning)) or meanings.get(name, name).split(",")[0]
 
 
 def symbol(name: str, written: Mapping[str, str]) -> str:
@@ -32,19 +32,19 @@ def symbol(name: str, written: Mapping[str, str]) -> str:
 
 def caller(cohort: Cohort) -> Callable[[str], str]:
     """Return what gives a quantity in words with its symbol, as the animals' results have them."""
-    known, written = cohort.meanings, symbols(cohort)
+    meanings, written = cohort.meanings, symbols(cohort)
 
     def called(name: str) -> str:
-        said, sign = words(name, known), symbol(name, written)
-        return said if said == sign else f"{said} {sign}"
+        phrase, sign = words(name, meanings), symbol(name, written)
+        return phrase if phrase == sign else f"{phrase} {sign}"
 
     return called
 
 
 def defined(cohort: Cohort) -> dict[str, str]:
     """Return the symbol of every quantity with its meaning, ``r₁ (factor of the nominal R_1 of all beds)``."""
-    known, written = cohort.meanings, symbols(cohort)
-    meanings = {name: words(name, known) for name in written}
+    stored_meanings, written = cohort.meanings, symbols(cohort)
+    meanings = {name: words(name, stored_meanings) for name in written}
     return {
         name: sign if meanings[name] in (name, sign) else f"{sign} ({meanings[name]})" for name, sign in written.items()
     }
@@ -52,8 +52,8 @@ def defined(cohort: Cohort) -> dict[str, str]:
 
 def glossary(cohort: Cohort) -> dict[str, str]:
     """Return the meaning of every symbol of the animals."""
-    written, known = symbols(cohort), cohort.meanings
-    return {symbol(name, written): meaning for name, meaning in known.items()} | _OWN
+    written, meanings = symbols(cohort), cohort.meanings
+    return {symbol(name, written): meaning for name, meaning in meanings.items()} | _OWN
 
 
 def glossary_table(entries: Mapping[str, str]) -> Table:
@@ -68,7 +68,7 @@ def explained(entries: Mapping[str, str]) -> Callable[[str], str]:
     """
     from markupsafe import Markup, escape
 
-    safe = [one for one in entries if len(one) > 1 or not one.isascii()]
+    safe = [entry for entry in entries if len(entry) > 1 or not entry.isascii()]
     longest = sorted(map(re.escape, safe), key=len, reverse=True)
     pattern = re.compile(rf"(?<![\w/])({'|'.join(longest)})(?![\w/(₀-₉])") if longest else None
 
@@ -77,10 +77,10 @@ def explained(entries: Mapping[str, str]) -> Callable[[str], str]:
 
     def of(text: str) -> str:
         # A table's first column and its header may hold single letters: they are whole cells.
-        whole = re.fullmatch(r"(\S+)( = \S+)?( \[.*\])?", text)
-        if whole and whole[1] in entries:
-            return abbreviated(whole[1]) + escape(text[len(whole[1]) :])
+        match = re.fullmatch(r"(\S+)( = \S+)?( \[.*\])?", text)
+        if match and match[1] in entries:
+            return abbreviated(match[1]) + escape(text[len(match[1]) :])
         pieces = pattern.split(text) if pattern else [text]  # every second one is a symbol
-        return Markup("").join(abbreviated(one) if place % 2 else escape(one) for place, one in enumerate(pieces))
+        return Markup("").join(abbreviated(piece) if place % 2 else escape(piece) for place, piece in enumerate(pieces))
 
     return of

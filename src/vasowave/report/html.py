@@ -8,13 +8,13 @@ from vasowave.report.environment import templates
 from vasowave.report.glossary import explained
 
 
-def page(report: Report, others: dict[str, str]) -> str:
+def page(report: Report, links: dict[str, str]) -> str:
     """Return the page as HTML text with the figures inside.
 
     Parameters
     ----------
     report : Report
-    others : dict of str to str
+    links : dict of str to str
         Files that stand beside it, by what a link calls them.
     """
     from markupsafe import Markup
@@ -22,7 +22,7 @@ def page(report: Report, others: dict[str, str]) -> str:
     environment = templates()
     environment.globals["drawn"] = lambda drawing: Markup(embedded(drawing))
     environment.filters["explained"] = explained(report.glossary)
-    return lowered(environment.get_template("report.html").render(report=report, others=others))
+    return lowered(environment.get_template("report.html").render(report=report, others=links))
 
 
 def embedded(drawing: Drawing) -> str:
@@ -36,13 +36,13 @@ def embedded(drawing: Drawing) -> str:
 def _inside(text: str, name: str, form: str = "") -> str:
     """Return SVG without prolog, scalable, with ids that are unique in the page."""
     pixels = 96 * size_of(text)[0]
-    opening, rest = text[text.index("<svg") :].split(">", 1)
+    opening, body = text[text.index("<svg") :].split(">", 1)
     opening = re.sub(r'\s(xmlns(:\w+)?|width|height|version)="[^"]*"', "", opening)
     # Letters stay readable: the drawing shrinks to 0.7 of its size at most, then its box scrolls.
     opening += f' class="{form}"' if form else ""
     opening += f' style="width: {1.3 * pixels:.0f}px; min-width: {0.7 * pixels:.0f}px; max-width: 100%"'
-    rest = re.sub(r'\bid="', f'id="{name}-', rest)
-    rest = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{name}-", rest)
+    body = re.sub(r'\bid="', f'id="{name}-', body)
+    body = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{name}-", body)
     # A hundredth of a point is finer than any screen or printer, and the page half as large.
-    rest = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), rest)
-    return f"{opening}>{rest}"
+    body = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), body)
+    return f"{opening}>{body}"

@@ -31,13 +31,13 @@ _CAPTIONS = {
 }
 
 
-def command(seen: Overview) -> str:
+def command(overview: Overview) -> str:
     """Return the command to type next."""
-    source = Path("SCAN") if seen.source is None else seen.source
+    source = Path("SCAN") if overview.source is None else overview.source
     name = source.name.split(".")[0] or "scan"
     defaults, words = settings_of(Options), ["vasowave", "extract", shlex.quote(str(source)), "-o", shlex.quote(name)]
     for key in ("root", "threshold", "method", "cannula", "species", "voxel", "grey", "loops"):
-        value = getattr(seen.options, key)
+        value = getattr(overview.options, key)
         if value is None or (key != "root" and value == defaults[key].default):
             continue
         text = written(value) if key == "root" else grey_text(value) if key == "grey" else f"{value}"
@@ -46,37 +46,37 @@ def command(seen: Overview) -> str:
     return " ".join(words)
 
 
-def facts(seen: Overview) -> list[tuple[str, str]]:
+def facts(overview: Overview) -> list[tuple[str, str]]:
     """Return what is said of the image, each with its name."""
-    image, levels = seen.image, seen.levels
+    image, levels = overview.image, overview.levels
     size = " × ".join(f"{count}" for count in image.grey.shape[::-1])
-    span = " × ".join(f"{one:.3g}" for one in (np.array(image.grey.shape) * image.spacing)[::-1])
-    spacing = " × ".join(f"{1e4 * one:.4g}" for one in image.spacing[::-1])
-    low, high = seen.histogram.edges[[0, -1]]
-    bits = seen.histogram.bits
+    span = " × ".join(f"{length:.3g}" for length in (np.array(image.grey.shape) * image.spacing)[::-1])
+    spacing = " × ".join(f"{1e4 * length:.4g}" for length in image.spacing[::-1])
+    low, high = overview.histogram.edges[[0, -1]]
+    bits = overview.histogram.bits
     return [
-        ("image", f"{seen.kind}, {size} voxels (x, y, z), {span} cm"),
+        ("image", f"{overview.kind}, {size} voxels (x, y, z), {span} cm"),
         ("voxel", f"{spacing} µm"),
         (
             "grey levels",
             f"{low:.5g} to {high:.5g}, {f'whole numbers, {bits} bits' if bits else 'decimal numbers'}",
         ),
-        ("background, lumen", f"{levels.background:.4g}, {levels.lumen:.4g}; noise {seen.lumen.noise:.3g} (SD)"),
-        ("threshold", f"{seen.options.threshold:.4g}{' on the corrected scale' if seen.options.grey else ''}"),
-        ("saturation", f"{seen.grey.saturated:.1%} of the lumen's voxels have its highest level"),
-        ("grey scale", _scale(seen)),
-        ("cannula", _cannula(seen.options.cannula)),
-        ("loops", _loops(seen)),
+        ("background, lumen", f"{levels.background:.4g}, {levels.lumen:.4g}; noise {overview.lumen.noise:.3g} (SD)"),
+        ("threshold", f"{overview.options.threshold:.4g}{' on the corrected scale' if overview.options.grey else ''}"),
+        ("saturation", f"{overview.grey.saturated:.1%} of the lumen's voxels have its highest level"),
+        ("grey scale", _scale(overview)),
+        ("cannula", _cannula(overview.options.cannula)),
+        ("loops", _loops(overview)),
     ]
 
 
 def _cannula(diameter: float) -> str:
-    known = f"{diameter:g} cm wide within, as is assumed" if diameter else "none"
-    return f"{known}; if that is not so: --cannula DIAMETER, 0 where there is none"
+    text = f"{diameter:g} cm wide within, as is assumed" if diameter else "none"
+    return f"{text}; if that is not so: --cannula DIAMETER, 0 where there is none"
 
 
-def _scale(seen: Overview) -> str:
-    scale, measured = seen.grey.scale, seen.measured
+def _scale(overview: Overview) -> str:
+    scale, measured = overview.grey.scale, overview.measured
     if measured is None:
         return "not known without a first tree"
     ratio = measured.densitometric / measured.inscribed
@@ -84,96 +84,99 @@ def _scale(seen: Overview) -> str:
     radii = f"; radius by grey level over radius by outline {np.median(ratio):.3f}" if len(ratio) else ""
     if scale is None:
         return f"not known: too little noise, or too few clear vessels{radii}"
-    said = f"off by {scale.bend:+.0%} of the contrast at most, by the noise at each level{radii}"
-    if seen.grey.offered:
-        return f"{said}; --grey makes it linear and gives the cannula its known diameter"
-    return said
+    text = f"off by {scale.bend:+.0%} of the contrast at most, by the noise at each level{radii}"
+    if overview.grey.offered:
+        return f"{text}; --grey makes it linear and gives the cannula its known diameter"
+    return text
 
 
-def _loops(seen: Overview) -> str:
-    if not seen.loops:
+def _loops(overview: Overview) -> str:
+    if not overview.loops:
         return "none"
-    places = "; ".join(f"{written(one.place)} (ring of {one.length:.2g} cm)" for one in seen.loops[:_SHOWN])
-    what = "touching vessels, or an anastomosis; the command cuts each at its thinnest and doubts the vessels there"
-    if seen.closed:
-        what = "the level set closes them all"
-    if seen.opening is not None and not seen.closed:
-        what = f"none is left at a threshold of {seen.opening:.4g}"
-    return f"{len(seen.loops)}, thinnest at (x,y,z, cm) {places}: {what}"
+    places = "; ".join(f"{written(loop.place)} (ring of {loop.length:.2g} cm)" for loop in overview.loops[:_SHOWN])
+    comment = "touching vessels, or an anastomosis; the command cuts each at its thinnest and doubts the vessels there"
+    if overview.closed:
+        comment = "the level set closes them all"
+    if overview.opening is not None and not overview.closed:
+        comment = f"none is left at a threshold of {overview.opening:.4g}"
+    return f"{len(overview.loops)}, thinnest at (x,y,z, cm) {places}: {comment}"
 
 
-def entrance_rows(seen: Overview) -> list[tuple[str, str, str]]:
+def entrance_rows(overview: Overview) -> list[tuple[str, str, str]]:
     """Return number, place and radius of the ends of the lumen where the blood may enter."""
-    ends = seen.entrances[:_SHOWN]
-    return [(f"{number}", written(one.place), f"{one.radius:.3g}") for number, one in enumerate(ends, 1)]
+    ends = overview.entrances[:_SHOWN]
+    return [(f"{number}", written(end.place), f"{end.radius:.3g}") for number, end in enumerate(ends, 1)]
 
 
-def look_text(seen: Overview) -> str:
+def look_text(overview: Overview) -> str:
     """Return the first look as text for a terminal."""
-    lines = [f"{name + ':':<19}{text}" for name, text in facts(seen)]
+    lines = [f"{name + ':':<19}{text}" for name, text in facts(overview)]
     lines += ["", "Ends of the lumen, the widest first:"]
-    lines += [f"  {number}  {place}  radius {radius} cm" for number, place, radius in entrance_rows(seen)]
-    lines += ["", *(f"Warning: {text}" for text in texts(seen.findings))]
-    return "\n".join([*lines, *_next(seen)])
+    lines += [f"  {number}  {place}  radius {radius} cm" for number, place, radius in entrance_rows(overview)]
+    lines += ["", *(f"Warning: {text}" for text in texts(overview.findings))]
+    return "\n".join([*lines, *_next(overview)])
 
 
-def _next(seen: Overview) -> list[str]:
-    sure = "" if seen.is_clear else " (is the first end where the blood enters? else take another)"
-    return ["", f"Type next{sure}:", f"  {command(seen)}"]
+def _next(overview: Overview) -> list[str]:
+    sure = "" if overview.is_clear else " (is the first end where the blood enters? else take another)"
+    return ["", f"Type next{sure}:", f"  {command(overview)}"]
 
 
-def look_page(seen: Overview) -> str:
+def look_page(overview: Overview) -> str:
     """Return the first look as one HTML page that needs no network."""
     from markupsafe import Markup
 
-    drawn = [("projections", projections_figure(seen)), ("histogram", histogram_figure(seen))]
-    if scale := grey_scale_figure(seen):
+    drawn = [("projections", projections_figure(overview)), ("histogram", histogram_figure(overview))]
+    if scale := grey_scale_figure(overview):
         drawn.append(("grey-scale", scale))
-    narrow = {"projections": projections_figure(seen, wide=False)}
+    narrow = {"projections": projections_figure(overview, wide=False)}
     figures = [Drawing(name, _CAPTIONS[name], figure, narrow.get(name)) for name, figure in drawn]
     template = templates().get_template("look.html")
     return template.render(
-        source="an image that was given as such" if seen.source is None else str(seen.source),
-        facts=facts(seen),
-        entrances=entrance_rows(seen),
-        sure=seen.is_clear,
-        notes=texts(seen.findings),
-        command=command(seen),
-        figures=[(Markup(embedded(one)), one.caption) for one in figures],
-        provenance=_origin(seen),
+        source="an image that was given as such" if overview.source is None else str(overview.source),
+        facts=facts(overview),
+        entrances=entrance_rows(overview),
+        sure=overview.is_clear,
+        notes=texts(overview.findings),
+        command=command(overview),
+        figures=[(Markup(embedded(drawing)), drawing.caption) for drawing in figures],
+        provenance=_origin(overview),
     )
 
 
-def look_json(seen: Overview) -> str:
+def look_json(overview: Overview) -> str:
     """Return the first look as JSON; lengths in cm, places x, y, z in the world."""
-    scale = seen.grey.scale
+    scale = overview.grey.scale
     values: dict[str, Any] = {
-        "kind": seen.kind,
-        "size": seen.image.grey.shape[::-1],
-        "spacing [cm]": seen.image.spacing[::-1].tolist(),
-        "bits": seen.histogram.bits,
-        "histogram": {"edges": seen.histogram.edges.tolist(), "counts": seen.histogram.counts.tolist()},
-        "background": seen.levels.background,
-        "lumen": seen.levels.lumen,
-        "noise": seen.lumen.noise,
-        "threshold": seen.options.threshold,
-        "saturated": seen.grey.saturated,
+        "kind": overview.kind,
+        "size": overview.image.grey.shape[::-1],
+        "spacing [cm]": overview.image.spacing[::-1].tolist(),
+        "bits": overview.histogram.bits,
+        "histogram": {"edges": overview.histogram.edges.tolist(), "counts": overview.histogram.counts.tolist()},
+        "background": overview.levels.background,
+        "lumen": overview.levels.lumen,
+        "noise": overview.lumen.noise,
+        "threshold": overview.options.threshold,
+        "saturated": overview.grey.saturated,
         "bend": None if scale is None else scale.bend,
-        "grey": seen.grey.offered,
-        "entrances": [{"place [cm]": one.place[::-1].tolist(), "radius [cm]": one.radius} for one in seen.entrances],
-        "loops": [{"place [cm]": one.place[::-1].tolist(), "length [cm]": one.length} for one in seen.loops],
-        "findings": [{"code": one.code, "text": str(one)} for one in seen.findings],
-        "command": command(seen),
-        "provenance": _origin(seen),
+        "grey": overview.grey.offered,
+        "entrances": [
+            {"place [cm]": entrance.place[::-1].tolist(), "radius [cm]": entrance.radius}
+            for entrance in overview.entrances
+        ],
+        "loops": [{"place [cm]": loop.place[::-1].tolist(), "length [cm]": loop.length} for loop in overview.loops],
+        "findings": [{"code": finding.code, "text": str(finding)} for finding in overview.findings],
+        "command": command(overview),
+        "provenance": _origin(overview),
     }
     return json.dumps(values, indent=1, ensure_ascii=False) + "\n"
 
 
-def _origin(seen: Overview) -> dict[str, str]:
-    return provenance([seen.source] if seen.source is not None and seen.source.is_file() else [])
+def _origin(overview: Overview) -> dict[str, str]:
+    return provenance([overview.source] if overview.source is not None and overview.source.is_file() else [])
 
 
-def write_look(seen: Overview, path: Path) -> Path:
+def write_look(overview: Overview, path: Path) -> Path:
     """Write the page, or JSON if the name of the file ends so.
 
     Raises
@@ -182,7 +185,7 @@ def write_look(seen: Overview, path: Path) -> Path:
         Another ending, or a file that cannot be written.
     """
     check_look_file(path)
-    return write_file(path, look_json(seen) if path.suffix.lower() == ".json" else look_page(seen))
+    return write_file(path, look_json(overview) if path.suffix.lower() == ".json" else look_page(overview))
 
 
 def check_look_file(path: Path) -> None:

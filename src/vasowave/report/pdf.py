@@ -98,7 +98,7 @@ def write_pdf(reports: Sequence[Report], folder: Path, figures: Path) -> bool:
 
 def markup(report: Report) -> str:
     """Return the report in Typst's markup; figures are files ``NAME.svg`` beside it."""
-    parts = [
+    paragraphs = [
         f"#set document(title: {quoted(report.title)})",
         _STYLE.replace("LEAST", str(_LEAST_SCALE)),
         f"= #{written(report.title)}",
@@ -106,15 +106,15 @@ def markup(report: Report) -> str:
     ]
     if report.synthetic:
         words = f"*Synthetic data.* #{quoted(report.synthetic)}"
-        parts.append(f'#boxed(rgb("fdf0d5"), rgb("b26a00"))[{words}]')
+        paragraphs.append(f'#boxed(rgb("fdf0d5"), rgb("b26a00"))[{words}]')
     if report.name == SUPPLEMENT:
-        parts.append("#outline(title: none, target: heading.where(level: 2), indent: 0pt)")
+        paragraphs.append("#outline(title: none, target: heading.where(level: 2), indent: 0pt)")
     for section in report.sections:
-        parts += [f"== #{written(section.title)}", *map(_block, section.blocks)]
+        paragraphs += [f"== #{written(section.title)}", *map(_block, section.blocks)]
     if report.name != SUPPLEMENT:
-        return "\n\n".join([*parts, ""])
+        return "\n\n".join([*paragraphs, ""])
     origin = Table("", "", ("program or input", "version or SHA-256"), list(report.provenance.items()))
-    return "\n\n".join([*parts, "== Provenance", _block(origin), ""])
+    return "\n\n".join([*paragraphs, "== Provenance", _block(origin), ""])
 
 
 def quoted(text: str) -> str:
@@ -125,8 +125,8 @@ def quoted(text: str) -> str:
 
 def written(text: str) -> str:
     """Return text as a value of Typst, its subscripts true ones."""
-    parts = [f"#{quoted(base)}" + (f"#sub({quoted(low)})" if low else "") for base, low in pieces(str(text))]
-    return quoted(text) if len(parts) == 1 else f"[{''.join(parts)}]"
+    fragments = [f"#{quoted(base)}" + (f"#sub({quoted(low)})" if low else "") for base, low in pieces(str(text))]
+    return quoted(text) if len(fragments) == 1 else f"[{''.join(fragments)}]"
 
 
 def _block(block: Block) -> str:
@@ -159,7 +159,7 @@ def _block(block: Block) -> str:
 
 def _columns(block: SideBySide) -> str:
     """Two figures stand side by side; words and figures follow each other, one figure on the page of its words."""
-    pictures = [one for one in block.blocks if isinstance(one, Drawing)]
+    pictures = [picture for picture in block.blocks if isinstance(picture, Drawing)]
     *words, last = block.blocks
     if words and pictures == [last]:
         width, height = _size(pictures[0])
@@ -169,7 +169,8 @@ def _columns(block: SideBySide) -> str:
     if len(pictures) < 2 or len(pictures) < len(block.blocks):
         return "\n\n".join(map(_block, block.blocks))
     cells = ", ".join(
-        f"[#image({quoted(one.name + '.svg')}, width: 100%)\n#text(7.5pt, {written(one.caption)})]" for one in pictures
+        f"[#image({quoted(picture.name + '.svg')}, width: 100%)\n#text(7.5pt, {written(picture.caption)})]"
+        for picture in pictures
     )
     return f"#grid(columns: {len(pictures)}, gutter: 10pt, {cells})"
 
@@ -199,5 +200,5 @@ def _table(table: Table) -> str:
     )
     caption = f"#block(below: 0.4em, sticky: true)[*#{written(table.caption)}*]\n" if table.caption else ""
     note = f"\n#text(7pt, fill: luma(90), {written(table.note)})" if table.note else ""
-    whole = f"{caption}{body}{note}"
-    return f"#block(breakable: false)[{whole}]" if len(table.rows) <= _UNBROKEN_ROWS else whole
+    text = f"{caption}{body}{note}"
+    return f"#block(breakable: false)[{text}]" if len(table.rows) <= _UNBROKEN_ROWS else text

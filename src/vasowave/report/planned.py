@@ -37,49 +37,48 @@ _CAPTION = "Power of each quantity by the number of {}; grey: what is asked for.
 
 def plan_texts(plan: Plan) -> list[str]:
     """Return what a plan comes to, in sentences."""
-    asked, needed = plan.settings, plan.needed["as it is"]
+    settings, needed = plan.settings, plan.needed["as it is"]
     shown = needed[np.isfinite(needed)]
-    each = listed(
+    enumeration = listed(
         [f"{count:.0f} for {words(str(name), {})} {short_symbol(str(name))}" for name, count in shown.items()]
     )
-    most = plan.powers.index[-1]
-    aim = f"a ratio of {asked.effect:g} with a power of {number(asked.power, 2)}"
-    paired = asked.pairs is not None
-    need = f"To show {aim}, {'pairs are needed' if paired else 'each of two groups needs'}: {each}."
-    none = (
-        f"No quantity shows a ratio of {asked.effect:g} with {most} {'pairs' if paired else 'animals in each group'}."
-    )
-    said = [need if len(shown) else none]
+    largest_size = plan.powers.index[-1]
+    aim = f"a ratio of {settings.effect:g} with a power of {number(settings.power, 2)}"
+    paired = settings.pairs is not None
+    need = f"To show {aim}, {'pairs are needed' if paired else 'each of two groups needs'}: {enumeration}."
+    unit = "pairs" if paired else "animals in each group"
+    none = f"No quantity shows a ratio of {settings.effect:g} with {largest_size} {unit}."
+    sentences = [need if len(shown) else none]
     beyond = [short_symbol(str(name)) for name in needed.index[~np.isfinite(needed)]]
     if beyond and len(shown):
-        said.append(f"More than {plan.powers.index[-1]} for {listed(beyond)}.")
-    more = f"more beats; {'' if paired else _OWN}{_AGAIN[paired]}"
-    said.append(
+        sentences.append(f"More than {plan.powers.index[-1]} for {listed(beyond)}.")
+    measures = f"more beats; {'' if paired else _OWN}{_AGAIN[paired]}"
+    sentences.append(
         f"Each quantity is judged in the family of all {len(needed)}, with the p of the primary comparison; logarithms "
         "are taken as normal. A column of the table that needs fewer animals is what that change would save: errors "
-        f"halved, as by a better image or {more}."
+        f"halved, as by a better image or {measures}."
     )
     if paired:
-        who = "littermates, one in each group" if asked.littermates else "one animal on two occasions"
-        said.append(
-            f"A pair is {who}; its two true values are taken as correlated by {asked.pairs:g}. The mixed model of the "
-            "design judges it; errors that a pair shares cancel."
+        pair_text = "littermates, one in each group" if settings.littermates else "one animal on two occasions"
+        sentences.append(
+            f"A pair is {pair_text}; its two true values are taken as correlated by {settings.pairs:g}. The mixed "
+            "model of the design judges it; errors that a pair shares cancel."
         )
-    told = [one for one in plan.spreads if one.within]
-    if told:
-        each = listed([f"{short_symbol(one.quantity)} {one.alike:.2f}" for one in told])
-        said.append(f"In this study true values of one animal on two occasions are correlated by: {each}.")
+    repeated_spreads = [spread for spread in plan.spreads if spread.within]
+    if repeated_spreads:
+        enumeration = listed([f"{short_symbol(spread.quantity)} {spread.alike:.2f}" for spread in repeated_spreads])
+        sentences.append(f"In this study true values of one animal on two occasions are correlated by: {enumeration}.")
     elif not paired:
-        said.append(
+        sentences.append(
             "How far an animal differs from day to day is not known apart from how far animals differ: a second "
             "occasion may save more than the table says. A pilot with a subject in its design tells it."
         )
-    if not any(one.error for one in plan.spreads):
-        said.append(
+    if not any(spread.error for spread in plan.spreads):
+        sentences.append(
             "How much of the spread is error of measurement is not known here, so that the table cannot say what "
             "smaller errors would save."
         )
-    return said
+    return sentences
 
 
 _OWN = "images of one's own in place of shared ones; "
@@ -94,7 +93,7 @@ def _needed(plan: Plan) -> Table:
     frame = plan.needed.reset_index(names="quantity")
     frame["quantity"] = [short_symbol(str(name)) for name in frame["quantity"]]
     cells = [
-        (row[0], *("more" if not np.isfinite(one) else f"{one:.0f}" for one in row[1:]))
+        (row[0], *("more" if not np.isfinite(count) else f"{count:.0f}" for count in row[1:]))
         for row in frame.itertuples(index=False)
     ]
     note = f"more: more than {plan.powers.index[-1]}."
@@ -109,12 +108,16 @@ def _needed(plan: Plan) -> Table:
 
 
 def _spreads(plan: Plan) -> Table:
-    told = any(one.within for one in plan.spreads)
+    has_occasions = any(spread.within for spread in plan.spreads)
 
-    def cells_of(one: Spread) -> tuple[str, ...]:
-        parts = (*one.between, one.within if told else None, one.error, one.shared)
-        return short_symbol(one.quantity), *("not known" if part is None else f"{100 * part:.0f} %" for part in parts)
+    def cells_of(spread: Spread) -> tuple[str, ...]:
+        values = (*spread.between, spread.within if has_occasions else None, spread.error, spread.shared)
+        return short_symbol(spread.quantity), *(
+            "not known" if value is None else f"{100 * value:.0f} %" for value in values
+        )
 
     header = ("quantity", "between animals, first group", "second group", "one animal between occasions",
               "error of one", "shared error of the ratio")  # fmt: skip
-    return Table("Spreads", "What the plan rests on: SD of logarithms", header, [cells_of(one) for one in plan.spreads])
+    return Table(
+        "Spreads", "What the plan rests on: SD of logarithms", header, [cells_of(spread) for spread in plan.spreads]
+    )

@@ -55,7 +55,7 @@ def proposals(extraction: Extraction) -> Proposals:
     ends = np.array([line.points[-1] for line in tree.lines])
     edits: list[str] = []
     outlets: list[np.ndarray] = []
-    for doubt in (one for one in extraction.doubts if one.about == "topology"):
+    for doubt in (candidate for candidate in extraction.doubts if candidate.about == "topology"):
         lines = []
         for place in doubt.places:
             row = int(np.argmin(np.linalg.norm(ends - place, axis=1)))
@@ -63,8 +63,8 @@ def proposals(extraction: Extraction) -> Proposals:
                 outlets.append(place)
                 continue
             action = "remove" if row in tree.terminals else "merge"
-            at = ends[row] if action == "remove" else tree.lines[row].points[len(tree.lines[row]) // 2]
-            lines.append(f"# {action} {written(at).replace(',', ' ')}   # vessel {names[row]}")
+            point = ends[row] if action == "remove" else tree.lines[row].points[len(tree.lines[row]) // 2]
+            lines.append(f"# {action} {written(point).replace(',', ' ')}   # vessel {names[row]}")
         fresh = [line for line in lines if line not in edits]
         edits += [f"# {_why(doubt)}", *fresh] if fresh else []
     return Proposals(edits, np.array(outlets).reshape(-1, 3))
@@ -98,7 +98,7 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         f"a radius of {_number(network.radius[network.root])} cm. Scale of the cannula against the file: {scale}"
         f"{', applied' if extraction.options.scale == 'cannula' else ''}.",
         notes=texts(extraction.notes),
-        doubts=[(one.grade.value, f"{100 * one.flow:.0f} %", one.text) for one in extraction.doubts],
+        doubts=[(doubt.grade.value, f"{100 * doubt.flow:.0f} %", doubt.text) for doubt in extraction.doubts],
         actions=("remove", "cut", "merge", "root"),
         proposals=suggested.edits,
         missing=len(suggested.outlets),
@@ -130,19 +130,20 @@ def _number(value: float, digits: int = 3) -> str:
 
 def _page_table(extraction: Extraction) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return header and rows; the last cell says what is doubted."""
-    network, one = extraction.network, extraction.measured
-    slopes = taper(one.tree)
-    aspect = np.full(len(network), np.nan) if one.grey is None else one.grey.aspect
+    network, measured = extraction.network, extraction.measured
+    slopes = taper(measured.tree)
+    aspect = np.full(len(network), np.nan) if measured.grey is None else measured.grey.aspect
     header = ("vessel", "parent", "length [cm]", "SD [cm]", "radius [cm]", "SD [cm]", "reliable", "misfit [%]",
               "aspect", "tortuosity", "taper [cm/cm]", "flow [%]", "doubted")  # fmt: skip
     rows: list[tuple[str, ...]] = []
     for row, name in enumerate(network.name):
         parent = network.name[network.parent[row]] if network.parent[row] >= 0 else "–"
         rows.append(
-            (name, parent, _number(network.length[row]), _number(one.length_sd[row], 2), _number(network.radius[row]),
-             _number(one.radius_sd[row], 2), "yes" if one.reliable[row] else "no",
+            (name, parent, _number(network.length[row]), _number(measured.length_sd[row], 2),
+             _number(network.radius[row]),
+             _number(measured.radius_sd[row], 2), "yes" if measured.reliable[row] else "no",
              _number(100 * extraction.misfit[row], 2), _number(aspect[row], 2),
-             _number(one.tree.lines[row].tortuosity, 4), _number(slopes.slope[row], 2),
+             _number(measured.tree.lines[row].tortuosity, 4), _number(slopes.slope[row], 2),
              _number(100 * network.flow_fraction[row]),
              _doubted(extraction, name))
         )  # fmt: skip
@@ -164,8 +165,8 @@ def _tree_data(extraction: Extraction, ends: np.ndarray) -> str:
     network, vessels = extraction.network, []
     terminals = set(network.terminals.tolist())
     for row, line in enumerate(extraction.tree.lines):
-        few = np.unique(np.linspace(0, len(line) - 1, min(len(line), _MOST_POINTS)).round().astype(int))
-        points = np.round(np.column_stack([line.points[few, ::-1], line.radius[few]]), 5).tolist()
+        indices = np.unique(np.linspace(0, len(line) - 1, min(len(line), _MOST_POINTS)).round().astype(int))
+        points = np.round(np.column_stack([line.points[indices, ::-1], line.radius[indices]]), 5).tolist()
         sizes = {"radius": _number(network.radius[row]), "length": _number(network.length[row])}
         name = network.name[row]
         sizes["doubts"] = "; ".join(doubt.text for doubt in extraction.doubts if name in doubt.vessels)
@@ -173,8 +174,8 @@ def _tree_data(extraction: Extraction, ends: np.ndarray) -> str:
         vessels.append({"name": name, "terminal": row in terminals, "points": points, "marked": marked, **sizes})
     # A name may hold "</script>".
     root = np.round(extraction.factor * extraction.root[::-1], 5).tolist()
-    doubted = [one.places[:, ::-1] for one in extraction.doubts if one.about == "topology"]
-    marks = [place for own in doubted for place in np.round(extraction.factor * own, 5).tolist()]
+    doubted = [doubt.places[:, ::-1] for doubt in extraction.doubts if doubt.about == "topology"]
+    marks = [place for doubt_places in doubted for place in np.round(extraction.factor * doubt_places, 5).tolist()]
     missing = np.round(extraction.factor * ends[:, ::-1], 5).tolist()
     data = {"factor": extraction.factor, "root": root, "vessels": vessels, "doubts": marks, "missing": missing}
     return json.dumps(data).replace("<", "\\u003c")

@@ -62,16 +62,16 @@ def with_interval(value: float, low: float, high: float) -> str:
     Ends that differ by rounding alone are no interval. Where they differ by more than a factor of ten, each number has
     two digits of its own: ``0.22 [0.0032, 15]``.
     """
-    near = max(min(value - low, high - value), (high - low) / 10)  # at a bound one end is the value
-    if not (math.isfinite(high - low) and near > ROUNDING * abs(value)):
+    distance = max(min(value - low, high - value), (high - low) / 10)  # at a bound one end is the value
+    if not (math.isfinite(high - low) and distance > ROUNDING * abs(value)):
         return number(value)
     if 0 < 10 * low < high:
         return f"{number(value, 2)} [{number(low, 2)}, {number(high, 2)}]"
-    if not 1e-4 <= max(abs(value), near) < 1e5:  # a value near 0 is as large as its interval
-        power = math.floor(math.log10(max(abs(value), near)))
-        scaled = (one / 10.0**power for one in (value, low, high))
+    if not 1e-4 <= max(abs(value), distance) < 1e5:  # a value near 0 is as large as its interval
+        power = math.floor(math.log10(max(abs(value), distance)))
+        scaled = (bound / 10.0**power for bound in (value, low, high))
         return f"{with_interval(*scaled)}·10{str(power).translate(_SUPERSCRIPT)}"
-    decimals = _decimals(near)
+    decimals = _decimals(distance)
     return f"{value:.{decimals}f} [{low:.{decimals}f}, {high:.{decimals}f}]"
 
 
@@ -87,9 +87,9 @@ def p_value(p: float) -> str:
 
     Where two standard errors of so many draws reach 0.05, so that other draws may put p on its other side: ``≈ 0.049``.
     """
-    least = 1 / (DRAWS + 1)
-    if p < 1.5 * least:
-        return f"≤ {least:.4f}"
+    smallest_p = 1 / (DRAWS + 1)
+    if p < 1.5 * smallest_p:
+        return f"≤ {smallest_p:.4f}"
     if p > 0.99:
         return "> 0.99"
     return f"{'≈ ' if undecided(p) else ''}{number(float(p), 2)}"
@@ -113,11 +113,11 @@ def ratio_with_interval(value: float, low: float, high: float) -> str:
     """
     if unlimited(low, high):
         return f"{number(value)} {UNLIMITED}"
-    text, near = with_interval(value, low, high), min(low, high, key=lambda end: abs(end - 1))
+    text, nearest_end = with_interval(value, low, high), min(low, high, key=lambda end: abs(end - 1))
     for digits in range(3, 7):
-        if not (found := _END_AT_ONE.search(text)):
+        if not (match := _END_AT_ONE.search(text)):
             break
-        text = f"{text[: found.start()]}{found[1]}{number(near, digits)}{found[2]}{text[found.end() :]}"
+        text = f"{text[: match.start()]}{match[1]}{number(nearest_end, digits)}{match[2]}{text[match.end() :]}"
     return text
 
 
@@ -164,14 +164,14 @@ def friction_words(law: str, settings: Mapping[str, Any]) -> str:
         return f"a boundary layer ({'local radius' if radius is None else f'fixed radius {number(radius)} cm'})"
     if law == "Poiseuille":
         return "Poiseuille flow"
-    own = ", ".join(f"{key.replace('_', ' ')} {number(value)}" for key, value in settings.items())
-    return {"PowerLaw": "a power-law profile"}.get(law, law) + (f" ({own})" if own else "")
+    parameters = ", ".join(f"{key.replace('_', ' ')} {number(value)}" for key, value in settings.items())
+    return {"PowerLaw": "a power-law profile"}.get(law, law) + (f" ({parameters})" if parameters else "")
 
 
-def some_of(names: list[str], most: int) -> str:
-    """Return the names as a list in words, or the first `most` of them and how many more there are, two at least."""
-    more = len(names) - most
-    return listed(names) if more <= 1 else f"{', '.join(names[:most])} and {more} more"
+def some_of(names: list[str], max_count: int) -> str:
+    """Return the names as a list in words, or the first `max_count` and how many more there are, two at least."""
+    surplus = len(names) - max_count
+    return listed(names) if surplus <= 1 else f"{', '.join(names[:max_count])} and {surplus} more"
 
 
 def listed(items: list[str]) -> str:

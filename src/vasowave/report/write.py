@@ -77,40 +77,42 @@ def write_report(
     >>> vw.write_report([vw.analyze(mouse, quick)], "my-report", pdf=False).name
     'report.html'
     """
-    asked = given_values(ReportSettings, None, settings)
+    report_settings = given_values(ReportSettings, None, settings)
     if not results:
-        raise InputError("; ".join(["there is no animal to report", *(f"{one.animal}: {one.reason}" for one in lost)]))
+        raise InputError(
+            "; ".join(["there is no animal to report", *(f"{failure.animal}: {failure.reason}" for failure in lost)])
+        )
     cohort = gathered(results, reference, lost=lost)
-    return write_cohort_report(cohort, folder, asked, title=title, each=each)
+    return write_cohort_report(cohort, folder, report_settings, title=title, mapper=each)
 
 
 def write_cohort_report(
     cohort: Cohort,
     folder: Path,
-    asked: ReportSettings,
+    report_settings: ReportSettings,
     *,
     title: str,
-    each: Each = map,
-    tell: Tell | None = None,
+    mapper: Each = map,
+    on_answers: Tell | None = None,
 ) -> Path:
-    """Do what `write_report` does, for animals that are gathered already; `tell` is given the answers of the page."""
+    """Do what `write_report` does, for animals that are gathered already; `on_answers` gets the answers of the page."""
     folder = Path(folder).resolve()
     _check_free(folder)
     with style():
-        primary = primary_comparison(cohort, asked)
+        primary = primary_comparison(cohort, report_settings)
         documents = (
-            report_of(cohort, primary, asked, title),
+            report_of(cohort, primary, report_settings, title),
             supplement_of(cohort, primary, title),
         )
-    _place(documents, folder, asked.pdf, each)
-    if tell is not None:
-        tell(documents[0].answers())
+    _place(documents, folder, report_settings.pdf, mapper)
+    if on_answers is not None:
+        on_answers(documents[0].answers())
     return folder / PAGE
 
 
-def _place(documents: Sequence[Report], folder: Path, pdf: bool, each: Each) -> None:
+def _place(documents: Sequence[Report], folder: Path, pdf: bool, mapper: Each) -> None:
     with write_folder(folder) as fresh:
-        write_figures([one for document in documents for one in document.drawings()], fresh / FIGURES, each)
+        write_figures([drawing for document in documents for drawing in document.drawings()], fresh / FIGURES, mapper)
         for document in documents:
             write_tables(document.tables(), document.records, fresh / TABLES)
         typeset = pdf and write_pdf(documents, fresh, fresh / FIGURES)
@@ -124,16 +126,16 @@ def _place(documents: Sequence[Report], folder: Path, pdf: bool, each: Each) -> 
 def _others(document: Report, typeset: bool) -> dict[str, str]:
     """Return the files that a document leads to, by what a link calls them."""
     first = document.name == REPORT
-    others = {"Supplement": f"{SUPPLEMENT}.html"} if first else {"The result on one page": PAGE}
-    return others | ({"PDF": f"{document.name}.pdf"} if typeset else {})
+    links = {"Supplement": f"{SUPPLEMENT}.html"} if first else {"The result on one page": PAGE}
+    return links | ({"PDF": f"{document.name}.pdf"} if typeset else {})
 
 
 def _check_free(folder: Path) -> None:
     """Raise `InputError` if writing the report would replace something that is not an earlier report."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give the name of a folder")
-    there = folder / PAGE
-    if there.is_file() and _MARK in there.read_text(encoding="utf-8", errors="replace")[:2000]:
+    page_path = folder / PAGE
+    if page_path.is_file() and _MARK in page_path.read_text(encoding="utf-8", errors="replace")[:2000]:
         return
     for name in _OURS:
         if (folder / name).exists():

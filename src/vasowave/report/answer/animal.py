@@ -28,11 +28,11 @@ def animal_answers(
             by_question.setdefault(question_of(name), []).append(name)
     quantities = result.laws[law].answers if law else {}
     for question, names in by_question.items():
-        beside = _BESIDE if question == question_of(*_BESIDE) else ()
-        there = [name for name in dict.fromkeys((*beside, *names)) if name in quantities]
-        if there:
-            soft = _softness(quantities["stiffness"]) if "stiffness" in there else ""
-            text = _listed(there, quantities, called, [marks.of(name, [result]) if marks else "" for name in there])
+        companions = _BESIDE if question == question_of(*_BESIDE) else ()
+        present = [name for name in dict.fromkeys((*companions, *names)) if name in quantities]
+        if present:
+            soft = _softness(quantities["stiffness"]) if "stiffness" in present else ""
+            text = _listed(present, quantities, called, [marks.of(name, [result]) if marks else "" for name in present])
             answers.append((question, f"{text} ({result.laws[law].origin}).{soft}"))
     return answers
 
@@ -40,8 +40,8 @@ def animal_answers(
 def _listed(
     names: Sequence[str], quantities: Mapping[str, xr.DataArray], called: Called, marks: Sequence[str] = ()
 ) -> str:
-    each = zip_longest(names, marks, fillvalue="")
-    text = listed([f"{called(name)} {value_text(quantities[name])}{mark}" for name, mark in each])
+    pairs = zip_longest(names, marks, fillvalue="")
+    text = listed([f"{called(name)} {value_text(quantities[name])}{mark}" for name, mark in pairs])
     return f"{text[0].upper()}{text[1:]}"
 
 
@@ -61,7 +61,7 @@ def _coupled(result: AnimalResult, called: Called) -> list[tuple[str, str]]:
     low, high = (float(ratio.attrs.get(f"interval_{end}", np.nan)) for end in ("low", "high"))
     judged = "By this beat the ventricle is stiffer than its load" if low > 1 else "By this beat its load is stiffer"
     judged = judged if low > 1 or high < 1 else "Whether it keeps up with its load is open"
-    if any(one.code == UNLIKE.code for one in result.findings):
+    if any(finding.code == UNLIKE.code for finding in result.findings):
         judged = "No usual heart makes this pressure from this flow, so these numbers may be far off"
     return [(question_of("coupling"), f"{_listed(COUPLING, data, called)}. {judged}.")]
 

@@ -35,7 +35,7 @@ def _tipping(rows: pd.DataFrame, called: Called) -> list[str]:
     if "tipping lung sd" not in rows:
         return []
     limits = rows["tipping lung sd"]
-    each = by_standing(rows[np.isfinite(limits) & (limits > 0)])
+    rows_by_standing = by_standing(rows[np.isfinite(limits) & (limits > 0)])
     several = rows["other"].nunique() > 1
 
     def named(row: pd.Series) -> str:
@@ -48,8 +48,8 @@ def _tipping(rows: pd.DataFrame, called: Called) -> list[str]:
         Evidence.OPEN: "If they differ less, which more imaged lungs of a group would tell, more are shown: {}.",
     }
     return [
-        text.format(listed([named(row) for _, row in each[place].iterrows()]))
-        for place, text in texts.items() if place in each
+        text.format(listed([named(row) for _, row in rows_by_standing[place].iterrows()]))
+        for place, text in texts.items() if place in rows_by_standing
     ]  # fmt: skip
 
 

@@ -91,11 +91,12 @@ class Comparison:
 
     def _figure(self, make: Callable[[float, float], "Figure"]) -> "Figure":
         if not len(self.primary.rows):
-            left = not_told(self.primary, caller(self.cohort))
-            left += [f"{what} ({why})" for what, why in self.primary.left_out.items()]
-            more = " (all in `.primary.left_out`)" if len(left) > _NAMED else ""
+            omissions = not_told(self.primary, caller(self.cohort))
+            omissions += [f"{quantity} ({reason})" for quantity, reason in self.primary.left_out.items()]
+            hint = " (all in `.primary.left_out`)" if len(omissions) > _NAMED else ""
             raise InputError(
-                f"{self.group} and {self.reference} could not be compared by {some_of(left, _NAMED)}{more}; add animals"
+                f"{self.group} and {self.reference} could not be compared by {some_of(omissions, _NAMED)}{hint}; "
+                "add animals"
             )
         return groups_figure(self.cohort, self.primary, WIDE, make)
 
@@ -107,18 +108,18 @@ class Comparison:
         """Questions and answers, how the animals were compared, and what must not be used; empty without a row."""
         marks = Marks(self.cohort, self.primary.law)
         sure = doubts_text(self.cohort, self.primary)
-        said = group_answer(self.primary, caller(self.cohort), marks.of_row).items(sure=sure)
-        if not said:
+        answers = group_answer(self.primary, caller(self.cohort), marks.of_row).items(sure=sure)
+        if not answers:
             return []
-        each = [f"{group} {len(self.cohort.groups[group])}" for group in (self.group, self.reference)]
-        return [*said, ("Recordings" if self.cohort.repeated else "Animals", ", ".join(each)),
-                *design_answer(self.cohort), *marks.legend(said, defined(self.cohort))]  # fmt: skip
+        counts = [f"{group} {len(self.cohort.groups[group])}" for group in (self.group, self.reference)]
+        return [*answers, ("Recordings" if self.cohort.repeated else "Animals", ", ".join(counts)),
+                *design_answer(self.cohort), *marks.legend(answers, defined(self.cohort))]  # fmt: skip
 
     def _repr_html_(self) -> str:
         facts = dict(self._said)
-        left = [f"{what}: {why}" for what, why in self.primary.left_out.items()]
-        left += not_told(self.primary, caller(self.cohort))
-        return card(f"{self.group} against {self.reference}", facts, left)
+        omissions = [f"{quantity}: {reason}" for quantity, reason in self.primary.left_out.items()]
+        omissions += not_told(self.primary, caller(self.cohort))
+        return card(f"{self.group} against {self.reference}", facts, omissions)
 
 
 def groups_figure(

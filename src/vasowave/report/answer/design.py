@@ -21,30 +21,30 @@ def design_text(cohort: Cohort) -> str:
     design = cohort.design
     if design.plain:
         return ""
-    parts = []
+    clauses = []
     if design.covariates:
         named = listed([*map(_named, design.covariates)])
-        parts.append(
+        clauses.append(
             f"ratios and means of groups are adjusted for {named}: they are those of groups with the same mean of it "
             "(of a category: with as many animals of each kind)"
         )
     if design.blocks:
         levels = [f"{_named(name)}{_levels(cohort, name)}" for name in design.blocks]
-        parts.append(f"animals of one {listed(levels)} may be alike (random effects)")
+        clauses.append(f"animals of one {listed(levels)} may be alike (random effects)")
     if design.subject:
         rows = cohort.variables[design.subject].levels if design.subject in cohort.variables else {}
-        parts.append(
+        clauses.append(
             f"the {len(cohort.results)} recordings are of {len(set(rows.values()))} animals (column "
             f"{_named(design.subject)}), whose own level is a random effect"
             + (", and which may be in several groups, one after the other" if design.crossover else "")
         )
     if design.second and not design.contrasts:
-        parts.append(_second(cohort))
+        clauses.append(_second(cohort))
     if design.contrasts:
         defined = [f"{_named(name)} = {_weights(weights)}" for name, weights in design.contrasts.items()]
-        parts.append(f"the comparisons are those that the study names, of means on logarithms: {listed(defined)}")
-    said = "; ".join(parts)
-    return f"{said[0].upper()}{said[1:]}."
+        clauses.append(f"the comparisons are those that the study names, of means on logarithms: {listed(defined)}")
+    text = "; ".join(clauses)
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def _second(cohort: Cohort) -> str:
@@ -54,14 +54,14 @@ def _second(cohort: Cohort) -> str:
     order = [*map(_named, cohort.variables[name].order)] if name in cohort.variables else []
     levels = f"{some_of(order, _MAX_LEVELS)}{f'; compared with {order[0]}' if order else ''}"
     several = len(cohort.groups) > 1
-    own = "in each group of its own" if design.interaction else "alike in all groups"
-    return f"{_named(name)} ({levels}) is a second factor{f', its effect {own}' if several else ''}"
+    scope = "in each group of its own" if design.interaction else "alike in all groups"
+    return f"{_named(name)} ({levels}) is a second factor{f', its effect {scope}' if several else ''}"
 
 
 def _weights(weights: Mapping[str, float]) -> str:
     """Return a contrast as a sum: ``'HPH, drug' - 'HPH, vehicle'``."""
     terms: list[str] = []
-    for cell, weight in sorted(weights.items(), key=lambda one: one[1] < 0):
+    for cell, weight in sorted(weights.items(), key=lambda pair: pair[1] < 0):
         size = "" if abs(weight) == 1 else f"{abs(weight):.3g} · "
         sign = ("− " if weight < 0 else "+ ") if terms or weight < 0 else ""
         terms += [f"{sign}{size}'{_named(cell)}'"] if weight else []

@@ -46,8 +46,8 @@ def standing(row: pd.Series) -> Evidence:
 
 def by_standing(rows: pd.DataFrame) -> dict[Evidence, pd.DataFrame]:
     """Return the rows of each standing that has any."""
-    each = rows.apply(standing, axis=1)
-    return {one: rows[each == one] for one in Evidence if (each == one).any()}
+    standings = rows.apply(standing, axis=1)
+    return {evidence: rows[standings == evidence] for evidence in Evidence if (standings == evidence).any()}
 
 
 def where(row: pd.Series, averaged: bool) -> tuple[str, str]:
@@ -55,20 +55,20 @@ def where(row: pd.Series, averaged: bool) -> tuple[str, str]:
 
     A second factor is `averaged` over the groups where these may differ in it.
     """
-    reference, other = (short(row[which], MAX_LETTERS) for which in ("reference", "other"))
+    reference, group = (short(row[side], MAX_LETTERS) for side in ("reference", "other"))
     within = f" {short(row['within'], MAX_LETTERS)}" if row.get("within") else ""
     match row.get("what", "groups"):
         case "factor":
             within = within or (" on average over the groups" if averaged else "")
-            return f"at {other} than at {reference}{within}", f"between {other} and {reference}{within}"
+            return f"at {group} than at {reference}{within}", f"between {group} and {reference}{within}"
         case "trend":
-            return f"at {other} than at {reference} by the trend", f"from {reference} to {other} by the trend"
+            return f"at {group} than at {reference} by the trend", f"from {reference} to {group} by the trend"
         case "interaction":
             ratio = f"in the ratio {short(row['change'], MAX_LETTERS)}"
-            return f"in {other} than in {reference}, {ratio}", f"between {other} and {reference} {ratio}"
+            return f"in {group} than in {reference}, {ratio}", f"between {group} and {reference} {ratio}"
         case "contrast":
-            return f"by the contrast '{other}'", f"by the contrast '{other}'"
-    return f"in {other} than in {reference}{within}", f"between {other} and {reference}{within}"
+            return f"by the contrast '{group}'", f"by the contrast '{group}'"
+    return f"in {group} than in {reference}{within}", f"between {group} and {reference}{within}"
 
 
 def effect_of(row: pd.Series) -> str:
@@ -80,13 +80,20 @@ def effect_of(row: pd.Series) -> str:
 
 def comparatives(rows: pd.DataFrame, called: Called, sized: bool = False) -> str:
     """Return what is higher and lower, ``higher mean pressure and cardiac output, stiffer large arteries``."""
-    said: dict[str, list[str]] = {}
+    subjects_by_comparative: dict[str, list[str]] = {}
     for _, row in rows.iterrows():
-        more, less, of = _COMPARATIVES.get(row["quantity"], ("higher", "lower", ""))
+        higher, less, noun = _COMPARATIVES.get(row["quantity"], ("higher", "lower", ""))
         whence = "" if row["source"] == "measured" else " by the model"
         size = f" (× {_size(row)}{whence})" if sized else ""
-        said.setdefault(more if row["ratio"] > 1 else less, []).append((of or plain(row["quantity"], called)) + size)
-    return listed([f"{how} {listed(list(dict.fromkeys(what)))}" for how, what in said.items()])
+        subjects_by_comparative.setdefault(higher if row["ratio"] > 1 else less, []).append(
+            (noun or plain(row["quantity"], called)) + size
+        )
+    return listed(
+        [
+            f"{comparative} {listed(list(dict.fromkeys(subjects)))}"
+            for comparative, subjects in subjects_by_comparative.items()
+        ]
+    )
 
 
 def _size(row: pd.Series) -> str:
@@ -96,8 +103,8 @@ def _size(row: pd.Series) -> str:
 
 def plain(name: str, called: Called) -> str:
     """Return a quantity in words without its symbol, where it has words."""
-    one = QUANTITIES.get(name)
-    return (one and (one.words or one.meaning.split(",")[0])) or called(name)
+    quantity = QUANTITIES.get(name)
+    return (quantity and (quantity.words or quantity.meaning.split(",")[0])) or called(name)
 
 
 def effect(row: pd.Series, called: Called, mark: Mark) -> str:
@@ -126,19 +133,19 @@ def numbers(rows: pd.DataFrame, called: Called, mark: Mark, between: str) -> lis
 
     `between` what they are stands in the first one.
     """
-    said: list[str] = []
-    for what, some in by_standing(rows).items():
-        for source, part in some.groupby("source", sort=False):
-            effects = listed([effect(row, called, mark) for _, row in part.iterrows()])
-            said.append(f"{_headed(what, part, str(source), '' if said else between)}: {effects}.")
-    return said
+    sentences: list[str] = []
+    for evidence, standing_rows in by_standing(rows).items():
+        for source, source_rows in standing_rows.groupby("source", sort=False):
+            effects = listed([effect(row, called, mark) for _, row in source_rows.iterrows()])
+            sentences.append(f"{_headed(evidence, source_rows, str(source), '' if sentences else between)}: {effects}.")
+    return sentences
 
 
-def _headed(what: Evidence, rows: pd.DataFrame, source: str, between: str) -> str:
+def _headed(evidence: Evidence, rows: pd.DataFrame, source: str, between: str) -> str:
     whence = f"by the model ({source} wall)"
     if source == "measured":
         whence = "" if question_of(rows.iloc[0]["quantity"]) == question_of("mPAP") else "without any image"
-    start = {Evidence.SHOWN: "", Evidence.SMALL: f"{Evidence.SMALL} {limit(rows)}"}.get(what, str(what))
+    start = {Evidence.SHOWN: "", Evidence.SMALL: f"{Evidence.SMALL} {limit(rows)}"}.get(evidence, str(evidence))
     text = ", ".join(filter(None, (f"{start} {between}".strip() if start else "", whence))) or "measured"
     return f"{text[0].upper()}{text[1:]}"
 
@@ -155,7 +162,7 @@ def sentence(text: str) -> str:
 
 def separated(rows: pd.DataFrame, called: Called, chances: Sequence[float]) -> str:
     """Name the quantities in which no animal of one group lies among the other, and how often chance does that."""
-    apart = rows[rows["apart"]]
-    which = "" if len(apart) == len(rows) == 1 else f" in {listed([called(name) for name in apart['quantity']])}"
+    disjoint = rows[rows["apart"]]
+    scope = "" if len(disjoint) == len(rows) == 1 else f" in {listed([called(name) for name in disjoint['quantity']])}"
     share = number(100 * max(chances), 2)
-    return f"The groups do not overlap{which}, which chance alone does in {share} % of quantities."
+    return f"The groups do not overlap{scope}, which chance alone does in {share} % of quantities."

@@ -34,7 +34,7 @@ def group_rows(cohort: Cohort, primary: Primary, called: Called, mark: Mark = un
     order |= {effect: place for place, effect in enumerate(rows["effect"].unique())}
     several = rows["effect"].nunique() > 1
     by = ["effect", "question"] if "what" in rows and several else ["question", "effect"]
-    rows = rows.sort_values(by, key=lambda one: one.map(order), kind="stable")
+    rows = rows.sort_values(by, key=lambda column: column.map(order), kind="stable")
     return [
         (drawn := _group_row(cohort, primary, row, called, several))._replace(effect=drawn.effect + mark(row))
         for _, row in rows.iterrows()
@@ -45,13 +45,13 @@ def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called,
     name, effect = str(row["quantity"]), effect_of(row)
     size = ratio_with_interval(row["ratio"], row["low"], row["high"])
     tip = f"{called(name)}: {effect} {size} ({row['source']}), {'no p' if row['untested'] else probability(row['p'])}"
-    beside = primary.others
-    if len(beside):
-        same = [effect_of(one) == effect for _, one in beside.iterrows()]
-        beside = beside[np.array(same) & (beside["quantity"] == name)]
+    secondary = primary.others
+    if len(secondary):
+        same = [effect_of(law_row) == effect for _, law_row in secondary.iterrows()]
+        secondary = secondary[np.array(same) & (secondary["quantity"] == name)]
     p = "no p" if row["untested"] else p_value(row["p"])
     point = Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
-    further = [_beside(one, called) for _, one in beside.iterrows()]
+    further = [_beside(law_row, called) for _, law_row in secondary.iterrows()]
     return ForestRow(_heading(row, several), _label(name, called), size, p, point, further, animals_of(cohort, row))
 
 
@@ -68,39 +68,39 @@ def _heading(row: pd.Series, several: bool) -> str:
     if "what" not in row:
         return f"{row['question']}: {short(str(row['other']), 20)}"
     sides = " / ".join(short(side, _MAX_LETTERS) for side in (str(row["other"]), str(row["reference"])) if side)
-    said = f"{row['change']}: {sides}" if row.get("change") else sides
-    return "\n".join(wrap(said, _MAX_LETTERS, break_long_words=False))
+    text = f"{row['change']}: {sides}" if row.get("change") else sides
+    return "\n".join(wrap(text, _MAX_LETTERS, break_long_words=False))
 
 
-def _beside(one: pd.Series, called: Called) -> Point:
-    size = ratio_with_interval(one["ratio"], one["low"], one["high"])
-    tip = f"{called(one['quantity'])}: {size} times ({one['source']} wall)"
-    return Point(one["ratio"], one["low"], one["high"], str(one["source"]), tip)
+def _beside(row: pd.Series, called: Called) -> Point:
+    size = ratio_with_interval(row["ratio"], row["low"], row["high"])
+    tip = f"{called(row['quantity'])}: {size} times ({row['source']} wall)"
+    return Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
 
 
 def animal_rows(result: AnimalResult, law: str, family: Family, called: Called, marks: Marks) -> list[ForestRow]:
     """Return one row for each quantity of the model, as a multiple of the primary law's value."""
     data = result.laws[law].quantities
     names = dict.fromkeys(["R_T", *family.quantities])
-    there = [name for name in names if name not in INDICES and name in data]
-    questions = list(dict.fromkeys([*map(question_of, family.quantities), *map(question_of, there)]))
-    there.sort(key=lambda name: questions.index(question_of(name)))
-    rows = [(_animal_row(result, law, name, called), marks.of(name, [result])) for name in there]
+    present = [name for name in names if name not in INDICES and name in data]
+    questions = list(dict.fromkeys([*map(question_of, family.quantities), *map(question_of, present)]))
+    present.sort(key=lambda name: questions.index(question_of(name)))
+    rows = [(_animal_row(result, law, name, called), marks.of(name, [result])) for name in present]
     return [row._replace(effect=row.effect + mark) for row, mark in rows]
 
 
 def _animal_row(result: AnimalResult, law: str, name: str, called: Called) -> ForestRow:
     value = result.laws[law].answers[name]
     center = float(value)
-    beside = [_relative(result, wall, name, center, called) for wall in result.laws if wall != law]
+    points = [_relative(result, wall, name, center, called) for wall in result.laws if wall != law]
     measured, waves = result.measured.quantities, result.measured.waves
     elsewhere = name == "wave_speed" and waves.attrs["area_and_wave_speed_at"] != "mean pressure"  # the paper's
     if name in _FROM_DATA and name in measured and not elsewhere:
         alone = float(measured[name])
         tip = f"{called(name)} from the recording alone ({_FROM_DATA[name]}): {value_text(measured[name])}"
-        beside.append(Point(alone / center, alone / center, alone / center, "data", tip))
+        points.append(Point(alone / center, alone / center, alone / center, "data", tip))
     point = _relative(result, law, name, center, called)
-    return ForestRow(question_of(name), _label(name, called), value_text(value), "", point, beside)
+    return ForestRow(question_of(name), _label(name, called), value_text(value), "", point, points)
 
 
 def _relative(result: AnimalResult, wall: str, name: str, center: float, called: Called) -> Point:
@@ -116,10 +116,10 @@ def animals_of(cohort: Cohort, row: pd.Series) -> list[Dot]:
     each animal's own ratio, and of what groups differ in it that over the mean ratio of the reference.
     """
     values, units = _values(cohort, row)
-    what = row.get("what", "groups")
-    if what == "groups":
+    effect_kind = row.get("what", "groups")
+    if effect_kind == "groups":
         return _of_groups(cohort, row, values, units)
-    if what in ("factor", "interaction") and cohort.design.occasion:
+    if effect_kind in ("factor", "interaction") and cohort.design.occasion:
         return _of_occasions(cohort, row, values)
     return []
 
@@ -134,12 +134,12 @@ def _values(cohort: Cohort, row: pd.Series) -> tuple[pd.Series, str]:
 
 def _of_groups(cohort: Cohort, row: pd.Series, values: pd.Series, units: str) -> list[Dot]:
     group = {result.name: result.group for result in cohort.results}
-    own = values[[group[name] in (cohort.reference, row["other"]) for name in values.index]]
-    logs = np.log(own).groupby(own.index.map(cohort.subjects), sort=False).mean()
-    of = {cohort.subjects[name]: group[name] for name in own.index}
-    center = logs[[of[animal] == cohort.reference for animal in logs.index]].mean()
+    pair_values = values[[group[name] in (cohort.reference, row["other"]) for name in values.index]]
+    logs = np.log(pair_values).groupby(pair_values.index.map(cohort.subjects), sort=False).mean()
+    group_of = {cohort.subjects[name]: group[name] for name in pair_values.index}
+    center = logs[[group_of[animal] == cohort.reference for animal in logs.index]].mean()
     return [
-        Dot(value, of[animal], animal, f"{animal}: {number(value * float(np.exp(center)))} {units}".rstrip())
+        Dot(value, group_of[animal], animal, f"{animal}: {number(value * float(np.exp(center)))} {units}".rstrip())
         for animal, value in np.exp(logs - center).items()
     ]
 
@@ -149,12 +149,16 @@ def _of_occasions(cohort: Cohort, row: pd.Series, values: pd.Series) -> list[Dot
     group = {cohort.subjects[result.name]: result.group for result in cohort.results}
     center = 1.0
     if row["what"] == "interaction":
-        ratios = {animal: one for animal, one in ratios.items() if group[animal] in (row["reference"], row["other"])}
-        before = [np.log(one) for animal, one in ratios.items() if group[animal] == row["reference"]]
+        ratios = {
+            animal: ratio for animal, ratio in ratios.items() if group[animal] in (row["reference"], row["other"])
+        }
+        before = [np.log(ratio) for animal, ratio in ratios.items() if group[animal] == row["reference"]]
         if not before:
             return []
         center = float(np.exp(np.mean(before)))
-    return [Dot(one / center, group[animal], animal, f"{animal}: {number(one)}") for animal, one in ratios.items()]
+    return [
+        Dot(ratio / center, group[animal], animal, f"{animal}: {number(ratio)}") for animal, ratio in ratios.items()
+    ]
 
 
 def _changes(cohort: Cohort, row: pd.Series, values: pd.Series) -> Mapping[str, float]:
@@ -162,15 +166,17 @@ def _changes(cohort: Cohort, row: pd.Series, values: pd.Series) -> Mapping[str, 
     second = cohort.second
     if second is None:
         return {}
-    of: dict[str, dict[str, list[float]]] = {}
+    logs_by_animal: dict[str, dict[str, list[float]]] = {}
     for name, value in values.items():
         if name in second.levels:
-            of.setdefault(cohort.subjects[str(name)], {}).setdefault(second.levels[str(name)], []).append(np.log(value))
-    base, *others = second.order
-    called = {level: (f"{second.name} {level}", f"{level}/{base}") for level in others}  # as factor, and as change
+            logs = logs_by_animal.setdefault(cohort.subjects[str(name)], {})
+            logs.setdefault(second.levels[str(name)], []).append(np.log(value))
+    base, *later_levels = second.order
+    # As factor, and as change.
+    called = {level: (f"{second.name} {level}", f"{level}/{base}") for level in later_levels}
     later = next((level for level, names in called.items() if {row["other"], row["change"]} & {*names}), base)
     return {
-        animal: float(np.exp(np.mean(own[later]) - np.mean(own[base])))
-        for animal, own in of.items()
-        if base in own and later in own
+        animal: float(np.exp(np.mean(logs[later]) - np.mean(logs[base])))
+        for animal, logs in logs_by_animal.items()
+        if base in logs and later in logs
     }

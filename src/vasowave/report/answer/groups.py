@@ -63,7 +63,7 @@ class StudyAnswer(NamedTuple):
         basis, sureness = " ".join(rests_on), " ".join([*self.sureness, *sure])
         ends = [("What does this rest on?", basis), ("How sure is this?", sureness)]
         first = [(THE_ANSWER, " ".join(self.first))] if self.first else []
-        return [*first, *self.questions, *(one for one in ends if one[1])]
+        return [*first, *self.questions, *(end for end in ends if end[1])]
 
 
 def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> StudyAnswer:
@@ -73,67 +73,68 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
         return StudyAnswer([], [], [])
     keys = ["other", *(_KEYS if "what" in rows else ())]
     averaged = "what" in rows and "interaction" in set(rows["what"])
-    first = [_first(part, called, averaged) for _, part in rows.groupby(keys, sort=False)]
+    first = [_first(effect_rows, called, averaged) for _, effect_rows in rows.groupby(keys, sort=False)]
     questions: dict[str, list[str]] = {}
-    for (question, *_), part in rows.groupby(["question", *keys], sort=False):
-        questions.setdefault(str(question), []).append(_numbers(part, called, mark, averaged))
-    said = [(question, " ".join(texts)) for question, texts in questions.items()]
+    for (question, *_), effect_rows in rows.groupby(["question", *keys], sort=False):
+        questions.setdefault(str(question), []).append(_numbers(effect_rows, called, mark, averaged))
+    answers = [(question, " ".join(texts)) for question, texts in questions.items()]
     sure = [*_corrected(rows), *sureness(rows, rows["other"].nunique()), *_least_shown(rows, called)]
-    return StudyAnswer(first, said, sure)
+    return StudyAnswer(first, answers, sure)
 
 
 def _first(rows: pd.DataFrame, called: Called, averaged: bool) -> str:
     """Return what is higher and lower in one sentence, and what is not shown in another."""
-    there, between = where(rows.iloc[0], averaged)
-    found = by_standing(rows)
+    place, between = where(rows.iloc[0], averaged)
+    rows_by_standing = by_standing(rows)
     normal = "if logarithms are normal, " if (rows["smallest p"] >= CLEAR).any() else ""
-    shown = found.pop(Evidence.SHOWN, None)
-    said = [] if shown is None else [f"{normal}{comparatives(shown, called, sized=True)} {there}"]
-    if shown is None and {*found} != {Evidence.UNTESTED}:
-        said.append(f"no difference {between} is shown")
-    for what, some in found.items():
-        details = {Evidence.SMALL: f" {limit(some)}", Evidence.OPEN: " (neither shown nor excluded)"}
-        said.append(f"{what}{details.get(what, '')}: {names(some, called)}")
-    return " ".join(map(sentence, said))
+    shown = rows_by_standing.pop(Evidence.SHOWN, None)
+    clauses = [] if shown is None else [f"{normal}{comparatives(shown, called, sized=True)} {place}"]
+    if shown is None and {*rows_by_standing} != {Evidence.UNTESTED}:
+        clauses.append(f"no difference {between} is shown")
+    for evidence, standing_rows in rows_by_standing.items():
+        details = {Evidence.SMALL: f" {limit(standing_rows)}", Evidence.OPEN: " (neither shown nor excluded)"}
+        clauses.append(f"{evidence}{details.get(evidence, '')}: {names(standing_rows, called)}")
+    return " ".join(map(sentence, clauses))
 
 
 def _numbers(rows: pd.DataFrame, called: Called, mark: Mark, averaged: bool) -> str:
     """Return the verdict on one question and the numbers behind it."""
-    there, between = where(rows.iloc[0], averaged)
+    place, between = where(rows.iloc[0], averaged)
     shown = by_standing(rows).get(Evidence.SHOWN)
-    said = [] if shown is None else [sentence(f"{comparatives(shown, called)} {there}")]
-    said += numbers(rows, called, mark, "" if shown is not None else between)
-    few = rows[(rows["smallest p"] >= CLEAR) & rows["apart"]]
-    if len(few):
-        sizes = few[["n reference", "n other"]].to_numpy(int).tolist()
-        said.append(separated(rows, called, [2 / comb(a + b, a) for a, b in sizes]))
-    return " ".join(said)
+    sentences = [] if shown is None else [sentence(f"{comparatives(shown, called)} {place}")]
+    sentences += numbers(rows, called, mark, "" if shown is not None else between)
+    disjoint = rows[(rows["smallest p"] >= CLEAR) & rows["apart"]]
+    if len(disjoint):
+        sizes = disjoint[["n reference", "n other"]].to_numpy(int).tolist()
+        sentences.append(separated(rows, called, [2 / comb(a + b, a) for a, b in sizes]))
+    return " ".join(sentences)
 
 
 def not_told(primary: Primary, called: Called) -> list[str]:
     """Return what a design does not tell and why; of which quantities where it tells it of others."""
-    every = {*primary.rows["quantity"]} if len(primary.rows) else set()
-    every |= {name for one in primary.untold for name in one.quantities}
+    quantities = {*primary.rows["quantity"]} if len(primary.rows) else set()
+    quantities |= {name for missed in primary.untold for name in missed.quantities}
     return [
-        f"{one.finding}" + ("" if every == {*one.quantities} else f" (of {listed([*map(called, one.quantities)])})")
-        for one in primary.untold
+        f"{missed.finding}"
+        + ("" if quantities == {*missed.quantities} else f" (of {listed([*map(called, missed.quantities)])})")
+        for missed in primary.untold
     ]
 
 
 def sureness(rows: pd.DataFrame, pairs: int) -> list[str]:
     """Say what limits p and intervals: too few animals, few degrees of freedom."""
-    said = []
-    few = rows[rows["smallest p"] >= CLEAR].drop_duplicates(["n reference", "n other", "smallest p"])
-    if len(few):
+    sentences = []
+    limited_rows = rows[rows["smallest p"] >= CLEAR].drop_duplicates(["n reference", "n other", "smallest p"])
+    if len(limited_rows):
         counted = f" that counts for {pairs} pairs of groups" if pairs > 1 else ""
         limits = listed([
             f"{number(float(row['smallest p']), 2)} with {row['n reference']} + {row['n other']} animals"
-            for _, row in few.iterrows()
+            for _, row in limited_rows.iterrows()
         ])  # fmt: skip
-        said.append(
+        sentences.append(
             f"A test by ranks{counted} cannot come below p = {limits}: p and intervals rest on logarithms being normal."
         )
-    return [*said, *_few_degrees(rows)]
+    return [*sentences, *_few_degrees(rows)]
 
 
 def doubts_text(cohort: Cohort, primary: Primary) -> list[str]:
@@ -179,9 +180,9 @@ def _least_shown(rows: pd.DataFrame, called: Called) -> list[str]:
     sizes = []
     for _, row in by_standing(rows).get(Evidence.OPEN, rows[:0]).iterrows():
         if not unlimited(row["low"], row["high"]):
-            which = f" ({effect_of(row)})" if several else ""
+            scope = f" ({effect_of(row)})" if several else ""
             sizes.append(
-                f"{plain(row['quantity'], called)}{which} {number(float(np.sqrt(row['high'] / row['low'])), 2)}"
+                f"{plain(row['quantity'], called)}{scope} {number(float(np.sqrt(row['high'] / row['low'])), 2)}"
             )
     if not sizes:
         return []
@@ -193,21 +194,23 @@ def _least_shown(rows: pd.DataFrame, called: Called) -> list[str]:
 
 def _few_degrees(rows: pd.DataFrame) -> list[str]:
     """Say which effects of a design rest on few degrees of freedom, and how large they must be to be shown."""
-    few = rows[rows["df"] < FEW] if "what" in rows else rows[:0]
-    if not len(few):
+    sparse_rows = rows[rows["df"] < FEW] if "what" in rows else rows[:0]
+    if not len(sparse_rows):
         return []
-    effects = listed([*dict.fromkeys(effect_of(row) for _, row in few.iterrows())])
-    least = 100 * (np.sqrt(few["high"].to_numpy(float) / few["low"].to_numpy(float)) - 1)  # %, of ratios that are shown
+    effects = listed([*dict.fromkeys(effect_of(row) for _, row in sparse_rows.iterrows())])
+    high, low = (sparse_rows[end].to_numpy(float) for end in ("high", "low"))
+    percents = 100 * (np.sqrt(high / low) - 1)  # of ratios that are shown
     return [
-        f"{effects}: {len(few)} of {len(rows)} ratios rest on {span(few['df'].to_numpy(float), 2)} degrees of freedom. "
-        f"Beside all other rows such a ratio is shown if it differs from 1 by about {span(least, 2)} % or more; fewer "
-        "covariates, blocks, quantities or contrasts would leave more."
+        f"{effects}: {len(sparse_rows)} of {len(rows)} ratios rest on {span(sparse_rows['df'].to_numpy(float), 2)} "
+        "degrees of freedom. "
+        f"Beside all other rows such a ratio is shown if it differs from 1 by about {span(percents, 2)} % or more; "
+        "fewer covariates, blocks, quantities or contrasts would leave more."
     ]
 
 
 def _by(row: pd.Series, rows: pd.DataFrame) -> str:
     """Return the law of a row, and its effect where rows are of several."""
-    effects = {effect_of(one) for _, one in rows.iterrows()}
+    effects = {effect_of(law_row) for _, law_row in rows.iterrows()}
     return f"{row['source']}; {effect_of(row)}" if len(effects) > 1 else str(row["source"])
 
 
@@ -231,11 +234,11 @@ def influence(primary: Primary, called: Called) -> list[str]:
         if len(outside)
         else "; without any one animal every ratio stays inside its interval"
     )
-    effects = {effect_of(each) for _, each in primary.rows.iterrows()}
-    which = f" ({effect_of(row)})" if len(effects) > 1 else ""
+    effects = {effect_of(effect_row) for _, effect_row in primary.rows.iterrows()}
+    scope = f" ({effect_of(row)})" if len(effects) > 1 else ""
     return [
         f"One animal moves an effect most: without {short(row['without'], MAX_LETTERS)}, {called(row['quantity'])}"
-        f"{which} is {number(float(row['ratio without']))} times instead of {number(float(row['ratio']))}{end}."
+        f"{scope} is {number(float(row['ratio without']))} times instead of {number(float(row['ratio']))}{end}."
     ]
 
 
@@ -244,19 +247,19 @@ def by_fits(primary: Primary, called: Called) -> list[str]:
     rows = primary.rows[primary.rows["fits ratio"].notna()] if "fits ratio" in primary.rows else primary.rows[:0]
     if not len(rows):
         return []
-    each = []
+    differences = []
     for _, row in rows.iterrows():
         ratio, low, high = row["fits ratio"], row["fits low"], row["fits high"]
         shown = not low <= 1 <= high
         if shown != (row["p"] < CLEAR):
             size, _, interval = ratio_with_interval(ratio, low, high).partition(" ")
             judged = f"they {'' if shown else 'do not '}show ({size} times {interval})"
-            each.append(f"{called(row['quantity'])} in {short(row['other'], MAX_LETTERS)}, which {judged}")
-    if not each:
+            differences.append(f"{called(row['quantity'])} in {short(row['other'], MAX_LETTERS)}, which {judged}")
+    if not differences:
         return ["Fits of the same animals show the same effects as their posteriors."]
     return [
-        f"Fits of the same animals judge otherwise of {listed(each)}. Posteriors decide: they follow errors that are "
-        "too large for a straight line."
+        f"Fits of the same animals judge otherwise of {listed(differences)}. Posteriors decide: they follow errors "
+        "that are too large for a straight line."
     ]
 
 
@@ -265,13 +268,13 @@ def other_laws(primary: Primary, called: Called) -> list[str]:
     if not len(primary.others):
         return []
     keys = ["reference", "other", "quantity", *(["change", "within"] if "change" in primary.others else [])]
-    both = primary.others.merge(primary.rows, on=keys, suffixes=("", " primary"))
-    outside = both[(both["ratio"] < both["low primary"]) | (both["ratio"] > both["high primary"])]
+    merged = primary.others.merge(primary.rows, on=keys, suffixes=("", " primary"))
+    outside = merged[(merged["ratio"] < merged["low primary"]) | (merged["ratio"] > merged["high primary"])]
     laws = listed([f"the {law} wall" for law in primary.others["source"].unique()])
     if not len(outside):
         return [f"By {laws} every ratio lies inside the intervals of the {primary.law} wall."]
-    parts = [
-        f"{called(row['quantity'])} {number(float(row['ratio']))} times ({_by(row, both)})"
+    ratios = [
+        f"{called(row['quantity'])} {number(float(row['ratio']))} times ({_by(row, merged)})"
         for _, row in outside.iterrows()
     ]
-    return [f"Outside the intervals of the {primary.law} wall lie {listed(parts)}."]
+    return [f"Outside the intervals of the {primary.law} wall lie {listed(ratios)}."]

@@ -44,34 +44,42 @@ def assumed_errors(results: Sequence[AnimalResult], drawn: bool = False) -> list
 
     Those that are `drawn` by posteriors allow for some errors only where these are told.
     """
-    told: dict[str, dict[str, None]] = {}
-    for one in (error for result in results for error in result.assumed_errors):
-        if drawn and one.source == "usual" and not kinds()[one.name].sampled:
+    errors_by_source: dict[str, dict[str, None]] = {}
+    for known_error in (error for result in results for error in result.assumed_errors):
+        if drawn and known_error.source == "usual" and not kinds()[known_error.name].sampled:
             continue
-        told.setdefault(one.source if one.sd > 0 else "exact", {})[str(one)] = None
+        errors_by_source.setdefault(known_error.source if known_error.sd > 0 else "exact", {})[str(known_error)] = None
     words = {"usual": "{} (usual values; the study gives none)", "image": "{} (by the image)", "lab": "{} (stated)"}
-    said = [text.format(listed(list(told[source]))) for source, text in words.items() if source in told]
-    if not said:
+    sentences = [
+        text.format(listed(list(errors_by_source[source])))
+        for source, text in words.items()
+        if source in errors_by_source
+    ]
+    if not sentences:
         return []
-    late = {one.name for result in results for one in result.assumed_errors if one.sd > 0} & _TIMING
+    late = {
+        known_error.name for result in results for known_error in result.assumed_errors if known_error.sd > 0
+    } & _TIMING
     right = [] if drawn else ["take the model itself as right"]
     right += [] if late else ["allow for no filter or delay of the instruments beyond those that are corrected"]
     beyond = f" They {listed(right)}." if right else ""
-    return [f"Intervals and p of the model allow for these errors (SD): {'; '.join(said)}.{beyond}"]
+    return [f"Intervals and p of the model allow for these errors (SD): {'; '.join(sentences)}.{beyond}"]
 
 
 def _image_pressure(cohort: Cohort) -> list[str]:
     """Say at which pressure the radii were measured, where the results tell."""
     count = len(cohort.results)
-    known = [result.network.pressure for result in cohort.results if result.network.pressure]
-    if not known:
+    pressures = [result.network.pressure for result in cohort.results if result.network.pressure]
+    if not pressures:
         return ["The image's pressure is not known; radii are taken as those at 0 mmHg, and stiffness depends on that."]
-    low, high = number(min(known)), number(max(known))
-    what = "recordings" if cohort.repeated else "animals"
-    unknown = f" Of {count - len(known)} of {count} {what} it is not known: their radii are taken as those at 0 mmHg."
+    low, high = number(min(pressures)), number(max(pressures))
+    noun = "recordings" if cohort.repeated else "animals"
+    unknown = (
+        f" Of {count - len(pressures)} of {count} {noun} it is not known: their radii are taken as those at 0 mmHg."
+    )
     return [
         f"Radii are those at the image's pressure, {low if low == high else f'{low} to {high}'} mmHg."
-        f"{unknown if len(known) < count else ''}"
+        f"{unknown if len(pressures) < count else ''}"
     ]
 
 
@@ -104,22 +112,22 @@ def shared_images(cohort: Cohort) -> list[str]:
 
 
 def _share_a_network(results: list[AnimalResult]) -> bool:
-    first, *rest = (result.network.radius for result in results)
-    return all(np.array_equal(one, first) for one in rest)
+    first, *radii = (result.network.radius for result in results)
+    return all(np.array_equal(radius, first) for radius in radii)
 
 
 def _residual(cohort: Cohort, law: str) -> list[str]:
     table = cohort.misfits
     table = table[table["wall"] == law]
-    left, error = float(table["RMSE"].median()), float(table["error"].median())
+    rmse, error = float(table["RMSE"].median()), float(table["error"].median())
     typical = "" if cohort.single else " (median)"
     typical += OF_FLOW if cohort.law(law).compared == "flow" else ""
     if not np.isfinite(error):
-        return [f"The {law} wall leaves {number(left, 2)} mmHg{typical}; how well the cycle itself is known is not."]
-    said = "not noise but the model's error" if left > 2 * error else "what the beats' scatter explains"
+        return [f"The {law} wall leaves {number(rmse, 2)} mmHg{typical}; how well the cycle itself is known is not."]
+    verdict = "not noise but the model's error" if rmse > 2 * error else "what the beats' scatter explains"
     return [
-        f"The {law} wall leaves {number(left, 2)} mmHg{typical}, {number(left / error, 2)} times the error of the "
-        f"averaged cycle ({number(error, 2)} mmHg): {said}."
+        f"The {law} wall leaves {number(rmse, 2)} mmHg{typical}, {number(rmse / error, 2)} times the error of the "
+        f"averaged cycle ({number(error, 2)} mmHg): {verdict}."
     ]
 
 
@@ -145,7 +153,7 @@ def _counted(cohort: Cohort, count: Mapping[str, int], fits: int, written: Mappi
 
 def _held(cohort: Cohort, written: Mapping[str, str]) -> list[str]:
     """Name what was not fitted: a value that somebody chose, or the bound at which a search stopped."""
-    said, stopped = [], []
+    sentences, stopped = [], []
     for wall in cohort.walls:
         fits = cohort.calibrations(wall)
         fixed = {
@@ -155,10 +163,12 @@ def _held(cohort: Cohort, written: Mapping[str, str]) -> list[str]:
             if not free
         }
         if fixed:
-            said.append(f"Held, not fitted ({wall} wall): {listed(sorted(fixed))}; its results hold for that value.")
+            sentences.append(
+                f"Held, not fitted ({wall} wall): {listed(sorted(fixed))}; its results hold for that value."
+            )
         bound = Counter(str(n) for fit in fits for n in fit["parameter"].values[fit["at_bound"].values.astype(bool)])
         if bound:
             stopped.append(f"{_counted(cohort, bound, len(fits), written)} ({wall} wall)")
     if stopped:
-        said.append(f"Stopped at a bound of the search: {listed(stopped)}; there the number is the bound's.")
-    return said
+        sentences.append(f"Stopped at a bound of the search: {listed(stopped)}; there the number is the bound's.")
+    return sentences

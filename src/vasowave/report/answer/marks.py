@@ -45,7 +45,7 @@ class Marks:
         if row["source"] == "measured":
             return ""
         sides = {row["reference"], row["other"]} & {*self.cohort.groups} or {*self.cohort.groups}
-        return self.of(row["quantity"], [one for group in sides for one in self.cohort.groups[group]])
+        return self.of(row["quantity"], [result for group in sides for result in self.cohort.groups[group]])
 
     def of(self, name: str, results: list[AnimalResult]) -> str:
         """Return the marks of a quantity of the law in some animals."""
@@ -56,19 +56,25 @@ class Marks:
 
     def legend(self, answers: Sequence[tuple[str, str]], written: Mapping[str, str]) -> list[tuple[str, str]]:
         """Say what the marks mean that stand in answers."""
-        said, shown = [], " ".join(text for _, text in answers)
+        sentences, shown = [], " ".join(text for _, text in answers)
         if FORBIDDEN in shown and self._forbidden:
             whom = "this animal" if self.cohort.single else _some([result.name for result in self._forbidden])
-            said.append(f"{FORBIDDEN} rests on the {self.law} wall's numbers of {whom}, and these must not be used: "
-                        "see Problems.")  # fmt: skip
+            sentences.append(
+                f"{FORBIDDEN} rests on the {self.law} wall's numbers of {whom}, and these must not be used: "
+                "see Problems."
+            )
         if AT_BOUND in shown:
-            count = Counter(name for one in self.cohort.calibrated(self.law) for name in stopped_at(one, self.law))
+            count = Counter(
+                name for result in self.cohort.calibrated(self.law) for name in stopped_at(result, self.law)
+            )
             all_ = len(self.cohort.calibrated(self.law))
-            which = [
+            bounds = [
                 f"{written.get(n, n)}{'' if self.cohort.single else f' in {k} of {all_}'}" for n, k in count.items()
             ]
-            said.append(f"{AT_BOUND} rests on a value at a bound of the search ({listed(which)}): it may lie beyond.")
-        return [("What do marks mean?", " ".join(said))] if said else []
+            sentences.append(
+                f"{AT_BOUND} rests on a value at a bound of the search ({listed(bounds)}): it may lie beyond."
+            )
+        return [("What do marks mean?", " ".join(sentences))] if sentences else []
 
     @cached_property
     def _forbidden(self) -> list[AnimalResult]:

@@ -40,10 +40,10 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Se
     forest = _forest(cohort, primary, family, called)
     answers = _answers(cohort, primary, family, written, called)
     lead = [Answers(answers[:1])] if answers[0][0] == THE_ANSWER else []
-    beside = SideBySide([Answers(answers[len(lead) :])], forest)
+    answer_and_forest = SideBySide([Answers(answers[len(lead) :])], forest)
     waves, network = _pictures(cohort, primary.law)
     return [
-        Section("answer", "The answer", [*lead, beside]),
+        Section("answer", "The answer", [*lead, answer_and_forest]),
         Section("animals", "What was measured", [*animals_table(cohort), SideBySide(waves, network)]),
         Section("open", "What is not known", _open(cohort, primary, written, called)),
     ]
@@ -55,33 +55,33 @@ def _answers(
     wall = [wall_answer(cohort, primary.law)] if primary.law else []
     marks = Marks(cohort, primary.law)
     if cohort.single:
-        said = animal_answers(cohort.results[0], primary.law, family, called, marks)
-        return [*_with_decay(said, cohort, primary.law, family), *marks.legend(said, written), *wall]
+        answers = animal_answers(cohort.results[0], primary.law, family, called, marks)
+        return [*_with_decay(answers, cohort, primary.law, family), *marks.legend(answers, written), *wall]
     design = design_answer(cohort)
     if len(cohort.groups) < 2 and not design:
         return [("Groups", "There is one group; nothing is compared between groups."), *wall]
     answer = group_answer(primary, called, marks.of_row)
     answer = answer._replace(questions=_with_decay(answer.questions, cohort, primary.law, family))
-    first, *said = answer.items(basis(cohort, primary, called), doubts_text(cohort, primary)) or [
+    first, *answers = answer.items(basis(cohort, primary, called), doubts_text(cohort, primary)) or [
         (THE_ANSWER, "Nothing could be compared.")
     ]
-    return [first, *design, *said, *marks.legend(said, written), *_not_compared(primary, called), *wall]
+    return [first, *design, *answers, *marks.legend(answers, written), *_not_compared(primary, called), *wall]
 
 
-def _with_decay(said: list[tuple[str, str]], cohort: Cohort, law: str, family: Family) -> list[tuple[str, str]]:
+def _with_decay(answers: list[tuple[str, str]], cohort: Cohort, law: str, family: Family) -> list[tuple[str, str]]:
     """Return the answers with the measured decay beside the model's time constant."""
-    beside = decay(cohort, law) if law and "tau" in family.quantities else ""
+    decay_text = decay(cohort, law) if law and "tau" in family.quantities else ""
     question = question_of("tau")
-    return [(one, f"{text} {beside}" if beside and one == question else text) for one, text in said]
+    return [(title, f"{text} {decay_text}" if decay_text and title == question else text) for title, text in answers]
 
 
 def _not_compared(primary: Primary, called: Called) -> list[tuple[str, str]]:
     reasons: dict[str, list[str]] = {}
-    for what, why in primary.left_out.items():
-        name, place, pair = what.partition(" (")
-        reasons.setdefault(why, []).append(short(f"{called(name)}{place}{pair}", 60))
-    said = [*not_told(primary, called), *(f"{', '.join(names)}: {why}" for why, names in reasons.items())]
-    return [("Not compared", f"{'; '.join(said)}.")] if said else []
+    for label, reason in primary.left_out.items():
+        name, place, pair = label.partition(" (")
+        reasons.setdefault(reason, []).append(short(f"{called(name)}{place}{pair}", 60))
+    clauses = [*not_told(primary, called), *(f"{', '.join(names)}: {reason}" for reason, names in reasons.items())]
+    return [("Not compared", f"{'; '.join(clauses)}.")] if clauses else []
 
 
 def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[Block]:
@@ -102,8 +102,8 @@ def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) ->
         )
     elif len(primary.rows):
         wide, narrow = (groups_figure(cohort, primary, form) for form in (WIDE, NARROW))
-        near = primary.rows["p"].map(undecided).any()
-        caption = _ratios_caption(cohort, primary) + (f" {_NEAR}" if near else "")
+        any_undecided = primary.rows["p"].map(undecided).any()
+        caption = _ratios_caption(cohort, primary) + (f" {_NEAR}" if any_undecided else "")
     else:
         return []
     return [Drawing("Forest", caption, wide, narrow)]
@@ -134,27 +134,31 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
 
 def _below(cohort: Cohort, primary: Primary, reference: str) -> str:
     """Say what stands below the effects of a design: other laws, which are adjusted as it is, and animals."""
-    what, again = set(primary.rows["what"]), short(cohort.design.occasion or "", 40)
+    effect_kinds, again = set(primary.rows["what"]), short(cohort.design.occasion or "", 40)
     several = " (of several recordings their mean)" if cohort.repeated else ""
-    said = [f"where groups are compared every animal over the mean of {reference}{several}"] if "groups" in what else []
-    if again and "factor" in what:
-        said.append(f"for {again} every animal's own ratio")
-    if again and "interaction" in what:
-        said.append(f"where groups differ in it that ratio over its mean in {reference}")
-    animals = [f"{listed(said)} (not adjusted)"] if said else []
-    beside = ["the other walls (grey)"] if len(cohort.walls) > 1 else []
-    return f"Below stand {'; '.join([*beside, *animals])}." if said or beside else ""
+    clauses = (
+        [f"where groups are compared every animal over the mean of {reference}{several}"]
+        if "groups" in effect_kinds
+        else []
+    )
+    if again and "factor" in effect_kinds:
+        clauses.append(f"for {again} every animal's own ratio")
+    if again and "interaction" in effect_kinds:
+        clauses.append(f"where groups differ in it that ratio over its mean in {reference}")
+    animals = [f"{listed(clauses)} (not adjusted)"] if clauses else []
+    walls = ["the other walls (grey)"] if len(cohort.walls) > 1 else []
+    return f"Below stand {'; '.join([*walls, *animals])}." if clauses or walls else ""
 
 
 def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     scatter = "; grey: SD of the beats" if "pressure_sd" in cohort.results[0].recording else ""
     single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}.{_entered(cohort, law)}"
-    apart = f", one panel for each {cohort.second.name}" if cohort.crossed and cohort.second else ""
-    every = (
+    panels = f", one panel for each {cohort.second.name}" if cohort.crossed and cohort.second else ""
+    group_caption = (
         f"Measured pressure and flow of every {'recording' if cohort.repeated else 'animal'} from the foot of the "
-        f"pressure{apart}; thick: mean, band: SD of the group."
+        f"pressure{panels}; thick: mean, band: SD of the group."
     )
-    caption = single if cohort.single else every
+    caption = single if cohort.single else group_caption
     waves: list[Block] = [Drawing("Measured", caption, waveforms_figure(cohort))]
     if not cohort.single:
         means = (
@@ -164,8 +168,10 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
         waves.append(Drawing("Impedance", means, impedances_figure(cohort)))
     if not law:
         return waves, []
-    who = "" if cohort.single else f" of {nearest(cohort)}"
-    text = f"The network{who}: width is the radius, color how far the mean pressure falls from the inlet in the model."
+    owner = "" if cohort.single else f" of {nearest(cohort)}"
+    text = (
+        f"The network{owner}: width is the radius, color how far the mean pressure falls from the inlet in the model."
+    )
     text += " Lengths are not to scale."
     shown = any(law in result.laws for result in cohort.shown.values())
     return waves, [Drawing("Pressures", text, tree_figure(cohort, law))] if shown else []
@@ -177,18 +183,18 @@ def _entered(cohort: Cohort, law: str) -> str:
 
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
-    known = [*no_wedge(cohort), *model_limits(cohort, primary.law, written)]
-    known += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
-    known += beside(primary, called)
-    left: list[Block] = [Bullets(known)] if known else []
-    return [SideBySide(left, problem_blocks(cohort, primary))]
+    statements = [*no_wedge(cohort), *model_limits(cohort, primary.law, written)]
+    statements += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
+    statements += beside(primary, called)
+    blocks: list[Block] = [Bullets(statements)] if statements else []
+    return [SideBySide(blocks, problem_blocks(cohort, primary))]
 
 
 def decay(cohort: Cohort, law: str) -> str:
     """Say what the measured decay is (of groups: geometric means), and where R_T C_T is far from it."""
     measured, modeled = (_means(cohort, source, "tau") for source in ("measured", law))
-    both = [group for group in modeled if group in measured]
-    if not both:
+    groups = [group for group in modeled if group in measured]
+    if not groups:
         return ""
 
     def of(cell: str) -> str:
@@ -196,12 +202,12 @@ def decay(cohort: Cohort, law: str) -> str:
         return "" if cohort.single else f" in {short(group, 40)}{f' ({short(level, 40)})' if level else ''}"
 
     def each(values: Mapping[str, float]) -> str:
-        return listed([f"{number(values[group])} s{of(group)}" for group in both if group in values])
+        return listed([f"{number(values[group])} s{of(group)}" for group in groups if group in values])
 
-    said = f"The measured pressure falls in diastole with τ = {each(measured)}."
-    if not any(abs(modeled[group] / measured[group] - 1) > UNLIKE for group in both):
-        return said
-    return f"{said} The model's R_T C_T is not the time of this decay."
+    text = f"The measured pressure falls in diastole with τ = {each(measured)}."
+    if not any(abs(modeled[group] / measured[group] - 1) > UNLIKE for group in groups):
+        return text
+    return f"{text} The model's R_T C_T is not the time of this decay."
 
 
 def _means(cohort: Cohort, source: str, name: str) -> Mapping[str, float]:

@@ -31,11 +31,11 @@ def problems(cohort: Cohort, primary: Primary) -> list[str]:
     """Return what is wrong: animals lost and what that may do to the comparison by the primary law, laws that failed or
     miss their data, a primary law that overstrains vessels, searches that found their optimum only once.
     """
-    sentences = [f"{one.animal} failed, {one}" for one in cohort.failures[:_MAX_FAILURES]]
+    sentences = [f"{failure.animal} failed, {failure}" for failure in cohort.failures[:_MAX_FAILURES]]
     if len(cohort.failures) > _MAX_FAILURES:
         sentences.append(f"{len(cohort.failures) - _MAX_FAILURES} more failures stand in the table Failures.")
     if not cohort.single:
-        sentences += [missing_text(one, primary.law, cohort.repeated) for one in primary.missing]
+        sentences += [missing_text(missing, primary.law, cohort.repeated) for missing in primary.missing]
     interrupted = [result.name for result in cohort.results if result.interrupted]
     if interrupted:
         sentences.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
@@ -51,13 +51,13 @@ def of_models(cohort: Cohort, walls: Sequence[str]) -> list[str]:
 
 def _sites(cohort: Cohort) -> list[str]:
     """Say of which animals a further site speaks against the others, once for all laws that say so."""
-    found = {
-        (result.name, one.code): f"{short(result.name, 40)}, {law} wall: {one}"
+    doubts = {
+        (result.name, doubt.code): f"{short(result.name, 40)}, {law} wall: {doubt}"
         for result in cohort.results
         for law, fitted in result.laws.items()
-        for one in fitted.site_doubts
+        for doubt in fitted.site_doubts
     }
-    return list(found.values())
+    return list(doubts.values())
 
 
 def overstrained(cohort: Cohort, walls: Sequence[str]) -> list[str]:
@@ -74,23 +74,25 @@ def overstrained(cohort: Cohort, walls: Sequence[str]) -> list[str]:
 def missing_text(missing: Missing, law: str, repeated: bool) -> str:
     """Say who is missing from the comparison of the groups, and what that may do to it; `repeated`: of recordings."""
     many, names = len(missing.animals) > 1, _some(list(missing.animals))
-    what = f"by the {law} wall" if law and not missing.lost else "of the groups"
+    scope = f"by the {law} wall" if law and not missing.lost else "of the groups"
     return (
-        f"The comparison {what} misses {len(missing.animals)} of {missing.count} "
+        f"The comparison {scope} misses {len(missing.animals)} of {missing.count} "
         f"{'recordings' if repeated else 'animals'} of {missing.group} ({names}). "
         f"{_standing(missing, 'they' if many else 'it')}"
     )
 
 
-def _standing(missing: Missing, who: str) -> str:
+def _standing(missing: Missing, pronoun: str) -> str:
     if missing.standing is PressureRank.UNKNOWN:
-        unknown = "its pressure is not known" if who == "it" else "their pressures are not all known"
+        unknown = "its pressure is not known" if pronoun == "it" else "their pressures are not all known"
         reason = unknown if missing.others else "no animal of the group is left"
-        return f"Whether {who} {'was' if who == 'it' else 'were'} sicker than the others cannot be said: {reason}."
-    pressures, others = (span(np.array(values)) for values in (missing.pressures, missing.others))
+        return (
+            f"Whether {pronoun} {'was' if pronoun == 'it' else 'were'} sicker than the others cannot be said: {reason}."
+        )
+    pressures, other_pressures = (span(np.array(values)) for values in (missing.pressures, missing.others))
     high = missing.standing in (PressureRank.ABOVE, PressureRank.HIGHER)
     return (
-        f"Measured mPAP {pressures} mmHg, {missing.standing} ({others} mmHg): {missing.group} looks "
+        f"Measured mPAP {pressures} mmHg, {missing.standing} ({other_pressures} mmHg): {missing.group} looks "
         f"{'healthier' if high else 'sicker'} there than it is, if pressure tells how sick an animal is."
     )
 
@@ -102,12 +104,14 @@ def problem_blocks(cohort: Cohort, primary: Primary) -> list[Block]:
     looks = _looks(warned)
     blocks: list[Block] = [Notice("Problems", sentences)] if sentences else []
     blocks += [Notice("Recordings to look at", looks)] if looks else []
-    unused = [str(one) for one in unused_columns(cohort.variables, cohort.design, cohort.members, list(cohort.groups))]
+    unused = [
+        str(finding) for finding in unused_columns(cohort.variables, cohort.design, cohort.members, list(cohort.groups))
+    ]
     blocks += [Notice("Animals to look at", unused)] if unused else []
     doubted = _doubted_posteriors(cohort, primary.law)
     doubts = _looks(doubted)
     blocks += [Notice(f"Posteriors to look at ({primary.law} wall)", doubts)] if doubts else []
-    count = sum(one not in result.looks for result in cohort.results for one in result.findings)
+    count = sum(finding not in result.looks for result in cohort.results for finding in result.findings)
     count -= sum(map(len, doubted.values()))
     none = [] if sentences or looks or doubts or unused else [_none(cohort, primary.law)]
     notes = [f"{count} routine notes stand with the animals in the supplement."] if count else []
@@ -124,24 +128,26 @@ def _none(cohort: Cohort, law: str) -> str:
 def _doubted_posteriors(cohort: Cohort, law: str) -> dict[str, list[Finding]]:
     """Return what asks for a look in the posteriors whose numbers are the answers, by animal."""
     drawn = {result.name: result.laws[law].posterior for result in cohort.results if law in result.laws}
-    found = {name: [one for one in posterior.findings if one.severity == Severity.LOOK]
+    findings = {name: [finding for finding in posterior.findings if finding.severity == Severity.LOOK]
              for name, posterior in drawn.items() if posterior is not None}  # fmt: skip
-    return {name: doubts for name, doubts in found.items() if doubts}
+    return {name: doubts for name, doubts in findings.items() if doubts}
 
 
 def _looks(warned: Mapping[str, Sequence[Finding]]) -> list[str]:
     """Return the warnings of recordings and networks: each with its animal, those of a kind that many have once."""
     of_kind: dict[str, list[tuple[str, str]]] = {}
-    for name, found in warned.items():
-        for one in found:
-            of_kind.setdefault(one.code, []).append((short(name, 40), str(one)))
-    said = []
+    for name, findings in warned.items():
+        for finding in findings:
+            of_kind.setdefault(finding.code, []).append((short(name, 40), str(finding)))
+    sentences = []
     for pairs in of_kind.values():
         if len(pairs) <= _MAX_NAMES:
-            said += [f"{name}: {text}" for name, text in pairs]
+            sentences += [f"{name}: {text}" for name, text in pairs]
         else:
-            said.append(f"{_some(list(dict.fromkeys(name for name, _ in pairs)))}; of {pairs[0][0]}: {pairs[0][1]}")
-    return said
+            sentences.append(
+                f"{_some(list(dict.fromkeys(name for name, _ in pairs)))}; of {pairs[0][0]}: {pairs[0][1]}"
+            )
+    return sentences
 
 
 def _missed(cohort: Cohort) -> list[str]:

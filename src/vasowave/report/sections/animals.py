@@ -24,7 +24,7 @@ from vasowave.report.wording import listed, number, unit, with_error
 def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
     """All animals small, on sheets; each by itself folded, which paper leaves out; a few are drawn large there."""
     large = len(cohort.results) <= ON_A_SHEET
-    colors = {group: look.color for group, look in group_looks(cohort.groups).items()}
+    colors = {group: group_look.color for group, group_look in group_looks(cohort.groups).items()}
     folds = []
     for place, result in enumerate(cohort.results, start=1):
         drawings = (_fit(result, place, colors[result.group]), _beats(result, place)) if large else ([], [])
@@ -51,8 +51,8 @@ def animal_sections(cohort: Cohort, written: dict[str, str]) -> tuple[Section, S
 def _title(result: AnimalResult) -> str:
     made = ", synthetic" if result.synthetic else ""
     count = len(result.findings)
-    said = f", {count} {'note' if count == 1 else 'notes'}" if count else ""
-    return f"{result.name} ({result.group}{made}{said})"
+    notes = f", {count} {'note' if count == 1 else 'notes'}" if count else ""
+    return f"{result.name} ({result.group}{made}{notes})"
 
 
 def _remarks(result: AnimalResult) -> list[Block]:
@@ -85,10 +85,14 @@ def _sheets(cohort: Cohort) -> list[Block]:
         "Measured (black) and fitted pressure at the inlet over one cycle, the largest error first; above each panel "
         "the RMSE in mmHg, in it the range of the measured pressure in mmHg, which its height shows"
     )
-    parts = sheets(cohort.results)
+    sheet_groups = sheets(cohort.results)
     figures = [
-        Drawing(f"fits-{place}", f"{caption} (sheet {place} of {len(parts)}).", sheet_figure(part, list(cohort.groups)))
-        for place, part in enumerate(parts, start=1)
+        Drawing(
+            f"fits-{place}",
+            f"{caption} (sheet {place} of {len(sheet_groups)}).",
+            sheet_figure(sheet, list(cohort.groups)),
+        )
+        for place, sheet in enumerate(sheet_groups, start=1)
     ]
     where = "Beats, values and notes of each are on the page; one alone: vasowave report STUDY --animal NAME."
     return [Paragraph(where), *figures]
@@ -112,7 +116,11 @@ def _values(result: AnimalResult, written: dict[str, str]) -> list[Block]:
     """Return all values, with their intervals, and what the laws say together."""
     posteriors = {wall: law.posterior for wall, law in result.laws.items() if law.posterior is not None}
     laws = [laws_by_posterior(result.evidence)] if result.evidence is not None else []
-    return [tables.values(result, written), *(tables.posterior(*one, written) for one in posteriors.items()), *laws]
+    return [
+        tables.values(result, written),
+        *(tables.posterior(wall, posterior, written) for wall, posterior in posteriors.items()),
+        *laws,
+    ]
 
 
 def _search(result: AnimalResult, written: dict[str, str]) -> list[Block]:
@@ -128,13 +136,13 @@ def _search(result: AnimalResult, written: dict[str, str]) -> list[Block]:
 
 
 def _beats_caption(beats: xr.Dataset) -> str:
-    kept = int(beats["kept"].sum())
+    beat_count = int(beats["kept"].sum())
     causes = pd.Series([str(cause) for cause in beats["cause"].values if cause])
     rejected = "; ".join(f"{count} rejected: {cause}" for cause, count in causes.value_counts().items())
     return (
-        f"{beats.sizes['beat']} beats detected, {kept} averaged{f'; {rejected}' if rejected else ''}. Above: recorded "
-        "signals, triangles at detected beats; then every beat's diastolic level over the whole recording, with its "
-        "drift; below: the averaged cycle."
+        f"{beats.sizes['beat']} beats detected, {beat_count} averaged{f'; {rejected}' if rejected else ''}. Above: "
+        "recorded signals, triangles at detected beats; then every beat's diastolic level over the whole recording, "
+        "with its drift; below: the averaged cycle."
     )
 
 
@@ -153,12 +161,12 @@ def fit_sentences(result: AnimalResult, wall: str, written: Mapping[str, str]) -
 
 def _walls(result: AnimalResult, wall: str, table: pd.DataFrame, written: Mapping[str, str]) -> str:
     quantities = result.laws[wall].quantities
-    parts = [
+    terms = [
         f"{quantities[name].attrs['long_name']} {written.get(name, name)} = {_with_error(table.loc[[name]].iloc[0])}"
         for name in result.laws[wall].parameters
     ]
     speed = number(float(quantities["wave_speed"]))
-    return f"Walls: {listed(parts)}; waves run at {speed} cm/s in the root vessel at the measured mean pressure."
+    return f"Walls: {listed(terms)}; waves run at {speed} cm/s in the root vessel at the measured mean pressure."
 
 
 def _with_error(row: pd.Series) -> str:
@@ -177,14 +185,14 @@ def _beds(fit: xr.Dataset) -> str:
 
 def _quality(result: AnimalResult, fit: xr.Dataset) -> str:
     share = 100 * float(fit["RMSE"]) / float(result.measured.quantities["pPAP"])
-    left = f"{number(float(fit['RMSE']))} mmHg (root mean square), {number(share, 2)} % of the pulse pressure"
-    what = "pressure"
+    misfit = f"{number(float(fit['RMSE']))} mmHg (root mean square), {number(share, 2)} % of the pulse pressure"
+    signal = "pressure"
     if fit.attrs.get("enters") == "pressure":
-        residual, what = fit["flow_residual"], "flow"
+        residual, signal = fit["flow_residual"], "flow"
         ml_per_s = float(np.sqrt(np.mean(residual.values**2)))
-        left = f"{number(ml_per_s)} {residual.attrs['units']} (root mean square), {number(share, 2)} % of its pulse"
+        misfit = f"{number(ml_per_s)} {residual.attrs['units']} (root mean square), {number(share, 2)} % of its pulse"
     return (
-        f"Fit: the {what} differs from the measured one by {left}; "
+        f"Fit: the {signal} differs from the measured one by {misfit}; "
         f"S = {number(float(fit['S']))} mmHg² over {int(fit['N'])} samples."
     )
 
@@ -214,5 +222,5 @@ def _starts(fit: xr.Dataset) -> str:
         return "One start was made."
     if agree == count:
         return f"All {count} starts of the optimization came to this optimum, or into its bowl."
-    said = f"Only {agree} of {count} starts of the optimization came to this optimum or into its bowl"
-    return f"{said}; the others are listed below."
+    text = f"Only {agree} of {count} starts of the optimization came to this optimum or into its bowl"
+    return f"{text}; the others are listed below."

@@ -55,18 +55,17 @@ def _single_beat(data: xr.Dataset) -> str:
 
 
 def _hemodynamics(cohort: Cohort) -> str:
-    what = (
+    subject = (
         "Measured pressure and flow from the foot of the pressure, impedance modulus |Z| and unwrapped phase θ (eq. 19)"
     )
     noise = "Grey circles: harmonics whose flow is near the noise."
     if cohort.single:
-        return f"{what}. {noise}"
+        return f"{subject}. {noise}"
     if cohort.shown_at:
-        few = len(figures.cells_drawn(cohort)) < len(cohort.cells)
-        others = f" Drawn are the recordings at {cohort.shown_at}." if few else ""
-        shown = (
-            f"Black: {nearest(cohort)}, which is shown below too{'' if few else ', with its other recordings'}.{others}"
-        )
+        is_subset = len(figures.cells_drawn(cohort)) < len(cohort.cells)
+        remark = f" Drawn are the recordings at {cohort.shown_at}." if is_subset else ""
+        addition = "" if is_subset else ", with its other recordings"
+        shown = f"Black: {nearest(cohort)}, which is shown below too{addition}.{remark}"
     else:
         shown = "Black: the animal nearest to the medians of its group, which is shown below too."
-    return f"{what} of every {'recording' if cohort.repeated else 'animal'}. {shown} {noise}"
+    return f"{subject} of every {'recording' if cohort.repeated else 'animal'}. {shown} {noise}"

@@ -23,11 +23,11 @@ def groups_section(
     """The primary comparison; what is secondary folded away; all quantities described."""
     blocks: list[Block] = []
     if len(primary.rows):
-        first, *others = primary_tables(primary, written)
-        missing = [missing_text(one, primary.law, cohort.repeated) for one in primary.missing]
+        first, *further_tables = primary_tables(primary, written)
+        missing = [missing_text(group_missing, primary.law, cohort.repeated) for group_missing in primary.missing]
         blocks += [Heading("Primary comparison"), first, *_remarks(primary)]
         blocks += [Remarks("Missing animals", missing)] if missing else []
-        blocks += [Fold("Secondary: the same effects by the other wall laws", others)] if others else []
+        blocks += [Fold("Secondary: the same effects by the other wall laws", further_tables)] if further_tables else []
         if len(primary.adjusted):
             blocks.append(Fold("Secondary: effects of the covariates", [covariates_table(primary, written)]))
     if cohort.repeated:
@@ -48,12 +48,12 @@ def _remarks(primary: Primary) -> list[Block]:
     sure = primary.assurance
     if sure is None or not sure.doubtful:
         return []
-    said = (
+    text = (
         f"The groups differ in spread by up to a factor of {number(sure.spread_ratio, 2)}, and the smallest has "
         f"{sure.smallest} animals: cohorts like this one without any effect have a row with p < 0.05 in "
         f"{100 * sure.rate:.0f} % of cases instead of 5 %."
     )
-    return [Remarks("p of the primary comparison", [said])]
+    return [Remarks("p of the primary comparison", [text])]
 
 
 def _secondary(comparisons: Mapping[str, SourceComparison], written: dict[str, str]) -> list[Block]:
@@ -70,12 +70,12 @@ def _importance(cohort: Cohort, written: Mapping[str, str]) -> Drawing:
     called = {name: written.get(name, name) for name in PARAMETERS}
     stiffness = {wall: cohort.law(wall).stiffness for wall in cohort.walls}
     modeled = [importance(cohort, wall, {stiffness[wall]: "stiffness"} | called) for wall in cohort.walls]
-    which = listed([f"{written.get(name, name)} of the {wall} wall" for wall, name in stiffness.items()])
+    stiffness_text = listed([f"{written.get(name, name)} of the {wall} wall" for wall, name in stiffness.items()])
     caption = (
         "Importance index η (eq. 20) of the measured indices and of the models' quantities, relative to "
         f"{cohort.reference}: 1 is an increase by 100 %, -1 a fall to zero. Bars: 95 % intervals, each by itself "
         "(Fieller's, Welch's degrees of freedom)."
-        + (f" Stiffness: {which}; walls differ by hollow and full points." if which else "")
+        + (f" Stiffness: {stiffness_text}; walls differ by hollow and full points." if stiffness_text else "")
     )
     drawn = importance_figure(cohort, measured, pd.concat(modeled) if modeled else pd.DataFrame())
     return Drawing("ParAll_change", caption, drawn)
@@ -94,6 +94,6 @@ def _compared(comparison: SourceComparison, source: str, written: dict[str, str]
     if len(comparison.without_one):
         blocks.append(Fold("One animal left out", [tables.without_one(comparison, source, written)]))
     if comparison.left_out:
-        why = [f"{column_label(what)}: {reason}" for what, reason in comparison.left_out.items()]
-        blocks.append(Remarks(f"Not compared ({source})", why))
+        reasons = [f"{column_label(quantity)}: {reason}" for quantity, reason in comparison.left_out.items()]
+        blocks.append(Remarks(f"Not compared ({source})", reasons))
     return blocks

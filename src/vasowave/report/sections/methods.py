@@ -55,54 +55,56 @@ def _data(cohort: Cohort) -> str:
 
 def _counted(cohort: Cohort) -> str:
     """Return how many animals of each group were analyzed, and of how many, where some were lost: ``3 of 4 HPH``."""
-    lost = Counter(one.group for one in cohort.lost)
-    there = {group: len(cohort.groups.get(group, [])) for group in (*cohort.groups, *lost)}
+    lost = Counter(failure.group for failure in cohort.lost)
+    counts = {group: len(cohort.groups.get(group, [])) for group in (*cohort.groups, *lost)}
     if cohort.repeated:  # an animal of which one recording was lost is there all the same
-        own = {group: {cohort.subjects[one.name] for one in cohort.groups.get(group, [])} for group in there}
-        return listed([f"{len(own[group])} {group} ({n} recordings)" for group, n in there.items()])
+        subjects = {
+            group: {cohort.subjects[result.name] for result in cohort.groups.get(group, [])} for group in counts
+        }
+        return listed([f"{len(subjects[group])} {group} ({n} recordings)" for group, n in counts.items()])
     return listed(
-        [f"{n} of {n + lost[group]} {group}" if lost[group] else f"{n} {group}" for group, n in there.items()]
+        [f"{n} of {n + lost[group]} {group}" if lost[group] else f"{n} {group}" for group, n in counts.items()]
     )
 
 
 def _failed(cohort: Cohort) -> str:
     """Name every animal that was lost, and every law, posterior or comparison that an animal lacks."""
-    parts: dict[str, list[str]] = {}
-    for one in cohort.failures:
-        parts.setdefault(one.what, []).append(one.animal)
-    said = "; ".join(f"{listed(names)} ({what})" for what, names in parts.items())
-    return f" Failed: {said}; reasons stand in the table Failures." if said else ""
+    animals_by_failure: dict[str, list[str]] = {}
+    for failure in cohort.failures:
+        animals_by_failure.setdefault(failure.what, []).append(failure.animal)
+    text = "; ".join(f"{listed(names)} ({label})" for label, names in animals_by_failure.items())
+    return f" Failed: {text}; reasons stand in the table Failures." if text else ""
 
 
 def _averaged(cohort: Cohort) -> str:
     """Say whose beats were averaged, and whose cycle was given as it is."""
     raw = {result.name: result.beats for result in cohort.results if result.beats is not None}
-    given = named([result for result in cohort.results if result.beats is None])
+    given_names = named([result for result in cohort.results if result.beats is None])
     if not raw:
         return f"One averaged cycle of pressure and flow{'' if cohort.single else ' per animal'} was given"
     counts = sorted({int(beats["kept"].sum()) for beats in raw.values()})
-    count = " to ".join(str(one) for one in dict.fromkeys((counts[0], counts[-1])))
+    count = " to ".join(str(limit) for limit in dict.fromkeys((counts[0], counts[-1])))
     marks = {str(beats.attrs.get("fiducial", "")) for beats in raw.values()}
     aligned = listed(sorted(_FIDUCIALS.get(mark, mark) for mark in marks))
-    whose = f" of {', '.join(raw)}" if given else ""
+    whose = f" of {', '.join(raw)}" if given_names else ""
     words = f"Pressure and flow{whose} were averaged over {count} beats (rejected ones left out), aligned at {aligned}"
-    return f"{words}; of {given} an averaged cycle was given" if given else words
+    return f"{words}; of {given_names} an averaged cycle was given" if given_names else words
 
 
 def _drifts(cohort: Cohort) -> str:
     """Say of how many recordings a drift of the pressure was removed, and how large it was."""
     beats = [result.beats for result in cohort.results if result.beats is not None]
-    removed = [abs(float(one.attrs["drift_size"])) for one in beats if one.attrs.get("drift_removed")]
+    removed = [abs(float(record.attrs["drift_size"])) for record in beats if record.attrs.get("drift_removed")]
     if not removed:
         return ""
-    which, size = "" if cohort.single else f" of {len(removed)} of {len(beats)} recordings", span(np.array(removed), 2)
-    return f" The drift of the diastolic pressure{which} was removed ({size} mmHg over a recording)."
+    scope, size = "" if cohort.single else f" of {len(removed)} of {len(beats)} recordings", span(np.array(removed), 2)
+    return f" The drift of the diastolic pressure{scope} was removed ({size} mmHg over a recording)."
 
 
 def _model(cohort: Cohort) -> str:
     networks = [result.network for result in cohort.shown.values()]
-    sizes = listed([str(size) for size in sorted({len(one) for one in networks})])
-    lengths = np.array([one.length.sum() for one in networks])
+    sizes = listed([str(size) for size in sorted({len(network) for network in networks})])
+    lengths = np.array([network.length.sum() for network in networks])
     return (
         f"One-dimensional flow (eq. 2) was solved in {'a network' if cohort.single else 'networks'} of {sizes} vessels "
         f"({span(lengths)} cm in all), with {listed([_law(cohort, wall) for wall in cohort.walls])}, continuity of "
@@ -120,15 +122,15 @@ _ENTERED = {
 
 def _entered(cohort: Cohort) -> str:
     enters = {str(fit.attrs.get("enters", "flow")) for wall in cohort.walls for fit in cohort.calibrations(wall)}
-    return listed([_ENTERED[one] for one in sorted(enters)] or [_ENTERED["flow"]])
+    return listed([_ENTERED[label] for label in sorted(enters)] or [_ENTERED["flow"]])
 
 
 def _law(cohort: Cohort, wall: str) -> str:
     """Return a wall law in words: ``the linear wall law (linear elastic, p = …, eq. 3)``."""
     law = cohort.law(wall)
     equation = f"eq. {law.equation}" if law.equation[:1].isdigit() else law.equation
-    said = ", ".join(filter(None, (law.title if law.title != wall else "", law.formula, equation)))
-    return f"the {wall} wall law" + (f" ({said})" if said else "")
+    details = ", ".join(filter(None, (law.title if law.title != wall else "", law.formula, equation)))
+    return f"the {wall} wall law" + (f" ({details})" if details else "")
 
 
 def _beds(cohort: Cohort) -> str:
@@ -137,9 +139,9 @@ def _beds(cohort: Cohort) -> str:
     return f"{_of_beds(cohort, 'title')} ({f'eq. {equation}' if equation else _of_beds(cohort, 'formula')})"
 
 
-def _of_beds(cohort: Cohort, what: str) -> str:
+def _of_beds(cohort: Cohort, attribute: str) -> str:
     """Return what is stored of the vascular beds: their title, formula, equation, or factors."""
-    return next((str(fit.attrs[f"bed_{what}"]) for wall in cohort.walls for fit in cohort.calibrations(wall)), "")
+    return next((str(fit.attrs[f"bed_{attribute}"]) for wall in cohort.walls for fit in cohort.calibrations(wall)), "")
 
 
 def _blood(cohort: Cohort) -> str:
@@ -156,10 +158,10 @@ def _blood(cohort: Cohort) -> str:
 
 def _numerics(cohort: Cohort) -> str:
     attrs = [result.laws[wall].simulation.attrs for result in cohort.results for wall in result.laws]
-    if not attrs or not all({"courant", "cell_size", "converged", "cycles"} <= set(one) for one in attrs):
+    if not attrs or not all({"courant", "cell_size", "converged", "cycles"} <= set(simulation) for simulation in attrs):
         return ""
-    periodic = sum(bool(one["converged"]) for one in attrs)
-    courant, cell = (max(float(one[key]) for one in attrs) for key in ("courant", "cell_size"))
+    periodic = sum(bool(simulation["converged"]) for simulation in attrs)
+    courant, cell = (max(float(simulation[key]) for simulation in attrs) for key in ("courant", "cell_size"))
     return (
         f" The two-step Lax–Wendroff scheme had cells of at most {number(cell, 2)} cm and a Courant number of at most "
         f"{number(courant, 2)}; {periodic} of {len(attrs)} calibrated simulations met the criterion for a periodic "
@@ -172,13 +174,13 @@ def _calibration(cohort: Cohort) -> str:
     search = _SEARCHES.get(str(shared.get("method")), str(shared.get("method", "")))
     starts = sorted({int(fit.sizes["start"]) for wall in cohort.walls for fit in cohort.calibrations(wall)})
     bounds = "the bounds of Qureshi et al." if shared.get("paper_bounds") else "wide bounds (table of bounds)"
-    own = f", own bounds for {listed(list(shared['bounds']))}" if shared.get("bounds") else ""
+    bounds_note = f", own bounds for {listed(list(shared['bounds']))}" if shared.get("bounds") else ""
     held = ", ".join(f"{name} = {value}" for name, value in (shared.get("fixed") or {}).items())
     free = "; ".join(f"{wall}: {_free(cohort, wall)}" for wall in cohort.walls)
     return (
         "The sum S of squared differences between measured and simulated waveforms at the inlet (eq. 14) was minimized "
         f"by {search} from {listed([str(count) for count in starts])} starts (seed {shared.get('seed', '–')}) within "
-        f"{bounds}{own}, over {free}. {listed(_of_beds(cohort, 'factors').split(', '))} in all vascular beds."
+        f"{bounds}{bounds_note}, over {free}. {listed(_of_beds(cohort, 'factors').split(', '))} in all vascular beds."
         f"{f' Held fixed: {held}.' if held else ''} Intervals follow from the Jacobian at the optimum and allow for "
         "all spectra that the noise may have after what the residual shows, and for the errors of image, probe, zero "
         "and wall that stand under What is not known, to first order; they take the wall law as exact."
@@ -190,11 +192,11 @@ def _posteriors(cohort: Cohort) -> list[str]:
     drawn = [law.posterior for result in cohort.results for law in result.laws.values() if law.posterior is not None]
     if not drawn:
         return []
-    trusted = sum(one.trusted for one in drawn)
+    trusted = sum(posterior.trusted for posterior in drawn)
     differ = "zero_sd" in cohort.differing_settings
     zero = "" if differ else f" (SD {cohort.settings.get('zero_sd', kinds()['zero'].usual):g} mmHg)"
-    counts = [float(one.table["simulations"]) for one in drawn if "simulations" in one.table]
-    ends = dict.fromkeys(f"{one:.0f}" for one in (min(counts), max(counts))) if counts else ()
+    counts = [float(posterior.table["simulations"]) for posterior in drawn if "simulations" in posterior.table]
+    ends = dict.fromkeys(f"{count:.0f}" for count in (min(counts), max(counts))) if counts else ()
     cost = f", with {' to '.join(ends)} simulations each" if counts else ""
     evidence = (
         " An evidence is the probability density of the measured harmonics, all that is unknown integrated out."
@@ -258,34 +260,38 @@ def _declared(cohort: Cohort) -> str:
     if not cohort.declared:
         return ""
     first, *later = cohort.declared
-    own = "Groups, family, law, design and animals" if "animals" in first.content else "Groups, family, law and design"
-    said = f" {own} were declared on {first.time}{_when(first)}."
+    subject = (
+        "Groups, family, law, design and animals" if "animals" in first.content else "Groups, family, law and design"
+    )
+    text = f" {subject} were declared on {first.time}{_when(first)}."
     for before, after in pairwise(cohort.declared):
         if new := after.first_said(before):
-            said += f" Declared first on {after.time}{_when(after)}: {listed(new)}."
+            text += f" Declared first on {after.time}{_when(after)}: {listed(new)}."
         if changed := after.changes(before):
             detail = {"animals": f" ({_of_rows(after.rows(before))})", "reference": _of_reference(before, after)}
-            said += f" Changed on {after.time}{_when(after)}: {listed([one + detail.get(one, '') for one in changed])}."
-    said += "" if later else " They were not changed since."
+            text += (
+                f" Changed on {after.time}{_when(after)}: {listed([name + detail.get(name, '') for name in changed])}."
+            )
+    text += "" if later else " They were not changed since."
     if "animals" not in cohort.declared[-1].content:
-        said += " Which animals belonged to which group, and their cells of the design's columns, were not declared."
-    return said
+        text += " Which animals belonged to which group, and their cells of the design's columns, were not declared."
+    return text
 
 
 def _of_rows(rows: AnimalChanges) -> str:
     """Say which animals were added, dropped or changed."""
     cells = [f"{animal}, {column} {old or 'empty'} → {new or 'empty'}" for animal, column, old, new in rows.changed]
-    said = {"added": rows.added, "dropped": rows.dropped, "changed": cells}
-    return "; ".join(f"{what}: {some_of([*names], _NAMED)}" for what, names in said.items() if names)
+    changes = {"added": rows.added, "dropped": rows.dropped, "changed": cells}
+    return "; ".join(f"{kind}: {some_of([*names], _NAMED)}" for kind, names in changes.items() if names)
 
 
 def _of_reference(before: Declaration, after: Declaration) -> str:
-    old, new = (listed([*one.content.get("reference", {}).values()]) for one in (before, after))
+    old, new = (listed([*declaration.content.get("reference", {}).values()]) for declaration in (before, after))
     return f" ({old or 'none'} → {new or 'none'})"
 
 
-def _when(one: Declaration) -> str:
-    return ", when results were there already" if one.seen else ", before there were results"
+def _when(declaration: Declaration) -> str:
+    return ", when results were there already" if declaration.seen else ", before there were results"
 
 
 def _by_design(cohort: Cohort, primary: Primary, of_draws: str) -> str:
@@ -334,7 +340,7 @@ def _statistics(cohort: Cohort, comparisons: Mapping[str, SourceComparison]) -> 
             "Groups are described by mean, SD, median and quartiles of all recordings. The paper's tests and "
             "importance indices are not made, since they take every recording for an animal of its own."
         )
-    counts = {source: len(one.contrasts) for source, one in comparisons.items()}
+    counts = {source: len(comparison.contrasts) for source, comparison in comparisons.items()}
     tests = "; ".join(f"{source}: {count} tests" for source, count in counts.items() if count)
     if not tests:
         return "Groups are described by mean, SD, median and quartiles; nothing was compared."

@@ -82,8 +82,8 @@ def _waveforms(cohort: Cohort) -> list[Block]:
 
 def _sites(cohort: Cohort) -> list[Block]:
     """What further sites add: a figure and a table where any animal has some."""
-    shown = {group: one for group, one in cohort.shown.items() if sites_of(one)}
-    if not any(sites_of(one) for one in cohort.results):
+    shown = {group: result for group, result in cohort.shown.items() if sites_of(result)}
+    if not any(sites_of(result) for result in cohort.results):
         return []
     drawn: list[Block] = [
         Drawing(f"Sites-{place}", f"What was observed at further sites of {cohort.name(group)} (black; dotted: mean, "
@@ -98,8 +98,8 @@ def _means(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list
     if cohort.single:
         return []
     laws = [cohort.law(wall) for wall in cohort.walls]
-    own = (name for law in laws for name in law.parameters)
-    names = (*own, *_BEDS, *(law.stiffness for law in laws), "wave_speed", "I_R", "S")
+    parameters = (name for law in laws for name in law.parameters)
+    names = (*parameters, *_BEDS, *(law.stiffness for law in laws), "wave_speed", "I_R", "S")
     caption = (
         "Optimized parameters and what follows from them, and the least-squares error S of \"PQsim\" (eq. 14). "
     )  # fmt: skip
@@ -111,16 +111,18 @@ def _means(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list
 
 def _points(cohort: Cohort, sources: Sequence[str], above: Mapping[str, object]) -> str:
     """Return what points, lines and means of a figure are, and the p where any is written."""
-    open_ones = [f"the {source} wall" for source, look in source_looks(sources).items() if not look.filled]
+    open_ones = [
+        f"the {source} wall" for source, source_look in source_looks(sources).items() if not source_look.filled
+    ]
     hollow = f", hollow ones of {listed(open_ones)}" if open_ones and len(sources) > 1 else ""
-    one = "recordings" if cohort.repeated else "animals"
+    noun = "recordings" if cohort.repeated else "animals"
     joined = ", lines join those of one animal" if cohort.crossed and cohort.repeated else ""
     if cohort.crossed and cohort.second:
         levels = list(dict.fromkeys(short(cell.level) for cell in cohort.cells.values()))
         joined += f", {cohort.second.name} from left to right {listed(levels)}"
     return (
-        f"Points: {one}{hollow}{joined}; beside them geometric means with 95 % intervals, each by itself "
-        f"(random effects, {one} weighted by how well each is known).{_P if above else ''}"
+        f"Points: {noun}{hollow}{joined}; beside them geometric means with 95 % intervals, each by itself "
+        f"(random effects, {noun} weighted by how well each is known).{_P if above else ''}"
     )
 
 
@@ -129,22 +131,22 @@ def _above(cohort: Cohort, primary: Primary, columns: Mapping[str, str]) -> dict
     if not len(primary.rows) or not cohort.design.plain:
         return {}
     rows = primary.rows[primary.rows["source"] == primary.law]
-    own = rows_of(cohort.table, primary.law)
-    said: dict[str, dict[str, str]] = {}
+    table = rows_of(cohort.table, primary.law)
+    texts: dict[str, dict[str, str]] = {}
     for _, row in rows.iterrows():
         for label in columns:
-            if _proportional(own, label, column(own, row["quantity"])):
-                said.setdefault(label, {})[str(row["other"])] = (
+            if _proportional(table, label, column(table, row["quantity"])):
+                texts.setdefault(label, {})[str(row["other"])] = (
                     "no p" if row["untested"] else probability(float(row["p"]))
                 )
-    return said
+    return texts
 
 
-def _proportional(rows: pd.DataFrame, one: str, other: str) -> bool:
+def _proportional(rows: pd.DataFrame, first: str, second: str) -> bool:
     """Return whether two columns differ by a factor at most, so that their ratios are the same."""
-    if one == other:
+    if first == second:
         return True
-    a, b = (rows[name].to_numpy(float) for name in (one, other))
+    a, b = (rows[name].to_numpy(float) for name in (first, second))
     return bool(np.all(a > 0) and np.all(b > 0) and np.ptp(np.log(a / b)) < _SAME and np.ptp(np.log(a)) > _SAME)
 
 
@@ -192,8 +194,8 @@ def space_block(cohort: Cohort, law: str) -> list[RotatingView]:
 
 
 def _network(result: AnimalResult, law: str) -> dict[str, Any]:
-    whole, simulation = result.network, result.laws[law].simulation
-    names = list(whole.name)
+    network, simulation = result.network, result.laws[law].simulation
+    names = list(network.name)
     middle = simulation[["pressure", "flow"]].sel(station="middle", vessel=names)
     step = max(1, middle.sizes["time"] // (_FEWER if len(names) > _MANY else _SAMPLES))
     thinned = middle.isel(time=slice(None, None, step))
@@ -201,8 +203,8 @@ def _network(result: AnimalResult, law: str) -> dict[str, Any]:
     return {
         "period": result.period,
         "names": names,
-        "axes": _rounded(axes_in_space(whole)),
-        "radius": _rounded(whole.radius),
+        "axes": _rounded(axes_in_space(network)),
+        "radius": _rounded(network.radius),
         "quantities": [{"label": label, "values": _rounded(values)} for label, values in quantities.items()],
         "pressure": _rounded(thinned["pressure"].transpose("vessel", "time").values),
         "flow": _rounded(thinned["flow"].transpose("vessel", "time").values),
@@ -212,7 +214,7 @@ def _network(result: AnimalResult, law: str) -> dict[str, Any]:
 def _quantities(vessels: xr.Dataset, middle: xr.Dataset) -> dict[str, np.ndarray]:
     """Return every number of each vessel by its name and unit: of the waveforms first, then what is stored."""
     pressure, flow = middle["pressure"], middle["flow"]
-    known = {
+    values = {
         "mean pressure [mmHg]": pressure.mean("time").values,
         "pulse pressure [mmHg]": (pressure.max("time") - pressure.min("time")).values,
         "mean flow [ml/s]": flow.mean("time").values,
@@ -220,10 +222,12 @@ def _quantities(vessels: xr.Dataset, middle: xr.Dataset) -> dict[str, np.ndarray
     for name, value in vessels.data_vars.items():
         if value.dims == ("vessel",) and value.dtype.kind in "fi" and name != "mean_pressure":
             called = _CALLED.get(str(name), str(name).replace("_", " "))
-            known[f"{called} [{value.attrs['units']}]"] = value.values.astype(float)
-    return known
+            values[f"{called} [{value.attrs['units']}]"] = value.values.astype(float)
+    return values
 
 
 def _rounded(values: np.ndarray) -> Any:
     """Return numbers of four digits as lists; None where there is no number."""
-    return np.vectorize(lambda one: float(f"{one:.4g}") if np.isfinite(one) else None, otypes=[object])(values).tolist()
+    return np.vectorize(lambda value: float(f"{value:.4g}") if np.isfinite(value) else None, otypes=[object])(
+        values
+    ).tolist()

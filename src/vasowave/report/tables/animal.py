@@ -45,16 +45,16 @@ def values(result: AnimalResult, written: dict[str, str]) -> Table:
 def estimates(result: AnimalResult, wall: str, written: dict[str, str]) -> Table:
     """Return what the search for the parameters of one wall law came to."""
     data = estimates_frame(result, wall)
-    known = data["parameter"].map(lambda name: written.get(name, name))
-    shown = data.assign(parameter=known, unit=data["unit"].map(unit))
+    symbols = data["parameter"].map(lambda name: written.get(name, name))
+    shown = data.assign(parameter=symbols, unit=data["unit"].map(unit))
     shown = shown.drop(columns=["symbol", "meaning"], errors="ignore")
     shown.columns = shown.columns.str.replace("_", " ")
     return Table.of("", f"{wall.capitalize()} wall: the parameters and their search", shown)
 
 
-def posterior(wall: str, said: PosteriorResult, written: dict[str, str]) -> Table:
+def posterior(wall: str, posterior_result: PosteriorResult, written: dict[str, str]) -> Table:
     """Return what the posterior of one wall law says of every quantity, and where its uncertainty comes from."""
-    data = said.table
+    data = posterior_result.table
     header = (
         "quantity",
         "median [95 %]",
@@ -63,12 +63,12 @@ def posterior(wall: str, said: PosteriorResult, written: dict[str, str]) -> Tabl
     )
     rows: list[Row] = []
     for name in data["quantity"].values:
-        one = data.sel(quantity=name)
-        value, before = f"{number(float(one['median']))} {_ends(one, 'interval')}", _ends(one, "prior")
-        shares = [float(one.get(f"share_{source}", np.nan)) for source in SOURCES]
+        row = data.sel(quantity=name)
+        value, before = f"{number(float(row['median']))} {_ends(row, 'interval')}", _ends(row, "prior")
+        shares = [float(row.get(f"share_{source}", np.nan)) for source in SOURCES]
         cells = ["" if np.isnan(share) else f"{100 * share:.0f} %" for share in shares]
-        rows.append((with_unit(f"{name} [{one['unit'].item()}]", written), value, before, *cells))
-    trusted = "the sampling succeeded" if said.trusted else "do not believe these numbers"
+        rows.append((with_unit(f"{name} [{row['unit'].item()}]", written), value, before, *cells))
+    trusted = "the sampling succeeded" if posterior_result.trusted else "do not believe these numbers"
     note = (
         "Parameters, geometry and the model's own error are unknown together; the shares say where the variance comes "
         f"from. Pareto k {float(data['k_hat']):.2f}, {float(data['effective']):.0f} effective draws, two halves "
@@ -77,8 +77,8 @@ def posterior(wall: str, said: PosteriorResult, written: dict[str, str]) -> Tabl
     return Table("", f"{wall.capitalize()} wall: posterior", header, rows, note)
 
 
-def _ends(one: xr.Dataset, of: str) -> str:
-    return f"[{number(float(one[f'{of}_low']))}, {number(float(one[f'{of}_high']))}]"
+def _ends(row: xr.Dataset, prefix: str) -> str:
+    return f"[{number(float(row[f'{prefix}_low']))}, {number(float(row[f'{prefix}_high']))}]"
 
 
 def correlations(result: AnimalResult, wall: str, written: dict[str, str]) -> Table:

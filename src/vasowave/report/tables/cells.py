@@ -30,13 +30,13 @@ def who(result: AnimalResult) -> dict[str, object]:
 
 def named(results: Sequence[AnimalResult]) -> str:
     """Return the animals by name."""
-    return ", ".join(one.name for one in results)
+    return ", ".join(result.name for result in results)
 
 
 def nearest(cohort: Cohort) -> str:
     """Return which animal of each group is shown; where groups are crossed also at which occasion or level."""
-    at = f" at {cohort.shown_at}" if cohort.shown_at else ""
-    return f"the animal nearest to its group's medians{at}"
+    occasion = f" at {cohort.shown_at}" if cohort.shown_at else ""
+    return f"the animal nearest to its group's medians{occasion}"
 
 
 def source_title(source: str) -> str:

@@ -27,12 +27,12 @@ def hemodynamics(cohort: Cohort) -> Table:
     data = describe(rows, columns(rows, INDICES))
     groups = [f"{cell} ({cohort.count(cell)})" for cell in cohort.cells]
     header = ("index", *(["measured"] if cohort.single else groups))
-    known = cohort.meanings
+    meanings = cohort.meanings
     cells = [
-        (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in part.iterrows()))
-        for label, part in data.groupby("quantity", sort=False)
+        (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in quantity_rows.iterrows()))
+        for label, quantity_rows in data.groupby("quantity", sort=False)
     ]
-    note = "; ".join(f"{name}: {known[name]}" for name in INDICES if name in known)
+    note = "; ".join(f"{name}: {meanings[name]}" for name in INDICES if name in meanings)
     caption = "Hemodynamic indices" if cohort.single else "Hemodynamic indices, mean ± SD"
     return Table("HemoStats", caption, header, cells, f"{note}.", data)
 
@@ -44,22 +44,24 @@ def animals_table(cohort: Cohort) -> list[Table]:
     rows = cohort.described[cohort.described["source"] == "measured"]
     data = describe(rows, columns(rows, _FIRST))
     cells = [
-        (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in part.iterrows()))
-        for label, part in data.groupby("quantity", sort=False)
+        (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in quantity_rows.iterrows()))
+        for label, quantity_rows in data.groupby("quantity", sort=False)
     ]
-    told = [one for one in cohort.variables.values() if one.name.lower() in _TOLD]
-    first = [(one.label, *(_summary(one, cell.results) for cell in cohort.cells.values())) for one in told]
+    shown = [variable for variable in cohort.variables.values() if variable.name.lower() in _TOLD]
+    first = [
+        (variable.label, *(_summary(variable, cell.results) for cell in cohort.cells.values())) for variable in shown
+    ]
     header = ("mean ± SD", *(f"{cell} ({cohort.count(cell)})" for cell in cohort.cells))
     note = "Arithmetic means; the answer compares geometric ones."
     return [Table("Animals", "Table 1. The animals", header, [*first, *cells], note, data)]
 
 
-def _summary(told: Variable, results: Sequence[AnimalResult]) -> str:
+def _summary(variable: Variable, results: Sequence[AnimalResult]) -> str:
     """Return mean ± SD of numbers, or how many have each level."""
-    if told.kind == "category":
-        levels = Counter(told.levels[one.name] for one in results if one.name in told.levels)
+    if variable.kind == "category":
+        levels = Counter(variable.levels[result.name] for result in results if result.name in variable.levels)
         return ", ".join(f"{count} {level}" for level, count in levels.items()) or "–"
-    values = np.array([told.numbers[one.name] for one in results if one.name in told.numbers])
+    values = np.array([variable.numbers[result.name] for result in results if result.name in variable.numbers])
     if not len(values):
         return "–"
     return with_error(float(values.mean()), float(values.std(ddof=1)) if len(values) > 1 else np.nan)
@@ -72,10 +74,10 @@ def failures(cohort: Cohort) -> list[Table]:
     measured = {result.name: float(result.measured.quantities["mPAP"]) for result in cohort.results}
     data = pd.DataFrame(
         {
-            "animal": one.animal, "group": one.group, "law": one.law or "–", "stage": str(one.stage),
-            "mPAP [mmHg]": measured.get(one.animal, one.mean_pressure), "reason": one.reason,
+            "animal": failure.animal, "group": failure.group, "law": failure.law or "–", "stage": str(failure.stage),
+            "mPAP [mmHg]": measured.get(failure.animal, failure.mean_pressure), "reason": failure.reason,
         }
-        for one in cohort.failures
+        for failure in cohort.failures
     ).astype({"mPAP [mmHg]": float})  # fmt: skip
     note = (
         "Reading and computing: the animal has no result. Fit, analysis: it has none with this law. Posterior, "
@@ -98,7 +100,7 @@ def networks(cohort: Cohort) -> list[Table]:
 
 def _network(name: str, results: dict[str, AnimalResult], single: bool) -> Table:
     first = next(iter(results.values())).network
-    behind = {row: one.beginning for one in first.junctions for row in one.ending}
+    behind = {row: junction.beginning for junction in first.junctions for row in junction.ending}
     daughters = [", ".join(first.name[next_] for next_ in behind.get(row, ())) or "–" for row in range(len(first))]
     data = pd.DataFrame({"vessel": first.name, "daughters": daughters})
     for group, result in results.items():
@@ -137,7 +139,7 @@ def variables(cohort: Cohort) -> list[Table]:
     """Return what the lab's own columns say of the animals, where there are any."""
     if not cohort.variables:
         return []
-    labels = {one.label: one.values for one in cohort.variables.values()}
+    labels = {variable.label: variable.values for variable in cohort.variables.values()}
     rows = pd.DataFrame(
         [
             who(result) | {label: values.get(result.name) for label, values in labels.items()}

@@ -102,10 +102,10 @@ def _note(count: int) -> str:
 
 def _animals(row: pd.Series) -> str:
     """Return how many animals each side has, once where all of them are on both."""
-    other, reference, both = row["n other"], row["n reference"], row.get("n both", 0)
-    if both and other == reference == both:
-        return f"{both}, each at both"
-    return f"{other}, {reference}" + (f" ({both} at both)" if both else "")
+    group_count, reference, both_count = row["n other"], row["n reference"], row.get("n both", 0)
+    if both_count and group_count == reference == both_count:
+        return f"{both_count}, each at both"
+    return f"{group_count}, {reference}" + (f" ({both_count} at both)" if both_count else "")
 
 
 def _source(row: pd.Series) -> str:
@@ -153,18 +153,18 @@ def groups(cohort: Cohort) -> Table:
     header = (
         "source",
         "quantity",
-        *(f"{group}: {what}" for group in cohort.groups for what in ("mean ± SD", "median [IQR]")),
+        *(f"{group}: {statistic}" for group in cohort.groups for statistic in ("mean ± SD", "median [IQR]")),
     )
     written, cells = symbols(cohort), []
-    for (source, label), part in data.groupby(["source", "quantity"], sort=False):
-        by_group = {str(row["group"]): row for _, row in part.iterrows()}
+    for (source, label), quantity_rows in data.groupby(["source", "quantity"], sort=False):
+        by_group = {str(row["group"]): row for _, row in quantity_rows.iterrows()}
         texts = [
             text
             for group in cohort.groups
             for text in ((mean_sd(by_group[group]), median_iqr(by_group[group])) if group in by_group else ("–", "–"))
         ]
-        own = written | {"tau": "τ"} if source == "measured" else written
-        cells.append((str(source), with_unit(label, own), *texts))
+        source_symbols = written | {"tau": "τ"} if source == "measured" else written
+        cells.append((str(source), with_unit(label, source_symbols), *texts))
     return Table("Groups", "All quantities by group", header, cells, _NOTE, data)
 
 
@@ -197,20 +197,20 @@ def contrasts(comparison: SourceComparison, source: str, written: dict[str, str]
         intervals = (interval(row, "ratio", "ratio"), interval(row, "Hedges g", "g"))
         cells.append((with_unit(row["quantity"], written), *between, number(row["eta"], 2), *intervals,
                       number(row["p"], 2), number(row["p Holm"], 2)))  # fmt: skip
-    who = "every pair of groups" if several else f"{pair['other']} against {pair['reference']}"
+    subject = "every pair of groups" if several else f"{pair['other']} against {pair['reference']}"
     note = (
         "η: relative change of the mean (eq. 20), never below -1 for a positive quantity; ratio: of geometric means, "
         f"Welch interval; p: Mann-Whitney test, exact up to {MOST_EXACT} animals; Holm over these {len(data)} tests."
     )
-    return Table(f"Contrasts-{source}", f"{source_title(source)}: {who}", header, cells, note, data)
+    return Table(f"Contrasts-{source}", f"{source_title(source)}: {subject}", header, cells, note, data)
 
 
 def without_one(comparison: SourceComparison, source: str, written: dict[str, str]) -> Table:
     """The shifts of the ratios when any one animal is left out."""
     data, cells = comparison.without_one, []
-    for (reference, other, label), part in data.groupby(["reference", "other", "quantity"], sort=False):
-        farthest = part.loc[np.log(part["ratio shift"]).abs().idxmax()]
-        cells.append((f"{other} / {reference}", with_unit(label, written), span(part["ratio"].to_numpy()),
+    for (reference, group, label), quantity_rows in data.groupby(["reference", "other", "quantity"], sort=False):
+        farthest = quantity_rows.loc[np.log(quantity_rows["ratio shift"]).abs().idxmax()]
+        cells.append((f"{group} / {reference}", with_unit(label, written), span(quantity_rows["ratio"].to_numpy()),
                       str(farthest["left out"]), number(farthest["ratio shift"], 3)))  # fmt: skip
     header = ("groups", "quantity", "ratio", "moved most without", "by a factor of")
     note = "Smallest and largest ratio over all ways of leaving one animal out, and the animal that moves it most."

@@ -67,13 +67,13 @@ def parameters(cohort: Cohort, wall: str) -> Table:
     law, written = cohort.law(wall), symbols(cohort)
     names = dict.fromkeys((*law.parameters, law.stiffness, *_DERIVED))
     table = cohort.table[cohort.table["source"] == wall]
-    there = [label for label in columns(table, tuple(names)) if table[label].notna().any()]
-    header = ("animal", "group", *(with_unit(label, written) for label in there))
+    labels = [label for label in columns(table, tuple(names)) if table[label].notna().any()]
+    header = ("animal", "group", *(with_unit(label, written) for label in labels))
     cells: list[Row] = []
     for (_, row), fit in zip(table.iterrows(), cohort.calibrations(wall), strict=True):
-        marked = [number(row[label]) + mark(fit, split_unit(label)[0]) for label in there]
+        marked = [number(row[label]) + mark(fit, split_unit(label)[0]) for label in labels]
         cells.append((row["animal"], row["group"], *marked))
-    data = table[["animal", "group", *there]]
+    data = table[["animal", "group", *labels]]
     return Table(f"Parameters-{wall}", f"Optimized values, {wall} wall", header, cells, MARKS, data)
 
 
@@ -97,16 +97,16 @@ def waves(cohort: Cohort) -> Table:
     for cell, (_, _, results) in cohort.cells.items():
         for result in results:
             row = who(result) | {"group": cell}
-            for source, one in result.sources.items():
-                rows += [row | {"source": source} | wave for wave in _largest_waves(one.waves)]
+            for source, source_result in result.sources.items():
+                rows += [row | {"source": source} | wave for wave in _largest_waves(source_result.waves)]
     data = pd.DataFrame(rows)
     data = data.sort_values("wave", key=lambda wave: wave.map(list(WAVES).index), kind="stable", ignore_index=True)
     measures = [label for label in data.columns if "[" in label]
     header = ("wave", "source", "group", "n", *map(column_label, measures))
     cells = [
-        (str(wave), str(source), str(group), str(len(part)),
-         *(mean_sd(part[label].agg(mean="mean", SD="std")) for label in measures))
-        for (wave, source, group), part in data.groupby(["wave", "source", "group"], sort=False)
+        (str(wave), str(source), str(group), str(len(wave_rows)),
+         *(mean_sd(wave_rows[label].agg(mean="mean", SD="std")) for label in measures))
+        for (wave, source, group), wave_rows in data.groupby(["wave", "source", "group"], sort=False)
     ]  # fmt: skip
     note = (
         f"{'The' if cohort.single else 'Mean ± SD of the'} largest wave of each kind: F forward, B backward, C "
@@ -129,12 +129,12 @@ def _largest_waves(data: xr.Dataset) -> list[dict[str, object]]:
 
 def mark(fit: xr.Dataset, name: str) -> str:
     """Return the mark of a parameter that lies at a bound or is not determined; see `MARKS`."""
-    known = fit.variables  # a value looked up in the data set itself gathers its coordinates, which takes long
-    names = known["parameter"].values.tolist()
+    variables = fit.variables  # a value looked up in the data set itself gathers its coordinates, which takes long
+    names = variables["parameter"].values.tolist()
     if name not in names:
         return ""
     place = names.index(name)
-    shown = parameter_mark(*(bool(known[one].values[place]) for one in ("free", "at_bound", "determined")))
+    shown = parameter_mark(*(bool(variables[flag].values[place]) for flag in ("free", "at_bound", "determined")))
     return f" {shown}" if shown else ""
 
 
@@ -145,11 +145,11 @@ def laws_by_posterior(data: xr.Dataset) -> Table:
     blocks = [str(block) for block in data["block"].values]
     rows = []
     for wall in data["wall"].values:
-        one = data.sel(wall=wall)
-        evidence = f"{float(one['log_evidence']):.1f} ± {float(one['log_evidence_error']):.1f}"
-        predicted = zip(one["left_out"].values, one["left_out_k_hat"].values, strict=True)
+        law = data.sel(wall=wall)
+        evidence = f"{float(law['log_evidence']):.1f} ± {float(law['log_evidence_error']):.1f}"
+        predicted = zip(law["left_out"].values, law["left_out_k_hat"].values, strict=True)
         cells = [f"{value:.1f}{'?' if k > UNTRUSTED else ''}" for value, k in predicted]
-        rows.append((str(wall), evidence, number(float(one["weight"]), 2), *cells))
+        rows.append((str(wall), evidence, number(float(law["weight"]), 2), *cells))
     header = ("wall law", "log evidence", "probability", *(f"harmonic {block}" for block in blocks))
     note = (
         f"{data.attrs['said']} Evidence: the probability density of the measured harmonics, everything unknown "
@@ -164,19 +164,29 @@ def sites_table(cohort: Cohort) -> Table:
     """Return a row for every site of every animal and wall law; its data have one for every quantity of these."""
     written = symbols(cohort)
     header = ("animal", "wall law", "site", "ratio", "misfit",
-              *(f"{written.get(name, name)} {how} [{QUANTITIES[name].unit}]"
-                for name in _TOLD for how in ("with", "without")))  # fmt: skip
+              *(f"{written.get(name, name)} {condition} [{QUANTITIES[name].unit}]"
+                for name in _TOLD for condition in ("with", "without")))  # fmt: skip
     cells, rows = [], []
     for result in cohort.results:
         for wall, data in sites_of(result).items():
             units = _units(result.laws[wall])
             for site in range(data.sizes["site"]):
-                one = data.isel(site=site)
-                name, ratio, misfit = str(one["site"].item()), float(one["ratio"]), float(one["misfit"])
-                told = [_site_interval(one.sel(quantity=each), how) for each in _TOLD for how in ("", "_without")]
-                cells.append((result.name, wall, name, number(ratio, 3), number(misfit, 2), *told))
-                known = who(result) | {"wall law": wall, "site": name, "ratio [1]": ratio, "misfit [1]": misfit}
-                rows += [known | _site_row(one.sel(quantity=each), units) for each in data["quantity"].values]
+                site_data = data.isel(site=site)
+                name, ratio, misfit = (
+                    str(site_data["site"].item()),
+                    float(site_data["ratio"]),
+                    float(site_data["misfit"]),
+                )
+                intervals = [
+                    _site_interval(site_data.sel(quantity=quantity), condition)
+                    for quantity in _TOLD
+                    for condition in ("", "_without")
+                ]
+                cells.append((result.name, wall, name, number(ratio, 3), number(misfit, 2), *intervals))
+                labels = who(result) | {"wall law": wall, "site": name, "ratio [1]": ratio, "misfit [1]": misfit}
+                rows += [
+                    labels | _site_row(site_data.sel(quantity=quantity), units) for quantity in data["quantity"].values
+                ]
     return Table("Sites", "Further sites: predicted without each, and what it adds", header, cells, _SITES_NOTE,
                  pd.DataFrame(rows))  # fmt: skip
 
@@ -187,23 +197,27 @@ def _units(law: LawResult) -> dict[str, str]:
     return {str(name): str(unit) for name, unit in parameters} | {name: QUANTITIES[name].unit for name in _TOLD}
 
 
-def _site_row(one: xr.Dataset, units: Mapping[str, str]) -> dict[str, object]:
+def _site_row(data: xr.Dataset, units: Mapping[str, str]) -> dict[str, object]:
     """Return the cells of one quantity."""
-    name = str(one["quantity"].item())
-    both = {f"{end}{how.replace('_', ' ')}": float(one[f"{end}{how}"]) for how in ("", "_without") for end in _ENDS}
-    return {"quantity": name, "unit": units[name], **both}
+    name = str(data["quantity"].item())
+    interval_ends = {
+        f"{end}{suffix.replace('_', ' ')}": float(data[f"{end}{suffix}"])
+        for suffix in ("", "_without")
+        for end in _ENDS
+    }
+    return {"quantity": name, "unit": units[name], **interval_ends}
 
 
-def _site_interval(one: xr.Dataset, how: str) -> str:
-    value, low, high = (float(one[f"{end}{how}"]) for end in _ENDS)
+def _site_interval(data: xr.Dataset, suffix: str) -> str:
+    value, low, high = (float(data[f"{end}{suffix}"]) for end in _ENDS)
     return with_interval(value, low, high)
 
 
 def selection_table(cohort: Cohort) -> Table:
     """AICc and BIC of the wall laws under every noise model, for every animal, likeliest noise model first."""
     pairs = zip(cohort.ballots, cohort.compared, strict=True)
-    parts = [one.table.assign(**who(result)) for one, result in pairs]  # type: ignore[arg-type]
-    data = pd.concat(parts, ignore_index=True)
+    tables = [ballots.table.assign(**who(result)) for ballots, result in pairs]  # type: ignore[arg-type]
+    data = pd.concat(tables, ignore_index=True)
     data = data[["animal", "group", *(label for label in data.columns if label not in ("animal", "group"))]]
     selection = cohort.compared[0].selection
     verdict = selection["AICc_verdict"].attrs.get("long_name", "") if selection is not None else ""
@@ -213,10 +227,10 @@ def selection_table(cohort: Cohort) -> Table:
 
 def preference_table(cohort: Cohort, law: str) -> Table:
     """The difference of every other law from `law`, pooled over animals, by noise model."""
-    parts = [differences(cohort.ballots, law).assign(noise="likeliest of each animal")]
-    for covariance in dict.fromkeys(name for one in cohort.ballots for name in one.table["covariance"]):
-        parts.append(differences(cohort.ballots, law, covariance=str(covariance)).assign(noise=str(covariance)))
-    data = pd.concat([part for part in parts if len(part)] or parts[:1], ignore_index=True)
+    tables = [differences(cohort.ballots, law).assign(noise="likeliest of each animal")]
+    for covariance in dict.fromkeys(name for ballots in cohort.ballots for name in ballots.table["covariance"]):
+        tables.append(differences(cohort.ballots, law, covariance=str(covariance)).assign(noise=str(covariance)))
+    data = pd.concat([table for table in tables if len(table)] or tables[:1], ignore_index=True)
 
     def size(row: pd.Series, name: str, low: str, high: str) -> str:
         return with_interval(float(row[name]), float(row[low]), float(row[high]))

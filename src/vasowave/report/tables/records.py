@@ -33,14 +33,14 @@ def records(cohort: Cohort) -> dict[str, pd.DataFrame]:
 
 
 def _by_law(cohort: Cohort, table: Callable[[AnimalResult, str], pd.DataFrame]) -> pd.DataFrame:
-    parts = [_labelled(table(result, wall), result, wall=wall) for result in cohort.results for wall in result.laws]
-    parts = [part for part in parts if len(part)]
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+    frames = [_labelled(table(result, wall), result, wall=wall) for result in cohort.results for wall in result.laws]
+    frames = [frame for frame in frames if len(frame)]
+    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame()
 
 
 def _labelled(table: pd.DataFrame, result: AnimalResult, **labels: str) -> pd.DataFrame:
-    known = who(result) | labels
-    return table.assign(**known)[[*known, *table.columns]]  # type: ignore[arg-type]
+    label_columns = who(result) | labels
+    return table.assign(**label_columns)[[*label_columns, *table.columns]]  # type: ignore[arg-type]
 
 
 def _correlations(result: AnimalResult, wall: str) -> pd.DataFrame:
@@ -50,37 +50,37 @@ def _correlations(result: AnimalResult, wall: str) -> pd.DataFrame:
 
 def _posterior(result: AnimalResult, wall: str) -> pd.DataFrame:
     """Return what the posterior says of every quantity."""
-    said = result.laws[wall].posterior
-    if said is None:
+    posterior = result.laws[wall].posterior
+    if posterior is None:
         return pd.DataFrame()
     names = ["unit", "median", "interval_low", "interval_high", "prior_low", "prior_high", "contraction"]
-    table = pd.DataFrame({name: said.table[name].values for name in names if name in said.table.variables})
-    table.insert(0, "quantity", said.table["quantity"].values)
-    return table.assign(trusted=said.trusted)
+    table = pd.DataFrame({name: posterior.table[name].values for name in names if name in posterior.table.variables})
+    table.insert(0, "quantity", posterior.table["quantity"].values)
+    return table.assign(trusted=posterior.trusted)
 
 
 def _shares(result: AnimalResult, wall: str) -> pd.DataFrame:
     """Return where the variance of every quantity comes from."""
-    said = result.laws[wall].posterior
-    if said is None:
+    posterior = result.laws[wall].posterior
+    if posterior is None:
         return pd.DataFrame()
-    shares = {source: f"share_{source}" for source in SOURCES if f"share_{source}" in said.table}
-    table = pd.DataFrame({source: said.table[name].values for source, name in shares.items()})
-    return table.assign(quantity=said.table["quantity"].values).melt(
+    shares = {source: f"share_{source}" for source in SOURCES if f"share_{source}" in posterior.table}
+    table = pd.DataFrame({source: posterior.table[name].values for source, name in shares.items()})
+    return table.assign(quantity=posterior.table["quantity"].values).melt(
         "quantity", var_name="from", value_name="share of the variance [1]"
     )
 
 
 def _law(result: AnimalResult, wall: str) -> pd.DataFrame:
     """Return the evidence for a law, its probability among the animal's, and how far its draws may be trusted."""
-    said = result.laws[wall].posterior
-    if said is None:
+    posterior = result.laws[wall].posterior
+    if posterior is None:
         return pd.DataFrame()
     names = ("log_evidence", "log_evidence_error", "k_hat", "effective", "halves_apart", "simulations")
-    row: dict[str, float | bool] = {name: float(said.table[name]) for name in names if name in said.table}
+    row: dict[str, float | bool] = {name: float(posterior.table[name]) for name in names if name in posterior.table}
     if result.evidence is not None and wall in result.evidence["wall"].values:
         row["probability"] = float(result.evidence["weight"].sel(wall=wall))
-    return pd.DataFrame([row | {"trusted": said.trusted}])
+    return pd.DataFrame([row | {"trusted": posterior.trusted}])
 
 
 def _outlets(result: AnimalResult, wall: str) -> pd.DataFrame:
@@ -88,8 +88,8 @@ def _outlets(result: AnimalResult, wall: str) -> pd.DataFrame:
     sets = {"": result.laws[wall].calibration, " nominal": result.nominal}
     vessels = result.network
     columns = {
-        f"{name}{which} [{value.attrs.get('units', '1')}]": value.values
-        for which, data in sets.items()
+        f"{name}{suffix} [{value.attrs.get('units', '1')}]": value.values
+        for suffix, data in sets.items()
         for name, value in data.data_vars.items()
         if value.dims == ("terminal",)
     }
@@ -106,9 +106,9 @@ def _waveforms(result: AnimalResult) -> pd.DataFrame:
     for wall in result.laws:
         law = result.laws[wall]
         waves[wall] = law.simulated("pressure", result.root).values, law.simulated("flow", result.root).values
-    parts = [
+    tables = [
         _labelled(pd.DataFrame({"time [s]": np.arange(len(p)) * (result.period / len(p)), "pressure [mmHg]": p,
                                 "flow [ml/s]": q}), result, source=source)
         for source, (p, q) in waves.items()
     ]  # fmt: skip
-    return pd.concat(parts, ignore_index=True)
+    return pd.concat(tables, ignore_index=True)
