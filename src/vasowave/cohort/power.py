@@ -74,18 +74,13 @@ def _critical_of_groups(studies: PlannedStudies) -> list[float]:
     criticals = []
     for study in range(_STUDIES):
         rows = [
-<<<<<<< HEAD
             ComparedQuantity(
-                place, animals, animals >= asked.size, values[study].ravel(), np.full(len(animals), error), one.shared
-=======
-            TestedQuantity(
                 place,
                 animals,
                 animals >= studies.size,
                 values[study].ravel(),
                 np.full(len(animals), error),
                 spread.shared,
->>>>>>> n3
             )
             for place, (spread, (values, error, _)) in enumerate(zip(studies.spreads, drawn, strict=True))
         ]

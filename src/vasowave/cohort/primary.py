@@ -498,11 +498,7 @@ def _by_fits(contrast: GroupContrast, critical: float) -> dict[str, object]:
     return {"fits ratio": value, "fits low": low, "fits high": high}
 
 
-<<<<<<< HEAD
-def _joint(found: Sequence[GroupContrast]) -> list[ComparedQuantity]:
-=======
-def _joint(contrasts: Sequence[GroupContrast]) -> list[TestedQuantity]:
->>>>>>> n3
+def _joint(contrasts: Sequence[GroupContrast]) -> list[ComparedQuantity]:
     """Return what the rows of all pairs of groups are, with numbers for animals and quantities."""
     animals = {
         name: place
@@ -510,17 +506,11 @@ def _joint(contrasts: Sequence[GroupContrast]) -> list[TestedQuantity]:
     }
     quantities = {name: place for place, name in enumerate(dict.fromkeys(contrast.name for contrast in contrasts))}
     return [
-<<<<<<< HEAD
-        ComparedQuantity(quantities[one.name], np.array([animals[name] for name in one.names]), one.other,
-                         one.known.logs, one.known.errors, shared_error(one.known, one.other))
-        for one in found
-=======
-        TestedQuantity(
+        ComparedQuantity(
             quantities[contrast.name], np.array([animals[name] for name in contrast.names]), contrast.in_second,
             contrast.estimates.logs, contrast.estimates.errors, shared_error(contrast.estimates, contrast.in_second),
         )
         for contrast in contrasts
->>>>>>> n3
     ]  # fmt: skip
 
 

@@ -85,13 +85,8 @@ def report_study(
             place,
             report_settings,
             title=stored.settings.title,
-<<<<<<< HEAD
-            each=parallel_map,
-            tell=announce,
-=======
-            mapper=each,
-            on_answers=tell,
->>>>>>> n3
+            mapper=parallel_map,
+            on_answers=announce,
         )
 
 

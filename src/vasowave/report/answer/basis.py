@@ -5,7 +5,7 @@ import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.primary import Primary
-from vasowave.report.answer.effects import Called, Evidence, by_standing, effect_of, standing
+from vasowave.report.answer.effects import Called, EffectVerdict, by_standing, effect_of, standing
 from vasowave.report.answer.limits import assumed_errors, shared_images
 from vasowave.report.wording import listed, number
 
@@ -40,12 +40,12 @@ def _tipping(rows: pd.DataFrame, called: Called) -> list[str]:
 
     def named(row: pd.Series) -> str:
         share = f"{number(100 * row['tipping lung sd'], 2)} %"
-        side = "above" if standing(row) == Evidence.SHOWN else "below"
+        side = "above" if standing(row) == EffectVerdict.SHOWN else "below"
         return f"{called(row['quantity'])} ({f'{effect_of(row)}, ' if several else ''}{side} {share})"
 
     texts = {
-        Evidence.SHOWN: "If they differ more, effects are no longer shown: {}.",
-        Evidence.OPEN: "If they differ less, which more imaged lungs of a group would tell, more are shown: {}.",
+        EffectVerdict.SHOWN: "If they differ more, effects are no longer shown: {}.",
+        EffectVerdict.OPEN: "If they differ less, which more imaged lungs of a group would tell, more are shown: {}.",
     }
     return [
         text.format(listed([named(row) for _, row in rows_by_standing[place].iterrows()]))

@@ -26,7 +26,7 @@ _COMPARATIVES = {
 """How a higher and a lower value are called, and of what where that is not the quantity itself."""
 
 
-class Evidence(StrEnum):
+class EffectVerdict(StrEnum):
     """What the animals say of an effect."""
 
     SHOWN = "shown"
@@ -35,19 +35,19 @@ class Evidence(StrEnum):
     UNTESTED = "without p"
 
 
-def standing(row: pd.Series) -> Evidence:
+def standing(row: pd.Series) -> EffectVerdict:
     """Return what the animals say of an effect."""
     if row["untested"]:
-        return Evidence.UNTESTED
+        return EffectVerdict.UNTESTED
     if row["p"] < LIMIT:
-        return Evidence.SHOWN
-    return Evidence.SMALL if row["low"] >= SMALL[0] and row["high"] <= SMALL[1] else Evidence.OPEN
+        return EffectVerdict.SHOWN
+    return EffectVerdict.SMALL if row["low"] >= SMALL[0] and row["high"] <= SMALL[1] else EffectVerdict.OPEN
 
 
-def by_standing(rows: pd.DataFrame) -> dict[Evidence, pd.DataFrame]:
+def by_standing(rows: pd.DataFrame) -> dict[EffectVerdict, pd.DataFrame]:
     """Return the rows of each standing that has any."""
     standings = rows.apply(standing, axis=1)
-    return {evidence: rows[standings == evidence] for evidence in Evidence if (standings == evidence).any()}
+    return {evidence: rows[standings == evidence] for evidence in EffectVerdict if (standings == evidence).any()}
 
 
 def where(row: pd.Series, averaged: bool) -> tuple[str, str]:
@@ -141,11 +141,13 @@ def numbers(rows: pd.DataFrame, called: Called, mark: Mark, between: str) -> lis
     return sentences
 
 
-def _headed(evidence: Evidence, rows: pd.DataFrame, source: str, between: str) -> str:
+def _headed(evidence: EffectVerdict, rows: pd.DataFrame, source: str, between: str) -> str:
     whence = f"by the model ({source} wall)"
     if source == "measured":
         whence = "" if question_of(rows.iloc[0]["quantity"]) == question_of("mPAP") else "without any image"
-    start = {Evidence.SHOWN: "", Evidence.SMALL: f"{Evidence.SMALL} {limit(rows)}"}.get(evidence, str(evidence))
+    start = {EffectVerdict.SHOWN: "", EffectVerdict.SMALL: f"{Evidence.SMALL} {limit(rows)}"}.get(
+        evidence, str(evidence)
+    )
     text = ", ".join(filter(None, (f"{start} {between}".strip() if start else "", whence))) or "measured"
     return f"{text[0].upper()}{text[1:]}"
 

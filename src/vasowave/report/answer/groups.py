@@ -17,7 +17,7 @@ from vasowave.figures.style import short
 from vasowave.report.answer.effects import (
     MAX_LETTERS,
     Called,
-    Evidence,
+    EffectVerdict,
     by_standing,
     comparatives,
     effect_of,
@@ -87,12 +87,12 @@ def _first(rows: pd.DataFrame, called: Called, averaged: bool) -> str:
     place, between = where(rows.iloc[0], averaged)
     rows_by_standing = by_standing(rows)
     normal = "if logarithms are normal, " if (rows["smallest p"] >= CLEAR).any() else ""
-    shown = rows_by_standing.pop(Evidence.SHOWN, None)
+    shown = rows_by_standing.pop(EffectVerdict.SHOWN, None)
     clauses = [] if shown is None else [f"{normal}{comparatives(shown, called, sized=True)} {place}"]
-    if shown is None and {*rows_by_standing} != {Evidence.UNTESTED}:
+    if shown is None and {*rows_by_standing} != {EffectVerdict.UNTESTED}:
         clauses.append(f"no difference {between} is shown")
     for evidence, standing_rows in rows_by_standing.items():
-        details = {Evidence.SMALL: f" {limit(standing_rows)}", Evidence.OPEN: " (neither shown nor excluded)"}
+        details = {EffectVerdict.SMALL: f" {limit(standing_rows)}", EffectVerdict.OPEN: " (neither shown nor excluded)"}
         clauses.append(f"{evidence}{details.get(evidence, '')}: {names(standing_rows, called)}")
     return " ".join(map(sentence, clauses))
 
@@ -100,7 +100,7 @@ def _first(rows: pd.DataFrame, called: Called, averaged: bool) -> str:
 def _numbers(rows: pd.DataFrame, called: Called, mark: Mark, averaged: bool) -> str:
     """Return the verdict on one question and the numbers behind it."""
     place, between = where(rows.iloc[0], averaged)
-    shown = by_standing(rows).get(Evidence.SHOWN)
+    shown = by_standing(rows).get(EffectVerdict.SHOWN)
     sentences = [] if shown is None else [sentence(f"{comparatives(shown, called)} {place}")]
     sentences += numbers(rows, called, mark, "" if shown is not None else between)
     disjoint = rows[(rows["smallest p"] >= CLEAR) & rows["apart"]]
@@ -178,7 +178,7 @@ def _least_shown(rows: pd.DataFrame, called: Called) -> list[str]:
     """Say how large undecided effects must be to be shown by animals that vary as these do."""
     several = rows["other"].nunique() > 1 or "what" in rows
     sizes = []
-    for _, row in by_standing(rows).get(Evidence.OPEN, rows[:0]).iterrows():
+    for _, row in by_standing(rows).get(EffectVerdict.OPEN, rows[:0]).iterrows():
         if not unlimited(row["low"], row["high"]):
             scope = f" ({effect_of(row)})" if several else ""
             sizes.append(
