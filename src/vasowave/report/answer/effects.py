@@ -145,9 +145,8 @@ def _headed(evidence: EffectVerdict, rows: pd.DataFrame, source: str, between: s
     whence = f"by the model ({source} wall)"
     if source == "measured":
         whence = "" if question_of(rows.iloc[0]["quantity"]) == question_of("mPAP") else "without any image"
-    start = {EffectVerdict.SHOWN: "", EffectVerdict.SMALL: f"{Evidence.SMALL} {limit(rows)}"}.get(
-        evidence, str(evidence)
-    )
+    small = f"{EffectVerdict.SMALL} {limit(rows)}"
+    start = {EffectVerdict.SHOWN: "", EffectVerdict.SMALL: small}.get(evidence, str(evidence))
     text = ", ".join(filter(None, (f"{start} {between}".strip() if start else "", whence))) or "measured"
     return f"{text[0].upper()}{text[1:]}"
 
