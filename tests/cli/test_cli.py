@@ -31,6 +31,40 @@ def test_help_shows_an_example(command):
     assert "Example: vasowave" in result.output
 
 
+def test_the_help_of_a_fit_shows_a_dozen_settings_and_the_way_to_all_others():
+    shown = CliRunner().invoke(app, ["fit", "--help"], env={"COLUMNS": "100"}).output
+    assert len(shown.splitlines()) < 90
+    assert 10 <= sum(line.startswith("│ --") for line in shown.splitlines()) <= 20
+    assert "--set" in shown
+    assert "docs/study-file.md" in shown
+
+
+@pytest.mark.parametrize(
+    ("by_key", "by_option"),
+    [
+        (["practice=papier"], ["--practice", "papier"]),
+        (["calibration.starts=0"], ["--starts", "0"]),
+        (["calibration.bounds.beta=400:10"], ["--bounds", "beta=400:10"]),
+        (["bounds.beta=10:400", "bounds.gamma=3:1"], ["--bounds", "beta=10:400", "--bounds", "gamma=3:1"]),
+        (["zero [mmHg]=low"], ["--zero", "low"]),
+        (["channel.presure=a"], ["--channel", "presure=a"]),
+    ],
+)
+def test_a_setting_by_its_key_is_that_of_its_option(tmp_path, by_key, by_option):
+    network, cycle = _write_mouse(tmp_path)
+    start = ["fit", str(network), str(cycle), "-o", str(tmp_path / "out")]
+    first = CliRunner().invoke(app, [*start, *(word for text in by_key for word in ("--set", text))]).exception
+    second = CliRunner().invoke(app, [*start, *by_option]).exception
+    assert isinstance(first, InputError)
+    assert str(first) == str(second)
+
+
+def test_a_key_that_there_is_not_is_named_with_the_nearest(tmp_path):
+    result = CliRunner().invoke(app, ["fit", "a.csv", "b.csv", "--set", "wals=linear"])
+    assert "--set wals=linear: write a key and its value" in str(result.exception)
+    assert "did you mean 'walls'?" in str(result.exception)
+
+
 def test_a_recording_in_place_of_the_network_is_named(tmp_path):
     network, recording = tmp_path / "lung.csv", tmp_path / "mouse.txt"
     write_network(control_network(), network)

@@ -11,10 +11,12 @@ from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.errors import InputError
+from vasowave.inference.known_errors import kinds
 from vasowave.inference.priors import Priors
 from vasowave.inference.problem import Problem
 from vasowave.inference.unknowns import Unknowns
 from vasowave.model.blood import Blood
+from vasowave.model.laws import BEDS, LAWS, STRUCTURE, bed_factors, full_name, parameter_names
 from vasowave.model.model import Model
 from vasowave.model.nominal import estimate_nominal, windkessels
 from vasowave.model.walls import LinearWall
@@ -44,6 +46,13 @@ def test_one_score_is_one_sd_of_the_prior(whole):
     assert np.allclose(model.network.radius, np.exp(0.05) * network.radius)
     narrow = network.radius / network.radius[network.root]
     assert np.allclose(model.wall.beta, unknowns.nominal.beta * np.exp(-1.0) * narrow**-1.0)  # k = 2 · 0.5
+
+
+def test_a_parameter_of_a_law_and_a_number_of_the_image_have_two_names():
+    assert {*kinds(), "wedge", "taper_scale"} == STRUCTURE
+    parameters = {name for law in LAWS.values() for name in parameter_names(law)}
+    assert not STRUCTURE & (parameters | {name for bed in BEDS.values() for name in bed_factors(bed)})
+    assert full_name(LinearWall, "k") == "linear.k"
 
 
 def test_harmonics_are_those_of_the_simulated_pressure(whole):

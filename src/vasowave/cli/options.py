@@ -23,6 +23,18 @@ _OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "mode
             "waves_at", "inference", "pdf", "law", "quantities")  # fmt: skip
 """Settings of a fit and its report that a posterior does not know."""
 
+_SHOWN = (
+    *("channel", "unit", "period", "start", "end", "wedge"),
+    *("species", "walls", "beds", "starts", "inference", "practice", "pdf"),
+)
+"""Options that the help of a command with all settings shows; the others work, too; docs/study-file.md lists them."""
+
+_SET = "set"
+_SET_HELP = (
+    "Any setting by its key in a study file, or any column of the table of animals; may be repeated: --set "
+    "practice=paper --set calibration.bounds.beta=10:400 --set 'zero \\[mmHg]=1.5'. All of them: docs/study-file.md."
+)
+
 _REPEATED = {"outlets": "--outlet"}
 """Settings of several values, each given by an option of its own."""
 
@@ -55,6 +67,8 @@ def with_settings(name: str, command: Any) -> Any:
 
     def called(**arguments: Any) -> None:
         setting_values = {key: arguments.pop(key) for key in options}
+        if by_key := setting_values.pop(_SET, None):
+            setting_values |= _by_key(setting_values, by_key)
         function(
             **arguments, setting_values={key: value for key, value in setting_values.items() if value not in (None, [])}
         )
@@ -134,17 +148,21 @@ def _options_of(name: str) -> dict[str, Any]:
 
         return {key: _option(key, setting) for key, setting in settings_of(Options).items()}
     if name == "add":
-        return _row_options()
+        return _row_options(few=False)
     keys = ((section, key, setting) for section, key, setting in _keys() if name != "posterior" or key not in _OF_FITS)
-    return _row_options() | {key: _option(key, setting, section or "more") for section, key, setting in keys}
+    options = _row_options(few=True) | {
+        key: _option(key, setting, section or "more", key not in _SHOWN) for section, key, setting in keys
+    }
+    return options | {_SET: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help=_SET_HELP)]}
 
 
-def _row_options() -> dict[str, Any]:
+def _row_options(few: bool) -> dict[str, Any]:
     from vasowave.study.rows import COLUMNS, field_of
 
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
     plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in _CELLS}
-    return {name: _option(name, setting, "recording") for name, setting in (several | plain).items()}
+    settings = (several | plain).items()
+    return {name: _option(name, setting, "recording", few and name not in _SHOWN) for name, setting in settings}
 
 
 def _keys() -> list[tuple[str, str, Setting]]:
@@ -162,18 +180,47 @@ def _keys() -> list[tuple[str, str, Setting]]:
     return keys
 
 
-def _option(key: str, setting: Setting, panel: str | None = None) -> Any:
+def _option(key: str, setting: Setting, panel: str | None = None, hidden: bool = False) -> Any:
     """Return the annotation of an option; its text is read as the study file's is."""
     name = flag(key)
     several = [_REPEATED[key]] if key in _REPEATED else []
     arguments: dict[str, Any] = {"help": setting.meaning.replace("[", r"\["), "show_default": _shown(setting.default)}
-    arguments |= {"rich_help_panel": panel} if panel else {}
+    arguments |= {"rich_help_panel": panel, "hidden": hidden} if panel else {}
     if isinstance(setting.default, bool) or bool in get_args(setting.kind):
         return Annotated[bool | None, typer.Option(f"{name}/--no-{name[2:]}", **arguments)]
     if isinstance(setting.default, dict):
         return Annotated[list[str] | None, typer.Option(name, metavar="NAME=VALUE", **arguments)]
     kind: Any = list[str] if several else str
     return Annotated[kind | None, typer.Option(*several, name, metavar="VALUE", **arguments)]
+
+
+def _by_key(options: Mapping[str, Any], given: list[str]) -> dict[str, Any]:
+    """Return what was given by keys of a study file, or columns of its table, as options.
+
+    Raises
+    ------
+    InputError
+        A key that there is not, or no value.
+    """
+    from vasowave.study.rows import field_of
+
+    mappings = {key for _, key, setting in _keys() if isinstance(setting.default, dict)} | {*_CELLS_OF}
+    keys = {f"{section}.{key}".lstrip("."): key for section, key, _ in _keys()} | {key: key for key in options}
+    keys |= {title: field_of(title) for title in _CELLS}
+    set_options: dict[str, Any] = {}
+    for text in given:
+        key, _, value = (piece.strip() for piece in text.partition("="))
+        parent, _, name = key.rpartition(".")
+        if key not in keys and keys.get(parent) in mappings and value:
+            set_options[keys[parent]] = [
+                *(set_options.get(keys[parent]) or options[keys[parent]] or []),
+                f"{name}={value}",
+            ]
+        elif key in keys and value:
+            set_options[keys[key]] = [value] if keys[key] in mappings else value
+        else:
+            raise InputError(f"--set {text}: write a key and its value, walls=linear{did_you_mean(key, list(keys))}")
+    return set_options
 
 
 def _shown(default: Any) -> str | bool:

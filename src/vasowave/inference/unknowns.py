@@ -94,7 +94,10 @@ class Unknowns:
     @cached_property
     def all(self) -> dict[str, Unknown]:
         """Every unknown by its name."""
-        unknowns = self._parameters() | self._structure()
+        parameters, structure = self._parameters(), self._structure()
+        if clash := ", ".join(sorted(parameters.keys() & structure.keys())):
+            raise InputError(f"{clash}: a parameter of the law has the name of another number; rename its field")
+        unknowns = parameters | structure
         return {name: unknown for name, unknown in unknowns.items() if unknown.spread > 0}
 
     def _parameters(self) -> dict[str, Unknown]:

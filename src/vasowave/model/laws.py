@@ -39,6 +39,12 @@ _FORK = Network(("root", "a", "b"), np.array([-1, 0, 0]), np.full(3, 0.4), np.ar
 _SITE = Site(80.0, 0.1, 50.0, Blood())
 """A network, and what is known of it, at whose ends a foreign bed is tried."""
 
+STRUCTURE = frozenset({
+    "radius_scale", "length_scale", "k", "taper", "taper_scale", "image_pressure", "flow_gain", "flow_delay", "zero",
+    "flow_zero", "pressure_lag", "pressure_inertia", "flow_lag", "pressure_gain", "viscosity", "wedge",
+})  # fmt: skip
+"""Numbers of a model that belong to no law: of the image, the instruments, the blood and the tree."""
+
 _NEEDED = ("law", "pressure_at", "ratio_at", "slope_at", "limits")
 _PRESSURES = np.array([0.05, 0.3, 1.0, 2.0])  # at which a foreign law is tried, in units of 20 mmHg
 _TOLERANCE = 1e-5  # relative, of identities between the equations of a law
@@ -128,9 +134,11 @@ def identity(kind: Any) -> str:
 def full_name(kind: Any, name: str) -> str:
     """Return the name that a parameter of a law or bed (its class) has in fits, results and commands.
 
-    What comes from elsewhere lends its own name, ``exponential.k``: no other number of a model has a dot in its name.
+    It is the short one where nothing else of a model can have it. What comes from elsewhere, and what is called like a
+    number of the image, the instruments or the tree, lends the name of its law: ``exponential.k``.
     """
-    return name if kind in (*BUILT_IN, *OUR_BEDS) else f"{described(kind).name}.{name}"
+    ours = kind in (*BUILT_IN, *OUR_BEDS)
+    return name if ours and name not in STRUCTURE else f"{described(kind).name}.{name}"
 
 
 def bed_factors(bed: Any) -> dict[str, Parameter]:
