@@ -61,6 +61,9 @@ def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int
         require_bytes(holder, max(holder.stat().st_size - count, start), count)
     elif fields.get("BinaryData", "True").lower() in ("true", "1", "t"):
         require_bytes(holder, start + offset, count)
+    if start and (offset > 0 or (packed and "CompressedDataSize" not in fields)):  # ITK reads other voxels
+        reason = "names the length of a header before its voxels" if offset > 0 else "has no CompressedDataSize"
+        raise InputError(f"{path}: not an image that can be read: its header {reason}; export it again")
 
 
 VOLUMES.register(VolumeFormat("metaimage", "MetaImage", (".mha", ".mhd"), None, read_itk, require_whole_metaimage))
