@@ -156,16 +156,16 @@ def tests_of(mutant: Mutant) -> list[str]:
 
 
 def nearest_tests(file: Path) -> list[Path]:
-    """Return the first files of tests that import a module, then what imports it, and so on; its namesakes first."""
+    """Return its namesakes among the files of tests, then those that import a module, what imports it, and so on."""
     tests, modules = sorted(TESTS.rglob("test_*.py")), [_name(file)]
-    near: list[Path] = []
+    near = [test for test in tests if file.stem in test.stem]
     known = set(modules)
     while modules and len(near) < FEW:
         near += [test for test in tests if test not in near and any(_imports(test, module) for module in modules)]
         above = [_name(one) for one in SOURCE.rglob("*.py") if any(_imports(one, module) for module in modules)]
         modules = [module for module in dict.fromkeys(above) if module not in known]
         known.update(modules)
-    return sorted(near[:FEW], key=lambda test: file.stem not in test.stem) or [TESTS / "test_package.py"]
+    return near[:FEW] or [TESTS / "test_package.py"]
 
 
 def _name(file: Path) -> str:

@@ -18,7 +18,7 @@ def step(name, done, count=3, what="computed", left=None, message=""):
 @pytest.fixture
 def rows():
     console = Console(file=io.StringIO(), width=200)
-    return watching.Rows(console, watching._bars(console, 3))
+    return watching.ProgressRows(console, watching._bars(console, 3))
 
 
 def lines(rows):

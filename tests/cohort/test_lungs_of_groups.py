@@ -70,7 +70,7 @@ def test_animals_whose_errors_are_not_known_have_those_of_the_others_as_long_as_
     assert one.image_error_known
     assert one.covariance == pytest.approx(whole.covariance)
     assert one.per_radius == pytest.approx(whole.per_radius)
-    assert not most.told
+    assert not most.image_error_known
     unknown = told(made)
     value = unknown[0].laws["linear"].quantities["stiffness"]
     value.attrs = {"standard_error": 2.0 * float(value)}  # the data tell nothing of it, whatever the others' errors are

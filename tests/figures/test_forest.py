@@ -90,7 +90,7 @@ def test_an_interval_that_leaves_the_axis_ends_in_an_arrow_and_no_other_does(for
         arrows = [
             [(one.get_marker(), one.get_xdata()[0]) for one in forest_figure([rows], *looks, "r", ("r", "p"), form)
              .axes[1 if form is WIDE else 0].get_lines() if one.get_marker() in ("<", ">")]
-            for rows in (wide, wide._replace(beside=()))
+            for rows in (wide, wide._replace(further_points=()))
         ]  # fmt: skip
     assert arrows == [[("<", 0.02), (">", 50.0)], []]
 

@@ -229,12 +229,12 @@ def test_a_piece_is_found_by_its_key_and_a_damaged_one_is_not(tmp_path):
 
 
 def test_what_enters_no_key_is_not_needed_to_compute_an_animal():
-    """By all imports, late ones too; of three rooms only the plots of a result, and the settings of a report, are."""
+    """By all imports, late ones too; of two rooms only the settings of a report and of comparisons are."""
     graph = grimp.build_graph("vasowave")
     computing = ("vasowave.animal.pipeline", "vasowave.study.loading", "vasowave.network_formats.ncsu")
     needed = {name.split(".")[1] for one in computing for name in graph.find_upstream_modules(one)}
     assert needed > {"solver", "calibration", "inference", "recording", "network"}
-    assert needed & set(_NOT_NUMERICAL) == {"figures", "report", "cohort"}
+    assert needed & set(_NOT_NUMERICAL) == {"report", "cohort"}
 
 
 def test_the_bytes_of_one_piece_under_the_key_of_another_are_no_piece(tmp_path):
@@ -259,9 +259,9 @@ def test_a_lock_on_a_full_disk_holds_all_the_same(tmp_path, monkeypatch):
 
 def test_a_program_killed_while_it_writes_leaves_no_piece(tmp_path):
     program = (
-        "import os, signal\nfrom pathlib import Path\nfrom vasowave.study.store import Store\n"
+        "import os, signal\nfrom pathlib import Path\nfrom vasowave.study.store import ResultStore\n"
         "os.fsync = lambda handle: os.kill(os.getpid(), signal.SIGKILL)\n"
-        f"Store(Path({str(tmp_path)!r})).keep('aa', b'half')\n"
+        f"ResultStore(Path({str(tmp_path)!r})).keep('aa', b'half')\n"
     )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == -signal.SIGKILL
     folder = tmp_path / "cache"

@@ -178,10 +178,10 @@ def _units(header: dict[str, list[str]], count: int) -> list[str]:
 
 def _comments(cells: list[str], time: float) -> list[Comment]:
     comments = []
-    for remark in re.split(r"\t(?=\s*#(?:\*|\d+)\s)", "\t".join(cells)):
-        match = _REMARK.match(remark.strip())
+    for entry in re.split(r"\t(?=\s*#(?:\*|\d+)\s)", "\t".join(cells)):
+        match = _REMARK.match(entry.strip())
         channel = int(match[1][:6]) if match and match[1] != "*" else 0
-        comments.append(Comment(time, match[2].strip() if match else remark.strip("# "), channel))
+        comments.append(Comment(time, match[2].strip() if match else entry.strip("# "), channel))
     return comments
 
 
