@@ -172,9 +172,13 @@ def test_the_sd_of_the_cannulas_end_is_the_scatter_of_where_noise_puts_it(noise,
         blurred = gaussian_filter1d(rng.standard_normal(len(run)), cannula.BLUR)
         radius = np.where(run < 0.2, 0.043, 0.047) + noise * blurred / blurred.std()
         monkeypatch.setattr(cannula, "section_radii", lambda line, volume, radius=radius: radius)
-        tip = cannula_tip(line, radius)
+        try:
+            tip = cannula_tip(line, radius)
+        except InputError:  # the noise hides the step, which is told
+            continue
         tips.append(run[tip])
         told.append(tip_sd(line[: tip + 1], line[tip:], volume))
+    assert len(tips) > 50
     errors = np.array(tips) - 0.2
     assert np.sqrt(np.mean(errors**2)) < 1.5 * np.sqrt(np.mean(np.square(told))) < 4 * np.sqrt(np.mean(errors**2))
     assert np.mean(np.abs(errors) < 2 * np.array(told) + voxel) > 0.85

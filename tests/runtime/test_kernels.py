@@ -45,7 +45,8 @@ def installed(folder, writable=True):
     package = folder / "vasowave"
     (package / "runtime").mkdir(parents=True)
     modules = ("__init__.py", "kept.py", "kernels.py", "locks.py", "writing.py")
-    for name in ("__init__.py", "__init__.pyi", "errors.py", *(f"runtime/{module}" for module in modules)):
+    root = ("__init__.py", "__init__.pyi", "accessors.py", "errors.py")
+    for name in (*root, *(f"runtime/{module}" for module in modules)):
         shutil.copy(Path(vasowave.__file__).parent / name, package / name)
     if not writable:
         (package / "__pycache__").write_text("a file where a folder would have to be")

@@ -124,7 +124,8 @@ def test_walls_of_hardly_any_viscosity_are_elastic(inflow, wall, case):
     assert np.max(np.abs(viscous.pressure - elastic.pressure)) < 1e-6
     assert np.max(np.abs(viscous.stations[1] - elastic.stations[1])) < 1e-7
     none = simulate_run(model.changed(wall_viscosity=0.0), driven, numerics)
-    assert np.array_equal(none.recorded, elastic.recorded)
+    about_its_mean = 1e-13 if case == "pulsation behind" else 0.0  # which is taken anew, to the last bit or two
+    assert np.abs(none.recorded - elastic.recorded).max() <= about_its_mean
 
 
 @WALLS
