@@ -64,7 +64,7 @@ class Accessor(Generic[Value, P, R]):
     def __call__(self, value: Value, *args: P.args, **kwargs: P.kwargs) -> R:
         """Call the registered function."""
         if self._body is None and _fill:
-            _fill.pop()()
+            _fill[0]()  # again where it was interrupted
         if self._body is None:
             raise NotImplementedError(f"{self.__qualname__}: no part above is there to do it")  # type: ignore[attr-defined]
         return self._body(value, *args, **kwargs)

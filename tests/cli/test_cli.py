@@ -59,6 +59,12 @@ def test_a_setting_by_its_key_is_that_of_its_option(tmp_path, by_key, by_option)
     assert str(first) == str(second)
 
 
+@pytest.mark.parametrize("before", [["--set", "calibration.starts=3"], ["--starts", "3"]])
+def test_a_setting_that_is_given_twice_is_refused(before):
+    result = CliRunner().invoke(app, ["fit", "a.csv", "b.csv", *before, "--set", "starts=2"])
+    assert str(result.exception) == "--set starts=2: starts is given twice; give it once"
+
+
 def test_a_key_that_there_is_not_is_named_with_the_nearest(tmp_path):
     result = CliRunner().invoke(app, ["fit", "a.csv", "b.csv", "--set", "wals=linear"])
     assert "--set wals=linear: write a key and its value" in str(result.exception)

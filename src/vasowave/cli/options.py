@@ -200,7 +200,7 @@ def _by_key(options: Mapping[str, Any], given: list[str]) -> dict[str, Any]:
     Raises
     ------
     InputError
-        A key that there is not, or no value.
+        A key that there is not or was given before, or no value.
     """
     from vasowave.study.rows import field_of
 
@@ -211,6 +211,8 @@ def _by_key(options: Mapping[str, Any], given: list[str]) -> dict[str, Any]:
     for text in given:
         key, _, value = (piece.strip() for piece in text.partition("="))
         parent, _, name = key.rpartition(".")
+        if key in keys and (keys[key] in set_options or options[keys[key]] not in (None, [])):
+            raise InputError(f"--set {text}: {keys[key]} is given twice; give it once")
         if key not in keys and keys.get(parent) in mappings and value:
             set_options[keys[parent]] = [
                 *(set_options.get(keys[parent]) or options[keys[parent]] or []),
