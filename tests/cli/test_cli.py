@@ -65,6 +65,11 @@ def test_a_setting_that_is_given_twice_is_refused(before):
     assert str(result.exception) == "--set starts=2: starts is given twice; give it once"
 
 
+def test_a_setting_of_a_fit_alone_is_no_key_of_a_posterior():
+    result = CliRunner().invoke(app, ["posterior", "a.csv", "b.csv", "--set", "calibration.starts=2"])
+    assert "--set calibration.starts=2: write a key and its value" in str(result.exception)
+
+
 def test_a_key_that_there_is_not_is_named_with_the_nearest(tmp_path):
     result = CliRunner().invoke(app, ["fit", "a.csv", "b.csv", "--set", "wals=linear"])
     assert "--set wals=linear: write a key and its value" in str(result.exception)

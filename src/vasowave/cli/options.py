@@ -207,6 +207,7 @@ def _by_key(options: Mapping[str, Any], given: list[str]) -> dict[str, Any]:
     mappings = {key for _, key, setting in _keys() if isinstance(setting.default, dict)} | {*_CELLS_OF}
     keys = {f"{section}.{key}".lstrip("."): key for section, key, _ in _keys()} | {key: key for key in options}
     keys |= {title: field_of(title) for title in _CELLS}
+    keys = {key: option for key, option in keys.items() if option in options}  # a posterior has no starts
     set_options: dict[str, Any] = {}
     for text in given:
         key, _, value = (piece.strip() for piece in text.partition("="))
