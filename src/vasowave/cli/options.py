@@ -212,17 +212,22 @@ def _by_key(options: Mapping[str, Any], given: list[str]) -> dict[str, Any]:
     for text in given:
         key, _, value = (piece.strip() for piece in text.partition("="))
         parent, _, name = key.rpartition(".")
+        if not value:
+            raise InputError(f"--set {text}: no value is given; write --set {key or 'walls'}=VALUE")
         if key in keys and (keys[key] in set_options or options[keys[key]] not in (None, [])):
             raise InputError(f"--set {text}: {keys[key]} is given twice; give it once")
-        if key not in keys and keys.get(parent) in mappings and value:
+        if key not in keys and keys.get(parent) in mappings:
             set_options[keys[parent]] = [
                 *(set_options.get(keys[parent]) or options[keys[parent]] or []),
                 f"{name}={value}",
             ]
-        elif key in keys and value:
+        elif key in keys:
             set_options[keys[key]] = [value] if keys[key] in mappings else value
         else:
-            raise InputError(f"--set {text}: write a key and its value, walls=linear{did_you_mean(key, list(keys))}")
+            raise InputError(
+                f"--set {text}: this command has no setting '{key}'{did_you_mean(key, list(keys))}; give a key of a "
+                "study file (docs/study-file.md), a column of the table of animals, or see --help"
+            )
     return set_options
 
 
