@@ -25,7 +25,7 @@ from vasowave.recording import read_raw_recording
 from vasowave.recording.channels import Block, Channel
 from vasowave.recording.describe import kind_of
 from vasowave.recording.formats import RECORDINGS, RecordingFormat
-from vasowave.recording.matlab import read_mat
+from vasowave.io.matlab import read_mat
 from vasowave.study.adding import add_files
 from vasowave.study.checking import check_study
 

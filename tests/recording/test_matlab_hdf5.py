@@ -6,7 +6,7 @@ import pytest
 
 import vasowave as vw
 from vasowave.errors import InputError
-from vasowave.recording.matlab import read_mat
+from vasowave.io.matlab import read_mat
 
 HEAD = b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Sun Nov  1 10:00:00 2026 HDF5 schema 1.00 ."
 

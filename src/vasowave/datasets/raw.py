@@ -17,10 +17,6 @@ _FINE = 4096  # samples of the cycle from which beats of any length are read
 
 
 SYNTHETIC = note_kind("recording.synthetic", "synthetic: made from one cycle, not measured")
-FROM_PARAMETERS = note_kind(
-    "recording.from-parameters",
-    "This recording is synthetic: vasowave made it from {which} parameters and added noise.",
-)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""A virtual mouse, and a virtual cohort of 7 + 5 mice: recordings that the package makes itself.
+"""A virtual cohort of 7 + 5 mice: recordings that the package makes itself.
 
-All of it is synthetic. The mouse is made from known parameters. Every animal of the cohort has the parameters published
+All of it is synthetic. Every animal of the cohort has the parameters published
 for one animal of the study, and its vascular resistance; cardiac output and heart rate are drawn so that the groups
 have the published mean and SD. What no wave model explains is added to the pressure as smooth periodic noise with the
 root-mean-square residual that the published fit of that animal left.
@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from vasowave.datasets.mouse import FROM_PARAMETERS, SAMPLES, ejection
 from vasowave.datasets.published import control_network, hypertensive_network, published_table
-from vasowave.datasets.raw import FROM_PARAMETERS, Disturbances, synthetic_raw_recording
+from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
@@ -21,12 +22,6 @@ from vasowave.network.network import Network
 from vasowave.recording import Inflow, RawRecording, Recording
 from vasowave.solver import Numerics, simulate
 
-TRUTH = {"beta": 57.0, "R_T": 76.0, "a": 0.12, "tau": 0.12}
-"""Parameters of the virtual mouse: mmHg, mmHg s/ml, 1, s; near those of the published control mouse 6."""
-
-_PERIOD = 60 / 533  # s, the published mean heart rate of the control mice
-_CARDIAC_OUTPUT = 0.18  # ml/s, likewise
-SAMPLES = 512  # a cycle
 PUBLISHED_SAMPLES = 1024
 """Samples over which the published S was summed; with them its root mean square is that of a residual in mmHg."""
 
@@ -35,58 +30,6 @@ _RESISTANCE_AND_OUTPUT = {"CTL": -0.67, "HPH": -0.9}
 """Correlation of vascular resistance and cardiac output that makes the SD of their product, mPAP, the published one."""
 _DECAY = 2.0  # harmonics over which the power of what the model misses falls to 1/e; near that of measured mouse C6
 _SLIP = {("HPH", 2): 100.0}  # the published compliance of this animal has a slip in its exponent
-
-
-def ejection(samples: int = SAMPLES, length: float = 0.40, skewness: float = 0.70) -> Inflow:
-    """Return a pulmonary flow: a rounded, early-peaked ejection, a small backflow, rest; 0.18 ml/s.
-
-    Parameters
-    ----------
-    samples : int
-    length : float
-        Of the ejection, as a share of the cycle.
-    skewness : float
-        How much weaker the ejection's end is than its start.
-    """
-    phase = np.arange(samples) / samples
-    systole = np.clip((phase - 0.05) / length, 0, 1)
-    flow = np.sin(np.pi * systole) ** 2 * (1.35 - skewness * systole)
-    flow -= 0.03 * np.exp(-0.5 * ((phase - 0.07 - length) / 0.015) ** 2)
-    return Inflow(_CARDIAC_OUTPUT * flow / flow.mean(), _PERIOD)
-
-
-def virtual_mouse(noise: float = 0.15, seed: int = 6) -> Recording:
-    """Return the synthetic recording of a control mouse with the linear wall and the parameters `TRUTH`.
-
-    Parameters
-    ----------
-    noise : float
-        Standard deviation of the pressure noise, mmHg: smooth over a few milliseconds, as what remains after averaging
-        twenty beats.
-    seed : int
-        Of the noise.
-
-    Examples
-    --------
-    >>> import vasowave as vw
-    >>> vw.virtual_mouse()
-    Recording(mPAP ... mmHg, CO 0.180 ml/s, HR 533/min, 512 pressure and 512 flow samples, virtual mouse, synthetic)
-    """
-    network = control_network()
-    outlets = windkessels(network, TRUTH["R_T"], TRUTH["tau"], TRUTH["a"])
-    inflow = ejection()
-    result = simulate(Model(network, LinearWall(TRUTH["beta"]), outlets), inflow, Numerics(samples=SAMPLES))
-    pressure = result["pressure"].values[:, network.root, 0]
-    rough = np.random.default_rng(seed).standard_normal(SAMPLES)
-    k = np.fft.rfftfreq(SAMPLES, 1 / SAMPLES)
-    smooth = np.fft.irfft(np.fft.rfft(rough) * np.exp(-0.5 * (k / 25) ** 2), SAMPLES)
-    return Recording(
-        pressure + noise * smooth / smooth.std() if noise > 0 else pressure,
-        inflow.flow,
-        _PERIOD,
-        "virtual mouse, synthetic",
-        (FROM_PARAMETERS(which="known"),),
-    )
 
 
 @dataclass(frozen=True, eq=False)

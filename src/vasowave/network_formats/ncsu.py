@@ -13,7 +13,7 @@ from vasowave.network.graph import numbered
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT, UNKNOWN_VARIABLE, UNUSED
 from vasowave.network_formats import NETWORKS, NetworkFormat, taper_of
-from vasowave.recording.matlab import is_mat, read_mat
+from vasowave.io.matlab import is_mat, read_mat
 
 DIMENSIONS, CONNECTIVITY = "dimensions.txt", "connectivity.txt"
 

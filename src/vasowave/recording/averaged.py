@@ -1,5 +1,6 @@
 """An averaged cycle with the beats that it came from."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -7,13 +8,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vasowave.accessors import Accessor
+from vasowave.errors import InputError
 from vasowave.findings import Finding
 from vasowave.recording.cycle import Recording
-from vasowave.recording.rejection import Rejection
 from vasowave.recording.trend import Baseline
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+Rejection = Finding | None
+"""Why a beat may not be averaged; None for a good one."""
 
 
 class Beat(NamedTuple):
@@ -90,3 +94,19 @@ class EnsembleAverage:
         used = sum(beat.averaged for beat in self.beats)
         lost = sum(bool(beat.rejected) for beat in self.beats)
         return f"EnsembleAverage({used} of {len(self.beats)} beats, {lost} rejected, {self.recording!r})"
+
+
+def one_cycle(recording: object) -> Recording:
+    """Return the cycle of a recording or of an average; raise `InputError` for anything else, with what to do."""
+    if isinstance(recording, Recording):
+        return recording
+    if isinstance(recording, EnsembleAverage):
+        return recording.recording
+    if hasattr(recording, "average"):
+        raise InputError("a continuous recording was given where one cycle is needed; average its beats: raw.average()")
+    if isinstance(recording, str | os.PathLike):
+        raise InputError(
+            f"'{recording}' is the name of a file; read it first: vasowave.read_recording (a cycle) or "
+            "vasowave.read_raw_recording(...).average()"
+        )
+    raise InputError(f"{type(recording).__name__} was given where a Recording is needed")

@@ -13,6 +13,7 @@ from vasowave.errors import InputError, NumericalError
 from vasowave.findings import Finding, look_kind
 from vasowave.recording.hum import hum_of
 from vasowave.recording.raw import RawRecording
+from vasowave.recording.waveform import foot
 from vasowave.species import SPECIES
 
 _REPEATS = 0.75
@@ -274,12 +275,3 @@ def _foot_before(raw: RawRecording, times: np.ndarray, length: float) -> float:
         return 0.0
     mean = raw.pressure[centres[:, None] + np.arange(-reach, reach + 1)].mean(axis=0)
     return reach - foot(_smooth(mean, 0.03 * length), reach)
-
-
-def foot(values: np.ndarray, steepest: int) -> float:
-    """Return where the tangent at the steepest rise meets the level of the lowest value before it, in samples."""
-    window = slice(max(steepest - 3, 1), steepest + 4)
-    slopes = np.gradient(values)
-    steepest = window.start + int(np.argmax(slopes[window]))
-    lowest = values[: steepest + 1].min()
-    return steepest - (values[steepest] - lowest) / slopes[steepest] if slopes[steepest] > 0 else float(steepest)

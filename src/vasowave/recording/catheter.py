@@ -18,6 +18,7 @@ from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.recording.cycle import Recording
 from vasowave.recording.harmonics import harmonic_errors
 from vasowave.recording.noise_spectrum import ROLLS_OFF
+from vasowave.recording.response import second_order
 from vasowave.recording.waveform import advance
 
 _FIRST = 3
@@ -95,16 +96,6 @@ class LowPass(NamedTuple):
     def response(self, frequency: np.ndarray) -> np.ndarray:
         """Return recorded over true signal at frequencies in Hz, complex."""
         return second_order(1.0 / (2 * np.pi * self.cutoff), 0.0, frequency)
-
-
-def second_order(lag: float | np.ndarray, inertia: float | np.ndarray, frequency: np.ndarray) -> np.ndarray:
-    """Return recorded over true signal, 1 / (1 + iωτ - ω²θ), at frequencies in Hz; arrays are broadcast.
-
-    With a lag τ (s) and an inertia θ (s²): 1/(2π f_c) and 0 of a filter of first order, ζ/(π f_n) and 1/(2π f_n)² of a
-    catheter. What fits and posteriors say of an unknown response is this.
-    """
-    rate = 2j * np.pi * np.asarray(frequency)
-    return np.asarray(1.0 / (1.0 + rate * lag + rate**2 * inertia))
 
 
 def suspect_catheter(recording: Recording) -> Catheter | None:

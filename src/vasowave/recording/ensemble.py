@@ -3,14 +3,12 @@
 Beats that a step or a breath lifts off the diastolic level of the others can be brought back to it.
 """
 
-import os
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from vasowave.errors import InputError
 from vasowave.findings import Finding, Severity, note_kind, warn
 from vasowave.recording.averaged import Beat, EnsembleAverage
 from vasowave.recording.baseline import baseline_findings, find_baseline, with_comments
@@ -48,22 +46,6 @@ CLOSED = note_kind(
 
 
 _SELDOM = 0.2  # of all beats are long or short where most are usual
-
-
-def one_cycle(recording: object) -> Recording:
-    """Return the cycle of a recording or of an average; raise `InputError` for anything else, with what to do."""
-    if isinstance(recording, Recording):
-        return recording
-    if isinstance(recording, EnsembleAverage):
-        return recording.recording
-    if isinstance(recording, RawRecording):
-        raise InputError("a continuous recording was given where one cycle is needed; average its beats: raw.average()")
-    if isinstance(recording, str | os.PathLike):
-        raise InputError(
-            f"'{recording}' is the name of a file; read it first: vasowave.read_recording (a cycle) or "
-            "vasowave.read_raw_recording(...).average()"
-        )
-    raise InputError(f"{type(recording).__name__} was given where a Recording is needed")
 
 
 def average_beats(

@@ -7,6 +7,7 @@ import numpy as np
 
 from vasowave.errors import NumericalError
 from vasowave.findings import Finding, look_kind, note_kind
+from vasowave.recording.averaged import Rejection
 
 _UNUSUAL_SHARE = 0.3
 """Of all beats: from here on rejections for length or shape ask for a look."""
@@ -62,9 +63,6 @@ _LENGTH = note_kind("beat.length", "length {length:.1f} ms, {usual:.1f} ms aroun
 _SHAPE = note_kind("beat.correlation", "correlation of {signal} {correlation:.2f} with the median beat")
 _STEP = note_kind("beat.step", "step of the pressure")
 _SETTLING = note_kind("beat.settling", "before the pressure settles")
-
-Rejection = Finding | None
-"""Why a beat may not be averaged; None for a good one."""
 
 
 def cause(reason: Finding) -> str:

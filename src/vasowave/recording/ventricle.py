@@ -1,6 +1,5 @@
 """The pressure in the ventricle that ejects into the network: one averaged cycle, or some seconds of beats."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,62 +8,13 @@ from vasowave.errors import InputError
 from vasowave.io.columns import read_columns
 from vasowave.recording.signal import ALIASES
 from vasowave.recording.single_wave import single_wave
+from vasowave.recording.ventricular import VentricularPressure
 
-_LEAST = 32  # samples of a cycle
 _STEEP = 0.5  # of the steepest rise is the upstroke of a beat
 _APART = 0.6  # of the usual distance lie two beats apart at least
 _KEPT = 512  # samples of an averaged beat
 _SMOOTH = 15  # harmonics of the heart in which upstrokes are looked for
 _NAMES = {"ventricle": "pressure", "rvp": "pressure", "lvp": "pressure", "ventricular pressure": "pressure"}
-
-
-@dataclass(frozen=True, eq=False)
-class VentricularPressure:
-    """The pressure in a ventricle over one beat, recorded for itself, not in step with that in the artery.
-
-    Attributes
-    ----------
-    pressure : float array, shape (sample,)
-        Evenly spaced over one period from anywhere in the cycle, not repeated at the end; mmHg.
-    period : float
-        s.
-    source : str
-        Where it came from.
-    beats : int
-        Of how many it is the average.
-
-    Raises
-    ------
-    InputError
-        Fewer than 32 samples, a value that is not finite, a pressure that hardly changes, no positive period.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import vasowave as vw
-    >>> pressure = 2 + 24 * np.sin(np.pi * np.arange(64) / 64) ** 2
-    >>> vw.VentricularPressure(pressure, period=0.11).beats
-    1
-    """
-
-    pressure: np.ndarray
-    period: float
-    source: str = "made in memory"
-    beats: int = 1
-
-    def __post_init__(self) -> None:
-        """Check the values and freeze the array."""
-        pressure = np.array(self.pressure, dtype=float)
-        if pressure.ndim != 1 or len(pressure) < _LEAST:
-            raise InputError(f"{self.source}: a ventricle's pressure needs {_LEAST} samples or more of one cycle")
-        if not np.all(np.isfinite(pressure)):
-            raise InputError(f"{self.source}: sample {int(np.argmin(np.isfinite(pressure))) + 1} is no finite number")
-        if not np.ptp(pressure) > 1.0:
-            raise InputError(f"{self.source}: the pressure changes by {np.ptp(pressure):.2g} mmHg; is its unit mmHg?")
-        if not (np.isfinite(self.period) and self.period > 0):
-            raise InputError(f"{self.source}: a period of {self.period:g} s; give a positive number")
-        pressure.setflags(write=False)
-        object.__setattr__(self, "pressure", pressure)
 
 
 def read_ventricle(path: str | Path, period: float | None = None) -> VentricularPressure:

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-from vasowave.recording.beats import foot
-
 
 def cut_beats(values: np.ndarray, rate: float, times: np.ndarray, count: int) -> np.ndarray:
     """Return every beat at `count` evenly spaced times, both ends included, shape (beat, sample)."""
@@ -72,3 +70,12 @@ def amplitudes(values: np.ndarray) -> np.ndarray:
     if count % 2 == 0:
         spectrum[..., -1] /= 2.0
     return spectrum
+
+
+def foot(values: np.ndarray, steepest: int) -> float:
+    """Return where the tangent at the steepest rise meets the level of the lowest value before it, in samples."""
+    window = slice(max(steepest - 3, 1), steepest + 4)
+    slopes = np.gradient(values)
+    steepest = window.start + int(np.argmax(slopes[window]))
+    lowest = values[: steepest + 1].min()
+    return steepest - (values[steepest] - lowest) / slopes[steepest] if slopes[steepest] > 0 else float(steepest)

@@ -8,13 +8,11 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.findings import Finding
 from vasowave.io.columns import read_columns
+from vasowave.recording.observation import SAME_PERIOD
 from vasowave.recording.plausibility import check_closure
 from vasowave.recording.read import ASSUMED_UNIT
 from vasowave.recording.signal import ALIASES
 from vasowave.recording.single_wave import single_wave
-
-SAME_PERIOD = 0.02
-"""Share by which the period of what is recorded elsewhere may differ from the recording's."""
 
 _LOWEST = -5.0  # mmHg: the atrium of a deep breath
 _NAMES = {"wedge": "pressure", "pcwp": "pressure", "la": "pressure", "lap": "pressure", "left atrium": "pressure"}

@@ -9,7 +9,7 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.recording.channels import Block, Channel, Comment
 from vasowave.recording.formats import RECORDINGS, RecordingFormat
-from vasowave.recording.matlab import is_mat, read_mat, vector
+from vasowave.io.matlab import is_mat, read_mat, vector
 
 _NEEDED = ("data", "datastart", "dataend", "titles", "samplerate")
 

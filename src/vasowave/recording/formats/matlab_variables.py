@@ -12,7 +12,7 @@ from vasowave.recording.channels import Block, Channel
 from vasowave.recording.formats import RECORDINGS, RecordingFormat, Wanted
 from vasowave.recording.formats.labchart_mat import is_labchart_mat
 from vasowave.recording.gaps import with_gaps
-from vasowave.recording.matlab import is_mat, read_mat, text, vector
+from vasowave.io.matlab import is_mat, read_mat, text, vector
 from vasowave.recording.signal import ALIASES, Signal, given_unit, sampling
 
 
