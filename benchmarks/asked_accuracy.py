@@ -16,10 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from solver_sweep import KINDS, ORDER, drawn
-from vasowave.errors import NumericalError, VasowaveError, VasowaveWarning
-from vasowave.solver import Numerics
-from vasowave.solver.accuracy import run_to_accuracy
-from vasowave.solver.run import run_on_cells
+from vasowave.base import NumericalError, VasowaveError, VasowaveWarning
+from vasowave.pulse.model import Numerics
+from vasowave.pulse.solver import run_on_cells, run_to_accuracy
 
 SHARE = 0.001
 """Of the mean pressure, that is asked for."""

@@ -10,7 +10,7 @@ import sys
 import numpy as np
 from scipy import stats
 
-from vasowave.cohort.walls import pooled_censored
+from vasowave.study.cohort import pooled_censored
 
 KINDS = {
     "normal": lambda n, rng: rng.standard_normal(n),

@@ -15,9 +15,8 @@ import numpy as np
 
 import vasowave as vw
 from robustness_page import put
-from vasowave.errors import VasowaveError
-from vasowave.model.nominal import windkessels
-from vasowave.model.ventricle import activation
+from vasowave.base import VasowaveError
+from vasowave.pulse.model import activation, windkessels
 
 PAGE = Path(__file__).parents[1] / "docs" / "coverage.md"
 PERIOD, NOISE = 0.11, 0.2  # s, mmHg

@@ -21,12 +21,20 @@ import pandas as pd
 from scipy import stats
 
 from robustness_page import put
-from vasowave.cohort.design import Design, Layout, laid_out
-from vasowave.cohort.guard import RULES, PopulationShape, doubts_of
-from vasowave.cohort.mixed import Structure, fit_mixed
-from vasowave.cohort.simultaneous import Fitted, joint
-from vasowave.cohort.two_groups import holm
-from vasowave.cohort.variables import Variable
+from vasowave.study.cohort import (
+    RULES,
+    Design,
+    Fitted,
+    Layout,
+    PopulationShape,
+    Structure,
+    Variable,
+    doubts_of,
+    fit_mixed,
+    holm,
+    joint,
+    laid_out,
+)
 
 COUNT = 3  # quantities
 ROOT = np.linalg.cholesky(0.6 + 0.4 * np.eye(COUNT))

@@ -17,17 +17,13 @@ import numpy as np
 from known_animals import heart
 from posterior_modes import tree
 from robustness_page import put, shown
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.pipeline import result_of
-from vasowave.calibration import Search, calibrate
-from vasowave.inference import posterior
-from vasowave.inference.known_errors import columns
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall
-from vasowave.quantities import derived
-from vasowave.recording import Recording, resample
-from vasowave.solver import Numerics, simulate
+from vasowave.pulse import derived
+from vasowave.pulse.calibration import Search, calibrate
+from vasowave.pulse.cycle import Recording, resample
+from vasowave.pulse.inference import columns, posterior
+from vasowave.pulse.model import LinearWall, Model, Numerics, windkessels
+from vasowave.pulse.solver import simulate
+from vasowave.study.animal import Animal, Settings, result_of
 
 KINDS = {"flow known badly": (0.003, 0.04), "pressure known badly": (0.04, 0.003), "both alike": (0.02, 0.02)}
 """Standard error of the mean of pressure and of flow, as shares of their pulses."""

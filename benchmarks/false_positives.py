@@ -18,12 +18,18 @@ from scipy import stats
 
 from relabelings import family_p
 from robustness_page import put
-from vasowave.cohort import pooled_ratio
-from vasowave.cohort.estimates import Estimates, shared_error
-from vasowave.cohort.pooling import difference, pooled_means
-from vasowave.cohort.simultaneous import LEVEL, ComparedQuantity, simultaneous
-from vasowave.cohort.two_groups import holm
-from vasowave.datasets import published_table
+from vasowave.pulse.examples import published_table
+from vasowave.study.cohort import (
+    LEVEL,
+    ComparedQuantity,
+    Estimates,
+    difference,
+    holm,
+    pooled_means,
+    pooled_ratio,
+    shared_error,
+    simultaneous,
+)
 
 COUNT = 9  # quantities of a family
 SIZES = (7, 5), (10, 5), (12, 4), (8, 8)

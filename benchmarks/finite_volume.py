@@ -16,8 +16,8 @@ from numba import njit
 
 import vasowave as vw
 from robustness_page import put
-from vasowave.exchange import read_openbf
-from vasowave.model.outlets import Resistance, Windkessel
+from vasowave.pulse.model import Resistance, Windkessel
+from vasowave.study.exchange import read_openbf
 
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
 DATA = Path(__file__).parents[2] / "shared" / "data"

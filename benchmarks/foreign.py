@@ -20,7 +20,7 @@ import numba
 import numpy as np
 
 import vasowave as vw
-from vasowave.errors import VasowaveError
+from vasowave.base import VasowaveError
 
 sys.path.append(str(Path(__file__).parents[1] / "tools"))
 
@@ -69,7 +69,7 @@ def kernels_flipped(count: int, folder: Path) -> Said:
     """Flip one byte of a kept kernel, `count` times, and take the function anew each time."""
     from numba import njit
 
-    from vasowave.runtime import kernels
+    from vasowave.base.runtime import kernels
 
     rng, outcomes = np.random.default_rng(0), Counter[str]()
 

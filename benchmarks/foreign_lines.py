@@ -32,15 +32,12 @@ from scipy.spatial import Voronoi, cKDTree
 from unlike import KINDS, SPACING, UNSEEN, make
 from unlike_accuracy import pairing
 from unlike_trees import grown, placed
-from vasowave.errors import VasowaveWarning
-from vasowave.imaging import Options, extract
-from vasowave.imaging.axes.skeleton import cut_at_junctions
-from vasowave.imaging.exchange.convention import as_extracted
-from vasowave.imaging.exchange.merging import merged
-from vasowave.imaging.lumen.segmentation import segment
-from vasowave.imaging.lumen.surface import surface_points
-from vasowave.imaging.measure.measurement import measured_alone
-from vasowave.imaging.tree import Line, Tree, distance_along
+from vasowave.base import VasowaveWarning
+from vasowave.lung import Line, Options, Tree, distance_along, extract
+from vasowave.lung.axes import cut_at_junctions
+from vasowave.lung.exchange import as_extracted, merged
+from vasowave.lung.lumen import segment, surface_points
+from vasowave.lung.measure import measured_alone
 
 THRESHOLD = 45.0
 

@@ -21,12 +21,11 @@ import numpy as np
 sys.path.insert(0, os.path.dirname(__file__))
 from unlike import KINDS, UNSEEN, make
 from unlike_accuracy import RADIUS, pairing, spread
-from vasowave.errors import VasowaveError, VasowaveWarning
-from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.lumen.levels import levels_of
-from vasowave.imaging.options import parse_grey
-from vasowave.imaging.read.volume import isotropic
-from vasowave.imaging.witness.doubts import Grade
+from vasowave.base import VasowaveError, VasowaveWarning
+from vasowave.lung import Options, extract, parse_grey
+from vasowave.lung.lumen import levels_of
+from vasowave.lung.read import Volume, isotropic
+from vasowave.lung.witness import Grade
 
 LOW = 0.05
 """Percentile of the grey levels that becomes 0."""
@@ -117,7 +116,7 @@ def outcome(kind, scale, bits, seed):
 def _after(made, image, root, text):
     """Return the radius errors with the correction that `text` offers."""
     pairs = parse_grey(text.partition("corrected, grey ")[2].partition(", the")[0])
-    from vasowave.imaging.measure.grey_scale import corrected
+    from vasowave.lung.measure import corrected
 
     threshold = levels_of(isotropic(corrected(image, pairs))).threshold
     try:

@@ -18,17 +18,14 @@ from itertools import pairwise
 import numpy as np
 
 from phantom import PE90_RADIUS, embed, render, write_dicom_series
-from vasowave.datasets import control_network, hypertensive_network
-from vasowave.errors import VasowaveError, VasowaveWarning
-from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.axes.vessels import tree_of
-from vasowave.imaging.lumen.segmentation import segment
-from vasowave.imaging.matching import match
-from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
-from vasowave.imaging.measure.measurement import RELIABLE, network_of
-from vasowave.imaging.measure.radii import densitometry
-from vasowave.imaging.tree import free_length
-from vasowave.io import apart
+from vasowave.base import VasowaveError, VasowaveWarning
+from vasowave.base.io import apart
+from vasowave.lung import Options, extract, free_length, match
+from vasowave.lung.axes import tree_of
+from vasowave.lung.lumen import segment
+from vasowave.lung.measure import RELIABLE, cannula_radius, densitometry, network_of, without_cannula
+from vasowave.lung.read import Volume
+from vasowave.pulse.examples import control_network, hypertensive_network
 
 EDGE = 2.2
 """Edge of the volume, cm."""

@@ -24,10 +24,10 @@ from known_animals import ROWS, WHITE, image_of
 from known_animals import animal as row_of
 from untold_geometry import KINDS
 from untold_geometry import animal as geometry
-from vasowave.calibration import calibrate
-from vasowave.errors import VasowaveError, VasowaveWarning
-from vasowave.quantities import derived
-from vasowave.recording import Catheter, LowPass, correct_catheter
+from vasowave.base import VasowaveError, VasowaveWarning
+from vasowave.catheter.check import Catheter, LowPass, correct_catheter
+from vasowave.pulse import derived
+from vasowave.pulse.calibration import calibrate
 
 CUTOFFS = (0.0, 200.0, 100.0, 50.0, 20.0)
 """Hz; 0: no filter."""

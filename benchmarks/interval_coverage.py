@@ -21,12 +21,10 @@ from scipy.stats import beta
 
 from known_animals import ROWS, animal, image_of, priors_of
 from robustness_page import put
-from vasowave.animal.quantities import derived_of, errors_of
-from vasowave.calibration import Search, calibrate
-from vasowave.inference import posterior
-from vasowave.inference.laws import CLEAR
-from vasowave.inference.reweighting import UNTRUSTED
-from vasowave.quantities import derived
+from vasowave.pulse import derived
+from vasowave.pulse.calibration import Search, calibrate
+from vasowave.pulse.inference import CLEAR, UNTRUSTED, posterior
+from vasowave.study.animal import derived_of, errors_of
 
 METHODS = ("fit", "posterior")
 QUANTITIES = ("wave_speed", "R_T", "a", "C_p")

@@ -15,11 +15,10 @@ import numpy as np
 from interval_coverage import QUANTITIES
 from known_animals import animal
 from robustness_page import put
-from vasowave.animal.quantities import derived_of
-from vasowave.calibration import Search, calibrate
-from vasowave.calibration.generalized import least_squares_optimum
-from vasowave.datasets import control_network
-from vasowave.noise.spectrum import fourier, harmonics, least_squares_covariance, likely_spectra
+from vasowave.pulse.calibration import Search, calibrate, least_squares_optimum
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.noise import fourier, harmonics, least_squares_covariance, likely_spectra
+from vasowave.study.animal import derived_of
 
 ANIMALS = (("linear", 0), ("linear", 3), ("tangent", 2), ("tangent", 4))
 KINDS = {

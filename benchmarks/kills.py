@@ -34,8 +34,8 @@ import vasowave as vw
 from faults import PROGRAM, run, same, write_study
 from phantom import embed, render
 from robustness_page import put
-from vasowave.imaging import write_volume
-from vasowave.imaging.places import written
+from vasowave.lung import written
+from vasowave.lung.read import write_volume
 
 EARLY = 4  # of ten kills
 PARTS = 4  # of the time of a whole run, within one of which a kill in a row falls

@@ -11,17 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.datasets import control_network
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.datasets.virtual import ejection
-from vasowave.errors import VasowaveWarning
-from vasowave.inference import Priors
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.shape import Shape
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.recording import Inflow, Recording, average_beats
-from vasowave.solver import Numerics, simulate
+from vasowave.base import VasowaveWarning
+from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
+from vasowave.pulse.cycle import Inflow, Recording
+from vasowave.pulse.examples import control_network, ejection
+from vasowave.pulse.inference import Priors
+from vasowave.pulse.model import LinearWall, Model, Numerics, Shape, TangentWall, windkessels
+from vasowave.pulse.solver import simulate
 
 SAMPLES, NOISE, WHITE = 512, 0.4, 0.03
 LASTS, DRIFT = 12.0, 2.0  # s, mmHg

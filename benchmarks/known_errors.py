@@ -22,18 +22,13 @@ import pandas as pd
 from known_animals import NOISE, SAMPLES, WHITE, heart, smooth_noise
 from posterior_modes import tree
 from robustness_page import put
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.pipeline import analyze
-from vasowave.errors import VasowaveWarning
-from vasowave.inference import Priors, posterior
-from vasowave.inference.known_errors import columns
-from vasowave.model.blood import Blood
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall
-from vasowave.quantities import derived
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.base import VasowaveWarning
+from vasowave.pulse import derived
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.inference import Priors, columns, posterior
+from vasowave.pulse.model import Blood, LinearWall, Model, Numerics, windkessels
+from vasowave.pulse.solver import simulate
+from vasowave.study.animal import Animal, Settings, analyze
 
 ERRORS = {
     "flow_gain": 0.07, "flow_delay": 0.002, "zero": 1.0, "radius_scale": 0.05, "length_scale": 0.05,

@@ -25,11 +25,10 @@ import numpy as np
 
 import vasowave as vw
 from robustness_page import put
-from vasowave.animal.files import to_bytes
-from vasowave.study.loading import animal_key
-from vasowave.study.plan import read_study
-from vasowave.study.store import ResultStore
-from vasowave.study.study import RESULTS, Study
+from vasowave.study.animal import to_bytes
+from vasowave.study.folder import RESULTS, Study
+from vasowave.study.results import ResultStore, animal_key
+from vasowave.study.running import read_study
 
 SOLVED = 6
 SETTINGS = """\

@@ -31,7 +31,7 @@ from urllib.request import Request, urlopen
 import numpy as np
 
 from faults import PROGRAM, run, same, write_study
-from vasowave.study.table import read_rows
+from vasowave.study.entering import read_rows
 
 COMMAND = PROGRAM[:-1]
 ALL = [*PROGRAM, "STUDY", "--workers", "1", "--no-report"]

@@ -20,16 +20,13 @@ import pandas as pd
 from false_positives import header
 from known_animals import NOISE, SAMPLES, WHITE, heart, smooth_noise
 from robustness_page import put
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.pipeline import analyze
-from vasowave.cohort import Family, gathered, primary_comparison
-from vasowave.datasets import control_network
-from vasowave.errors import VasowaveWarning
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.base import VasowaveWarning
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import LinearWall, Model, Numerics, windkessels
+from vasowave.pulse.solver import simulate
+from vasowave.study.animal import Animal, Settings, analyze
+from vasowave.study.cohort import Family, gathered, primary_comparison
 
 PAGE = Path(__file__).parents[1] / "docs" / "comparisons.md"
 USUAL = {"radius_scale_sd": 0.05, "length_scale_sd": 0.05, "k_sd": 0.5, "zero_sd": 0.5}

@@ -16,14 +16,12 @@ import pandas as pd
 from interval_coverage import QUANTITIES, by_fit
 from known_animals import NOISE, SAMPLES, WHITE, heart
 from posterior_modes import tree
-from vasowave.calibration import Search, calibrate
-from vasowave.inference import Priors, posterior
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall
-from vasowave.quantities import derived
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.pulse import derived
+from vasowave.pulse.calibration import Search, calibrate
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.inference import Priors, posterior
+from vasowave.pulse.model import LinearWall, Model, Numerics, windkessels
+from vasowave.pulse.solver import simulate
 
 HARMONIC = np.arange(SAMPLES // 2 + 1)
 KINDS = {

@@ -7,9 +7,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
-from vasowave.errors import InputError, NumericalError
-from vasowave.imaging.read.volume import Volume
-from vasowave.network.network import Network
+from vasowave.base import InputError, NumericalError
+from vasowave.lung.read import Volume
+from vasowave.pulse.network import Network
 
 PE90_RADIUS = 0.043
 """Inner radius of the PE-90 cannula, cm."""

@@ -10,12 +10,23 @@ import numpy as np
 import pandas as pd
 
 from robustness_page import put
-from vasowave.cohort.design import Design, Layout, laid_out
-from vasowave.cohort.mixed import Structure, fit_mixed
-from vasowave.cohort.planning import Planning, Spread, plan_of
-from vasowave.cohort.pooling import difference, pooled_means
-from vasowave.cohort.simultaneous import ComparedQuantity, Fitted, joint, simultaneous
-from vasowave.cohort.variables import Variable
+from vasowave.study.cohort import (
+    ComparedQuantity,
+    Design,
+    Fitted,
+    Layout,
+    Planning,
+    Spread,
+    Structure,
+    Variable,
+    difference,
+    fit_mixed,
+    joint,
+    laid_out,
+    plan_of,
+    pooled_means,
+    simultaneous,
+)
 
 SPREADS = [Spread("mPAP", (0.2, 0.3), 0.1), Spread("a", (0.5, 0.5), 0.3, 0.1), Spread("R_T", (0.3, 0.2))]
 CORRELATION = 0.6 + 0.4 * np.eye(3)

@@ -35,16 +35,16 @@ class Fault(NamedTuple):
     edits: tuple[tuple[str, str], ...]
 
 
-CELLS, NODES, CYCLE = "solver/cells.py", "solver/nodes.py", "solver/cycle.py"
-VARIATIONS, NODE_VARIATIONS = "solver/variations.py", "solver/node_variations.py"
-BEDS, POWERS = "solver/beds.py", "solver/powers.py"
-PERIODIC, TUBES = "solver/periodic.py", "imaging/axes/tubes.py"
-STIFFNESS = "imaging/axes/tubes.py"
-UNKNOWNS = "inference/unknowns.py"
+CELLS, NODES, CYCLE = "pulse/solver/cells.py", "pulse/solver/nodes.py", "pulse/solver/cycle.py"
+VARIATIONS, NODE_VARIATIONS = "pulse/solver/variations.py", "pulse/solver/node_variations.py"
+BEDS, POWERS = "pulse/solver/beds.py", "pulse/solver/powers.py"
+PERIODIC, TUBES = "pulse/solver/periodic.py", "lung/axes/tubes.py"
+STIFFNESS = "lung/axes/tubes.py"
+UNKNOWNS = "pulse/inference/unknowns.py"
 FAULTS = [
     Fault(
         "walls anchored at rest",
-        "model/model.py",
+        "pulse/model/model.py",
         (("return area / np.asarray(wall.ratio_at(self.network.pressure, *wall))", "return area"),),
     ),
     Fault(
@@ -60,11 +60,11 @@ FAULTS = [
     Fault("friction missing at vessel ends", NODES, (("slowed(0.5 * ends.dt[e]", "slowed(0.0 * ends.dt[e]"),)),
     Fault(
         "boundary layer as the paper misprints it",
-        "model/blood.py",
+        "pulse/model/blood.py",
         (("math.sqrt(viscosity * period / (2 * math.pi))", "math.sqrt(2 * math.pi * viscosity / period)"),),
     ),
     Fault("drag as an explicit step", CELLS, (("E = 1.0 / (1.0 + x + 0.5 * x * x)", "E = 1.0 - x"),)),
-    Fault("thin vessels on two cells", "solver/grid.py", (("_STEADY_ERROR = 2e-4", "_STEADY_ERROR = 2e4"),)),
+    Fault("thin vessels on two cells", "pulse/solver/grid.py", (("_STEADY_ERROR = 2e-4", "_STEADY_ERROR = 2e4"),)),
     Fault(
         "solver's vessels of one cell without a slope",
         CYCLE,
@@ -75,15 +75,15 @@ FAULTS = [
         CELLS,
         (("area[j] + rise, area[j] - rise", "area[j] - rise, area[j] + rise"),),
     ),
-    Fault("one cell where the pressure falls", "solver/grid.py", (("_FLAT = 0.05", "_FLAT = 5.0"),)),
+    Fault("one cell where the pressure falls", "pulse/solver/grid.py", (("_FLAT = 0.05", "_FLAT = 5.0"),)),
     Fault(
         "sensitivity of vessels of one cell without a slope",
-        "solver/varied_cycle.py",
+        "pulse/solver/varied_cycle.py",
         (("continue_lines(dA[d], dq[d],", "continue_lines(0.0 * dA[d], dq[d],"),),
     ),
     Fault(
         "linear network about rest",
-        "model/two_ports.py",
+        "pulse/model/two_ports.py",
         (
             (
                 "return np.asarray(without) + 0.5 * (1.0 + share_passed) * above",
@@ -91,34 +91,40 @@ FAULTS = [
             ),
         ),
     ),
-    Fault("flow faster than its waves", "solver/validity.py", (("mach.value >= 1.0", "mach.value >= 1e9"),)),
-    Fault("drag bends no pressure", "solver/grid_error.py", (("**2 / 8 * drag", "**2 / 80 * drag"),)),
-    Fault("fronts between two kept steps", "model/numerics.py", (("_FRONT = 4 ", "_FRONT = 16 "),)),
-    Fault("fronts between two times", "solver/grid_error.py", (("_FRONT = 2.0", "_FRONT = 10.0"),)),
-    Fault("echoes that no one counts", "solver/grid_error.py", (("max(1.0, 2.0 / (math.e", "max(1.0, 0.0 / (math.e"),)),
-    Fault("fronts steeper than cells carry", "solver/grid_error.py", (("_FRONT = 2.0", "_FRONT = 0.0"),)),
-    Fault("dispersion a tenth of what it is", "solver/grid_error.py", (("/ (6 * c**3)", "/ (60 * c**3)"),)),
+    Fault("flow faster than its waves", "pulse/solver/validity.py", (("mach.value >= 1.0", "mach.value >= 1e9"),)),
+    Fault("drag bends no pressure", "pulse/solver/grid_error.py", (("**2 / 8 * drag", "**2 / 80 * drag"),)),
+    Fault("fronts between two kept steps", "pulse/model/numerics.py", (("_FRONT = 4 ", "_FRONT = 16 "),)),
+    Fault("fronts between two times", "pulse/solver/grid_error.py", (("_FRONT = 2.0", "_FRONT = 10.0"),)),
     Fault(
-        "solver's accuracy of the first pair of grids", "solver/accuracy.py", (("if error <= accuracy", "if error"),)
+        "echoes that no one counts",
+        "pulse/solver/grid_error.py",
+        (("max(1.0, 2.0 / (math.e", "max(1.0, 0.0 / (math.e"),),
+    ),
+    Fault("fronts steeper than cells carry", "pulse/solver/grid_error.py", (("_FRONT = 2.0", "_FRONT = 0.0"),)),
+    Fault("dispersion a tenth of what it is", "pulse/solver/grid_error.py", (("/ (6 * c**3)", "/ (60 * c**3)"),)),
+    Fault(
+        "solver's accuracy of the first pair of grids",
+        "pulse/solver/accuracy.py",
+        (("if error <= accuracy", "if error"),),
     ),
     Fault(
         "discharge of vessels alone",
-        "solver/discharge.py",
+        "pulse/solver/discharge.py",
         (("slow & (beds.poles.imag", "0 * slow & (beds.poles.imag"), ("np.stack([slow,", "np.stack([0 * slow > 0,")),
     ),
-    Fault("discharge into nothing", "solver/discharge.py", (("into[0] = -1.0 / C_v", "into[0] = -2.0 / C_v"),)),
+    Fault("discharge into nothing", "pulse/solver/discharge.py", (("into[0] = -1.0 / C_v", "into[0] = -2.0 / C_v"),)),
     Fault("discharge not awaited", PERIODIC, ((" + to_come(change - weights @ combined[0])", ""),)),
     Fault(
         "solver's samples are those of steps",
-        "solver/result.py",
+        "pulse/solver/result.py",
         (("else resample(signal, samples)", "else signal[:samples]"),),
     ),
     Fault(
         "solver takes more steps than allowed",
-        "solver/run.py",
+        "pulse/solver/run.py",
         (("largest = numerics.largest_", "largest = 10 * numerics.largest_"),),
     ),
-    Fault("solver never starts from rest", "solver/run.py", (("except Lost:", "except ZeroDivisionError:"),)),
+    Fault("solver never starts from rest", "pulse/solver/run.py", (("except Lost:", "except ZeroDivisionError:"),)),
     Fault(
         "sensitivity without the change of drag",
         VARIATIONS,
@@ -161,31 +167,31 @@ FAULTS = [
     ),
     Fault(
         "starts join the best from any valley",
-        "calibration/starts.py",
+        "pulse/calibration/starts.py",
         (("_UNEXPLAINED = 0.25", "_UNEXPLAINED = 1e9"),),
     ),
     Fault(
         "starts are never left",
-        "calibration/search.py",
+        "pulse/calibration/search.py",
         (("if remainder @ remainder > enough", "if remainder @ remainder > np.inf"),),
     ),
     Fault(
         "searches that go on have an old Jacobian",
-        "calibration/search.py",
+        "pulse/calibration/search.py",
         (("gain < self.tolerance * S and", "gain < 0.5 * S and"),),
     ),
     Fault(
         "solver's kernels with arrays that overlap",
-        "solver/stepper.py",
+        "pulse/solver/stepper.py",
         (("Faces(np.ones(slots), np.ones(slots))", "Faces(*[np.ones(slots)] * 2)"),),
     ),
     Fault(
         "a solver's tube that should merge",
-        "solver/failures.py",
+        "pulse/solver/failures.py",
         (("if len(grid.counts) > 1:", "if len(grid.counts) > 0:"),),
     ),
-    Fault("kernels of any source", "runtime/kernels.py", (("sys.version, sources)", "sys.version)"),)),
-    Fault("kernels are compiled by everyone", "runtime/kernels.py", (("self._lock = _waited_for(", "_ = ("),)),
+    Fault("kernels of any source", "base/runtime/kernels.py", (("sys.version, sources)", "sys.version)"),)),
+    Fault("kernels are compiled by everyone", "base/runtime/kernels.py", (("self._lock = _waited_for(", "_ = ("),)),
     Fault("convective term dropped", CELLS, (("fluxes.momentum[j] = q * q * per_area", "fluxes.momentum[j] = 0.0"),)),
     Fault("one Newton step", NODES, (("NEWTON_CLOSE = 1e-", "NEWTON_CLOSE = 1e+"),)),
     Fault("inflow late by a step", CYCLE, (("solve_nodes(inflow[n], n,", "solve_nodes(inflow[n - 1], n,"),)),
@@ -213,7 +219,7 @@ FAULTS = [
         BEDS,
         (("beds.direct + gain_half.real", "beds.direct + 0 * gain_half.real"),),
     ),
-    Fault("tangent wall of constant slope", "model/walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),
+    Fault("tangent wall of constant slope", "pulse/model/walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),
     Fault("tubes' free ends slide along their axes", TUBES, (("along * np.sqrt(DENSITY)", "along * 0.0"),)),
     Fault(
         "tubes are as stiff with a wall as without",
@@ -222,28 +228,26 @@ FAULTS = [
     ),
     Fault(
         "a thin vessel's own contrast is believed",
-        "imaging/measure/contrast.py",
+        "lung/measure/contrast.py",
         (("UNKNOWN_BLUR_SHARE = 1.0", "UNKNOWN_BLUR_SHARE = 0.0"),),
     ),
-    Fault(
-        "every vessel has the contrast of the tree", "imaging/measure/contrast.py", (("prior = 1 /", "prior = 1e9 /"),)
-    ),
+    Fault("every vessel has the contrast of the tree", "lung/measure/contrast.py", (("prior = 1 /", "prior = 1e9 /"),)),
     Fault(
         "a frame of zeros is background",
-        "imaging/lumen/levels.py",
+        "lung/lumen/levels.py",
         (("real |= grey[np.ix_(*neighbors)] != sample", "real |= True"),),
     ),
-    Fault("resampled cubes drift", "imaging/read/volume.py", (("step = smallest", "step = 1.002 * smallest"),)),
-    Fault("the second witness overlooks ends", "imaging/witness/topology.py", (("if spare and all_ends", "if False"),)),
+    Fault("resampled cubes drift", "lung/read/volume.py", (("step = smallest", "step = 1.002 * smallest"),)),
+    Fault("the second witness overlooks ends", "lung/witness/topology.py", (("if spare and all_ends", "if False"),)),
     Fault("tubes follow every bump", TUBES, (("OUTLIER, SHAPE = 0.5", "OUTLIER, SHAPE = 500.0"),)),
     Fault(
         "tubes' sections count their neighbors",
-        "imaging/measure/profiles.py",
+        "lung/measure/profiles.py",
         (("foreign |= in_tube(", "foreign &= in_tube("),),
     ),
     Fault(
         "tubes' radii count within sisters",
-        "imaging/measure/measurement.py",
+        "lung/measure/measurement.py",
         (
             (
                 "enumerate(zip(tree.lines, clear_stretches(tree), strict=True))",
@@ -254,84 +258,90 @@ FAULTS = [
     ),
     Fault(
         "measured tapers turned round",
-        "model/shape.py",
+        "pulse/model/shape.py",
         (("(fall, [0.5, -0.5])", "(fall, [-0.5, 0.5])"),),
     ),
     Fault(
         "areas averaged where vessels change",
-        "solver/changing.py",
+        "pulse/solver/changing.py",
         (("for j in changing.face:", "for j in changing.face[:0]:"),),
     ),
-    Fault("no push of viscous walls", "solver/viscosity.py", (("flow[j] -= push *", "flow[j] -= 0.0 * push *"),)),
+    Fault("no push of viscous walls", "pulse/solver/viscosity.py", (("flow[j] -= push *", "flow[j] -= 0.0 * push *"),)),
     Fault(
         "viscous walls hear nothing of the ends",
-        "solver/viscosity.py",
+        "pulse/solver/viscosity.py",
         (("inlet_diagonal, coupled, before = kappa[first], kappa", "inlet_diagonal, coupled, before = 0.0, kappa"),),
     ),
     Fault(
         "viscous walls as at the whole step",
-        "solver/viscosity.py",
+        "pulse/solver/viscosity.py",
         (("area[j] - cells.half[j] * (flow", "area[j] - 0.0 * (flow"),),
     ),
     Fault(
         "viscosity without derivative",
-        "solver/viscosity_variations.py",
+        "pulse/solver/viscosity_variations.py",
         (("changed.viscosity[d, j] - longer[j]", "-longer[j]"),),
     ),
     Fault(
         "tied pressures without fill",
-        "solver/viscosity.py",
+        "pulse/solver/viscosity.py",
         (("entries[joints.fill[filled]] -= share", "entries[joints.fill[filled]] -= 0.0 * share"),),
     ),
     Fault(
         "viscous compliance as an elastic one",
-        "model/linear.py",
+        "pulse/model/linear.py",
         (("return 1.0 + 1j * omega * _retardation", "return 1.0 + 0j * omega * _retardation"),),
     ),
-    Fault("no gain at the ends of tapers", "solver/changing.py", (("nodes.gain[e] = 2.0 *", "nodes.gain[e] = 0.0 *"),)),
-    Fault("energy lost along tapers", "solver/changing.py", (("flow[j] += 0.5 *", "flow[j] += 0.0 *"),)),
+    Fault(
+        "no gain at the ends of tapers",
+        "pulse/solver/changing.py",
+        (("nodes.gain[e] = 2.0 *", "nodes.gain[e] = 0.0 *"),),
+    ),
+    Fault("energy lost along tapers", "pulse/solver/changing.py", (("flow[j] += 0.5 *", "flow[j] += 0.0 *"),)),
     Fault(
         "drag of tapers as of their faces",
-        "solver/grid.py",
+        "pulse/solver/grid.py",
         (("cells.dt[self.changing.cell] *=", "cells.dt[self.changing.cell] *= 1.0 or"),),
     ),
     Fault(
         "no energy in the derivatives along tapers",
-        "solver/changing_variations.py",
+        "pulse/solver/changing_variations.py",
         (("energy[1, j] * face_dA[j] + energy[2, j] * face_dq[j]", "energy[1, j] * face_dA[j]"),),
     ),
     Fault(
         "drag of tapers as it was in their derivatives",
-        "solver/varied_stepper.py",
+        "pulse/solver/varied_stepper.py",
         (("row[cells] = direction", "row[cells] = 0.0 * direction"),),
     ),
     Fault(
         "junctions of the total pressure take it for the static one",
-        "solver/nodes.py",
+        "pulse/solver/nodes.py",
         (("head = (0.5 * by_speed + ends.viscous[e]) * u\n", "head = (0.25 * by_speed + ends.viscous[e]) * u\n"),),
     ),
     Fault(
         "narrowings that take the drag of their cells twice",
-        "model/model.py",
+        "pulse/model/model.py",
         (("np.maximum(resistance - vessel_resistance, 0.0)", "resistance"),),
     ),
     Fault(
         "losses that give energy",
-        "solver/nodes.py",
+        "pulse/solver/nodes.py",
         (("u + ends.loss[e] * abs(u)\n        max_step", "u - ends.loss[e] * abs(u)\n        max_step"),),
     ),
     Fault(
         "derivatives as of static junctions",
-        "solver/node_variations.py",
+        "pulse/solver/node_variations.py",
         (("slopes.by_flow[e] * changes.flow[e]", "0.0 * changes.flow[e]"),),
     ),
     Fault(
         "waves that no flow carries",
-        "model/linear.py",
+        "pulse/model/linear.py",
         (("carried.append(1j", "carried.append(0j"),),
     ),
     Fault(
-        "tapers believed as they are", "network/network.py", (("prior**2 / (prior**2 + sd**2)", "prior**2 / prior**2"),)
+        "tapers believed as they are",
+        "pulse/network/network.py",
+        (("prior**2 / (prior**2 + sd**2)", "prior**2 / prior**2"),),
     ),
     Fault(
         "errors of radii forgotten",
@@ -340,7 +350,7 @@ FAULTS = [
     ),
     Fault(
         "halves know each other's modes",
-        "inference/mixture.py",
+        "pulse/inference/mixture.py",
         (
             (
                 "members = [i for i, component in enumerate(components) if half in component.halves]",
@@ -350,13 +360,13 @@ FAULTS = [
     ),
     Fault(
         "components count regardless of their draws",
-        "inference/mixture.py",
+        "pulse/inference/mixture.py",
         (("+ np.log(np.mean(component == i))", "+ 3.0 * i"),),
     ),
-    Fault("emulators learn the posterior alone", "inference/rounds.py", (("_WIDER = 0.6", "_WIDER = 1.0"),)),
+    Fault("emulators learn the posterior alone", "pulse/inference/rounds.py", (("_WIDER = 0.6", "_WIDER = 1.0"),)),
     Fault(
         "draws of a wider density taken for the posterior's",
-        "inference/mixture.py",
+        "pulse/inference/mixture.py",
         (("source.surrogate.log_drawn(points) - cloud", "source.surrogate.log_posterior(points) - cloud"),),
     ),
 ]

@@ -15,8 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robustness_page import put
-from vasowave.cohort import pooled_ratio
-from vasowave.cohort.estimates import typical_errors
+from vasowave.study.cohort import pooled_ratio, typical_errors
 
 TRUE_RATIO = 2.6
 PAGE = Path(__file__).parents[1] / "docs" / "comparisons.md"

@@ -20,20 +20,15 @@ import pandas as pd
 
 from known_animals import NOISE, SAMPLES, WHITE, heart, smooth_noise
 from robustness_page import put
-from vasowave.errors import NumericalError, VasowaveWarning
-from vasowave.findings import FindingKind
-from vasowave.inference import Posterior
-from vasowave.inference import findings as against
-from vasowave.inference.mode import climb
-from vasowave.inference.posterior import Sampling, posterior, problem_of
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import TangentWall
-from vasowave.network.network import Network
-from vasowave.noise.spectrum import fourier
-from vasowave.quantities import derived
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.base import FindingKind, NumericalError, VasowaveWarning
+from vasowave.pulse import derived
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.inference import Posterior, Sampling, climb, posterior, problem_of
+from vasowave.pulse.inference import diagnostics as against
+from vasowave.pulse.model import Model, Numerics, TangentWall, windkessels
+from vasowave.pulse.network import Network
+from vasowave.pulse.noise import fourier
+from vasowave.pulse.solver import simulate
 
 OTHER_STEPS = 0.05, 0.01, 0.2, 0.1  # of the differences of further climbs, in SD of the prior
 KINDS = {

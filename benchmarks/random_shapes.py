@@ -15,18 +15,25 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from vasowave.errors import VasowaveError
-from vasowave.model.blood import Blood
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.outlets import CompliantBed, ReflectionCoefficient, Resistance, Site, Windkessel
-from vasowave.model.shape import Shape
-from vasowave.model.structured_tree import StructuredTree
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
-from vasowave.solver.run import run_on_cells, run_to_periodic
+from vasowave.base import VasowaveError
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.model import (
+    Blood,
+    CompliantBed,
+    LinearWall,
+    Model,
+    Numerics,
+    ReflectionCoefficient,
+    Resistance,
+    Shape,
+    Site,
+    StructuredTree,
+    TangentWall,
+    Windkessel,
+    windkessels,
+)
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import run_on_cells, run_to_periodic
 
 FIELDS = ("number", "what", "largest", "true", "stated", "ended")
 FINER = 5

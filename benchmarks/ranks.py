@@ -27,18 +27,14 @@ from scipy.stats import binom, kstest
 from known_animals import SAMPLES, heart
 from posterior_modes import tree
 from robustness_page import put
-from vasowave.calibration import Search
-from vasowave.calibration.compared import compared_part
-from vasowave.errors import VasowaveError
-from vasowave.inference.posterior import Sampling, posterior_of, problem_of
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall
-from vasowave.noise.spectrum import POWER, RATE, SIZE, harmonics
-from vasowave.quantities import derived
-from vasowave.recording import Recording
-from vasowave.recording.cycle import resample
-from vasowave.solver import Numerics, simulate
+from vasowave.base import VasowaveError
+from vasowave.pulse import derived
+from vasowave.pulse.calibration import Search, compared_part
+from vasowave.pulse.cycle import Recording, resample
+from vasowave.pulse.inference import Sampling, posterior_of, problem_of
+from vasowave.pulse.model import LinearWall, Model, Numerics, windkessels
+from vasowave.pulse.noise import POWER, RATE, SIZE, harmonics
+from vasowave.pulse.solver import simulate
 
 LAWS = ("linear", "tangent", "power")
 QUANTITIES = ("wave_speed", "R_T", "a", "C_p")

@@ -17,9 +17,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.errors import VasowaveError
-from vasowave.recording import Recording, average_beats
+from vasowave.base import VasowaveError
+from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
+from vasowave.pulse.cycle import Recording
 
 PHASE = np.arange(512) / 512
 PLANTED = 0.3  # mmHg: a smaller drift need not be told

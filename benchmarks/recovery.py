@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 
-from vasowave.animal.result import AnimalResult
-from vasowave.cohort.two_groups import importance_index
-from vasowave.datasets.published import published_table
-from vasowave.datasets.virtual import VirtualAnimal
-from vasowave.quantities import derived
+from vasowave.pulse import derived
+from vasowave.pulse.examples import published_table
+from vasowave.study.animal import AnimalResult
+from vasowave.study.cohort import importance_index
+from vasowave.study.datasets import VirtualAnimal
 
 RECOVERED = ("beta", "p1", "gamma", "p1_over_gamma", "wave_speed", "R_T", "a", "C_p")
 """Quantities that are compared: the fitted ones, and combinations that the data determine better."""

@@ -5,8 +5,8 @@ from math import comb
 
 import numpy as np
 
-from vasowave.cohort.primary import MOST_RELABELINGS
-from vasowave.errors import InputError
+from vasowave.base import InputError
+from vasowave.study.cohort import MOST_RELABELINGS
 
 
 def family_p(values: np.ndarray, other: np.ndarray, rng: np.random.Generator | None = None) -> np.ndarray:

@@ -15,16 +15,13 @@ from itertools import combinations_with_replacement
 import numpy as np
 from scipy.optimize import least_squares
 
-from vasowave.datasets import control_network
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.outlets import Windkessel
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.noise import OF_PAPER, CirculantNoise, fit_noise
-from vasowave.noise.likelihood import FAMILIES, concentrated, maximize
-from vasowave.recording import Inflow
-from vasowave.selection import UNDECIDED, aicc, bic
-from vasowave.solver.simulate import Numerics, simulate_runs
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import LinearWall, Model, Numerics, TangentWall, Windkessel, windkessels
+from vasowave.pulse.noise import FAMILIES, OF_PAPER, CirculantNoise, fit_noise, maximize
+from vasowave.pulse.noise.likelihood import concentrated
+from vasowave.pulse.selection import UNDECIDED, aicc, bic
+from vasowave.pulse.solver import simulate_runs
 
 PERIOD, SAMPLES = 0.11, 128
 TRUTH = {"linear": (57.8, 1.0, 1.0, 1.0), "tangent": (3.85, 4.41, 1.0, 1.0, 1.0)}

@@ -17,15 +17,10 @@ from scipy.special import logsumexp
 
 from known_animals import NOISE, SAMPLES, animal, image_of, noise_amplitude
 from robustness_page import put
-from vasowave.cohort import pooled_ratio
-from vasowave.inference.discrepancy import Discrepancy
-from vasowave.inference.mixture import explore
-from vasowave.inference.mode import climb
-from vasowave.inference.posterior import Sampling, problem_of
-from vasowave.inference.reweighting import UNTRUSTED, smoothed
-from vasowave.inference.rounds import Target
-from vasowave.noise.spectrum import harmonics
-from vasowave.quantities import derived
+from vasowave.pulse import derived
+from vasowave.pulse.inference import UNTRUSTED, Discrepancy, Sampling, Target, climb, explore, problem_of, smoothed
+from vasowave.pulse.noise import harmonics
+from vasowave.study.cohort import pooled_ratio
 
 QUANTITIES = ("wave_speed", "R_T", "a", "C_p")
 STUDY, DRAWS = 6, 400

@@ -15,14 +15,11 @@ import numpy as np
 import pandas as pd
 
 import vasowave as vw
-from vasowave.calibration import beside
-from vasowave.calibration.compared import compared_part, sites_of
-from vasowave.calibration.parameters import parameter_space
-from vasowave.quantities import derived
-from vasowave.recording import resample
-from vasowave.solver.places import Places, waves_at
-from vasowave.solver.simulate import simulate_run
-from vasowave.units import ratios
+from vasowave.base import ratios
+from vasowave.pulse import derived
+from vasowave.pulse.calibration import beside, compared_part, parameter_space, sites_of
+from vasowave.pulse.cycle import resample
+from vasowave.pulse.solver import Places, simulate_run, waves_at
 
 KINDS = ("none", "pressure", "flow", "diameter")
 TOGETHER = ("pressure + diameter", "pressure + flow", "flow + diameter")

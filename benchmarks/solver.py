@@ -24,33 +24,22 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 
-from vasowave.calibration import Search, calibrate
-from vasowave.calibration.compared import compared_part
-from vasowave.calibration.objective import Objective
-from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.starts import DERIVATIVES
-from vasowave.datasets import control_network
-from vasowave.datasets.virtual import ejection, virtual_mouse
-from vasowave.model.blood import Blood
-from vasowave.model.model import Model
-from vasowave.model.nominal import estimate_nominal, windkessels
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
-from vasowave.solver.powers import tangent
-from vasowave.solver.simulate import simulate_run, simulate_runs
-from vasowave.solver.sweep import sweep
+from vasowave.pulse.calibration import DERIVATIVES, Objective, Search, calibrate, compared_part, parameter_space
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.examples import control_network, ejection, virtual_mouse
+from vasowave.pulse.model import Blood, LinearWall, Model, Numerics, TangentWall, estimate_nominal, windkessels
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import simulate_run, simulate_runs, sweep, tangent
 
 WALLS = {"linear": LinearWall(57.0), "tangent": TangentWall(7.0, 4.0)}
 FIRST_CALL = """
 import time
-from vasowave.datasets import control_network
-from vasowave.datasets.virtual import ejection
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.solver import simulate
-from vasowave.model.walls import LinearWall
+from vasowave.pulse.examples.published import control_network
+from vasowave.pulse.examples.mouse import ejection
+from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.nominal import windkessels
+from vasowave.pulse.solver.simulation import simulate
+from vasowave.pulse.model.walls import LinearWall
 network = control_network()
 start = time.perf_counter()
 simulate(Model(network, LinearWall(57.0), windkessels(network, 76.0, 0.12, 0.12)), ejection())

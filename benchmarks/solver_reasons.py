@@ -10,12 +10,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vasowave.errors import NumericalError, VasowaveWarning
-from vasowave.model.model import Model
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
-from vasowave.solver.result import Run
-from vasowave.solver.run import run_cycles, run_to_periodic
+from vasowave.base import NumericalError, VasowaveWarning
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.model import Model, Numerics
+from vasowave.pulse.solver import Run, run_cycles, run_to_periodic
 
 SAMPLES, CALM = 512, 0.9  # the Courant number at which a step of the program's choice aims
 FILLED, MANY = 40, 400  # cycles

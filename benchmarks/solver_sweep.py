@@ -23,16 +23,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from solver_reasons import contradiction
-from vasowave.errors import InputError, NumericalError, VasowaveWarning
-from vasowave.model.blood import Blood, BoundaryLayer, Poiseuille, PowerLaw
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.shape import Shape
-from vasowave.model.walls import LinearWall, TangentWall, wave_speed_at_rest
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
-from vasowave.solver.run import run_to_periodic
+from vasowave.base import InputError, NumericalError, VasowaveWarning
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.model import (
+    Blood,
+    BoundaryLayer,
+    LinearWall,
+    Model,
+    Numerics,
+    Poiseuille,
+    PowerLaw,
+    Shape,
+    TangentWall,
+    wave_speed_at_rest,
+    windkessels,
+)
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import run_to_periodic
 
 WRONG = 0.02  # of the largest pressure
 RIGHT = 0.0025  # likewise: a note about the grid of a model that is less wrong is false

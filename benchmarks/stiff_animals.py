@@ -21,19 +21,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.pipeline import analyze
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.datasets.virtual import ejection
-from vasowave.descriptions import Law, Parameter
-from vasowave.errors import NumericalError, VasowaveWarning
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import TangentWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow, Recording, read_recording
-from vasowave.runtime.threads import VARIABLE
-from vasowave.solver import Numerics, simulate
+from vasowave.base import Law, NumericalError, Parameter, VasowaveWarning
+from vasowave.base.runtime import VARIABLE
+from vasowave.catheter.read import read_recording
+from vasowave.pulse.cycle import Inflow, Recording
+from vasowave.pulse.examples import control_network, ejection, virtual_mouse
+from vasowave.pulse.model import Model, Numerics, TangentWall, windkessels
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import simulate
+from vasowave.study.animal import Animal, Settings, analyze
 
 LAWS = ("linear", "tangent", "power")
 STARTS = 3

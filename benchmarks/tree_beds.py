@@ -16,17 +16,13 @@ import numpy as np
 import pandas as pd
 
 from known_animals import NOISE, SAMPLES, WHITE, heart, smooth_noise
-from vasowave.animal.quantities import derived_of, errors_of
-from vasowave.calibration import Search, calibrate
-from vasowave.datasets import control_network
-from vasowave.model.blood import Blood
-from vasowave.model.model import Model
-from vasowave.model.outlets import Site
-from vasowave.model.structured_tree import StructuredTree
-from vasowave.model.walls import LinearWall
-from vasowave.quantities import derived
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.pulse import derived
+from vasowave.pulse.calibration import Search, calibrate
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import Blood, LinearWall, Model, Numerics, Site, StructuredTree
+from vasowave.pulse.solver import simulate
+from vasowave.study.animal import derived_of, errors_of
 
 
 class Viscous(StructuredTree):

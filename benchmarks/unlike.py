@@ -12,7 +12,7 @@ from scipy import ndimage
 from unlike_kinds import BACKGROUND, KINDS, SPACING, UNSEEN
 from unlike_scans import artefacts, displaced, framed, lumen_of
 from unlike_trees import grown, placed
-from vasowave.imaging import Volume
+from vasowave.lung.read import Volume
 
 __all__ = ["KINDS", "SPACING", "UNSEEN", "Made", "make"]
 

@@ -22,8 +22,8 @@ from scipy.optimize import linear_sum_assignment
 
 sys.path.insert(0, os.path.dirname(__file__))
 from unlike import KINDS, UNSEEN, make
-from vasowave.errors import VasowaveError, VasowaveWarning
-from vasowave.imaging import Options, extract
+from vasowave.base import VasowaveError, VasowaveWarning
+from vasowave.lung import Options, extract
 
 LENGTH, RADIUS = 0.10, 0.05
 """A vessel off by more than this share must be named by a warning."""

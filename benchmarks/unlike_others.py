@@ -27,13 +27,12 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 from unlike import KINDS, UNSEEN, make
 from unlike_accuracy import pairing
-from vasowave.errors import VasowaveError, VasowaveWarning
-from vasowave.imaging import Options, extract
-from vasowave.imaging.axes.skeleton import Skeleton, cut_at_junctions
-from vasowave.imaging.exchange.merging import merged
-from vasowave.imaging.lumen.segmentation import segment
-from vasowave.imaging.measure.measurement import network_of
-from vasowave.imaging.tree import Line
+from vasowave.base import VasowaveError, VasowaveWarning
+from vasowave.lung import Line, Options, extract
+from vasowave.lung.axes import Skeleton, cut_at_junctions
+from vasowave.lung.exchange import merged
+from vasowave.lung.lumen import segment
+from vasowave.lung.measure import network_of
 
 OURS, OTHERS = ("vasowave", "vasowave, guided"), ("kimimaro", "scikit-image", "vmtk")
 THRESHOLD = 45.0

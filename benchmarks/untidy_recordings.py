@@ -17,10 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
 
-from vasowave.errors import VasowaveError
-from vasowave.findings import Severity
-from vasowave.recording import RawRecording
-from vasowave.recording.channels import Comment
+from vasowave.base import Severity, VasowaveError
+from vasowave.catheter.signals import Comment, RawRecording
 
 MATTERS = 0.02
 

@@ -19,18 +19,14 @@ import pandas as pd
 
 from known_animals import NOISE, SAMPLES, WHITE, heart, smooth_noise
 from posterior_modes import tree
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.pipeline import result_of
-from vasowave.calibration import calibrate
-from vasowave.errors import VasowaveWarning
-from vasowave.inference.known_errors import columns
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.shape import Shape
-from vasowave.model.walls import LinearWall
-from vasowave.quantities import derived
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.base import VasowaveWarning
+from vasowave.pulse import derived
+from vasowave.pulse.calibration import calibrate
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.inference import columns
+from vasowave.pulse.model import LinearWall, Model, Numerics, Shape, windkessels
+from vasowave.pulse.solver import simulate
+from vasowave.study.animal import Animal, Settings, result_of
 
 WRONG, FALL = 0.04, 0.12
 KINDS = ("common", "each")

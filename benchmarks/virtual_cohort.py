@@ -11,12 +11,9 @@ from pathlib import Path
 import pandas as pd
 
 from recovery import against_table_1, coverage, quantities_table, recovered, signs
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.files import write_result
-from vasowave.animal.pipeline import analyze
-from vasowave.datasets.virtual import virtual_cohort
-from vasowave.errors import VasowaveWarning
-from vasowave.findings import texts
+from vasowave.base import VasowaveWarning, texts
+from vasowave.study.animal import Animal, Settings, analyze, write_result
+from vasowave.study.datasets import virtual_cohort
 
 
 def main() -> None:

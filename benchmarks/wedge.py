@@ -15,13 +15,11 @@ import numpy as np
 from known_animals import heart
 from posterior_modes import tree
 from robustness_page import put, shown
-from vasowave.inference import Priors, posterior
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall
-from vasowave.quantities import derived
-from vasowave.recording import Recording, resample
-from vasowave.solver import Numerics, simulate
+from vasowave.pulse import derived
+from vasowave.pulse.cycle import Recording, resample
+from vasowave.pulse.inference import Priors, posterior
+from vasowave.pulse.model import LinearWall, Model, Numerics, windkessels
+from vasowave.pulse.solver import simulate
 
 BEHIND = (2.0, 5.0, 8.0, 11.0, 15.0)  # mmHg
 NOISE, FALLS = 0.02, 2.0  # of the pulse; harmonics over which it falls to 1/e

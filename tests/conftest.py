@@ -8,11 +8,9 @@ from zlib import crc32
 import numpy as np
 import pytest
 
-from vasowave.datasets import control_network
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.recording import Inflow
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import LinearWall, Model, TangentWall, windkessels
 
 SHARED = Path(__file__).parents[1] / ".." / "shared" / "data"
 
@@ -114,8 +112,8 @@ def cohort_results() -> list:
 def cohort_report(cohort_results, tmp_path_factory) -> Path:
     """Return a folder with their report, one more animal having failed."""
     from made_cohort import FAILURE
-    from vasowave.animal.failure import Failure, Stage
-    from vasowave.report.write import write_report
+    from vasowave.study.animal import Failure, Stage
+    from vasowave.study.report import write_report
 
     folder = tmp_path_factory.mktemp("cohort") / "study"
     folder.mkdir()
@@ -146,4 +144,4 @@ def cohort_answer(cohort_report) -> str:
 def undrawn(monkeypatch) -> None:
     """Leave the figures of reports empty, for tests of their words: drawing is most of what a report costs."""
     empty = '<svg xmlns="http://www.w3.org/2000/svg" width="9pt" height="9pt" viewBox="0 0 9 9"></svg>'
-    monkeypatch.setattr("vasowave.report.blocks.svg", lambda figure: empty)
+    monkeypatch.setattr("vasowave.study.report.blocks.svg", lambda figure: empty)

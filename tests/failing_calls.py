@@ -80,7 +80,7 @@ class Failing:
 @contextmanager
 def failing(folder: Path, at: int = NEVER, code: int = 0) -> Iterator[Failing]:
     """Let the n-th call inside a folder fail, with the number of an error, or 0 to be killed there."""
-    from vasowave.io import reserved
+    from vasowave.base.io import reserved
 
     here, file = Failing(folder, at, code), reserved.FileIO
     waiting = here.counted(lambda handle: None, "FileIO.write")
@@ -120,7 +120,7 @@ def of_command(*arguments: str) -> Callable[[Path], int]:
 
 def of_workbench(study: Path) -> int:
     """Change table and settings by the workbench and drop a file into it; what is confirmed is there."""
-    from vasowave.workbench.server import Workbench
+    from vasowave.workbench import Workbench
 
     cells = {"do": "set-cells", "animal": "mouse 0", "cells": {"image pressure [mmHg]": "4.5"}}
     starts = {"do": "set-setting", "key": "calibration.starts", "value": "3"}
@@ -261,14 +261,15 @@ def _ready(job: str, place: Path) -> None:
     """Do a job once in this program, which then has loaded what it needs, and knows what was computed and drawn."""
     from concurrent.futures import ThreadPoolExecutor
 
-    import vasowave.imaging.kept.stages as stages
-    import vasowave.provenance as provenance
-    import vasowave.report.blocks as blocks
-    import vasowave.report.extraction as extraction
-    import vasowave.report.write as write
-    import vasowave.study.plan as plan
-    import vasowave.study.running as running
-    from vasowave.study.store import Journal, read_journal
+    import vasowave.base.provenance as provenance
+    import vasowave.study.running.runs.running as running
+
+    import vasowave.lung.kept.stages as stages
+    import vasowave.study.report.blocks as blocks
+    import vasowave.study.report.extraction as extraction
+    import vasowave.study.report.write as write
+    import vasowave.study.running.plan as plan
+    from vasowave.study.results import Journal, read_journal
 
     known: dict[Any, Any] = {}
 

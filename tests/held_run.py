@@ -6,8 +6,8 @@ from contextlib import suppress
 from multiprocessing import get_context
 from pathlib import Path
 
-from vasowave.runtime.interrupts import interruptible
-from vasowave.study.run_status import running
+from vasowave.base.runtime import interruptible
+from vasowave.study.running import running
 
 
 def held_run(folder, deaf=False):
@@ -19,7 +19,7 @@ def held_run(folder, deaf=False):
         Whether it inherits that interrupts are ignored, as what a script begins in the background does.
     """
     context = get_context("forkserver")
-    context.set_forkserver_preload(["vasowave.study.run_status"])  # which takes seconds to load, once
+    context.set_forkserver_preload(["vasowave.study.running.run_state"])  # which takes seconds to load, once
     begun = context.Event()
     process = context.Process(target=_hold, args=(str(folder), deaf, begun))
     process.start()

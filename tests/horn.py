@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.network import Network
 
 LENGTH, RADIUS, FALL, BETA = 2.0, 0.04, 0.6, 4000.0
 TUBE = Network(("only",), [-1], [LENGTH], [RADIUS])

@@ -1,8 +1,8 @@
 """What a fit says where a lab knows image, wall, probe and zero exactly."""
 
 import vasowave as vw
-from vasowave.animal.pipeline import result_of
-from vasowave.model.laws import identity
+from vasowave.pulse.model import identity
+from vasowave.study.animal import result_of
 
 EXACT = dict.fromkeys(("radius_scale_sd", "length_scale_sd", "k_sd", "taper_sd", "flow_gain_sd", "zero_sd"), 0.0)
 

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.datasets import virtual_mouse
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.datasets.virtual_files import SYNTHETIC, labchart_text
-from vasowave.network.network import Network
-from vasowave.network.vessel_table import write_network
-from vasowave.recording import RawRecording, Recording
+from vasowave.catheter import Disturbances, synthetic_raw_recording
+from vasowave.catheter.signals import RawRecording
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import virtual_mouse
+from vasowave.pulse.network import Network, write_network
+from vasowave.study.datasets import SYNTHETIC, labchart_text
 
 SMALL = Network(("1", "2", "3"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037])
 

@@ -9,18 +9,14 @@ import pytest
 import xarray as xr
 
 import made_fit
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.law_result import LawResult, Measured
-from vasowave.animal.pipeline import result_of
-from vasowave.animal.result import AnimalResult
-from vasowave.cohort import Design, Variable, gathered
-from vasowave.datasets import control_network, hypertensive_network
-from vasowave.datasets.raw import synthetic_raw_recording
-from vasowave.errors import VasowaveWarning
-from vasowave.findings import OTHER
-from vasowave.inference.known_errors import columns
-from vasowave.recording import Recording
-from vasowave.selection.criteria import verdicts
+from vasowave.base import OTHER, VasowaveWarning
+from vasowave.catheter import synthetic_raw_recording
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network, hypertensive_network
+from vasowave.pulse.inference import columns
+from vasowave.pulse.selection import verdicts
+from vasowave.study.animal import Animal, AnimalResult, LawResult, Measured, Settings, result_of
+from vasowave.study.cohort import Design, Variable, gathered
 
 FAILURE = "no diastolic decay of positive pressure after ejection; check the cycle"
 PLANTED = 98.765432

@@ -4,16 +4,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.calibration.compared import compared_part
-from vasowave.calibration.result import CalibratedModel
-from vasowave.calibration.uncertainty import UNDETERMINED
-from vasowave.datasets import control_network
-from vasowave.model.laws import find_law
-from vasowave.model.model import Model
-from vasowave.model.nominal import estimate_nominal
-from vasowave.model.outlets import Windkessel
-from vasowave.model.walls import area, wave_speed
-from vasowave.recording import Recording, resample
+from vasowave.pulse.calibration import UNDETERMINED, CalibratedModel, compared_part
+from vasowave.pulse.cycle import Recording, resample
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import Model, Windkessel, area, estimate_nominal, find_law, wave_speed
 
 PERIOD = 0.11
 PARAMETERS = {

@@ -7,10 +7,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.law_result import PosteriorResult
-from vasowave.inference.known_errors import SOURCES
-from vasowave.inference.result import Diagnostics, Posterior
-from vasowave.quantities import ACROSS_LAWS
+from vasowave.pulse import ACROSS_LAWS
+from vasowave.pulse.inference import SOURCES, Diagnostics, Posterior
+from vasowave.study.animal import PosteriorResult
 
 BLOCKS = ("0", "1", "2", "3-4")
 NAMES = ("stiffness", "wave_speed")

@@ -3,8 +3,8 @@
 EXPONENTIAL = """
 from typing import NamedTuple
 import numpy as np
-from vasowave.descriptions import Parameter
-from vasowave.model.walls import Law
+from vasowave.base.descriptions import Parameter
+from vasowave.base.descriptions import Law
 
 class ExponentialWall(NamedTuple):
     k: float

@@ -23,11 +23,10 @@ from typer.main import get_command
 
 import vasowave as vw
 from made_pages import SCAN, write_files, write_scan
+from vasowave.base import settings_of
 from vasowave.cli import app
-from vasowave.imaging.revise.edits import read_edits
-from vasowave.settings import settings_of
-from vasowave.study.reading import parse_document, validated
-from vasowave.study.settings import StudyFile
+from vasowave.lung.revise import read_edits
+from vasowave.study.folder import StudyFile, parse_document, validated
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"

@@ -10,13 +10,12 @@ import pytest
 import constants
 import vasowave
 from approval import approve
-from vasowave.accessors import Accessor
-from vasowave.datasets import control_network
-from vasowave.imaging import Volume
-from vasowave.model.laws import LAWS
-from vasowave.model.per_vessel import one_per_vessel
-from vasowave.model.walls import LinearWall
-from vasowave.recording import RawRecording, Recording
+from vasowave.base import Accessor
+from vasowave.catheter.signals import RawRecording
+from vasowave.lung.read import Volume
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import LAWS, LinearWall, one_per_vessel
 
 STATEFUL = {"Objective", "_Stages", "Document", "GivenOptions"}  # what counts, searches or keeps, piece by piece
 

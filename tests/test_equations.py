@@ -10,15 +10,22 @@ import numpy as np
 import pytest
 
 from made_fit import made_recording
-from vasowave.analysis import fourier_series, wave_intensity
-from vasowave.calibration import Search, calibrate
-from vasowave.datasets import control_network
-from vasowave.model.blood import Blood
-from vasowave.model.model import Model
-from vasowave.model.nominal import estimate_nominal, windkessels
-from vasowave.model.walls import LinearWall, TangentWall, area_compliance, stiffness
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.pulse.analysis import fourier_series, wave_intensity
+from vasowave.pulse.calibration import Search, calibrate
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import (
+    Blood,
+    LinearWall,
+    Model,
+    Numerics,
+    TangentWall,
+    area_compliance,
+    estimate_nominal,
+    windkessels,
+)
+from vasowave.pulse.model.walls import stiffness
+from vasowave.pulse.solver import simulate
 
 TESTS = Path(__file__).parent
 EQUATIONS = 33

@@ -10,16 +10,14 @@ from typer.testing import CliRunner
 
 import finding_codes as pages
 import vasowave as vw
-from vasowave.cli import app
-from vasowave.datasets.raw import synthetic_raw_recording
-from vasowave.errors import VasowaveWarning
-from vasowave.findings import (
+from vasowave.base import (
     KINDS,
     OTHER,
     Finding,
     FindingKind,
     Place,
     Severity,
+    VasowaveWarning,  # fmt: skip
     as_json,
     finding_of,
     from_json,
@@ -27,8 +25,10 @@ from vasowave.findings import (
     shared,
     texts,
     warn,
-)  # fmt: skip
-from vasowave.study.checking import check_study
+)
+from vasowave.catheter import synthetic_raw_recording
+from vasowave.cli import app
+from vasowave.study.entering import check_study
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 import vasowave as vw
-from vasowave.datasets.raw import synthetic_raw_recording
+from vasowave.catheter import synthetic_raw_recording
 
 
 @pytest.fixture(scope="module")

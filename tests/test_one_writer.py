@@ -70,4 +70,4 @@ def test_a_line_that_reads_or_writes_to_memory_is_none(line):
 def test_no_module_but_the_writer_opens_a_file_for_writing_or_moves_one():
     texts = {str(path.relative_to(PACKAGE)): path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
     found = {name: lines for name, text in texts.items() if (lines := writes(text))}
-    assert found.keys() == WRITER, f"write through vasowave.io.files: {found}"
+    assert found.keys() == WRITER, f"write through vasowave.base.io.files: {found}"

@@ -11,7 +11,7 @@ import pytest
 
 import vasowave
 from made_fit import made_fit
-from vasowave.datasets.raw import synthetic_raw_recording
+from vasowave.catheter import synthetic_raw_recording
 
 EXPLAINED = [name for name in vasowave.__all__ if not inspect.ismodule(getattr(vasowave, name))]
 LONG = ("plan", "write_report", "Posterior")  # examples of ten seconds, of what other tests run too
@@ -42,7 +42,7 @@ def test_every_public_name_has_an_example_that_works(name, tmp_path, monkeypatch
     runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
     said: list[str] = []
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", vasowave.errors.VasowaveWarning)
+        warnings.simplefilter("ignore", vasowave.base.errors.VasowaveWarning)
         for one in found:
             runner.run(one, out=said.append)
     assert not runner.failures, "".join(said)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import vasowave
-from vasowave.findings import KINDS
+from vasowave.base import KINDS
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"

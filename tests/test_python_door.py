@@ -12,15 +12,13 @@ import xarray as xr
 
 import vasowave as vw
 from made_cohort import planted_results
-from vasowave.animal.files import to_bytes
-from vasowave.cohort.cohort import gathered
-from vasowave.cohort.primary import primary_comparison
-from vasowave.datasets.raw import synthetic_raw_recording
-from vasowave.datasets.virtual_files import table_text
-from vasowave.study.reporting import report_study
-from vasowave.study.results import write_results
-from vasowave.study.settings import StudyFile
-from vasowave.study.store import ResultStore
+from vasowave.catheter import synthetic_raw_recording
+from vasowave.study.animal import to_bytes
+from vasowave.study.cohort import gathered, primary_comparison
+from vasowave.study.datasets import table_text
+from vasowave.study.folder import StudyFile
+from vasowave.study.results import ResultStore, write_results
+from vasowave.study.running import report_study
 
 PAGE = Path(__file__).parents[1] / "docs" / "python.md"
 ROW = re.compile(r"^\| `(?P<typed>[^`]+)` \| (?P<here>works|`[^`]+`) \|", re.MULTILINE)

@@ -4,12 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.uncertainty import ParameterSpread, fit_findings, parameter_table
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.findings import texts
-from vasowave.model.blood import Blood
-from vasowave.model.nominal import estimate_nominal
+from vasowave.base import texts
+from vasowave.pulse.calibration import ParameterSpread, fit_findings, parameter_space, parameter_table
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import Blood, estimate_nominal
 
 AGREE = pd.DataFrame({"agrees": [True, True]})
 NONE = pd.DataFrame()

@@ -10,13 +10,11 @@ import pytest
 from typer.testing import CliRunner
 
 import vasowave as vw
+from vasowave.base import InputError, settings_of
 from vasowave.cli import app
-from vasowave.errors import InputError
-from vasowave.imaging.options import Options
-from vasowave.settings import settings_of
-from vasowave.study.reading import parse_settings
-from vasowave.study.settings import StudyFile, animal_settings
-from vasowave.study.template import written
+from vasowave.lung import Options
+from vasowave.study.entering import written
+from vasowave.study.folder import StudyFile, animal_settings, parse_settings
 
 EARLIER = json.loads((Path(__file__).parent / "study" / "stored_settings.json").read_text("utf-8"))
 """What an index and a key held before settings were classes: dump of the study file, of `averaging`, and the key."""

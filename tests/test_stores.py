@@ -13,19 +13,16 @@ import pytest
 
 import fuzz
 from fuzzing import stores as forms
-from vasowave.calibration import Search, calibrate
-from vasowave.calibration.starts import NOT_KEPT
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.errors import InputError, VasowaveError, VasowaveWarning
-from vasowave.findings import from_json
-from vasowave.imaging.read.formats import VOLUMES
-from vasowave.inference.simulations import NOT_KEPT as SIMULATIONS_NOT_KEPT
-from vasowave.inference.simulations import Simulations
-from vasowave.network_formats import NETWORKS
-from vasowave.recording.formats import RECORDINGS
-from vasowave.stores import LARGEST, STORES, parsed, parsed_as
-from vasowave.study.plan import RECORD, read_declared
-from vasowave.study.store import Journal, read_journal
+from vasowave.base import LARGEST, STORES, InputError, VasowaveError, VasowaveWarning, from_json, parsed, parsed_as
+from vasowave.catheter.read.formats import RECORDINGS
+from vasowave.lung.read import VOLUMES
+from vasowave.pulse.calibration import NOT_KEPT, Search, calibrate
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.inference import NOT_KEPT as SIMULATIONS_NOT_KEPT
+from vasowave.pulse.inference import Simulations
+from vasowave.pulse.network_formats import NETWORKS
+from vasowave.study.results import Journal, read_journal
+from vasowave.study.running import RECORD, read_declared
 
 SOURCE = Path(__file__).parents[1] / "src" / "vasowave"
 BRACKETS = b"[" * 60_000
@@ -118,7 +115,7 @@ def test_the_strict_reader_keeps_every_bit_of_a_number_and_refuses_other_types()
 
 
 def test_a_text_that_is_longer_than_any_store_is_refused_before_it_is_read(monkeypatch):
-    monkeypatch.setattr("vasowave.stores.LARGEST", 10)
+    monkeypatch.setattr("vasowave.base.stores.LARGEST", 10)
     with pytest.raises(ValueError, match="longer than"):
         parsed("[" + "1," * 10 + "1]")
     assert LARGEST >= 1 << 28

@@ -2,8 +2,7 @@
 
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.units import CANONICAL, MMHG, factor
+from vasowave.base import CANONICAL, MMHG, InputError, factor
 
 DEFINITIONS = {
     "pressure": {

@@ -8,11 +8,8 @@ import pytest
 
 import vasowave as vw
 from lab_files import exported, recorded
-from vasowave.network.vessel_table import write_network
-from vasowave.study.plan import read_study
-from vasowave.study.reporting import report_study
-from vasowave.study.run_status import running
-from vasowave.study.running import run_alone
+from vasowave.pulse.network import write_network
+from vasowave.study.running import read_study, report_study, run_alone, running
 
 SOURCE = Path(vw.__file__).parent
 DRAWN = dict(

@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 
 import vasowave
-from vasowave.findings import KINDS, FindingKind
+from vasowave.base import KINDS, FindingKind
 
 PAGE = Path(__file__).parents[1] / "docs" / "findings.md"
 ABOUT = """\

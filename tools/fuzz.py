@@ -31,7 +31,7 @@ sys.path += [str(Path(__file__).parents[1] / folder) for folder in ("tools", "be
 from fuzzing import images, recordings, stores, studies, vessels
 from fuzzing.forms import Form
 from robustness_page import put
-from vasowave.errors import VasowaveError, VasowaveWarning
+from vasowave.base import VasowaveError, VasowaveWarning
 
 FORMS = recordings.FORMS | vessels.FORMS | images.FORMS | studies.FORMS | stores.FORMS
 FORMS |= {"result of an animal, alone": stores.ALONE}

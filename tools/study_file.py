@@ -5,7 +5,7 @@ uv run python tools/study_file.py           writes the page anew
 
 from pathlib import Path
 
-from vasowave.study.template import columns_table, keys_table
+from vasowave.study.entering import columns_table, keys_table
 
 PAGE = Path(__file__).parents[1] / "docs" / "study-file.md"
 

@@ -189,9 +189,9 @@ def imaged(folder: Path, voxels: int) -> Path:
     """Make a study whose only file is the image of a phantom, with the end of its cannula said."""
     from imaging import EDGE
     from phantom import embed, render
-    from vasowave.datasets import control_network
-    from vasowave.imaging import write_volume
-    from vasowave.study.template import new_study
+    from vasowave.lung.read import write_volume
+    from vasowave.pulse.examples import control_network
+    from vasowave.study.entering import new_study
 
     placed = embed(control_network(), np.random.default_rng(0))
     volume = render(placed, voxels, EDGE / voxels, np.random.default_rng(1))
@@ -241,8 +241,8 @@ def long_study(folder: Path) -> Path:
     import scipy.io
 
     from lab_files import SMALL, recorded
-    from vasowave.network.vessel_table import write_network
-    from vasowave.study.template import new_study
+    from vasowave.pulse.network import write_network
+    from vasowave.study.entering import new_study
 
     raw = recorded(1, 14.0, duration=600.0)
     new_study(folder)

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import vasowave as vw
-from vasowave.analysis import operating_point
+from vasowave.pulse.analysis import operating_point
 
 STYLE = {"font.size": 9, "svg.fonttype": "none", "axes.spines.top": False, "axes.spines.right": False}
 

@@ -10,10 +10,10 @@ from draw import fitted, known
 from scipy.stats import t as student
 
 import vasowave as vw
-from vasowave.analysis import operating_point
-from vasowave.model.walls import LinearWall
-from vasowave.recording import harmonic_errors
-from vasowave.recording.catheter import Catheter
+from vasowave.catheter.check import Catheter
+from vasowave.pulse.analysis import operating_point
+from vasowave.pulse.cycle import harmonic_errors
+from vasowave.pulse.model import LinearWall
 
 BLUE = "#0072b2"
 WIDE = (6.9, 2.6)

@@ -11,7 +11,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 import vasowave as vw
-from vasowave.exchange.paraview import drawn_axes
+from vasowave.study.exchange import drawn_axes
 
 network, mouse = vw.control_network(), vw.virtual_mouse()
 nominal = vw.estimate_nominal(network, mouse)

@@ -13,7 +13,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 import vasowave as vw
-from vasowave.study.template import write_virtual_study
+from vasowave.study.entering import write_virtual_study
 
 folder = Path(tempfile.mkdtemp())
 study_file = write_virtual_study(folder / "study")  # networks, recordings, a table of 7 + 5 animals

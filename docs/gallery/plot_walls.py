@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import vasowave as vw
-from vasowave.model.walls import PowerWall
+from vasowave.pulse.model import PowerWall
 
 pressure = np.linspace(0, 40, 200)
 laws = {

@@ -7,8 +7,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 from phantom import embed, render
-from vasowave.imaging import write_volume
-from vasowave.network.network import Network
+from vasowave.lung.read import write_volume
+from vasowave.pulse.network import Network
 
 tree = Network(
     ("trunk", "left", "right", "left a", "left b"),

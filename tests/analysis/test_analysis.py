@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.analysis import (
+from vasowave.base import InputError
+from vasowave.pulse.analysis import (
     compliance,
     fourier_series,
     impedance,
@@ -11,22 +12,26 @@ from vasowave.analysis import (
     measured_operating_point,
     named_waves,
     operating_point,
+    series_parallel,
     wave_intensity,
 )
-from vasowave.analysis.compliance import series_parallel
-from vasowave.animal.signals import measured_station, waves_dataset
-from vasowave.datasets import control_network
-from vasowave.datasets.virtual import virtual_mouse
-from vasowave.errors import InputError
-from vasowave.model.blood import Blood
-from vasowave.model.model import Model
-from vasowave.model.nominal import estimate_nominal, windkessels
-from vasowave.model.outlets import Windkessel
-from vasowave.model.shape import Shape
-from vasowave.model.walls import LinearWall, area, wave_speed
-from vasowave.network.network import Network
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import (
+    Blood,
+    LinearWall,
+    Model,
+    Numerics,
+    Shape,
+    Windkessel,
+    area,
+    estimate_nominal,
+    wave_speed,
+    windkessels,
+)
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import simulate
+from vasowave.study.animal import measured_station, waves_dataset
 
 T, RHO, C, A0 = 0.11, 1.057 / 1333.22, 220.0, 0.0069
 TIME = np.arange(512) * T / 512

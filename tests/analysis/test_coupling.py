@@ -7,10 +7,10 @@ import pytest
 
 import vasowave as vw
 from approval import approve, parts
-from vasowave.analysis.coupling import coupling
-from vasowave.errors import InputError
-from vasowave.model.nominal import windkessels
-from vasowave.recording import Recording, VentricularPressure
+from vasowave.base import InputError
+from vasowave.pulse.analysis import coupling
+from vasowave.pulse.cycle import Recording, VentricularPressure
+from vasowave.pulse.model import windkessels
 
 PERIOD = 0.11
 

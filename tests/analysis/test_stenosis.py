@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.errors import InputError
-from vasowave.model.blood import Poiseuille
-from vasowave.recording import Inflow
+from vasowave.base import InputError
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.model import Poiseuille
 
 SAMPLES, PERIOD = 256, 0.11
 TRUTHS = [

@@ -3,15 +3,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vasowave import analysis
-from vasowave.datasets import control_network
-from vasowave.errors import InputError
-from vasowave.model.blood import Blood
-from vasowave.model.model import Model
-from vasowave.model.outlets import ImpedanceSpectrum, Windkessel
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.network.network import Network
-from vasowave.recording import Recording
+from vasowave.base import InputError
+from vasowave.pulse import analysis
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import Blood, ImpedanceSpectrum, LinearWall, Model, TangentWall, Windkessel
+from vasowave.pulse.network import Network
 
 T, RHO, C, A0, N = 0.11, Blood().inertia, 220.0, 0.0069, 1000
 TIME = np.arange(N) * T / N

@@ -9,23 +9,26 @@ import numpy as np
 import pytest
 
 from made_fit import PARAMETERS, made_fit, made_recording
-from vasowave.analysis import compliance
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.files import read_result, write_result
-from vasowave.animal.pipeline import analyze
-from vasowave.animal.quantities import derived_of, errors_of, quantities_of
-from vasowave.animal.signals import flow_noise
-from vasowave.animal.stored import stored_inflow
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.datasets.raw import synthetic_raw_recording
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.findings import texts
-from vasowave.model.laws import find_law
-from vasowave.model.outlets import Windkessel
-from vasowave.network.network import Network
-from vasowave.quantities import QUANTITIES
-from vasowave.recording import Recording
-from vasowave.solver import Numerics
+from vasowave.base import InputError, VasowaveWarning, texts
+from vasowave.catheter import synthetic_raw_recording
+from vasowave.pulse import QUANTITIES
+from vasowave.pulse.analysis import compliance
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import Numerics, Windkessel, find_law
+from vasowave.pulse.network import Network
+from vasowave.study.animal import (
+    Animal,
+    Settings,
+    analyze,
+    derived_of,
+    errors_of,
+    flow_noise,
+    quantities_of,
+    read_result,
+    stored_inflow,
+    write_result,
+)
 
 GROUPS = {
     "network", "recording", "beats", "nominal",
@@ -47,7 +50,7 @@ def result():
         return made_fit(wall)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vasowave.animal.pipeline.calibrate", fit)
+        patch.setattr("vasowave.study.animal.pipeline.calibrate", fit)
         return analyze(animal, Settings(starts=1, model_selection=False))
 
 

@@ -3,15 +3,12 @@
 import numpy as np
 import pytest
 
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.files import from_bytes, to_bytes
-from vasowave.animal.pipeline import analyze
-from vasowave.animal.result import AnimalResult
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.findings import from_json, texts
-from vasowave.inference.known_errors import SOURCES
-from vasowave.report.write import write_report
-from vasowave.study.store import Journal
+from vasowave.base import from_json, texts
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.inference import SOURCES
+from vasowave.study.animal import Animal, AnimalResult, Settings, analyze, from_bytes, to_bytes
+from vasowave.study.report import write_report
+from vasowave.study.results import Journal
 
 
 @pytest.mark.validation

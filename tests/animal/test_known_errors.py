@@ -7,14 +7,10 @@ import pytest
 
 import vasowave as vw
 from made_cohort import EXACT
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.known_errors import effects_on_fit
-from vasowave.animal.pipeline import analyze
-from vasowave.animal.result import AnimalResult
-from vasowave.inference.known_errors import Seen, columns, kinds
-from vasowave.quantities import derived
-from vasowave.study.rows import COLUMNS
-from vasowave.study.settings import StudyFile, animal_settings
+from vasowave.pulse import derived
+from vasowave.pulse.inference import Seen, columns, kinds
+from vasowave.study.animal import Animal, AnimalResult, Settings, analyze, effects_on_fit
+from vasowave.study.folder import COLUMNS, StudyFile, animal_settings
 
 MOUSE = vw.virtual_mouse()
 NETWORK = vw.Network(("1", "2", "3"), [-1, 0, 0], [0.4, 0.4, 0.5], [0.05, 0.035, 0.04], pressure=6.0)

@@ -6,18 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vasowave.calibration import Search, calibrate
-from vasowave.datasets import control_network
-from vasowave.model.blood import Blood, BoundaryLayer
-from vasowave.model.model import Model
-from vasowave.model.nominal import estimate_nominal
-from vasowave.model.outlets import Windkessel
-from vasowave.model.walls import LinearWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow, Recording, read_recording, resample
-from vasowave.solver import Numerics, simulate
-from vasowave.solver.practice import PAPER
-from vasowave.units import MMHG
+from vasowave.base import MMHG
+from vasowave.catheter.read import read_recording
+from vasowave.pulse.calibration import Search, calibrate
+from vasowave.pulse.cycle import Inflow, Recording, resample
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import Blood, BoundaryLayer, LinearWall, Model, Numerics, Windkessel, estimate_nominal
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import PAPER, simulate
 
 
 @pytest.fixture(scope="module")

@@ -8,12 +8,10 @@ import pandas as pd
 import pytest
 
 from made_cohort import made_results
-from vasowave.animal.failure import Failure, Stage, as_plain, from_plain
-from vasowave.cohort.cohort import gathered
-from vasowave.cohort.missing import Missing, PressureRank, missing_animals
-from vasowave.cohort.primary import Primary, primary_comparison
-from vasowave.report.answer.problems import problems
-from vasowave.report.write import write_report
+from vasowave.study.animal import Failure, Stage, as_plain, from_plain
+from vasowave.study.cohort import Missing, PressureRank, Primary, gathered, missing_animals, primary_comparison
+from vasowave.study.report import write_report
+from vasowave.study.report.answer import problems
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 

@@ -8,9 +8,9 @@ import xarray as xr
 
 from made_cohort import bare_law, bare_result
 from made_fit import made_recording
-from vasowave.animal import datasets, reading, signals
-from vasowave.errors import InputError
-from vasowave.recording import Recording
+from vasowave.base import InputError
+from vasowave.pulse.cycle import Recording
+from vasowave.study.animal import datasets, reading, signals
 
 
 def test_the_autocorrelation_of_a_residual_is_that_of_its_cycle():

@@ -10,15 +10,12 @@ import xarray as xr
 import vasowave
 from made_cohort import made_results
 from made_posterior import made_posterior
-from vasowave.animal.datasets import posterior_result
-from vasowave.animal.files import read_result, write_result
-from vasowave.animal.result import AnimalResult, network_dataset
-from vasowave.animal.stored import stored_law
-from vasowave.cohort import gathered, primary_comparison
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.errors import InputError
-from vasowave.inference import compare_laws
-from vasowave.model import laws
+from vasowave.base import InputError
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.inference import compare_laws
+from vasowave.pulse.model import laws
+from vasowave.study.animal import AnimalResult, network_dataset, posterior_result, read_result, stored_law, write_result
+from vasowave.study.cohort import gathered, primary_comparison
 
 PAGE = Path(__file__).parents[2] / "docs" / "results-file.md"
 ABOUT = """\

@@ -5,15 +5,13 @@ import pytest
 
 import vasowave as vw
 from made_cohort import EXACT
-from vasowave.animal.files import read_result, write_result
-from vasowave.animal.stored import stored_sites
-from vasowave.cohort import gathered
-from vasowave.figures.modeled import sites_figure
-from vasowave.report.tables.models import sites_table
-from vasowave.study.animals import read_row
-from vasowave.study.loading import file_hashes, load_animal
-from vasowave.study.settings import StudyFile
-from vasowave.study.single_animal import fit_sentences, option_of
+from vasowave.study.animal import read_result, stored_sites, write_result
+from vasowave.study.cohort import gathered
+from vasowave.study.figures import sites_figure
+from vasowave.study.folder import StudyFile, read_row
+from vasowave.study.report.tables import sites_table
+from vasowave.study.results import file_hashes, load_animal
+from vasowave.study.running import fit_sentences, option_of
 
 NETWORK, MOUSE = vw.control_network(), vw.virtual_mouse()
 SITES = (

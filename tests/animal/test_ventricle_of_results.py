@@ -4,15 +4,14 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.animal.files import read_result, write_result
-from vasowave.cohort import gathered
-from vasowave.figures.measured import ventricle_figure
-from vasowave.quantities import COUPLING
-from vasowave.report.sections.data import data_section
-from vasowave.study.animals import read_row
-from vasowave.study.loading import file_hashes, load_animal
-from vasowave.study.settings import StudyFile
-from vasowave.study.single_animal import fit_sentences, option_of
+from vasowave.pulse import COUPLING
+from vasowave.study.animal import read_result, write_result
+from vasowave.study.cohort import gathered
+from vasowave.study.figures import ventricle_figure
+from vasowave.study.folder import StudyFile, read_row
+from vasowave.study.report.sections import data_section
+from vasowave.study.results import file_hashes, load_animal
+from vasowave.study.running import fit_sentences, option_of
 
 NETWORK = vw.control_network()
 

@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from known_exactly import summary_without_errors
-from vasowave.calibration import Search, calibrate
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.errors import InputError
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.base import InputError
+from vasowave.pulse.calibration import Search, calibrate
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import LinearWall, Model, Numerics, TangentWall, windkessels
+from vasowave.pulse.solver import simulate
 
 _TRUE = {"R_T": 76.0, "tau": 0.12, "a": 0.12}
 

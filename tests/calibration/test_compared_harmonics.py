@@ -5,14 +5,13 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from vasowave.calibration import Search, calibrate
-from vasowave.calibration.compared import compared_part
-from vasowave.datasets import control_network
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.datasets.virtual import virtual_mouse
-from vasowave.errors import InputError
-from vasowave.recording import Recording, average_beats, read_recording, resample
-from vasowave.selection.choices import answers_by_harmonics
+from vasowave.base import InputError
+from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
+from vasowave.catheter.read import read_recording
+from vasowave.pulse.calibration import Search, calibrate, compared_part
+from vasowave.pulse.cycle import Recording, resample
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.selection import answers_by_harmonics
 
 PHASE = 2 * np.pi * np.arange(256) / 256
 

@@ -8,15 +8,13 @@ import pytest
 
 import vasowave as vw
 from known_exactly import summary_without_errors
-from vasowave.animal.stored import stored_inflow
-from vasowave.calibration.compared import compared_part, sites_of
-from vasowave.calibration.objective import Objective
-from vasowave.calibration.parameters import parameter_space
-from vasowave.errors import InputError
-from vasowave.inference.posterior import Sampling, problem_of
-from vasowave.noise.spectrum import fourier
-from vasowave.quantities import derived
-from vasowave.recording import resample
+from vasowave.base import InputError
+from vasowave.pulse import derived
+from vasowave.pulse.calibration import Objective, compared_part, parameter_space, sites_of
+from vasowave.pulse.cycle import resample
+from vasowave.pulse.inference import Sampling, problem_of
+from vasowave.pulse.noise import fourier
+from vasowave.study.animal import stored_inflow
 
 NETWORK = vw.Network(("1", "2", "3"), [-1, 0, 0], [0.4, 0.4, 0.5], [0.05, 0.035, 0.04], pressure=6.0)
 MOUSE = vw.virtual_mouse()

@@ -6,23 +6,24 @@ import numpy as np
 import pytest
 
 from made_fit import made_recording
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.failure import Failure, Stage, attempted
-from vasowave.animal.files import failures_in, from_bytes, to_bytes, write_result
-from vasowave.animal.pipeline import analyze
-from vasowave.animal.result import AnimalResult
-from vasowave.calibration import Search, calibrate, starts
-from vasowave.calibration.coordinates import Coordinates
-from vasowave.calibration.parameters import parameter_space
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.descriptions import Law, Parameter
-from vasowave.errors import InputError, NumericalError
-from vasowave.model.blood import Blood
-from vasowave.model.laws import LAWS, find_law
-from vasowave.model.nominal import estimate_nominal
-from vasowave.model.walls import LinearWall
-from vasowave.recording import Recording
-from vasowave.solver import Numerics
+from vasowave.base import InputError, Law, NumericalError, Parameter
+from vasowave.pulse.calibration import Coordinates, Search, calibrate, parameter_space, starts
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import LAWS, Blood, LinearWall, Numerics, estimate_nominal, find_law
+from vasowave.study.animal import (
+    Animal,
+    AnimalResult,
+    Failure,
+    Settings,
+    Stage,
+    analyze,
+    attempted,
+    failures_in,
+    from_bytes,
+    to_bytes,
+    write_result,
+)
 
 FAST = Numerics(cell_size=0.3, tolerance=1e-6)
 
@@ -30,8 +31,8 @@ FAST = Numerics(cell_size=0.3, tolerance=1e-6)
 EDGY = '''
 from typing import NamedTuple
 import numpy as np
-from vasowave.descriptions import Law, Parameter
-from vasowave.model.walls import LinearWall
+from vasowave.base.descriptions import Law, Parameter
+from vasowave.pulse.model.walls import LinearWall
 
 class Edgy(NamedTuple):
     """The linear wall, whose equations raise errors of three kinds out of its range of stiffness."""
@@ -162,7 +163,7 @@ def test_a_posterior_that_fails_leaves_its_fit(animal, monkeypatch):
     def failing(*given, **more):
         raise NumericalError("most models near the mode cannot be simulated")
 
-    monkeypatch.setattr("vasowave.animal.pipeline.posterior", failing)
+    monkeypatch.setattr("vasowave.study.animal.pipeline.posterior", failing)
     result = analyze(animal, settings("linear", inference="posterior"))
     assert list(result.laws) == ["linear"]
     assert result.laws["linear"].posterior is None
@@ -199,7 +200,7 @@ def test_no_sick_animal_and_no_law_of_one_is_lost_without_a_reason(shared):
     their law.
     """
     from stiff_animals import MOUSE, came, summary
-    from vasowave.recording import read_recording
+    from vasowave.catheter.read import read_recording
 
     measured = read_recording(MOUSE / "pC6_1024.dat", MOUSE / "qC6_1024.dat", period=0.11)
     stiff = Recording(2.8 * measured.pressure, 0.65 * measured.flow, 0.11)

@@ -5,27 +5,32 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.analysis import wave_speeds
-from vasowave.animal.result import network_dataset, network_of
-from vasowave.calibration import Search, calibrate
-from vasowave.datasets import control_network
-from vasowave.datasets.virtual import virtual_mouse
-from vasowave.errors import InputError
-from vasowave.model import walls
-from vasowave.model.blood import Blood
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.nominal import estimate_nominal, stiffness, windkessels
-from vasowave.model.walls import LinearWall, PowerWall, TangentWall
-from vasowave.network.network import Network
-from vasowave.network.remarks import NO_PRESSURE, unknown_pressure
-from vasowave.network.vessel_table import write_network
-from vasowave.network_formats import read_network
-from vasowave.recording import Recording, read_recording
-from vasowave.selection.choices import answers_by_image_pressure
-from vasowave.solver import Numerics, simulate
-from vasowave.study.loading import animal_key, load_animal
-from vasowave.study.plan import read_study
+from vasowave.base import InputError
+from vasowave.catheter.read import read_recording
+from vasowave.pulse.analysis import wave_speeds
+from vasowave.pulse.calibration import Search, calibrate
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import (
+    Blood,
+    LinearWall,
+    Model,
+    Numerics,
+    PowerWall,
+    TangentWall,
+    estimate_nominal,
+    linear_solution,
+    stiffness,
+    walls,
+    windkessels,
+)
+from vasowave.pulse.network import NO_PRESSURE, Network, unknown_pressure, write_network
+from vasowave.pulse.network_formats import read_network
+from vasowave.pulse.selection import answers_by_image_pressure
+from vasowave.pulse.solver import simulate
+from vasowave.study.animal import network_dataset, network_of
+from vasowave.study.results import animal_key, load_animal
+from vasowave.study.running import read_study
 
 FILLED = 6.3  # mmHg, the paper's
 LAWS = [LinearWall(57.0), TangentWall(7.0, 2.8), PowerWall(20.0, 2.0)]

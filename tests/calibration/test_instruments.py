@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.pipeline import analyze
-from vasowave.figures.fit import plot_pressure
-from vasowave.figures.style import new_figure
-from vasowave.recording import LowPass, correct_catheter
+from vasowave.catheter.check import LowPass, correct_catheter
+from vasowave.study.animal import Animal, Settings, analyze
+from vasowave.study.figures import new_figure, plot_pressure
 
 NETWORK = vw.Network(("1", "2", "3"), [-1, 0, 0], [0.5, 0.8, 0.6], [0.05, 0.035, 0.03])
 BETA = 57.0

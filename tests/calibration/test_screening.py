@@ -3,13 +3,10 @@
 import numpy as np
 
 import vasowave as vw
-from vasowave.calibration import starts as starting
-from vasowave.calibration.compared import compared_part
-from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.screening import screened
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.model.blood import Blood
-from vasowave.model.nominal import estimate_nominal
+from vasowave.pulse.calibration import compared_part, parameter_space, screened
+from vasowave.pulse.calibration import starts as starting
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import Blood, estimate_nominal
 
 NETWORK, MOUSE = control_network(), virtual_mouse()
 COARSE = vw.Numerics(cell_size=0.3, tolerance=1e-6)

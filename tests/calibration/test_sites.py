@@ -7,15 +7,10 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.calibration.compared import compared_part, sites_of
-from vasowave.calibration.objective import Objective
-from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.sites import POINT
-from vasowave.errors import InputError
-from vasowave.recording import resample
-from vasowave.solver.places import Places, waves_at
-from vasowave.solver.simulate import simulate_run
-from vasowave.units import ratios
+from vasowave.base import InputError, ratios
+from vasowave.pulse.calibration import POINT, Objective, compared_part, parameter_space, sites_of
+from vasowave.pulse.cycle import resample
+from vasowave.pulse.solver import Places, simulate_run, waves_at
 
 NETWORK, MOUSE = vw.control_network(), vw.virtual_mouse()
 BRANCH = "2"

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from chromium import run
-from vasowave.cohort.cohort import gathered
-from vasowave.datasets import control_network
-from vasowave.figures.network import axes_in_space
-from vasowave.report.sections.models import space_block
+from vasowave.pulse.examples import control_network
+from vasowave.study.cohort import gathered
+from vasowave.study.figures import axes_in_space
+from vasowave.study.report.sections import space_block
 
 DRIVE = """
 addEventListener("load", () => {
@@ -79,8 +79,7 @@ def test_in_a_browser_networks_turn_and_change_their_color(cohort_page, tmp_path
 
 @pytest.mark.parametrize("name", ["</script>", "a\u2028b"])
 def test_names_cannot_end_the_script(name, cohort_results, tmp_path):
-    from vasowave.report.blocks import REPORT, Report, Section
-    from vasowave.report.html import page
+    from vasowave.study.report import REPORT, Report, Section, page
 
     cohort = gathered(cohort_results)
     (block,) = space_block(cohort, cohort.walls[0])

@@ -4,16 +4,11 @@ import threading
 
 import pytest
 
-from vasowave.calibration import starts as starting
-from vasowave.calibration.compared import compared_part
-from vasowave.calibration.objective import Objective
-from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.search import ROUGH, search
-from vasowave.datasets import virtual_mouse
-from vasowave.model.blood import Blood
-from vasowave.model.nominal import estimate_nominal
-from vasowave.network.network import Network
-from vasowave.solver import Numerics
+from vasowave.pulse.calibration import ROUGH, Objective, compared_part, parameter_space, search
+from vasowave.pulse.calibration import starts as starting
+from vasowave.pulse.examples import virtual_mouse
+from vasowave.pulse.model import Blood, Numerics, estimate_nominal
+from vasowave.pulse.network import Network
 
 
 def test_starts_that_are_not_followed_would_have_ended_at_the_same_optimum():

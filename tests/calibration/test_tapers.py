@@ -4,15 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from vasowave.calibration import Search, calibrate
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.shape import Shape
-from vasowave.model.walls import LinearWall
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, simulate
-from vasowave.solver.practice import PAPER
+from vasowave.pulse.calibration import Search, calibrate
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import LinearWall, Model, Numerics, Shape, windkessels
+from vasowave.pulse.solver import PAPER, simulate
 
 
 @pytest.fixture(scope="module")

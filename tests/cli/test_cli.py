@@ -15,12 +15,10 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from approval import approve, tree
+from vasowave.base import InputError
 from vasowave.cli import app
-from vasowave.datasets import control_network
-from vasowave.datasets.virtual import virtual_mouse
-from vasowave.errors import InputError
-from vasowave.network.network import Network
-from vasowave.network.vessel_table import write_network
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.network import Network, write_network
 from vasowave.study.results import read_results
 
 
@@ -216,8 +214,8 @@ def test_a_stiffness_of_zero_is_not_taken_for_none(tmp_path):
 
 
 def _write_labchart(folder, mouse, words=""):
-    from vasowave.datasets.raw import synthetic_raw_recording
-    from vasowave.datasets.virtual_files import SYNTHETIC, labchart_text
+    from vasowave.catheter import synthetic_raw_recording
+    from vasowave.study.datasets import SYNTHETIC, labchart_text
 
     raw = synthetic_raw_recording(mouse, np.random.default_rng(3), duration=6.0).raw
     path = folder / f"{words}raw.txt"

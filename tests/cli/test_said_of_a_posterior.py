@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from made_posterior import made_posterior
+from vasowave.base import OTHER
 from vasowave.cli import fit
-from vasowave.findings import OTHER
 
 
 @pytest.mark.parametrize("k_hat", [0.31, 0.93])

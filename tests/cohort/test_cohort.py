@@ -8,13 +8,22 @@ import xarray as xr
 from scipy import stats
 
 from made_cohort import changed, made_results
-from vasowave.cohort import cohort_table, contrasts, describe, leave_one_out
-from vasowave.cohort.cohort import typical_animal
-from vasowave.cohort.estimates import estimates_of
-from vasowave.cohort.two_groups import MOST_EXACT, exact_mann_whitney, hedges_g, holm, mann_whitney
-from vasowave.cohort.votes import misfits
-from vasowave.datasets import published_table
-from vasowave.errors import InputError
+from vasowave.base import InputError
+from vasowave.pulse.examples import published_table
+from vasowave.study.cohort import (
+    MOST_EXACT,
+    cohort_table,
+    contrasts,
+    describe,
+    estimates_of,
+    exact_mann_whitney,
+    hedges_g,
+    holm,
+    leave_one_out,
+    mann_whitney,
+    misfits,
+    typical_animal,
+)
 
 BETA, S = "beta [mmHg]", "S [mmHg2]"
 

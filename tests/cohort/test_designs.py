@@ -10,15 +10,24 @@ import pytest
 from scipy import stats
 
 from made_cohort import made_results
-from vasowave.cohort import Design, Family, Variable, gathered, primary_comparison
-from vasowave.cohort.degrees import degrees_left
-from vasowave.cohort.design import DRIFT, laid_out
-from vasowave.cohort.designed import modeled
-from vasowave.cohort.mixed import Structure, fit_mixed
-from vasowave.cohort.primary import known_values
-from vasowave.cohort.simultaneous import Fitted, joint
-from vasowave.errors import InputError
-from vasowave.report.answer.groups import not_told
+from vasowave.base import InputError
+from vasowave.study.cohort import (
+    DRIFT,
+    Design,
+    Family,
+    Fitted,
+    Structure,
+    Variable,
+    degrees_left,
+    fit_mixed,
+    gathered,
+    joint,
+    known_values,
+    laid_out,
+    modeled,
+    primary_comparison,
+)
+from vasowave.study.report.answer import not_told
 
 
 def variables(table):

@@ -5,9 +5,7 @@ import pytest
 from scipy import stats
 from scipy.optimize import brentq
 
-from vasowave.cohort.comparison import pooled
-from vasowave.cohort.estimates import Estimates
-from vasowave.cohort.two_groups import importance_index, importance_interval
+from vasowave.study.cohort import Estimates, importance_index, importance_interval, pooled
 
 
 def known(logs, errors=0.0, shared=0.0):

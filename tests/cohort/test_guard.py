@@ -4,10 +4,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from vasowave.cohort.design import Design, laid_out
-from vasowave.cohort.guard import RULES, PopulationShape, doubts_of, rate_of_blocks
-from vasowave.cohort.unused import unused_columns
-from vasowave.cohort.variables import Variable
+from vasowave.study.cohort import (
+    RULES,
+    Design,
+    PopulationShape,
+    Variable,
+    doubts_of,
+    laid_out,
+    rate_of_blocks,
+    unused_columns,
+)
 
 GROUPS = {"CTL": 7, "HPH": 5}
 

@@ -7,10 +7,20 @@ import pytest
 import xarray as xr
 
 from made_cohort import changed, made_results
-from vasowave.animal.law_result import PosteriorResult
-from vasowave.cohort import Family, gathered, pooled_ratio, primary_comparison
-from vasowave.cohort.estimates import Estimates, estimates_of, shared_error, typical_errors
-from vasowave.cohort.lungs import RULES, lungs_of, tipping_radius
+from vasowave.study.animal import PosteriorResult
+from vasowave.study.cohort import (
+    Estimates,
+    Family,
+    estimates_of,
+    gathered,
+    lungs_of,
+    pooled_ratio,
+    primary_comparison,
+    shared_error,
+    tipping_radius,
+    typical_errors,
+)
+from vasowave.study.cohort.lungs import RULES
 
 OTHER = np.arange(7) >= 4
 SLOPE = 2.5  # of the stiffness, per change of the radius

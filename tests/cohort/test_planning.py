@@ -10,16 +10,29 @@ from scipy import stats
 import planning
 from approval import PAPER, approve, figure, page
 from made_cohort import made_results
-from vasowave.cohort import Design, Variable, gathered
-from vasowave.cohort.balanced import changes_of, effects_of_repeated
-from vasowave.cohort.design import laid_out
-from vasowave.cohort.mixed import Structure, fit_mixed
-from vasowave.cohort.planning import _SIZES, Plan, Planning, Spread, plan_of, spreads_of, with_occasions
-from vasowave.cohort.primary import Family
-from vasowave.cohort.simultaneous import ComparedQuantity, simultaneous
-from vasowave.errors import InputError
-from vasowave.figures.rendering import svg
-from vasowave.report.planned import plan_texts, write_plan
+from vasowave.base import InputError
+from vasowave.study.cohort import (
+    ComparedQuantity,
+    Design,
+    Family,
+    Plan,
+    Planning,
+    Spread,
+    Structure,
+    Variable,
+    changes_of,
+    effects_of_repeated,
+    fit_mixed,
+    gathered,
+    laid_out,
+    plan_of,
+    simultaneous,
+    spreads_of,
+    with_occasions,
+)
+from vasowave.study.cohort.planning import _SIZES
+from vasowave.study.figures import svg
+from vasowave.study.report import plan_texts, write_plan
 
 ALIKE = 0.6 + 0.4 * np.eye(3)
 SPREADS = [Spread("mPAP", (0.2, 0.3), 0.1), Spread("a", (0.5, 0.5), 0.3), Spread("R_T", (0.3, 0.2))]
@@ -34,7 +47,9 @@ def planned():
 def planned_by_bonferroni():
     """Return the plan of a family whose critical p are not drawn from studies, which takes seconds."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("vasowave.cohort.planning._criticals", lambda *arguments: np.full((len(_SIZES), 1), 0.05 / 3))
+        patched.setattr(
+            "vasowave.study.cohort.planning._criticals", lambda *arguments: np.full((len(_SIZES), 1), 0.05 / 3)
+        )
         return plan_of(SPREADS, ALIKE, "theory", Planning(effect=1.6))
 
 

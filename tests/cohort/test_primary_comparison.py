@@ -10,11 +10,19 @@ from scipy import stats
 
 from made_cohort import changed, made_results
 from relabelings import family_p
-from vasowave.cohort import Family, contrasts, gathered, pooled_mean, pooled_ratio, primary_comparison
-from vasowave.cohort.declared import Declaration
-from vasowave.cohort.primary import Untested, smallest_p
-from vasowave.datasets import published_table
-from vasowave.errors import InputError
+from vasowave.base import InputError
+from vasowave.pulse.examples import published_table
+from vasowave.study.cohort import (
+    Declaration,
+    Family,
+    Untested,
+    contrasts,
+    gathered,
+    pooled_mean,
+    pooled_ratio,
+    primary_comparison,
+    smallest_p,
+)
 
 LABELS = np.arange(7) >= 4
 

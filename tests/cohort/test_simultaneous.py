@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from vasowave.cohort import pooled_ratio
-from vasowave.cohort.simultaneous import LEVEL, ComparedQuantity, simultaneous
+from vasowave.study.cohort import LEVEL, ComparedQuantity, pooled_ratio, simultaneous
 
 DRAWS = 4_999
 ERROR = 4 * np.sqrt(0.25 / DRAWS)  # four standard errors of a share, at its worst

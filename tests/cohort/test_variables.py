@@ -2,8 +2,8 @@
 
 import pytest
 
-from vasowave.cohort import Variable
-from vasowave.errors import InputError
+from vasowave.base import InputError
+from vasowave.study.cohort import Variable
 
 ANIMALS = {f"m{i}": "CTL" for i in range(8)}
 

@@ -8,15 +8,24 @@ import xarray as xr
 from scipy import stats
 
 from made_cohort import made_results, voting
-from vasowave.animal.law_result import PosteriorResult
-from vasowave.cohort import Design, gathered
-from vasowave.cohort.pooling import pooled_mean
-from vasowave.cohort.variables import Variable
-from vasowave.cohort.votes import DECISIVE, differences, stored
-from vasowave.cohort.walls import CLEAR, Evidence, evidences, exponent_of, pooled_censored
-from vasowave.inference import laws
-from vasowave.report.answer.walls import wall_answer
-from vasowave.selection import UNDECIDED, aicc
+from vasowave.pulse.inference import laws
+from vasowave.pulse.selection import UNDECIDED, aicc
+from vasowave.study.animal import PosteriorResult
+from vasowave.study.cohort import (
+    CLEAR,
+    DECISIVE,
+    Design,
+    Evidence,
+    Variable,
+    differences,
+    evidences,
+    exponent_of,
+    gathered,
+    pooled_censored,
+    pooled_mean,
+    stored,
+)
+from vasowave.study.report.answer import wall_answer
 
 PRICE = aicc(0.0, 5, 512) - aicc(0.0, 4, 512)  # of the parameters that `voting` gives the second law
 

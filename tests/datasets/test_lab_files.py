@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vasowave import average_beats, read_raw_recording
-from vasowave.datasets.virtual_files import write_lab_files
-from vasowave.errors import InputError
+from vasowave.base import InputError
+from vasowave.study.datasets import write_lab_files
 
 
 @pytest.fixture(scope="module")

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from vasowave.datasets.published import published_table
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.errors import InputError
-from vasowave.recording import Recording
+from vasowave.base import InputError
+from vasowave.catheter import Disturbances, synthetic_raw_recording
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import published_table
 
 T = np.arange(64) / 64
 CYCLE = Recording(12 + 4 * np.sin(2 * np.pi * T), 1 + 0.5 * np.cos(2 * np.pi * T), 0.1)

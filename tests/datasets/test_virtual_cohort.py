@@ -2,11 +2,11 @@ import pandas as pd
 import pytest
 
 from approval import approve, parts
-from vasowave.datasets import published_table
-from vasowave.datasets.virtual import virtual_cohort
-from vasowave.datasets.virtual_files import SYNTHETIC, write_virtual_cohort
-from vasowave.network_formats import read_network
-from vasowave.recording import average_beats, read_raw_recording
+from vasowave.catheter import average_beats
+from vasowave.catheter.read import read_raw_recording
+from vasowave.pulse.examples import published_table
+from vasowave.pulse.network_formats import read_network
+from vasowave.study.datasets import SYNTHETIC, virtual_cohort, write_virtual_cohort
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*beats between the first and the last averaged were rejected")
 

@@ -6,10 +6,9 @@ import pandas as pd
 import pytest
 
 from recovery import against_table_1, coverage, quantities_table, recovered, signs
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.pipeline import analyze
-from vasowave.datasets.virtual import virtual_cohort
-from vasowave.errors import VasowaveWarning
+from vasowave.base import VasowaveWarning
+from vasowave.study.animal import Animal, Settings, analyze
+from vasowave.study.datasets import virtual_cohort
 
 pytestmark = pytest.mark.validation
 

@@ -2,14 +2,9 @@
 
 import pytest
 
-from vasowave.datasets import control_network
-from vasowave.datasets.virtual import virtual_mouse
-from vasowave.exchange.solved import solve
-from vasowave.model.blood import Blood, BoundaryLayer, Poiseuille
-from vasowave.model.losses import narrowed
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall, TangentWall
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import Blood, BoundaryLayer, LinearWall, Model, Poiseuille, TangentWall, narrowed, windkessels
+from vasowave.study.exchange import solve
 
 LAWS = {"linear": LinearWall(57.0), "tangent": TangentWall(20.0, 2.0)}
 

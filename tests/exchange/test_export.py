@@ -11,15 +11,9 @@ from typer.testing import CliRunner
 
 import vasowave as vw
 from approval import approve, parts
+from vasowave.base import MMHG, InputError
 from vasowave.cli import app
-from vasowave.errors import InputError
-from vasowave.exchange.export import FORMATS
-from vasowave.exchange.matlab import write_matlab
-from vasowave.exchange.openbf import write_openbf
-from vasowave.exchange.paraview import drawn_axes
-from vasowave.exchange.svzerod import write_svzerod
-from vasowave.exchange.tables import write_tables
-from vasowave.units import MMHG
+from vasowave.study.exchange import FORMATS, drawn_axes, write_matlab, write_openbf, write_svzerod, write_tables
 
 
 def test_matlab_reads_waves_parameters_and_units(tangent, tmp_path):

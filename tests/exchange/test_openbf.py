@@ -8,19 +8,11 @@ import numpy as np
 import pytest
 import yaml
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.exchange import read_openbf
-from vasowave.exchange.openbf import linear_tube, write_openbf
-from vasowave.exchange.solved import solve
-from vasowave.model import walls
-from vasowave.model.blood import PowerLaw
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.outlets import ReflectionCoefficient
-from vasowave.network.network import Network
-from vasowave.solver import Numerics, simulate
-from vasowave.solver.simulate import simulate_run
-from vasowave.units import MMHG
+from vasowave.base import MMHG, InputError, VasowaveWarning
+from vasowave.pulse.model import Model, Numerics, PowerLaw, ReflectionCoefficient, walls, windkessels
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import simulate, simulate_run
+from vasowave.study.exchange import linear_tube, read_openbf, solve, write_openbf
 
 PA = MMHG / 10
 MANDATORY = {"label": str, "sn": int, "tn": int, "L": float, "E": float}

@@ -10,16 +10,10 @@ import numpy as np
 import pytest
 
 from programs_by_others import environment_with
-from vasowave.errors import InputError
-from vasowave.exchange.paraview import (
-    SIDES,
-    drawn_axes,
-    read_axes,
-    ring_directions,
-    write_paraview,
-)
-from vasowave.model.walls import pressure
-from vasowave.network.network import Network
+from vasowave.base import InputError
+from vasowave.pulse.model import pressure
+from vasowave.pulse.network import Network
+from vasowave.study.exchange import SIDES, drawn_axes, read_axes, ring_directions, write_paraview
 
 TYPES = {"Float32": "<f4", "Int32": "<i4"}
 SCRIPT = """

@@ -7,17 +7,11 @@ import numpy as np
 import pytest
 
 from programs_by_others import environment_with
-from vasowave.datasets import control_network
-from vasowave.exchange.solved import solve
-from vasowave.exchange.svzerod import write_svzerod
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.outlets import Resistance
-from vasowave.model.walls import LinearWall
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
-from vasowave.units import MMHG
+from vasowave.base import MMHG
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import LinearWall, Model, Numerics, Resistance, linear_solution, windkessels
+from vasowave.study.exchange import solve, write_svzerod
 
 SCRIPT = """
 import json, sys, svzerod

@@ -1,6 +1,6 @@
 import pytest
 
-from vasowave.figures.style import new_figure, style
+from vasowave.study.figures import new_figure, style
 
 
 @pytest.fixture

@@ -6,12 +6,11 @@ import pytest
 
 from approval import PAPER, approve, figure
 from made_cohort import bare_result
-from vasowave.animal.datasets import beats_dataset, recording_dataset
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.figures.rendering import svg
-from vasowave.figures.signals import plot_baseline, plot_detected_beats, plot_ensemble
-from vasowave.recording import Recording, average_beats
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
+from vasowave.pulse.cycle import Recording
+from vasowave.study.animal import beats_dataset, recording_dataset
+from vasowave.study.figures import plot_baseline, plot_detected_beats, plot_ensemble, svg
 
 mpl.use("Agg")
 PHASE = np.arange(256) / 256

@@ -6,9 +6,17 @@ import pytest
 import xarray as xr
 
 from made_cohort import bare_result
-from vasowave.figures.measured import plot_decay, plot_upstroke
-from vasowave.figures.rendering import as_file, lettered, mark, svg
-from vasowave.figures.style import new_figure, ratio_ticks, style
+from vasowave.study.figures import (
+    as_file,
+    lettered,
+    mark,
+    new_figure,
+    plot_decay,
+    plot_upstroke,
+    ratio_ticks,
+    style,
+    svg,
+)
 
 
 @pytest.mark.parametrize(

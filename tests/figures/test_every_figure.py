@@ -6,15 +6,20 @@ from itertools import combinations
 import pytest
 
 from made_cohort import crossed_cohort
-from vasowave.cohort.cohort import gathered
-from vasowave.cohort.primary import primary_comparison
-from vasowave.errors import InputError
-from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_residuals
-from vasowave.figures.fitted import figure_bytes
-from vasowave.figures.rendering import lettered
-from vasowave.figures.style import NARROW, WIDEST, new_figure, style
-from vasowave.report.documents import report_of, supplement_of
-from vasowave.report.settings import ReportSettings
+from vasowave.base import InputError
+from vasowave.study.cohort import gathered, primary_comparison
+from vasowave.study.figures import (
+    NARROW,
+    WIDEST,
+    figure_bytes,
+    lettered,
+    new_figure,
+    plot_autocorrelation,
+    plot_flow,
+    plot_residuals,
+    style,
+)
+from vasowave.study.report import ReportSettings, report_of, supplement_of
 
 pytestmark = pytest.mark.validation  # it draws everything twice
 

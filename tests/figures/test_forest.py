@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from approval import approve, artists
-from vasowave.figures.forest import NARROW, WIDE, Dot, ForestRow, Point, forest_figure
-from vasowave.figures.style import group_looks, source_looks, style
+from vasowave.study.figures import WIDE, Dot, ForestRow, Point, forest_figure, group_looks, source_looks, style
+from vasowave.study.figures.forest import NARROW
 
 
 def row(label, sizes, spread, rng, laws=("tangent", "power")):

@@ -7,21 +7,30 @@ import xarray as xr
 
 from approval import approve, artists
 from made_cohort import bare_law, bare_result
-from vasowave.cohort import contrasts, gathered
-from vasowave.cohort.comparison import GroupMean
-from vasowave.datasets import published_table
-from vasowave.datasets.raw import synthetic_raw_recording
-from vasowave.figures.compared import importance_figure
-from vasowave.figures.fit import plot_modulus, plot_phase
-from vasowave.figures.fitted import PANELS, FitPlots
-from vasowave.figures.groups import plot_cells, plot_groups, plot_mean_waveform, plot_ratios
-from vasowave.figures.measured import ventricle_figure
-from vasowave.figures.modeled import plot_vessel, sites_figure
-from vasowave.figures.network import plot_network
-from vasowave.figures.signals import draw_average, draw_raw
-from vasowave.figures.style import group_looks, source_looks
-from vasowave.network.network import Network
-from vasowave.recording import Recording, average_beats
+from vasowave.catheter import average_beats, synthetic_raw_recording
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import published_table
+from vasowave.pulse.network import Network
+from vasowave.study.animal import FitPlots
+from vasowave.study.cohort import GroupMean, contrasts, gathered
+from vasowave.study.figures import (
+    PANELS,
+    draw_average,
+    draw_raw,
+    group_looks,
+    importance_figure,
+    plot_cells,
+    plot_groups,
+    plot_mean_waveform,
+    plot_modulus,
+    plot_network,
+    plot_phase,
+    plot_ratios,
+    plot_vessel,
+    sites_figure,
+    source_looks,
+    ventricle_figure,
+)
 
 pytestmark = pytest.mark.usefixtures("in_style")
 

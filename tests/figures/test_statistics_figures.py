@@ -9,19 +9,30 @@ import xarray as xr
 matplotlib.use("Agg")
 from matplotlib.figure import Figure
 
-from vasowave import analysis
-from vasowave.animal.reading import autocorrelation
-from vasowave.animal.signals import Station, waves_dataset
-from vasowave.cohort.comparison import GroupMean
-from vasowave.datasets import published_table
-from vasowave.figures.fit import plot_modulus, plot_phase, unwrapped
-from vasowave.figures.groups import plot_groups
-from vasowave.figures.modeled import plot_separated_pressure, plot_waterfall, plot_wave_intensity
-from vasowave.figures.network import plot_network
-from vasowave.figures.signals import thinned
-from vasowave.figures.style import CTL, HPH, group_looks, new_figure, source_looks, style, wall_lines
-from vasowave.network.network import Network
-from vasowave.recording import Recording
+from vasowave.pulse import analysis
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import published_table
+from vasowave.pulse.network import Network
+from vasowave.study.animal import Station, autocorrelation, waves_dataset
+from vasowave.study.cohort import GroupMean
+from vasowave.study.figures import (
+    CTL,
+    HPH,
+    group_looks,
+    new_figure,
+    plot_groups,
+    plot_modulus,
+    plot_network,
+    plot_phase,
+    plot_separated_pressure,
+    plot_waterfall,
+    plot_wave_intensity,
+    source_looks,
+    style,
+    thinned,
+    unwrapped,
+    wall_lines,
+)
 
 T, N = 0.11, 200
 P = 15 + 5 * np.sin(2 * np.pi * np.arange(N) / N) + np.sin(6 * np.pi * np.arange(N) / N)

@@ -4,7 +4,7 @@ import pytest
 from made_phantom import outlets_of, phantom, root_of, run
 
 from phantom import write_dicom_series
-from vasowave.imaging import write_volume
+from vasowave.lung.read import write_volume
 
 
 @pytest.fixture(scope="session")

@@ -6,10 +6,10 @@ import numpy as np
 from typer.testing import CliRunner
 
 from phantom import embed, render
+from vasowave.base import VasowaveWarning
 from vasowave.cli import app
-from vasowave.errors import VasowaveWarning
-from vasowave.imaging.places import written
-from vasowave.network.network import Network
+from vasowave.lung import written
+from vasowave.pulse.network import Network
 
 NETWORK = Network(
     ("1", "2", "3", "4", "5"),

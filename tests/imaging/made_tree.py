@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vasowave.imaging.tree import Line, Tree
+from vasowave.lung import Line, Tree
 
 
 def straight(start, end, radius, points=41):

@@ -9,9 +9,9 @@ from made_phantom import outlets_of, phantom, root_of, run
 from scipy.spatial import cKDTree
 
 from phantom import write_dicom_series
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging import Options, Volume, extract, read_volume, write_volume
-from vasowave.imaging.places import written
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.lung import Options, extract, written
+from vasowave.lung.read import Volume, read_volume, write_volume
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,9 @@ from typer.testing import CliRunner
 
 from phantom import embed
 from vasowave.cli import app
-from vasowave.imaging.exchange.centerlines import write_centerlines
-from vasowave.imaging.exchange.swc import write_swc
-from vasowave.imaging.tree import Line, Tree
-from vasowave.network_formats import read_network
+from vasowave.lung import Line, Tree
+from vasowave.lung.exchange import write_centerlines, write_swc
+from vasowave.pulse.network_formats import read_network
 
 
 @pytest.fixture(scope="module")

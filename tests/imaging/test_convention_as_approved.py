@@ -6,9 +6,9 @@ from made_tree import straight
 from test_tubes import walls
 
 from approval import approve, parts
-from vasowave.errors import InputError
-from vasowave.imaging.exchange.convention import as_extracted
-from vasowave.imaging.tree import Line, Tree
+from vasowave.base import InputError
+from vasowave.lung import Line, Tree
+from vasowave.lung.exchange import as_extracted
 
 
 def tree(rough=0.0):

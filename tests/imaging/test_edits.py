@@ -5,19 +5,22 @@ import numpy as np
 import pytest
 from made_tree import forked_tree, straight
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.measure.measurement import filled_at, measured_alone, network_of, taper, with_errors
-from vasowave.imaging.measure.radii import Densitometry
-from vasowave.imaging.revise.edits import edited, outlets_of, read_edits, root_of, with_radii
-from vasowave.imaging.revise.parts import (
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.lung import Tree
+from vasowave.lung.measure import Densitometry, filled_at, measured_alone, network_of, taper, with_errors
+from vasowave.lung.revise import (
+    edited,
     first_generations,
     largest_vessels,
+    outlets_of,
     part_of,
+    read_edits,
+    root_of,
     scaled,
     wider_than,
+    with_radii,
 )
-from vasowave.imaging.tree import Tree
-from vasowave.network.network import Network
+from vasowave.pulse.network import Network
 
 
 @pytest.fixture

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from vasowave.imaging.axes import paths
-from vasowave.imaging.axes.junctions import to_the_surface
-from vasowave.imaging.lumen.segmentation import Segmentation
-from vasowave.imaging.tree import Line
+from vasowave.lung import Line
+from vasowave.lung.axes import paths, to_the_surface
+from vasowave.lung.lumen import Segmentation
 
 RNG = np.random.default_rng(3)
 

@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 
 from phantom import embed
-from vasowave.datasets import control_network
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.exchange.centerlines import read_centerlines, write_centerlines
-from vasowave.imaging.exchange.legacy_vtk import PolyLines
-from vasowave.imaging.exchange.merging import merged
-from vasowave.imaging.exchange.polydata import read_polydata, write_vtp
-from vasowave.imaging.measure.measurement import network_of
-from vasowave.imaging.tree import Line, Tree
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.lung import Line, Tree
+from vasowave.lung.exchange import PolyLines, merged, read_centerlines, read_polydata, write_centerlines, write_vtp
+from vasowave.lung.measure import network_of
+from vasowave.pulse.examples import control_network
 
 MOUSE = Path(__file__).parents[2] / ".." / "shared" / "data" / "mouse-lung-centerline"
 
@@ -58,8 +55,8 @@ def test_exported_centerlines_read_back_as_the_same_vessels(control, tmp_path):
 
 @pytest.mark.parametrize("reverse", [False, True])
 def test_lines_that_share_no_point_merge_into_the_21_vessels(control, reverse):
-    from vasowave.imaging.axes.skeleton import cut_at_junctions
-    from vasowave.imaging.matching import match
+    from vasowave.lung import match
+    from vasowave.lung.axes import cut_at_junctions
 
     network, tree = control
     lines = [line[::-1] if reverse else line for line in whole_lines(tree)]

@@ -14,16 +14,15 @@ from made_phantom import NETWORK, VOXEL, outlets_of, root_of, run
 from typer.testing import CliRunner
 
 import approval
+from vasowave.base import InputError
 from vasowave.cli import app
-from vasowave.errors import InputError
-from vasowave.imaging import Volume, write_volume
-from vasowave.imaging.exchange.centerlines import read_centerlines
-from vasowave.imaging.kept.stages import read_value
-from vasowave.imaging.matching import match, unmatched
-from vasowave.imaging.measure.measurement import network_of
-from vasowave.network.network import Network
-from vasowave.network.vessel_table import write_network
-from vasowave.network_formats import read_network
+from vasowave.lung import match, unmatched
+from vasowave.lung.exchange import read_centerlines
+from vasowave.lung.kept import read_value
+from vasowave.lung.measure import network_of
+from vasowave.lung.read import Volume, write_volume
+from vasowave.pulse.network import Network, write_network
+from vasowave.pulse.network_formats import read_network
 
 
 def table(path):

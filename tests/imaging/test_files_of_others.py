@@ -7,11 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.exchange.centerlines import measured_lines, read_centerlines
-from vasowave.imaging.exchange.legacy_vtk import PolyLines
-from vasowave.imaging.exchange.polydata import lz4_block, write_vtp
-from vasowave.imaging.measure.measurement import network_of
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.lung.exchange import PolyLines, lz4_block, measured_lines, read_centerlines, write_vtp
+from vasowave.lung.measure import network_of
 
 AORTA = Path(__file__).parents[2] / ".." / "shared" / "data" / "vmtk-aorta"
 # A root along x to (3, 0, 0), from where one daughter goes 4 along y and one 9 along z; radii 0.4, 0.3, 0.2.

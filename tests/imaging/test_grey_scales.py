@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 
 from phantom import embed, render
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.lumen.levels import levels_of
-from vasowave.imaging.lumen.segmentation import Segmentation, segment
-from vasowave.imaging.measure.grey_scale import GreyScale, corrected, grey_scale
-from vasowave.imaging.options import grey_text, parse_grey
-from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.grey import grey_look, saturation
-from vasowave.network.network import Network
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.lung import Line, Options, Tree, extract, grey_text, parse_grey
+from vasowave.lung.lumen import Segmentation, levels_of, segment
+from vasowave.lung.measure import GreyScale, corrected, grey_scale
+from vasowave.lung.read import Volume
+from vasowave.lung.witness import grey_look, saturation
+from vasowave.pulse.network import Network
 
 NETWORK = Network(("a", "b", "c"), np.array([-1, 0, 0]), np.array([0.4, 0.4, 0.3]), np.array([0.052, 0.04, 0.034]))
 

@@ -10,9 +10,8 @@ import pydicom
 import pytest
 
 from phantom import write_dicom_series
-from vasowave.errors import InputError
-from vasowave.imaging import Volume, read_volume
-from vasowave.imaging.read.volume import isotropic
+from vasowave.base import InputError
+from vasowave.lung.read import Volume, isotropic, read_volume
 
 VOXELS = np.arange(27, dtype="<i2").reshape(3, 3, 3)
 CONTENT = VOXELS.tobytes()  # 54 bytes

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from fuzzing.images import dicom, itk_file, metaimage_bomb, nifti_bomb, volume
-from vasowave.errors import InputError
-from vasowave.imaging import read_volume
-from vasowave.io import apart
+from vasowave.base import InputError
+from vasowave.base.io import apart
+from vasowave.lung.read import read_volume
 
 
 def image(folder, name, packed=False):

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 from fuzzing.vessels import bomb, edits, markups, tree, vtk
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.exchange.centerlines import read_centerlines
-from vasowave.imaging.exchange.polydata import read_polydata
-from vasowave.imaging.exchange.swc import require_radii, write_swc
-from vasowave.imaging.revise.edits import read_edits
-from vasowave.imaging.tree import Line
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.lung import Line
+from vasowave.lung.exchange import read_centerlines, read_polydata, require_radii, write_swc
+from vasowave.lung.revise import read_edits
 
 SWC = "1 3 0 0 0 4 -1\n2 3 3 0 0 4 1\n3 3 6 0 0 4 2\n4 3 6 4 0 3 3\n5 3 6 0 5 2 3\n"
 

@@ -8,14 +8,12 @@ from made_phantom import run
 from typer.testing import CliRunner
 
 from phantom import embed, render, write_dicom_series
+from vasowave.base import VasowaveWarning
 from vasowave.cli import app
-from vasowave.datasets import control_network
-from vasowave.datasets.virtual import TRUTH, virtual_mouse
-from vasowave.errors import VasowaveWarning
-from vasowave.imaging.matching import match
-from vasowave.imaging.places import written
-from vasowave.network.vessel_table import write_network
-from vasowave.network_formats import read_network
+from vasowave.lung import match, written
+from vasowave.pulse.examples import TRUTH, control_network, virtual_mouse
+from vasowave.pulse.network import write_network
+from vasowave.pulse.network_formats import read_network
 from vasowave.study.results import read_results
 
 

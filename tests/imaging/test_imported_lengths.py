@@ -15,18 +15,24 @@ from test_turned_images import SPACING, fork_image
 from typer.testing import CliRunner
 
 from foreign_lines import outcome
+from vasowave.base import InputError, VasowaveWarning
 from vasowave.cli import app
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.axes.skeleton import cut_at_junctions
-from vasowave.imaging.exchange.centerlines import measured_lines, write_centerlines
-from vasowave.imaging.exchange.convention import Alike, as_extracted
-from vasowave.imaging.exchange.legacy_vtk import PolyLines
-from vasowave.imaging.exchange.merging import merged
-from vasowave.imaging.exchange.polydata import write_vtp
-from vasowave.imaging.exchange.triangles import read_surface_points, write_stl, write_surface_vtp
-from vasowave.imaging.lumen.surface import Surface, surface_points
-from vasowave.imaging.tree import Line, Tree
+from vasowave.lung import Line, Options, Tree, extract
+from vasowave.lung.axes import cut_at_junctions
+from vasowave.lung.exchange import (
+    Alike,
+    PolyLines,
+    as_extracted,
+    measured_lines,
+    merged,
+    read_surface_points,
+    write_centerlines,
+    write_stl,
+    write_surface_vtp,
+    write_vtp,
+)
+from vasowave.lung.lumen import Surface, surface_points
+from vasowave.lung.read import Volume
 
 LONGER = 36
 ROOT = np.subtract(FIRST, [LONGER, 0, 0]) * SPACING  # z, y, x, cm

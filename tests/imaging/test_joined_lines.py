@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from made_tree import straight
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.exchange import merging
-from vasowave.imaging.exchange.swc import read_swc
-from vasowave.imaging.tree import Line
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.lung import Line
+from vasowave.lung.exchange import merging, read_swc
 
 STEM = straight((0, 0, 0), (2, 0, 0), 0.1, 21)
 

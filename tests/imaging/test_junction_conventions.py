@@ -6,13 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vasowave.errors import VasowaveWarning
-from vasowave.imaging import Options, extract
-from vasowave.imaging.exchange.centerlines import read_centerlines
-from vasowave.imaging.exchange.polydata import read_polydata
-from vasowave.imaging.measure.measurement import measured_alone, network_of
-from vasowave.imaging.revise.junctions import with_junctions_at
-from vasowave.imaging.tree import Line, Tree
+from vasowave.base import VasowaveWarning
+from vasowave.lung import Line, Options, Tree, extract
+from vasowave.lung.exchange import read_centerlines, read_polydata
+from vasowave.lung.measure import measured_alone, network_of
+from vasowave.lung.revise import with_junctions_at
 
 AORTA = Path(__file__).parents[2] / ".." / "shared" / "data" / "vmtk-aorta"
 TURNED = np.array([1.0, -1.0, -1.0])

@@ -9,13 +9,12 @@ import pytest
 from made_phantom import run
 
 from phantom import embed, render
-from vasowave.errors import VasowaveWarning
-from vasowave.imaging import Options, Volume, extract, read_volume, write_volume
-from vasowave.imaging.given import given
-from vasowave.imaging.kept.stages import FOLDER, Keys, Stages, forget_stages, image_key, keys_of, volume_key
-from vasowave.imaging.places import written
-from vasowave.network.network import Network
-from vasowave.report.extraction import write_network_files
+from vasowave.base import VasowaveWarning
+from vasowave.lung import Options, extract, given, written
+from vasowave.lung.kept import FOLDER, Keys, Stages, forget_stages, image_key, keys_of, volume_key
+from vasowave.lung.read import Volume, read_volume, write_volume
+from vasowave.pulse.network import Network
+from vasowave.study.report import write_network_files
 
 NETWORK = Network(
     ("1", "2", "3", "4", "5"),

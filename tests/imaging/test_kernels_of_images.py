@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from vasowave.imaging.kernels import ahead_of, encloses, in_tube, summed_on_pieces
-from vasowave.imaging.lumen.segmentation import smoothed
+from vasowave.lung import ahead_of, encloses, in_tube, summed_on_pieces
+from vasowave.lung.lumen import smoothed
 
 RNG = np.random.default_rng(5)
 

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from made_phantom import phantom
 
-from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.lumen import segmentation
-from vasowave.imaging.lumen.levels import levels_of
-from vasowave.imaging.lumen.segmentation import Smoothed, segment
-from vasowave.imaging.overview import histogram_of
+from vasowave.lung import Options, extract, histogram_of
+from vasowave.lung.lumen import Smoothed, levels_of, segment, segmentation
+from vasowave.lung.read import Volume
 
 
 @pytest.fixture(scope="module")

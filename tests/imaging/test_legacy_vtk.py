@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.imaging.exchange.legacy_vtk import parse_legacy
+from vasowave.base import InputError
+from vasowave.lung.exchange import parse_legacy
 
 POINTS = np.array([[0.0, 0, 0], [1, 2, 3], [4, 5, 6]])
 HEAD = "# vtk DataFile Version {}\ntitle\n{}\nDATASET POLYDATA\n"

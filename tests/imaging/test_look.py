@@ -12,16 +12,14 @@ from typer.testing import CliRunner
 
 import vasowave as vw
 from approval import approve, figure, page
+from vasowave.base import InputError, VasowaveWarning
 from vasowave.cli import app
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.figures.look import grey_scale_figure, histogram_figure, projections_figure
-from vasowave.figures.rendering import svg
-from vasowave.imaging import Volume, write_volume
-from vasowave.imaging.lumen.levels import levels_of
-from vasowave.imaging.lumen.segmentation import segment
-from vasowave.imaging.overview import histogram_of
-from vasowave.imaging.witness.loops import loops_after_closing, opening_threshold
-from vasowave.report.look import command, look_json, look_page, look_text, write_look
+from vasowave.lung import histogram_of
+from vasowave.lung.lumen import levels_of, segment
+from vasowave.lung.read import Volume, write_volume
+from vasowave.lung.witness import loops_after_closing, opening_threshold
+from vasowave.study.figures import grey_scale_figure, histogram_figure, projections_figure, svg
+from vasowave.study.report import command, look_json, look_page, look_text, write_look
 
 CANNULA = 0.043
 

@@ -2,15 +2,19 @@ import numpy as np
 import pytest
 import SimpleITK
 
-from vasowave.errors import InputError
-from vasowave.imaging import Options, Volume, read_volume, write_volume
-from vasowave.imaging.given import given
-from vasowave.imaging.lumen.contours import level_set
-from vasowave.imaging.lumen.masks import EditedMask, Within, box_region
-from vasowave.imaging.lumen.segmentation import segment
-from vasowave.imaging.lumen.surface import full_mask, smooth_surface, write_mask
-from vasowave.imaging.read.labels import marks, on_grid_of, read_labels
-from vasowave.imaging.read.volume import isotropic
+from vasowave.base import InputError
+from vasowave.lung import Options, given
+from vasowave.lung.lumen import (
+    EditedMask,
+    Within,
+    box_region,
+    full_mask,
+    level_set,
+    segment,
+    smooth_surface,
+    write_mask,
+)
+from vasowave.lung.read import Volume, isotropic, marks, on_grid_of, read_labels, read_volume, write_volume
 
 
 def enclosed_volume(surface):

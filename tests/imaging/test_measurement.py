@@ -6,20 +6,22 @@ import pytest
 from made_tree import forked_tree, straight
 
 from phantom import embed, render
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.axes.junctions import with_ends_at_half_grey, with_ends_at_the_surface
-from vasowave.imaging.axes.vessels import in_another_lumen, tree_of
-from vasowave.imaging.entrances import check_root
-from vasowave.imaging.exchange.tables import write_network_table
-from vasowave.imaging.lumen.segmentation import Segmentation, segment
-from vasowave.imaging.lumen.surface import surface_points
-from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
-from vasowave.imaging.measure.measurement import measured_alone, network_of
-from vasowave.imaging.measure.radii import densitometric_radii, windows
-from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.loops import loop_count, loops_of
-from vasowave.network.network import Network
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.lung import Line, Options, Tree, check_root, extract
+from vasowave.lung.axes import in_another_lumen, tree_of, with_ends_at_half_grey, with_ends_at_the_surface
+from vasowave.lung.exchange import write_network_table
+from vasowave.lung.lumen import Segmentation, segment, surface_points
+from vasowave.lung.measure import (
+    cannula_radius,
+    densitometric_radii,
+    measured_alone,
+    network_of,
+    windows,
+    without_cannula,
+)
+from vasowave.lung.read import Volume
+from vasowave.lung.witness import loop_count, loops_of
+from vasowave.pulse.network import Network
 
 
 @pytest.fixture(scope="module")

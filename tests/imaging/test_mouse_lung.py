@@ -3,16 +3,13 @@
 import numpy as np
 import pytest
 
-from vasowave.imaging.exchange.centerlines import read_centerlines
-from vasowave.imaging.measure.measurement import network_of, taper
-from vasowave.imaging.revise.parts import largest_vessels
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.nominal import estimate_nominal
-from vasowave.model.walls import LinearWall
-from vasowave.network.remarks import implausible_sizes
-from vasowave.recording import read_recording
-from vasowave.solver import Numerics, simulate
+from vasowave.catheter.read import read_recording
+from vasowave.lung.exchange import read_centerlines
+from vasowave.lung.measure import network_of, taper
+from vasowave.lung.revise import largest_vessels
+from vasowave.pulse.model import LinearWall, Model, Numerics, estimate_nominal, linear_solution
+from vasowave.pulse.network import implausible_sizes
+from vasowave.pulse.solver import simulate
 
 VOXEL = 0.00427
 """cm, assumed: the file is in voxels and does not say their size."""
@@ -66,7 +63,9 @@ def test_the_largest_21_vessels_of_the_lung_are_a_network_like_the_papers(tree):
 
 
 @pytest.mark.validation
-@pytest.mark.filterwarnings("ignore:.*strained beyond:vasowave.errors.VasowaveWarning")  # another mouse's nominal wall
+@pytest.mark.filterwarnings(
+    "ignore:.*strained beyond:vasowave.base.errors.VasowaveWarning"
+)  # another mouse's nominal wall
 def test_the_lung_simulates_and_agrees_with_the_frequency_domain(tree, mouse):
     network = network_of(tree)
     nominal = estimate_nominal(network, mouse)

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from test_topology import oblique_tube
 
-from vasowave.imaging import Volume
-from vasowave.imaging.measure.profiles import DISC, RING, signal_beside
-from vasowave.imaging.measure.radii import densitometry
-from vasowave.imaging.tree import Line, Tree
+from vasowave.lung import Line, Tree
+from vasowave.lung.measure import DISC, RING, densitometry, signal_beside
+from vasowave.lung.read import Volume
 
 VOXEL, RADIUS = 0.01, 0.03
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from phantom import embed, render, write_dicom_series
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging import Options, Volume, extract, read_volume
-from vasowave.imaging.exchange.tables import write_network_table
-from vasowave.imaging.lumen.segmentation import segment
-from vasowave.imaging.matching import match
-from vasowave.network.network import Network
-from vasowave.network_formats import read_network
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.lung import Options, extract, match
+from vasowave.lung.exchange import write_network_table
+from vasowave.lung.lumen import segment
+from vasowave.lung.read import Volume, read_volume
+from vasowave.pulse.network import Network
+from vasowave.pulse.network_formats import read_network
 
 
 @pytest.fixture(scope="module")

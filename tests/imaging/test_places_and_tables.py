@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 from made_tree import forked_tree
 
-from vasowave.errors import InputError
-from vasowave.imaging import places
-from vasowave.imaging.exchange.tables import write_author_tables, write_network_table, write_points
-from vasowave.imaging.measure.measurement import measured_alone
-from vasowave.imaging.places import Frame, parse_place, parse_places, parse_region, read_places, written
-from vasowave.imaging.tree import Line
-from vasowave.io.columns import read_columns
-from vasowave.network.network import Network
+from vasowave.base import InputError
+from vasowave.base.io import read_columns
+from vasowave.lung import Frame, Line, parse_place, parse_places, parse_region, places, read_places, written
+from vasowave.lung.exchange import write_author_tables, write_network_table, write_points
+from vasowave.lung.measure import measured_alone
+from vasowave.pulse.network import Network
 
 TREE = forked_tree()
 

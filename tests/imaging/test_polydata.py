@@ -8,8 +8,8 @@ import zlib
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.imaging.exchange.polydata import lz4_block, read_polydata
+from vasowave.base import InputError
+from vasowave.lung.exchange import lz4_block, read_polydata
 
 POINTS = np.array([[0.0, 1, 2], [3, 4, 5], [6, 7, 8]])
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from made_tree import forked_tree
 
-from vasowave.findings import OTHER
-from vasowave.imaging.measure.measurement import network_of
-from vasowave.imaging.revise.edits import edited, read_edits
-from vasowave.imaging.witness.doubts import Doubt
-from vasowave.report.review import proposals
+from vasowave.base import OTHER
+from vasowave.lung.measure import network_of
+from vasowave.lung.revise import edited, read_edits
+from vasowave.lung.witness import Doubt
+from vasowave.study.report import proposals
 
 
 @pytest.fixture

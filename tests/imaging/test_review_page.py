@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from made_phantom import NETWORK
 
-from vasowave.imaging.places import read_places
-from vasowave.imaging.revise.edits import read_edits
+from vasowave.lung import read_places
+from vasowave.lung.revise import read_edits
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 

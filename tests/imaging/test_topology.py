@@ -3,18 +3,14 @@ import pytest
 
 from phantom import embed, render
 from unlike import KINDS, make
-from vasowave.errors import InputError
-from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.axes.vessels import tree_of
-from vasowave.imaging.lumen.segmentation import segment
-from vasowave.imaging.matching import match
-from vasowave.imaging.measure.cannula import without_cannula
-from vasowave.imaging.measure.measurement import network_of
-from vasowave.imaging.measure.profiles import profile
-from vasowave.imaging.measure.radii import densitometric_radius, densitometry
-from vasowave.imaging.tree import Line
-from vasowave.imaging.witness.loops import euler_number
-from vasowave.network.network import Network
+from vasowave.base import InputError
+from vasowave.lung import Line, Options, extract, match
+from vasowave.lung.axes import tree_of
+from vasowave.lung.lumen import segment
+from vasowave.lung.measure import densitometric_radius, densitometry, network_of, profile, without_cannula
+from vasowave.lung.read import Volume
+from vasowave.lung.witness import euler_number
+from vasowave.pulse.network import Network
 
 SPACING = 2.2 / 256
 

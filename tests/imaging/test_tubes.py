@@ -4,14 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from vasowave.imaging import Volume
-from vasowave.imaging.axes.feet import BEYOND, Tubes, feet_on, near_points
-from vasowave.imaging.axes.tubes import fitted
-from vasowave.imaging.measure.measurement import network_of
-from vasowave.imaging.measure.profiles import profile
-from vasowave.imaging.measure.radii import densitometric_radius
-from vasowave.imaging.sections import across, tangents
-from vasowave.imaging.tree import Line, Tree
+from vasowave.lung import Line, Tree, across, tangents
+from vasowave.lung.axes import BEYOND, Tubes, feet_on, fitted, near_points
+from vasowave.lung.measure import densitometric_radius, network_of, profile
+from vasowave.lung.read import Volume
 
 VOXEL = 0.01
 JUNCTION = np.array([0.0, 0.0, 0.3])

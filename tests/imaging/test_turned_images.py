@@ -10,12 +10,11 @@ import pytest
 import SimpleITK
 from scipy.spatial.transform import Rotation
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging import Options, Volume, extract, read_volume, write_volume
-from vasowave.imaging.exchange.centerlines import read_centerlines
-from vasowave.imaging.places import written
-from vasowave.imaging.read.labels import read_labels
-from vasowave.report.extraction import write_extraction
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.lung import Options, extract, written
+from vasowave.lung.exchange import read_centerlines
+from vasowave.lung.read import Volume, read_labels, read_volume, write_volume
+from vasowave.study.report import write_extraction
 
 ROOT = np.array([6.0, 30.0, 25.0])  # voxels along z, y, x of the image
 INWARD = np.array([2.0, 0.0, 0.0])

@@ -7,9 +7,9 @@ import pytest
 
 from unlike_accuracy import judged, make, outcome
 from unlike_kinds import KINDS
-from vasowave.errors import VasowaveWarning
-from vasowave.imaging import Options, extract
-from vasowave.imaging.witness.doubts import Grade
+from vasowave.base import VasowaveWarning
+from vasowave.lung import Options, extract
+from vasowave.lung.witness import Grade
 
 
 @pytest.mark.validation

@@ -9,19 +9,24 @@ from test_tubes import VOXEL, walls
 from typer import Context
 from typer.main import get_command
 
+from vasowave.base import InputError
 from vasowave.cli import app
-from vasowave.errors import InputError
-from vasowave.imaging import Options, Volume
-from vasowave.imaging.axes.tubes import fitted
-from vasowave.imaging.lumen.levels import background_and_noise, background_level
-from vasowave.imaging.measure import cannula
-from vasowave.imaging.measure.cannula import cannula_tip, tip_sd
-from vasowave.imaging.measure.contrast import contrasts, own_contrast
-from vasowave.imaging.measure.evening import evened_sections, moderated
-from vasowave.imaging.measure.profiles import Profile, profile
-from vasowave.imaging.measure.radii import densitometric_radius
-from vasowave.imaging.read.volume import isotropic
-from vasowave.imaging.tree import Line, Tree
+from vasowave.lung import Line, Options, Tree
+from vasowave.lung.axes import fitted
+from vasowave.lung.lumen import background_and_noise, background_level
+from vasowave.lung.measure import (
+    Profile,
+    cannula,
+    cannula_tip,
+    contrasts,
+    densitometric_radius,
+    evened_sections,
+    moderated,
+    own_contrast,
+    profile,
+    tip_sd,
+)
+from vasowave.lung.read import Volume, isotropic
 
 
 def test_slices_of_any_distance_become_cubes_that_keep_every_grey_level_in_its_place():

@@ -9,18 +9,29 @@ import pytest
 from made_phantom import NETWORK, phantom
 from made_tree import forked_tree, straight
 
-from vasowave.errors import VasowaveWarning
-from vasowave.imaging.axes.junctions import without_short_vessels
-from vasowave.imaging.axes.starts import settled
-from vasowave.imaging.axes.tubes import fitted
-from vasowave.imaging.lumen.segmentation import Segmentation, segment
-from vasowave.imaging.lumen.surface import surface_points
-from vasowave.imaging.measure.measurement import measured_alone
-from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.doubts import Doubt, Grade, gravest, ranked, warn_of
-from vasowave.imaging.witness.skeleton import Branches, skeleton_branches, thinned
-from vasowave.imaging.witness.topology import apart_doubts, crossing_doubts, topology_doubts
-from vasowave.imaging.witness.witness import NOT_ROUND, SHATTER, UNSURE_LENGTH, doubts_about, surface_misfit
+from vasowave.base import VasowaveWarning
+from vasowave.lung import Line, Tree
+from vasowave.lung.axes import fitted, settled, without_short_vessels
+from vasowave.lung.lumen import Segmentation, segment, surface_points
+from vasowave.lung.measure import measured_alone
+from vasowave.lung.witness import (
+    NOT_ROUND,
+    SHATTER,
+    UNSURE_LENGTH,
+    Branches,
+    Doubt,
+    Grade,
+    apart_doubts,
+    crossing_doubts,
+    doubts_about,
+    gravest,
+    ranked,
+    skeleton_branches,
+    surface_misfit,
+    thinned,
+    topology_doubts,
+    warn_of,
+)
 
 
 @pytest.fixture(scope="module")

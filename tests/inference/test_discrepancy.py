@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.inference.discrepancy import Discrepancy, Drawn
-from vasowave.noise.spectrum import fourier, harmonics
+from vasowave.pulse.inference import Discrepancy, Drawn
+from vasowave.pulse.noise import fourier, harmonics
 
 SAMPLES = 11
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import RBFInterpolator
 
-from vasowave.inference.emulator import fit_emulator
+from vasowave.pulse.inference import fit_emulator
 
 
 def same(points):

@@ -7,12 +7,10 @@ from scipy.stats import norm
 
 from made_cohort import bare_law, bare_result
 from made_posterior import made_posterior
-from vasowave.animal.datasets import posterior_result
-from vasowave.animal.files import from_bytes, to_bytes
-from vasowave.animal.result import AnimalResult
-from vasowave.errors import InputError
-from vasowave.inference import compare_laws
-from vasowave.report.tables.models import laws_by_posterior
+from vasowave.base import InputError
+from vasowave.pulse.inference import compare_laws
+from vasowave.study.animal import AnimalResult, from_bytes, posterior_result, to_bytes
+from vasowave.study.report.tables import laws_by_posterior
 
 
 def test_a_law_weighs_as_its_evidence():

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from vasowave.inference.discrepancy import Discrepancy
-from vasowave.inference.reporting import left_out
-from vasowave.noise.spectrum import harmonics
+from vasowave.pulse.inference import Discrepancy, left_out
+from vasowave.pulse.noise import harmonics
 
 SAMPLES, UNKNOWNS, VARIANCE = 11, 3, 1.0
 RNG = np.random.default_rng(1)

@@ -6,23 +6,25 @@ import numpy as np
 import pytest
 
 from posterior_modes import animal
-from vasowave.errors import NumericalError
-from vasowave.inference import posterior
-from vasowave.inference.discrepancy import Discrepancy
-from vasowave.inference.findings import (
+from vasowave.base import NumericalError
+from vasowave.pulse import derived
+from vasowave.pulse.inference import (
     FIT_ELSEWHERE,
     FIT_LIKELIER,
     HALVES_DIFFER,
     SEVERAL_MODES,
+    Discrepancy,
     FitOptimum,
+    Target,
+    climb,
+    explore,
+    find_modes,
     findings,
     halves_limit,
+    posterior,
+    screened,
+    separate,
 )
-from vasowave.inference.mixture import explore, separate
-from vasowave.inference.mode import climb
-from vasowave.inference.rounds import Target
-from vasowave.inference.starts import find_modes, screened
-from vasowave.quantities import derived
 
 SAMPLES, UNKNOWNS = 9, 3
 J = np.random.default_rng(7).normal(0, 1, (SAMPLES, UNKNOWNS))

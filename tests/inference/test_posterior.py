@@ -8,20 +8,24 @@ import pytest
 from scipy.stats import ks_2samp
 
 from made_fit import made_fit
-from vasowave.calibration import Search
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.datasets.virtual import TRUTH
-from vasowave.errors import InputError
-from vasowave.inference import Priors, posterior
-from vasowave.inference.known_errors import SOURCES
-from vasowave.inference.mode import climb
-from vasowave.inference.posterior import Sampling, problem_of
-from vasowave.inference.rounds import log_prior
-from vasowave.inference.unknowns import Unknown
-from vasowave.inference.wording import meanings, zero_unseen
-from vasowave.recording import read_recording
-from vasowave.recording.cycle import resample
-from vasowave.solver.simulate import Numerics
+from vasowave.base import InputError
+from vasowave.catheter.read import read_recording
+from vasowave.pulse.calibration import Search
+from vasowave.pulse.cycle import resample
+from vasowave.pulse.examples import TRUTH, control_network, virtual_mouse
+from vasowave.pulse.inference import (
+    SOURCES,
+    Priors,
+    Sampling,
+    Unknown,
+    climb,
+    log_prior,
+    meanings,
+    posterior,
+    problem_of,
+    zero_unseen,
+)
+from vasowave.pulse.model import Numerics
 
 SHAPE_ONLY = Priors(radius_scale_sd=0, length_scale_sd=0, k_sd=0)
 """Parameters alone are drawn; the vessels' own errors are part of the likelihood."""

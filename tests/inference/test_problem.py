@@ -5,24 +5,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.analysis import wave_intensity
-from vasowave.analysis.operating import operating_point
-from vasowave.calibration.compared import compared_part
-from vasowave.calibration.parameters import parameter_space
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.errors import InputError
-from vasowave.inference.known_errors import kinds
-from vasowave.inference.priors import Priors
-from vasowave.inference.problem import Problem
-from vasowave.inference.unknowns import Unknowns
-from vasowave.model.blood import Blood
-from vasowave.model.laws import BEDS, LAWS, STRUCTURE, bed_factors, full_name, parameter_names
-from vasowave.model.model import Model
-from vasowave.model.nominal import estimate_nominal, windkessels
-from vasowave.model.walls import LinearWall
-from vasowave.network.network import Network
-from vasowave.recording.cycle import resample
-from vasowave.solver import Numerics, simulate
+from vasowave.base import InputError
+from vasowave.pulse.analysis import operating_point, wave_intensity
+from vasowave.pulse.calibration import compared_part, parameter_space
+from vasowave.pulse.cycle import resample
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.inference import Priors, Problem, Unknowns, kinds
+from vasowave.pulse.model import (
+    BEDS,
+    LAWS,
+    STRUCTURE,
+    Blood,
+    LinearWall,
+    Model,
+    Numerics,
+    bed_factors,
+    estimate_nominal,
+    full_name,
+    parameter_names,
+    windkessels,
+)
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import simulate
 
 
 def problem(priors=None, wall="linear", fixed=None, network=None):

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.datasets import control_network
-from vasowave.inference.known_errors import KnownErrors, Seen, kinds
-from vasowave.model.blood import Blood
-from vasowave.recording import Recording
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.inference import KnownErrors, Seen, kinds
+from vasowave.pulse.model import Blood
 
 SHARE = np.arange(64) / 64
 CYCLE = Recording(16 + 5 * np.sin(2 * np.pi * SHARE), 0.2 + 0.1 * np.cos(2 * np.pi * SHARE), 0.11)

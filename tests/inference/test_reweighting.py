@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import genpareto
 
-from vasowave.inference.reweighting import smoothed
+from vasowave.pulse.inference import smoothed
 
 
 @pytest.mark.parametrize("k", [0.2, 0.5, 0.9])

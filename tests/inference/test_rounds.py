@@ -5,10 +5,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import ks_2samp, multivariate_normal, norm
 
-from vasowave.inference.discrepancy import Discrepancy
-from vasowave.inference.mixture import explore
-from vasowave.inference.mode import climb
-from vasowave.inference.rounds import Target, log_prior
+from vasowave.pulse.inference import Discrepancy, Target, climb, explore, log_prior
 
 SAMPLES, UNKNOWNS = 9, 3
 J = np.random.default_rng(7).normal(0, 1, (SAMPLES, UNKNOWNS))

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import ks_2samp
 
-from vasowave.inference.ensemble import log_integral, sample
-from vasowave.inference.mixture import worth
+from vasowave.pulse.inference import log_integral, sample, worth
 
 
 def banana(points):

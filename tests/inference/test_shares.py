@@ -4,8 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vasowave.inference.discrepancy import Discrepancy
-from vasowave.inference.reporting import variance_shares
+from vasowave.pulse.inference import Discrepancy, variance_shares
 
 SAMPLES = 7
 RNG = np.random.default_rng(1)

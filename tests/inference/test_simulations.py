@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.inference.simulations import Simulations
+from vasowave.base import InputError
+from vasowave.pulse.inference import Simulations
 
 POINTS = np.random.default_rng(1).standard_normal((70, 3))
 

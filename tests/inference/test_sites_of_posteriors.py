@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.inference.posterior import Sampling, problem_of
-from vasowave.noise.spectrum import fourier
-from vasowave.recording import resample
+from vasowave.pulse.cycle import resample
+from vasowave.pulse.inference import Sampling, problem_of
+from vasowave.pulse.noise import fourier
 
 NETWORK = vw.Network(("a", "b", "c"), [-1, 0, 0], [0.75, 0.55, 0.35], [0.047, 0.037, 0.026])
 MOUSE = vw.virtual_mouse()

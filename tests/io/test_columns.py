@@ -5,9 +5,8 @@ import hashlib
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.io.columns import NoRowsError, read_columns
-from vasowave.io.textfile import look, read_lines
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.base.io import NoRowsError, look, read_columns, read_lines
 
 
 def said(function, *given):

@@ -9,10 +9,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.io.files import PART, check_file, check_folder, made_inside, remove_parts, write_file, write_folder
-from vasowave.report.files import write_tables
-from vasowave.runtime.writing import Part
+from vasowave.base import InputError
+from vasowave.base.io import check_file, check_folder, made_inside, remove_parts, write_file, write_folder
+from vasowave.base.runtime import PART, Part
+from vasowave.study.report import write_tables
 
 
 def full(*arguments, **options):
@@ -37,7 +37,7 @@ def test_a_folder_that_is_a_link_to_itself_is_refused_in_words(tmp_path):
 
 def test_what_a_killed_program_left_of_a_folder_goes_at_once_and_what_is_being_filled_stays(tmp_path):
     program = (
-        "import os, signal\nfrom pathlib import Path\nfrom vasowave.io.files import write_folder\n"
+        "import os, signal\nfrom pathlib import Path\nfrom vasowave.base.io.files import write_folder\n"
         f"with write_folder(Path({str(tmp_path)!r})) as fresh:\n"
         "    (fresh / 'a').write_text('half')\n    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
@@ -150,7 +150,7 @@ def test_an_error_while_a_folder_is_filled_leaves_nothing(tmp_path):
 
 def test_the_page_comes_last(tmp_path):
     program = (
-        "import sys\nfrom pathlib import Path\nfrom vasowave.io.files import write_folder\n"
+        "import sys\nfrom pathlib import Path\nfrom vasowave.base.io.files import write_folder\n"
         "def heard(event, given):\n    event == 'os.rename' and print(Path(given[1]).name)\n"
         f"with write_folder(Path({str(tmp_path)!r}) / 'report') as fresh:\n"
         "    for name in ('a.html', 'tables', 'z.csv'):\n        (fresh / name).write_text('')\n"

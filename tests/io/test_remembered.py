@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from vasowave.io import remembered as room
+from vasowave.base.io import remembered as room
 
 
 class Plain:

@@ -12,11 +12,10 @@ import pytest
 
 import vasowave as vw
 from made_workbook import BOOK, MAIN, sheet, write_workbook
-from vasowave.errors import InputError
-from vasowave.io.columns import read_columns
-from vasowave.io.textfile import read_lines
-from vasowave.recording.describe import kind_of
-from vasowave.study.animals import read_animals
+from vasowave.base import InputError
+from vasowave.base.io import read_columns, read_lines
+from vasowave.catheter.read import kind_of
+from vasowave.study.folder import read_animals
 
 
 def saved(path, *rows, **sheets):

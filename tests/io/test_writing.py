@@ -8,22 +8,12 @@ import threading
 import numpy as np
 import pytest
 
-from vasowave.calibration import SearchEnd
-from vasowave.errors import InputError
-from vasowave.io.files import (
-    PART,
-    STUDY_LOCK,
-    alone_in,
-    check_file,
-    content_of,
-    lies_inside,
-    write_file,
-    write_files,
-)
-from vasowave.runtime.writing import append
-from vasowave.study.results import write_results
-from vasowave.study.settings import StudyFile
-from vasowave.study.store import Journal, ResultStore, holder, locked, read_journal
+from vasowave.base import InputError
+from vasowave.base.io import STUDY_LOCK, alone_in, check_file, content_of, lies_inside, write_file, write_files
+from vasowave.base.runtime import PART, append
+from vasowave.pulse.calibration import SearchEnd
+from vasowave.study.folder import StudyFile
+from vasowave.study.results import Journal, ResultStore, holder, locked, read_journal, write_results
 
 END = SearchEnd(np.array([0.1]), 12.5, 31, True, "done", np.array([2.0]))
 MINE = b"mine, and nobody else's\n"

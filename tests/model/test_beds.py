@@ -8,17 +8,12 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.calibration import calibrate
-from vasowave.errors import InputError
-from vasowave.model.laws import BEDS, bed_quantities, find_bed, identity
-from vasowave.model.model import Model
-from vasowave.model.outlets import Site
-from vasowave.recording import Recording
-from vasowave.report.write import write_report
-from vasowave.solver import Numerics, changed_model, simulate
-from vasowave.solver.direction import direction_between
-from vasowave.solver.run import run_to_periodic
-from vasowave.solver.sensitivity import pressure_derivatives
+from vasowave.base import InputError
+from vasowave.pulse.calibration import calibrate
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.model import BEDS, Model, Numerics, Site, bed_quantities, find_bed, identity
+from vasowave.pulse.solver import changed_model, direction_between, pressure_derivatives, run_to_periodic, simulate
+from vasowave.study.report import write_report
 
 PAGE = Path(__file__).parents[2] / "docs" / "beds.md"
 OWN = "our_beds:StiffTenth"

@@ -11,18 +11,27 @@ import numpy as np
 import pytest
 
 from own_laws import EXPONENTIAL
-from vasowave.animal.animal import Settings
-from vasowave.calibration import Search, calibrate
-from vasowave.calibration.parameters import fitted_parameters
-from vasowave.datasets import control_network
-from vasowave.errors import InputError
-from vasowave.model.law_files import files_of, in_words, learn, named, plain
-from vasowave.model.laws import LAWS, find_bed, find_law
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall, wave_speed
-from vasowave.recording import Inflow, Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.base import InputError
+from vasowave.pulse.calibration import Search, calibrate, fitted_parameters
+from vasowave.pulse.cycle import Inflow, Recording
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import (
+    LAWS,
+    LinearWall,
+    Model,
+    Numerics,
+    files_of,
+    find_bed,
+    find_law,
+    in_words,
+    learn,
+    named,
+    plain,
+    wave_speed,
+    windkessels,
+)
+from vasowave.pulse.solver import simulate
+from vasowave.study.animal import Settings
 
 NAME = "our_laws:ExponentialWall"
 
@@ -138,7 +147,7 @@ def test_an_error_while_a_law_is_used_is_told_with_its_line_and_others_stay_what
 
 @pytest.mark.validation  # a law of its own is compiled anew
 def test_what_the_compiler_cannot_translate_is_told_with_its_line(folder):
-    from vasowave.solver.ready import compile_kernels
+    from vasowave.pulse.solver import compile_kernels
 
     (folder / "our_laws.py").write_text(
         EXPONENTIAL.replace("np.log(np.max", "np.log(np.asarray(eval('p')) * 0 + np.max"), "utf-8"
@@ -171,7 +180,7 @@ def test_an_unknown_law_is_refused_with_the_nearest_known_one():
     with pytest.raises(InputError, match="no_such_module_of_mine"):
         find_law("no_such_module_of_mine:Wall")
     with pytest.raises(InputError, match="has no 'NoWall'"):
-        find_law("vasowave.model.walls:NoWall")
+        find_law("vasowave.pulse.model.walls:NoWall")
 
 
 @pytest.mark.parametrize("name", ["", "foo:", ":Foo", ":", "linear,vein"])

@@ -7,22 +7,15 @@ import pytest
 from scipy import stats
 
 from made_fit import made_fit
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.files import from_bytes, to_bytes
-from vasowave.animal.pipeline import result_of
-from vasowave.animal.result import AnimalResult
-from vasowave.calibration import Search, calibrate
-from vasowave.calibration.profile import profile_likelihood
-from vasowave.datasets import control_network
-from vasowave.datasets.virtual import virtual_mouse
-from vasowave.findings import OTHER, texts
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import PowerWall
-from vasowave.quantities import ACROSS_LAWS
-from vasowave.recording import Recording
-from vasowave.selection import Comparing, averaged, compare_models, law_weights, profiled, stiffening
-from vasowave.solver import Numerics, simulate
+from vasowave.base import OTHER, texts
+from vasowave.pulse import ACROSS_LAWS
+from vasowave.pulse.calibration import Search, calibrate, profile_likelihood
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import Model, Numerics, PowerWall, windkessels
+from vasowave.pulse.selection import Comparing, averaged, compare_models, law_weights, profiled, stiffening
+from vasowave.pulse.solver import simulate
+from vasowave.study.animal import Animal, AnimalResult, Settings, from_bytes, result_of, to_bytes
 
 
 def with_exponent(value, low, high, at_bound=False):

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.model.blood import BoundaryLayer, Poiseuille
-from vasowave.model.linear import linear_solution
-from vasowave.model.nominal import windkessels
-from vasowave.recording import Inflow
-from vasowave.solver.simulate import simulate_run
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.model import BoundaryLayer, Poiseuille, linear_solution, windkessels
+from vasowave.pulse.solver import simulate_run
 
 Q = 0.1  # ml/s, steady
 RIGID = vw.LinearWall(20_000.0)

@@ -1,24 +1,25 @@
 import numpy as np
 import pytest
 
-from vasowave.calibration import Search, calibrate
-from vasowave.datasets import control_network
-from vasowave.errors import InputError
-from vasowave.model import walls
-from vasowave.model.blood import Blood
-from vasowave.model.model import Model
-from vasowave.model.nominal import (
+from vasowave.base import InputError
+from vasowave.pulse.calibration import Search, calibrate
+from vasowave.pulse.cycle import Inflow, Recording
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import (
+    Blood,
+    LinearWall,
+    Model,
+    TangentWall,
     characteristic_impedance,
     estimate_nominal,
     oddities,
     stiffness,
     time_constant,
     upstroke,
+    walls,
     windkessels,
 )
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.recording import Inflow, Recording
-from vasowave.solver import simulate
+from vasowave.pulse.solver import simulate
 
 
 def test_windkessels_share_resistance_and_time_constant_and_split_by_a():

@@ -5,8 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vasowave as vw
-from vasowave.errors import InputError
-from vasowave.model.outlets import Circuit, CompliantBed, ReflectionCoefficient, Windkessel
+from vasowave.base import InputError
+from vasowave.pulse.model import Circuit, CompliantBed, ReflectionCoefficient, Windkessel
 
 R1, R2, C = np.array([12.0, 30.0]), np.array([90.0, 200.0]), np.array([1e-3, 4e-4])
 CIRCUIT = Circuit(R1, R2, C)

@@ -7,16 +7,13 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.animal.stored import stored_model, stored_recording
-from vasowave.calibration import Search, calibrate
-from vasowave.errors import InputError
-from vasowave.exchange import export_model
-from vasowave.inference.posterior import Sampling, posterior_of, problem_of
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.outlets import ImpedanceSpectrum, Resistance
-from vasowave.recording import Inflow, Recording
-from vasowave.solver import Numerics
+from vasowave.base import InputError
+from vasowave.pulse.calibration import Search, calibrate
+from vasowave.pulse.cycle import Inflow, Recording
+from vasowave.pulse.inference import Sampling, posterior_of, problem_of
+from vasowave.pulse.model import ImpedanceSpectrum, Model, Numerics, Resistance, linear_solution
+from vasowave.study.animal import stored_model, stored_recording
+from vasowave.study.exchange import export_model
 
 BEHIND, BETA = 8.0, 60.0
 FINE = Numerics(tolerance=1e-10, steps_per_cycle=4608)

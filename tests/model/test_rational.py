@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vasowave.errors import InputError
-from vasowave.model.outlets import ImpedanceSpectrum, Windkessel
-from vasowave.model.rational import fitted
+from vasowave.base import InputError
+from vasowave.pulse.model import ImpedanceSpectrum, Windkessel, fitted
 
 HARMONICS = 2 * np.pi / 0.11 * np.arange(40)
 

@@ -4,14 +4,9 @@ import numpy as np
 import pytest
 
 from horn import BETA, FALL, FLOW, LENGTH, RADIUS, TUBE, horn_impedance
-from vasowave.errors import InputError
-from vasowave.model.blood import Blood
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.outlets import Windkessel
-from vasowave.model.shape import Shape
-from vasowave.model.walls import LinearWall
-from vasowave.network.network import Network
+from vasowave.base import InputError
+from vasowave.pulse.model import Blood, LinearWall, Model, Shape, Windkessel, linear_solution
+from vasowave.pulse.network import Network
 
 
 def cone(blood, outlet, fall=FALL):

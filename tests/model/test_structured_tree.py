@@ -8,13 +8,9 @@ import pytest
 from scipy.special import jv
 
 import vasowave as vw
-from vasowave.errors import InputError
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.structured_tree import relative_viscosity, unsteady
-from vasowave.solver import Numerics, simulate
-from vasowave.solver.simulate import simulate_run
-from vasowave.units import MMHG
+from vasowave.base import MMHG, InputError
+from vasowave.pulse.model import Model, Numerics, linear_solution, relative_viscosity, unsteady
+from vasowave.pulse.solver import simulate, simulate_run
 
 INERTIA = 1.057 / MMHG
 

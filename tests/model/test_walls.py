@@ -1,11 +1,18 @@
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.model import walls
-from vasowave.model.blood import BoundaryLayer, Poiseuille, PowerLaw
-from vasowave.model.per_vessel import one_per_vessel
-from vasowave.model.walls import LinearWall, PowerWall, TangentWall, VeinWall
+from vasowave.base import InputError
+from vasowave.pulse.model import (
+    BoundaryLayer,
+    LinearWall,
+    Poiseuille,
+    PowerLaw,
+    PowerWall,
+    TangentWall,
+    VeinWall,
+    one_per_vessel,
+    walls,
+)
 
 AREA0 = 0.0069
 INERTIA = 1.057 / 1333.22

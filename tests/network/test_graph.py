@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.animal.result import network_dataset, network_of
-from vasowave.errors import InputError
-from vasowave.network.graph import in_loops
+from vasowave.base import InputError
+from vasowave.pulse.network import in_loops
+from vasowave.study.animal import network_dataset, network_of
 
 TABLE = """name,from,to,length [mm],radius [mm]
 main,heart,a,4.1,0.47
@@ -56,7 +56,7 @@ def test_what_no_graph_can_be_is_an_error_that_names_the_line(tmp_path, old, new
         vw.read_network(tmp_path / "circle.csv")
 
 
-@pytest.mark.filterwarnings("ignore::vasowave.errors.VasowaveWarning")  # of a single daughter
+@pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")  # of a single daughter
 def test_a_vessel_that_is_drawn_towards_the_others_is_one_more_inlet(tmp_path):
     (tmp_path / "circle.csv").write_text(TABLE.replace("lung 1,b,bed 1", "lung 1,bed 1,c"), "utf-8")
     assert vw.read_network(tmp_path / "circle.csv").inlets.tolist() == [0, 4]

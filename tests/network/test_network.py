@@ -3,14 +3,11 @@ import warnings
 import numpy as np
 import pytest
 
-from vasowave.datasets import control_network, hypertensive_network
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.model.model import Model
-from vasowave.model.outlets import Resistance
-from vasowave.model.walls import LinearWall
-from vasowave.network.network import Network
-from vasowave.network.vessel_table import write_network
-from vasowave.network_formats import read_network
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.pulse.examples import control_network, hypertensive_network
+from vasowave.pulse.model import LinearWall, Model, Resistance
+from vasowave.pulse.network import Network, write_network
+from vasowave.pulse.network_formats import read_network
 
 HEADER = "name,parent,length [cm],radius [cm]\n"
 
@@ -59,7 +56,7 @@ def test_a_table_that_is_no_network_is_refused_with_its_line(tmp_path, text, mes
         read_network(table(tmp_path, text, ""))
 
 
-@pytest.mark.filterwarnings("ignore::vasowave.errors.VasowaveWarning")  # of a single daughter
+@pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")  # of a single daughter
 def test_a_table_may_have_other_units_diameters_ends_and_empty_cells(tmp_path):
     text = "vessel;parent;l [mm];d [um];radius_end [mm];radius_sd [um];pressure [kPa]\n"
     found = read_network(table(tmp_path, text + "a;;10;2000;0,8;;1\nb;a;20;1600;;50;1\n", ""))

@@ -7,7 +7,7 @@ import pytest
 from scipy.io import savemat
 
 import vasowave as vw
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.base import InputError, VasowaveWarning
 
 DATA = Path(__file__).parents[3] / "shared/data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no measured data at {DATA}")

@@ -3,16 +3,11 @@
 import numpy as np
 import pytest
 
-from vasowave.datasets import control_network
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.outlets import Windkessel
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
-from vasowave.solver.run import run_to_periodic
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import LinearWall, Model, Numerics, TangentWall, Windkessel, linear_solution, windkessels
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import run_to_periodic
 
 BED = Windkessel(20.0, 56.0, 0.0016)
 WALLS = pytest.mark.parametrize("wall", [LinearWall(57.0), TangentWall(7.0, 4.0)], ids=["linear", "tangent"])

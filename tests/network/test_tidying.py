@@ -5,12 +5,10 @@ import pytest
 from typer.testing import CliRunner
 
 import vasowave as vw
+from vasowave.base import InputError, VasowaveWarning
 from vasowave.cli import app
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.model.linear import linear_solution
-from vasowave.model.nominal import estimate_nominal, windkessels
-from vasowave.network.network import Network
-from vasowave.network.tidying import SHORTEST, repaired, tidy
+from vasowave.pulse.model import estimate_nominal, linear_solution, windkessels
+from vasowave.pulse.network import SHORTEST, Network, repaired, tidy
 
 FOREIGN = Path(__file__).parents[3] / "shared/data/structured-trees/net_chambers_C1_hard.csv"
 

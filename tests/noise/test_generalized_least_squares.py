@@ -5,17 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.calibration import Search, calibrate
-from vasowave.calibration.generalized import least_squares_optimum, reoptimize
-from vasowave.calibration.profile import profile_likelihood
-from vasowave.datasets import control_network
-from vasowave.errors import InputError
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall
-from vasowave.noise import CirculantNoise
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, simulate
+from vasowave.base import InputError
+from vasowave.pulse.calibration import Search, calibrate, least_squares_optimum, profile_likelihood, reoptimize
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import LinearWall, Model, Numerics, windkessels
+from vasowave.pulse.noise import CirculantNoise
+from vasowave.pulse.solver import simulate
 
 COUNT = 64
 WHOLE = Search(starts=1, pressure_harmonics="all")

@@ -8,9 +8,8 @@ from sklearn.gaussian_process.kernels import RBF, ExpSineSquared, Matern
 from statsmodels.tsa.arima.model import ARIMA
 from statsmodels.tsa.arima_process import arma_acovf, arma_generate_sample
 
-from vasowave import noise
-from vasowave.noise.arma import autocovariance, concentrated
-from vasowave.noise.spectrum import falling_power
+from vasowave.pulse import noise
+from vasowave.pulse.noise import autocovariance, concentrated, falling_power
 
 TIME = np.linspace(0, 0.11, 50, endpoint=False)
 

@@ -5,11 +5,23 @@ import pytest
 from scipy import stats
 from scipy.linalg import toeplitz
 
-from vasowave.errors import InputError, NumericalError
-from vasowave.noise import CirculantNoise, fit_noise, regularize
-from vasowave.noise.likelihood import FAMILIES, Independent, PeriodicStationary, maximize
-from vasowave.noise.models import DenseNoise, log_likelihood, whiten
-from vasowave.noise.spectrum import Beside, Spectra, fourier, least_squares_covariance
+from vasowave.base import InputError, NumericalError
+from vasowave.pulse.noise import (
+    FAMILIES,
+    Beside,
+    CirculantNoise,
+    DenseNoise,
+    Independent,
+    PeriodicStationary,
+    Spectra,
+    fit_noise,
+    fourier,
+    least_squares_covariance,
+    log_likelihood,
+    maximize,
+    regularize,
+    whiten,
+)
 
 RNG = np.random.default_rng(11)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from vasowave.noise.spectrum import (
+from vasowave.pulse.noise import (
     Spectra,
     fourier,
     harmonics,

@@ -6,12 +6,11 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.findings import Severity
-from vasowave.recording import RawRecording, Recording, average_beats
-from vasowave.recording.plateaus import Plateau, plateau_findings
-from vasowave.recording.rejection import cause
+from vasowave.base import InputError, Severity, VasowaveWarning
+from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
+from vasowave.catheter.beats import cause
+from vasowave.catheter.signals import Plateau, RawRecording, plateau_findings
+from vasowave.pulse.cycle import Recording
 
 PHASE = np.arange(512) / 512
 SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)

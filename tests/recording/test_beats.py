@@ -6,11 +6,11 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from vasowave.datasets.raw import Disturbances, SyntheticRecording, synthetic_raw_recording
-from vasowave.errors import InputError, NumericalError, VasowaveWarning
-from vasowave.recording import RawRecording, Recording, average_beats, find_beats
-from vasowave.recording.rejection import cause
-from vasowave.species import ANY_HEART_RATES
+from vasowave.base import ANY_HEART_RATES, InputError, NumericalError, VasowaveWarning
+from vasowave.catheter import Disturbances, SyntheticRecording, average_beats, synthetic_raw_recording
+from vasowave.catheter.beats import cause, find_beats
+from vasowave.catheter.signals import RawRecording
+from vasowave.pulse.cycle import Recording
 
 PHASE = np.arange(512) / 512
 SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vasowave.recording.breaths import breathing
+from vasowave.catheter.baseline import breathing
 
 HARMONICS = 4  # of a breath
 

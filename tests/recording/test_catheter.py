@@ -6,16 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.recording import (
-    Catheter,
-    LowPass,
-    Recording,
-    correct_catheter,
-    read_recording,
-    suspect_catheter,
-    without_delays,
-)
+from vasowave.base import InputError
+from vasowave.catheter.check import Catheter, LowPass, correct_catheter, suspect_catheter, without_delays
+from vasowave.catheter.read import read_recording
+from vasowave.pulse.cycle import Recording
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 PHASE = 2 * np.pi * np.arange(512) / 512

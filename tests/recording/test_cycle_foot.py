@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from made_cohort import bare_result
-from vasowave.analysis import impedance
-from vasowave.animal.datasets import recording_dataset
-from vasowave.animal.reading import from_foot, impedance_error
-from vasowave.recording import Recording
-from vasowave.recording.waveform import amplitudes, cycle_foot, harmonic_error
+from vasowave.pulse.analysis import impedance
+from vasowave.pulse.cycle import Recording, amplitudes, cycle_foot, harmonic_error
+from vasowave.study.animal import from_foot, impedance_error, recording_dataset
 
 T, N = 0.11, 200
 PHASE = np.arange(N) / N

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from vasowave.datasets import virtual_mouse
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.findings import Severity
-from vasowave.recording import average_beats, describe_recording, read_raw_recording, read_recording
-from vasowave.recording.plateaus import Plateau, plateau_findings
-from vasowave.recording.plausibility import odd_values, resting_flow
+from vasowave.base import InputError, Severity, VasowaveWarning
+from vasowave.catheter import average_beats
+from vasowave.catheter.check import odd_values, resting_flow
+from vasowave.catheter.read import describe_recording, read_raw_recording, read_recording
+from vasowave.catheter.signals import Plateau, plateau_findings
+from vasowave.pulse.examples import virtual_mouse
 
 MOUSE = virtual_mouse()
 TIME = np.arange(0, 5, 1e-3)

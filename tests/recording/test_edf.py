@@ -6,9 +6,9 @@ from edfio import Edf, EdfAnnotation, EdfSignal
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from vasowave.errors import InputError
-from vasowave.recording import read_raw_recording
-from vasowave.recording.formats.edf import read_edf
+from vasowave.base import InputError
+from vasowave.catheter.read import read_raw_recording
+from vasowave.catheter.read.formats.edf import read_edf
 
 RATE, SECONDS = 1000, 4
 TIME = np.arange(RATE * SECONDS) / RATE

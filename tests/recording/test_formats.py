@@ -14,20 +14,15 @@ from scipy.io import savemat
 
 import vasowave as vw
 from lab_files import SMALL, exported, recorded
-from vasowave.datasets import virtual_mouse
-from vasowave.errors import InputError
-from vasowave.io import remembered
-from vasowave.io.formats import Format, Registry
-from vasowave.io.textfile import look
-from vasowave.network.vessel_table import write_network
-from vasowave.network_formats import NETWORKS
-from vasowave.recording import read_raw_recording
-from vasowave.recording.channels import Block, Channel
-from vasowave.recording.describe import kind_of
-from vasowave.recording.formats import RECORDINGS, RecordingFormat
-from vasowave.io.matlab import read_mat
-from vasowave.study.adding import add_files
-from vasowave.study.checking import check_study
+from vasowave.base import InputError
+from vasowave.base.io import Format, Registry, look, read_mat, remembered
+from vasowave.catheter.read import kind_of, read_raw_recording
+from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
+from vasowave.catheter.signals import Block, Channel
+from vasowave.pulse.examples import virtual_mouse
+from vasowave.pulse.network import write_network
+from vasowave.pulse.network_formats import NETWORKS
+from vasowave.study.entering import add_files, check_study
 
 
 def aged(path):
@@ -89,7 +84,7 @@ def test_a_format_that_is_registered_in_one_place_serves_every_door(tmp_path, to
 
 
 def test_the_newest_format_of_a_name_counts_and_content_counts_before_the_suffix(tmp_path):
-    registry = Registry[Format]("vasowave.recording.formats", "rest")
+    registry = Registry[Format]("vasowave.catheter.read.formats", "rest")
     registry.register(Format("rest", "rest", (".txt",), lambda path, start: False, lambda path: "rest"))
     registry.register(Format("a", "a", (".a",), lambda path, start: start.startswith(b"A"), lambda path: "old"))
     registry.register(Format("a", "a", (".a",), lambda path, start: start.startswith(b"A"), lambda path: "new"))
@@ -215,7 +210,7 @@ def test_every_file_is_opened_twice_at_most_before_the_first_simulation(every_fo
 def test_a_format_that_is_registered_before_any_file_was_read_comes_first_and_keeps_its_name(tmp_path):
     """In a fresh process, as a user's script: ours are found later, and neither replace it nor are asked before it."""
     program = (
-        "from vasowave.recording.formats import RECORDINGS, RecordingFormat\n"
+        "from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat\n"
         "def read(path, rate=None, progress=None): return []\n"
         "for name in ('table', 'toy'):\n"
         "    RECORDINGS.register(RecordingFormat(name, 'of a lab', ('.txt',), None, read))\n"

@@ -5,10 +5,9 @@ import warnings
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.recording import gaps, read_raw_recording
-from vasowave.recording.gaps import Span
-from vasowave.recording.signal import even_step
+from vasowave.base import InputError
+from vasowave.catheter.read import read_raw_recording
+from vasowave.catheter.signals import Span, even_step, gaps
 
 
 def test_four_gaps_are_told_by_three_those_that_touch_are_one_and_a_short_rest_is_no_advice():

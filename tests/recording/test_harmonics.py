@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.errors import InputError
-from vasowave.recording import Recording, average_beats, harmonic_errors, read_recording
+from vasowave.base import InputError
+from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
+from vasowave.catheter.read import read_recording
+from vasowave.pulse.cycle import Recording, harmonic_errors
 
 MOUSE = Path(__file__).parents[2] / ".." / "shared" / "data" / "mouse-c6"
 PHASE = 2 * np.pi * np.arange(512) / 512

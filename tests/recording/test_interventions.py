@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from vasowave.errors import VasowaveWarning
-from vasowave.recording import describe_recording, read_raw_recording
-from vasowave.recording.baseline import baseline_findings, with_comments
-from vasowave.recording.channels import Comment
-from vasowave.recording.interventions import comment_findings, is_intervention
-from vasowave.recording.trend import Baseline, LevelStep
+from vasowave.base import VasowaveWarning
+from vasowave.catheter.baseline import baseline_findings, with_comments
+from vasowave.catheter.read import describe_recording, read_raw_recording
+from vasowave.catheter.signals import Comment, comment_findings, is_intervention
+from vasowave.pulse.cycle import Baseline, LevelStep
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from vasowave.errors import InputError
-from vasowave.recording import read_raw_recording
+from vasowave.base import InputError
+from vasowave.catheter.read import read_raw_recording
 
 RATE = 2000.0
 TIME = np.arange(3000) / RATE

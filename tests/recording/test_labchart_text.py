@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.recording.formats.labchart_text import read_labchart_text
+from vasowave.base import InputError
+from vasowave.catheter.read.formats.labchart_text import read_labchart_text
 
 HEAD = "Interval=\t0.01 s\nChannelTitle=\tPAP\tFlow\nUnitName=\tmmHg\tml/s\n"
 

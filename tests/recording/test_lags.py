@@ -5,9 +5,10 @@ import warnings
 import numpy as np
 import pytest
 
-from vasowave.errors import NumericalError
-from vasowave.recording import RawRecording, average_beats
-from vasowave.recording.plausibility import odd_values
+from vasowave.base import NumericalError
+from vasowave.catheter import average_beats
+from vasowave.catheter.check import odd_values
+from vasowave.catheter.signals import RawRecording
 
 RATE, BEAT = 1000.0, 0.11
 HARMONIC = np.arange(65)

@@ -4,24 +4,11 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from vasowave.errors import InputError
-from vasowave.recording import (
-    Inflow,
-    Observation,
-    RawRecording,
-    Recording,
-    one_cycle,
-    read_wedge,
-)
-from vasowave.recording.cycle import InletPressure, resample, samples_needed
-from vasowave.recording.plausibility import (
-    check_closure,
-    check_flow,
-    check_period,
-    check_pressure,
-    odd_values,
-    resting_flow,
-)
+from vasowave.base import InputError
+from vasowave.catheter.check import check_closure, check_flow, check_period, check_pressure, odd_values, resting_flow
+from vasowave.catheter.read import read_wedge
+from vasowave.catheter.signals import RawRecording
+from vasowave.pulse.cycle import Inflow, InletPressure, Observation, Recording, one_cycle, resample, samples_needed
 
 SHARE = np.arange(200) / 200
 WAVE = np.sin(2 * np.pi * SHARE)

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.errors import InputError
-from vasowave.io.matlab import read_mat
+from vasowave.base import InputError
+from vasowave.base.io import read_mat
 
 HEAD = b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Sun Nov  1 10:00:00 2026 HDF5 schema 1.00 ."
 

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
 
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.findings import Severity
-from vasowave.recording import LowPass, Recording, average_beats, correct_catheter
+from vasowave.base import Severity
+from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
+from vasowave.catheter.check import LowPass, correct_catheter
+from vasowave.pulse.cycle import Recording
 
 PHASE = np.arange(256) / 256
 BEAT = np.sin(np.pi * np.clip((PHASE - 0.08) / 0.8, 0, 1)) ** 2

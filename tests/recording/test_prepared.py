@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from lab_files import recorded
-from vasowave.recording import Averaging, BeatEdit, average_beats
-from vasowave.recording.ensemble import average_prepared
-from vasowave.recording.prepared import prepare
+from vasowave.catheter import average_beats, average_prepared
+from vasowave.catheter.beats import Averaging, BeatEdit, prepare
 
-pytestmark = pytest.mark.filterwarnings("ignore::vasowave.errors.VasowaveWarning")  # the level is made to move
+pytestmark = pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")  # the level is made to move
 
 
 @pytest.fixture(scope="module")

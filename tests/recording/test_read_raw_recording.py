@@ -9,10 +9,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.recording import RawRecording, read_raw_recording
-from vasowave.recording.choosing import choose
-from vasowave.units import factor
+from vasowave.base import InputError, VasowaveWarning, factor
+from vasowave.catheter.read import choose, read_raw_recording
+from vasowave.catheter.signals import RawRecording
 
 RATE = 1000.0
 COUNT = 1500

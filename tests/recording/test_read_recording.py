@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.io import savemat
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.recording import read_recording
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.catheter.read import read_recording
 
 MOUSE = Path(__file__).parents[2] / ".." / "shared" / "data" / "mouse-c6"
 PERIOD = 0.11

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.errors import InputError
+from vasowave.base import InputError
 
 
 def written(folder, text, **files):

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from vasowave.errors import InputError
-from vasowave.io import apart
-from vasowave.io.textfile import LONGEST_LINE
-from vasowave.recording import describe_recording, read_raw_recording, read_recording
+from vasowave.base import InputError
+from vasowave.base.io import LONGEST_LINE, apart
+from vasowave.catheter.read import describe_recording, read_raw_recording, read_recording
 
 HEAD = "Interval=\t0.001 s\nChannelTitle=\tPAP\tFlow\tECG\nUnitName=\tmmHg\tml/s\tmV\n"
 WAVE = np.sin(2 * np.pi * 9 * np.arange(1500) / 1000)

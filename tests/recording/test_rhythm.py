@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from vasowave.errors import NumericalError
-from vasowave.findings import Severity
-from vasowave.recording import RawRecording, average_beats
+from vasowave.base import NumericalError, Severity
+from vasowave.catheter import average_beats
+from vasowave.catheter.signals import RawRecording
 
 RATE, BEAT, STROKE, RESISTANCE, DECAY = 1000.0, 0.11, 0.022, 100.0, 0.1
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.datasets import virtual_mouse
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.recording.same_signal import are_of_one, trace_of
+from vasowave.catheter import Disturbances, synthetic_raw_recording
+from vasowave.catheter.signals import are_of_one, trace_of
+from vasowave.pulse.examples import virtual_mouse
 
 
 def made(seed, **more):

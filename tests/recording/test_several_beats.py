@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.recording import read_recording
-from vasowave.recording.several_beats import beats_within
+from vasowave.base import InputError
+from vasowave.catheter.read import beats_within, read_recording
 
 
 def beats(rng, count, period, alternate=0.0):

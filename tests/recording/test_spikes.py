@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.errors import VasowaveWarning
-from vasowave.recording import RawRecording, average_beats
-from vasowave.recording.spikes import despiked
+from vasowave.base import VasowaveWarning
+from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
+from vasowave.catheter.signals import RawRecording, despiked
 
 
 def recorded(seed=3, rate=1000.0, **disturbances):

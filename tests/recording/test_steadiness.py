@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.datasets.raw import synthetic_raw_recording
-from vasowave.recording.cuts import Cuts
-from vasowave.recording.plateaus import Plateau, saturated
-from vasowave.recording.raw import RawRecording
-from vasowave.recording.steadiness import unsteady
+from vasowave.catheter import synthetic_raw_recording
+from vasowave.catheter.beats import Cuts, unsteady
+from vasowave.catheter.signals import Plateau, RawRecording, saturated
 
-pytestmark = pytest.mark.filterwarnings("ignore::vasowave.errors.VasowaveWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")
 
 
 def said(course, code="recording.unsteady") -> list[dict]:

@@ -5,9 +5,9 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.errors import InputError
-from vasowave.recording import Recording, resample
+from vasowave.base import InputError
+from vasowave.catheter import Disturbances, synthetic_raw_recording
+from vasowave.pulse.cycle import Recording, resample
 
 PHASE = np.arange(256) / 256
 CYCLE = Recording(

@@ -6,9 +6,9 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.findings import Severity
-from vasowave.recording import Recording, average_beats
+from vasowave.base import Severity
+from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
+from vasowave.pulse.cycle import Recording
 
 PHASE = np.arange(256) / 256
 BEAT = np.sin(np.pi * np.clip((PHASE - 0.08) / 0.8, 0, 1)) ** 2

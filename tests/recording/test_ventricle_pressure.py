@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.recording import VentricularPressure, read_ventricle
+from vasowave.base import InputError
+from vasowave.catheter.read import read_ventricle
+from vasowave.pulse.cycle import VentricularPressure
 
 PERIOD = 0.11
 

@@ -3,7 +3,7 @@
 import pytest
 
 from made_cohort import made_results
-from vasowave.report.write import write_report
+from vasowave.study.report import write_report
 
 
 @pytest.fixture(scope="session")

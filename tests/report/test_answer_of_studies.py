@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 import vasowave
 from vasowave.cli.app import app
+from vasowave.study.entering import write_virtual_study
 from vasowave.study.results import Results
-from vasowave.study.template import write_virtual_study
 
 pytestmark = pytest.mark.validation
 

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from vasowave.report.wording import (
-    DRAWS,
+from vasowave.study.cohort import DRAWS
+from vasowave.study.report import (
     ERROR_OF_DRAWS,
     friction_words,
     listed,

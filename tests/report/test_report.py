@@ -8,31 +8,38 @@ import pandas as pd
 import pytest
 
 from made_cohort import FAILURE, PLANTED, made_results
-from vasowave.animal.failure import Failure, Stage
-from vasowave.cohort import (
+from vasowave.base import InputError
+from vasowave.study.animal import Failure, Stage
+from vasowave.study.cohort import (
+    Assurance,
     Design,
     Family,
     Primary,
+    Variable,
     cohort_table,
     compare,
     contrasts,
     gathered,
+    holm,
     importance,
     primary_comparison,
 )
-from vasowave.cohort.primary import Assurance
-from vasowave.cohort.two_groups import holm
-from vasowave.cohort.variables import Variable
-from vasowave.errors import InputError
-from vasowave.figures.style import new_figure, style
-from vasowave.report.blocks import SUPPLEMENT, Answers, Drawing, Fold, Paragraph, Report, Section, SideBySide
-from vasowave.report.pdf import markup
-from vasowave.report.sections.groups import groups_section
-from vasowave.report.sections.methods import methods_section
-from vasowave.report.tables import groups, models
-from vasowave.report.tables.cells import median_iqr
-from vasowave.report.wording import number
-from vasowave.report.write import write_report
+from vasowave.study.figures import new_figure, style
+from vasowave.study.report import (
+    SUPPLEMENT,
+    Answers,
+    Drawing,
+    Fold,
+    Paragraph,
+    Report,
+    Section,
+    SideBySide,
+    markup,
+    number,
+    write_report,
+)
+from vasowave.study.report.sections import groups_section, methods_section
+from vasowave.study.report.tables import groups, median_iqr, models
 
 NOTHING = Primary("linear", pd.DataFrame(), pd.DataFrame(), {})
 
@@ -199,8 +206,8 @@ def test_a_report_that_fails_midway_leaves_the_earlier_one_as_it_was(results, fo
     def full(*arguments):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("vasowave.report.write.write_tables", full)
-    monkeypatch.setattr("vasowave.report.write.write_figures", lambda *arguments: None)
+    monkeypatch.setattr("vasowave.study.report.write.write_tables", full)
+    monkeypatch.setattr("vasowave.study.report.write.write_figures", lambda *arguments: None)
     with pytest.raises(InputError, match="no space left"):
         write_report(results[:1], folder, pdf=False)
     assert {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()} == before

@@ -9,11 +9,10 @@ import pytest
 
 import vasowave
 from made_cohort import made_results
-from vasowave.cohort import compare, gathered, primary_comparison
-from vasowave.figures.fit import plot_pressure_area
-from vasowave.figures.style import new_figure
-from vasowave.report.sections.methods import methods_section
-from vasowave.report.write import write_report
+from vasowave.study.cohort import compare, gathered, primary_comparison
+from vasowave.study.figures import new_figure, plot_pressure_area
+from vasowave.study.report import write_report
+from vasowave.study.report.sections import methods_section
 
 ROOMS = ("cohort", "figures", "report")
 

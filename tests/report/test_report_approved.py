@@ -1,8 +1,7 @@
 """What a reader of a cohort's report sees, as agreed: drawings, words, numbers; see approval.py."""
 
 from approval import PAPER, approve, figure, figures, page, table, tree
-from vasowave.figures.fit import sheet_figure
-from vasowave.figures.rendering import svg
+from vasowave.study.figures import sheet_figure, svg
 
 
 def test_approved_the_drawings_of_a_cohort(cohort_report):

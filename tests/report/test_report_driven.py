@@ -10,11 +10,10 @@ import pytest
 
 from chromium import WATCH, browser, run
 from made_cohort import crossed_cohort
-from vasowave.cohort import Family, primary_comparison
-from vasowave.figures.style import style
-from vasowave.recording.waveform import cycle_foot
-from vasowave.report.documents import report_of
-from vasowave.report.html import page
+from vasowave.pulse.cycle import cycle_foot
+from vasowave.study.cohort import Family, primary_comparison
+from vasowave.study.figures import style
+from vasowave.study.report import page, report_of
 
 DRIVE = """
 const said = [], at = (one, x, y) => {

@@ -10,17 +10,24 @@ import xarray as xr
 
 from made_cohort import bare_result, made_results
 from made_fit import made_fit
-from vasowave.animal.reading import fitted_decay
-from vasowave.cohort import gathered
-from vasowave.datasets import control_network
-from vasowave.figures import modeled
-from vasowave.figures.fit import ON_A_SHEET, plot_pressure_area, sheet_figure, sheets
-from vasowave.figures.measured import nominal_figure
-from vasowave.figures.modeled import fit_figure, vessels_figure
-from vasowave.figures.network import layout
-from vasowave.figures.rendering import svg
-from vasowave.figures.style import new_figure, style
-from vasowave.network.network import Network
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.network import Network
+from vasowave.study.animal import fitted_decay
+from vasowave.study.cohort import gathered
+from vasowave.study.figures import (
+    ON_A_SHEET,
+    fit_figure,
+    layout,
+    modeled,
+    new_figure,
+    nominal_figure,
+    plot_pressure_area,
+    sheet_figure,
+    sheets,
+    style,
+    svg,
+    vessels_figure,
+)
 
 
 @pytest.fixture(scope="module")

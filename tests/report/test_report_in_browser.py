@@ -7,10 +7,9 @@ import pytest
 from matplotlib import colormaps
 
 from chromium import browser, measured, run
-from vasowave.figures.style import SCALE, new_figure, style
-from vasowave.provenance import provenance
-from vasowave.report.blocks import Drawing, Report, Section
-from vasowave.report.html import page
+from vasowave.base import provenance
+from vasowave.study.figures import SCALE, new_figure, style
+from vasowave.study.report import Drawing, Report, Section, page
 
 WIDTHS = (400, 1200, 1920)
 

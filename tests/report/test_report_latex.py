@@ -5,8 +5,7 @@ import subprocess
 
 import pytest
 
-from vasowave.report.blocks import Table
-from vasowave.report.files import latex, latex_table
+from vasowave.study.report import Table, latex, latex_table
 
 
 def test_latex_takes_no_character_for_a_command():

@@ -10,20 +10,12 @@ import pytest
 
 from approval import approve, artists
 from made_cohort import crossed_cohort
-from vasowave.cohort import Family, primary_comparison
-from vasowave.cohort.comparison import group_means
-from vasowave.figures.compared import means_figure
-from vasowave.figures.measured import hemodynamics_figure
-from vasowave.figures.overview import waveforms_figure
-from vasowave.figures.style import style
-from vasowave.report.answer.design import design_text
-from vasowave.report.answer.forest import animals_of
-from vasowave.report.answer.page import decay
-from vasowave.report.documents import report_of
-from vasowave.report.html import page
-from vasowave.report.sections.methods import methods_section
-from vasowave.report.tables import data
-from vasowave.report.tables.groups import primary_tables
+from vasowave.study.cohort import Family, group_means, primary_comparison
+from vasowave.study.figures import hemodynamics_figure, means_figure, style, waveforms_figure
+from vasowave.study.report import page, report_of
+from vasowave.study.report.answer import animals_of, decay, design_text
+from vasowave.study.report.sections import methods_section
+from vasowave.study.report.tables import data, primary_tables
 
 FOUR = {"mPAP [mmHg]": "pressure [mmHg]", "CO [ml/s]": "flow [ml/s]", "R_T [mmHg s/ml]": "R_T [mmHg s/ml]"}
 CELLS = ["Kontrolle Süd, vor", "Kontrolle Süd, nach", "Hypoxie Öst, vor", "Hypoxie Öst, nach"]
@@ -98,8 +90,7 @@ def rows_of(primary, quantity):
 
 def test_the_animal_left_out_is_left_out_whole(cohort, primary):
     """The model without a mouse and with the same variances: by dense algebra that knows nothing of the program's."""
-    from vasowave.cohort.designed import modeled
-    from vasowave.cohort.primary import known_values
+    from vasowave.study.cohort import known_values, modeled
 
     row = rows_of(primary, "mPAP").loc["groups"]
     one = modeled(cohort, known_values(cohort, "measured", "mPAP", list(cohort.groups)))

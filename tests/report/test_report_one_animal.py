@@ -12,20 +12,15 @@ from approval import PAPER, approve, figures
 from approval import page as page_of
 from made_cohort import changed, made_results
 from made_posterior import with_posterior
-from vasowave.cohort import primary_comparison
-from vasowave.cohort.cohort import gathered
-from vasowave.findings import as_json
-from vasowave.inference.findings import HALF_EMPTY
-from vasowave.model.walls import LinearWall
-from vasowave.report.answer.animal import animal_answers
-from vasowave.report.answer.problems import problem_blocks
-from vasowave.report.glossary import caller
-from vasowave.report.sections.animals import fit_sentences
-from vasowave.report.settings import ReportSettings
-from vasowave.report.tables import animal as tables
-from vasowave.report.wording import value_text
-from vasowave.report.write import write_report
-from vasowave.study.single_animal import TOLD
+from vasowave.base import as_json
+from vasowave.pulse.inference import HALF_EMPTY
+from vasowave.pulse.model import LinearWall
+from vasowave.study.cohort import gathered, primary_comparison
+from vasowave.study.report import ReportSettings, caller, value_text, write_report
+from vasowave.study.report.answer import animal_answers, problem_blocks
+from vasowave.study.report.sections import fit_sentences
+from vasowave.study.report.tables import animal as tables
+from vasowave.study.running import TOLD
 
 
 @pytest.fixture(scope="module")

@@ -9,23 +9,27 @@ import pytest
 
 from made_cohort import changed, made_results, voting
 from made_posterior import NAMES, with_posterior
-from vasowave.cohort import Family, Primary, gathered, primary_comparison
-from vasowave.cohort.votes import ballots, differences, stored
-from vasowave.findings import as_json
-from vasowave.report.answer.effects import where
-from vasowave.report.answer.forest import group_rows
-from vasowave.report.answer.groups import by_fits, group_answer, influence, other_laws
-from vasowave.report.answer.limits import model_limits, shared_images
-from vasowave.report.answer.marks import Marks
-from vasowave.report.answer.page import answer_sections, decay
-from vasowave.report.answer.problems import problem_blocks, problems
-from vasowave.report.blocks import Report
-from vasowave.report.documents import report_of
-from vasowave.report.glossary import explained, glossary
-from vasowave.report.tables.models import preference_table, selection_table
-from vasowave.report.wording import number, probability, with_interval
-from vasowave.selection.criteria import aicc, bic
-from vasowave.solver.validity import STRAINED
+from vasowave.base import as_json
+from vasowave.pulse.selection import aicc, bic
+from vasowave.pulse.solver import STRAINED
+from vasowave.study.cohort import Family, Primary, ballots, differences, gathered, primary_comparison, stored
+from vasowave.study.report import Report, explained, glossary, number, probability, report_of, with_interval
+from vasowave.study.report.answer import (
+    Marks,
+    answer_sections,
+    by_fits,
+    decay,
+    group_answer,
+    group_rows,
+    influence,
+    model_limits,
+    other_laws,
+    problem_blocks,
+    problems,
+    shared_images,
+    where,
+)
+from vasowave.study.report.tables import preference_table, selection_table
 
 
 def plain(name):

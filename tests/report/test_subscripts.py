@@ -6,10 +6,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from vasowave.figures.rendering import as_file
-from vasowave.figures.style import label_axes, new_figure, style
-from vasowave.figures.subscripts import lowered, pieces
-from vasowave.report.pdf import markup, written
+from vasowave.study.figures import as_file, label_axes, lowered, new_figure, pieces, style
+from vasowave.study.report import markup, written
 
 NAMES = re.compile(r"ParAll_change|WIA-I_R|\b\w+_\w+(?=\":)|\w+\.(?:csv|svg)")
 """Names of files and keys of settings, which are as they are typed."""
@@ -64,7 +62,7 @@ def test_typst_gets_subscripts_of_its_own_and_reads_nothing_else_as_markup():
 
 
 def markup_of(text):
-    from vasowave.report.blocks import Paragraph, Report, Section
+    from vasowave.study.report import Paragraph, Report, Section
 
     return markup(Report("report", "Mice", "two", "", [Section("one", "One", [Paragraph(text)])]))
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from vasowave.runtime.kept import digest_of, keep, program, recall
-from vasowave.runtime.writing import PART, put
+from vasowave.base.runtime import PART, digest_of, keep, program, put, recall
 
 
 @dataclass(frozen=True)

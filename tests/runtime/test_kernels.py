@@ -14,13 +14,13 @@ from typing import NamedTuple
 import pytest
 
 import vasowave
-from vasowave.runtime import kept
+from vasowave.base.runtime import kept
 
 SCRIPT = """
 import sys, time
 from numba import njit
 from numba.extending import overload
-from vasowave.runtime import kernels
+from vasowave.base.runtime import kernels
 kernels.inspect.getsource = lambda module: sys.argv[1]
 
 def twice(x): ...
@@ -138,7 +138,7 @@ def place_of_kernels(tmp_path, monkeypatch):
 def test_a_folder_that_others_may_write_to_is_not_used(place_of_kernels, tmp_path, monkeypatch, fault):
     from numba import njit
 
-    from vasowave.runtime import kernels
+    from vasowave.base.runtime import kernels
 
     def folder():
         return Path(kernels.kept(njit(lambda x: x)).stats.cache_path)
@@ -160,7 +160,7 @@ def thrice(place_of_kernels):
     """A kernel that was compiled and kept: what compiles or loads it anew, and its file."""
     from numba import njit
 
-    from vasowave.runtime import kernels
+    from vasowave.base.runtime import kernels
 
     def tripled(x):
         return 3.0 * x
@@ -222,7 +222,7 @@ def test_a_compilation_that_fails_keeps_nobody_waiting(place_of_kernels):
     from numba import njit
     from numba.core.errors import TypingError
 
-    from vasowave.runtime import kernels
+    from vasowave.base.runtime import kernels
 
     def first(x):
         return x[0]
@@ -240,7 +240,7 @@ def test_a_kernel_for_a_class_from_elsewhere_is_compiled_in_every_process(thrice
     """Its source is not in the folder's name: a changed class of the same name would meet the kernel of the old one."""
     from numba import njit
 
-    from vasowave.runtime import kernels
+    from vasowave.base.runtime import kernels
 
     def first(pair):
         return pair[0]
@@ -263,7 +263,7 @@ PAIR = "from typing import NamedTuple\nclass Pair(NamedTuple):\n    one: float\n
 def test_a_kernel_for_a_law_of_a_file_is_kept_by_the_content_of_the_file_unless_it_uses_what_could_change(thrice):
     from numba import njit
 
-    from vasowave.runtime import kernels
+    from vasowave.base.runtime import kernels
 
     def first(pair):
         return pair[0]
@@ -288,9 +288,9 @@ def test_a_kernel_for_a_law_of_a_file_is_kept_by_the_content_of_the_file_unless_
 def test_an_analysis_asks_for_no_kernel_that_was_not_compiled_beforehand():
     code = """
 import vasowave as vw
-from vasowave.noise import arma
-from vasowave.runtime.kernels import seconds_compiling
-from vasowave.solver.ready import compile_kernels
+from vasowave.pulse.noise import arma
+from vasowave.base.runtime.kernels import seconds_compiling
+from vasowave.pulse.solver.ready import compile_kernels
 mouse = vw.virtual_mouse()
 compile_kernels("linear")
 arma.compile_kernels()

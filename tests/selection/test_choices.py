@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 from made_fit import made_fit, made_recording
-from vasowave.calibration import Search
-from vasowave.network.network import Network
-from vasowave.selection.choices import answers, answers_by_harmonics, answers_by_image_pressure
-from vasowave.solver import Numerics
+from vasowave.pulse.calibration import Search
+from vasowave.pulse.model import Numerics
+from vasowave.pulse.network import Network
+from vasowave.pulse.selection import answers, answers_by_harmonics, answers_by_image_pressure
 
 NETWORK = Network(("1", "2", "3"), [-1, 0, 0], [0.4, 0.4, 0.5], [0.05, 0.035, 0.04])
 QUICK = {"search": Search(starts=1, pressure_harmonics=8), "numerics": Numerics(cell_size=0.3)}

@@ -4,9 +4,9 @@ import xarray as xr
 from scipy.stats import multivariate_normal
 
 from approval import approve, tree
-from vasowave import noise, selection
-from vasowave.errors import InputError
-from vasowave.selection.averaging import averaged_draws
+from vasowave.base import InputError
+from vasowave.pulse import noise, selection
+from vasowave.pulse.selection import averaged_draws
 
 T, N = 0.11, 64
 TIME = np.arange(N) * T / N

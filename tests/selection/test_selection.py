@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from vasowave import noise, selection
-from vasowave.errors import InputError, NumericalError
+from vasowave.base import InputError, NumericalError
+from vasowave.pulse import noise, selection
 
 T = np.linspace(0, 0.11, 64, endpoint=False)
 

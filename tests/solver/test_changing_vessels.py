@@ -7,22 +7,23 @@ import pytest
 from scipy.optimize import brentq
 
 from horn import steady_inlet
-from vasowave.datasets import control_network
-from vasowave.model.blood import Blood
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.outlets import Windkessel
-from vasowave.model.shape import Shape
-from vasowave.model.walls import LinearWall, PowerWall, TangentWall, VeinWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
-from vasowave.solver.grid import make_grid
-from vasowave.solver.run import run_to_periodic
-from vasowave.solver.simulate import simulate_run
-from vasowave.solver.state import State
-from vasowave.solver.stepper import Stepper
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import (
+    Blood,
+    LinearWall,
+    Model,
+    Numerics,
+    PowerWall,
+    Shape,
+    TangentWall,
+    VeinWall,
+    Windkessel,
+    linear_solution,
+    windkessels,
+)
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import State, Stepper, make_grid, run_to_periodic, simulate_run
 
 WALLS = pytest.mark.parametrize(
     "wall",

@@ -5,10 +5,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vasowave as vw
-from vasowave.errors import InputError
-from vasowave.model.linear import linear_solution
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
+from vasowave.base import InputError
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.model import Numerics, linear_solution
 
 T = 0.11
 NUMERICS = Numerics(samples=256)

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.model import walls
-from vasowave.solver import Numerics
-from vasowave.solver.run import run_cycles, run_to_periodic
+from vasowave.pulse.model import Numerics, walls
+from vasowave.pulse.solver import run_cycles, run_to_periodic
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.errors import InputError
-from vasowave.model.linear import linear_solution
+from vasowave.base import InputError
+from vasowave.pulse.model import linear_solution
 
 DATA = Path(__file__).parents[3] / "shared/data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no measured data at {DATA}")

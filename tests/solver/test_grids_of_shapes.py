@@ -5,15 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.shape import Shape
-from vasowave.model.walls import LinearWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
-from vasowave.solver.result import difference
-from vasowave.solver.run import run_on_cells, run_to_periodic
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.model import LinearWall, Model, Numerics, Shape, windkessels
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import difference, run_on_cells, run_to_periodic
 
 FORK = Network(("a", "b", "c"), [-1, 0, 0], [0.41, 0.445, 0.372], [0.047, 0.026, 0.037])
 

@@ -4,19 +4,23 @@ import numpy as np
 import pytest
 
 from horn import steady_inlet
-from vasowave.datasets import control_network
-from vasowave.errors import NumericalError
-from vasowave.model.blood import Blood
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.outlets import Windkessel
-from vasowave.model.shape import Shape
-from vasowave.model.walls import LinearWall, PowerWall, TangentWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
-from vasowave.solver.simulate import simulate_run
+from vasowave.base import NumericalError
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import (
+    Blood,
+    LinearWall,
+    Model,
+    Numerics,
+    PowerWall,
+    Shape,
+    TangentWall,
+    Windkessel,
+    linear_solution,
+    windkessels,
+)
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import simulate_run
 
 WALLS = pytest.mark.parametrize("wall", [LinearWall(57.0), TangentWall(9.0, 4.0)], ids=["linear", "tangent"])
 FORK = Network(("a", "b", "c"), [-1, 0, 0], [0.45, 0.35, 0.08], [0.047, 0.042, 0.037])

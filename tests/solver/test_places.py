@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.shape import Shape
-from vasowave.model.ventricle import Ventricle
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow, InletPressure
-from vasowave.solver import Numerics
-from vasowave.solver.direction import direction_between
-from vasowave.solver.places import QUANTITIES, Places, Waves, waves_at
-from vasowave.solver.sensitivity import derivatives
-from vasowave.solver.simulate import simulate_run
+from vasowave.base import InputError
+from vasowave.pulse.cycle import Inflow, InletPressure
+from vasowave.pulse.model import (
+    LinearWall,
+    Model,
+    Numerics,
+    Shape,
+    TangentWall,
+    Ventricle,
+    linear_solution,
+    windkessels,
+)
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import QUANTITIES, Places, Waves, derivatives, direction_between, simulate_run, waves_at
 
 NETWORK = Network(("a", "b", "c"), np.array([-1, 0, 0]), np.array([0.75, 0.55, 0.35]), np.array([0.047, 0.037, 0.026]))
 INLET = Places(np.array([0]), np.array([0.0]))

@@ -2,12 +2,9 @@
 
 import numpy as np
 
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.model.model import Model
-from vasowave.model.nominal import estimate_nominal
-from vasowave.model.walls import LinearWall, PowerWall
-from vasowave.solver.powers import power
-from vasowave.solver.simulate import Numerics, simulate_run
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import LinearWall, Model, Numerics, PowerWall, estimate_nominal
+from vasowave.pulse.solver import power, simulate_run
 
 
 def test_power_is_as_exact_as_its_logarithm():

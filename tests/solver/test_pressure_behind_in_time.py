@@ -7,13 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vasowave as vw
-from vasowave.errors import InputError
-from vasowave.model.linear import linear_solution
-from vasowave.model.numerics import Numerics
-from vasowave.recording import read_wedge
-from vasowave.study.loading import load_animal
-from vasowave.study.settings import StudyFile
-from vasowave.study.single_animal import one_row
+from vasowave.base import InputError
+from vasowave.catheter.read import read_wedge
+from vasowave.pulse.model import Numerics, linear_solution
+from vasowave.study.folder import StudyFile
+from vasowave.study.results import load_animal
+from vasowave.study.running import one_row
 
 NETWORK, MOUSE = vw.control_network(), vw.virtual_mouse()
 BEDS = vw.estimate_nominal(NETWORK, MOUSE).outlets

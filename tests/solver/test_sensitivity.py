@@ -6,24 +6,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.calibration.compared import compared_part
-from vasowave.calibration.objective import Objective
-from vasowave.calibration.parameters import parameter_space
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.errors import InputError, NumericalError
-from vasowave.model.blood import Blood, PowerLaw
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.nominal import estimate_nominal, windkessels
-from vasowave.model.outlets import ImpedanceSpectrum, Windkessel
-from vasowave.model.shape import Shape
-from vasowave.model.walls import LinearWall, PowerWall, TangentWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
-from vasowave.solver.direction import direction_between
-from vasowave.solver.sensitivity import pressure_derivatives
-from vasowave.solver.simulate import simulate_run
+from vasowave.base import InputError, NumericalError
+from vasowave.pulse.calibration import Objective, compared_part, parameter_space
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import (
+    Blood,
+    ImpedanceSpectrum,
+    LinearWall,
+    Model,
+    Numerics,
+    PowerLaw,
+    PowerWall,
+    Shape,
+    TangentWall,
+    Windkessel,
+    estimate_nominal,
+    linear_solution,
+    windkessels,
+)
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import direction_between, pressure_derivatives, simulate_run
 
 APART = 1e-3  # in the logarithm: the differences' own error is then below 1e-9
 LINEAR, TANGENT, POWER = LinearWall(57.0), TangentWall(9.0, 4.0), PowerWall(60.0, 1.5)

@@ -8,18 +8,25 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from approval import approve, values
-from vasowave.errors import NumericalError
-from vasowave.model import walls
-from vasowave.model.blood import Blood, BoundaryLayer, Poiseuille, PowerLaw
-from vasowave.model.linear import linear_solution
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.outlets import ImpedanceSpectrum, Windkessel
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics, simulate
-from vasowave.solver.simulate import simulate_runs
+from vasowave.base import NumericalError
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.model import (
+    Blood,
+    BoundaryLayer,
+    ImpedanceSpectrum,
+    LinearWall,
+    Model,
+    Numerics,
+    Poiseuille,
+    PowerLaw,
+    TangentWall,
+    Windkessel,
+    linear_solution,
+    walls,
+    windkessels,
+)
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import simulate, simulate_runs
 
 
 def _tube(length=2.0, radius=0.05):
@@ -137,7 +144,7 @@ def test_steady_flow_obeys_the_ordinary_differential_equation(wall, friction):
 
 @pytest.mark.parametrize("wall", [LinearWall(57.0), TangentWall(7.0, 1.6)], ids=["linear", "tangent"])
 def test_small_amplitude_impedance_agrees_with_the_linear_network(wall):
-    from vasowave.datasets import control_network
+    from vasowave.pulse.examples import control_network
 
     network = control_network()
     model = Model(network, wall, windkessels(network, 76.0, 0.11, a=0.12))

@@ -9,15 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.errors import VasowaveWarning
-from vasowave.model.blood import Blood, PowerLaw
-from vasowave.model.model import Model
-from vasowave.model.outlets import Windkessel
-from vasowave.model.walls import LinearWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics, simulate
-from vasowave.units import MMHG
+from vasowave.base import MMHG, VasowaveWarning
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.model import Blood, LinearWall, Model, Numerics, PowerLaw, Windkessel
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import simulate
 
 pytestmark = pytest.mark.validation
 

@@ -7,18 +7,21 @@ import pytest
 
 from horn import steady_inlet
 from solver_sweep import KINDS, ORDER, drawn
-from vasowave.errors import InputError, NumericalError, VasowaveWarning
-from vasowave.model import walls
-from vasowave.model.blood import Blood, PowerLaw
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.outlets import Windkessel
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics, simulate
-from vasowave.solver.run import run_on_cells, run_to_periodic
-from vasowave.solver.simulate import simulate_run
+from vasowave.base import InputError, NumericalError, VasowaveWarning
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.model import (
+    Blood,
+    LinearWall,
+    Model,
+    Numerics,
+    PowerLaw,
+    TangentWall,
+    Windkessel,
+    walls,
+    windkessels,
+)
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import run_on_cells, run_to_periodic, simulate, simulate_run
 
 
 def _tube(length, radius, wall, resistance=70.0, blood=None):

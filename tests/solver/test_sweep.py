@@ -4,21 +4,13 @@ import numpy as np
 import pytest
 
 from approval import PAPER, approve, figure, values
-from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.files import read_result, write_result
-from vasowave.animal.pipeline import analyze
-from vasowave.animal.stored import stored_model, stored_recording
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.errors import InputError, NumericalError
-from vasowave.figures.rendering import svg
-from vasowave.figures.style import style
-from vasowave.figures.sweep import sweep_figure
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.walls import LinearWall
-from vasowave.recording import Recording
-from vasowave.solver import Numerics, changed_model, simulate, sweep
-from vasowave.solver.sweep import sweep_table
+from vasowave.base import InputError, NumericalError
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.model import LinearWall, Model, Numerics, windkessels
+from vasowave.pulse.solver import changed_model, simulate, sweep, sweep_table
+from vasowave.study.animal import Animal, Settings, analyze, read_result, stored_model, stored_recording, write_result
+from vasowave.study.figures import style, svg, sweep_figure
 
 
 @pytest.fixture(scope="module")

@@ -6,19 +6,20 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vasowave.errors import InputError, NumericalError
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.model.ventricle import Ventricle, activation
-from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.network.network import Network
-from vasowave.recording import Inflow
-from vasowave.solver import Numerics
-from vasowave.solver.direction import direction_between
-from vasowave.solver.places import Places, waves_at
-from vasowave.solver.sensitivity import derivatives
-from vasowave.solver.simulate import simulate, simulate_run
-from vasowave.solver.valve import require_emptied, ventricular_waves
+from vasowave.base import InputError, NumericalError
+from vasowave.pulse.cycle import Inflow
+from vasowave.pulse.model import LinearWall, Model, Numerics, TangentWall, Ventricle, activation, windkessels
+from vasowave.pulse.network import Network
+from vasowave.pulse.solver import (
+    Places,
+    derivatives,
+    direction_between,
+    require_emptied,
+    simulate,
+    simulate_run,
+    ventricular_waves,
+    waves_at,
+)
 
 PERIOD, INLET = 0.11, Places(np.array([0]), np.array([0.0]))
 NUMERICS = Numerics(cell_size=0.1, steps_per_cycle=4096, samples=256, tolerance=1e-7)

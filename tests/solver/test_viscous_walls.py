@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.errors import InputError
-from vasowave.model.linear import linear_solution
-from vasowave.model.nominal import windkessels
-from vasowave.model.shape import Shape
-from vasowave.recording import Inflow, InletPressure
-from vasowave.solver import Numerics
-from vasowave.solver.simulate import simulate_run
+from vasowave.base import InputError
+from vasowave.pulse.cycle import Inflow, InletPressure
+from vasowave.pulse.model import Numerics, Shape, linear_solution, windkessels
+from vasowave.pulse.solver import simulate_run
 
 T = 0.11
 WALLS = pytest.mark.parametrize(

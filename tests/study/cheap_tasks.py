@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.errors import InputError
-from vasowave.runtime.threads import threads
+from vasowave.base import InputError
+from vasowave.base.runtime import threads
 
 
 def decay_time(log: str, name: str, seconds: float = 0.0) -> float:

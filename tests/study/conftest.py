@@ -4,8 +4,8 @@ from pathlib import Path
 import pytest
 from small_study import SETTINGS, make_study_in
 
-from vasowave.datasets.virtual import virtual_mouse
-from vasowave.recording import Recording
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import virtual_mouse
 
 
 @pytest.fixture(scope="session")

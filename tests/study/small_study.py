@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.network.network import Network
-from vasowave.network.vessel_table import write_network
-from vasowave.recording import Recording
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.network import Network, write_network
 
 SETTINGS = """\
 calibration:

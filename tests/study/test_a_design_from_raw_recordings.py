@@ -6,8 +6,8 @@ from typer.testing import CliRunner
 
 from lab_files import SMALL, exported, recorded
 from vasowave.cli import app
-from vasowave.cohort import primary_comparison
-from vasowave.network.vessel_table import write_network
+from vasowave.pulse.network import write_network
+from vasowave.study.cohort import primary_comparison
 from vasowave.study.results import read_results
 
 pytestmark = [pytest.mark.usefixtures("undrawn"), pytest.mark.validation]

@@ -11,17 +11,12 @@ from small_study import SETTINGS, make_study_in
 from typer.testing import CliRunner
 
 import vasowave as vw
-from vasowave.animal import pipeline
-from vasowave.animal.stored import stored_law, stored_recording
-from vasowave.calibration.parameters import parameter_space
-from vasowave.errors import InputError
-from vasowave.inference import posterior
-from vasowave.inference.unknowns import Unknowns
-from vasowave.model import law_files
-from vasowave.model.laws import find_law, identity, parameter_names
-from vasowave.model.nominal import estimate_nominal
-from vasowave.report.write import write_report
-from vasowave.solver import Numerics
+from vasowave.base import InputError
+from vasowave.pulse.calibration import parameter_space
+from vasowave.pulse.inference import Unknowns, posterior
+from vasowave.pulse.model import Numerics, estimate_nominal, find_law, identity, law_files, parameter_names
+from vasowave.study.animal import pipeline, stored_law, stored_recording
+from vasowave.study.report import write_report
 
 NAME, STORED = "our_laws:ExponentialWall", "exponential"
 COARSE = Numerics(cell_size=0.3, samples=64)

@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from vasowave.base import InputError
+from vasowave.catheter import Disturbances, synthetic_raw_recording
 from vasowave.cli import app
-from vasowave.datasets import control_network, virtual_mouse
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.datasets.virtual_files import labchart_text
-from vasowave.errors import InputError
-from vasowave.network.vessel_table import write_network
-from vasowave.recording import Recording
-from vasowave.study.adding import add_files, told_network
-from vasowave.study.checking import check_study
-from vasowave.study.template import new_study
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.network import write_network
+from vasowave.study.datasets import labchart_text
+from vasowave.study.entering import add_files, check_study, new_study, told_network
 
 QUIET = Disturbances(pressure_drift=0.0)
 

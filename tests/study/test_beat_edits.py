@@ -10,9 +10,9 @@ from small_study import make_study_in
 
 import vasowave as vw
 from lab_files import exported, recorded
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.recording.edits import edits_text
-from vasowave.study.loading import animal_key, load_animal
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.catheter.beats import edits_text
+from vasowave.study.results import animal_key, load_animal
 
 
 @pytest.fixture(scope="module")

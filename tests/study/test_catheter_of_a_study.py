@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.recording import Catheter, LowPass, correct_catheter, read_recording, suspect_catheter
-from vasowave.recording.catheter import ringing
-from vasowave.study.loading import animal_key, load_animal
-from vasowave.study.plan import read_study
+from vasowave.base import InputError
+from vasowave.catheter.check import Catheter, LowPass, correct_catheter, ringing, suspect_catheter
+from vasowave.catheter.read import read_recording
+from vasowave.study.results import animal_key, load_animal
+from vasowave.study.running import read_study
 
 
 def loaded(folder, catheter=None):

@@ -11,23 +11,15 @@ from hypothesis import strategies as st
 from small_study import SETTINGS, write_cycle
 from typer.testing import CliRunner
 
+from vasowave.base import SPECIES, InputError, SpeciesName, VasowaveWarning
 from vasowave.cli import app
 from vasowave.cli.options import read_settings
-from vasowave.datasets import control_network, hypertensive_network
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.network.network import Network
-from vasowave.network.vessel_table import write_network
-from vasowave.species import SPECIES, SpeciesName
-from vasowave.study.animals import read_animals
-from vasowave.study.checking import check_study
-from vasowave.study.loading import load_animal
-from vasowave.study.physiology import blood_findings, physiology_findings
-from vasowave.study.plan import read_study
-from vasowave.study.reading import parse_settings
-from vasowave.study.rows import COLUMNS
-from vasowave.study.run_status import running
-from vasowave.study.running import run_alone, run_study
-from vasowave.study.settings import BloodSection
+from vasowave.pulse.examples import control_network, hypertensive_network
+from vasowave.pulse.network import Network, write_network
+from vasowave.study.entering import check_study
+from vasowave.study.folder import COLUMNS, BloodSection, parse_settings, read_animals
+from vasowave.study.results import blood_findings, load_animal, physiology_findings
+from vasowave.study.running import read_study, run_alone, run_study, running
 
 
 def said(folder: Path) -> list[str]:
@@ -218,7 +210,7 @@ def test_liquids_that_are_used_have_a_viscosity_that_nobody_warns_of(viscosity):
 
 
 def test_the_mean_mice_of_the_paper_are_plausible():
-    from vasowave.datasets.published import published_table
+    from vasowave.pulse.examples import published_table
 
     paper = published_table("hemodynamics").set_index("quantity")
     for name, unit in {"HR": "beats/min", "mPAP": "mmHg", "pPAP": "mmHg", "CO": "ml/s"}.items():
@@ -331,7 +323,7 @@ def test_the_published_slip_of_hph_2_would_be_noticed_in_either_direction(make_s
 
 
 def test_raw_recordings_are_averaged_as_the_study_says(make_study, mice):
-    from vasowave.datasets.raw import synthetic_raw_recording
+    from vasowave.catheter import synthetic_raw_recording
 
     folder = make_study(settings=SETTINGS + "averaging: {beats: 7, samples: 128, harmonics: 15}\n")
     raw = synthetic_raw_recording(mice[0], np.random.default_rng(3), duration=4.0).raw
@@ -348,7 +340,7 @@ def test_raw_recordings_are_averaged_as_the_study_says(make_study, mice):
 
 
 def test_a_continuous_recording_that_was_exported_again_is_still_the_same_animal(make_study, mice):
-    from vasowave.datasets.raw import synthetic_raw_recording
+    from vasowave.catheter import synthetic_raw_recording
 
     folder = make_study()
     raw = synthetic_raw_recording(mice[0], np.random.default_rng(3)).raw

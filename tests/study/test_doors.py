@@ -8,14 +8,14 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
+from vasowave.base import VasowaveWarning
 from vasowave.cli import app
-from vasowave.cohort.design import Design
-from vasowave.errors import VasowaveWarning
-from vasowave.network.vessel_table import write_network
-from vasowave.recording import Recording
-from vasowave.study.adding import add_files
-from vasowave.study.plan import read_study
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.network import write_network
+from vasowave.study.cohort import Design
+from vasowave.study.entering import add_files
 from vasowave.study.results import write_results
+from vasowave.study.running import read_study
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -47,7 +47,7 @@ def lab(tmp_path, mice):
     """Return a folder of four cycles and a network."""
     folder = tmp_path / "lab"
     folder.mkdir()
-    from vasowave.network.network import Network
+    from vasowave.pulse.network import Network
 
     write_network(Network(("1", "2", "3"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037]), folder / "lung.csv")
     for name, mouse, shift in (("Nx_1", 0, 0.0), ("Nx_2", 1, 0.0), ("SuHx_1", 2, 1.0), ("SuHx_2", 2, 2.0)):

@@ -16,12 +16,11 @@ import cheap_tasks
 import grimp
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.runtime.threads import cores
-from vasowave.study import engine
-from vasowave.study.engine import Job, run_jobs
-from vasowave.study.executors import dask_cluster, process_pool
-from vasowave.study.store import _NOT_NUMERICAL, ResultStore, locked
+from vasowave.base import InputError
+from vasowave.base.runtime import cores
+from vasowave.study.results import ResultStore, locked
+from vasowave.study.results.store import _NOT_NUMERICAL
+from vasowave.study.running import Job, dask_cluster, engine, process_pool, run_jobs
 
 HERE = Path(__file__).parent
 
@@ -164,7 +163,7 @@ def test_workers_end_when_their_program_is_killed(tmp_path):
     log = tmp_path / "worker"
     program = (
         f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
-        "import cheap_tasks\nfrom vasowave.study.executors import process_pool\n"
+        "import cheap_tasks\nfrom vasowave.study.running.executors import process_pool\n"
         "with process_pool(1, loaded=()) as pool:\n"
         f"    pool.submit(cheap_tasks.process_and_wait, {str(log)!r}, 'a').result()\n"
     )
@@ -180,7 +179,7 @@ def test_an_interrupt_while_a_process_starts_neither_ends_it_nor_is_lost(tmp_pat
     """Ctrl-C goes to every process of a terminal: here every 20 ms, from before the first one is started."""
     program = tmp_path / "program.py"
     program.write_text(
-        "import os, signal, threading\nfrom vasowave.study.executors import interrupts_held, process_pool\n"
+        "import os, signal, threading\nfrom vasowave.study.running.executors import interrupts_held, process_pool\n"
         "def interrupt():\n    while not over.wait(0.02):\n        os.killpg(0, signal.SIGINT)\n"
         "if __name__ == '__main__':\n"
         "    heard, over = [], threading.Event()\n"
@@ -202,7 +201,7 @@ def test_an_interrupt_while_a_process_starts_neither_ends_it_nor_is_lost(tmp_pat
 def test_two_runs_in_one_study_are_refused_and_a_dead_one_holds_nothing(tmp_path):
     lock = tmp_path / "results" / "running.lock"
     program = (
-        "import sys, time\nfrom pathlib import Path\nfrom vasowave.study.store import locked\n"
+        "import sys, time\nfrom pathlib import Path\nfrom vasowave.study.results.store import locked\n"
         f"with locked(Path({str(lock)!r})):\n    print('locked', flush=True)\n    time.sleep(60)\n"
     )
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as other:
@@ -231,7 +230,11 @@ def test_a_piece_is_found_by_its_key_and_a_damaged_one_is_not(tmp_path):
 def test_what_enters_no_key_is_not_needed_to_compute_an_animal():
     """By all imports, late ones too; of two rooms only the settings of a report and of comparisons are."""
     graph = grimp.build_graph("vasowave")
-    computing = ("vasowave.animal.pipeline", "vasowave.study.loading", "vasowave.network_formats.ncsu")
+    computing = (
+        "vasowave.study.animal.pipeline",
+        "vasowave.study.results.loading",
+        "vasowave.pulse.network_formats.ncsu",
+    )
     needed = {name.split(".")[1] for one in computing for name in graph.find_upstream_modules(one)}
     assert needed > {"solver", "calibration", "inference", "recording", "network"}
     assert needed & set(_NOT_NUMERICAL) == {"report", "cohort"}
@@ -259,7 +262,7 @@ def test_a_lock_on_a_full_disk_holds_all_the_same(tmp_path, monkeypatch):
 
 def test_a_program_killed_while_it_writes_leaves_no_piece(tmp_path):
     program = (
-        "import os, signal\nfrom pathlib import Path\nfrom vasowave.study.store import ResultStore\n"
+        "import os, signal\nfrom pathlib import Path\nfrom vasowave.study.results.store import ResultStore\n"
         "os.fsync = lambda handle: os.kill(os.getpid(), signal.SIGKILL)\n"
         f"ResultStore(Path({str(tmp_path)!r})).keep('aa', b'half')\n"
     )

@@ -1,7 +1,8 @@
 """How long a study is said to take before it runs."""
 
-from vasowave.study.overview import AnimalRead, expected_seconds
-from vasowave.study.settings import Calibration, StudyFile
+from vasowave.study.animal import Calibration
+from vasowave.study.folder import StudyFile
+from vasowave.study.results import AnimalRead, expected_seconds
 
 
 def test_the_time_that_is_told_counts_posteriors():

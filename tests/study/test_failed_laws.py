@@ -6,16 +6,12 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from typer.testing import CliRunner
 
-from vasowave.animal import pipeline
-from vasowave.animal.failure import Failure, Stage
-from vasowave.calibration import calibrate
+from vasowave.base import NumericalError
 from vasowave.cli.app import app
-from vasowave.errors import NumericalError
-from vasowave.study import running
-from vasowave.study.plan import read_study
+from vasowave.pulse.calibration import calibrate
+from vasowave.study.animal import Failure, Stage, pipeline
 from vasowave.study.results import INDEX, read_results
-from vasowave.study.running import run_study
-from vasowave.study.status import study_status
+from vasowave.study.running import read_study, run_study, running, study_status
 
 TWO_LAWS = """\
 calibration:

@@ -16,9 +16,9 @@ import failing_calls
 import vasowave as vw
 from failing_calls import JOBS, KINDS, contents, failing, wrong
 from phantom import embed, render
-from vasowave.datasets.virtual import virtual_mouse
-from vasowave.imaging import write_volume
-from vasowave.network.network import Network
+from vasowave.lung.read import write_volume
+from vasowave.pulse.examples import virtual_mouse
+from vasowave.pulse.network import Network
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="this system does not name open files")
 STEPS = {"run": 1, "report": 40, "add": 1, "open": 1, "extract": 40}
@@ -48,7 +48,7 @@ def quiet(monkeypatch):
     """Put back what a command sets for its whole process."""
     for name in ("argv", "unraisablehook"):
         monkeypatch.setattr(sys, name, getattr(sys, name))
-    monkeypatch.setattr("vasowave.runtime.threads.spare_threads", lambda: None)
+    monkeypatch.setattr("vasowave.base.runtime.thread_limits.spare_threads", lambda: None)
     with warnings.catch_warnings():
         yield
 

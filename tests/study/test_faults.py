@@ -7,11 +7,10 @@ from contextlib import contextmanager
 import cheap_tasks
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.study.engine import Job, run_jobs
-from vasowave.study.results import write_results
-from vasowave.study.settings import StudyFile
-from vasowave.study.store import ResultStore
+from vasowave.base import InputError
+from vasowave.study.folder import StudyFile
+from vasowave.study.results import ResultStore, write_results
+from vasowave.study.running import Job, run_jobs
 
 
 class Vanishing(Executor):

@@ -12,16 +12,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from vasowave.calibration import Search, SearchEnd, calibrate
 from vasowave.cli import app
 from vasowave.cli.watching import JsonLines
-from vasowave.datasets import virtual_mouse
-from vasowave.inference.simulations import Simulations
-from vasowave.network.network import Network
-from vasowave.study.plan import read_study
-from vasowave.study.results import read_results
-from vasowave.study.status import AnimalStatus, StudyStatus, fit_status, searches_of, study_status
-from vasowave.study.store import LOCK, SEARCHES, Journal, locked, read_journal
+from vasowave.pulse.calibration import Search, SearchEnd, calibrate
+from vasowave.pulse.examples import virtual_mouse
+from vasowave.pulse.inference import Simulations
+from vasowave.pulse.network import Network
+from vasowave.study.results import LOCK, SEARCHES, Journal, locked, read_journal, read_results
+from vasowave.study.running import AnimalStatus, StudyStatus, fit_status, read_study, searches_of, study_status
 
 END = SearchEnd(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the tolerance", np.array([1e-17, 2.0]))
 

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from small_study import make_study_in
 
-from vasowave.datasets.raw import synthetic_raw_recording
-from vasowave.datasets.virtual import virtual_mouse
-from vasowave.datasets.virtual_files import labchart_text
-from vasowave.errors import NumericalError
-from vasowave.recording import Recording
-from vasowave.recording.beats import find_beats
-from vasowave.species import heart_rates_of
-from vasowave.study.loading import load_animal
-from vasowave.study.plan import read_study
+from vasowave.base import NumericalError, heart_rates_of
+from vasowave.catheter import synthetic_raw_recording
+from vasowave.catheter.beats import find_beats
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import virtual_mouse
+from vasowave.study.datasets import labchart_text
+from vasowave.study.results import load_animal
+from vasowave.study.running import read_study
 
 
 def test_a_recording_that_says_it_is_synthetic_is_synthetic_whatever_the_table_says(tmp_path):

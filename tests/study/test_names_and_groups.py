@@ -5,13 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.study.adding import (
-    told_network,
-)
-from vasowave.study.grouping import is_reference, parsed_groups, proposed_groups, told_group
-from vasowave.study.names import LONGEST, checked_name, plain_name
-from vasowave.study.sorting import files_in
+from vasowave.base import InputError
+from vasowave.study.entering import files_in, is_reference, parsed_groups, proposed_groups, told_group, told_network
+from vasowave.study.folder import LONGEST, checked_name, plain_name
 
 HERE = Path("/labs/study")
 TWO = {"CTL": ("CTL",), "HPH": ("HPH",)}

@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 from lab_files import SMALL, exported, recorded, write_lab
 from vasowave.cli import app
-from vasowave.network.vessel_table import write_network
-from vasowave.study.adding import add_files
+from vasowave.pulse.network import write_network
+from vasowave.study.entering import add_files
 from vasowave.study.results import read_results
 
 pytestmark = pytest.mark.usefixtures("undrawn")

@@ -7,19 +7,15 @@ import pytest
 from scipy import stats
 
 from made_cohort import made_results
-from vasowave.animal.files import to_bytes
-from vasowave.cohort import primary_comparison
-from vasowave.cohort.design import laid_out
-from vasowave.cohort.guard import PopulationShape, doubts_of
-from vasowave.errors import InputError
-from vasowave.report.answer.groups import group_answer
-from vasowave.report.documents import report_of, supplement_of
-from vasowave.report.sections.methods import methods_section
-from vasowave.study.designing import understood
-from vasowave.study.loading import animal_key
-from vasowave.study.plan import RECORD, declare, inspect_study, read_study
-from vasowave.study.results import read_results, write_results
-from vasowave.study.store import ResultStore
+from vasowave.base import InputError
+from vasowave.study.animal import to_bytes
+from vasowave.study.cohort import PopulationShape, doubts_of, laid_out, primary_comparison
+from vasowave.study.folder import understood
+from vasowave.study.report import report_of, supplement_of
+from vasowave.study.report.answer import group_answer
+from vasowave.study.report.sections import methods_section
+from vasowave.study.results import ResultStore, animal_key, read_results, write_results
+from vasowave.study.running import RECORD, declare, inspect_study, read_study
 
 DESIGN = (
     "design: {covariates: [sex], blocks: [litter], subject: mouse, occasion: time}\nreport: {quantities: [mPAP, CO]}\n"

@@ -6,9 +6,8 @@ import pytest
 import xarray as xr
 from small_study import SETTINGS
 
-from vasowave.study.plan import read_study
 from vasowave.study.results import read_results
-from vasowave.study.running import run_study
+from vasowave.study.running import read_study, run_study
 
 
 def drawn(folder, **where):

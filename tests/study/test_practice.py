@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.animal.datasets import recording_with_scatter
-from vasowave.datasets.raw import synthetic_raw_recording
-from vasowave.errors import InputError
-from vasowave.network_formats import read_network
-from vasowave.recording import Recording, average_beats, resample
-from vasowave.solver.practice import PAPER
-from vasowave.study.loading import load_animal
-from vasowave.study.plan import read_study
-from vasowave.study.settings import animal_settings
+from vasowave.base import InputError
+from vasowave.catheter import average_beats, synthetic_raw_recording
+from vasowave.pulse.cycle import Recording, resample
+from vasowave.pulse.network_formats import read_network
+from vasowave.pulse.solver import PAPER
+from vasowave.study.animal import recording_with_scatter
+from vasowave.study.folder import animal_settings
+from vasowave.study.results import load_animal
+from vasowave.study.running import read_study
 
 
 def test_the_papers_practice_is_one_word(make_study):

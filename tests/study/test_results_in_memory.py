@@ -4,17 +4,13 @@ import numpy as np
 import pytest
 
 from made_cohort import crossed_cohort
-from vasowave.animal.failure import Failure, Stage
-from vasowave.animal.files import to_bytes
-from vasowave.cohort import Design, Variable, gathered
-from vasowave.cohort.planning import spreads_of, with_occasions
-from vasowave.datasets import published_table
-from vasowave.errors import InputError
-from vasowave.study import planning
-from vasowave.study.planning import published_spreads
-from vasowave.study.results import read_results, write_results
-from vasowave.study.settings import StudyFile
-from vasowave.study.store import ResultStore
+from vasowave.base import InputError
+from vasowave.pulse.examples import published_table
+from vasowave.study.animal import Failure, Stage, to_bytes
+from vasowave.study.cohort import Design, Variable, gathered, spreads_of, with_occasions
+from vasowave.study.folder import StudyFile
+from vasowave.study.results import ResultStore, read_results, write_results
+from vasowave.study.running import planning, published_spreads
 
 LOST = Failure("HPH 9", "HPH", "", Stage.COMPUTING, "no beats", 61.2)
 

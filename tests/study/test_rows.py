@@ -5,11 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from vasowave.errors import InputError
-from vasowave.findings import Place
-from vasowave.study.animals import read_row
-from vasowave.study.table import Known, Rows, read_rows, seen_from, written_rows
-from vasowave.study.template import write_virtual_study
+from vasowave.base import InputError, Place
+from vasowave.study.entering import Known, Rows, read_rows, seen_from, write_virtual_study, written_rows
+from vasowave.study.folder import read_row
 
 
 def test_a_recording_that_was_moved_is_known_by_its_name_and_its_bytes(tmp_path):

@@ -14,16 +14,11 @@ import pytest
 import xarray as xr
 from small_study import make_study_in
 
-from vasowave.animal.failure import Stage
-from vasowave.animal.result import AnimalResult
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.study.loading import animal_key
-from vasowave.study.plan import read_study
-from vasowave.study.reporting import report_study
-from vasowave.study.results import read_results
-from vasowave.study.running import Done, run_study
-from vasowave.study.status import study_status
-from vasowave.study.study import RESULTS
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.study.animal import AnimalResult, Stage
+from vasowave.study.folder import RESULTS
+from vasowave.study.results import animal_key, read_results
+from vasowave.study.running import Done, read_study, report_study, run_study, study_status
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 

@@ -10,13 +10,12 @@ import pytest
 from typer.testing import CliRunner
 
 from held_run import held_run
+from vasowave.base import InputError, NumericalError
+from vasowave.base.io import SLOT, not_written
 from vasowave.cli import app
-from vasowave.errors import InputError, NumericalError
-from vasowave.io.files import not_written
-from vasowave.io.reserved import SLOT
-from vasowave.study import run_status as module
-from vasowave.study.run_status import STATUS, Ended, ask_to_stop, record_end, run_status, running
-from vasowave.study.study import RESULTS
+from vasowave.study.folder import RESULTS
+from vasowave.study.running import STATUS, Ended, ask_to_stop, record_end, run_status, running
+from vasowave.study.running import run_status as module
 
 
 @pytest.fixture

@@ -1,8 +1,8 @@
 """What a person at the terminal is told of a fit, as agreed; see approval.py."""
 
 from approval import approve
-from vasowave.findings import OTHER
-from vasowave.study.single_animal import fit_sentences
+from vasowave.base import OTHER
+from vasowave.study.running import fit_sentences
 
 
 def test_approved_what_is_told_of_a_fit_at_the_terminal(cohort_results):

@@ -7,15 +7,14 @@ import pytest
 import xarray as xr
 
 from made_cohort import bare_result
-from vasowave.animal.failure import Failure, Stage
-from vasowave.animal.files import to_bytes
-from vasowave.cohort.cohort import gathered
-from vasowave.errors import InputError
-from vasowave.report.write import write_report
-from vasowave.study.reporting import report_study
-from vasowave.study.results import INDEX, _digest, read_results, write_results
-from vasowave.study.settings import StudyFile
-from vasowave.study.store import ResultStore
+from vasowave.base import InputError
+from vasowave.study.animal import Failure, Stage, to_bytes
+from vasowave.study.cohort import gathered
+from vasowave.study.folder import StudyFile
+from vasowave.study.report import write_report
+from vasowave.study.results import INDEX, ResultStore, read_results, write_results
+from vasowave.study.results.results import _digest
+from vasowave.study.running import report_study
 
 LOST = Failure("CTL 9", "CTL", "", Stage.COMPUTING, "why", 21.5)
 NAMES = ["CTL 1", "Å é", "x" * 300, "A"]

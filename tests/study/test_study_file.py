@@ -7,11 +7,9 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 import study_file
-from vasowave.errors import InputError
-from vasowave.settings import settings_of
-from vasowave.study.reading import parse_settings, read_document
-from vasowave.study.settings import StudyFile
-from vasowave.study.template import FOLDERS, new_study, schema_text, study_text, with_groups, with_value, written
+from vasowave.base import InputError, settings_of
+from vasowave.study.entering import FOLDERS, new_study, schema_text, study_text, with_groups, with_value, written
+from vasowave.study.folder import StudyFile, parse_settings, read_document
 
 
 def said(text: str) -> list[str]:

@@ -13,13 +13,11 @@ from small_study import SETTINGS
 
 import vasowave as vw
 from own_laws import EXPONENTIAL
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.io.trusted import is_allowed
-from vasowave.model.laws import find_bed, find_law
-from vasowave.study.checking import check_study
-from vasowave.study.programs import programs_of, trust_study
-from vasowave.study.running import run_study
-from vasowave.study.status import study_status
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.base.io import is_allowed
+from vasowave.pulse.model import find_bed, find_law
+from vasowave.study.entering import check_study
+from vasowave.study.running import programs_of, run_study, study_status, trust_study
 
 NAME = "our_laws:ExponentialWall"
 
@@ -135,7 +133,7 @@ def test_where_nothing_can_be_remembered_a_permission_holds_for_the_process_and_
 @pytest.mark.parametrize("find", [find_law, find_bed])
 def test_what_results_name_is_not_run(foreign, find):
     """As `stored_model` looks for a law: by the name that stands in a file of results."""
-    from vasowave.model.law_files import looking_in
+    from vasowave.pulse.model import looking_in
 
     folder, mark = foreign
     before = os.getcwd()
@@ -151,8 +149,9 @@ def test_what_results_name_is_not_run(foreign, find):
 
 
 def test_results_that_name_programs_are_asked_about(make_study):
-    from vasowave.study.results import _digest, write_results
-    from vasowave.study.settings import StudyFile
+    from vasowave.study.folder import StudyFile
+    from vasowave.study.results import write_results
+    from vasowave.study.results.results import _digest
 
     folder = make_study(animals=1)
     (folder / "results").mkdir()
@@ -165,7 +164,7 @@ def test_results_that_name_programs_are_asked_about(make_study):
 
 
 def test_the_name_of_a_law_does_not_depend_on_what_was_read_before(tmp_path, monkeypatch):
-    from vasowave.model.laws import identity
+    from vasowave.pulse.model import identity
 
     for place in ("first", "second"):
         (tmp_path / f"{place}.py").write_text(EXPONENTIAL + "# of two names\n", "utf-8")

@@ -6,14 +6,12 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from small_study import write_cycle
 
-from vasowave.datasets.virtual import virtual_mouse
-from vasowave.errors import InputError
-from vasowave.recording import Recording
-from vasowave.study import adding
-from vasowave.study.adding import add_files
-from vasowave.study.plan import declare, read_declared, read_study
-from vasowave.study.reading import read_settings, too_long
-from vasowave.study.table import read_rows
+from vasowave.base import InputError
+from vasowave.pulse.cycle import Recording
+from vasowave.pulse.examples import virtual_mouse
+from vasowave.study.entering import add_files, adding, read_rows
+from vasowave.study.folder import read_settings, too_long
+from vasowave.study.running import declare, read_declared, read_study
 
 
 @pytest.fixture

@@ -12,10 +12,9 @@ from served import served
 import vasowave as vw
 from driven import driven
 from lab_files import SMALL, exported, recorded
-from vasowave.imaging import Volume
-from vasowave.network.vessel_table import write_network
-from vasowave.study.adding import add_files
-from vasowave.study.template import new_study
+from vasowave.lung.read import Volume
+from vasowave.pulse.network import write_network
+from vasowave.study.entering import add_files, new_study
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ import threading
 from contextlib import contextmanager
 from urllib.parse import quote, urlsplit
 
-from vasowave.workbench.server import Workbench, server_of
+from vasowave.workbench import Workbench, server_of
 
 
 class Asker:

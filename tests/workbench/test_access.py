@@ -12,11 +12,9 @@ from urllib.parse import urlsplit
 import pytest
 from served import served
 
-from vasowave.errors import InputError
-from vasowave.io.files import STUDY_LOCK
-from vasowave.workbench import access, server
-from vasowave.workbench.browser import in_a_browser
-from vasowave.workbench.desk import Desk
+from vasowave.base import InputError
+from vasowave.base.io import STUDY_LOCK
+from vasowave.workbench import Desk, access, in_a_browser, server
 
 PAGE = Path(server.__file__).parent / "page"
 

@@ -22,21 +22,14 @@ from hypothesis.stateful import (
 
 import vasowave as vw
 from lab_files import SMALL
-from vasowave.errors import InputError
-from vasowave.io.files import write_files
-from vasowave.network.vessel_table import write_network
-from vasowave.study.checking import check_study
-from vasowave.study.loading import load_animal, read_stretch
-from vasowave.study.plan import inspect_study, read_study
-from vasowave.study.reading import read_settings
-from vasowave.study.rows import COLUMNS
-from vasowave.study.table import read_rows
-from vasowave.workbench.actions import Workplace, act
-from vasowave.workbench.desk import Desk
-from vasowave.workbench.lungs import Lungs
-from vasowave.workbench.recordings import Recordings, Trace
-from vasowave.workbench.running import Runs
-from vasowave.workbench.studies import checked, shown
+from vasowave.base import InputError
+from vasowave.base.io import write_files
+from vasowave.pulse.network import write_network
+from vasowave.study.entering import check_study, read_rows
+from vasowave.study.folder import COLUMNS, read_settings
+from vasowave.study.results import load_animal, read_stretch
+from vasowave.study.running import inspect_study, read_study
+from vasowave.workbench import Desk, Lungs, Recordings, Runs, Trace, Workplace, act, checked, shown
 
 
 def place(folder):

@@ -13,9 +13,8 @@ import pytest
 from served import Asker, served
 
 import vasowave as vw
-from vasowave.errors import InputError
-from vasowave.study.adding import add_files
-from vasowave.study.table import read_rows
+from vasowave.base import InputError
+from vasowave.study.entering import add_files, read_rows
 
 CHANGES = int(os.environ.get("VASOWAVE_CHANGES", "200"))
 """Of all tabs together."""

@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 
 import vasowave as vw
-from vasowave.datasets import control_network
-from vasowave.model.nominal import windkessels
-from vasowave.workbench.explorer import models_around, parameters_of, total_of
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import windkessels
+from vasowave.workbench import models_around, parameters_of, total_of
 
 NAMES = ("beta", "r1", "r2", "c1")
 

@@ -11,13 +11,10 @@ from served import served
 import vasowave as vw
 from made_cohort import planted_results
 from made_posterior import with_posterior
-from vasowave.animal.files import to_bytes
-from vasowave.animal.stored import stored_model, stored_recording
-from vasowave.study.results import write_results
-from vasowave.study.settings import StudyFile
-from vasowave.study.store import ResultStore
-from vasowave.workbench.desk import Desk
-from vasowave.workbench.explorer import Explorer, posterior_draws
+from vasowave.study.animal import stored_model, stored_recording, to_bytes
+from vasowave.study.folder import StudyFile
+from vasowave.study.results import ResultStore, write_results
+from vasowave.workbench import Desk, Explorer, posterior_draws
 
 
 def moved(folder, animal, law, **values):

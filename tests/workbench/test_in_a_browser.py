@@ -11,9 +11,9 @@ import pytest
 from served import served
 
 import vasowave as vw
-from vasowave.imaging import write_volume
-from vasowave.study.table import read_rows
-from vasowave.workbench.browser import in_a_browser
+from vasowave.lung.read import write_volume
+from vasowave.study.entering import read_rows
+from vasowave.workbench import in_a_browser
 
 READ = "document.querySelector('#checking')?.textContent === ''"
 CANVAS = "canvas.signals"

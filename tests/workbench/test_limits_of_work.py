@@ -9,8 +9,8 @@ import time
 import pytest
 from served import served
 
-from vasowave.errors import InputError
-from vasowave.study.plan import read_study
+from vasowave.base import InputError
+from vasowave.study.running import read_study
 from vasowave.workbench import server
 
 

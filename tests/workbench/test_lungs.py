@@ -9,18 +9,14 @@ import pytest
 from served import served
 
 from driven import driven
-from vasowave.errors import InputError
-from vasowave.imaging import Options, extract, write_volume
-from vasowave.network_formats import read_network
-from vasowave.study.template import new_study
-from vasowave.workbench.actions import Workplace, act
-from vasowave.workbench.desk import Desk
-from vasowave.workbench.lungs import Lungs, Wishes, smaller
-from vasowave.workbench.opening import opened
-from vasowave.workbench.recordings import Recordings
-from vasowave.workbench.running import Runs
+from vasowave.base import InputError
+from vasowave.lung import Options, extract
+from vasowave.lung.read import write_volume
+from vasowave.pulse.network_formats import read_network
+from vasowave.study.entering import new_study
+from vasowave.workbench import Desk, Lungs, Recordings, Runs, Wishes, Workplace, act, opened, smaller
 
-pytestmark = pytest.mark.filterwarnings("ignore::vasowave.errors.VasowaveWarning")  # the lumen touches the border
+pytestmark = pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")  # the lumen touches the border
 WISHES = {"threshold": 100.0, "cannula": 0.0, "species": "other"}
 ROOT = (0.03, 0.06, 0.002)
 

@@ -3,9 +3,9 @@
 import pytest
 
 from lab_files import recorded
-from vasowave.errors import InputError
-from vasowave.study.table import read_rows
-from vasowave.workbench.opening import opened
+from vasowave.base import InputError
+from vasowave.study.entering import read_rows
+from vasowave.workbench import opened
 
 
 def raw_files(folder, names):

@@ -10,14 +10,11 @@ from types import SimpleNamespace
 import pytest
 
 from held_run import held_run
-from vasowave.errors import InputError
-from vasowave.study.reporting import ONE_BY_ONE, REPORT_FOLDER, report_study
-from vasowave.study.run_status import running
-from vasowave.study.study import RESULTS
-from vasowave.study.template import new_study
-from vasowave.workbench.desk import Desk
-from vasowave.workbench.lungs import Wishes, stored_wishes
-from vasowave.workbench.running import Runs
+from vasowave.base import InputError
+from vasowave.study.entering import new_study
+from vasowave.study.folder import RESULTS
+from vasowave.study.running import ONE_BY_ONE, REPORT_FOLDER, report_study, running
+from vasowave.workbench import Desk, Runs, Wishes, stored_wishes
 
 
 @pytest.fixture
@@ -125,7 +122,7 @@ def test_a_run_that_could_write_nothing_is_not_begun_and_why_is_said(error, list
     def fails(*rest):
         raise OSError(error, os.strerror(error))
 
-    monkeypatch.setattr("vasowave.io.reserved.put", fails)
+    monkeypatch.setattr("vasowave.base.io.reserved.put", fails)
     with pytest.raises(
         InputError, match=r"run\.status: (no space left; .* make room|cannot be written: the disk is read)"
     ):

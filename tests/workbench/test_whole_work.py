@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import vasowave as vw
-from vasowave.study.status import study_status
-from vasowave.study.table import read_rows
+from vasowave.study.entering import read_rows
+from vasowave.study.running import study_status
 
 pytestmark = pytest.mark.validation
 PROGRAM = [sys.executable, "-m", "vasowave"]

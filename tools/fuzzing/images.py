@@ -8,7 +8,7 @@ import numpy as np
 
 from fuzzing.forms import Form, Mutate
 from fuzzing.mutations import bombs, inside_gzip, mutate_binary, packed_zeros, with_header
-from vasowave.imaging import Volume, read_volume
+from vasowave.lung.read import Volume, read_volume
 
 
 def volume() -> Volume:

@@ -9,7 +9,7 @@ from scipy.io import savemat
 
 from fuzzing.forms import Form
 from fuzzing.mutations import mutate_binary, mutate_ends, mutate_text
-from vasowave.recording import read_raw_recording, read_recording
+from vasowave.catheter.read import read_raw_recording, read_recording
 
 RATE, COUNT = 1000.0, 1500
 TIME = np.arange(COUNT) / RATE

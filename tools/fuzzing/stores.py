@@ -1,4 +1,4 @@
-"""What this program writes and reads again: a form for every store of `vasowave.stores`."""
+"""What this program writes and reads again: a form for every store of `vasowave.base.stores`."""
 
 import json
 import pkgutil
@@ -14,21 +14,19 @@ import vasowave
 from fuzzing import studies, vessels
 from fuzzing.forms import Form
 from fuzzing.mutations import mutate_binary, mutate_text
-from vasowave.animal.files import read_result
-from vasowave.calibration import SearchEnd
-from vasowave.cohort.declared import Declaration
-from vasowave.errors import InputError
-from vasowave.imaging.kept.stages import read_value, write_value
-from vasowave.imaging.tree import Line
-from vasowave.inference.simulations import Simulations, read_simulations
-from vasowave.recording.edits import BeatEdit, edits_text, read_edits
-from vasowave.runtime.kept import digest_of
-from vasowave.stores import STORES
-from vasowave.study.plan import RECORD, read_declared
-from vasowave.study.run_status import STATUS, run_status, running
-from vasowave.study.store import Journal, ResultStore, read_journal
-from vasowave.study.study import RESULTS
-from vasowave.workbench.lungs import stored_wishes
+from vasowave.base import STORES, InputError
+from vasowave.base.runtime import digest_of
+from vasowave.catheter.beats import BeatEdit, edits_text, read_edits
+from vasowave.lung import Line
+from vasowave.lung.kept import read_value, write_value
+from vasowave.pulse.calibration import SearchEnd
+from vasowave.pulse.inference import Simulations, read_simulations
+from vasowave.study.animal import read_result
+from vasowave.study.cohort import Declaration
+from vasowave.study.folder import RESULTS
+from vasowave.study.results import Journal, ResultStore, read_journal
+from vasowave.study.running import RECORD, STATUS, read_declared, run_status, running
+from vasowave.workbench import stored_wishes
 
 END = SearchEnd(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the tolerance", np.linspace(0, 1, 20))
 DECLARED = (Declaration("2026-01-02 10:00 UTC", False, {"groups": ["CTL", "HPH"], "law": "linear", "animals": {}}),)

@@ -11,22 +11,14 @@ from fuzzing.forms import Form
 from fuzzing.mutations import mutate_binary, mutate_text
 from fuzzing.recordings import cycle_table
 from fuzzing.vessels import network_table
-from vasowave.animal.files import to_bytes
-from vasowave.animal.law_result import Measured
-from vasowave.animal.result import AnimalResult
-from vasowave.datasets import control_network
-from vasowave.errors import VasowaveWarning
-from vasowave.model.law_files import learn
-from vasowave.model.laws import find_law
-from vasowave.study.checking import check_study
-from vasowave.study.plan import inspect_study
-from vasowave.study.problems import refuse
-from vasowave.study.programs import programs_of
-from vasowave.study.results import Results, read_results, write_results
-from vasowave.study.settings import StudyFile
-from vasowave.study.store import ResultStore
-from vasowave.study.study import Study
-from vasowave.study.template import study_text
+from vasowave.base import VasowaveWarning
+from vasowave.pulse.examples import control_network
+from vasowave.pulse.model import find_law, learn
+from vasowave.study.animal import AnimalResult, Measured, to_bytes
+from vasowave.study.entering import check_study, study_text
+from vasowave.study.folder import Study, StudyFile, refuse
+from vasowave.study.results import Results, ResultStore, read_results, write_results
+from vasowave.study.running import inspect_study, programs_of
 
 
 def study(folder: Path) -> None:

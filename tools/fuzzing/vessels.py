@@ -17,14 +17,11 @@ from fuzzing.mutations import (
     packed_zeros,
     with_header,
 )
-from vasowave.imaging.exchange.centerlines import read_centerlines, write_centerlines
-from vasowave.imaging.exchange.polydata import read_polydata
-from vasowave.imaging.exchange.swc import write_swc
-from vasowave.imaging.revise.edits import read_edits
-from vasowave.imaging.tree import Line, Tree
-from vasowave.network.network import Network
-from vasowave.network.vessel_table import COUNTED, write_network
-from vasowave.network_formats import read_network
+from vasowave.lung import Line, Tree
+from vasowave.lung.exchange import read_centerlines, read_polydata, write_centerlines, write_swc
+from vasowave.lung.revise import read_edits
+from vasowave.pulse.network import COUNTED, Network, write_network
+from vasowave.pulse.network_formats import read_network
 
 
 def tree() -> Tree:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NoReturn
 
 import typer
 
+from vasowave.base.runtime.interrupts import interrupt_main, is_interrupt
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
-from vasowave.runtime.interrupts import interrupt_main, is_interrupt
 
 # The order of import is the order of the help.
 # isort: off
@@ -24,9 +24,9 @@ _AGAIN = 0.02  # s after which an interruption that was lost comes again
 
 def run() -> None:
     """Run the command line; every error of ours becomes one readable message and its exit status."""
-    from vasowave.errors import InputError, VasowaveError, VasowaveWarning
-    from vasowave.runtime.memory import is_starved
-    from vasowave.runtime.threads import spare_threads
+    from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning
+    from vasowave.base.runtime.memory import is_starved
+    from vasowave.base.runtime.thread_limits import spare_threads
 
     def show(message: Warning | str, category: type[Warning], *args: object, **kwargs: object) -> None:
         if issubclass(category, VasowaveWarning):

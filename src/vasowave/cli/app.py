@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from vasowave.errors import VasowaveError
+from vasowave.base.errors import VasowaveError
 
 WRONG_INPUT, FAILED = 1, 3
 """Exit status: a file, a value or a study is wrong; the input is fine, but (an animal's) numbers did not come out.
@@ -77,8 +77,8 @@ def options(
 @contextmanager
 def told() -> Iterator[None]:
     """Say versions before what is done inside, and afterwards time, memory and the place of an error."""
-    from vasowave.provenance import versions
-    from vasowave.runtime.threads import threads
+    from vasowave.base.runtime.thread_limits import threads
+    from vasowave.base.software import versions
 
     used = ", ".join(f"{name} {number}" for name, number in versions().items())
     typer.echo(f"Python {platform.python_version()}, {used}; {platform.platform()}, {threads()} threads", err=True)

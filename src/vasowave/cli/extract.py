@@ -12,7 +12,7 @@ import typer
 from vasowave.cli.app import app
 
 if TYPE_CHECKING:
-    from vasowave.network.network import Network
+    from vasowave.pulse.network.network import Network
 
 
 @app.command(
@@ -29,8 +29,8 @@ def look(
     voxel: Annotated[float | None, typer.Option(help="Voxel size, cm, in place of the file's.")] = None,
 ) -> None:
     """Look at a volume before anything is measured: grey levels, ends, loops, and the command to type next."""
-    from vasowave.imaging.overview import look as looked
-    from vasowave.report.look import check_look_file, look_text, write_look
+    from vasowave.lung.overview import look as looked
+    from vasowave.study.report.look import check_look_file, look_text, write_look
 
     if output is not None:
         check_look_file(output)
@@ -51,12 +51,12 @@ def extract(
     setting_values: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Turn a volume into a checked vessel network, with everything needed to review and correct it."""
-    from vasowave.imaging.extraction import extract as extracted
-    from vasowave.imaging.kept.stages import Stages, forget_stages
-    from vasowave.imaging.options import Options
-    from vasowave.io.files import alone_in
-    from vasowave.report.extraction import check_extraction_folder, write_extraction
-    from vasowave.study.reading import home_of
+    from vasowave.base.io.files import alone_in
+    from vasowave.lung.extraction import extract as extracted
+    from vasowave.lung.kept.stages import Stages, forget_stages
+    from vasowave.lung.options import Options
+    from vasowave.study.folder.reading import home_of
+    from vasowave.study.report.extraction import check_extraction_folder, write_extraction
 
     check_extraction_folder(output)
     options = Options(**setting_values or {})
@@ -99,14 +99,14 @@ def centerlines(
     ] = "mouse",
 ) -> None:
     """Turn the centerlines of another program into a vessel network, for ParaView and the authors' tables too."""
-    from vasowave.errors import InputError
-    from vasowave.imaging.exchange.centerlines import measured_lines
-    from vasowave.imaging.measure.measurement import filled_at
-    from vasowave.imaging.options import check_wishes
-    from vasowave.imaging.revise.parts import wanted_part
-    from vasowave.network.remarks import unlike_the_species
-    from vasowave.report.extraction import check_centerlines_folder, write_centerline_network
-    from vasowave.species import known_species
+    from vasowave.base.errors import InputError
+    from vasowave.base.species import known_species
+    from vasowave.lung.exchange.centerlines import measured_lines
+    from vasowave.lung.measure.measurement import filled_at
+    from vasowave.lung.options import check_wishes
+    from vasowave.lung.revise.parts import wanted_part
+    from vasowave.pulse.network.remarks import unlike_the_species
+    from vasowave.study.report.extraction import check_centerlines_folder, write_centerline_network
 
     check_wishes(generations, vessels, min_radius)
     if cut not in ("axes", "tube", "identical"):
@@ -145,9 +145,9 @@ def match(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV of the pairs.")] = None,
 ) -> None:
     """Pair the vessels of two networks one to one, by topology and size, and list those left over."""
-    from vasowave.imaging import matching
-    from vasowave.io.files import check_file, write_file
-    from vasowave.network_formats import read_network
+    from vasowave.base.io.files import check_file, write_file
+    from vasowave.lung import matching
+    from vasowave.pulse.network_formats import read_network
 
     if output is not None:
         check_file(output)
@@ -175,7 +175,7 @@ def _pair_lines(first: "Network", second: "Network", pairs: dict[int, int]) -> l
 
 def _length_unit(text: str) -> float:
     """Return a unit of length, or a number of cm, in cm."""
-    from vasowave.units import factor
+    from vasowave.base.units import factor
 
     try:
         return float(text)
@@ -233,12 +233,12 @@ def tidy(
     ] = "",
 ) -> None:
     """Repair a network: join what does not divide, merge what is too short for a wave; every repair is listed."""
-    from vasowave.errors import InputError
-    from vasowave.io.files import check_file
-    from vasowave.model.repairs import PROOF, tidy
-    from vasowave.network.tidying import SHORTEST
-    from vasowave.network.vessel_table import write_network
-    from vasowave.network_formats import read_network
+    from vasowave.base.errors import InputError
+    from vasowave.base.io.files import check_file
+    from vasowave.pulse.model.repairs import PROOF, tidy
+    from vasowave.pulse.network.tidying import SHORTEST
+    from vasowave.pulse.network.vessel_table import write_network
+    from vasowave.pulse.network_formats import read_network
 
     check_file(output)
     if output.exists() and output.samefile(network):

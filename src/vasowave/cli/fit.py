@@ -9,12 +9,13 @@ from vasowave.cli import models
 from vasowave.cli.app import FAILED, app
 
 if TYPE_CHECKING:
-    from vasowave.animal.animal import Settings
-    from vasowave.inference import Posterior
-    from vasowave.network.network import Network
-    from vasowave.recording import Observation, Recording
-    from vasowave.study.running import Done
-    from vasowave.study.study import Study
+    from vasowave.pulse.cycle.cycle import Recording
+    from vasowave.pulse.cycle.observation import Observation
+    from vasowave.pulse.inference.result import Posterior
+    from vasowave.pulse.network.network import Network
+    from vasowave.study.animal.animal import Settings
+    from vasowave.study.folder.study import Study
+    from vasowave.study.running.runs import Done
 
 _OUTPUT = typer.Option("--output", "-o", help="Folder for results and report.")
 
@@ -35,8 +36,8 @@ def fit(
 ) -> None:
     """Calibrate the model to one animal and write results, figures and report: a study of one."""
     from vasowave.cli.options import read_settings, row_cells
-    from vasowave.study.names import plain_name
-    from vasowave.study.single_animal import animal_alone
+    from vasowave.study.folder.names import plain_name
+    from vasowave.study.running.single_animal import animal_alone
 
     name, options = animal or plain_name(recording[0].stem), dict(setting_values or {})
     cells = row_cells(options)
@@ -45,12 +46,12 @@ def fit(
 
 
 def _fit(study: "Study") -> None:
+    from vasowave.base.runtime.interrupts import interruptible
     from vasowave.cli.progress import alive, tell
     from vasowave.cli.watching import watched
-    from vasowave.runtime.interrupts import interruptible
-    from vasowave.study.reporting import report_study
-    from vasowave.study.run_status import running
-    from vasowave.study.running import run_alone
+    from vasowave.study.running.reporting import report_study
+    from vasowave.study.running.run_state import running
+    from vasowave.study.running.runs import run_alone
 
     with interruptible(), running(study.folder, 1) as run:
         with watched(study, as_json=False):
@@ -66,8 +67,8 @@ def _fit(study: "Study") -> None:
 
 
 def _say_fit(done: "Done", study: "Study") -> None:
-    from vasowave.study.results import read_results
-    from vasowave.study.single_animal import fit_sentences
+    from vasowave.study.results.results import read_results
+    from vasowave.study.running.single_animal import fit_sentences
 
     typer.echo(f"Results: {done.results}{'' if done.computed else ' (kept from earlier)'}")
     (result,) = read_results(study.folder).in_order()
@@ -94,9 +95,9 @@ def posterior(
     setting_values: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Say which parameters are compatible with one animal's recording when image and model are uncertain, too."""
+    from vasowave.base.io.files import check_file
     from vasowave.cli.progress import alive
-    from vasowave.inference import posterior as posterior_of
-    from vasowave.io.files import check_file
+    from vasowave.pulse.inference.sampling import posterior as posterior_of
 
     check_file(output, models.DATA)
     models.trust_programs(network, trust)
@@ -125,11 +126,11 @@ def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, 
     """Return the law (name, class), vessels, cycle, sites, settings: of files and options, or all of a fit's folder."""
     from dataclasses import replace
 
-    from vasowave.animal import stored
+    from vasowave.base.errors import InputError
     from vasowave.cli.options import flag, read_settings, row_cells
-    from vasowave.errors import InputError
-    from vasowave.model.laws import find_law
-    from vasowave.study.settings import animal_settings
+    from vasowave.pulse.model.laws import find_law
+    from vasowave.study.animal import stored
+    from vasowave.study.folder.settings import animal_settings
 
     if network.is_dir():
         if recording or options or kinds[1]:
@@ -150,7 +151,7 @@ def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, 
 def _say(result: "Posterior") -> None:
     """Print the table of a posterior, its diagnostics, and what a reader must know."""
     from vasowave.cli.progress import tell
-    from vasowave.study.overview import aligned
+    from vasowave.study.results.overview import aligned
 
     rows = [("", "median", "95 % interval", "prior 95 %", "unit")]
     rows += [

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
-    from vasowave.animal.animal import Animal
-    from vasowave.animal.result import AnimalResult
-    from vasowave.model.blood import Blood
-    from vasowave.model.model import Model
-    from vasowave.recording import Inflow, Recording
-    from vasowave.solver import Numerics
-    from vasowave.study.settings import StudyFile
+    from vasowave.pulse.cycle.cycle import Inflow, Recording
+    from vasowave.pulse.model.blood import Blood
+    from vasowave.pulse.model.model import Model
+    from vasowave.pulse.model.numerics import Numerics
+    from vasowave.study.animal.animal import Animal
+    from vasowave.study.animal.result import AnimalResult
+    from vasowave.study.folder.settings import StudyFile
 
 NETWORK = typer.Argument(
     help="Vessel table (CSV or Excel); or, alone, the folder of a fit or a study: its fitted model; or openBF's YAML."
@@ -25,7 +25,7 @@ RECORDING = typer.Argument(
 
 def _not_empty(context: typer.Context, option: typer.CallbackParam, value: str) -> str:
     """Refuse an empty name, which would silently mean the default."""
-    from vasowave.errors import InputError
+    from vasowave.base.errors import InputError
 
     source = context.get_parameter_source(str(option.name))
     if source is not None and source.name == "COMMANDLINE" and not value.strip():
@@ -62,7 +62,7 @@ _OPENBF = (".yaml", ".yml")
 
 def trust_programs(study: Path, trust: bool) -> None:
     """Allow the programs of a study to run, if that was asked for; say which."""
-    from vasowave.study.programs import trust_study
+    from vasowave.study.running.programs import trust_study
 
     for path in trust_study(study) if trust else ():
         typer.echo(f"allowed to run for this study: {path}", err=True)
@@ -77,8 +77,8 @@ def model_from(
     `of_cycle` are its period, if that was given, and the species; `kinds` are the wall law and the beds, each empty
     unless it was given.
     """
-    from vasowave.errors import InputError, did_you_mean
-    from vasowave.model.blood import FRICTIONS, Blood
+    from vasowave.base.errors import InputError, did_you_mean
+    from vasowave.pulse.model.blood import FRICTIONS, Blood
 
     if friction and friction not in FRICTIONS:
         hint = did_you_mean(friction, FRICTIONS)
@@ -102,8 +102,8 @@ def brings_its_model(network: Path) -> bool:
 
 def narrowed_model(model: "Model", narrow: Sequence[str]) -> "Model":
     """Return the model with the narrowings that were typed, see `NARROW`."""
-    from vasowave.errors import InputError
-    from vasowave.model.losses import narrowed
+    from vasowave.base.errors import InputError
+    from vasowave.pulse.model.losses import narrowed
 
     for text in narrow:
         vessel, _, numbers = text.rpartition("=")
@@ -122,22 +122,22 @@ def narrowed_model(model: "Model", narrow: Sequence[str]) -> "Model":
 
 def numerics_from(cell_size: float | None, accuracy: float | None) -> "Numerics":
     """Return the numerics with what was given."""
-    from vasowave.solver import Numerics
+    from vasowave.pulse.model.numerics import Numerics
 
     values = {"cell_size": cell_size, "accuracy": accuracy}
     return Numerics(**{name: value for name, value in values.items() if value is not None})  # type: ignore[arg-type]
 
 
 def _fitted(folder: Path, animal: str, wall: str) -> "tuple[Model, Recording | Inflow]":
-    from vasowave.animal.stored import stored_inflow, stored_model
+    from vasowave.study.animal.stored import stored_inflow, stored_model
 
     result = stored_animal(folder, animal)
     return stored_model(result, wall), stored_inflow(result, wall)
 
 
 def _openbf(file: Path, wall: str) -> "tuple[Model, Inflow]":
-    from vasowave.errors import InputError
-    from vasowave.exchange import read_openbf
+    from vasowave.base.errors import InputError
+    from vasowave.study.exchange.openbf_reading import read_openbf
 
     if wall not in ("", "linear"):
         raise InputError(f"{file}: openBF's wall is the linear one; leave --wall out")
@@ -147,11 +147,11 @@ def _openbf(file: Path, wall: str) -> "tuple[Model, Inflow]":
 def _nominal(
     network: Path, recording: Sequence[Path], of_cycle: tuple[float | None, str], kinds: tuple[str, str], blood: "Blood"
 ) -> "tuple[Model, Recording]":
-    from vasowave.model.laws import find_bed, find_law
-    from vasowave.model.model import Model
-    from vasowave.model.nominal import estimate_nominal
-    from vasowave.species import known_species
-    from vasowave.study.settings import StudyFile
+    from vasowave.base.species import known_species
+    from vasowave.pulse.model.laws import find_bed, find_law
+    from vasowave.pulse.model.model import Model
+    from vasowave.pulse.model.nominal import estimate_nominal
+    from vasowave.study.folder.settings import StudyFile
 
     period, species = of_cycle
     cells = {} if period is None else {"period [s]": repr(period)}
@@ -168,11 +168,11 @@ def animal_from(
     network: Path, recording: Sequence[Path], cells: "Mapping[str, str]", settings: "StudyFile"
 ) -> "Animal":
     """Return the animal of a network and a recording of any kind, as a study reads it; say what was noticed."""
-    from vasowave.errors import InputError
-    from vasowave.study.loading import load_animal
-    from vasowave.study.names import plain_name
-    from vasowave.study.physiology import tell_blood
-    from vasowave.study.single_animal import one_row
+    from vasowave.base.errors import InputError
+    from vasowave.study.folder.names import plain_name
+    from vasowave.study.results.loading import load_animal
+    from vasowave.study.results.physiology import tell_blood
+    from vasowave.study.running.single_animal import one_row
 
     if not network.exists():
         raise InputError(f"{network}: no such file or folder")
@@ -188,8 +188,8 @@ def animal_from(
 
 def stored_animal(folder: Path, animal: str) -> "AnimalResult":
     """Return the stored result of one animal of a fit or a study."""
-    from vasowave.errors import InputError
-    from vasowave.study.results import read_results
+    from vasowave.base.errors import InputError
+    from vasowave.study.results.results import read_results
 
     results = read_results(folder)
     if not animal and len(results) > 1:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 import typer
 from typer.main import get_command
 
-from vasowave.errors import InputError, did_you_mean
-from vasowave.findings import Place
-from vasowave.settings import Setting, settings_of
-from vasowave.study.problems import refuse
-from vasowave.study.reading import Document
+from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.findings import Place
+from vasowave.base.settings import Setting, settings_of
+from vasowave.study.folder.problems import refuse
+from vasowave.study.folder.reading import Document
 
 if TYPE_CHECKING:
-    from vasowave.study.settings import StudyFile
+    from vasowave.study.folder.settings import StudyFile
 
 _NOT_FOR_ONE = ("title", "animals", "groups", "design")
 """Keys of a study file that say nothing of a single animal."""
@@ -96,7 +96,7 @@ def row_cells(options: dict[str, Any]) -> dict[str, str]:
     InputError
         A channel or unit of something else than pressure, flow or ECG.
     """
-    from vasowave.study.rows import field_of
+    from vasowave.study.folder.rows import field_of
 
     cells = {title: options.pop(field_of(title)).strip() for title in _CELLS if field_of(title) in options}
     for option, names in _CELLS_OF.items():
@@ -128,7 +128,7 @@ def read_settings(options: Mapping[str, Any], title: str, group: str) -> "StudyF
     InputError
         Everything that is wrong in them, each with its option.
     """
-    from vasowave.study.reading import validated
+    from vasowave.study.folder.reading import validated
 
     values: dict[str, Any] = {"title": title, "groups": [group]}
     for section, key, setting in _keys():
@@ -144,7 +144,7 @@ def read_settings(options: Mapping[str, Any], title: str, group: str) -> "StudyF
 def _options_of(name: str) -> dict[str, Any]:
     """Return the options of a command; what studies need takes seconds to load, and images need none of it."""
     if name == "extract":
-        from vasowave.imaging.options import Options
+        from vasowave.lung.options import Options
 
         return {key: _option(key, setting) for key, setting in settings_of(Options).items()}
     if name == "add":
@@ -157,7 +157,7 @@ def _options_of(name: str) -> dict[str, Any]:
 
 
 def _row_options(few: bool) -> dict[str, Any]:
-    from vasowave.study.rows import COLUMNS, field_of
+    from vasowave.study.folder.rows import COLUMNS, field_of
 
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
     plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in _CELLS}
@@ -167,7 +167,7 @@ def _row_options(few: bool) -> dict[str, Any]:
 
 def _keys() -> list[tuple[str, str, Setting]]:
     """Return section (empty for the top level), name and declaration of every setting of one animal's study."""
-    from vasowave.study.settings import StudyFile
+    from vasowave.study.folder.settings import StudyFile
 
     keys: list[tuple[str, str, Setting]] = []
     for name, setting in settings_of(StudyFile).items():
@@ -202,7 +202,7 @@ def _by_key(options: Mapping[str, Any], given: list[str]) -> dict[str, Any]:
     InputError
         A key that there is not or was given before, or no value.
     """
-    from vasowave.study.rows import field_of
+    from vasowave.study.folder.rows import field_of
 
     mappings = {key for _, key, setting in _keys() if isinstance(setting.default, dict)} | {*_CELLS_OF}
     keys = {f"{section}.{key}".lstrip("."): key for section, key, _ in _keys()} | {key: key for key in options}

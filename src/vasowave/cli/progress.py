@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import typer
 from rich.console import Console
 
-from vasowave.errors import printable
+from vasowave.base.errors import printable
 
 if TYPE_CHECKING:
-    from vasowave.study.overview import AnimalRead
-    from vasowave.study.settings import StudyFile
+    from vasowave.study.folder.settings import StudyFile
+    from vasowave.study.results.overview import AnimalRead
 
 SAY = 60.0
 """Seconds between the lines that long work writes where there is no terminal."""
@@ -23,9 +23,9 @@ SAY = 60.0
 
 def show_read(read: "Sequence[AnimalRead]", settings: "StudyFile") -> None:
     """Print what was read of every animal, and how much there is to compute."""
-    from vasowave.model.law_files import plain
-    from vasowave.runtime.threads import cores
-    from vasowave.study.overview import expected_seconds, overview_lines
+    from vasowave.base.runtime.thread_limits import cores
+    from vasowave.pulse.model.law_files import plain
+    from vasowave.study.results.overview import expected_seconds, overview_lines
 
     width = terminal_width()
     for line in overview_lines(read, width):

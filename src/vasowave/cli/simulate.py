@@ -15,7 +15,7 @@ from vasowave.cli.app import app
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vasowave.model.model import Model
+    from vasowave.pulse.model.model import Model
 
 _PICTURES = (".png", ".pdf", ".svg")
 _NAMES = (
@@ -46,9 +46,9 @@ def simulate(
     trust: Annotated[bool, models.TRUST] = False,
 ) -> None:
     """Simulate a network with nominal, given or fitted parameters and write the waveforms of every vessel."""
-    from vasowave import solver
+    from vasowave.base.io.files import check_file
     from vasowave.cli.progress import waiting
-    from vasowave.io.files import check_file
+    from vasowave.pulse import solver
 
     check_file(output, models.DATA)
     models.trust_programs(network, trust)
@@ -102,10 +102,10 @@ def sweep(
     trust: Annotated[bool, models.TRUST] = False,
 ) -> None:
     """Simulate every combination of parameter values; keeps the root's pressure and what each vessel has of it."""
-    from vasowave import solver
+    from vasowave.base.errors import InputError
+    from vasowave.base.io.files import check_file
     from vasowave.cli.progress import alive, time_left
-    from vasowave.errors import InputError
-    from vasowave.io.files import check_file
+    from vasowave.pulse import solver
 
     check_file(output, ".csv", models.DATA)
     if plot is not None:
@@ -153,9 +153,9 @@ def _bar() -> "Iterator[Callable[[int, int], None]]":
 
 
 def _write_sweep(result: "xr.Dataset", output: Path) -> None:
-    from vasowave.io.columns import spreadsheet_cell
-    from vasowave.io.files import write_file
-    from vasowave.solver.sweep import sweep_table
+    from vasowave.base.io.columns import spreadsheet_cell
+    from vasowave.base.io.files import write_file
+    from vasowave.pulse.solver.parameter_sweep import sweep_table
 
     if output.suffix.lower() != ".csv":
         _write(result, output)
@@ -169,10 +169,10 @@ def _write_sweep(result: "xr.Dataset", output: Path) -> None:
 def _draw(result: "xr.Dataset", plot: Path) -> None:
     import io
 
-    from vasowave.figures.rendering import svg
-    from vasowave.figures.style import style
-    from vasowave.figures.sweep import sweep_figure
-    from vasowave.io.files import write_file
+    from vasowave.base.io.files import write_file
+    from vasowave.study.figures.matplotlib_style import style
+    from vasowave.study.figures.rendering import svg
+    from vasowave.study.figures.sweep import sweep_figure
 
     with style():
         figure = sweep_figure(result)
@@ -185,7 +185,7 @@ def _draw(result: "xr.Dataset", plot: Path) -> None:
 
 
 def _split(texts: Sequence[str]) -> list[tuple[str, str]]:
-    from vasowave.errors import InputError
+    from vasowave.base.errors import InputError
 
     wrong = next((text for text in texts if "=" not in text), None)
     if wrong is not None:
@@ -204,7 +204,7 @@ def _pairs(texts: Sequence[str]) -> dict[str, float]:
 
 
 def _number(name: str, text: str) -> float:
-    from vasowave.errors import InputError
+    from vasowave.base.errors import InputError
 
     try:
         return float(text)
@@ -216,7 +216,7 @@ def _numbers(name: str, text: str) -> list[float]:
     """Return the numbers in ``from:to:count`` or ``one,other``."""
     import numpy as np
 
-    from vasowave.errors import InputError
+    from vasowave.base.errors import InputError
 
     try:
         if ":" in text:
@@ -230,8 +230,8 @@ def _numbers(name: str, text: str) -> list[float]:
 def _write(result: "xr.Dataset", output: Path) -> None:
     import xarray as xr
 
-    from vasowave.animal.files import to_bytes
-    from vasowave.io.files import write_file
+    from vasowave.base.io.files import write_file
+    from vasowave.study.animal.files import to_bytes
 
     write_file(output, to_bytes(xr.DataTree(result)))
 
@@ -262,7 +262,7 @@ def export(
     trust: Annotated[bool, models.TRUST] = False,
 ) -> None:
     """Write a model and its waves for ParaView, MATLAB, openBF or svZeroDSolver."""
-    from vasowave.exchange import export_model
+    from vasowave.study.exchange.export import export_model
 
     models.trust_programs(network, trust)
     model, flow = models.model_from(network, recording or [], (period, species), animal, (wall, bed), friction)

@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vasowave.base.runtime.thread_limits import cores
 from vasowave.cli import models
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
 from vasowave.cli.progress import alive, show_read, tell, waiting
-from vasowave.runtime.threads import cores
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from vasowave.study.problems import StudyProblem
-    from vasowave.study.run_status import RunRecord
-    from vasowave.study.running import Done
-    from vasowave.study.study import Study
+    from vasowave.study.folder.problems import StudyProblem
+    from vasowave.study.folder.study import Study
+    from vasowave.study.running.run_state import RunRecord
+    from vasowave.study.running.runs import Done
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
 _STATUS = typer.Argument(help="The folder of a study or of a fit, or a study.yaml.")
@@ -36,8 +36,8 @@ def demo(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual animals.")] = 1,
 ) -> None:
     """Do a whole study of 7 + 5 virtual mice, from raw recordings to the report. No animal was measured."""
-    from vasowave.study.executors import compile_beside
-    from vasowave.study.template import write_virtual_study
+    from vasowave.study.entering.template import write_virtual_study
+    from vasowave.study.running.executors import compile_beside
 
     typer.echo("SYNTHETIC: vasowave makes the twelve mice itself, from published parameters and group statistics.")
     begun = time.monotonic()
@@ -53,7 +53,7 @@ def samples(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual animals.")] = 10,
 ) -> None:
     """Write six synthetic recordings and two vessel tables to practise on, untidy as a lab's files are."""
-    from vasowave.datasets.virtual_files import write_lab_files
+    from vasowave.study.datasets.virtual_files import write_lab_files
 
     for path in write_lab_files(folder, seed):
         typer.echo(f"  {path}")
@@ -68,7 +68,7 @@ def new(
     species: Annotated[str, typer.Option(help="mouse, rat, rabbit, dog, pig, human or other.")] = "mouse",
 ) -> None:
     """Make a study: a commented study.yaml, an empty animals.csv, and folders for the files."""
-    from vasowave.study.template import new_study
+    from vasowave.study.entering.template import new_study
 
     labels = [(label.partition("=")[0] or label).strip() for label in groups.split(",")]
     if labels != [label.strip() for label in groups.split(",")]:
@@ -102,9 +102,9 @@ def add(
     Exit status 3 if a file could not be read, else that of `check`: 1 if the study cannot run like this.
     """
     from vasowave.cli.options import row_cells
-    from vasowave.study.adding import add_files
-    from vasowave.study.checking import check_study
-    from vasowave.study.problems import UNREADABLE
+    from vasowave.study.entering.adding import add_files
+    from vasowave.study.entering.checking import check_study
+    from vasowave.study.folder.problems import UNREADABLE
 
     place, files = _study_here(study, paths or [])
     cells = row_cells(dict(setting_values or {}))
@@ -148,8 +148,8 @@ def _tell_problems(problems: "Sequence[StudyProblem]") -> None:
 
 def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
     """Return the study and the files; where the first name is no study but the current folder is, all are files."""
-    from vasowave.errors import InputError
-    from vasowave.study.reading import STUDY_FILE, YAML, study_path
+    from vasowave.base.errors import InputError
+    from vasowave.study.folder.reading import STUDY_FILE, YAML, study_path
 
     is_study = study_path(study).is_file() and (study.is_dir() or study.suffix.lower() in YAML)
     if not is_study and Path(STUDY_FILE).is_file():
@@ -177,8 +177,8 @@ def check(study: Annotated[Path, _STUDY] = Path(), trust: Annotated[bool, models
 
     When nothing is wrong, what the study will compare is written with the time into declared.json.
     """
-    from vasowave.study.checking import check_study
-    from vasowave.study.plan import declare, read_study
+    from vasowave.study.entering.checking import check_study
+    from vasowave.study.running.plan import declare, read_study
 
     models.trust_programs(study, trust)
     problems, read, settings, design = check_study(study)
@@ -221,11 +221,11 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
 
     Exit status 1 if the study holds errors; animals whose rows do are not among those listed.
     """
-    from vasowave.study.plan import inspect_study
-    from vasowave.study.problems import refuse
-    from vasowave.study.programs import NOT_RUN
-    from vasowave.study.reading import study_path
-    from vasowave.study.status import fit_status, study_status
+    from vasowave.study.folder.problems import refuse
+    from vasowave.study.folder.reading import study_path
+    from vasowave.study.running.plan import inspect_study
+    from vasowave.study.running.programs import NOT_RUN
+    from vasowave.study.running.status import fit_status, study_status
 
     alone = fit_status(study) if study.is_dir() and not study_path(study).exists() else None
     plan, problems = (None, []) if alone else inspect_study(study)
@@ -253,9 +253,9 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
 @app.command(epilog="Example: vasowave stop my-study")
 def stop(study: Annotated[Path, _STATUS] = Path()) -> None:
     """Ask the run of a study to stop, wherever it runs; once more, some seconds later, end it at once."""
-    from vasowave.study.reading import study_path
-    from vasowave.study.run_status import ask_to_stop
-    from vasowave.study.study import RESULTS
+    from vasowave.study.folder.reading import study_path
+    from vasowave.study.folder.study import RESULTS
+    from vasowave.study.running.run_state import ask_to_stop
 
     folder = study if study.is_dir() else study_path(study).parent
     sentence = ask_to_stop(folder / RESULTS, f"vasowave stop (process {os.getpid()} on {platform.node()})")
@@ -269,10 +269,10 @@ def _row_of(plan: "Study | None") -> str:
 
 def _earlier(plan: "Study") -> str:
     """Return what the study says otherwise than when its results were made, of what no animal is computed anew for."""
-    from vasowave.errors import InputError
-    from vasowave.report.wording import listed
-    from vasowave.study.results import read_results
-    from vasowave.study.status import outdated
+    from vasowave.base.errors import InputError
+    from vasowave.study.report.wording import listed
+    from vasowave.study.results.results import read_results
+    from vasowave.study.running.status import outdated
 
     try:
         settings, columns = outdated(plan, read_results(plan.results))
@@ -289,14 +289,14 @@ def _run(
     pdf: bool | None = None,
     as_json: bool = False,
 ) -> None:
-    from vasowave.animal.failure import as_plain
+    from vasowave.base.runtime.interrupts import interruptible
     from vasowave.cli.watching import event
-    from vasowave.runtime.interrupts import interruptible
-    from vasowave.study.checking import doubled_animals
-    from vasowave.study.plan import read_study
-    from vasowave.study.problems import refuse
-    from vasowave.study.reporting import missing_of
-    from vasowave.study.run_status import running
+    from vasowave.study.animal.failure import as_plain
+    from vasowave.study.entering.checking import doubled_animals
+    from vasowave.study.folder.problems import refuse
+    from vasowave.study.running.plan import read_study
+    from vasowave.study.running.reporting import missing_of
+    from vasowave.study.running.run_state import running
 
     plan = read_study(study)
     refuse(doubled_animals(plan))
@@ -329,8 +329,8 @@ def _run_and_report(
 ) -> "tuple[Done, Path | None]":  # fmt: skip
     """Do a study within a run that has begun, and write its report; say both."""
     from vasowave.cli.watching import watched
-    from vasowave.study.reporting import report_study
-    from vasowave.study.running import analyze_study
+    from vasowave.study.running.reporting import report_study
+    from vasowave.study.running.runs import analyze_study
 
     echo, begun = (lambda text: None) if as_json else typer.echo, time.monotonic()
     with watched(plan, as_json) as show:
@@ -360,7 +360,7 @@ def make_report(
     animal: Annotated[str, typer.Option(help="Of this animal alone, in a folder of its own.")] = "",
 ) -> None:
     """Make page, tables and figures anew from the stored results alone, without simulating."""
-    from vasowave.study.reporting import report_study
+    from vasowave.study.running.reporting import report_study
 
     typer.echo(f"Report: {report_study(folder, pdf, cores(), animal)}")
 
@@ -381,8 +381,8 @@ def plan(
     output: Annotated[Path, typer.Option("--output", "-o", help="Page to write.")] = Path("plan.html"),
 ) -> None:
     """Say how many animals a study of two groups, or of pairs, needs to show an effect, and what would save some."""
-    from vasowave.report.planned import plan_texts, write_plan
-    from vasowave.study.planning import plan as planned
+    from vasowave.study.report.planned import plan_texts, write_plan
+    from vasowave.study.running.planning import plan as planned
 
     tell("Studies of every size are drawn and tested; this takes about a minute.", err=True)
     with waiting("planning"):

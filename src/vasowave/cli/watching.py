@@ -12,12 +12,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
+from vasowave.base.errors import InputError
 from vasowave.cli.progress import alive, time_left
-from vasowave.errors import InputError
-from vasowave.study.engine import Progress
-from vasowave.study.loading import animal_key
-from vasowave.study.status import POSTERIOR, searches_of
-from vasowave.study.study import Study
+from vasowave.study.folder.study import Study
+from vasowave.study.results.loading import animal_key
+from vasowave.study.running.engine import Progress
+from vasowave.study.running.status import POSTERIOR, searches_of
 
 _LOOK = 1.0  # s between looks into the journals
 _WORDS = {"kept": "kept from earlier", "computed": "computed", "failed": "FAILED"}

@@ -28,7 +28,7 @@ def open_workbench(
     import sys
     from importlib.util import find_spec
 
-    from vasowave.errors import EXTRAS, InputError
+    from vasowave.base.errors import EXTRAS, InputError
 
     missing = [name for name in ("starlette", "uvicorn") if find_spec(name) is None]
     if missing:

@@ -1,1 +1,5 @@
-"""A study: settings and a table of animals in; results, tables, figures and a report out."""
+"""Animals of a study: their results, the comparison of groups, figures, report and exchange."""
+
+from vasowave.base.faces import attach_face
+
+__getattr__, __dir__ = attach_face(__name__)

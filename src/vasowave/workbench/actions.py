@@ -11,11 +11,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from annotated_types import Ge, Gt, MaxLen
 
-from vasowave.errors import InputError, did_you_mean
-from vasowave.imaging.places import written
-from vasowave.recording import read_edits
-from vasowave.recording.edits import MOST_EDITS, BeatEdit, edits_text, require_few
-from vasowave.study.table import read_rows
+from vasowave.base.errors import InputError, did_you_mean
+from vasowave.catheter.beats.edits import MOST_EDITS, BeatEdit, edits_text, read_edits, require_few
+from vasowave.lung.places import written
+from vasowave.study.entering.table import read_rows
 from vasowave.workbench.desk import EDITS
 from vasowave.workbench.lungs import LUNGS, Wishes, edits_of, lines_of
 from vasowave.workbench.recordings import edits_file, mean_between, row_of

@@ -9,8 +9,8 @@ from functools import partial
 from pathlib import Path
 from urllib.parse import urljoin
 
-from vasowave.io.trusted import state_folder
-from vasowave.runtime.writing import put
+from vasowave.base.io.trusted import state_folder
+from vasowave.base.runtime.writing import put
 from vasowave.workbench.access import Guarded, redirection
 
 

@@ -4,14 +4,14 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from vasowave.animal.files import read_result
-from vasowave.cohort import Cohort
-from vasowave.cohort.comparison import group_means
-from vasowave.errors import InputError
-from vasowave.figures.style import group_looks, source_looks
-from vasowave.findings import texts
-from vasowave.io.remembered import remembered
-from vasowave.study.results import Results
+from vasowave.base.errors import InputError
+from vasowave.base.findings import texts
+from vasowave.base.io.remembered import remembered
+from vasowave.study.animal.files import read_result
+from vasowave.study.cohort.cohort import Cohort
+from vasowave.study.cohort.comparison import group_means
+from vasowave.study.figures.matplotlib_style import group_looks, source_looks
+from vasowave.study.results.results import Results
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.values import number, numbers
 

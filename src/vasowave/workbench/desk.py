@@ -6,13 +6,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from vasowave.errors import InputError
-from vasowave.io.files import alone_in, content_of, lies_inside, made_inside, write_files
-from vasowave.io.remembered import remembered
-from vasowave.study.reading import STUDY_FILE, read_settings
-from vasowave.study.results import INDEX, Results, read_results
-from vasowave.study.settings import StudyFile
-from vasowave.study.study import RESULTS
+from vasowave.base.errors import InputError
+from vasowave.base.io.files import alone_in, content_of, lies_inside, made_inside, write_files
+from vasowave.base.io.remembered import remembered
+from vasowave.study.folder.reading import STUDY_FILE, read_settings
+from vasowave.study.folder.settings import StudyFile
+from vasowave.study.folder.study import RESULTS
+from vasowave.study.results.results import INDEX, Results, read_results
 
 EDITS = "edits"
 """Folder of the files that hold what was decided of beats, and corrections of trees."""

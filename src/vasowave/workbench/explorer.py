@@ -11,24 +11,26 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from vasowave.analysis import fourier_series, operating_point, wave_intensity
-from vasowave.animal.law_result import PosteriorResult
-from vasowave.animal.result import AnimalResult
-from vasowave.animal.stored import stored_law, stored_model, stored_recording
-from vasowave.errors import InputError
-from vasowave.figures.network import axes_in_space
-from vasowave.figures.style import color_stops
-from vasowave.findings import texts
-from vasowave.model import walls
-from vasowave.model.laws import bed_factors, parameter_names
-from vasowave.model.model import Model
-from vasowave.model.outlets import Bed
-from vasowave.model.walls import WALL_VISCOSITY
-from vasowave.recording import Recording, resample
-from vasowave.solver import Numerics
-from vasowave.solver.result import Run
-from vasowave.solver.simulate import simulate_run, simulate_runs
-from vasowave.solver.sweep import changed_model
+from vasowave.base.errors import InputError
+from vasowave.base.findings import texts
+from vasowave.pulse.analysis.impedance_spectrum import fourier_series
+from vasowave.pulse.analysis.operating import operating_point
+from vasowave.pulse.analysis.waves import wave_intensity
+from vasowave.pulse.cycle.cycle import Recording, resample
+from vasowave.pulse.model import walls
+from vasowave.pulse.model.laws import bed_factors, parameter_names
+from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.numerics import Numerics
+from vasowave.pulse.model.outlets import Bed
+from vasowave.pulse.model.walls import WALL_VISCOSITY
+from vasowave.pulse.solver.parameter_sweep import changed_model
+from vasowave.pulse.solver.result import Run
+from vasowave.pulse.solver.simulation import simulate_run, simulate_runs
+from vasowave.study.animal.law_result import PosteriorResult
+from vasowave.study.animal.result import AnimalResult
+from vasowave.study.animal.stored import stored_law, stored_model, stored_recording
+from vasowave.study.figures.matplotlib_style import color_stops
+from vasowave.study.figures.network import axes_in_space
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.values import number, numbers
 

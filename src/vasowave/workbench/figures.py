@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from annotated_types import Ge, Le, MaxLen, MinLen
 
-from vasowave.errors import InputError
-from vasowave.figures.fitted import figure_bytes
-from vasowave.figures.style import CTL
-from vasowave.settings import settings_class
+from vasowave.base.errors import InputError
+from vasowave.base.settings import settings_class
+from vasowave.study.figures.fitted import figure_bytes
+from vasowave.study.figures.matplotlib_style import CTL
 from vasowave.workbench.desk import Desk
 
 _drawing = threading.Lock()  # matplotlib's look is one for the whole process

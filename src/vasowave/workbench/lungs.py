@@ -10,19 +10,22 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from annotated_types import Ge
 
-from vasowave.errors import InputError, VasowaveError, VasowaveWarning
-from vasowave.findings import texts
-from vasowave.imaging import Extraction, Options, Volume, extract, read_volume
-from vasowave.imaging.kept.stages import Stages
-from vasowave.imaging.lumen.levels import levels_of
-from vasowave.imaging.read.formats import VOLUMES
-from vasowave.io.files import alone_in, content_of, made_inside
-from vasowave.io.textfile import read_bytes, regular_file
-from vasowave.report.extraction import SETTINGS, write_extraction
-from vasowave.settings import settings_class
-from vasowave.species import SpeciesName
-from vasowave.stores import parsed, stored
-from vasowave.study.names import plain_name
+from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning
+from vasowave.base.findings import texts
+from vasowave.base.io.files import alone_in, content_of, made_inside
+from vasowave.base.io.textfile import read_bytes, regular_file
+from vasowave.base.settings import settings_class
+from vasowave.base.species import SpeciesName
+from vasowave.base.stores import parsed, stored
+from vasowave.lung.extraction import Extraction, extract
+from vasowave.lung.kept.stages import Stages
+from vasowave.lung.lumen.levels import levels_of
+from vasowave.lung.options import Options
+from vasowave.lung.read.files import read_volume
+from vasowave.lung.read.formats import VOLUMES
+from vasowave.lung.read.volume import Volume
+from vasowave.study.folder.names import plain_name
+from vasowave.study.report.extraction import SETTINGS, write_extraction
 from vasowave.workbench.desk import EDITS, Desk
 from vasowave.workbench.values import number
 

@@ -8,19 +8,19 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 from urllib.parse import quote
 
-from vasowave.errors import InputError
-from vasowave.imaging.read.formats import VOLUMES
-from vasowave.io.files import alone_in, check_writable, made_inside, make_folder, take_free_place
-from vasowave.io.textfile import look
-from vasowave.network_formats import NETWORKS
-from vasowave.recording.formats import RECORDINGS
-from vasowave.runtime.writing import flush
-from vasowave.study.adding import Added, add_files
-from vasowave.study.names import plain_name
-from vasowave.study.reading import STUDY_FILE
-from vasowave.study.study import RESULTS
-from vasowave.study.table import read_rows
-from vasowave.study.template import FOLDERS, new_study
+from vasowave.base.errors import InputError
+from vasowave.base.io.files import alone_in, check_writable, made_inside, make_folder, take_free_place
+from vasowave.base.io.textfile import look
+from vasowave.base.runtime.writing import flush
+from vasowave.catheter.read.formats import RECORDINGS
+from vasowave.lung.read.formats import VOLUMES
+from vasowave.pulse.network_formats import NETWORKS
+from vasowave.study.entering.adding import Added, add_files
+from vasowave.study.entering.table import read_rows
+from vasowave.study.entering.template import FOLDERS, new_study
+from vasowave.study.folder.names import plain_name
+from vasowave.study.folder.reading import STUDY_FILE
+from vasowave.study.folder.study import RESULTS
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import IMAGES, is_image, name_of
 

@@ -11,25 +11,27 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.errors import InputError, VasowaveError, VasowaveWarning
-from vasowave.findings import Finding, Severity
-from vasowave.recording import BeatEdit, EnsembleAverage, RawRecording, Recording, describe_recording, read_edits
-from vasowave.recording.describe import kind_of
-from vasowave.recording.ensemble import average_prepared
-from vasowave.recording.prepared import Prepared, prepare
-from vasowave.recording.raw import SHORTEST
-from vasowave.recording.read_raw import INTERPOLATED
-from vasowave.recording.rejection import cause
-from vasowave.study.animals import read_half_row
-from vasowave.study.loading import read_measured, read_stretch
-from vasowave.study.names import plain_name
-from vasowave.study.plan import inspect_study
-from vasowave.study.problems import refuse
-from vasowave.study.rows import COLUMNS, AnimalRow
-from vasowave.study.settings import averaging_settings
-from vasowave.study.sorting import used_block
-from vasowave.study.study import Study
-from vasowave.study.table import read_rows
+from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning
+from vasowave.base.findings import Finding, Severity
+from vasowave.catheter.beats.edits import BeatEdit, read_edits
+from vasowave.catheter.beats.prepared import Prepared, prepare
+from vasowave.catheter.beats.rejection import cause
+from vasowave.catheter.ensemble import average_prepared
+from vasowave.catheter.read.describe import describe_recording, kind_of
+from vasowave.catheter.read.read_raw import INTERPOLATED
+from vasowave.catheter.signals.raw import SHORTEST, RawRecording
+from vasowave.pulse.cycle.averaged import EnsembleAverage
+from vasowave.pulse.cycle.cycle import Recording
+from vasowave.study.entering.sorting import used_block
+from vasowave.study.entering.table import read_rows
+from vasowave.study.folder.animals import read_half_row
+from vasowave.study.folder.names import plain_name
+from vasowave.study.folder.problems import refuse
+from vasowave.study.folder.rows import COLUMNS, AnimalRow
+from vasowave.study.folder.settings import averaging_settings
+from vasowave.study.folder.study import Study
+from vasowave.study.results.loading import read_measured, read_stretch
+from vasowave.study.running.plan import inspect_study
 from vasowave.workbench.desk import EDITS, Desk
 from vasowave.workbench.values import number, numbers
 

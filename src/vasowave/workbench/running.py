@@ -7,14 +7,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from vasowave.errors import InputError
-from vasowave.io.files import made_inside
-from vasowave.study.plan import inspect_study
-from vasowave.study.problems import refuse
-from vasowave.study.run_status import ask_to_stop, record_end, reserved, run_status
-from vasowave.study.status import study_status
-from vasowave.study.store import LOCK, holder, locked
-from vasowave.study.study import RESULTS, Study
+from vasowave.base.errors import InputError
+from vasowave.base.io.files import made_inside
+from vasowave.study.folder.problems import refuse
+from vasowave.study.folder.study import RESULTS, Study
+from vasowave.study.results.store import LOCK, holder, locked
+from vasowave.study.running.plan import inspect_study
+from vasowave.study.running.run_state import ask_to_stop, record_end, reserved, run_status
+from vasowave.study.running.status import study_status
 from vasowave.workbench.desk import Desk
 
 

@@ -17,12 +17,12 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from vasowave.errors import InputError, VasowaveError
-from vasowave.io.files import in_words, is_full
-from vasowave.runtime.writing import Part, opened
-from vasowave.stores import parsed
+from vasowave.base.errors import InputError, VasowaveError
+from vasowave.base.io.files import in_words, is_full
+from vasowave.base.runtime.writing import Part, opened
+from vasowave.base.stores import parsed
 from vasowave.workbench.access import REPORT_POLICY, App, Guarded, Patient, TooLargeError, TooSlowError
-from vasowave.workbench.actions import Workplace, act
+from vasowave.workbench.actions import act
 from vasowave.workbench.cohorts import Cohorts
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.explorer import Explorer
@@ -32,6 +32,7 @@ from vasowave.workbench.opening import place_of, sorted_in
 from vasowave.workbench.recordings import Recordings
 from vasowave.workbench.running import Runs
 from vasowave.workbench.studies import checked, outdated, shown, state
+from vasowave.workbench.workplace import Workplace
 
 _PAGE = Path(__file__).parent / "page"
 _TEMPLATES = Path(__file__).parents[1] / "report" / "templates"

@@ -3,20 +3,20 @@
 import threading
 from typing import Any
 
-from vasowave.errors import VasowaveError
-from vasowave.settings import settings_of
-from vasowave.species import SPECIES
-from vasowave.study.checking import TWICE, check_study
-from vasowave.study.overview import HEADER
-from vasowave.study.plan import inspect_study
-from vasowave.study.problems import StudyProblem
-from vasowave.study.programs import is_trusted, programs_of
-from vasowave.study.reporting import REPORT_FOLDER
-from vasowave.study.rows import COLUMNS, NEEDED
-from vasowave.study.settings import StudyFile
-from vasowave.study.status import study_status
-from vasowave.study.table import read_rows
-from vasowave.study.template import written
+from vasowave.base.errors import VasowaveError
+from vasowave.base.settings import settings_of
+from vasowave.base.species import SPECIES
+from vasowave.study.entering.checking import TWICE, check_study
+from vasowave.study.entering.table import read_rows
+from vasowave.study.entering.template import written
+from vasowave.study.folder.problems import StudyProblem
+from vasowave.study.folder.rows import COLUMNS, NEEDED
+from vasowave.study.folder.settings import StudyFile
+from vasowave.study.results.overview import HEADER
+from vasowave.study.running.plan import inspect_study
+from vasowave.study.running.programs import is_trusted, programs_of
+from vasowave.study.running.reporting import REPORT_FOLDER
+from vasowave.study.running.status import study_status
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import LUNGS
 from vasowave.workbench.running import Runs

@@ -9,16 +9,16 @@ from typing import Annotated, Any
 
 from annotated_types import MaxLen, MinLen
 
-from vasowave.errors import InputError, did_you_mean
-from vasowave.findings import Place
-from vasowave.species import SpeciesName
-from vasowave.study.adding import add_files
-from vasowave.study.animals import read_animals, read_row
-from vasowave.study.names import checked_name
-from vasowave.study.programs import programs_of, trust_study
-from vasowave.study.rows import COLUMNS, FILES
-from vasowave.study.table import Rows, check_written, read_rows, written_rows
-from vasowave.study.template import new_study, with_groups, with_value
+from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.findings import Place
+from vasowave.base.species import SpeciesName
+from vasowave.study.entering.adding import add_files
+from vasowave.study.entering.table import Rows, check_written, read_rows, written_rows
+from vasowave.study.entering.template import new_study, with_groups, with_value
+from vasowave.study.folder.animals import read_animals, read_row
+from vasowave.study.folder.names import checked_name
+from vasowave.study.folder.rows import COLUMNS, FILES
+from vasowave.study.running.programs import programs_of, trust_study
 from vasowave.workbench.desk import Change, Desk, unchanged
 from vasowave.workbench.workplace import Workplace, action
 

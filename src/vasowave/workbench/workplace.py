@@ -5,7 +5,7 @@ from dataclasses import make_dataclass
 from inspect import Parameter, signature
 from typing import Any, NamedTuple, TypeVar, get_type_hints
 
-from vasowave.settings import settings_class
+from vasowave.base.settings import settings_class
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import Lungs
 from vasowave.workbench.recordings import Recordings

@@ -1,0 +1,382 @@
+"""A text table whose columns carry a name and a unit in the header: ``pressure [mmHg]``."""
+
+import codecs
+import csv
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.base import units
+from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.findings import Finding, look_kind, warn
+from vasowave.base.io.remembered import remembered
+from vasowave.base.io.spreadsheet import is_workbook
+from vasowave.base.io.textfile import read_lines
+
+_HEADING = re.compile(r"^\s*(?P<name>[^\[\](]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*)[\])])?\s*$")
+
+_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
+_POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
+
+NO_END = look_kind(
+    "file.no-end",
+    "the last line has no line end; was the file cut off?",
+    "Export the file again, or end its last line.",
+)
+"""Of a text that may have lost its end."""
+
+
+HEAD = 100
+"""Rows among which the titles of a table are looked for."""
+
+
+class NoRowsError(InputError):
+    """A table has a header and nothing below it."""
+
+
+_BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The cells of a text table, as text, with what is needed to speak about them.
+
+    Attributes
+    ----------
+    source : str
+        File the table came from; error messages start with it.
+    names, units : tuple of str
+        Per column; a column without a unit has an empty one. Empty tuples if the file has no header.
+    cells : tuple of tuple of str
+        Rows of text.
+    lines : tuple of int
+        Line of the file on which each row stands, counted from 1.
+    suspicions : tuple of Finding
+        Why the file may not be whole.
+    titles : tuple of str
+        Of the columns, as they are written.
+    """
+
+    source: str
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    cells: tuple[tuple[str, ...], ...]
+    lines: tuple[int, ...]
+    suspicions: tuple[Finding, ...] = ()
+    titles: tuple[str, ...] = ()
+
+    def warn(self) -> None:
+        """Warn that the file may be truncated."""
+        for suspicion in self.suspicions:
+            warn(suspicion.at(self.source), stacklevel=3)
+
+    def find(self, name: str, also: Sequence[str] = ()) -> int | None:
+        """Return the index of the column called `name` (or one of `also`), None if there is none."""
+        names = {name, *also}
+        hits = [i for i, column_name in enumerate(self.names) if column_name in names]
+        if len(hits) > 1:
+            titles = {self.titles[i].strip() if self.titles else self.names[i] for i in hits}
+            if len(titles) == 1:
+                raise InputError(f"{self.source}: two columns are called '{min(titles)}'; keep one of them")
+            named = " and ".join(f"'{title}'" for title in sorted(titles))
+            raise InputError(f"{self.source}: {named} are both read as {name}; leave out or rename what is none")
+        return hits[0] if hits else None
+
+    def unit_of(self, name: str) -> str:
+        """Return the unit that the title of a column says; empty without one, and without the column."""
+        return dict(zip(self.names, self.units, strict=True)).get(name, "")
+
+    def require(self, name: str, also: Sequence[str] = (), titles: str = "") -> int:
+        """Like `find`, but a missing column is an `InputError`, which says the `titles` of such tables."""
+        column = self.find(name, also)
+        if column is None:
+            similar = next((column_name for column_name in self.names if column_name.startswith(f"{name}_")), "")
+            hint = (
+                f"; write '{similar}' as '{name} [{similar[len(name) + 1 :]}]'"
+                if similar
+                else did_you_mean(name, self.names)
+            )
+            examples = f"; such a table has the titles {titles}" if titles and not hint else ""
+            raise InputError(
+                f"{self.source}: no column '{name}'{hint}; the header has: {', '.join(self.names) or 'nothing'}"
+                f"{examples}"
+            )
+        return column
+
+    def numbers(self, column: int, quantity: str, default_unit: str = "") -> np.ndarray:
+        """Return a column as floats in the canonical unit of `quantity`, shape (rows,).
+
+        Raises
+        ------
+        InputError
+            Unit missing or of another quantity; a cell that is empty, not a number, or not finite,
+            with its line and column.
+        """
+        unit = (self.units[column] if self.units else "") or default_unit
+        title = self.names[column] if self.names else f"column {column + 1}"
+        if not unit:
+            raise InputError(
+                f"{self.source}: column '{title}' has no unit; write it in the header, "
+                f"for example '{title} [{units.CANONICAL[quantity]}]'"
+            )
+        try:
+            scale = units.factor(unit, quantity)
+        except InputError as error:
+            raise InputError(f"{self.source}: column '{title}': {error}") from None
+        return scale * np.array([self._number(row, column, title) for row in range(len(self.cells))])
+
+    def _number(self, row: int, column: int, title: str) -> float:
+        text = self.cells[row][column]
+        try:
+            value = number(text)
+        except ValueError:
+            comma = "; is its comma a decimal mark? write a point" if _COMMA.fullmatch(text.strip()) else ""
+            fault = f"'{text}' is not a number{comma}" if text.strip() else "the cell is empty"
+            raise InputError(f"{self.source}, line {self.lines[row]}, column '{title}': {fault}") from None
+        if not math.isfinite(value):
+            raise InputError(
+                f"{self.source}, line {self.lines[row]}, column '{title}': {text.strip()} "
+                "is no finite number (a gap?); fill it, or leave out the part that holds it"
+            )
+        return value
+
+
+def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> Columns:
+    """Read a table whose cells are separated by tabs, semicolons, commas or blanks.
+
+    Decimal commas are read where cells are not separated by commas too: the cells then hold decimal points.
+
+    Parameters
+    ----------
+    path : path
+        Text file, UTF-8, UTF-16 or cp1252. Lines that start with ``#`` and empty lines are skipped.
+    aliases : mapping, optional
+        Other spellings of column names, lower case, to the names vasowave uses.
+
+    Raises
+    ------
+    InputError
+        File missing, empty, binary, with rows of different width or with both decimal marks (the line is named).
+    """
+    header, rows, lines, cut = _rows_of(Path(path))
+    names, column_units = read_headings(path, header, aliases or {})
+    return Columns(str(path), names, column_units, rows, lines, (NO_END(),) if cut else (), header)
+
+
+@remembered
+def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], tuple[int, ...], bool]:
+    """Return titles, rows, their lines, and whether the file ends without a line end."""
+    numbered, cut = [], False
+    for block in read_lines(path):
+        numbered += [(line, text) for line, text in enumerate(block.texts, block.first) if is_row(text)]
+        cut = block.cut
+    if not numbered:
+        raise InputError(f"{path}: the file is empty")
+    header, separator, first = head_of(path, numbered)
+    numbered = numbered[first:]
+    if not numbered:
+        raise NoRowsError(f"{path}: a header and no data")
+    lines = tuple(line for line, _ in numbered)
+    rows = [split_cells(path, line, text, separator) for line, text in numbered]
+    if separator != ",":
+        rows = _with_points(path, rows, lines)
+    width = len(header) if header else len(rows[0])
+    for row, line in zip(rows, lines, strict=True):
+        if len(row) != width:
+            comma = separator == "," and len(row) == 2 * width and all(_is_number(cell) for cell in row)
+            reason = "; if the comma is a decimal mark too, separate the cells with semicolons" if comma else ""
+            raise InputError(f"{path}, line {line}: {len(row)} columns where {width} were expected{reason}")
+    return header, tuple(map(tuple, rows)), lines, cut
+
+
+class Head(NamedTuple):
+    """What the first rows of a table say: its titles (none where it has none), what separates its cells (None for
+    blanks), and which of the rows holds the first data.
+    """
+
+    titles: tuple[str, ...]
+    separator: str | None
+    first: int
+
+
+def head_of(path: Path, rows: Sequence[tuple[int, str]]) -> Head:
+    """Return the head of a table by its first rows, one at least, each with the number of its line."""
+    texts = [text for _, text in rows[:HEAD]]
+    index = _titles_among(texts)
+    separator = separator_of(texts[index])
+    cells = split_cells(path, *rows[index], separator)
+    if all(map(is_numeric, cells)):
+        return Head((), separator, index)
+    titles, first = _split_titles(texts[index]) if separator is None else cells, index + 1
+    if texts[first:] and (merged := _with_unit_row(titles, texts[first], separator)):
+        titles, first = merged, first + 1
+    if separator is None and texts[first:] and len(texts[first].split()) == 1:
+        titles = cells  # the one title has blanks in it
+    return Head(tuple(titles), separator, first)
+
+
+def _with_unit_row(titles: Sequence[str], below: str, separator: str | None) -> list[str] | None:
+    """Return column titles with the units of the line below them, None if that line names no units or they do."""
+    cells = [cell.strip(' []()"') for cell in below.split(separator)]
+    named = [cell for cell in cells if cell not in ("", "-")]
+    mostly = 2 * sum(map(units.is_unit, named)) > len(named)
+    if len(cells) != len(titles) or not mostly or any(map(is_numeric, named)) or any(map(_has_unit, titles)):
+        return None
+    return [f"{title} [{unit}]" if unit in named else title for title, unit in zip(titles, cells, strict=True)]
+
+
+def _titles_among(rows: Sequence[str]) -> int:
+    """Return which of the first rows holds the titles of a table: the first, unless prose stands above the titles.
+
+    That is so where the numbers have other cells than the first row, and as many as the one or two rows above them.
+    """
+
+    def width(row: str) -> int:
+        return len(_split_titles(row) if separator is None else row.split(separator))
+
+    for data, row in enumerate(rows):
+        separator = separator_of(row)
+        cells = [cell.strip() for cell in row.split(separator)]
+        if len(cells) > 1 and all(map(is_numeric, cells)):
+            fitting = [i for i, above in enumerate(rows[:data]) if width(above) == len(cells)]
+            contiguous = bool(fitting) and fitting == list(range(fitting[0], data))
+            return fitting[0] if contiguous and not any(map(is_numeric, rows[fitting[0]].split(separator))) else 0
+    return 0
+
+
+def _parts(title: str) -> tuple[str, str | None] | None:
+    """Return name and unit of ``name [unit]``, ``name (unit)`` or ``name/unit``; None if it is none of these.
+
+    A stroke is one between name and unit, as standards of quantities write it, only where a unit follows it.
+    """
+    match = _HEADING.match(title)
+    if match is None:
+        return None
+    name, unit = match["name"], match["unit"]
+    prefix, stroke, right = name.partition("/")
+    if unit is not None:
+        return name.removesuffix("/").strip(), unit
+    if stroke and prefix.strip() and not units.is_unit(prefix.strip()) and units.is_unit(right.strip()):
+        return prefix.strip(), right.strip()
+    return name, unit
+
+
+def _has_unit(title: str) -> bool:
+    heading = _parts(title)
+    return heading is not None and heading[1] is not None
+
+
+def read_titles(path: Path, start: bytes) -> tuple[str, ...]:
+    """Return the titles of a table's columns, lower case, by the first bytes of its file; none if it has none."""
+    if is_workbook(start):
+        texts = next((block.texts for block in read_lines(path)), [])
+    else:
+        encoding = "utf-16" if start[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
+        texts = start.decode(encoding, errors="replace").split("\n")
+    rows = [(line, text) for line, text in enumerate(texts, 1) if is_row(text)]
+    try:
+        return read_headings(path, head_of(path, rows).titles, {})[0] if rows else ()
+    except InputError:
+        return ()
+
+
+def is_row(text: str) -> bool:
+    """Whether a line is neither blank nor a comment."""
+    return bool(text.strip()) and not text.lstrip().startswith("#")
+
+
+def separator_of(first: str) -> str | None:
+    """Return what separates the cells of a table, by its first line; None for blanks."""
+    return next((mark for mark in ("\t", ";", ",") if mark in first), None)
+
+
+def _split_titles(first: str) -> list[str]:
+    """Return the titles of a table that is separated by blanks: they hold blanks too ("pressure [mmHg]")."""
+    return _BLANK_SEPARATED.findall(first)
+
+
+def split_cells(path: str | Path, line: int, text: str, separator: str | None) -> list[str]:
+    """Return the cells of one line; only numbers are split at blanks."""
+    if separator is None:
+        cells = text.split()
+        return cells if all(map(is_numeric, cells)) else [text.strip()]
+    try:
+        rows = list(csv.reader([text], delimiter=separator, strict=True))
+    except csv.Error:
+        raise InputError(
+            f"{path}, line {line}: a quotation mark is opened and not closed on its line, or a cell has no end; "
+            "remove the mark"
+        ) from None
+    return [cell.strip() for cell in rows[0]]
+
+
+def read_headings(
+    path: str | Path, header: Sequence[str], aliases: Mapping[str, str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return names (lower case, aliases resolved) and units of column titles written as ``name [unit]``."""
+    names, column_units = [], []
+    for heading in header:
+        name_and_unit = _parts(heading)
+        if name_and_unit is None:
+            raise InputError(f"{path}: cannot read the column title '{heading}'; write 'name [unit]'")
+        name = name_and_unit[0].strip().lower()
+        names.append(aliases.get(name, name))
+        column_units.append((name_and_unit[1] or "").strip())
+    return tuple(names), tuple(column_units)
+
+
+def plain_title(heading: str) -> str:
+    """Return a column title as it is written, without its unit."""
+    name_and_unit = _parts(heading)
+    return name_and_unit[0].strip() if name_and_unit else heading
+
+
+def _with_points(path: str | Path, rows: list[list[str]], lines: Sequence[int]) -> list[list[str]]:
+    """Return the rows with decimal points; both marks in one file would make values a thousandfold."""
+    first = {}
+    for mark, form in ((",", _COMMA), (".", _POINT)):
+        first[mark] = next((n for row, n in zip(rows, lines) if any(map(form.fullmatch, row))), 0)
+    if first[","] and first["."]:
+        raise InputError(
+            f"{path}: a number with a comma in line {first[',']}, one with a point in line {first['.']}; write all "
+            "decimal marks alike, and no marks between thousands"
+        )
+    if not first[","]:
+        return rows
+    return [[cell.replace(",", ".") if _COMMA.fullmatch(cell) else cell for cell in row] for row in rows]
+
+
+def split_unit(label: str) -> tuple[str, str]:
+    """Split ``"S [mmHg2]"`` into ``("S", "mmHg2")``; the unit of a label without one is empty."""
+    match = re.fullmatch(r"(.*?)\s*\[(.*)\]", label)
+    return (match[1], match[2]) if match else (label, "")
+
+
+def number(text: str) -> float:
+    """Return the number that `text` is; `ValueError` if it is none (Python's own ``1_000`` is none in a table)."""
+    if "_" in text:
+        raise ValueError(text)
+    return float(text)
+
+
+def spreadsheet_cell(text: str) -> str:
+    """Return a text as a cell that no spreadsheet runs: with an apostrophe before what it would take for a formula."""
+    return f"'{text}" if text.lstrip()[:1] in tuple("=+-@") and not is_numeric(text) else text
+
+
+def is_numeric(text: str) -> bool:
+    """Whether a cell is a number, with either decimal mark."""
+    return _is_number(text) or _COMMA.fullmatch(text) is not None
+
+
+def _is_number(text: str) -> bool:
+    try:
+        number(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,98 @@
+"""Variables of a MATLAB file, and clear words when the file cannot give them."""
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vasowave.base.errors import InputError
+from vasowave.base.io.apart import ReaderAnswer, read_apart
+from vasowave.base.io.remembered import remembered
+from vasowave.base.io.textfile import look, read_bytes
+
+_SAVE_AGAIN = "in MATLAB, load it and write it again with: save('NAME.mat', '-v7')"
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+def is_mat(path: Path, start: bytes) -> bool:
+    """Whether a file is one of MATLAB."""
+    return path.suffix.lower() == ".mat" or start.startswith(b"MATLAB ")
+
+
+@remembered
+def read_mat(path: str | Path) -> dict[str, np.ndarray]:
+    """Return the variables of a ``.mat`` file (version 4 to 7.3) by name.
+
+    Matrices of numbers, and of characters as one text a row; what else there is has its name and no value. The file is
+    read in another process: SciPy's and HDF5's compiled readers can end the whole process on a damaged file, and a
+    compressed variable of a few kilobytes can inflate to any size.
+
+    Raises
+    ------
+    InputError
+        File missing, truncated, damaged, or not a MATLAB file.
+    """
+    start = look(path).start[:1024]
+    read = variables_of_7_3 if _HDF5 in start or start.startswith(b"MATLAB 7.3") else variables_before
+    names, arrays = read_apart(read, Path(path), "a MATLAB file", _SAVE_AGAIN)
+    values = iter(arrays)
+    for array in arrays:
+        array.setflags(write=False)
+    return {name: next(values) if has_value else np.empty(0, object) for name, has_value in names}
+
+
+def variables_before(path: Path) -> ReaderAnswer:
+    """Return the variables of versions before 7.3; any exception of SciPy, or the end of the process."""
+    from scipy.io import loadmat
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        variables = loadmat(path, chars_as_strings=True)
+    return _answer({name: value for name, value in variables.items() if not name.startswith("__")})
+
+
+def variables_of_7_3(path: Path) -> ReaderAnswer:
+    """Return the matrices in HDF5 behind a header of 512 bytes, every one stored by its columns; cells are left out."""
+    from netCDF4 import Dataset
+
+    variables: dict[str, Any] = {}
+    with Dataset("in memory", memory=read_bytes(path)) as file:  # by its name the library opens it three times
+        for name, variable in file.variables.items():
+            kind = variable.getncattr("MATLAB_class") if "MATLAB_class" in variable.ncattrs() else ""
+            if "MATLAB_empty" in variable.ncattrs():
+                variables[name] = np.empty((0, 0))
+            elif getattr(variable.dtype, "kind", "") in "iufb" and variable.dtype is not str:
+                values = np.asarray(variable[...]).T
+                variables[name] = _texts(values) if kind == "char" else values
+    return _answer(variables)
+
+
+def _answer(variables: Mapping[str, Any]) -> ReaderAnswer:
+    """Return names, each with whether it has a value, and the values."""
+    arrays = {name: np.asarray(value) for name, value in variables.items()}
+    has_value = {name: value.dtype.kind in "biufcU" for name, value in arrays.items()}
+    return ReaderAnswer(list(has_value.items()), [value for name, value in arrays.items() if has_value[name]])
+
+
+def _texts(codes: np.ndarray) -> np.ndarray:
+    """Return the rows of a matrix of UTF-16 codes as texts."""
+    rows = np.atleast_2d(codes).astype("<u2")
+    return np.array([row.tobytes().decode("utf-16-le", errors="replace") for row in rows])
+
+
+def vector(value: Any, where: str) -> np.ndarray:
+    """Return a real numeric MATLAB row or column as floats, shape (sample,); `InputError` for anything else."""
+    array = np.asarray(value) if isinstance(value, np.ndarray) else None
+    if array is None or array.dtype.kind not in "iufb":
+        raise InputError(f"{where} is not a vector of real numbers")
+    if array.size != max(array.shape, default=0):
+        raise InputError(f"{where} has size {' × '.join(map(str, array.shape))}; it must be one row or one column")
+    return array.ravel().astype(np.float64, copy=False)
+
+
+def text(value: Any) -> str:
+    """Return a MATLAB character array as one string, empty if it is none."""
+    array = np.asarray(value)
+    return str(array.ravel()[0]).strip() if array.size and array.dtype.kind == "U" else ""

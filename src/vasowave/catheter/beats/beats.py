@@ -1,0 +1,277 @@
+"""Find the beats: R waves of the ECG, or feet of the pressure where there is none.
+
+Detectors made for people take 0.1 to 0.2 s for one QRS complex or one refractory time; a mouse's beat lasts 0.11 s.
+Here no such time is fixed: the beat length is first read from the signal's own repetition, and everything else is
+measured in beat lengths.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vasowave.base.errors import InputError, NumericalError
+from vasowave.base.findings import Finding, look_kind
+from vasowave.base.species import SPECIES
+from vasowave.catheter.signals.hum import hum_of
+from vasowave.catheter.signals.raw import RawRecording
+from vasowave.pulse.cycle.waveform import foot
+
+_REPEATS = 0.75
+"""The first lag whose autocorrelation reaches this fraction of the best one is the beat; later ones are multiples."""
+
+_REFRACTORY = 0.55
+"""Two beats are at least this fraction of the beat length apart."""
+
+_RODENT = 650.0
+"""Fastest heart rate, beats/min, from which a QRS complex is as short as a rodent's, 0.01 s; else it is longer."""
+
+_LARGE = 200.0
+"""Heart rate, beats/min, below which no rodent is."""
+
+_BETWEEN, _AS_STRONG = 0.7, 0.4
+"""A beat length holds several beats if so many of all lengths have further peaks of so much of the beats' strength."""
+
+_MISSED = 1.6
+"""An interval longer than this many beat lengths is searched again with a lower threshold."""
+
+_ABOVE_NOISE = 3.0
+"""What is found there is this many times as strong as the signal is half of the time: an ECG hums between its beats."""
+
+
+SILENT_ECG = look_kind(
+    "recording.ecg-silent",
+    "the ECG does not beat; beats were found from the pressure",
+    "Look at the ECG's channel; `fiducial: pressure` says that the pressure is meant.",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Beats:
+    """Where the beats of a recording start.
+
+    Attributes
+    ----------
+    times : float array, shape (beat,)
+        s since the start of the whole recording.
+    fiducial : str
+        ``ecg`` (R wave) or ``pressure`` (foot of the upstroke).
+    notes : tuple of Finding
+        Why the ECG was not used although there is one.
+    """
+
+    times: np.ndarray
+    fiducial: str
+    notes: tuple[Finding, ...] = ()
+
+    @property
+    def heart_rate(self) -> float:
+        """Heart rate, beats/min, from the median interval."""
+        return float(60.0 / np.median(np.diff(self.times)))
+
+
+def find_beats(
+    raw: RawRecording, fiducial: str | None = None, heart_rates: tuple[float, float] = SPECIES["mouse"].heart_rates
+) -> Beats:
+    """Return the time of every beat, to a fraction of a sample.
+
+    Parameters
+    ----------
+    raw : RawRecording
+    fiducial : {"ecg", "pressure"}, optional
+        R wave of the ECG, or foot of the pressure's upstroke. By default the ECG where there is one that
+        beats, and else the pressure; `notes` say if the ECG was passed over.
+    heart_rates : (float, float), optional
+        Slowest and fastest heart rate to look for, beats/min.
+
+    Raises
+    ------
+    InputError
+        An unknown fiducial, no ECG, a range of heart rates that is none, a recording of fewer than three beats.
+    NumericalError
+        If the signal does not repeat: there are no beats in that range of rates, or noise hides them.
+    """
+    slowest, fastest = heart_rates
+    if not 0 < slowest < fastest:
+        raise InputError(f"heart_rates={heart_rates}: give the slowest and the fastest, for example (250, 900)")
+    slowest = max(slowest, 180.0 / raw.duration)
+    if slowest >= fastest:
+        raise InputError(f"{raw.source}: {raw.duration:.3g} s hold fewer than three beats at {fastest:g} beats/min")
+    heart_rates = slowest, fastest
+    if fiducial not in (None, "ecg", "pressure"):
+        raise InputError(f"fiducial '{fiducial}' is neither 'ecg' nor 'pressure'")
+    if fiducial != "pressure" and raw.ecg is not None:
+        for rates in _of_one_size(heart_rates):
+            try:
+                return _find_by(raw, "ecg", rates)
+            except NumericalError:
+                continue
+        if fiducial is None:
+            return replace(_find_by(raw, "pressure", heart_rates), notes=(SILENT_ECG(),))
+    return _find_by(raw, fiducial or "pressure", heart_rates)
+
+
+def _of_one_size(heart_rates: tuple[float, float]) -> list[tuple[float, float]]:
+    """Return a range of heart rates, apart for rodents and for larger animals if it holds both."""
+    slowest, fastest = heart_rates
+    if slowest < _LARGE and fastest >= _RODENT:
+        return [(_LARGE, fastest), (slowest, _LARGE)]
+    return [heart_rates]
+
+
+def _find_by(raw: RawRecording, fiducial: str, heart_rates: tuple[float, float]) -> Beats:
+    """Return the beats by the fiducial asked for."""
+    slowest = heart_rates[0]
+    if fiducial == "ecg":
+        if raw.ecg is None:
+            raise InputError(f"{raw.source}: no ECG; use fiducial='pressure'")
+        slower = min(1.0, heart_rates[1] / _RODENT)
+        shape = _band(raw.ecg, raw.sampling_rate, 30.0 * slower, 300.0 * slower)
+        strength = _smooth(np.gradient(shape) ** 2, 0.004 / slower * raw.sampling_rate) ** 0.5
+        reach = 0.006 / slower
+    else:
+        quiet = raw.pressure - hum_of(raw.pressure, raw.sampling_rate).course
+        shape = np.gradient(_band(quiet, raw.sampling_rate, slowest / 120.0, 60.0))
+        strength = np.maximum(shape, 0.0)
+        reach = 0.0
+    length = _beat_length(strength, raw.sampling_rate, heart_rates, f"{raw.source}, {fiducial}")
+    length, peaks = _without_subharmonic(strength, length, raw.sampling_rate * 60.0 / heart_rates[1])
+    half = round(reach * raw.sampling_rate) if reach else round(0.2 * length)
+    times, shape_of_beat = _align(shape, peaks, max(half, 3))
+    offset = _extremum(shape_of_beat) if fiducial == "ecg" else -_foot_before(raw, times, length)
+    times = times + offset
+    times = times[(times >= 0) & (times <= len(shape) - 1)] / raw.sampling_rate
+    return Beats(raw.origin + times, fiducial)
+
+
+def _band(values: np.ndarray, rate: float, low: float, high: float) -> np.ndarray:
+    """Return the signal between two frequencies (Hz), without delay."""
+    from scipy.signal import butter, sosfiltfilt
+
+    high = min(high, 0.4 * rate)
+    return sosfiltfilt(butter(2, (min(low, 0.5 * high), high), "bandpass", fs=rate, output="sos"), values)
+
+
+def _smooth(values: np.ndarray, samples: float) -> np.ndarray:
+    from scipy.ndimage import gaussian_filter1d
+
+    return gaussian_filter1d(values, max(samples / 2.0, 0.5))
+
+
+def _beat_length(strength: np.ndarray, rate: float, heart_rates: tuple[float, float], where: str) -> float:
+    """Return the beat length in samples: the first strong peak of the autocorrelation in the range of heart rates."""
+    from scipy.signal import find_peaks
+
+    # Large beats must not outweigh the others, nor an artefact all of them.
+    centred = np.minimum(strength, 4.0 * np.quantile(strength, 0.9))
+    centred = _smooth(centred, 0.04 * rate * 60.0 / heart_rates[1])
+    centred = centred - centred.mean()
+    spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
+    repetition = np.fft.irfft(spectrum)[: len(centred)] / np.arange(len(centred), 0, -1)
+    first, last = int(rate * 60.0 / heart_rates[1]), int(np.ceil(rate * 60.0 / heart_rates[0]))
+    window = repetition[: last + 2]
+    peaks = find_peaks(window)[0]
+    peaks = peaks[(peaks >= first) & (peaks <= last)]
+    if len(peaks) == 0 or window[peaks].max() < 0.15 * repetition[0]:
+        raise NumericalError(
+            f"{where}: the signal does not repeat between {heart_rates[0]:g} and {heart_rates[1]:g} beats/min; "
+            "is it the right channel, is it covered by noise, or is the heart rate in another range? Then name "
+            "the species or the range (vasowave fit: --species rat or --heart-rates 200,600; a study: `species: rat` "
+            "or, under averaging, `heart_rates: [200, 600]`; in Python: heart_rates=(200, 600))"
+        )
+    return float(peaks[window[peaks] >= _REPEATS * window[peaks].max()][0])
+
+
+def _peaks(strength: np.ndarray, length: float) -> np.ndarray:
+    """Return the samples of the beats: peaks a beat apart, against a threshold that follows their height."""
+    from scipy.ndimage import median_filter
+    from scipy.signal import find_peaks
+
+    peaks = find_peaks(strength, distance=max(1, int(_REFRACTORY * length)))[0]
+    if len(peaks) == 0:
+        return peaks
+    # The largest peak of every beat length is a beat's; their running median is the height beats have here.
+    width = max(1, int(length))
+    blocks = strength[: len(strength) // width * width].reshape(-1, width).max(axis=1)
+    typical = median_filter(blocks, 15, mode="nearest")
+    height = typical[np.minimum(peaks // width, len(typical) - 1)]
+    strong = peaks[strength[peaks] > 0.4 * height]
+    above = np.maximum(0.15 * height, _ABOVE_NOISE * np.median(strength))
+    weak = peaks[(strength[peaks] > above) & (strength[peaks] <= 0.4 * height)]
+    gaps = np.flatnonzero(np.diff(strong) > _MISSED * length)
+    for gap in gaps[::-1]:
+        inside = weak[(weak > strong[gap]) & (weak < strong[gap + 1])]
+        strong = np.insert(strong, gap + 1, inside)
+    return strong
+
+
+def _without_subharmonic(strength: np.ndarray, length: float, shortest: float) -> tuple[float, np.ndarray]:
+    """Return beat length and peaks; where every length holds several beats that are nearly as strong, those.
+
+    Beats that alternate in length or size repeat in pairs, and hum may let a pair repeat better than a beat.
+    """
+    peaks = _peaks(strength, length)
+    for divisor in (2, 3):
+        if length / divisor < shortest or len(peaks) < 3:
+            continue
+        finer_peaks = _peaks(strength, length / divisor)
+        between = np.setdiff1d(finer_peaks, peaks)
+        if len(between) > _BETWEEN * (divisor - 1) * len(peaks) and np.median(
+            strength[between]
+        ) > _AS_STRONG * np.median(strength[peaks]):
+            return length / divisor, finer_peaks
+    return length, peaks
+
+
+def _align(shape: np.ndarray, peaks: np.ndarray, half: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return where every beat best matches the mean beat (in samples, sub-sample), and the mean beat around it.
+
+    A peak of the noisy signal jitters; the match of a whole complex does not.
+    """
+    times = peaks.astype(float)
+    template = np.zeros(2 * half + 1)
+    for _ in range(2):
+        inside = times[(times >= 2 * half + 1) & (times < len(shape) - 2 * half - 1)]
+        if len(inside) == 0:
+            return times, template
+        centres = np.rint(inside).astype(int)
+        template = np.median(shape[centres[:, None] + np.arange(-half, half + 1)], axis=0)
+        times = _best_matches(shape, template, np.rint(times).astype(int), half)
+    return times, template
+
+
+def _best_matches(shape: np.ndarray, template: np.ndarray, centres: np.ndarray, half: int) -> np.ndarray:
+    """Return the places within `half` of `centres` where the correlation with the template peaks, by a parabola."""
+    places = centres.astype(float)
+    inside = np.flatnonzero((centres >= 2 * half) & (centres < len(shape) - 2 * half))
+    windows = np.lib.stride_tricks.sliding_window_view(shape, len(template))
+    lags = np.arange(-half, half + 1)
+    score = np.stack([windows[centres[inside] - half + lag] @ template for lag in lags], axis=1)
+    best = np.argmax(score, axis=1)
+    inner = np.flatnonzero((best > 0) & (best < 2 * half))
+    three = score[inner[:, None], best[inner, None] + np.arange(-1, 2)]
+    places[inside[inner]] += lags[best[inner]] + _vertex(three.T)
+    return places
+
+
+def _extremum(template: np.ndarray) -> float:
+    """Return where the R wave stands in the mean complex, relative to its middle, in samples."""
+    top = int(np.argmax(np.abs(template)))
+    inner = 0 < top < len(template) - 1
+    return top - len(template) // 2 + (float(_vertex(np.abs(template[top - 1 : top + 2]))) if inner else 0.0)
+
+
+def _vertex(three: np.ndarray) -> np.ndarray:
+    """Return the place of a parabola's vertex through three samples (first axis), relative to the middle one."""
+    bend = three[0] - 2 * three[1] + three[2]
+    return np.clip(np.divide(0.5 * (three[0] - three[2]), bend, out=np.zeros_like(bend), where=bend != 0), -0.5, 0.5)
+
+
+def _foot_before(raw: RawRecording, times: np.ndarray, length: float) -> float:
+    """Return by how many samples the foot precedes the steepest rise, from the mean beat (intersecting tangents)."""
+    reach = round(0.45 * length)
+    centres = np.rint(times).astype(int)
+    centres = centres[(centres >= reach) & (centres < len(raw.pressure) - reach)]
+    if len(centres) == 0:
+        return 0.0
+    mean = raw.pressure[centres[:, None] + np.arange(-reach, reach + 1)].mean(axis=0)
+    return reach - foot(_smooth(mean, 0.03 * length), reach)

@@ -1,0 +1,228 @@
+"""Conditions that a cycle of pressure and flow must satisfy before a number is read from it."""
+
+import numpy as np
+
+from vasowave.base.errors import InputError
+from vasowave.base.findings import Finding, look_kind, note_kind
+from vasowave.catheter.check.lags import late_pressure
+from vasowave.pulse.cycle.waveform import foot_delay
+
+PERIODS = (0.04, 3.0)
+"""Shortest and longest period taken for a heartbeat, s (1500 and 20 beats/min)."""
+
+MEAN_PRESSURES = (4.0, 150.0)
+"""Lowest and highest mean pressure taken for one in mmHg. Below lie arterial pressures in kPa."""
+
+RODENT_FLOWS = (0.02, 4.0)
+"""Mean flows that are plausible above 240 beats/min, ml/s: mice have 0.1 to 0.3, rats 0.5 to 2."""
+
+_RESTS = 0.25
+"""The share of a cycle, its flattest, in which the flow of a closed valve rests."""
+
+_STILL = 0.05
+"""A flow that varies by less than this share of its range rests."""
+
+_LOW = 0.25
+"""It rests within this share of its range above the lowest flow."""
+
+_OFF_ZERO = 0.02
+"""A resting flow larger than this share of the mean flow is reported."""
+_NEVER_RESTS = 0.5  # of the mean: a flow that stays above this much flows all the time, as in a vein or a small artery
+
+OPEN_CYCLE = 0.05
+"""A jump between end and start larger than this fraction of the range means that the cycle does not close."""
+
+
+_AT_ZERO = 0.1
+"""A signal that rests within this share of its range around zero rests at zero, as the flow of a closed valve does."""
+
+_LATE = 0.025
+"""Of the cycle by which a flow may begin after the pressure; in twelve simulated mice and one measured it begins 0.6 %
+before to 2 % after it. Before a bed of little proximal resistance a pressure rises up to 3 % after a flow that begins
+slowly, so that feet say nothing of a late pressure (`lags` does), and a late flow may go unseen by as much."""
+
+_NEVER_LOW = 0.2
+"""A flow that never falls below this share of its largest value is like a pressure."""
+
+
+_SAME = 1e-6  # of the range: values that differ by less are the same
+_BY_CHANCE = 10.0  # times their rounding: where samples differ by more, two are the same in less than a tenth of files
+
+_KPA = 7.50062  # mmHg
+_UNIT = (
+    "correct the unit: in the file, or beside it (vasowave add and fit: --unit pressure={}; a study's table: the "
+    "column 'pressure unit'; in Python: pressure_unit)"
+)
+SYSTEMIC = look_kind(
+    "recording.systemic-pressure",
+    "mean pressure {mean:.4g} mmHg is systemic, not pulmonary; is the unit right? ({mean:.4g} mmHg = {kPa:.3g} kPa)",
+    "Correct the unit of the pressure, or the channel.",
+)
+EXCHANGED = look_kind(
+    "recording.exchanged",
+    "pressure and flow look exchanged: the pressure rests at {level:.2g} mmHg between beats, as a flow does, and the "
+    "flow never falls below {lowest:.3g} ml/s",
+    "Exchange the two channels, or the titles of the two columns.",
+)
+BELOW_ZERO = look_kind(
+    "recording.pressure-below-zero",
+    "the lowest pressure is {lowest:.3g} mmHg; is the zero of the transducer right?",
+    "Correct the zero of the pressure channel.",
+)
+ODD_FLOW = look_kind(
+    "recording.odd-flow",
+    "mean flow {mean:.3g} ml/s at {rate:.0f} beats/min; a mouse has about 0.2 ml/s, a rat about 1 ml/s: is the unit of "
+    "flow right?",
+    "Correct the unit of the flow, or the channel.",
+)
+FLOW_OFF_ZERO = look_kind(
+    "recording.flow-off-zero",
+    "the flow rests at {level:+.2g} ml/s in diastole, {percent:.0f} % of its mean, though a closed valve lets nothing "
+    "through; is the zero of the flow right? From its resting level the mean flow is {mean:.3g} ml/s",
+    "Correct the zero of the flow channel, or give it as `flow zero [ml/s]`.",
+)
+LATE_FLOW = look_kind(
+    "recording.late-flow",
+    "the upstroke of the flow begins {delay:.3g} ms after that of the pressure, {percent:.2g} % of the cycle; at one "
+    "place none does, and stiffness, wave speed and impedance depend strongly on it",
+    "Find out the delay of flow probe and filters and give it as `flow delay [s]`; what you do not know of it is a "
+    "known error, `flow_delay_sd`. The feet tell it within a few percent of the cycle.",
+)
+OPEN_END = note_kind("recording.cycle-open", "{what} ends {percent:.1f} % of its range away from its start")
+
+
+def check_period(period: float, where: str) -> None:
+    """Raise `InputError` unless `period` (s) can be a heartbeat's."""
+    shortest, longest = PERIODS
+    if not np.isfinite(period) or period <= 0:
+        raise InputError(f"{where}: period {period:g} s is not a positive number")
+    if not shortest <= period <= longest:
+        hint = (
+            "is it in ms, or a continuous recording ('raw' in the column 'kind' of a study, with pressure and flow in "
+            "one table)?"
+            if period > longest
+            else "is the unit of time right, and is it one whole cycle?"
+        )
+        raise InputError(
+            f"{where}: period {period:g} s is {60 / period:.3g} beats/min, which no heart has; {hint} "
+            f"One cycle of {shortest:g} to {longest:g} s is needed"
+        )
+
+
+def check_pressure(pressure: np.ndarray, where: str) -> None:
+    """Raise `InputError` if the mean of `pressure` (mmHg) is of another unit, or if it does not pulsate."""
+    mean = float(pressure.mean())
+    lowest, highest = MEAN_PRESSURES
+    if np.ptp(pressure) <= 1e-9 * max(1.0, abs(mean)):
+        raise InputError(f"{where}: the pressure is constant ({mean:g} mmHg); is this the right column?")
+    if mean <= 0:
+        raise InputError(f"{where}: mean pressure {mean:.3g} mmHg is not positive; correct the zero of the transducer")
+    if mean < lowest and (_rests_at_zero(pressure) or mean * _KPA < lowest):
+        raise InputError(
+            f"{where}: mean pressure {mean:.3g} mmHg is too low for an artery; is the unit right, are pressure and "
+            "flow exchanged, or is it another channel?"
+        )
+    if mean < lowest:
+        raise InputError(
+            f"{where}: mean pressure {mean:.3g} mmHg looks like kPa ({mean:.3g} kPa = {mean * _KPA:.3g} mmHg); "
+            f"{_UNIT.format('kPa')}"
+        )
+    if mean > highest:
+        raise InputError(
+            f"{where}: mean pressure {mean:.4g} mmHg is too high for an artery; the numbers look like "
+            f"another unit than the one stated; {_UNIT.format('Pa')}"
+        )
+
+
+def check_flow(flow: np.ndarray, where: str) -> None:
+    """Raise `InputError` if `flow` (ml/s) runs backward or does not pulsate."""
+    mean = float(flow.mean())
+    turn = "flow out of the heart is positive: turn its sign (a probe mounted backward has a `flow gain` of -1)"
+    if np.ptp(flow) == 0:
+        raise InputError(f"{where}: the flow is constant ({mean:g} ml/s); is this the right column?")
+    if mean <= 0:
+        raise InputError(f"{where}: mean flow {mean:.3g} ml/s; {turn} or correct its zero")
+    if -flow.min() > flow.max():
+        raise InputError(
+            f"{where}: the largest flow is backward ({flow.min():.3g} against {flow.max():.3g} ml/s); {turn}"
+        )
+
+
+def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Finding]:
+    """Return a finding for every value that is possible, yet more likely a slip."""
+    if _rests_at_zero(pressure) and flow.min() > _NEVER_LOW * flow.max():
+        return [EXCHANGED(level=resting_flow(pressure), lowest=float(flow.min()))]
+    findings = []
+    if pressure.mean() > 75:
+        findings.append(SYSTEMIC(mean=float(pressure.mean()), kPa=float(pressure.mean() / _KPA)))
+    if pressure.min() < 0:
+        findings.append(BELOW_ZERO(lowest=float(pressure.min())))
+    slowest, fastest = RODENT_FLOWS
+    if period < 0.25 and not slowest <= flow.mean() <= fastest:
+        findings.append(ODD_FLOW(mean=float(flow.mean()), rate=60 / period))
+    level, mean = resting_flow(flow), float(flow.mean())
+    if _OFF_ZERO * mean < abs(level) < _NEVER_RESTS * mean:
+        findings.append(FLOW_OFF_ZERO(level=level, percent=100 * level / mean, mean=mean - level))
+    return [*findings, *odd_timing(pressure, flow, period)]
+
+
+def odd_timing(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Finding]:
+    """Return a finding if one signal of a cycle of a period, s, is late against the other."""
+    delay = foot_delay(pressure, flow, period)
+    late = [LATE_FLOW(delay=1e3 * delay, percent=100 * delay / period)] if delay > _LATE * period else []
+    return [*late, *late_pressure(pressure, flow, period)]
+
+
+def resting_flow(flow: np.ndarray) -> float:
+    """Return the level, ml/s, at which the flow of a cycle rests, 0 if it never does: its narrowest quarter."""
+    return _resting(flow) or 0.0
+
+
+def _rests_at_zero(values: np.ndarray) -> bool:
+    level = _resting(values)
+    return level is not None and abs(level) < _AT_ZERO * float(np.ptp(values))
+
+
+def _resting(values: np.ndarray) -> float | None:
+    """Return the level at which a signal rests, None if it never does."""
+    ordered = np.sort(values)
+    count, span = max(2, round(_RESTS * len(ordered))), np.ptp(values)
+    widths = ordered[count - 1 :] - ordered[: len(ordered) - count + 1]
+    first = int(np.argmin(widths))
+    rests = widths[first] < _STILL * span and ordered[first] - ordered[0] < _LOW * span
+    return float(ordered[first : first + count].mean()) if rests else None
+
+
+def repeats_first(values: np.ndarray) -> bool:
+    """Whether the last sample is the first one again (to a millionth of the range)."""
+    return bool(abs(values[-1] - values[0]) <= _SAME * np.ptp(values))
+
+
+def moves_at_ends(values: np.ndarray) -> bool:
+    """Whether a signal moves before its last sample and after its first by more than what it is rounded to.
+
+    If it does, its last sample is the first one again by no chance.
+    """
+    span = float(np.ptp(values))
+    steps = np.diff(np.unique(values))
+    rounding = float(steps[steps > _SAME * span].min(initial=span))
+    return bool(min(abs(values[1] - values[0]), abs(values[-1] - values[-2])) > _BY_CHANCE * rounding)
+
+
+def check_closure(values: np.ndarray, name: str, where: str) -> list[Finding]:
+    """Raise `InputError` if a cycle (first sample not repeated) does not close; return a finding if it barely does.
+
+    The step from the last sample to the first may be as large as the largest step inside the cycle, and 5 % of the
+    range more.
+    """
+    span = float(np.ptp(values))
+    jump = abs(float(values[0] - values[-1]))
+    excess = (jump - float(np.abs(np.diff(values)).max())) / span
+    if excess > OPEN_CYCLE:
+        raise InputError(
+            f"{where}: the cycle of {name} does not close: it ends at {values[-1]:.4g} and starts at {values[0]:.4g} "
+            f"({100 * jump / span:.0f} % of its range); cut exactly one cycle, or correct the period"
+        )
+    if excess > 0.01:
+        return [OPEN_END(what=name, percent=100 * jump / span)]
+    return []

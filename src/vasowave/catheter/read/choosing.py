@@ -1,0 +1,181 @@
+"""The choice of the channels of pressure, flow and ECG: by title, or by unit where that leaves one answer."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Generic, NamedTuple, Protocol, TypeVar
+
+from vasowave.base import units
+from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.findings import Finding, note_kind
+
+DIMENSIONS = {"pressure": "pressure", "flow": "flow", "ecg": "voltage"}
+"""What is looked for, and the kind of unit that it has."""
+
+_WORDS = {
+    "pressure": ("pressure", "press", "pap", "mpap", "ppa", "p"),
+    "flow": ("flow", "flow rate", "flowrate", "q"),
+    "ecg": ("ecg", "ekg"),
+}
+_HERE = ("pa", "mpa", "pap", "mpap", "ppa", "pulm", "pulmonary", "pulmonal")
+_ELSEWHERE = ("lv", "lvp", "rv", "rvp", "ra", "la", "ao", "aop", "aorta", "aortic", "abp", "cvp", "carotid", "femoral",
+              "systemic", "airway", "paw", "ventilator", "trachea", "tracheal")  # fmt: skip
+"""Words of titles that speak of another place than the pulmonary artery; such a channel is read only if it is named."""
+
+_STEMS = ("aort", "arteri", "carot", "karot", "femor", "systemi", "ventri")
+"""Beginnings of such words in other languages (Aortendruck), unless a word of the title speaks of the lung (pulm…)."""
+
+_LETTERS = re.compile(r"[^\W\d_]+")
+_HOW_TO_NAME = (
+    "name channels by their titles (vasowave add and fit: --channel pressure=TITLE; a study's table: the columns "
+    "'pressure channel', 'flow channel' and 'ecg channel'; in Python: pressure='TITLE', flow='TITLE', ecg='TITLE')"
+)
+
+
+TAKEN = note_kind("recording.channel-taken", "'{title}' was taken for {name}: {why}")
+
+
+class Titled(Protocol):
+    """Anything with a title and a unit."""
+
+    @property
+    def title(self) -> str:
+        """As written in the file."""
+        ...
+
+    @property
+    def unit(self) -> str:
+        """As written in the file, empty where none is stated."""
+        ...
+
+
+T = TypeVar("T", bound=Titled)
+
+
+class Choice(NamedTuple, Generic[T]):
+    """The channels that were chosen.
+
+    Attributes
+    ----------
+    picked : dict of str to channel
+        By quantity.
+    guessed : dict of str to str
+        Why, for every quantity that neither the caller nor one title alone decided.
+    problems : tuple of str
+        Quantities for which nothing or too much was found.
+    """
+
+    picked: dict[str, T]
+    guessed: dict[str, str]
+    problems: tuple[str, ...]
+
+
+def choose(channels: Sequence[T], titles: Mapping[str, str | None]) -> Choice[T]:
+    """Return the channel of each quantity: the one named, else the one that says so, else the only one with its unit.
+
+    Of several that say so, the one whose title speaks of the pulmonary artery is taken. A missing ECG is no problem.
+    `titles` names the channels of ``pressure``, ``flow`` and ``ecg``, or says None.
+    """
+    picked: dict[str, T] = {}
+    guessed: dict[str, str] = {}
+    problems = []
+    for name, title in titles.items():
+        hits, reason = _found(channels, name, title, list(picked.values()), titles)
+        if len(hits) == 1:
+            picked[name] = hits[0]
+            guessed |= {name: reason} if reason else {}
+        elif hits:
+            problems.append(f"{len(hits)} channels may hold {name}, name one of them")
+        elif title is not None:
+            problems.append(f"no channel '{title}'{did_you_mean(title, [c.title for c in channels])}")
+        elif name != "ecg":
+            problems.append(f"no channel says that it holds {name}{_of_elsewhere(channels, name)}, name it")
+    return Choice(picked, guessed, tuple(problems))
+
+
+def pick_channels(
+    path: str | Path, channels: Sequence[T], titles: Mapping[str, str | None]
+) -> tuple[dict[str, T], list[Finding]]:
+    """Return what `choose` chooses, and a sentence for each channel that neither the caller nor its title named.
+
+    Raises
+    ------
+    InputError
+        All quantities at once for which no channel or several are found, with the channels there are.
+    """
+    choice = choose(channels, titles)
+    if choice.problems:
+        present = ", ".join(f"'{c.title}' [{c.unit or 'no unit'}]" for c in channels) or "none"
+        raise InputError(f"{path}: {'; '.join(choice.problems)}; it has: {present}; {_HOW_TO_NAME}")
+    notes = [TAKEN(title=choice.picked[name].title, name=name, why=reason) for name, reason in choice.guessed.items()]
+    return choice.picked, notes
+
+
+def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of columns with ``time`` for the only one in a unit of time, where none is called so."""
+    timed = [i for i, unit in enumerate(column_units) if units.is_of(unit, "time")]
+    if "time" in names or len(timed) != 1:
+        return tuple(names)
+    return tuple("time" if i == timed[0] else name for i, name in enumerate(names))
+
+
+def quantity_of(title: str) -> str:
+    """Return the quantity that a channel's title says it holds: pressure, flow, ecg, or empty."""
+    plain, title_words = _plain(title), _words(title)
+    if _is_of_elsewhere(title):
+        return ""
+    return next((name for name, words in _WORDS.items() if plain in words or title_words & set(words)), "")
+
+
+def _found(
+    channels: Sequence[T], name: str, title: str | None, taken: Sequence[T], titles: Mapping[str, str | None]
+) -> tuple[list[T], str]:
+    """Return the channels that may hold a quantity, and why, where a title alone did not decide."""
+    if title is not None:
+        same = [c for c in channels if c.title.strip() == title.strip()]
+        return same or [c for c in channels if c.title.strip().lower() == title.strip().lower()], ""
+    named = [text.strip().lower() for text in titles.values() if text is not None]
+    free = [c for c in channels if c not in taken and c.title.strip().lower() not in named]
+    exact = [c for c in free if c.title.strip().lower() in _WORDS[name]]
+    hits = exact or [c for c in free if quantity_of(c.title) == name]
+    if len(hits) > 1:
+        arterial = [c for c in hits if _words(c.title) & set(_HERE)]
+        return (
+            (arterial, f"of {len(hits)} channels its title speaks of the pulmonary artery")
+            if len(arterial) == 1
+            else (hits, "")
+        )
+    if hits:
+        return hits, ""
+    by_unit = [c for c in free if not quantity_of(c.title) and _has_unit(c, name) and c.title.strip()]
+    by_unit = [c for c in by_unit if not _is_of_elsewhere(c.title)]
+    return (by_unit, "no other has such a unit") if len(by_unit) == 1 else ([], "")
+
+
+def _is_of_elsewhere(title: str) -> bool:
+    """Whether a title speaks of another place than the pulmonary artery."""
+    words = _words(title)
+    stems = any(word.startswith(_STEMS) for word in words) and not any(word.startswith("pulm") for word in words)
+    return stems or bool(words & set(_ELSEWHERE))
+
+
+def _of_elsewhere(channels: Sequence[T], name: str) -> str:
+    """Say which channels have the unit of a quantity and are passed over because their titles speak of other places."""
+    titles = [f"'{c.title}'" for c in channels if _has_unit(c, name) and _is_of_elsewhere(c.title)]
+    return (
+        f" ({' and '.join(titles)} may be of another place than the pulmonary artery, by its title)" if titles else ""
+    )
+
+
+def _plain(title: str) -> str:
+    """Return a title in lower case without the numbers that count channels: ``P 1`` is p."""
+    return re.sub(r"[\W\d_]+", " ", title).strip().casefold()
+
+
+def _words(title: str) -> set[str]:
+    """Return the words of a title; single letters say too little to be among them."""
+    return {word for word in _LETTERS.findall(title.casefold()) if len(word) > 1}
+
+
+def _has_unit(channel: Titled, name: str) -> bool:
+    return units.is_of(channel.unit, DIMENSIONS[name])

@@ -1,0 +1,99 @@
+"""The formats of recordings: one module each, which registers what it reads; a further one needs nothing else."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.base.errors import InputError
+from vasowave.base.findings import Finding
+from vasowave.base.io.formats import Format, Registry
+from vasowave.base.io.textfile import Progress
+from vasowave.catheter.read.choosing import TAKEN, choose
+from vasowave.catheter.signals.channels import Block, without_codes
+from vasowave.catheter.signals.signal import Signal, given_unit
+
+Wanted = Mapping[str, str | None]
+"""Quantities to read, each with the unit to take where the file names none."""
+
+
+@dataclass(frozen=True)
+class RecordingFormat(Format):
+    """A format of recordings: how its files are known and read.
+
+    Attributes
+    ----------
+    read : callable
+        Takes path, samples per second (None if nobody gave them, nan if that does not matter yet) and `progress`, a
+        callable that gets the fraction that was read. Returns the blocks of channels, each in the unit of the file.
+        What it does not read again belongs into `io.remembered`.
+    continuous : bool
+        Whether such a file always holds a continuous recording; else its length tells.
+    cycle : callable, optional
+        Takes path and the quantities that are wanted of one averaged cycle, returns a signal for each. By default they
+        are taken from what `read` returns.
+    """
+
+    continuous: bool = False
+    cycle: Callable[[Path, Wanted], list[Signal]] | None = None
+
+
+RECORDINGS = Registry[RecordingFormat](__name__, "table")
+"""Every format of recordings."""
+
+
+def read_blocks(path: str | Path, sampling_rate: float | None = None, progress: Progress | None = None) -> list[Block]:
+    """Return the blocks of a continuous recording of any format; the arguments are those of `read_raw_recording`."""
+    path = Path(path)
+    blocks = [without_codes(block) for block in RECORDINGS.of(path).read(path, sampling_rate, progress)]
+    if not any(block.channels for block in blocks):
+        raise InputError(f"{path}: headers and no samples")
+    return blocks
+
+
+def read_signals(path: str | Path, quantities: Wanted) -> list[Signal]:
+    """Read the `quantities` of one averaged cycle from one file.
+
+    Raises
+    ------
+    InputError
+        A file that holds no cycle, and what the reader of the format raises.
+    """
+    path = Path(path)
+    form = RECORDINGS.of(path)
+    if form.continuous:
+        raise InputError(
+            f"{path}: a continuous recording ({form.title}), not one cycle; in a study, write 'raw' into the column "
+            "'kind' (in Python: read_raw_recording, then average_beats)"
+        )
+    return form.cycle(path, quantities) if form.cycle is not None else _of_channels(path, form, quantities)
+
+
+def _of_channels(path: Path, form: RecordingFormat, quantities: Wanted) -> list[Signal]:
+    """Return the signals of a cycle whose format knows channels only."""
+    blocks = form.read(path, np.nan, None)
+    if len(blocks) != 1:
+        raise InputError(f"{path}: {len(blocks)} blocks, and a cycle is one; export one of them")
+    (block,) = blocks
+    choice = choose(block.channels, dict.fromkeys(quantities))
+    if choice.problems:
+        raise InputError(f"{path}: {'; '.join(choice.problems)}")
+    signals = []
+    for quantity, unit in quantities.items():
+        channel, notes = choice.picked[quantity], list[Finding]()
+        if quantity in choice.guessed:
+            notes.append(TAKEN(title=channel.title, name=quantity, why=choice.guessed[quantity]))
+        scale, unit_notes = given_unit(quantity, channel.unit, unit, channel.place)
+        values = channel.values * scale
+        gaps = np.flatnonzero(~np.isfinite(values))
+        if len(gaps):
+            raise InputError(f"{channel.place}: sample {gaps[0] + 1} is missing (a gap); fill it before averaging")
+        time = np.arange(len(values)) / channel.sampling_rate if np.isfinite(channel.sampling_rate) else None
+        places = tuple(f"{channel.place}, sample {row + 1}" for row in range(len(values)))
+        quantum = 0.0 if time is None else float(np.spacing(time[-1]))
+        signals.append(Signal(quantity, values, time, quantum, str(path), places, notes=(*notes, *unit_notes)))
+    return signals
+
+
+__all__ = ["RECORDINGS", "RecordingFormat", "Wanted", "read_blocks", "read_signals"]

@@ -1,0 +1,119 @@
+"""Signals that are variables of a MATLAB file, each a vector: ``pressure``, ``flow``, ``time``; ``pressure_unit``."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vasowave.base import units
+from vasowave.base.errors import InputError
+from vasowave.base.io.matlab import is_mat, read_mat, text, vector
+from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
+from vasowave.catheter.read.formats.labchart_mat import is_labchart_mat
+from vasowave.catheter.signals.channels import Block, Channel
+from vasowave.catheter.signals.gaps import with_gaps
+from vasowave.catheter.signals.signal import ALIASES, Signal, given_unit, sampling
+
+
+def _sniff(path: Path, start: bytes) -> bool:
+    return is_mat(path, start) and not is_labchart_mat(path, start)
+
+
+def read_variables(path: str | Path, sampling_rate: float | None = None) -> Block:
+    """Return the vectors of a MATLAB file as channels of their own names; without ``time`` or a rate their rate is nan.
+
+    Raises
+    ------
+    InputError
+        No vectors, none as long as the times, or uneven times.
+    """
+    variables = read_mat(path)
+    plain = {_plain(name): value for name, value in variables.items()}
+    vectors = {
+        name: vector(value, f"{path}: variable '{name}'")
+        for name, value in variables.items()
+        if np.asarray(value).dtype.kind in "iufb" and 1 < np.size(value) == max(np.shape(value))
+    }
+    time = next((values for name, values in vectors.items() if _plain(name) == "time"), None)
+    rate, place = _rate(path, time, text(plain.get("time_unit", "")), sampling_rate)
+    channels = tuple(
+        Channel(name, text(variables.get(f"{name}_unit", plain.get(f"{_plain(name)}_unit", ""))),
+                values if place is None else with_gaps(values, place), rate, f"{path}, variable '{name}'")
+        for name, values in vectors.items() if _plain(name) != "time" and (time is None or len(time) == len(values))
+    )  # fmt: skip
+    if not channels:
+        raise InputError(f"{path}: no vectors; it has: {', '.join(variables) or 'nothing'}")
+    return Block(channels)
+
+
+def _plain(name: str) -> str:
+    """Return the name of a variable as vasowave calls it: ``P_unit`` is pressure_unit."""
+    stem, mark, _ = name.lower().partition("_unit")
+    return ALIASES.get(stem, stem) + mark
+
+
+def _rate(path: str | Path, time: np.ndarray | None, unit: str, stated_rate: float | None
+          ) -> tuple[float, np.ndarray | None]:  # fmt: skip
+    """Return samples per second, nan where nothing tells, and places if the times leap over gaps."""
+    if time is None or len(time) < 2:
+        return (np.nan if stated_rate is None else stated_rate), None
+    time = time * units.factor(unit or "s", "time")
+    rounding = 4 * float(np.finfo(np.float64).eps) * float(np.abs(time).max())
+    return sampling(time, rounding, str(path), lambda row: f"{path}, time({row + 1})")
+
+
+def read_cycle(path: Path, quantities: Wanted) -> list[Signal]:
+    """Return the variables that hold the quantities wanted of one cycle."""
+    variables = _named(path, read_mat(path))
+    return [_from_mat(path, variables, quantity, unit) for quantity, unit in quantities.items()]
+
+
+def _named(path: str | Path, variables: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the variables of a ``.mat`` file under vasowave's names."""
+    named: dict[str, Any] = {}
+    for name, value in variables.items():
+        key = _plain(name)
+        if key in named and key in ("time", "pressure", "flow"):
+            raise InputError(f"{path}: two variables hold {key}; keep one of them")
+        named[key] = value
+    return named
+
+
+def _from_mat(path: str | Path, named: Mapping[str, Any], quantity: str, unit: str | None) -> Signal:
+    if quantity not in named:
+        raise InputError(f"{path}: no variable '{quantity}'; it has: {', '.join(named) or 'nothing'}")
+    stated = text(named.get(f"{quantity}_unit", ""))
+    assumed = "" if stated or unit else units.CANONICAL[quantity]
+    scale, notes = given_unit(quantity, stated or assumed, unit, str(path))
+    values = scale * _finite(path, quantity, named[quantity])
+    places = tuple(f"{path}, {quantity}({i + 1})" for i in range(len(values)))
+    if "time" not in named:
+        return Signal(quantity, values, None, 0.0, str(path), places, assumed, notes)
+    raw = named["time"]
+    scale = units.factor(text(named.get("time_unit", "")) or "s", "time")
+    time = _finite(path, "time", raw) * scale
+    if len(time) != len(values):
+        raise InputError(
+            f"{path}: time has {len(time)} samples and {quantity} {len(values)}; "
+            "leave time out and give the period if the two signals differ in rate"
+        )
+    precision = np.finfo(raw.dtype if raw.dtype.kind == "f" else np.float64).eps
+    quantum = 4 * float(precision) * float(np.abs(time).max(initial=0.0))
+    return Signal(quantity, values, time, quantum, str(path), places, assumed, notes)
+
+
+def _finite(path: str | Path, name: str, value: object) -> np.ndarray:
+    values = vector(value, f"{path}: variable '{name}'")
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        raise InputError(f"{path}: {name}({bad[0] + 1}) is {values[bad[0]]} (a gap); fill it before averaging")
+    return values
+
+
+RECORDINGS.register(
+    RecordingFormat(
+        "mat", "MATLAB file", (".mat",), _sniff, lambda path, rate, progress: [read_variables(path, rate)],
+        cycle=read_cycle,
+    )
+)  # fmt: skip

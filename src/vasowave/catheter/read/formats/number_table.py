@@ -1,0 +1,275 @@
+"""A table of continuous signals: one titled column each, read block by block."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.base import units
+from vasowave.base.errors import InputError
+from vasowave.base.findings import Finding
+from vasowave.base.io.columns import (
+    HEAD,
+    Columns,
+    head_of,
+    is_row,
+    plain_title,
+    read_columns,
+    read_headings,
+    split_cells,
+)
+from vasowave.base.io.remembered import remembered
+from vasowave.base.io.textfile import Lines, Progress, read_lines
+from vasowave.catheter.read.choosing import TAKEN, choose, with_time
+from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
+from vasowave.catheter.signals.channels import CUT_OFF, Block, Channel
+from vasowave.catheter.signals.gaps import with_gaps
+from vasowave.catheter.signals.number_rows import DecimalMark, NumberRows
+from vasowave.catheter.signals.signal import ALIASES, NAME_THE_RATE, UNIT_REPLACED, Signal, sampling, written_to
+
+_HEADER = "the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"
+
+
+class NumberTable(NamedTuple):
+    """A table as it stands in a file, before anyone says how many samples a second has."""
+
+    path: Path
+    titles: tuple[str, ...]
+    names: tuple[str, ...]
+    """Titles in lower case, other words for what is known by that."""
+    units: tuple[str, ...]
+    columns: tuple[np.ndarray, ...]
+    quantum: float
+    """Rounding of the times, in their unit."""
+    line: Callable[[int], int]
+    """Returns the line of the file on which a row stands."""
+    suspicions: tuple[Finding, ...]
+
+    def block(self, sampling_rate: float | None) -> Block:
+        """Return the columns as channels."""
+        rate, place = self._rate(sampling_rate)
+        channels = tuple(
+            Channel(title, unit, values if place is None else with_gaps(values, place), rate,
+                    f"{self.path}, channel '{title}'")
+            for title, name, unit, values in zip(self.titles, self.names, self.units, self.columns, strict=True)
+            if name != "time"
+        )  # fmt: skip
+        return Block(channels, (), self.suspicions)
+
+    def _rate(self, stated_rate: float | None) -> tuple[float, np.ndarray | None]:
+        """Return the samples per second by the times, checked against what was given, and places if times leap."""
+        if "time" not in self.names:
+            even = next((pair for pair in zip(self.titles, self.columns, strict=True) if _rises_evenly(pair[1])), None)
+            if stated_rate is None:
+                hint = f" ('{even[0]}' rises evenly: title it 'time [s]' if it is that)" if even else ""
+                raise InputError(f"{self.path}: no time column{hint}; {NAME_THE_RATE}")
+            if even and not np.isnan(stated_rate):
+                step = float(np.median(np.diff(even[1])))
+                raise InputError(
+                    f"{self.path}: column '{even[0]}' rises evenly by {step:.6g}, as a time does; title it "
+                    "'time [s]', or with its unit, so that it is compared with the rate that is given, or take it out"
+                )
+            return stated_rate, None
+        column = self.names.index("time")
+        time, unit = self.columns[column], self.units[column]
+        if unit:
+            scale = units.factor(unit, "time")
+        elif stated_rate is None:
+            raise InputError(
+                f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or {NAME_THE_RATE}"
+            )
+        elif np.isnan(stated_rate):  # nobody said yet: what the times are is not known
+            return stated_rate, None
+        else:
+            steps = np.diff(time)
+            rising = steps[steps > 0]
+            scale = 1.0 / (stated_rate * float(np.median(rising))) if len(rising) else 1.0
+        if len(time) < 2:
+            raise InputError(f"{self.path}: one sample only; a continuous recording is needed")
+        gaps = np.flatnonzero(np.isnan(time))
+        if len(gaps):
+            row = int(gaps[0])
+            raise InputError(f"{self.path}, line {self.line(row)}, column 'time': the cell is empty or no number")
+        time = time * scale
+        measured, place = sampling(
+            time, self.quantum * scale, str(self.path), lambda row: f"{self.path}, line {self.line(row)}"
+        )
+        if stated_rate is not None and abs(stated_rate - measured) > 1e-3 * measured:
+            raise InputError(f"{self.path}: the time column has {measured:.6g} samples/s, given are {stated_rate:.6g}")
+        return measured, place
+
+
+def _rises_evenly(values: np.ndarray) -> bool:
+    """Whether a column is one of times: it rises by the same step all along, which is no count of samples."""
+    steps = np.diff(values)
+    even = len(steps) > 1 and steps[0] > 0 and np.allclose(steps, np.median(steps), rtol=0.1, atol=0)
+    return bool(even and not np.isclose(np.median(steps), 1.0, rtol=1e-6))
+
+
+def read_number_table(path: Path, sampling_rate: float | None = None, progress: Progress | None = None) -> Block:
+    """Read all columns of a table; a cell without a number is a gap.
+
+    Parameters
+    ----------
+    path : Path
+    sampling_rate : float, optional
+        Samples per second; needed where there is no time column. With nan neither times nor titles are needed.
+    progress : callable, optional
+        Is called with the fraction that was read.
+
+    Raises
+    ------
+    InputError
+        No header, no times and no rate, or line and column of: surplus or missing values, a cell that is no number,
+        both decimal marks, uneven times.
+    """
+    table = _parsed(path, progress=progress)
+    if not any(table.names) and (sampling_rate is None or not np.isnan(sampling_rate)):
+        raise InputError(f"{path}: no header; {_HEADER}")
+    return table.block(sampling_rate)
+
+
+@remembered
+def _parsed(path: Path, progress: Progress | None = None) -> NumberTable:
+    table: _Table | None = None
+    for lines in read_lines(path, progress):
+        table = table or _begin(path, lines)
+        if table is not None:
+            table.add(lines)
+    if table is None:
+        raise InputError(f"{path}: the file is empty")
+    return table.finished()
+
+
+def _begin(path: Path, lines: Lines) -> "_Table | None":
+    """Start a table at its titles, or at its first line where it has none; what stands above is left out."""
+    rows = [(line, text) for line, text in enumerate(lines.texts, lines.first) if is_row(text)][: HEAD + 1]
+    if not rows:
+        return None
+    titles, separator, first = head_of(path, rows)
+    if titles:
+        return _Table(path, rows[first - 1][0], titles, separator)
+    line, text = rows[first]
+    return _Table(path, line - 1, [""] * len(split_cells(path, line, text, separator)), separator)
+
+
+class _Table:
+    """A table while it is read."""
+
+    def __init__(self, path: Path, line: int, header: Sequence[str], separator: str | None) -> None:
+        self.names, self.units = read_headings(path, header, ALIASES | {"ekg": "ecg"})
+        self.names = with_time(self.names, self.units)
+        self.titles = tuple(map(plain_title, header))
+        if self.names.count("time") > 1:
+            raise InputError(f"{path}: two columns are called 'time'; keep one of them")
+        self.path, self.header_line, self.separator = path, line, separator
+        self.rows = NumberRows(str(path), self.names, separator)
+        self.quantum = 0.0
+        self.suspicions: tuple[Finding, ...] = ()
+        self._marks = DecimalMark(path)
+
+    def add(self, lines: Lines) -> None:
+        """Take a block of lines, the header and what precedes it left out."""
+        skipped = max(self.header_line + 1 - lines.first, 0)
+        lines = Lines(lines.first + skipped, lines.texts[skipped:], lines.cut)
+        if not lines.texts:
+            return
+        if lines.cut and self.rows.count:
+            self.suspicions = (CUT_OFF(what="it"),)  # nobody knows whether its last digit was written
+            return
+        quick = not lines.hold("#")
+        comma = self._comma(lines) if quick else False
+        if not (quick and self.rows.add_block(lines.first, lines.texts, comma)):
+            self._add_slowly(lines)
+        if not self.quantum and "time" in self.names and self.rows.count:
+            self.quantum = self._rounding(lines.texts[:2000])
+
+    def _add_slowly(self, lines: Lines) -> None:
+        for number, text in enumerate(lines.texts, lines.first):
+            if is_row(text):
+                comma = self._comma(Lines(number, [text]))
+                cells = text.split() if self.separator is None else split_cells(self.path, number, text, self.separator)
+                self.rows.add_row(number, cells, comma)
+
+    def _comma(self, lines: Lines) -> bool:
+        return self.separator != "," and self._marks.comma(lines)
+
+    def _rounding(self, texts: list[str]) -> float:
+        """Return the rounding of the times, in their unit."""
+        column = self.names.index("time")
+        cells = [text.split(self.separator) for text in texts if is_row(text)]
+        return written_to([row[column].replace(",", ".") for row in cells if len(row) > column])
+
+    def finished(self) -> NumberTable:
+        if not self.rows.count:
+            raise InputError(f"{self.path}: a header and no data")
+        columns = tuple(map(self.rows.take, range(len(self.names))))
+        for values in columns:
+            values.setflags(write=False)
+        return NumberTable(
+            self.path, self.titles, self.names, self.units, columns, self.quantum, self.rows.line, self.suspicions
+        )  # fmt: skip
+
+
+class ColumnTitle(NamedTuple):
+    """A column of a table, its title and its unit."""
+
+    place: int
+    title: str
+    unit: str
+
+
+def read_cycle(path: Path, quantities: Wanted) -> list[Signal]:
+    """Return the columns that hold the quantities wanted of one cycle; other columns may hold anything."""
+    table = read_columns(path, ALIASES)
+    table.warn()
+    return [_from_table(table, quantity, unit, alone=len(quantities) == 1) for quantity, unit in quantities.items()]
+
+
+def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) -> Signal:
+    if not table.names and not (alone and len(table.cells[0]) == 1):
+        raise InputError(f"{table.source}: {_headerless(table)}")
+    column, notes = _column(table, quantity) if table.names else (0, ())
+    stated = table.units[column] if table.units else ""
+    assumed = "" if table.names or unit else units.CANONICAL[quantity]
+    places = tuple(f"{table.source}, line {line}" for line in table.lines)
+    values = table.numbers(column, quantity, unit or assumed)
+    if stated and unit and (ratio := units.factor(unit, quantity) / units.factor(stated, quantity)) != 1.0:
+        values, notes = values * ratio, (*notes, UNIT_REPLACED(name=quantity, unit=unit, stated=stated))
+    named = with_time(table.names, table.units)
+    column_of_time = named.index("time") if "time" in named else None
+    if column_of_time is None:
+        return Signal(quantity, values, None, 0.0, table.source, places, assumed, notes)
+    time = table.numbers(column_of_time, "time")
+    quantum = written_to([row[column_of_time] for row in table.cells])
+    quantum *= units.factor(table.units[column_of_time], "time")
+    return Signal(quantity, values, time, quantum, table.source, places, assumed, notes)
+
+
+def _column(table: Columns, quantity: str) -> tuple[int, tuple[Finding, ...]]:
+    """Return the column of a quantity: the one called so, else the one that its title or unit leaves alone, noted."""
+    if table.find(quantity) is None:
+        columns = [ColumnTitle(i, *pair) for i, pair in enumerate(zip(table.names, table.units, strict=True))]
+        choice = choose(columns, {"pressure": None, "flow": None})
+        if quantity in choice.picked:
+            column, reason = choice.picked[quantity], choice.guessed.get(quantity, "")
+            return column.place, (TAKEN(title=column.title, name=quantity, why=reason),) if reason else ()
+    return table.require(quantity, titles="time [s], pressure [mmHg] and flow [ml/s]"), ()
+
+
+def _headerless(table: Columns) -> str:
+    """Say what a table without a header lacks, by what stands in it."""
+    width = len(table.cells[0])
+    if width == 1:
+        return "one column without a header; give the file of the flow too, after that of the pressure"
+    comma = "; if the comma is a decimal one, write a point" if width == 2 else ""
+    return f"{width} columns without a header{comma}; the first line must read: time [s],pressure [mmHg],flow [ml/s]"
+
+
+RECORDINGS.register(
+    RecordingFormat(
+        "table", "table", (".csv", ".tsv", ".txt", ".dat", ".xlsx"), None,
+        lambda path, rate, progress: [read_number_table(path, rate, progress)], cycle=read_cycle,
+    )
+)  # fmt: skip

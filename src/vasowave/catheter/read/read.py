@@ -1,0 +1,240 @@
+"""Read one averaged cycle of pressure and flow from the files a lab has."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import Enum
+from pathlib import Path
+
+from vasowave.base.errors import InputError
+from vasowave.base.findings import Finding, Severity, look_kind, note_kind, warn
+from vasowave.catheter.check.plausibility import (
+    check_closure,
+    check_flow,
+    check_period,
+    check_pressure,
+    moves_at_ends,
+    odd_values,
+    repeats_first,
+)
+from vasowave.catheter.read.formats import read_signals
+from vasowave.catheter.read.several_beats import beats_within, mean_beat, several_finding
+from vasowave.catheter.signals.raw import calibration_notes
+from vasowave.catheter.signals.signal import Signal, even_step
+from vasowave.pulse.cycle.cycle import FEWEST_SAMPLES, Recording
+
+_CHECKS = {"pressure": check_pressure, "flow": check_flow}
+
+
+REPEATED = note_kind(
+    "recording.last-sample-repeated",
+    "the last sample of {quantity} repeats the first and was left out: {count} samples in {period:.6g} s",
+)
+IN_DOUBT = look_kind(
+    "recording.last-sample-in-doubt",
+    "the last sample of {quantity} equals the first where nothing moves, so that the times do not tell whether this "
+    "sample is the next cycle's first. It was kept: the period is {period:.6g} s. Without it the period would be "
+    "{other:.6g} s, {percent:.2g} % ({less:.2g} s) less; {remedy}",
+    "say the period (vasowave add and fit: --period 0.11; a study's table: the column 'period [s]'; in Python: "
+    "period=0.11)",
+)
+IN_DOUBT_UNTIMED = look_kind(
+    "recording.last-sample-untimed",
+    "the last sample of {quantity} equals the first where nothing moves, so that nothing tells whether this sample is "
+    "the next cycle's first. It was kept: {count} samples in {period:.6g} s. Without it they would be {percent:.2g} % "
+    "further apart; {remedy}",
+    "give a column of times beside the period, or remove the sample",
+)
+ASSUMED_UNIT = note_kind("recording.assumed-unit", "{quantity} is assumed to be in {unit}; {name} names no unit")
+
+
+def read_recording(
+    *paths: str | Path,
+    period: float | None = None,
+    pressure_unit: str | None = None,
+    flow_unit: str | None = None,
+    wedge_pressure: float = 0.0,
+    calibration: tuple[float, float, float, float] = (0.0, 1.0, 1.0, 0.0),
+) -> Recording:
+    """Read one averaged cycle from one table, or from one file of pressure and one of flow.
+
+    Parameters
+    ----------
+    *paths : path
+        One CSV, TSV, blank-separated or ``.mat`` file with the columns (variables) ``time [s]``, ``pressure [mmHg]``,
+        ``flow [ml/s]`` (or t, p, q) in any unit that the header names; or two files, the first with pressure, the
+        second with flow, each of one column (headerless or titled) with or without a time column. The two may be
+        sampled at different rates. A last sample that repeats the first is dropped; where the signals
+        rest there it may be one by chance and is kept, with a warning, unless times and period tell.
+    period : float, optional
+        Period T, s. Needed where there is no time column; where there is one it must agree.
+    pressure_unit, flow_unit : str, optional
+        Unit of columns whose header has none. A headerless column or a ``.mat`` variable without either is taken to be
+        in mmHg or ml/s, and the recording's notes say so.
+    wedge_pressure : float
+        Pressure behind the vascular beds, mmHg, see `Recording`.
+    calibration : tuple of float
+        What is subtracted from the pressure, mmHg, what pressure and flow are then multiplied by, and what is
+        subtracted from the flow, ml/s; a gain of the flow of -1 turns that of a probe mounted backward.
+
+    Raises
+    ------
+    InputError
+        File, line and column of: a gap, uneven sampling, too few samples, a missing column, a missing or wrong unit;
+        also a period that is missing or contradicts the times, a mean pressure that looks like kPa, flow of the wrong
+        sign, a cycle that does not close, a ``.mat`` file that cannot be read.
+
+    Warns
+    -----
+    VasowaveWarning
+        If a value is possible, yet more likely a slip (for example 10 ml/s in an animal of 500 beats/min); if nothing
+        tells whether the last sample is the next cycle's first.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> from pathlib import Path
+    >>> mouse = vw.virtual_mouse()
+    >>> rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
+    >>> _ = Path("cycle.csv").write_text("\\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
+    >>> vw.read_recording("cycle.csv")
+    Recording(mPAP ... mmHg, CO 0.180 ml/s, HR 533/min, 512 pressure and 512 flow samples, cycle.csv)
+    """
+    if len(paths) not in (1, 2):
+        raise InputError(f"{len(paths)} files given; a recording is one table, or one file of pressure and one of flow")
+    if len(paths) == 1:
+        signals = read_signals(paths[0], {"pressure": pressure_unit, "flow": flow_unit})
+    else:
+        signals = read_signals(paths[0], {"pressure": pressure_unit}) + read_signals(paths[1], {"flow": flow_unit})
+    zero, gain, flow_gain, flow_zero = calibration
+    corrections = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}
+    signals = [
+        replace(signal, values=(signal.values - corrections[signal.quantity][0]) * corrections[signal.quantity][1])
+        for signal in signals
+    ]
+    recording = _assemble(signals, period, together=len(paths) == 1)
+    notes = (*recording.notes, *calibration_notes(*calibration))
+    return replace(recording, wedge_pressure=wedge_pressure, notes=notes)
+
+
+class _Last(Enum):
+    """What the last sample of a signal is."""
+
+    OWN = "a sample of its own"
+    NEXT = "the first one of the next cycle"
+    UNTOLD = "one or the other"
+
+
+def _assemble(signals: list[Signal], period: float | None, together: bool) -> Recording:
+    """Check both signals and make the recording; `together` says that they come from one table."""
+    for signal in signals:
+        if len(signal.values) < FEWEST_SAMPLES:
+            raise InputError(
+                f"{signal.places[-1]}: the file ends after {len(signal.values)} samples of {signal.quantity}; "
+                f"at least {FEWEST_SAMPLES} a cycle are needed"
+            )
+        _check_units(signal, swapped_files=not together)
+    if period is not None:
+        check_period(period, "period")
+    lasts = _last_samples(signals, period)
+    cycles = [signal.values[:-1] if last is _Last.NEXT else signal.values for signal, last in zip(signals, lasts)]
+    periods = [_period(signal, len(cycle), period) for signal, cycle in zip(signals, cycles)]
+    if abs(periods[0] - periods[1]) > 0.01 * min(periods):
+        raise InputError(
+            f"{signals[0].file} lasts {periods[0]:.5g} s and {signals[1].file} {periods[1]:.5g} s; "
+            "pressure and flow must be of one cycle"
+        )
+    remarks = _said_of_last(signals, lasts, periods)
+    beats = beats_within(cycles[0], cycles[1], periods[0])
+    if beats > 1:
+        if all(signal.time is None for signal in signals):
+            raise InputError(
+                f"{signals[0].file}: the table holds {beats} beats, and nothing tells whether the period of "
+                f"{periods[0]:g} s is that of one or of all; cut exactly one cycle, or add a column of time"
+            )
+        averaged = [mean_beat(cycle, beats) for cycle in cycles]
+        cycles, periods = [mean for mean, _ in averaged], [duration / beats for duration in periods]
+        remarks.append(several_finding(beats, periods[0], max(unlike for _, unlike in averaged)))
+    notes: list[Finding] = []
+    for signal, cycle in zip(signals, cycles):
+        notes += signal.notes
+        notes += check_closure(cycle, signal.quantity, signal.file)
+        if signal.assumed_unit:
+            name = Path(signal.file).name
+            notes.append(ASSUMED_UNIT(quantity=signal.quantity, unit=signal.assumed_unit, name=name))
+    odd = odd_values(cycles[0], cycles[1], periods[0])
+    for finding in (*remarks, *odd):
+        if finding.severity is Severity.LOOK:
+            warn(finding.at(signals[0].file), stacklevel=3)
+    source = " and ".join(dict.fromkeys(Path(signal.file).name for signal in signals))
+    return Recording(cycles[0], cycles[1], periods[0], source, (*notes, *remarks, *odd))
+
+
+def _check_units(signal: Signal, swapped_files: bool) -> None:
+    try:
+        _CHECKS[signal.quantity](signal.values, signal.file)
+    except InputError as error:
+        hint = "; of two files the first must hold pressure, the second flow" if swapped_files else ""
+        raise InputError(f"{error}{hint}") from None
+
+
+def _last_samples(signals: Sequence[Signal], period: float | None) -> list[_Last]:
+    """Return what the last sample of each signal is.
+
+    A flow that rests may end where it began by chance, so signals of equal length decide together, and one that rests
+    is as the other, which the same program wrote. Where both times and period are given, these decide.
+    """
+    kinds = [_last_sample(signal, period) for signal in signals]
+    surest = next(kind for kind in (_Last.OWN, _Last.NEXT, _Last.UNTOLD) if kind in kinds)
+    alike = len(signals[0].values) == len(signals[1].values)
+    return [surest if alike or kind is _Last.UNTOLD else kind for kind in kinds]
+
+
+def _last_sample(signal: Signal, period: float | None) -> _Last:
+    if signal.time is not None and period is not None:
+        lasts = signal.time[-1] - signal.time[0]
+        step = lasts / (len(signal.time) - 1)
+        return _Last.NEXT if abs(lasts - period) < abs(lasts + step - period) else _Last.OWN
+    if not repeats_first(signal.values):
+        return _Last.OWN
+    return _Last.NEXT if moves_at_ends(signal.values) else _Last.UNTOLD
+
+
+def _said_of_last(signals: Sequence[Signal], lasts: Sequence[_Last], periods: Sequence[float]) -> list[Finding]:
+    """Return what was done with last samples that are the first again, once where both signals have as many."""
+    findings = []
+    alike = len(signals[0].values) == len(signals[1].values)
+    for signal, last, period in list(zip(signals, lasts, periods))[: 1 if alike else None]:
+        quantity = "pressure and flow" if alike else signal.quantity
+        count = len(signal.values)
+        if last is _Last.NEXT:
+            findings.append(REPEATED(quantity=quantity, count=count - 1, period=period))
+        elif last is _Last.UNTOLD and signal.time is None:
+            findings.append(IN_DOUBT_UNTIMED(quantity=quantity, count=count, period=period, percent=100 / (count - 1)))
+        elif last is _Last.UNTOLD:
+            step = period / count
+            findings.append(
+                IN_DOUBT(quantity=quantity, period=period, other=period - step, percent=100 / count, less=step)
+            )
+    return findings
+
+
+def _period(signal: Signal, count: int, period: float | None) -> float:
+    """Return the period of a cycle of so many samples from the times, checked against the one given."""
+    if signal.time is None:
+        if period is None:
+            raise InputError(
+                f"{signal.file}: no time column; give the period in seconds "
+                "(--period 0.11 on the command line, the column 'period [s]' in a study's table, period=0.11 in Python)"
+            )
+        return period
+    step = even_step(signal.time, signal.quantum, signal.file, signal.places.__getitem__)
+    measured = step * count
+    if period is None:
+        check_period(measured, f"{signal.file}, time column")
+        return measured
+    if abs(measured - period) > 0.5 * step + signal.quantum:
+        raise InputError(
+            f"{signal.file}: the time column covers {measured:.6g} s, the period given is {period:.6g} s; "
+            "correct one of them"
+        )
+    return period

@@ -1,0 +1,292 @@
+"""Read a continuous recording of pressure, flow and ECG from the files a lab has."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vasowave.base import units
+from vasowave.base.errors import InputError
+from vasowave.base.findings import Finding, Severity, note_kind, warn
+from vasowave.base.io.textfile import Progress
+from vasowave.base.settings import given_values, settings_class
+from vasowave.catheter.read.choosing import DIMENSIONS, pick_channels
+from vasowave.catheter.read.formats import read_blocks
+from vasowave.catheter.signals.channels import Block, Channel, Comment
+from vasowave.catheter.signals.gaps import Span, describe_gaps, free_between, gaps_in
+from vasowave.catheter.signals.interventions import comment_findings
+from vasowave.catheter.signals.raw import SHORTEST, RawRecording
+from vasowave.catheter.signals.signal import NAME_THE_RATE, UNIT_REPLACED
+
+_SAME_LENGTH = 0.01  # two channels of a block last equally long within this share and two samples
+
+
+NO_ECG = note_kind("recording.no-ecg", "no ECG: beats can be found from the pressure only")
+LONGEST_BLOCK = note_kind(
+    "recording.longest-block", "block {number} of {blocks} was read, the longest (blocks last {lengths})"
+)
+ECG_WITHOUT_UNIT = note_kind("recording.ecg-without-unit", "the ECG has no unit; only its shape is used")
+GIVEN_UNIT = note_kind("recording.given-unit", "{name} was taken to be in {unit}, as given")
+INTERPOLATED = note_kind("recording.interpolated", "'{title}' was interpolated from {given:g} to {rate:g} samples/s")
+
+
+@settings_class
+class Reading:
+    """What to read of a continuous recording: what `read_raw_recording` takes by name.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Reading(flow="Flow 2", start=30, end=60).end
+    60.0
+    """
+
+    pressure: str | None = None
+    """Title of its channel; needed where neither titles nor units leave one answer (a note says what was guessed)."""
+    flow: str | None = None
+    """As `pressure`."""
+    ecg: str | None = None
+    """As `pressure`."""
+    pressure_unit: str | None = None
+    """Unit of a channel for which the file names none (in LabChart: for which no units conversion was set), or a wrong
+    one: what is given here counts."""
+    flow_unit: str | None = None
+    """As `pressure_unit`."""
+    block: int | None = None
+    """Which block to read, counted from 1; by default the longest (a note says which)."""
+    start: float | None = None
+    """Start of the stretch to read, s since the start of the block. Gaps elsewhere do not matter then. What is outside
+    is kept in `RawRecording.beside`, because it shows the drift of the pressure."""
+    end: float | None = None
+    """Its end, s since the start of the block."""
+    sampling_rate: float | None = None
+    """Samples per second of a table without a time column."""
+
+
+def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **settings: Any) -> RawRecording:
+    """Read continuous pressure, flow and (if present) ECG from one file.
+
+    Parameters
+    ----------
+    path : path
+        A CSV, TSV or blank-separated table whose header names columns and units (``time [s]``, ``pressure [mmHg]``,
+        ``flow [ml/s]``, ``ecg [mV]``), LabChart's text or MATLAB export, or EDF/EDF+.
+    progress : callable, optional
+        Is called with the fraction of a text file that was read, 0 to 1.
+    settings
+        Those of `Reading` by name: ``flow="Flow 2", start=30, end=60``; needed where the file leaves several answers.
+
+    Raises
+    ------
+    InputError
+        File, block, line or channel of what is wrong, and the cure; for an ``.adicht`` file, how to export it.
+
+    Warns
+    -----
+    VasowaveWarning
+        If the file looks cut off.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> from pathlib import Path
+    >>> t = np.arange(0, 4.0, 1e-3)
+    >>> beat = np.exp(-0.5 * (((t / 0.11) % 1 - 0.3) / 0.1) ** 2)
+    >>> rows = (f"{a:.3f}\\t{8 + 20 * b:.3f}\\t{0.4 * b:.4f}" for a, b in zip(t, beat))
+    >>> _ = Path("mouse.txt").write_text("\\n".join(["time [s]\\tpressure [mmHg]\\tflow [ml/s]", *rows, ""]))
+    >>> vw.read_raw_recording("mouse.txt").sampling_rate
+    1000.0
+    """
+    reading = given_values(Reading, None, settings)
+    blocks = read_blocks(path, reading.sampling_rate, progress)
+    number, notes = _choose(path, blocks, reading.block)
+    chosen = blocks[number]
+    for suspicion in chosen.suspicions:
+        warn(suspicion.at(str(path)))
+    notes += chosen.suspicions
+    picked, guessed = pick_channels(
+        path, chosen.channels, {"pressure": reading.pressure, "flow": reading.flow, "ecg": reading.ecg}
+    )
+    notes += guessed
+    if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
+        raise InputError(f"{path}: no times; {NAME_THE_RATE}")
+    if "ecg" not in picked:
+        notes.append(NO_ECG())
+    _check_lengths(list(picked.values()))
+    lasts = min(channel.duration for channel in picked.values())
+    stretch, around, remarks = comment_findings(chosen.comments, lasts, reading.start, reading.end)
+    start, end = (
+        (stretch.start or None, None if stretch.end == lasts else stretch.end)
+        if remarks
+        else (reading.start, reading.end)
+    )
+    notes += remarks
+    for finding in remarks:
+        if finding.severity is Severity.LOOK:
+            warn(finding.at(str(path)))
+    gaps = _gaps(list(picked.values()), start, end)
+    rate = max(channel.sampling_rate for channel in picked.values())
+    stated_units = {"pressure": reading.pressure_unit, "flow": reading.flow_unit, "ecg": None}
+    scaled = {}
+    wrong = []
+    for name, channel in picked.items():
+        try:
+            values, words = _canonical(channel, name, stated_units[name])
+        except InputError as error:
+            wrong.append(str(error))
+            continue
+        scaled[name] = replace(channel, values=values)
+        notes += words
+    if wrong:
+        raise InputError("\n".join(wrong))
+    raw = _between(path, scaled, start, end, rate)
+    raw = replace(raw, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration))
+    read_span = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
+    spans = [span for span in free_between([*gaps, read_span], *around) if span.end - span.start > SHORTEST + 1 / rate]
+    neighbours = (_between(path, scaled, *span, rate) for span in spans)
+    return replace(
+        raw,
+        beside=tuple(
+            replace(recording, comments=_comments(chosen, recording.origin, recording.duration))
+            for recording in neighbours
+        ),
+    )
+
+
+def _between(
+    path: str | Path, channels: dict[str, Channel], start: float | None, end: float | None, rate: float
+) -> RawRecording:
+    """Return a stretch of all channels at one rate."""
+    signals, notes = dict[str, np.ndarray](), list[Finding]()
+    for name, channel in channels.items():
+        signals[name], rate_notes = _at_rate(_stretch(channel, channel.values, start, end), channel, rate)
+        notes += rate_notes
+    count = min(map(len, signals.values()))
+    cut = {name: values[:count] for name, values in signals.items()}
+    origin = round((start or 0.0) * rate) / rate
+    return RawRecording(
+        cut["pressure"], cut["flow"], rate, cut.get("ecg"), str(path), tuple(notes), origin=origin
+    )  # fmt: skip
+
+
+def _check_lengths(channels: list[Channel]) -> None:
+    """Refuse channels of one block that do not last equally long: a sampling rate or an end is wrong."""
+    shortest, *_, longest = sorted(channels, key=lambda channel: channel.duration)
+    if longest.duration > (1 + _SAME_LENGTH) * shortest.duration + 2 / shortest.sampling_rate:
+        durations = " and ".join(
+            f"'{extreme.title}' {extreme.duration:.6g} s ({len(extreme.values)} samples at {extreme.sampling_rate:g} a "
+            "second)"
+            for extreme in (shortest, longest)
+        )
+        raise InputError(f"{shortest.place}: channels of one block last equally long, but {durations}; export it again")
+
+
+def _gaps(channels: list[Channel], start: float | None, end: float | None) -> list[Span]:
+    """Return all gaps; refuse a stretch in which samples are missing, with seconds, and which stretch is whole."""
+    first, last = start or 0.0, min(channel.duration for channel in channels)
+    last = last if end is None else min(end, last)
+    gaps = {channel.place: gaps_in(channel.values, channel.sampling_rate) for channel in channels}
+    gaps_within = {
+        place: [gap for gap in spans if gap.end > first and gap.start < last] for place, spans in gaps.items()
+    }
+    if any(gaps_within.values()):
+        all_gaps = [gap for spans in gaps_within.values() for gap in spans]
+        place = next(place for place, spans in gaps_within.items() if spans)
+        raise InputError(f"{place}: {describe_gaps(all_gaps, first, last, SHORTEST)}")
+    return [gap for spans in gaps.values() for gap in spans]
+
+
+def _comments(block: Block, origin: float, lasts: float) -> tuple[Comment, ...]:
+    """Return the remarks in a stretch of a block."""
+    return tuple(c for c in block.comments if origin <= c.time <= origin + lasts)
+
+
+def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[int, list[Finding]]:
+    """Return the index of the block to read and a note if a choice was made."""
+    if block is not None:
+        if not 1 <= block <= len(blocks):
+            raise InputError(f"{path}: no block {block}; it has {len(blocks)}")
+        return block - 1, []
+    longest = max(range(len(blocks)), key=lambda i: blocks[i].duration)
+    if len(blocks) == 1:
+        return 0, []
+    lengths = ", ".join(f"{candidate.duration:.4g} s" for candidate in blocks)
+    return longest, [LONGEST_BLOCK(number=longest + 1, blocks=len(blocks), lengths=lengths)]
+
+
+def _canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np.ndarray, list[Finding]]:
+    """Return the values in the canonical unit, and what was assumed."""
+    quantity = DIMENSIONS[name]
+    unit = channel.unit
+    if name == "ecg" and not unit:
+        return channel.values, [ECG_WITHOUT_UNIT()]
+    if stated_unit is not None and channel.unit and name != "ecg" and not _unconverted(channel):
+        same = _factor_or_none(unit, quantity) == units.factor(stated_unit, quantity)
+        notes = [] if same else [UNIT_REPLACED(name=name, unit=stated_unit, stated=unit)]
+        return channel.values * units.factor(stated_unit, quantity), [*notes]
+    if name != "ecg" and _unconverted(channel):
+        if stated_unit is None:
+            raise InputError(_unit_wanted(channel, name))
+        return channel.values * units.factor(stated_unit, quantity), [GIVEN_UNIT(name=name, unit=stated_unit)]
+    try:
+        return channel.values * units.factor(unit, quantity), []
+    except InputError as error:
+        raise InputError(f"{channel.place}: {error}") from None
+
+
+def _unconverted(channel: Channel) -> bool:
+    """Whether the numbers of a channel are volts, or nobody knows what."""
+    return not channel.unit or _factor_or_none(channel.unit, "voltage") is not None
+
+
+def _factor_or_none(unit: str, quantity: str) -> float | None:
+    try:
+        return units.factor(unit, quantity)
+    except InputError:
+        return None
+
+
+def _unit_wanted(channel: Channel, name: str) -> str:
+    """Say that a channel's unit is not known, and how to name it."""
+    option = f"vasowave add and fit: --unit {name}={units.CANONICAL[DIMENSIONS[name]]}"
+    advice = f"name its unit ({option}; a study's table: the column '{name} unit'; in Python: {name}_unit)"
+    if not channel.unit:
+        return f"{channel.place}: {name} has no unit; {advice}"
+    title_units = [
+        text for text in re.findall(r"[(\[]([^)\]]+)[)\]]", channel.title) if _factor_or_none(text, DIMENSIONS[name])
+    ]
+    title = f", though its title speaks of {title_units[0]}" if title_units else ""
+    return (
+        f"{channel.place}: {name} is in {channel.unit}{title}; set the units conversion in the recording program and "
+        f"export again, or, if the numbers are {name} already, {advice}"
+    )
+
+
+def _stretch(channel: Channel, values: np.ndarray, start: float | None, end: float | None) -> np.ndarray:
+    """Return the samples from `start` to `end`."""
+    lasts = channel.duration
+    first = round((start or 0.0) * channel.sampling_rate)
+    last = len(values) if end is None else round(end * channel.sampling_rate)
+    if start is not None and end is not None and end <= start:
+        raise InputError(f"{channel.place}: the stretch ends at {end:g} s and starts at {start:g} s; exchange them")
+    if not 0 <= first < last <= len(values):
+        until = lasts if end is None else end
+        raise InputError(f"{channel.place}: {start or 0:g} to {until:g} s does not lie in 0 to {lasts:.5g} s")
+    return values[first:last]
+
+
+def _at_rate(values: np.ndarray, channel: Channel, rate: float) -> tuple[np.ndarray, list[Finding]]:
+    """Return the values at the rate of the fastest channel, by cubic splines."""
+    if abs(channel.sampling_rate - rate) <= 1e-9 * rate:
+        return values, []
+    from scipy.interpolate import CubicSpline
+
+    if len(values) < 4:
+        raise InputError(f"{channel.place}: {len(values)} samples; a continuous recording is needed")
+    times = np.arange(int(len(values) * rate / channel.sampling_rate)) / rate
+    times = times[times <= (len(values) - 1) / channel.sampling_rate]
+    spline = CubicSpline(np.arange(len(values)) / channel.sampling_rate, values)
+    return spline(times), [INTERPOLATED(title=channel.title, given=channel.sampling_rate, rate=rate)]

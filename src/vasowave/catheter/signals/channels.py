@@ -1,0 +1,102 @@
+"""Continuous channels as a file holds them, before anyone says which is pressure, flow or ECG."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vasowave.base.findings import Finding, look_kind
+
+CUT_OFF = look_kind(
+    "recording.cut-off",
+    "the last line has no line end, so the file may have been cut off; {what} was left out",
+    "Export the file again.",
+)
+MISSING = look_kind(
+    "recording.missing-codes",
+    "'{title}': {count} samples are {code:g}, far from all others, as programs write a missing value; they are gaps",
+    "Leave such cells empty, and choose with `start` and `end` a stretch without them.",
+)
+_CODES = (-999.0, -9999.0, -99999.0)
+_FAR = 3.0  # times the range of all others below them
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One channel of one block: its values in the file's own unit.
+
+    Attributes
+    ----------
+    title, unit : str
+        As written in the file; `unit` is empty where none is stated.
+    values : float array, shape (sample,)
+        A gap is NaN.
+    sampling_rate : float
+        Samples per second.
+    place : str
+        What errors call the channel: ``FILE, block 2, channel 'PAP'``.
+    """
+
+    title: str
+    unit: str
+    values: np.ndarray
+    sampling_rate: float
+    place: str
+
+    @property
+    def duration(self) -> float:
+        """Length of the channel, s."""
+        return len(self.values) / self.sampling_rate
+
+
+@dataclass(frozen=True)
+class Comment:
+    """A remark made during the recording.
+
+    Attributes
+    ----------
+    time : float
+        Since the start of the block, s.
+    text : str
+    channel : int
+        Number of the channel it belongs to, counted from 1; 0 for all.
+    """
+
+    time: float
+    text: str
+    channel: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A stretch of uninterrupted recording.
+
+    Attributes
+    ----------
+    channels, comments : tuples
+    suspicions : tuple of Finding
+        What of the file looks as if it were not whole.
+    """
+
+    channels: tuple[Channel, ...]
+    comments: tuple[Comment, ...] = ()
+    suspicions: tuple[Finding, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Length of the longest channel, s."""
+        return max((channel.duration for channel in self.channels), default=0.0)
+
+
+def without_codes(block: Block) -> Block:
+    """Return a block in which samples that stand for a missing value, as -999 does, are gaps, and say so."""
+    channels, suspicions = [], list(block.suspicions)
+    for channel in block.channels:
+        code = float(np.nanmin(channel.values, initial=np.inf))
+        if code in _CODES:
+            missing = channel.values == code
+            valid = channel.values[~missing & np.isfinite(channel.values)]
+            if len(valid) and valid.min() - code > _FAR * np.ptp(valid):
+                suspicions.append(MISSING(title=channel.title, count=int(missing.sum()), code=code))
+                channel = replace(channel, values=np.where(missing, np.nan, channel.values))
+        channels.append(channel)
+    return replace(block, channels=tuple(channels), suspicions=tuple(suspicions))

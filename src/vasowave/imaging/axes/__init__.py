@@ -1,1 +1,0 @@
-"""Which vessels there are, and where their axes run."""

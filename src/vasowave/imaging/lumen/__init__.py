@@ -1,1 +1,0 @@
-"""Which voxels are vessel."""

@@ -1,1 +1,0 @@
-"""Lengths, radii, scale and their spread."""

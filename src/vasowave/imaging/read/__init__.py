@@ -1,1 +1,0 @@
-"""Images from files, checked, on a grid of cubes."""

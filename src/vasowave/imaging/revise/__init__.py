@@ -1,1 +1,0 @@
-"""Corrections by hand, and parts of a tree."""

@@ -1,1 +1,0 @@
-"""Whether the answer fits the image: what contradicts it, and where."""

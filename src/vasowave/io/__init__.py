@@ -1,1 +1,0 @@
-"""Reading and writing files of any content: text, tables, workbooks, columns with units."""

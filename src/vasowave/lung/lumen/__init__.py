@@ -1,0 +1,5 @@
+"""Which voxels are vessel."""
+
+from vasowave.base.faces import attach_face
+
+__getattr__, __dir__ = attach_face(__name__)

@@ -1,0 +1,5 @@
+"""Lengths, radii, scale and their spread."""
+
+from vasowave.base.faces import attach_face
+
+__getattr__, __dir__ = attach_face(__name__)

@@ -1,0 +1,181 @@
+"""Cross-sections of a vessel summed up: how much contrast agent, how bright in the middle, how round, how sharp.
+
+The same sections laid beside the vessel, where nothing is, tell what noise alone adds to them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.lung.kernels import in_tube
+from vasowave.lung.read.volume import Volume
+from vasowave.lung.sections import STEP, across, disc, medians, sampled, tangents
+from vasowave.lung.tree import Line
+
+DISC, RING = 2.0, 7.0
+"""A section is integrated up to DISC voxels beyond the radius, its background taken from there to RING voxels."""
+CLEARANCE, DIRECTIONS, MIN_SECTION_SHARE = 1.0, 32, 0.3
+"""Directions (of so many) in which a section comes within CLEARANCE voxels of another vessel are not measured; sections
+of which less than MIN_SECTION_SHARE is left are not used."""
+CORE = 0.6, 2.5
+"""The middle of a section: within the radius less the second number, at least the first, voxels."""
+BIN = 0.5
+"""Width of the bins of distance from the axis in which the wall's slope is looked for, voxels."""
+COPIES = 12
+"""The sections are laid in so many directions beside their vessel."""
+SECTION_STEP_VOXELS, SAMPLES_PER_RADIUS = 2.0, 4.0
+"""One section in SECTION_STEP_VOXELS is enough, and one sample a voxel: neighbors share their noise. In vessels wider
+than SAMPLES_PER_RADIUS voxels samples, and then sections, are so many to a radius, for their radii are sure."""
+MIN_CLEAR_SHARE = 0.9
+"""A section is used if so much of it is no vessel."""
+MIN_COPIES = 4
+"""Fewer copies that lie clear of all vessels say nothing."""
+Beside = Callable[[Line, np.ndarray, float, Volume, Line], float]
+"""Tells what noise adds to sections, see `signal_beside`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """Sections of one vessel; grey levels are those above each section's own background.
+
+    Attributes
+    ----------
+    signal : float array, shape (section,)
+        Integral of the grey level over the section, grey levels · cm². Blur and threshold do not change it.
+    plateau : float array, shape (section,)
+        Mean grey level in the middle.
+    spread : float array, shape (2,)
+        Mean square distances from the middle along the section's two main axes, weighted by grey level, cm²; NaN if no
+        section is free of other vessels.
+    slope : float
+        Steepest fall of the grey level with the distance from the axis, grey levels per cm.
+    run : float array, shape (section,)
+        How far along the vessel each section lies, cm.
+    rows : int array, shape (section,)
+        The points of the vessel's line at which they lie.
+    noise : float
+        How much a section's signal scatters for noise of one grey level in each voxel, up to a factor, cm².
+    """
+
+    signal: np.ndarray
+    plateau: np.ndarray
+    spread: np.ndarray
+    slope: float
+    run: np.ndarray
+    rows: np.ndarray
+    noise: float = 1.0
+
+
+Look = Callable[[Line, np.ndarray, float, Volume, Sequence[Line]], Profile | None]
+"""Sums up sections of a vessel, see `profile`."""
+
+
+def profile(
+    line: Line, sections: np.ndarray, radius: float, volume: Volume, neighbors: Sequence[Line] = ()
+) -> Profile | None:
+    """Return what the `sections` (points of `line`) of a vessel of about `radius` (cm) show; None without sections.
+
+    Directions in which one of the `neighbors` comes into a section are left out together with their opposites.
+    """
+    if len(sections) == 0:
+        return None
+    spacing = volume.spacing[0]
+    inner, outer = radius + DISC * spacing, radius + RING * spacing
+    u, v = across(tangents(line.points, 4)[sections])
+    grid = disc(outer, STEP * spacing)
+    places = line.points[sections, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
+    grey = sampled(volume.grey, places, volume.origin, spacing)
+    rho = np.hypot(*grid.T)
+    within, core = rho <= inner, rho <= max(CORE[0] * spacing, radius - CORE[1] * spacing)
+    foreign = np.zeros(places.shape[:2], dtype=bool)
+    for neighbor in neighbors:
+        foreign |= in_tube(places, line.points[sections], neighbor.points, neighbor.radius + CLEARANCE * spacing)
+    valid, ring = _seen(grid, within, foreign)
+    good = (valid.sum(axis=1) >= MIN_SECTION_SHARE * within.sum()) & ring.any(axis=1)
+    if not good.any():
+        return None
+    background = medians(grey[good], ring[good])
+    above, valid = grey[good] - background[:, None], valid[good]
+    area = within.sum() * (STEP * spacing) ** 2
+    signal = np.maximum((above * valid).sum(axis=1) / valid.sum(axis=1) * area, 0.0)
+    complete_sections = above[valid[:, within].all(axis=1)]
+    spread = (
+        _spread(complete_sections[:, within].mean(axis=0), grid[within])
+        if len(complete_sections)
+        else np.full(2, np.nan)
+    )
+    steepest = _slope(above, valid, rho, BIN * spacing)
+    # The integral's own noise, and that of the background's median (π/2 as much as of a mean) over its area.
+    noise = np.sqrt(area + np.pi / 2 * area**2 / (np.mean(ring[good].sum(axis=1)) * (STEP * spacing) ** 2))
+    plateau = above[:, core].mean(axis=1)
+    rows = sections[good]
+    return Profile(signal, plateau, spread, steepest, line.run[rows], rows, float(noise))
+
+
+def _seen(grid: np.ndarray, within: np.ndarray, foreign: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which samples count for each section, and which for its background, without `foreign` ones."""
+    angle = np.arctan2(grid[:, 1], grid[:, 0]) / (2 * np.pi)
+    direction = (np.floor(angle * DIRECTIONS + 0.5) % (DIRECTIONS // 2)).astype(int)
+    lost = np.zeros((len(foreign), DIRECTIONS // 2), dtype=bool)
+    section, sample = np.nonzero(foreign & within)
+    lost[section, direction[sample]] = True
+    return within & ~lost[:, direction], ~within & ~foreign
+
+
+def _spread(weight: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    """Return the mean square distances of `grid` from its middle along the main axes, the larger first."""
+    weight = np.maximum(weight, 0.0) / max(float(np.maximum(weight, 0.0).sum()), 1e-12)
+    away = grid - weight @ grid
+    return np.linalg.eigvalsh((away * weight[:, None]).T @ away)[::-1]
+
+
+def _slope(above: np.ndarray, valid: np.ndarray, rho: np.ndarray, width: float) -> float:
+    """Return the steepest fall of the mean grey level from bin to bin of `width`, grey levels per cm."""
+    bins = (rho / width).astype(int)
+    total = np.bincount(np.broadcast_to(bins, above.shape)[valid], above[valid])
+    count = np.bincount(np.broadcast_to(bins, above.shape)[valid])
+    mean = total / np.maximum(count, 1)
+    return float(np.max(mean[:-2] - mean[2:], initial=0.0) / (2 * width))
+
+
+def signal_beside(line: Line, sections: np.ndarray, radius: float, volume: Volume, vessels: Line) -> float:
+    """Return the standard deviation of the mean signal of sections beside a vessel, grey levels · cm²; NaN if unknown.
+
+    It holds whatever the image has of noise: grain of any length, rings that run along a vessel, streaks. The scatter
+    of a vessel's own sections does not show what they have in common. `vessels` are the points of all of them; for the
+    rest see `profile`.
+    """
+    spacing = float(volume.spacing[0])
+    inner, outer = radius + DISC * spacing, radius + RING * spacing
+    rows = sections[:: round(max(SECTION_STEP_VOXELS, radius / (SAMPLES_PER_RADIUS * spacing)))]
+    u, v = (axis[rows] for axis in across(tangents(line.points, 4)))
+    grid = disc(outer, max(spacing, radius / SAMPLES_PER_RADIUS))
+    within = np.hypot(*grid.T) <= inner
+    area, means = np.pi * inner**2, []
+    for angle in 2 * np.pi * np.arange(COPIES) / COPIES:
+        centers = line.points[rows] + (2 * inner + spacing) * (np.cos(angle) * u + np.sin(angle) * v)
+        places = centers[:, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
+        voxels = (places - volume.origin) / spacing
+        clear = ~in_tube(places, centers, vessels.points, vessels.radius + spacing) & _inside(voxels, volume.grey.shape)
+        good = (clear & within).sum(axis=1) >= MIN_CLEAR_SHARE * within.sum()
+        if good.sum() < max(0.5 * len(rows), 1) or not (clear[good] & ~within).any(axis=1).all():
+            continue
+        grey = sampled(volume.grey, places[good], volume.origin, spacing)
+        disc_mean = _mean(grey, clear[good] & within)
+        background = medians(grey, clear[good] & ~within)
+        means.append(float(np.mean(disc_mean - background)) * area)
+    return float(np.median(np.abs(means))) / 0.6745 if len(means) >= MIN_COPIES else np.nan
+
+
+def reach_beside(radius: float, spacing: float) -> float:
+    """Return how far from a vessel's axis the walls lie that matter to the sections beside it, cm."""
+    return 2 * (radius + DISC * spacing) + spacing + radius + RING * spacing + spacing
+
+
+def _inside(voxels: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    return np.asarray(((voxels >= 0) & (voxels <= np.array(shape) - 1)).all(axis=-1))
+
+
+def _mean(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    return np.asarray((values * chosen).sum(axis=1) / chosen.sum(axis=1))

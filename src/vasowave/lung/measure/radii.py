@@ -1,0 +1,217 @@
+"""The densitometric radius: the grey level integrated over the cross-section, which hardly knows the threshold."""
+
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.lung.measure.contrast import blur_of, contrasts
+from vasowave.lung.measure.evening import Evened, evened_sections, moderated
+from vasowave.lung.measure.profiles import CLEARANCE, RING, Beside, Look, Profile, profile, signal_beside
+from vasowave.lung.read.volume import Volume
+from vasowave.lung.tree import Line, Tree, clear_stretches
+
+MODEL = 0.006
+"""Relative standard deviation of a radius for what no repetition shows: background, axis, sampling."""
+WIDER = 1.25
+"""A section that is not round reaches so much farther than its inscribed ball."""
+WIDEST = 1.6
+"""What is integrated reaches beyond at most so many inscribed radii."""
+WINDOW = 0.25
+"""Step of the radii beyond which sections reach, voxels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Densitometry:
+    """What the grey levels say of every vessel; NaN for vessels without a free stretch; shape (vessel,).
+
+    Attributes
+    ----------
+    radius, sd : float array
+        Radius of the circle of the section's area, cm, and its standard deviation: sections that differ or noise as it
+        is beside the vessel, the error of the contrast, `MODEL`.
+    contrast : float array
+        Grey level of the lumen above the background.
+    relative_contrast : float array
+        The same as the vessel's own middle shows it, over that of the tree along the way: below 1 where partly filled.
+    aspect : float array
+        Small over large half axis of the section.
+    taper, taper_sd : float array
+        Fall of the radius along the vessel, cm/cm, as its sections show it, and its standard error.
+    """
+
+    radius: np.ndarray
+    sd: np.ndarray
+    contrast: np.ndarray
+    relative_contrast: np.ndarray
+    aspect: np.ndarray
+    taper: np.ndarray
+    taper_sd: np.ndarray
+
+    def of(self, rows: np.ndarray) -> "Densitometry":
+        """Return the vessels `rows`."""
+        return Densitometry(*(getattr(self, entry.name)[rows] for entry in fields(self)))
+
+    def times(self, factor: float) -> "Densitometry":
+        """Return the same with every length times `factor`."""
+        return replace(self, radius=self.radius * factor, sd=self.sd * factor)
+
+
+def densitometry(
+    tree: Tree, volume: Volume, inscribed: np.ndarray, profiler: Look = profile, noise_beside: Beside = signal_beside
+) -> Densitometry:
+    """Return the radius of every vessel from the area of its sections, ∫(g - background) dA / contrast.
+
+    Blur conserves this integral, so neither blur nor threshold changes it. The contrast is each vessel's, see
+    `contrasts`. A first look tells how far the sections have to reach (`windows`): the inscribed radius follows the
+    threshold, and what is integrated must not.
+
+    Parameters
+    ----------
+    tree : Tree
+    volume : Volume
+    inscribed : float array, shape (vessel,)
+        First estimate of the radii, cm.
+    profiler : callable
+        What looks at the sections of a vessel, as `profile` does.
+    noise_beside : callable
+        What tells the noise beside a vessel, as `signal_beside` does.
+    """
+    window = windows(
+        densitometric_radii(tree, volume, inscribed, inscribed, profiler), inscribed, float(volume.spacing[0])
+    )
+    looked = _looked(tree, volume, inscribed, window, profiler)
+    noise = [
+        np.nan if sections is None else noise_beside(line, sections.rows, reach, volume, tree.line)
+        for line, sections, reach in zip(tree.lines, looked.profiles, window, strict=True)
+    ]
+    scatter = moderated([evened if evened is None else evened.sections for evened in looked.evened], np.array(noise))
+    columns = [
+        _measured(*estimates, looked.blur)
+        for estimates in zip(looked.evened, scatter, looked.contrast, looked.error, strict=True)
+    ]
+    radius, sd, relative_contrast, aspect, taper, taper_sd = np.array(columns).T
+    return Densitometry(radius, sd, looked.contrast, relative_contrast, aspect, taper, taper_sd)
+
+
+def densitometric_radii(
+    tree: Tree, volume: Volume, inscribed: np.ndarray, window: np.ndarray, profiler: Look = profile
+) -> np.ndarray:
+    """Return the radius of `densitometry` alone, cm, NaN without sections; sections reach beyond radii of `window`."""
+    looked = _looked(tree, volume, inscribed, window, profiler)
+    return np.array(
+        [
+            np.nan if evened is None or not contrast > 0 else densitometric_radius(evened.sections, contrast)
+            for evened, contrast in zip(looked.evened, looked.contrast, strict=True)
+        ]
+    )
+
+
+class _Looked(NamedTuple):
+    """Profiles of all vessels, the same evened, their contrast with its error, and the blur."""
+
+    profiles: list[Profile | None]
+    evened: list[Evened | None]
+    contrast: np.ndarray
+    error: np.ndarray
+    blur: float
+
+
+def _looked(tree: Tree, volume: Volume, inscribed: np.ndarray, window: np.ndarray, profiler: Look) -> _Looked:
+    stretches, neighbors = (
+        clear_stretches(tree),
+        _neighbors(tree, window + (RING + CLEARANCE) * float(volume.spacing[0])),
+    )
+    profiles = [
+        _profile(tree, row, stretches[row], inscribed[row], window[row], volume, profiler, neighbors[row])
+        for row in range(len(tree))
+    ]
+    blur = blur_of(profiles, inscribed, float(volume.spacing[0]))
+    contrast, error = contrasts(profiles, _ways(tree), blur)
+    middles = [line.length / 2 for line in tree.lines]
+    evened = [
+        sections if sections is None else evened_sections(sections, middle)
+        for sections, middle in zip(profiles, middles, strict=True)
+    ]
+    return _Looked(profiles, evened, contrast, error, blur)
+
+
+def windows(radius: np.ndarray, inscribed: np.ndarray, spacing: float) -> np.ndarray:
+    """Return the radii from which sections are to reach: `radius`, held to the `inscribed` one where it is far off.
+
+    They come in steps, so that another vessel's edit, which moves every contrast by a hair, leaves them as they were.
+    """
+    held = np.clip(np.where(np.isfinite(radius), radius, inscribed), inscribed, WIDEST * inscribed)
+    return np.asarray(np.ceil(held / (WINDOW * spacing)) * WINDOW * spacing)
+
+
+def _neighbors(tree: Tree, reach: np.ndarray) -> list[list[Line]]:
+    """Return the other vessels that may come within `reach` (cm, by vessel) of each vessel's axis."""
+    low, high = (np.array([side(line.points, axis=0) for line in tree.lines]) for side in (np.min, np.max))
+    wide = np.array([line.radius.max() for line in tree.lines])[:, None]
+    neighbors = []
+    for row, distance in enumerate(reach):
+        in_reach = ((low - wide <= high[row] + distance) & (high + wide >= low[row] - distance)).all(axis=1)
+        in_reach[row] = False
+        neighbors.append([tree.lines[neighbor] for neighbor in np.flatnonzero(in_reach)])
+    return neighbors
+
+
+def _profile(
+    tree: Tree,
+    row: int,
+    stretch: tuple[float, float],
+    inscribed: float,
+    window: float,
+    volume: Volume,
+    profiler: Look,
+    neighbors: list[Line],
+) -> Profile | None:
+    """Return the profile of a vessel over its clear stretch."""
+    line, (begin, end) = tree.lines[row], stretch
+    tail = 1.3 * inscribed if row in tree.terminals else 1.5 * line.radius[-1]
+    first = max(begin, 1.5 * line.radius[0] + 0.5 * inscribed)
+    free = np.flatnonzero((line.run > first) & (line.run < min(end, line.length - tail)))
+    return profiler(line, free, window, volume, neighbors)
+
+
+def densitometric_radius(sections: Profile, contrast: float) -> float:
+    """Return the radius of the circle of the sections' mean area, cm, for a lumen of `contrast` to its background.
+
+    The mean is that of the middle half: neighbors disturb some sections, noise all.
+    """
+    cut = len(sections.signal) // 4
+    middle = np.sort(sections.signal)[cut : len(sections.signal) - cut]
+    return float(np.sqrt(max(middle.mean(), 0.0) / (np.pi * contrast)))
+
+
+def section_radii(line: Line, volume: Volume) -> np.ndarray:
+    """Return the radius of the circle of each section's area along `line`, cm; the contrast is that of all of it."""
+    rows = np.arange(len(line))
+    sections = profile(line, rows, WIDER * float(np.median(line.radius)), volume)
+    if sections is None or len(sections.signal) != len(rows):
+        return line.radius
+    return np.asarray(np.sqrt(sections.signal / (np.pi * max(float(np.median(sections.plateau)), 1e-9))))
+
+
+def _measured(evened: Evened | None, scatter: float, contrast: float, error: float, blur: float) -> tuple[float, ...]:
+    """Return radius, its standard deviation, the vessel's own plateau over `contrast`, aspect, taper and its error."""
+    if evened is None or not contrast > 0:
+        return (np.nan,) * 6
+    radius = densitometric_radius(evened.sections, contrast)
+    differ = scatter / max(float(np.mean(evened.sections.signal)), 1e-12)
+    relative = np.sqrt(0.25 * (differ**2 + (error / contrast) ** 2) + evened.error**2 + MODEL**2)
+    axis_share = 1 - np.exp(-(radius**2) / (2 * blur**2))
+    large, small = evened.sections.spread - blur**2
+    aspect = float(np.sqrt(np.clip(small / large, 0, 1))) if large > 0 else np.nan
+    plateau = float(np.mean(evened.sections.plateau))
+    relative_contrast = plateau / (contrast * max(axis_share, 0.05))
+    return radius, radius * float(relative), relative_contrast, aspect, radius * evened.taper, radius * evened.taper_sd
+
+
+def _ways(tree: Tree) -> np.ndarray:
+    """Return the distance from the root of each vessel's middle."""
+    begin = np.zeros(len(tree))
+    for row, parent in enumerate(tree.parent):
+        begin[row] = begin[parent] + tree.lines[parent].length if parent >= 0 else 0.0
+    return begin + np.array([line.length / 2 for line in tree.lines])

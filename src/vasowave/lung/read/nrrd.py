@@ -1,0 +1,108 @@
+"""NRRD files (.nrrd, .nhdr): whether they are whole, what their header names, and the unit of their lengths."""
+
+import re
+from math import prod
+from pathlib import Path
+
+from vasowave.base.errors import InputError
+from vasowave.base.io.textfile import read_start
+from vasowave.base.units import factor
+from vasowave.lung.read.formats import VOLUMES, VolumeFormat
+from vasowave.lung.read.itk import read_itk
+from vasowave.lung.read.payload import Packing, data_file, no_voxel_size, require_bytes
+from vasowave.lung.read.volume import Image
+
+_BYTES = {
+    **dict.fromkeys(("signed char", "int8", "int8_t", "uchar", "unsigned char", "uint8", "uint8_t"), 1),
+    **dict.fromkeys(("short", "short int", "signed short", "signed short int", "int16", "int16_t"), 2),
+    **dict.fromkeys(("ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"), 2),
+    **dict.fromkeys(("int", "signed int", "int32", "int32_t", "uint", "unsigned int", "uint32", "uint32_t"), 4),
+    **dict.fromkeys(("longlong", "long long", "long long int", "signed long long", "signed long long int"), 8),
+    **dict.fromkeys(("ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"), 8),
+    **dict.fromkeys(("int64", "int64_t", "double"), 8), "float": 4,
+}  # fmt: skip
+_PACKINGS: dict[str, Packing] = {
+    "raw": "raw", "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"
+}  # fmt: skip
+_TEXTS = ("ascii", "text", "txt", "hex")
+_WORDS = {"millimeter": "mm", "millimetre": "mm", "centimeter": "cm", "centimetre": "cm", "meter": "m", "metre": "m",
+          "micrometer": "um", "micrometre": "um"}  # fmt: skip
+_MAX_HEADER_BYTES = 1 << 16
+"""No header is longer, bytes."""
+
+
+def require_whole_nrrd(path: Path, sized: bool = False) -> None:
+    """Raise `InputError` unless the voxels that the header announces are there, in its own folder, and no more.
+
+    Nor, if it must be `sized`, without their size.
+    """
+    fields, end = _header(path)
+    name = fields.get("datafile", "")
+    if name.upper().startswith("LIST") or "%" in name:
+        raise InputError(f"{path}: its voxels are spread over several files; save it as one")
+    if not name and end < 0:
+        raise InputError(f"{path}: not an image that can be read: its header has no end; truncated?")
+    holder = data_file(path, name) if name else path
+    _require_voxels(path, fields, holder, 0 if name else end)
+    size = fields.get("spacedirections") or fields.get("spacings") or "none"
+    if sized and any(word in size.lower() for word in ("none", "nan")):
+        raise no_voxel_size(path, "its header has no (or not all) space directions or spacings")
+    if sized and _millimeters(fields) is None:
+        raise no_voxel_size(path, f"its header has lengths in {_units(fields)}, which is no unit of a length")
+
+
+def _header(path: Path) -> tuple[dict[str, str], int]:
+    """Return the fields of a header by their names in lower case without blanks, and where it ends; -1 without end."""
+    start = read_start(path, _MAX_HEADER_BYTES)
+    if not start.startswith(b"NRRD"):
+        raise InputError(f"{path}: not an image that can be read: no NRRD file")
+    end = re.search(rb"\r?\n\r?\n", start)
+    lines = start[: end.start() if end else None].decode("utf-8", errors="replace").splitlines()[1:]
+    pairs = (line.split(": ", 1) for line in lines if ": " in line and not line.startswith("#"))
+    fields = {key.strip().lower().replace(" ", ""): value.strip() for key, value in pairs}
+    return fields, end.end() if end else -1
+
+
+def read_nrrd(path: Path) -> Image:
+    """Read an NRRD file as `read_itk` does, with lengths in the unit that it names; mm where it names none."""
+    scale, image = _millimeters(_header(path)[0]) or 1.0, read_itk(path)
+    return image._replace(spacing=image.spacing * scale, origin=image.origin * scale)
+
+
+def _millimeters(fields: dict[str, str]) -> float | None:
+    """Return how many mm the unit of a header's lengths is; None if it is not one unit of a length."""
+    named = {word.lower().removesuffix("s") for word in re.findall(r'"([^"]*)"', _units(fields))} - {"", "none"}
+    try:
+        scales = {factor(_WORDS.get(word, word), "length") / factor("mm", "length") for word in named} or {1.0}
+    except InputError:
+        return None
+    return scales.pop() if len(scales) == 1 else None
+
+
+def _units(fields: dict[str, str]) -> str:
+    return fields.get("spaceunits" if "spacedirections" in fields else "units", "")
+
+
+def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int) -> None:
+    try:
+        sizes = [int(size) for size in fields["sizes"].split()]
+        count = prod(sizes) * _BYTES[fields["type"].lower()]
+        encoding = fields["encoding"].lower()
+        lines, offset = (int(fields.get(key, 0)) for key in ("lineskip", "byteskip"))
+        if len(sizes) != int(fields["dimension"]) or min(sizes, default=0) < 1 or lines < 0:
+            raise ValueError
+        if encoding not in (*_PACKINGS, *_TEXTS):
+            raise ValueError
+    except (KeyError, ValueError):
+        raise InputError(f"{path}: not an image that can be read: its header is damaged; export it again") from None
+    if lines or encoding in _TEXTS:  # the library counts the numbers of a text itself
+        return
+    packing = _PACKINGS[encoding]
+    if packing == "raw":
+        last = holder.stat().st_size - count  # where voxels begin that end with the file
+        require_bytes(holder, max(start, last) if offset == -1 else start + offset, count)
+    else:  # bytes are skipped in what comes out
+        require_bytes(holder, start, count + max(offset, 0), packing)
+
+
+VOLUMES.register(VolumeFormat("nrrd", "NRRD", (".nrrd", ".nhdr"), None, read_nrrd, require_whole_nrrd))

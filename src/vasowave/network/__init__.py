@@ -1,1 +1,0 @@
-"""Vessels that hang together: their table, what is odd about them, and how they are repaired."""

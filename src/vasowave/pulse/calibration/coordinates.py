@@ -1,0 +1,129 @@
+"""Coordinates in which a search finds its way: what the data see, in place of the parameters' logarithms.
+
+A recording shows how much the vessels are stretched at its mean pressure, the total resistance, and how that is shared
+between its two parts. The stiffness of a stiffening wall at zero pressure, and the two parts apart, follow only from
+all of these together, so that in their own logarithms the objective is a long curved valley.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import expit, logit
+
+from vasowave.base.errors import NumericalError
+from vasowave.pulse.calibration.parameters import ParameterSpace, trial
+
+_STEP = 1e-6  # of the differences between the two sets of coordinates, which are smooth functions of each other
+_SHARPNESS = 4.0  # of the turn from the strain to its distance from the largest; 1 takes 15 % more simulations
+_STRAINS = 1e-4, 50.0  # area strains at mean pressure between which a search may go
+_WIDEST = 12.0  # reach of the logarithm of the resistance and of the logit of its ratio
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """Coordinates of the free parameters of a space.
+
+    The stiffness becomes the logarithm of the area strain at mean pressure, where the law is proportional to its first
+    parameter; near the largest strain of a law that has one, its distance from it takes the strain's place, so that no
+    coordinate lies beyond; the two parts of the resistance (`ParameterSpace.shared`), if both are free, become the
+    logarithm of the resistance and the logit of its ratio; all others are logarithms.
+
+    Attributes
+    ----------
+    space : ParameterSpace
+    pressure : float
+        Mean pressure of the recording, mmHg.
+    """
+
+    space: ParameterSpace
+    pressure: float
+
+    @cached_property
+    def strained(self) -> bool:
+        """Whether the first parameter of the wall law is replaced by the strain."""
+        wall = self.space.nominal[: len(self.space.law._fields)]
+        with trial():
+            single, doubled = (self.space.law.pressure_at(1.3, factor * wall[0], *wall[1:]) for factor in (1.0, 2.0))
+            return bool(self.space.free[0] and self.pressure > 0 and np.isclose(doubled, 2 * single, rtol=1e-9))
+
+    @cached_property
+    def shared(self) -> tuple[int, int] | None:
+        """Places of the two parts of the resistance among all parameters, if both are free."""
+        places = [self.space.names.index(name) for name in self.space.shared]
+        return (places[0], places[1]) if places and self.space.free[places].all() else None
+
+    @cached_property
+    def proximal(self) -> float:
+        """Share of the first part in the nominal resistance."""
+        return self.space.outlets.resistance_ratio()
+
+    def of(self, x: np.ndarray) -> np.ndarray:
+        """Return the coordinates of the logarithms `x` of the free parameters, shape (free,).
+
+        Raises
+        ------
+        NumericalError
+            The law says nothing there.
+        """
+        values = self.space.values(x)
+        coordinates = np.log(values)
+        if self.strained:
+            with trial():
+                strain = self.space.law.ratio_at(self.pressure, *values[: len(self.space.law._fields)]) - 1.0
+                excess = strain**-_SHARPNESS - self._largest_strain(values) ** -_SHARPNESS
+                coordinates[0] = -np.log(excess) / _SHARPNESS
+            if not np.isfinite(coordinates[0]):
+                raise NumericalError("the wall law has no strain at mean pressure there")
+        if self.shared is not None:
+            first, second = self.proximal * values[self.shared[0]], (1 - self.proximal) * values[self.shared[1]]
+            coordinates[list(self.shared)] = np.log(first + second), logit(first / (first + second))
+        return coordinates[self.space.free]
+
+    def logarithms(self, z: np.ndarray) -> np.ndarray:
+        """Return the logarithms of the free parameters at the coordinates `z`, shape (free,); NaN where there are none.
+
+        Only laws whose equations do not say up to which strain they hold leave places without parameters.
+        """
+        values = self.space.nominal.copy()
+        place = np.log(values)
+        place[self.space.free] = z
+        values[self.space.free] = np.exp(z)
+        if self.shared is not None:
+            total, ratio = np.exp(place[self.shared[0]]), expit(place[self.shared[1]])
+            values[list(self.shared)] = total * ratio / self.proximal, total * (1 - ratio) / (1 - self.proximal)
+        if self.strained:
+            values[0] = self._stiffness(place[0], values)
+        return np.log(values[self.space.free])
+
+    def _stiffness(self, place: float, values: np.ndarray) -> float:
+        """Return the law's first parameter at the coordinate of the strain, NaN where there is none."""
+        wall = values[1 : len(self.space.law._fields)]
+        try:
+            with trial():
+                largest = self._largest_strain(values)
+                strain = (np.exp(-_SHARPNESS * place) + largest**-_SHARPNESS) ** (-1 / _SHARPNESS)
+                unit = float(self.space.law.pressure_at(1.0 + strain, 1.0, *wall))
+        except NumericalError:
+            return np.nan
+        return self.pressure / unit if unit > 0 and np.isfinite(unit) else np.nan
+
+    def _largest_strain(self, values: np.ndarray) -> float:
+        """Return the strain that the law cannot reach, whatever its first parameter; infinite where there is none."""
+        count = len(self.space.law._fields)
+        return float(self.space.law.limits(1.0, *values[1:count])[1]) - 1.0
+
+    def slopes(self, z: np.ndarray) -> np.ndarray:
+        """Return the derivatives of `logarithms` by the coordinates, shape (free, free)."""
+        steps = _STEP * np.eye(len(z))
+        return np.stack([(self.logarithms(z + h) - self.logarithms(z - h)) / (2 * _STEP) for h in steps], axis=1)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates between which a search may go; the bounds of the parameters are not all among them."""
+        low, high = np.log(self.space.lower), np.log(self.space.upper)
+        if self.strained:
+            low[0], high[0] = np.log(_STRAINS)
+        if self.shared is not None:
+            low[list(self.shared)], high[list(self.shared)] = -_WIDEST, _WIDEST
+        return low[self.space.free], high[self.space.free]

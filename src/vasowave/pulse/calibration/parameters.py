@@ -1,0 +1,181 @@
+"""The parameters that are fitted, the wall law's and the outlets' factors: their bounds, and the model they make.
+
+Whatever a law, a model or the solver says of numbers that cannot be, a search's trial of them has failed.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vasowave.base.descriptions import Parameter
+from vasowave.base.errors import InputError, NumericalError, VasowaveError, did_you_mean
+from vasowave.pulse.model.blood import Blood
+from vasowave.pulse.model.laws import bed_factors, find_bed, find_law, full_name, parameter_names
+from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.nominal import Nominal
+from vasowave.pulse.model.outlets import Bed
+from vasowave.pulse.model.walls import VISCOSITY, WALL_VISCOSITY
+from vasowave.pulse.network.network import Network
+
+IMPOSSIBLE = (VasowaveError, ArithmeticError, ValueError)
+"""What numbers that cannot be may end in; the last two come from laws of users, built-in ones return NaN."""
+
+
+def fitted_parameters(
+    wall: str | type, bed: str | type = "windkessel", viscous: bool | None = None
+) -> dict[str, Parameter]:
+    """Return every parameter of a fit by its name: the wall law's, the factors of the beds, the wall's viscosity.
+
+    Raises
+    ------
+    InputError
+        An unknown wall law or bed.
+    """
+    law = find_law(wall)
+    parameters = dict(zip(parameter_names(law), law.law().parameters, strict=True)) | bed_factors(find_bed(bed))
+    return parameters | ({WALL_VISCOSITY: VISCOSITY} if viscous else {})
+
+
+@dataclass(frozen=True, eq=False)
+class ParameterSpace:
+    """The parameters of one fit; searches move in the logarithms of the free ones.
+
+    Attributes
+    ----------
+    law : type
+        Class of the wall law.
+    parameters : dict of str to Parameter
+        All of them: the wall's, the outlets' factors and, where walls are viscous, their viscosity.
+    nominal, lower, upper : array, shape (parameter,)
+        In the units of the parameters.
+    free : bool array, shape (parameter,)
+        False where a parameter is held at its nominal or given value.
+    """
+
+    law: Any
+    parameters: dict[str, Parameter]
+    nominal: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    free: np.ndarray
+    network: Network
+    outlets: Bed
+    blood: Blood
+    outlet_pressure: float
+    outlet_pulsation: np.ndarray | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all parameters."""
+        return tuple(self.parameters)
+
+    @property
+    def wall_names(self) -> tuple[str, ...]:
+        """Names of the wall law's parameters, in the order of its fields."""
+        return self.names[: len(self.law._fields)]
+
+    @property
+    def factor_names(self) -> tuple[str, ...]:
+        """Names of the factors of the beds."""
+        count = len(self.law._fields)
+        return tuple(name for name in self.names[count:] if name != WALL_VISCOSITY)
+
+    @property
+    def shared(self) -> tuple[str, ...]:
+        """The two factors of the beds between which the recording splits one resistance, if there are two."""
+        bed = type(self.outlets)
+        return tuple(full_name(bed, name) for name in bed.bed().shared or ())
+
+    @property
+    def free_names(self) -> tuple[str, ...]:
+        """Names of the free parameters."""
+        return tuple(name for name, free in zip(self.names, self.free, strict=True) if free)
+
+    @property
+    def log_bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Logarithms of the free parameters' bounds."""
+        return np.log(self.lower[self.free]), np.log(self.upper[self.free])
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        """Return all parameters for the logarithms `x` of the free ones."""
+        values = self.nominal.copy()
+        values[self.free] = np.exp(x)
+        return values
+
+    def model(self, values: np.ndarray) -> Model:
+        """Return the model that all parameters together make."""
+        named = dict(zip(self.names, values, strict=True))
+        wall, factors = ([named[name] for name in names] for names in (self.wall_names, self.factor_names))
+        outlets, viscosity = self.outlets.scaled(*factors), named.get(WALL_VISCOSITY, 0.0)
+        return Model(self.network, self.law(*wall), outlets, self.blood, self.outlet_pressure,
+                     wall_viscosity=viscosity, outlet_pulsation=self.outlet_pulsation)  # fmt: skip
+
+
+def parameter_space(
+    wall: str | type,
+    network: Network,
+    nominal: Nominal,
+    blood: Blood,
+    bounds: Mapping[str, tuple[float, float]],
+    fixed: Mapping[str, float],
+    paper_bounds: bool,
+    viscous: bool | None = None,
+) -> ParameterSpace:
+    """Return the parameters of a fit.
+
+    Raises
+    ------
+    InputError
+        An unknown wall or parameter, bounds that are not positive and ordered, or nothing left to fit.
+    """
+    law, parameters = find_law(wall), fitted_parameters(wall, type(nominal.outlets), viscous)
+    for name in (*bounds, *fixed):
+        if name not in parameters:
+            raise InputError(
+                f"the {law.law().name} wall has no parameter '{name}'{did_you_mean(name, parameters)}; it has: "
+                f"{', '.join(parameters)}"
+            )
+    spans = {
+        name: bounds.get(name) or _span(parameter, nominal, paper_bounds) for name, parameter in parameters.items()
+    }
+    for name, (low, high) in spans.items():
+        if not 0 < low < high < math.inf:
+            raise InputError(f"bounds of {name}: {low:g} to {high:g}; they must be positive and ordered")
+    for name, value in fixed.items():
+        if not (math.isfinite(value) and value > 0):
+            raise InputError(f"{name} cannot be held at {value:g}; it must be positive")
+    free = np.array(
+        [name not in fixed and (not parameter.held or name in bounds) for name, parameter in parameters.items()]
+    )
+    if not free.any():
+        raise InputError("every parameter is held fixed; leave at least one free, or use simulate")
+    values = [
+        fixed.get(name, parameter.nominal * parameter.scale(nominal.beta)) for name, parameter in parameters.items()
+    ]
+    lower, upper = np.array(list(spans.values()), dtype=float).T
+    return ParameterSpace(law, parameters, np.array(values), lower, upper, free, network, nominal.outlets, blood,
+                 nominal.outlet_pressure, nominal.outlet_pulsation)  # fmt: skip
+
+
+def _span(parameter: Parameter, nominal: Nominal, paper: bool) -> tuple[float, float]:
+    low, high = parameter.limits(paper)
+    unit = parameter.scale(nominal.beta)
+    return low * unit, high * unit
+
+
+@contextmanager
+def trial() -> Iterator[None]:
+    """Raise `NumericalError`, with the reason, for whatever parameters that cannot be end in inside the block."""
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is refused where it is used
+            yield
+    except NumericalError:
+        raise
+    except VasowaveError as error:
+        raise NumericalError(str(error)) from error
+    except IMPOSSIBLE as error:
+        raise NumericalError(f"these parameters make no model ({type(error).__name__}: {error})") from error

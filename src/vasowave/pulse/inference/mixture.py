@@ -1,0 +1,276 @@
+"""Draws of a whole posterior from the distributions learned around its modes, and whether two halves of it agree.
+
+Every component is a density whose integral is known (by bridge sampling). Draws of all of them are weighted by the true
+density over that of their mixture (Veach & Guibas, SIGGRAPH 1995, the balance heuristic): it does not matter which
+component a draw came from, nor whether components overlap.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import logsumexp
+
+from vasowave.base.errors import NumericalError
+from vasowave.pulse.inference.emulator import Emulator
+from vasowave.pulse.inference.ensemble import log_integral
+from vasowave.pulse.inference.mode import Climbed
+from vasowave.pulse.inference.reweighting import ImportanceWeights, smoothed
+from vasowave.pulse.inference.rounds import (
+    DRAWN,
+    Component,
+    Target,
+    learn,
+    log_error,
+    log_prior,
+    moved,
+    simulated_at,
+    taught,
+)
+
+_STEPS = 400  # of the walkers
+_BEFORE = 0.25  # share of the steps that is not drawn from: the walkers come from a density that is a little wider
+_TRIES = 3  # draws that cannot be trusted teach the emulators, and others are drawn
+_HOPELESS = 7.0  # nats below the likeliest mode from which one is not explored: a thousandth of the probability
+_LEAST = 0.1  # share of the draws that every component has
+_MOST = 3  # modes that are explored
+_OVERLAP = 0.01  # of the probability that may belong to either of two components, above which they are ends of one mode
+
+
+@dataclass(frozen=True, eq=False)
+class Explored:
+    """Draws of the mixture, simulated, with the weights that make them draws of the posterior.
+
+    Attributes
+    ----------
+    points : array, shape (draw, unknown)
+    residuals : array, shape (draw, output)
+        Measured minus simulated.
+    weights : ImportanceWeights
+    effective : float
+        Independent draws that would be worth as much: few weights are large, and walkers remember.
+    missed : array, shape (draw, output)
+        Simulated minus emulated.
+    log_error : float
+        SD of the emulators' error of the log-likelihood.
+    log_evidence, log_evidence_error : float
+    emulator : Emulator
+        Of the likeliest component.
+    rounds : int
+        Of all components.
+    shares : array, shape (mode,)
+        Probability of each mode; components that overlap are one.
+    halves_distance : float
+        Largest distance between the means of two independent halves, or of one from the whole, in posterior SD.
+    best_log_likelihood : float
+        Of all draws.
+    """
+
+    points: np.ndarray
+    residuals: np.ndarray
+    weights: ImportanceWeights
+    effective: float
+    missed: np.ndarray
+    log_error: float
+    log_evidence: float
+    log_evidence_error: float
+    emulator: Emulator
+    rounds: int
+    shares: np.ndarray
+    halves_distance: float
+    best_log_likelihood: float
+
+
+def explore(target: Target, modes: Sequence[Climbed], rng: np.random.Generator, draws: int = 400) -> Explored:
+    """Return draws of the posterior of points with prior N(0, 1), from its modes, the likeliest first.
+
+    Raises
+    ------
+    NumericalError
+        Most points near every mode cannot be simulated.
+    """
+    components = _components(target, modes, rng)
+    for tries_left in reversed(range(_TRIES)):
+        components, clouds = _likely(components, rng)
+        drawn = _drawn(target, components, clouds, draws, rng)
+        weights = smoothed(drawn.log_ratio(range(len(components))))
+        if weights.trusted or not tries_left:
+            break
+        components = [_retaught(target, component, drawn, i) for i, component in enumerate(components)]
+    return _explored(target, components, clouds, modes, drawn, weights)
+
+
+def _components(target: Target, modes: Sequence[Climbed], rng: np.random.Generator) -> list[Component]:
+    """Learn around every mode that may matter and that no other component covers."""
+    evidence = [candidate.log_evidence(target.noise, target.measured) for candidate in modes]
+    components: list[Component] = []
+    failure: NumericalError | None = None
+    for mode, log in zip(modes, evidence, strict=True):
+        if components and log < max(evidence) - _HOPELESS:
+            continue
+        covering = [i for i, candidate in enumerate(components) if candidate.covers(mode, target)]
+        if covering:
+            i = covering[0]
+            components[i] = components[i].found_by(mode.halves)
+        elif len(components) < _MOST:
+            try:
+                components.append(learn(target, mode, rng))
+            except NumericalError as error:
+                failure = error
+    if not components and failure is not None:
+        raise failure
+    return components
+
+
+class _Cloud(NamedTuple):
+    """Draws of one component: those of two independent halves of walkers, and the logarithm of the integral."""
+
+    halves: tuple[np.ndarray, np.ndarray]
+    independent: float  # draws that both halves are worth together
+    log_integral: float
+    error: float
+    log_evidence: float
+
+
+def _likely(components: Sequence[Component], rng: np.random.Generator) -> tuple[list[Component], list[_Cloud]]:
+    """Return the components that hold more than a thousandth of the probability, and draws of them."""
+    pairs = [(component, _cloud(component, rng)) for component in components]
+    threshold = max(cloud.log_evidence for _, cloud in pairs) - _HOPELESS
+    likely = [(component, cloud) for component, cloud in pairs if cloud.log_evidence >= threshold]
+    return [component for component, _ in likely], [cloud for _, cloud in likely]
+
+
+def _cloud(component: Component, rng: np.random.Generator) -> _Cloud:
+    log_drawn = component.surrogate.log_drawn
+    halves, values, independent = [], [], 0.0
+    for walkers in (component.walkers[::2], component.walkers[1::2]):
+        ensemble = moved(log_drawn, walkers, _STEPS, rng)
+        late = slice(int(_BEFORE * len(ensemble.points)), None)
+        independent += worth(ensemble.points[late])
+        halves.append(ensemble.points[late].reshape(-1, walkers.shape[1]))
+        values.append(ensemble.log_density[late].ravel())
+    together = np.concatenate(values)
+    integral, error = log_integral(log_drawn, np.concatenate(halves), together, rng)
+    log_ratio = (1 / DRAWN - 1) * together  # log posterior density over the drawn one
+    evidence = integral + float(logsumexp(log_ratio)) - np.log(len(log_ratio))
+    return _Cloud((halves[0], halves[1]), independent, integral, error, float(evidence))
+
+
+def worth(points: np.ndarray) -> float:
+    """Return how many independent draws walkers are worth, from points of shape (step, walker, unknown).
+
+    What the walkers' own means scatter by tells how long each remembers where it was.
+    """
+    scatter = points.mean(axis=0).var(axis=0, ddof=1) / points.var(axis=(0, 1))
+    return points.shape[1] / float(scatter.mean())
+
+
+class _Drawn(NamedTuple):
+    """Simulated draws: the component and the half that each came from, and the logarithms of all densities there."""
+
+    points: np.ndarray
+    outputs: np.ndarray
+    component: np.ndarray
+    half: np.ndarray
+    log_true: np.ndarray
+    log_density: np.ndarray  # of every component, shape (component, draw), with its share of the draws
+
+    def log_ratio(self, components: Sequence[int] | range, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """Return the true density over that of a mixture of some components, at some draws."""
+        return self.log_true[rows] - logsumexp(self.log_density[list(components)][:, rows], axis=0)
+
+
+def _drawn(
+    target: Target, components: Sequence[Component], clouds: Sequence[_Cloud], draws: int, rng: np.random.Generator
+) -> _Drawn:
+    """Simulate draws of every component, the more the likelier it is, from both halves alike."""
+    evidence = np.array([source.log_evidence for source in clouds])
+    shares = np.maximum(np.exp(evidence - logsumexp(evidence)), _LEAST)
+    counts = np.maximum(np.round(draws * shares / shares.sum() / 2).astype(int), 1)  # of each half
+    chunks = [
+        (cloud[rng.choice(len(cloud), min(count, len(cloud)), replace=False)], i, half)
+        for i, (source, count) in enumerate(zip(clouds, counts, strict=True))
+        for half, cloud in enumerate(source.halves)
+    ]
+    points = np.concatenate([chosen for chosen, _, _ in chunks])
+    component = np.concatenate([np.full(len(chosen), i) for chosen, i, _ in chunks])
+    half = np.concatenate([np.full(len(chosen), half) for chosen, _, half in chunks])
+    outputs = simulated_at(target, points)
+    density = np.array([
+        source.surrogate.log_drawn(points) - cloud.log_integral + np.log(np.mean(component == i))
+        for i, (source, cloud) in enumerate(zip(components, clouds, strict=True))
+    ])  # fmt: skip
+    return _Drawn(points, outputs, component, half, target.log_likelihood(outputs) + log_prior(points), density)
+
+
+def _retaught(target: Target, component: Component, drawn: _Drawn, number: int) -> Component:
+    rows = drawn.component == number
+    return taught(target, component, drawn.points[rows], drawn.outputs[rows])
+
+
+def _explored(
+    target: Target,
+    components: Sequence[Component],
+    clouds: Sequence[_Cloud],
+    modes: Sequence[Climbed],
+    drawn: _Drawn,
+    weights: ImportanceWeights,
+) -> Explored:
+    foretold, emulated = np.empty(len(drawn.points)), np.empty_like(drawn.outputs)
+    for i, component in enumerate(components):
+        rows = drawn.component == i
+        foretold[rows] = component.surrogate.log_likelihood(drawn.points[rows])
+        emulated[rows] = component.surrogate.emulator(drawn.points[rows])
+    ratio = drawn.log_ratio(range(len(components)))
+    evidence = float(logsumexp(ratio)) - np.log(len(ratio))
+    spread = float(np.std(np.exp(ratio - evidence)) / np.sqrt(len(ratio)))
+    posterior = np.exp(weights.log_weight)
+    shares = np.array([posterior[drawn.component == i].sum() for i in range(len(components))])
+    errors = shares * [cloud.error for cloud in clouds]
+    remembered = sum(share**2 / cloud.independent for share, cloud in zip(shares, clouds, strict=True))
+    effective = 1 / (1 / weights.effective + remembered)
+    return Explored(
+        drawn.points, target.measured - drawn.outputs, weights, effective, drawn.outputs - emulated,
+        log_error(target, foretold, drawn.points, drawn.outputs, DRAWN),
+        evidence, float(np.hypot(np.linalg.norm(errors), spread)),
+        components[int(np.argmax(shares))].surrogate.emulator, sum(component.rounds for component in components),
+        separate(drawn.log_density, posterior), _apart(components, modes, drawn, posterior),
+        float(np.max(drawn.log_true - log_prior(drawn.points))),
+    )  # fmt: skip
+
+
+def separate(log_density: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Return the probability of each separate mode, from densities (component, draw) and the draws' weights.
+
+    Ends of one long ridge may be learned as two components; what they share tells that they are one mode.
+    """
+    belongs = np.exp(log_density - logsumexp(log_density, axis=0))
+    mode = np.arange(len(belongs))
+    for i, j in combinations(range(len(belongs)), 2):
+        if weight @ np.minimum(belongs[i], belongs[j]) > _OVERLAP:
+            mode[mode == mode[j]] = mode[i]
+    return np.array([float(weight @ belongs[mode == label].sum(axis=0)) for label in np.unique(mode)])
+
+
+def _apart(components: Sequence[Component], modes: Sequence[Climbed], drawn: _Drawn, weight: np.ndarray) -> float:
+    """Return how far the means of two halves are from each other and from the whole, in posterior SD.
+
+    Each half knows the modes that its own starts found and its own walkers; one whose modes were all left out because
+    they are hopeless stands at the best of them.
+    """
+    mean = weight @ drawn.points
+    sd = np.sqrt(weight @ (drawn.points - mean) ** 2)
+    means = [mean]
+    for half in (0, 1):
+        members = [i for i, component in enumerate(components) if half in component.halves]
+        middles = [mode.middle for mode in modes if half in mode.halves]
+        rows = (drawn.half == half) & np.isin(drawn.component, members)
+        if rows.any():
+            means.append(np.exp(smoothed(drawn.log_ratio(members, rows)).log_weight) @ drawn.points[rows])
+        elif middles:
+            means.append(middles[0])
+        else:
+            return np.inf
+    return max(float(np.max(np.abs(first - second) / sd)) for first, second in combinations(means, 2))

@@ -1,0 +1,130 @@
+"""The formats of networks: one module a program or group, which registers what it reads; a further one needs no more.
+
+A file is known by what it holds. What a network cannot hold of it (walls, beds, inflow) is said and left out.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.base.errors import InputError
+from vasowave.base.findings import warn
+from vasowave.base.io.columns import number
+from vasowave.base.io.formats import Format, Registry
+from vasowave.base.io.textfile import regular_file
+from vasowave.base.units import factor
+from vasowave.pulse.network.network import Network
+from vasowave.pulse.network.remarks import implausible_sizes
+from vasowave.pulse.network.vessel_table import is_vessel_table, read_vessel_table
+
+_AMOUNT = re.compile(r"\s*(?P<number>[\d.]+(?:e-?\d+)?)?\s*(?P<unit>[^\d\s].*?)\s*", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class NetworkFormat(Format):
+    """How networks of one kind are known and read.
+
+    Attributes
+    ----------
+    read : callable
+        Takes a path and what lengths are multiplied by. Returns the network, and what of it was left out or is odd.
+    has_unit : bool
+        Whether the files say in which unit their lengths are.
+    """
+
+    has_unit: bool = True
+
+
+NETWORKS = Registry[NetworkFormat](__name__, "table")
+"""Every format of networks."""
+
+NETWORKS.register(
+    NetworkFormat(
+        "table", "table of vessels", (".csv", ".tsv", ".txt", ".dat", ".xlsx"), is_vessel_table,
+        lambda path, scale: read_vessel_table(path),
+    )
+)  # fmt: skip
+
+
+def read_network(path: str | Path, unit: str | None = None) -> Network:
+    """Read a network: a table of vessels, or a file of another program (`NETWORKS`).
+
+    Parameters
+    ----------
+    path : path
+        A table (CSV, TSV, Excel) as of `read_vessel_table`; a MATLAB file with ``dim_mat`` and ``ves_conn``;
+        ``Dimensions.txt`` or ``connectivity.txt``, which lie in one folder; the input of svOneDSolver; FirstBlood's
+        table of edges.
+    unit : str, optional
+        Unit of lengths and radii (``mm``, or the edge of a voxel, ``0.0036 cm``), for files that do not say it.
+
+    Raises
+    ------
+    InputError
+        As `Network` and `read_vessel_table`; a file that does not say its unit, if none is given, and one that does,
+        if one is; a network with loops.
+
+    Warns
+    -----
+    VasowaveWarning
+        What a network cannot hold of the file; sizes that look like another unit; see `read_vessel_table`.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> from pathlib import Path
+    >>> rows = ["name,parent,length [mm],radius [mm]", "main,,4.1,0.5", "left,main,4.5,0.3", "right,main,3.7,0.4", ""]
+    >>> _ = Path("lung.csv").write_text("\\n".join(rows))
+    >>> vw.read_network("lung.csv")
+    Network(3 vessels, 2 terminals, root 'main' r0 0.05 cm, total length 1.23 cm)
+    >>> _ = Path("Dimensions.txt").write_text("4.1 0.5 0.5\\n4.5 0.3 0.3\\n3.7 0.4 0.4\\n")
+    >>> _ = Path("connectivity.txt").write_text("0 1 2 0\\n1 0 0 0\\n2 0 0 0\\n")
+    >>> vw.read_network("Dimensions.txt", unit="mm")
+    Network(3 vessels, 2 terminals, root '0' r0 0.05 cm, total length 1.23 cm)
+    """
+    path = regular_file(path)
+    form = NETWORKS.of(path)
+    if form.has_unit and unit is not None:
+        raise InputError(f"{path}: says the unit of its lengths itself; leave out the unit '{unit}'")
+    if not form.has_unit and unit is None:
+        raise InputError(unit_wanted(path, form))
+    network, findings = form.read(path, scale_of(unit) if unit is not None else 1.0)
+    for finding in (*findings, *implausible_sizes(network)):
+        warn(finding.at(str(path)))
+    return network
+
+
+def taper_of(first: np.ndarray, last: np.ndarray, length: np.ndarray) -> np.ndarray | None:
+    """Return the taper of vessels by the radii of their two ends, None if none tapers."""
+    with np.errstate(invalid="ignore", divide="ignore"):  # a length that is none, which `Network` refuses
+        taper = (first - last) / length
+    return taper if np.any(taper) else None
+
+
+def number_in(path: Path, line: int, text: str) -> float:
+    """Return the number that a word of a file is; `InputError` with its line if it is none."""
+    try:
+        return number(text)
+    except ValueError:
+        raise InputError(f"{path}, line {line}: '{text[:40]}' is not a number") from None
+
+
+def unit_wanted(path: Path, form: NetworkFormat) -> str:
+    """Say that a file does not name its unit, and how to give it."""
+    return (
+        f"{path}: a {form.title} does not say the unit of its lengths; give it, as mm or as the edge of a voxel: "
+        "`vasowave tidy FILE --unit '0.0036 cm' -o network.csv`, or read_network(path, unit='mm')"
+    )
+
+
+def scale_of(unit: str) -> float:
+    """Return the number that turns lengths in a unit, or in so many of it (``0.0036 cm``), into cm."""
+    match = _AMOUNT.fullmatch(unit)
+    if not match:
+        raise InputError(f"unit '{unit}': write a unit, as mm, or a number and a unit, as 0.0036 cm")
+    scale = float(match["number"] or 1.0) * factor(match["unit"], "length")
+    if not (np.isfinite(scale) and scale > 0):
+        raise InputError(f"unit '{unit}': the number must be positive")
+    return scale

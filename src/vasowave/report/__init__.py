@@ -1,1 +1,0 @@
-"""Self-contained pages about one animal or many: words, tables, figures, methods, provenance."""

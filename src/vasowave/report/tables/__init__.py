@@ -1,1 +1,0 @@
-"""The tables of a report, made from the results of the animals."""

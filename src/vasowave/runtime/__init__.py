@@ -1,1 +1,0 @@
-"""The needs of a running process: compiled kernels, threads, memory, locks."""

@@ -1,0 +1,134 @@
+"""From stored results back to the model that was fitted: it can be simulated, changed and swept again."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.findings import from_json
+from vasowave.base.stores import parsed
+from vasowave.pulse.cycle.cycle import FEWEST_SAMPLES, Inflow, Recording, resample
+from vasowave.pulse.cycle.observation import NUMBERS, Observation
+from vasowave.pulse.model.blood import FRICTIONS, Blood
+from vasowave.pulse.model.law_files import looking_in, plain
+from vasowave.pulse.model.laws import bed_quantities, find_bed, find_law, parameter_names
+from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.numerics import Numerics
+from vasowave.pulse.model.walls import WALL_VISCOSITY
+from vasowave.study.animal.animal import Settings
+from vasowave.study.animal.result import AnimalResult
+
+
+def stored_recording(result: AnimalResult) -> Recording:
+    """Return the averaged cycle of an animal's stored results, with its notes and the errors of its harmonics."""
+    data = result.recording
+    names = ("pressure_error", "flow_error", "wedge_pulsation")
+    errors = {name: data[name].values for name in names if name in data}
+    return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"],
+                     from_json(data.attrs["findings"]), **errors,
+                     wedge_pressure=float(data.get("wedge_pressure", 0.0)))  # fmt: skip
+
+
+def stored_inflow(result: AnimalResult, wall: str | type = "") -> Recording | Inflow:
+    """Return what enters the model that was fitted: the recording's flow, or what a pressure that entered lets in."""
+    law = result.laws[stored_law(result, wall)[0]]
+    if law.compared == "pressure":
+        return stored_recording(result)
+    return Inflow(law.simulated("flow", result.root).values, float(result.recording.attrs["period"]))
+
+
+def stored_sites(result: AnimalResult) -> tuple[Observation, ...]:
+    """Return what was observed elsewhere of an animal's stored results, in the harmonics that its fits compared."""
+    data = next((law.sites for law in result.laws.values() if law.sites is not None), None)
+    if data is None:
+        return ()
+    observations = []
+    for row in range(data.sizes["site"]):
+        site = {name: variable.values[row] for name, variable in data.data_vars.items() if variable.dims[0] == "site"}
+        numbers: dict[str, Any] = {name: float(site[name]) for name in NUMBERS if np.isfinite(site[name])}
+        wave: dict[str, Any] = (
+            {} if numbers else {"waveform": resample(site["measured"], max(len(site["measured"]), FEWEST_SAMPLES))}
+        )
+        errors: dict[str, Any] = {name: float(site[name]) for name in ("error", "place", "zero_sd", "gain_sd")}
+        observations.append(Observation(str(site["observed"]), str(site["vessel"]), **errors, **numbers, **wave))
+    return tuple(observations)
+
+
+@looking_in(Path())  # what results name was typed by nobody
+def stored_settings(result: AnimalResult) -> Settings:
+    """Return the settings that an animal was analyzed with."""
+    data = dict(result.settings)
+    return Settings(**data | {"blood": _blood(data["blood"]), "numerics": Numerics(**data["numerics"])})
+
+
+def _blood(data: Mapping[str, Any]) -> Blood:
+    friction = dict(data["friction"])
+    kind = {friction_class.__name__: friction_class for friction_class in FRICTIONS.values()}[friction.pop("law")]
+    return Blood(float(data["density"]), float(data["viscosity"]), kind(**friction))
+
+
+@looking_in(Path())
+def stored_law(result: AnimalResult, wall: str | type = "") -> tuple[str, Any]:
+    """Return the name under which a law that was fitted is stored, and its class.
+
+    Parameters
+    ----------
+    result : AnimalResult
+    wall : str or class
+        Name of the law; of one of a user's own also ``our_laws:Class`` or the class. By default the first law.
+
+    Raises
+    ------
+    InputError
+        The results hold no fit with this law, or the law itself is not here.
+    """
+    stored = {name: str(law.calibration.attrs["law"]) for name, law in result.laws.items()}
+    requested_law: Any = wall or next(iter(stored), "")
+    text = requested_law if isinstance(requested_law, str) else requested_law.law().name
+    name = next((name for name, law in stored.items() if text in (name, law, plain(law))), None)
+    if name is None:
+        hint, stored_names = did_you_mean(text, stored), ", ".join(stored) or "none"
+        raise InputError(f"no fit with the wall law '{text}'{hint}; there are: {stored_names}")
+    return name, find_law(stored[name] if isinstance(requested_law, str) else requested_law)
+
+
+@looking_in(Path())
+def stored_model(result: AnimalResult, wall: str | type = "") -> Model:
+    """Return the model that was fitted to an animal, to the last bit.
+
+    Parameters
+    ----------
+    result : AnimalResult
+    wall : str or class
+        The wall law, see `stored_law`; by default the first that was fitted.
+
+    Raises
+    ------
+    InputError
+        The results hold no fit with this law, or the law, one of a user's own, is not here.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> mouse = vw.Animal("mouse 6", "CTL", vw.control_network(), vw.virtual_mouse(), synthetic=True)
+    >>> result = vw.analyze(mouse, vw.Settings(walls=("linear",), starts=1))
+    >>> vw.stored_model(result)
+    Model(LinearWall(beta ...), Windkessel, Network(21 vessels, ...))
+    """
+    name, law = stored_law(result, wall)
+    data = result.laws[name].calibration
+    blood = _blood(
+        {
+            "density": data.attrs["blood_density_g_per_ml"],
+            "viscosity": data.attrs["blood_viscosity_cm2_per_s"],
+            "friction": parsed(data.attrs["friction"]),
+        }
+    )
+    bed = find_bed(str(data.attrs["bed"]))
+    outlets = bed(*(data[name].values for name in bed_quantities(bed)))
+    wall, cycle = law(*(data[name].values for name in parameter_names(law))), stored_recording(result)
+    viscosity = data[WALL_VISCOSITY].values if WALL_VISCOSITY in data else 0.0
+    return Model(result.network, wall, outlets, blood, cycle.wedge_pressure, wall_viscosity=viscosity,
+                 outlet_pulsation=cycle.wedge_pulsation)  # fmt: skip

@@ -1,0 +1,64 @@
+"""Changes along the tree of a calibrated model, vessel by vessel, as labelled data."""
+
+import numpy as np
+import xarray as xr
+
+from vasowave.pulse.analysis.compliances import compliance
+from vasowave.pulse.analysis.tree import pressure_drop, wave_speeds
+from vasowave.pulse.calibration.result import CalibratedModel
+from vasowave.pulse.model import walls
+from vasowave.pulse.quantities import QUANTITIES
+from vasowave.study.animal.labelled import labelled, table_dataset
+from vasowave.study.animal.quantities import quantities_dataset
+
+_ABOVE, _POINTS = 1.05, 101  # how far the curve of the law is drawn, of the highest pressure; its points
+
+
+def vessels_dataset(fit: CalibratedModel) -> xr.Dataset:
+    """Return wave speed at mean pressure, compliance at diastolic pressure (eqs. 25 to 33), and pressure drops.
+
+    Pressures are those at the middle of each vessel.
+    """
+    network = fit.model.network
+    pressure = fit.simulation["pressure"]
+    middle = pressure.sel(station="middle").to_numpy()
+    mean, diastolic = middle.mean(axis=0), middle.min(axis=0)
+    at_diastole = compliance(fit.model, diastolic)
+    ends = pressure.sel(station="outlet").to_numpy()[:, network.terminals]
+    inlet = pressure.sel(station="inlet").to_numpy()[:, network.root]
+    speeds = _renamed(table_dataset(wave_speeds(fit.model, mean).reset_index(), "vessel"))
+    drops = _renamed(table_dataset(pressure_drop(network, inlet, ends).reset_index(), "terminal"))
+    drops = drops.rename({"distance": "terminal_distance"})
+    per = "vessel"
+    vessel_values = {
+        "mean_pressure": labelled(per, mean, "mmHg", "mean pressure at the middle of the vessel"),
+        "diastolic_pressure": labelled(per, diastolic, "mmHg", "diastolic pressure at the middle of the vessel"),
+        "compliance": labelled(per, at_diastole.vessel, "ml/mmHg", "volume compliance at diastolic pressure (eq. 25)"),
+    }
+    dataset = xr.merge([speeds.assign(vessel_values), drops], combine_attrs="override", join="exact")
+    sums = quantities_dataset({"C_v": at_diastole.network_published, "C_v_plain": at_diastole.network_sum}, QUANTITIES)
+    return dataset.merge(sums).merge(_law_curve(fit))
+
+
+def _law_curve(fit: CalibratedModel) -> xr.Dataset:
+    """Return the wall law of the root vessel as a curve, from zero pressure to above the highest that is met."""
+    network = fit.model.network
+    root = network.root
+    wall = type(fit.model.wall)(*(value[root] for value in fit.model.wall))
+    highest = float(fit.simulation["pressure"].isel(vessel=root).max())
+    pressure = np.linspace(0.0, max(_ABOVE * highest, 1.0), _POINTS)
+    area = np.asarray(walls.area(wall, pressure, fit.model.area0[root]))
+    return xr.Dataset(
+        {
+            "law_pressure": labelled("law_point", pressure, "mmHg", "pressure along the wall law"),
+            "law_area": labelled("law_point", area, "cm2", "area of the root vessel at that pressure"),
+        }
+    )
+
+
+def _renamed(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the dataset with names in one word, "wave speed" as ``wave_speed``, and that text as meaning."""
+    for name in dataset.data_vars:
+        dataset[name].attrs.setdefault("long_name", str(name))
+        dataset[name].attrs.setdefault("units", "1")
+    return dataset.rename({name: str(name).replace(" ", "_") for name in dataset.data_vars})

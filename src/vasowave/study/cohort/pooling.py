@@ -1,0 +1,198 @@
+"""Estimates of single animals pooled within groups, each as far as it is known: random effects on logarithms."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.base.descriptions import LEVEL
+from vasowave.base.errors import InputError
+
+
+class Mean(NamedTuple):
+    """The mean of a group of animals that differ, and are each known with an error.
+
+    Attributes
+    ----------
+    value : float
+    error : float
+        Its standard error, by Hartung and Knapp.
+    freedom : float
+        Degrees of freedom of that error.
+    between : float
+        Standard deviation of the animals' true values.
+    """
+
+    value: float
+    error: float
+    freedom: float
+    between: float
+
+
+def pooled_mean(values: np.ndarray, errors: np.ndarray) -> Mean:
+    """Return the mean of animals whose estimates scatter by their errors and by what the animals differ.
+
+    The animals' variance is the restricted maximum likelihood's, the weights are 1/(variance + error²), and the
+    standard error is that of Hartung and Knapp (2001), which follows the scatter about the mean, but never smaller than
+    the errors alone make it (Knapp and Hartung 2003). Without errors all of this is the plain mean with its usual
+    standard error.
+
+    Parameters
+    ----------
+    values, errors : array, shape (animal,)
+        Estimates and their standard errors, for instance of logarithms; 0 where nothing is known of the error.
+
+    Raises
+    ------
+    InputError
+        Fewer than two animals, or no variation at all.
+    """
+    if len(values) < 2:
+        raise InputError("pooling needs two animals")
+    if not np.any(errors) and np.ptp(values) == 0:
+        raise InputError("the animals do not vary and have no errors; there is nothing to pool")
+    many = pooled_means(values, errors)
+    return Mean(float(many.value), float(many.error), many.freedom, float(many.between))
+
+
+class Means(NamedTuple):
+    """The fields of `Mean` for many groups at once, as arrays; all have the same degrees of freedom."""
+
+    value: np.ndarray
+    error: np.ndarray
+    freedom: float
+    between: np.ndarray
+
+
+def pooled_means(values: np.ndarray, errors: np.ndarray) -> Means:
+    """Return the `pooled_mean` of every group of `values`, shape (..., animal), whose animals have the same errors."""
+    if not np.any(errors):
+        spread = np.asarray(values.std(axis=-1, ddof=1))
+        error = spread / np.sqrt(values.shape[-1])
+        return Means(np.asarray(values.mean(axis=-1)), error, values.shape[-1] - 1.0, spread)
+    between = _between(values, errors**2)
+    weights = 1 / (between[..., np.newaxis] + errors**2)
+    total_weight, freedom = weights.sum(axis=-1), values.shape[-1] - 1.0
+    mean = (weights * values).sum(axis=-1) / total_weight
+    scatter = (weights * (values - mean[..., np.newaxis]) ** 2).sum(axis=-1) / freedom
+    return Means(mean, np.sqrt(np.maximum(1.0, scatter) / total_weight), freedom, np.sqrt(between))
+
+
+class Difference(NamedTuple):
+    """The difference of two pooled means, its standard error, and Satterthwaite's degrees of freedom; or many."""
+
+    value: np.ndarray
+    error: np.ndarray
+    freedom: np.ndarray
+
+    @property
+    def p(self) -> np.ndarray:
+        """Two-sided p of each by itself."""
+        from scipy.special import stdtr
+
+        return np.asarray(2 * stdtr(self.freedom, -np.abs(self.value) / self.error))
+
+
+def difference(first: Mean | Means, second: Mean | Means, shared: float = 0.0) -> Difference:
+    """Return the second mean minus the first; `shared` is the standard error that no number of animals lessens."""
+    first_variance, second_variance = np.square(first.error), np.square(second.error)
+    variance = first_variance + second_variance + shared**2
+    freedom = variance**2 / (first_variance**2 / first.freedom + second_variance**2 / second.freedom)
+    return Difference(np.asarray(second.value - first.value), np.sqrt(variance), freedom)
+
+
+class Ratio(NamedTuple):
+    """A ratio of two groups with its interval, from logarithms.
+
+    Attributes
+    ----------
+    value, low, high : float
+    error : float
+        Standard error of its logarithm.
+    reference, other : float
+        The pooled geometric means of the groups, whose ratio it is; in the unit of the animals' values.
+    freedom : float
+        Degrees of freedom of its error.
+    """
+
+    value: float
+    low: float
+    high: float
+    error: float
+    reference: float
+    other: float
+    freedom: float
+
+
+def pooled_ratio(
+    reference: tuple[np.ndarray, np.ndarray],
+    group: tuple[np.ndarray, np.ndarray],
+    level: float = LEVEL,
+    shared: float = 0.0,
+) -> Ratio:
+    """Return the ratio of a group over its reference, each pooled by itself; without errors, Welch's interval.
+
+    The groups may differ in how much their animals vary, so the degrees of freedom are Satterthwaite's.
+
+    Parameters
+    ----------
+    reference, group : (array, array)
+        Logarithms of the animals' estimates, and their standard errors.
+    level : float
+    shared : float
+        Standard error of the logarithm of the ratio from what the animals of a group have in common, an image for
+        instance: no number of animals averages it away.
+
+    Raises
+    ------
+    InputError
+        As `pooled_mean`.
+    """
+    from scipy.special import stdtrit
+
+    first, second = pooled_mean(*reference), pooled_mean(*group)
+    value, error, freedom = difference(first, second, shared)
+    reach = stdtrit(freedom, 0.5 + 0.5 * level) * error
+    with np.errstate(over="ignore"):  # with two animals a group an interval may have no end
+        ends = np.exp([value, value - reach, value + reach, first.value, second.value])
+    value, low, high, reference_mean, group_mean = ends.tolist()
+    return Ratio(value, low, high, float(error), reference_mean, group_mean, float(freedom))
+
+
+_STEP, _TURNS = 1.15, 10
+"""Factor between the variances that are tried first, and the steps of Fisher scoring after that."""
+
+
+def _between(values: np.ndarray, variances: np.ndarray) -> np.ndarray:
+    """Return the variance of the animals of each group that maximizes the restricted likelihood."""
+    scatter = values.var(axis=-1, ddof=1)
+    if np.ptp(variances) == 0:  # known alike: the maximum in closed form
+        return np.asarray(np.maximum(scatter - variances[0], 0.0))
+    centered = values - values.mean(axis=-1, keepdims=True)
+    # The likelihood may have two maxima: the higher one is found on a grid, then between its neighbors.
+    smallest = 1e-9 * scatter.max() + 1e-12 * variances.max()  # as good as none
+    low, high = max(1e-3 * min(scatter.min(), variances.min()), smallest), 4 * max(scatter.max(), smallest)
+    grid = np.concatenate([[smallest], np.geomspace(low, high, 2 + int(np.log(high / low) / np.log(_STEP)))])
+    weights = 1 / (grid[:, np.newaxis] + variances)
+    total_weight = weights.sum(axis=-1)
+    likelihood = np.square(centered @ (weights / np.sqrt(total_weight)[:, np.newaxis]).T)
+    likelihood -= centered**2 @ weights.T
+    likelihood += np.log(weights).sum(axis=-1) - np.log(total_weight)
+    best = np.argmax(likelihood, axis=-1)
+    lowest, highest = grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, len(grid) - 1)]
+    between = grid[best]
+    for _ in range(_TURNS):
+        between = np.clip(between + _scoring(between, centered, variances), lowest, highest)
+    return np.asarray(between)
+
+
+def _scoring(between: np.ndarray, centered: np.ndarray, variances: np.ndarray) -> np.ndarray:
+    """Return the step of Fisher scoring towards the maximum of the restricted likelihood."""
+    weights = 1 / (between[..., np.newaxis] + variances)
+    squares, ones = weights * weights, np.ones(variances.shape)  # products with `ones` are sums, and faster
+    total_weight, square, cube = weights @ ones, squares @ ones, (squares * weights) @ ones
+    mean = (weights * centered) @ ones / total_weight
+    misfit = np.square(weights * (centered - mean[..., np.newaxis])) @ ones
+    return np.asarray(
+        (misfit - total_weight + square / total_weight)
+        / (square - 2 * cube / total_weight + (square / total_weight) ** 2)
+    )

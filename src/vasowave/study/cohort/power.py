@@ -1,0 +1,156 @@
+"""How often studies of one size show an effect: cohorts are drawn, and judged as the primary comparison judges them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.study.cohort.balanced import changes_of, effects_of_repeated, structure_of_pairs
+from vasowave.study.cohort.mixed import Structure, fit_mixed
+from vasowave.study.cohort.pooling import difference, pooled_means
+from vasowave.study.cohort.simultaneous_intervals import ComparedQuantity, Fitted, critical_p, joint
+from vasowave.study.cohort.spread import Planning, Spread
+
+_LEAST = 1e-9  # p of one row that is as good as none
+_DRAWS, _FEWER_DRAWS = 4_000, 2_000
+_STUDIES, _DRAWS_OF_STUDY = 40, 1_999
+
+Drawn = Iterator[tuple[np.ndarray, float, np.ndarray]]
+"""Of each quantity its values without an effect (study, group, animal), the error of one, what moves the groups."""
+
+
+class PlannedStudies(NamedTuple):
+    """Studies of one size that are drawn: groups of independent animals, animals recorded again, or pairs.
+
+    Attributes
+    ----------
+    spreads : sequence of Spread
+    root : array, shape (quantity, quantity)
+        Whose product with itself is the correlation of the quantities within animals.
+    settings : Planning
+    size : int
+        Animals of each group, or pairs.
+    """
+
+    spreads: Sequence[Spread]
+    root: np.ndarray
+    settings: Planning
+    size: int
+
+
+def p_of_effect(studies: PlannedStudies) -> np.ndarray:
+    """Return p of the effect in drawn studies, shape (quantity, study), as the primary comparison of such studies."""
+    settings, effect = studies.settings, np.log(studies.settings.effect)
+    p_values = []
+    if settings.pairs is not None:
+        for values, error, _ in _pairs(studies, _FEWER_DRAWS):
+            change = changes_of(values, error, settings.littermates)
+            p_values.append(change._replace(value=change.value + effect).p)
+    elif settings.occasions > 1:
+        for spread, (values, error, moved) in zip(studies.spreads, _repeated(studies, _FEWER_DRAWS), strict=True):
+            contrast = effects_of_repeated(values, error, spread.shared)
+            p_values.append(contrast._replace(value=contrast.value + (effect + moved)).p)
+    else:
+        for spread, (values, error, moved) in zip(studies.spreads, _groups(studies, _DRAWS), strict=True):
+            first, second = (pooled_means(values[:, group], np.full(studies.size, error)) for group in (0, 1))
+            p_values.append(difference(first, second._replace(value=second.value + effect + moved), spread.shared).p)
+    return np.array(p_values)
+
+
+def critical_of_studies(studies: PlannedStudies) -> np.ndarray:
+    """Return of some studies the p of one row below which the family's is below its level, from low to high."""
+    if studies.settings.pairs is not None:
+        unshared = [spread._replace(shared=0.0) for spread in studies.spreads]  # what pairs share cancels
+        structure = structure_of_pairs(studies.size, studies.settings.littermates)
+        return np.sort(_critical_of_models(_pairs(studies, _STUDIES), *structure, unshared))
+    if studies.settings.occasions > 1:
+        return np.sort(_critical_of_subjects(studies))
+    return np.sort(_critical_of_groups(studies))
+
+
+def _critical_of_groups(studies: PlannedStudies) -> list[float]:
+    drawn, animals = list(_groups(studies, _STUDIES)), np.arange(2 * studies.size)
+    criticals = []
+    for study in range(_STUDIES):
+        rows = [
+            ComparedQuantity(
+                place,
+                animals,
+                animals >= studies.size,
+                values[study].ravel(),
+                np.full(len(animals), error),
+                spread.shared,
+            )
+            for place, (spread, (values, error, _)) in enumerate(zip(studies.spreads, drawn, strict=True))
+        ]
+        criticals.append(max(critical_p(rows, _DRAWS_OF_STUDY, study), _LEAST))
+    return criticals
+
+
+def _critical_of_subjects(studies: PlannedStudies) -> list[float]:
+    """Return the same with subjects; more than two occasions count as two, of which each is the mean of a half."""
+    size, half = studies.size, (studies.settings.occasions / 2) ** 0.5
+    halves = [spread._replace(error=spread.error / half, within=spread.within / half) for spread in studies.spreads]
+    group = [np.kron(np.diag([1.0, 0.0]), np.eye(size)), np.kron(np.diag([0.0, 1.0]), np.eye(size))]
+    random = [np.kron(indicator, block) for indicator in group for block in (np.eye(2), np.ones((2, 2)))]
+    fixed = np.kron(np.eye(2), np.ones((2 * size, 1)))
+    twice = studies._replace(spreads=halves, settings=replace(studies.settings, occasions=2))
+    return _critical_of_models(_repeated(twice, _STUDIES), fixed, random, studies.spreads)
+
+
+def _critical_of_models(
+    drawn: Drawn, fixed: np.ndarray, random: Sequence[np.ndarray], spreads: Sequence[Spread]
+) -> list[float]:
+    """Return the critical p of studies whose quantities have a mixed model of first and second values."""
+    rows, change = np.arange(len(fixed)), np.array([[-1.0, 1.0]])
+    together = np.outer(fixed[:, 1], fixed[:, 1])
+    values_and_errors = [
+        (values.reshape(len(values), -1), error**2 * np.eye(len(fixed)) + spread.shared**2 * together)
+        for spread, (values, error, _) in zip(spreads, drawn, strict=True)
+    ]
+    criticals = []
+    for study in range(_STUDIES):
+        models = [Fitted(fit_mixed(values[study], Structure(fixed, random, errors)), rows, change)
+                  for values, errors in values_and_errors]  # fmt: skip
+        criticals.append(max(joint(models, _DRAWS_OF_STUDY, study).critical, _LEAST))
+    return criticals
+
+
+def _groups(studies: PlannedStudies, count: int) -> Drawn:
+    rng, root = np.random.default_rng(studies.settings.seed), studies.root  # the same for every scenario
+    shape = count, 2 * studies.size, len(studies.spreads)
+    scores = (rng.standard_normal(shape) @ root.T).reshape(count, 2, studies.size, -1)
+    common = rng.standard_normal((count, len(studies.spreads))) @ root.T
+    for place, spread in enumerate(studies.spreads):
+        sd = np.array([np.hypot(spread.on_one_occasion(group), spread.error) for group in (0, 1)])
+        yield scores[..., place] * sd[:, np.newaxis], spread.error, spread.shared * common[:, place]
+
+
+def _repeated(studies: PlannedStudies, count: int) -> Drawn:
+    """Values have an axis more, of the occasions."""
+    rng, quantities = np.random.default_rng(studies.settings.seed), len(studies.spreads)
+    animal_effects = rng.standard_normal((count, 2, studies.size, 1, quantities)) @ studies.root.T
+    occasion_effects = (
+        rng.standard_normal((count, 2, studies.size, studies.settings.occasions, quantities)) @ studies.root.T
+    )
+    common = rng.standard_normal((count, quantities)) @ studies.root.T
+    for place, spread in enumerate(studies.spreads):
+        between = animal_effects[..., place] * np.array(spread.between)[:, np.newaxis, np.newaxis]
+        yield (
+            between + np.hypot(spread.within, spread.error) * occasion_effects[..., place],
+            spread.error,
+            spread.shared * common[:, place],
+        )
+
+
+def _pairs(studies: PlannedStudies, count: int) -> Drawn:
+    """Recordings are averaged on each of the two occasions; what a pair shares, an image for instance, cancels."""
+    rng, alike = np.random.default_rng(studies.settings.seed), studies.settings.pairs or 0.0
+    shapes = ((count, group, studies.size, len(studies.spreads)) for group in (1, 2, 2))
+    pair_effects, value_effects, again = (rng.standard_normal(shape) @ studies.root.T for shape in shapes)
+    scores = np.sqrt(alike) * pair_effects + np.sqrt(1 - alike) * value_effects
+    for place, spread in enumerate(studies.spreads):
+        error = spread.error / studies.settings.occasions**0.5
+        sd = np.array([spread.on_one_occasion(group) for group in (0, 1)])
+        yield scores[..., place] * sd[:, np.newaxis] + error * again[..., place], error, np.zeros(count)

@@ -1,0 +1,348 @@
+"""Say everything that is wrong or odd about a study before it is run. Nothing is simulated and nothing is fitted."""
+
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, did_you_mean
+from vasowave.base.findings import Finding, FindingKind, Place, Severity, Value, error_kind, look_kind
+from vasowave.base.io.textfile import look
+from vasowave.catheter.signals.same_signal import PressureTrace, are_of_one, trace_of
+from vasowave.pulse.calibration.parameters import fitted_parameters, parameter_space
+from vasowave.pulse.cycle.cycle import Recording
+from vasowave.pulse.model.law_files import files_of, is_unread, looking_in, plain
+from vasowave.pulse.model.laws import find_bed, find_law
+from vasowave.pulse.model.nominal import Nominal, estimate_nominal
+from vasowave.pulse.quantities import INDICES, QUANTITIES, question_of
+from vasowave.study.animal.animal import Animal, Settings
+from vasowave.study.entering.table import read_rows
+from vasowave.study.folder.animals import read_half_row
+from vasowave.study.folder.designing import understood
+from vasowave.study.folder.problems import StudyProblem, one_per_cause, unreadable
+from vasowave.study.folder.reading import Document, read_document
+from vasowave.study.folder.rows import AnimalRow
+from vasowave.study.folder.settings import StudyFile, animal_settings
+from vasowave.study.folder.study import Study
+from vasowave.study.results.loading import load_animal, read_measured
+from vasowave.study.results.overview import AnimalRead, read_of
+from vasowave.study.results.physiology import blood_findings, physiology_findings
+from vasowave.study.running.plan import inspect_study
+from vasowave.study.running.programs import without_unread
+
+_ALIKE = 1e-3  # of their range: two heartbeats never agree as well, one written with fewer digits does
+_SLIP = 3.0  # a known value that differs by more than this factor is no other method, but another number
+
+
+PROGRAM = look_kind(
+    "check.program", "a wall law or bed runs the program {file}; {remedy}", "read it, if it is not yours"
+)
+NO_PARAMETER = look_kind("check.no-parameter", "{key}: no parameter of the {laws} wall", "Remove the line.")
+BOUNDS_OF_FIXED = look_kind(
+    "check.bounds-of-fixed", "{key}: is fixed, so these bounds have no meaning", "Remove the bounds or the fixed value."
+)
+NOT_FITTED = error_kind("check.law-not-fitted", "{key}: '{law}' is none of calibration.walls ({walls})")
+NO_QUANTITY = look_kind(
+    "check.no-quantity", "{key}: no animal will have '{name}'{hint}", "Correct its name, or remove it."
+)
+WEDGE_OF_SOME = look_kind(
+    "check.wedge-of-some",
+    "{count} of {all} animals have a wedge pressure; in the others PVR and R_T count from 0, which alone "
+    "can make groups differ",
+    "Give the wedge of every animal, or of none.",
+)
+PAPER_BOUNDS = look_kind(
+    "check.paper-bounds",
+    "{key}: the published optima of CTL 3, CTL 5 and HPH 3 lie outside the paper's own bounds of β, and c1 of CTL 2 is "
+    "3.0 where 2.5 is allowed; {remedy}",
+    "expect parameters that end at a bound",
+)
+ONE_LAW = look_kind(
+    "check.one-law",
+    "{key}: needs two wall laws; with one there is nothing to compare",
+    "Name a second law under `walls`.",
+)
+FEW_STARTS = look_kind(
+    "check.few-starts",
+    "{key}: {starts} starts now and then miss the tangent wall's best optimum; {remedy}",
+    "20 seldom do",
+)
+EXPONENT = look_kind(
+    "check.known-differs",
+    "{name} {given:.4g} {unit} as given, {expected:.4g} from the {source}: a factor of {factor:.3g}; a slip of the "
+    "exponent? (The published C_T of HPH 2, 0.13e-4, is one.)",
+    "Correct the cell of the table.",
+)
+BOUNDS = error_kind("check.bounds", "'{name}': {text}")
+NOMINAL_EXCLUDED = error_kind(
+    "check.nominal-excluded",
+    "'{name}': the bounds of {parameter}, {low:.4g} to {high:.4g}{unit}, exclude the nominal value of this animal, "
+    "{value:.4g}{unit}; {remedy}",
+    "widen them",
+)
+_ONE_OF_TWO = (
+    "remove one of the two rows, or, if two animals are meant to share it, write yes into the column 'shared "
+    "recording' of both"
+)
+SAME_RECORDING = error_kind(
+    "check.same-recording", "the same recording as '{other}' (line {at}); {remedy}", _ONE_OF_TWO
+)
+SAME_VENTRICLE = error_kind(
+    "check.same-ventricle", "the same pressure in the ventricle as '{other}' (line {at}); {remedy}", _ONE_OF_TWO
+)
+SAME_CYCLE = error_kind(
+    "check.same-cycle", "its averaged cycle is that of '{other}' (line {at}); {remedy}", _ONE_OF_TWO
+)
+SAME_SIGNAL = error_kind(
+    "check.same-signal",
+    "its pressure is in that of '{other}' (line {at}), written anew; {remedy}",
+    _ONE_OF_TWO,
+)
+TWICE = tuple(kind.code for kind in (SAME_RECORDING, SAME_VENTRICLE, SAME_CYCLE, SAME_SIGNAL))
+"""Codes of what is mended by removing one of two rows, or by saying that both are meant."""
+
+
+class Checked(NamedTuple):
+    """The problems in the order of the files, what was read of every animal whose files are in order, and the design in
+    words, if it is in order.
+    """
+
+    problems: list[StudyProblem]
+    read: list[AnimalRead]
+    settings: StudyFile | None
+    design: str = ""
+
+
+def check_study(path: Path) -> Checked:
+    """Return everything that is wrong or odd, and what was read.
+
+    Reads the study file, the table of animals and every file that it names, averages the beats of continuous
+    recordings and makes the closed-form estimates of the nominal parameters.
+
+    Raises
+    ------
+    InputError
+        There is no study file.
+    """
+    study, problems = inspect_study(path)
+    if study is None:
+        return Checked(one_per_cause(problems), [], None)
+    design = understood(study, complete=not any(problem.error and problem.place.line for problem in problems))
+    document, read, cycles, traces = read_document(study.path), [], [], []
+    problems += _programs(study, document)
+    named, study = study, replace(study, settings=without_unread(study.settings, study.folder))
+    problems += _settings(study, document)
+    for row in study.animals:
+        place = Place(str(study.table), row.line, animal=row.animal)
+        try:
+            animal = load_animal(row, study.settings, study.folder)
+            problems += _animal(study, row, animal, document, place)
+            read.append(read_of(animal))
+            cycles.append((row, animal.recording))
+            if animal.raw is not None:
+                traces.append((row, trace_of(animal.raw, animal.recording.heart_rate)))
+        except VasowaveError as error:
+            problems.append(unreadable(error, place, row.files.values()))
+    wedged = [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
+    if wedged and len(wedged) < len(study.animals):
+        finding = WEDGE_OF_SOME(count=len(wedged), all=len(study.animals))
+        problems.append(StudyProblem(finding.at(str(study.table), part="column 'wedge [mmHg]'")))
+    problems += _half_known(study)
+    problems += _once([*doubled_animals(study), *_alike(study, cycles), *_of_one_recording(study, traces)])
+    return Checked(one_per_cause(problems), read, named.settings, design)
+
+
+def _half_known(study: Study) -> list[StudyProblem]:
+    """Return which recordings cannot be read of rows whose network or group is still to be filled in."""
+    try:
+        rows = read_rows(study.table).rows
+    except InputError:  # which the table's own reader says
+        return []
+    problems = []
+    for cells in rows:
+        if not (cells.get("network") and cells.get("group")) and cells.get("recording"):
+            place = Place(str(study.table), animal=cells["animal"])
+            row, _ = read_half_row(cells, study.folder, study.settings.groups)
+            if row is None:
+                continue
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", VasowaveWarning)
+                    read_measured(row, study.settings)
+            except VasowaveError as error:
+                problems.append(unreadable(error, place, row.files.values()))
+    return problems
+
+
+def _programs(study: Study, document: Document) -> list[StudyProblem]:
+    """Return which files beside the study are run as programs."""
+    place, fitted = document.place(("calibration", "walls")), study.settings.calibration
+    with looking_in(study.folder):
+        files = files_of(law for law in (*fitted.walls, fitted.beds) if not is_unread(law))
+    return [StudyProblem(PROGRAM(file=str(file.path)).placed(place)) for file in files]
+
+
+def _settings(study: Study, document: Document) -> list[StudyProblem]:
+    """Return what is odd about the settings by themselves."""
+    calibration, problems = study.settings.calibration, []
+
+    def say(finding_kind: FindingKind, *keys: str, **values: Value) -> None:
+        problems.append(StudyProblem(finding_kind(key=".".join(keys), **values).placed(document.place(keys, key=True))))
+
+    laws = " and ".join(map(plain, calibration.walls))
+    kind = calibration.beds, calibration.viscous
+    names = {name for wall in calibration.walls for name in fitted_parameters(wall, *kind)}
+    for section, section_values in (("bounds", calibration.bounds), ("fixed", calibration.fixed)):
+        for name in sorted(set(section_values) - names):
+            say(NO_PARAMETER, "calibration", section, name, laws=laws)
+    for name in sorted(set(calibration.bounds) & set(calibration.fixed)):
+        say(BOUNDS_OF_FIXED, "calibration", "bounds", name)
+    law, walls = study.settings.report.law, list(map(plain, calibration.walls))
+    if law and law not in {*calibration.walls, *walls, *(find_law(wall).law().name for wall in calibration.walls)}:
+        say(NOT_FITTED, "report", "law", law=law, walls=", ".join(walls))
+    known_names = names | set(QUANTITIES) | set(INDICES)
+    for name in study.settings.report.quantities:
+        if name not in known_names and question_of(name) == name:
+            say(NO_QUANTITY, "report", "quantities", name=name, hint=did_you_mean(name, known_names))
+    if calibration.paper_bounds:
+        say(PAPER_BOUNDS, "calibration", "paper_bounds")
+    if study.settings.model_selection and len(calibration.walls) < 2:
+        say(ONE_LAW, "model_selection")
+    if calibration.starts < 10 and "tangent" in calibration.walls:
+        say(FEW_STARTS, "calibration", "starts", starts=calibration.starts)
+    for finding in blood_findings(study.settings.blood):
+        place = document.place(("blood", str(dict(finding.values)["quantity"])), key=True)
+        problems.append(StudyProblem(finding.placed(place)))
+    return problems
+
+
+def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, place: Place) -> list[StudyProblem]:
+    """Return what is wrong or odd about what the files of one animal hold."""
+    settings = animal_settings(study.settings)
+    nominal = estimate_nominal(animal.network, animal.recording, settings.blood, find_bed(settings.beds))
+    values = animal.recording.indices() | {"root radius": float(animal.network.radius[animal.network.root])}
+    findings = [
+        *(finding for finding in animal.recording.notes if finding.severity is Severity.LOOK),
+        *physiology_findings(values, nominal.time_constant, study.settings.species),
+        *_known(row, nominal),
+    ]
+    problems = [StudyProblem(finding) for finding in dict.fromkeys(finding.placed(place) for finding in findings)]
+    for name, wrong in _bounds(row.animal, animal, nominal, settings).items():
+        bound_place = document.place(("calibration", "bounds", name), key=True)
+        problems.append(StudyProblem(wrong.placed(bound_place), also=(row.animal,)))
+    return problems
+
+
+def _known(row: AnimalRow, nominal: Nominal) -> list[Finding]:
+    """Compare what is known from elsewhere with the recording: an exponent slip shows at once."""
+    R_T, tau = nominal.total_resistance, nominal.time_constant
+    pairs = [
+        ("R_T", row.R_T, R_T, "mmHg s/ml", "mean pressure above the wedge pressure over mean flow"),
+        ("tau", row.tau, tau, "s", "decay of the recording"),
+        ("C_T", row.C_T, (row.tau or tau) / (row.R_T or R_T), "ml/mmHg", "τ/R_T"),
+    ]
+    return [
+        EXPONENT(name=name, given=value, unit=unit, expected=expected, source=source,
+                 factor=max(value / expected, expected / value))
+        for name, value, expected, unit, source in pairs
+        if value is not None and not 1 / _SLIP <= value / expected <= _SLIP
+    ]  # fmt: skip
+
+
+def _bounds(name_of_animal: str, animal: Animal, nominal: Nominal, settings: Settings) -> dict[str, Finding]:
+    """Return the parameters whose nominal value their bounds exclude, and what is wrong with each."""
+    findings: dict[str, Finding] = {}
+    for wall in settings.walls:
+        search = settings.search(wall)
+        try:
+            space = parameter_space(
+                wall, animal.network, nominal, settings.blood, search.bounds, search.fixed, search.paper_bounds,
+                search.viscous,
+            )  # fmt: skip
+        except VasowaveError as error:
+            findings[""] = BOUNDS(name=name_of_animal, text=str(error))
+            continue
+        for i, name in enumerate(space.names):
+            low, high, value = space.lower[i], space.upper[i], space.nominal[i]
+            if space.free[i] and not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
+                unit = "" if space.parameters[name].unit == "1" else f" {space.parameters[name].unit}"
+                findings[name] = NOMINAL_EXCLUDED(
+                    name=name_of_animal, parameter=name, low=float(low), high=float(high), value=float(value), unit=unit
+                )
+    return findings
+
+
+def doubled_animals(study: Study) -> list[StudyProblem]:
+    """Return an error for every file recorded of an animal that is another's too, unless the table says it is meant.
+
+    Any stretch of it counts: an animal that is analyzed twice is one, and doubles what a study rests on.
+    """
+    problems = []
+    for kind, title in ((SAME_RECORDING, "recording"), (SAME_VENTRICLE, "ventricle")):
+        first = dict[str, AnimalRow]()
+        for row in study.animals:
+            files = row.recordings if title == "recording" else filter(None, [row.ventricle])
+            for content in _contents([*files]):
+                earlier_row = first.setdefault(content, row)
+                if earlier_row is not row and not _meant(row, earlier_row):
+                    problems.append(_doubled(study, row, earlier_row, kind, title))
+                    break
+    return problems
+
+
+def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]]) -> Iterator[StudyProblem]:
+    """Yield an error for every animal whose averaged cycle is another's, whatever bytes their files are written in."""
+    ordered = sorted(cycles, key=lambda entry: entry[1].mean_pressure)
+    for i, (row, cycle) in enumerate(ordered):
+        for earlier_row, earlier in reversed(ordered[:i]):
+            if cycle.mean_pressure - earlier.mean_pressure > _ALIKE * np.ptp(cycle.pressure):
+                break
+            early, late = sorted((row, earlier_row), key=lambda entry: entry.line)
+            if _same_cycle(cycle, earlier) and not _meant(row, earlier_row):
+                yield _doubled(study, late, early, SAME_CYCLE)
+
+
+def _of_one_recording(study: Study, traces: Sequence[tuple[AnimalRow, PressureTrace]]) -> Iterator[StudyProblem]:
+    """Yield an error for every animal whose signal stands in that of another, exported anew."""
+    for late, (row, trace) in enumerate(traces):
+        for earlier_row, earlier in traces[:late]:
+            if not _meant(row, earlier_row) and are_of_one(trace, earlier):
+                yield _doubled(study, row, earlier_row, SAME_SIGNAL)
+                break
+
+
+def _meant(row: AnimalRow, earlier_row: AnimalRow) -> bool:
+    return row.shared_recording and earlier_row.shared_recording
+
+
+def _once(doubled: Sequence[StudyProblem]) -> list[StudyProblem]:
+    """Return the first that is said of each animal's recording: the same bytes are the same cycle, too."""
+    first_by_place: dict[Place, StudyProblem] = {}
+    for problem in doubled:
+        first_by_place.setdefault(problem.place, problem)
+    return [*first_by_place.values()]
+
+
+def _same_cycle(first: Recording, second: Recording) -> bool:
+    signals = ((first.pressure, second.pressure), (first.flow, second.flow))
+    return abs(first.period - second.period) <= _ALIKE * first.period and all(
+        len(a) == len(b) and float(np.abs(a - b).max()) <= _ALIKE * float(np.ptp(a)) for a, b in signals
+    )
+
+
+def _doubled(
+    study: Study, row: AnimalRow, earlier_row: AnimalRow, kind: FindingKind, title: str = "recording"
+) -> StudyProblem:
+    finding = kind(other=earlier_row.animal, at=earlier_row.line)
+    placed = finding.at(str(study.table), line=row.line, part=f"column '{title}'")
+    return StudyProblem(placed, also=(row.animal, earlier_row.animal))
+
+
+def _contents(paths: Sequence[Path]) -> list[str]:
+    try:
+        return [look(path).sha256 for path in paths]
+    except InputError:
+        return []

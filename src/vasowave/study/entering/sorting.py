@@ -1,0 +1,226 @@
+"""The kinds of a lab's files, told by their content and their names: networks, recordings, halves of a cycle."""
+
+import os
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from vasowave.base import units
+from vasowave.base.errors import InputError
+from vasowave.base.io.columns import read_columns
+from vasowave.catheter.read.choosing import DIMENSIONS, Choice, choose
+from vasowave.catheter.read.describe import BlockDescription, ChannelDescription, FileDescription, describe_recording
+from vasowave.catheter.read.formats import RECORDINGS
+from vasowave.catheter.signals.gaps import Span, longest_between
+from vasowave.catheter.signals.raw import SHORTEST
+from vasowave.pulse.network_formats import NETWORKS, unit_wanted
+
+_HALVES = {"pressure": ("pressure", "press", "pap", "p"), "flow": ("flow", "q")}
+
+
+class Recorded(NamedTuple):
+    """The recording of one animal.
+
+    Attributes
+    ----------
+    name : str
+    files : tuple of Path
+        One file, or pressure and flow.
+    kind : str
+    channels : tuple of (str, str)
+        Quantity and title of channels that neither the user nor their titles alone decided.
+    stretch : Span, optional
+        The longest stretch without a gap, s, where there are gaps.
+    remarks : tuple of str
+        What was decided for the user.
+    """
+
+    name: str
+    files: tuple[Path, ...]
+    kind: str
+    channels: tuple[tuple[str, str], ...] = ()
+    stretch: Span | None = None
+    remarks: tuple[str, ...] = ()
+
+
+class Sorted(NamedTuple):
+    """The kinds of a set of files; `refused` says of each other file why it is nothing of use."""
+
+    networks: tuple[Path, ...]
+    recordings: tuple[Recorded, ...]
+    refused: tuple[str, ...]
+
+
+def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
+    """Return the files that are meant: those named, and all in the folders named, whose type can be a table or record.
+
+    Hidden files and folders inside a folder that is named are left alone, and so are those in `leave` (resolved). Links
+    are followed; a file that is reached twice is one.
+
+    Raises
+    ------
+    InputError
+        A name that is no file and no folder, or nothing at all.
+    """
+    files: dict[Path, Path] = {}
+    suffixes = {*RECORDINGS.suffixes, *NETWORKS.suffixes}
+    for path in paths:
+        if path.is_dir():
+            inside = sorted(_walked(path, leave))
+            candidates = [file for file in inside if file.is_file() and file.suffix.lower() in suffixes]
+        elif path.is_file():
+            candidates = [path]
+        else:
+            raise InputError(f"{path}: there is no such file or folder")
+        for file in candidates:
+            files.setdefault(file.resolve(), file)
+    if not files:
+        raise InputError(f"{', '.join(map(str, paths))}: no file there ends in {', '.join(sorted(suffixes))}")
+    return list(files.values())
+
+
+def _walked(folder: Path, leave: Collection[Path]) -> Iterator[Path]:
+    """Go through the files in a folder and its folders, each folder once, whatever links there are."""
+    visited: set[Path] = set()
+    for place, folders, names in os.walk(folder, followlinks=True):
+        real = Path(place).resolve()
+        subfolders = [name for name in folders if not name.startswith(".") and Path(place, name).resolve() not in leave]
+        folders[:] = sorted(subfolders) if real not in visited else []
+        if real not in visited:
+            files = (Path(place, name) for name in names if not name.startswith("."))
+            yield from (file for file in files if file.resolve() not in leave)
+        visited.add(real)
+
+
+def sort_files(
+    files: Iterable[Path], titles: Mapping[str, str | None] | None = None, block: int | None = None
+) -> Sorted:
+    """Tell networks from recordings, and join the pressure and the flow of one averaged cycle.
+
+    Parameters
+    ----------
+    files : iterable of Path
+    titles : mapping, optional
+        Titles of channels that the user named, by quantity.
+    block : int, optional
+        The block that the user named, counted from 1.
+    """
+    networks, recordings, refused = [], [], []
+    halves: list[tuple[str, str, Path]] = []
+    for file in files:
+        try:
+            network = NETWORKS.known(file)
+            if network is not None:
+                if not network.has_unit:
+                    raise InputError(unit_wanted(file, network))
+                networks.append(file)
+                continue
+            _refuse_vessels(file)
+            described = describe_recording(file)
+        except InputError as error:
+            refused.append(str(error))
+            continue
+        half, stem = _half(file, used_block(described, None))
+        if half:
+            halves.append((stem, half, file))
+        else:
+            recordings.append(_recorded(file, described, titles or {}, block))
+    joined, alone = _joined(halves)
+    for half, file in alone:
+        missing = "flow" if half == "pressure" else "pressure"
+        refused.append(f"{file}: holds the {half} of a cycle alone; the file of its {missing} is not among these")
+    recordings += joined
+    return Sorted(tuple(networks), tuple(recordings), tuple(refused))
+
+
+def _refuse_vessels(file: Path) -> None:
+    """Raise `InputError` for a table of vessels whose titles are not known, which is no recording."""
+    try:
+        table = read_columns(file)
+    except InputError:
+        return
+    if not table.names:
+        return
+    sizes = [name for name, unit in zip(table.names, table.units, strict=True) if unit and units.is_of(unit, "length")]
+    signals = [
+        unit for unit in table.units if any(unit and units.is_of(unit, quantity) for quantity in ("pressure", "flow"))
+    ]
+    if len(sizes) > 1 and not signals:
+        raise InputError(
+            f"{file}: looks like a table of vessels ({' and '.join(sizes)} are lengths), whose columns are called "
+            f"'name', 'parent', 'length' and 'radius' or 'diameter'; this header has: {', '.join(table.names)}. Change "
+            "the titles"
+        )
+
+
+def _joined(halves: Sequence[tuple[str, str, Path]]) -> tuple[list[Recorded], list[tuple[str, Path]]]:
+    """Return pressures with their flows, of one folder or else of one name anywhere, and what stays alone."""
+    joined, unpaired = [], list(halves)
+    for same_folder in (True, False):
+        for pressure in [pressure for pressure in unpaired if pressure[1] == "pressure"]:
+            fits = [q for q in unpaired if q[1] == "flow" and q[0] == pressure[0]]
+            fits = [q for q in fits if q[2].parent == pressure[2].parent] if same_folder else fits
+            rivals = [p for p in unpaired if p[1] == "pressure" and p[0] == pressure[0]]
+            if len(fits) == 1 and (same_folder or len(rivals) == 1):
+                joined.append(Recorded(pressure[0], (pressure[2], fits[0][2]), "cycle"))
+                unpaired = [candidate for candidate in unpaired if candidate not in (pressure, fits[0])]
+    return joined, [(half, file) for _, half, file in unpaired]
+
+
+def _recorded(file: Path, described: FileDescription, titles: Mapping[str, str | None], number: int | None) -> Recorded:
+    """Return a recording that one file holds, with what was decided about its channels and gaps."""
+    if described.kind == "cycle":
+        return Recorded(file.stem, (file,), described.kind)
+    block = used_block(described, number)
+    choice = choose(block.channels, {name: titles.get(name) for name in DIMENSIONS})
+    remarks = [] if number is not None or len(described.blocks) == 1 else [_longest(described, block)]
+    remarks += [
+        f"'{choice.picked[name].title}' was taken for {name}: {reason}" for name, reason in choice.guessed.items()
+    ]
+    stretch = _whole(block, choice)
+    if stretch is not None:
+        remarks.append(
+            f"samples are missing; the longest stretch without a gap is read, {stretch.start:g} to {stretch.end:g} s"
+        )
+    channels = tuple((name, choice.picked[name].title) for name in choice.guessed)
+    return Recorded(file.stem, (file,), described.kind, channels, stretch, tuple(remarks))
+
+
+def used_block(described: FileDescription, number: int | None) -> BlockDescription:
+    """Return the block that is read: the one named, or the longest."""
+    blocks = described.blocks
+    if number is not None and 1 <= number <= len(blocks):
+        return blocks[number - 1]
+    return max(blocks, key=lambda block: block.samples)
+
+
+def _longest(described: FileDescription, used: BlockDescription) -> str:
+    lengths = ", ".join(f"{block.duration:.4g} s" for block in described.blocks)
+    return (
+        f"block {described.blocks.index(used) + 1} of {len(described.blocks)} is read, the longest (blocks last "
+        f"{lengths}); --block takes another"
+    )
+
+
+def _whole(block: BlockDescription, choice: Choice[ChannelDescription]) -> Span | None:
+    """Return the longest stretch without a gap in the channels that are read, None if all is or too little is."""
+    gaps = [gap for channel in choice.picked.values() for gap in channel.gaps]
+    if not gaps:
+        return None
+    stretch = longest_between(gaps, 0.0, block.duration)
+    return stretch if stretch.end - stretch.start >= SHORTEST else None
+
+
+def _half(file: Path, block: BlockDescription) -> tuple[str, str]:
+    """Return whether a file holds the pressure or the flow of a cycle alone, and what its name says beside that."""
+    signals = [channel for channel in block.channels if channel.quantity != "time"]
+    if len(signals) != 1:
+        return "", ""
+    words, folder = re.split(r"([^\W_]+)", file.stem), file.parent.name.casefold()
+    for half, half_words in _HALVES.items():
+        positions = [i for i, word in enumerate(words) if word.casefold() in half_words]
+        if positions or signals[0].quantity == half or folder in half_words[:-1]:
+            name = "".join(word for i, word in enumerate(words) if i not in positions).strip(" _-.")
+            return half, re.sub(r"[ _-]{2,}", "_", name) or file.parent.name
+    return "", ""

@@ -1,0 +1,96 @@
+"""The panels of one fit, for a notebook: ``fit.plot.residuals()``."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.io.files import check_file, write_file
+from vasowave.study.animal.result import AnimalResult, FitPlots
+from vasowave.study.figures.fit import (
+    plot_autocorrelation,
+    plot_flow,
+    plot_modulus,
+    plot_pressure,
+    plot_pressure_area,
+    plot_residuals,
+)
+from vasowave.study.figures.matplotlib_style import CTL, new_figure, shown_figure, style
+from vasowave.study.figures.rendering import as_file
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def plot_panel(panels: FitPlots, name: str, ax: "Axes | None" = None) -> "Axes":
+    """Draw a panel into axes, or a new figure; returns the axes."""
+    return PANELS[name](ax or shown_figure(12, 7.5).subplots(), panels.result, panels.color or CTL, panels.shaded)
+
+
+def save_panels(shown: FitPlots, path: str | Path, panels: Sequence[str], **appearance: Any) -> Path:
+    """Write panels side by side as one figure, see `FitPlots.save`."""
+    check_file(Path(path), ".svg", ".pdf", ".png")
+    return write_file(Path(path), figure_bytes(shown.result, panels, Path(path).suffix.lower()[1:], **appearance))
+
+
+_FAMILIES = ("sans-serif", "serif", "monospace")
+"""Fonts that are everywhere."""
+
+
+def _plot_impedance(ax: "Axes", result: AnimalResult, color: str, shaded: bool) -> "Axes":
+    return plot_modulus(ax, result.measured.impedance)
+
+
+PANELS: dict[str, Callable[["Axes", AnimalResult, str, bool], "Axes"]] = {
+    "pressure": plot_pressure,
+    "flow": plot_flow,
+    "residuals": plot_residuals,
+    "autocorrelation": plot_autocorrelation,
+    "pressure_area": plot_pressure_area,
+    "impedance": _plot_impedance,
+}
+"""The panels of a fit, by the names of `FitPlots`."""
+
+
+def figure_bytes(
+    result: AnimalResult,
+    panels: Sequence[str],
+    kind: str,
+    *,
+    width: float,
+    height: float,
+    font: float,
+    family: str = "sans-serif",
+    color: str | None = None,
+) -> bytes:
+    """Return panels of a fit side by side as a file: svg, pdf or png. Sizes as `FitPlots.save`."""
+    import matplotlib
+
+    if not panels:
+        raise InputError(f"a figure needs a panel; there are: {', '.join(PANELS)}")
+    for name in panels:
+        if name not in PANELS:
+            raise InputError(f"there is no panel '{name}'{did_you_mean(name, PANELS)}; there are: {', '.join(PANELS)}")
+    _check_look(family, color or CTL)
+    letters: dict[str, object] = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize"), font)
+    letters |= dict.fromkeys(("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), font - 1)
+    letters["font.family"] = family
+    with style(), matplotlib.rc_context(letters):  # type: ignore[arg-type]
+        figure = new_figure(width / 10, height / 10)
+        for ax, name in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
+            PANELS[name](ax, result, color or CTL, color is None)
+        return as_file(figure, kind)
+
+
+def _check_look(family: str, color: str) -> None:
+    from matplotlib.colors import is_color_like
+    from matplotlib.font_manager import findfont
+
+    if not is_color_like(color):
+        raise InputError(f"'{color}' is no color; write #rrggbb or a name that matplotlib knows")
+    if family in _FAMILIES:
+        return
+    try:
+        findfont(family, fallback_to_default=False)
+    except ValueError:
+        raise InputError(f"there is no font '{family}' here; take one of: {', '.join(_FAMILIES)}") from None

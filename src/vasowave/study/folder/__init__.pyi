@@ -1,0 +1,24 @@
+"""The folder of a study: its settings, its table of animals, its design."""
+
+from vasowave.study.folder.animals import read_animals as read_animals
+from vasowave.study.folder.animals import read_row as read_row
+from vasowave.study.folder.animals import variables_of as variables_of
+from vasowave.study.folder.designing import understood as understood
+from vasowave.study.folder.names import LONGEST as LONGEST
+from vasowave.study.folder.names import checked_name as checked_name
+from vasowave.study.folder.names import plain_name as plain_name
+from vasowave.study.folder.problems import refuse as refuse
+from vasowave.study.folder.reading import parse_document as parse_document
+from vasowave.study.folder.reading import parse_settings as parse_settings
+from vasowave.study.folder.reading import read_document as read_document
+from vasowave.study.folder.reading import read_settings as read_settings
+from vasowave.study.folder.reading import too_long as too_long
+from vasowave.study.folder.reading import validated as validated
+from vasowave.study.folder.rows import COLUMNS as COLUMNS
+from vasowave.study.folder.settings import BloodSection as BloodSection
+from vasowave.study.folder.settings import StudyFile as StudyFile
+from vasowave.study.folder.settings import animal_settings as animal_settings
+from vasowave.study.folder.study import RESULTS as RESULTS
+from vasowave.study.folder.study import Study as Study
+
+__all__: list[str]

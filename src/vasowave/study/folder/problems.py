@@ -1,0 +1,87 @@
+"""Problems of a study, with the place where a person mends it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from vasowave.base.errors import InputError, VasowaveError
+from vasowave.base.findings import NOWHERE, Finding, Place, Severity, error_kind
+
+UNREADABLE = error_kind("study.unreadable", "{text}")
+"""An error of what reads a file or a word: its text says what to do."""
+
+
+@dataclass(frozen=True)
+class StudyProblem:
+    """One thing that is wrong or odd.
+
+    Attributes
+    ----------
+    finding : Finding
+        What is wrong and what to do; its place is where a person mends it.
+    files : tuple of str
+        Files of the animal, which may stand in the text.
+    same : tuple of int
+        Further lines of the table with the same problem.
+    also : tuple of str
+        Animals that it concerns beside the one of its place.
+    """
+
+    finding: Finding
+    files: tuple[str, ...] = ()
+    same: tuple[int, ...] = ()
+    also: tuple[str, ...] = ()
+
+    @property
+    def place(self) -> Place:
+        """The place where a person mends it."""
+        return self.finding.place
+
+    @property
+    def animals(self) -> tuple[str, ...]:
+        """The animals that it concerns, none if it concerns all."""
+        return tuple(dict.fromkeys(filter(None, (self.place.animal, *self.also))))
+
+    @property
+    def error(self) -> bool:
+        """True if the study cannot run like this, False if it is only odd."""
+        return self.finding.severity is Severity.ERROR
+
+    def __str__(self) -> str:
+        lines = f" (the same in line{'s' if len(self.same) > 1 else ''} {', '.join(map(str, self.same))})"
+        return ": ".join(filter(None, (str(self.place), str(self.finding)))) + (lines if self.same else "")
+
+
+def unreadable(error: VasowaveError, place: Place = NOWHERE, files: Iterable[Path] = ()) -> StudyProblem:
+    """Return the problem that an error is."""
+    return StudyProblem(UNREADABLE(text=str(error)).placed(place), tuple(map(str, files)))
+
+
+def one_per_cause(problems: Iterable[StudyProblem]) -> list[StudyProblem]:
+    """Return the problems; those that differ in line, animal or file alone are one, at the place of the first."""
+    groups: dict[Finding, list[StudyProblem]] = {}
+    for problem in problems:
+        groups.setdefault(_cause(problem), []).append(problem)
+    return [_joined(*group) for group in groups.values()]
+
+
+def _joined(first: StudyProblem, *duplicates: StudyProblem) -> StudyProblem:
+    lines = dict.fromkeys(problem.place.line for problem in duplicates)
+    also = (name for problem in (first, *duplicates) for name in problem.animals)
+    return replace(first, same=tuple(line for line in lines if line not in (0, first.place.line)), also=tuple(also))
+
+
+def _cause(problem: StudyProblem) -> Finding:
+    cause = problem.finding.at(line=0, animal="")
+    for file in problem.files:
+        cause = cause.inside(file)
+    return cause
+
+
+def refuse(problems: Iterable[StudyProblem]) -> None:
+    """Raise one `InputError` that lists every error among `problems`."""
+    errors = [str(problem) for problem in one_per_cause(problems) if problem.error]
+    if len(errors) == 1:
+        raise InputError(errors[0])
+    if errors:
+        raise InputError(f"{len(errors)} errors:\n" + "\n".join(f"  {error}" for error in errors))

@@ -1,0 +1,51 @@
+"""Self-contained pages about one animal or many: words, tables, figures, methods, provenance."""
+
+from vasowave.study.report.blocks import REPORT as REPORT
+from vasowave.study.report.blocks import SUPPLEMENT as SUPPLEMENT
+from vasowave.study.report.blocks import Answers as Answers
+from vasowave.study.report.blocks import Drawing as Drawing
+from vasowave.study.report.blocks import Fold as Fold
+from vasowave.study.report.blocks import Paragraph as Paragraph
+from vasowave.study.report.blocks import Report as Report
+from vasowave.study.report.blocks import Section as Section
+from vasowave.study.report.blocks import SideBySide as SideBySide
+from vasowave.study.report.blocks import Table as Table
+from vasowave.study.report.documents import report_of as report_of
+from vasowave.study.report.documents import supplement_of as supplement_of
+from vasowave.study.report.extraction import write_extraction as write_extraction
+from vasowave.study.report.extraction import write_network_files as write_network_files
+from vasowave.study.report.files import latex as latex
+from vasowave.study.report.files import latex_table as latex_table
+from vasowave.study.report.files import write_tables as write_tables
+from vasowave.study.report.html import page as page
+from vasowave.study.report.look import command as command
+from vasowave.study.report.look import look_json as look_json
+from vasowave.study.report.look import look_page as look_page
+from vasowave.study.report.look import look_text as look_text
+from vasowave.study.report.look import write_look as write_look
+from vasowave.study.report.pdf import markup as markup
+from vasowave.study.report.pdf import written as written
+from vasowave.study.report.planned import plan_texts as plan_texts
+from vasowave.study.report.planned import write_plan as write_plan
+from vasowave.study.report.review import proposals as proposals
+from vasowave.study.report.settings import ReportSettings as ReportSettings
+from vasowave.study.report.terms import caller as caller
+from vasowave.study.report.terms import explained as explained
+from vasowave.study.report.terms import glossary as glossary
+from vasowave.study.report.wording import ERROR_OF_DRAWS as ERROR_OF_DRAWS
+from vasowave.study.report.wording import friction_words as friction_words
+from vasowave.study.report.wording import listed as listed
+from vasowave.study.report.wording import number as number
+from vasowave.study.report.wording import p_value as p_value
+from vasowave.study.report.wording import probability as probability
+from vasowave.study.report.wording import ratio_with_interval as ratio_with_interval
+from vasowave.study.report.wording import some_of as some_of
+from vasowave.study.report.wording import table_rows as table_rows
+from vasowave.study.report.wording import undecided as undecided
+from vasowave.study.report.wording import unlimited as unlimited
+from vasowave.study.report.wording import value_text as value_text
+from vasowave.study.report.wording import with_error as with_error
+from vasowave.study.report.wording import with_interval as with_interval
+from vasowave.study.report.write import write_report as write_report
+
+__all__: list[str]

@@ -1,0 +1,132 @@
+"""The difference of one group from another, as a value: the primary comparison, its table and its forest plot."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from vasowave.base.errors import InputError
+from vasowave.base.io.files import check_file, write_file
+from vasowave.base.notebook import card
+from vasowave.study.cohort.cohort import Cohort
+from vasowave.study.cohort.primary import Primary
+from vasowave.study.figures.forest import WIDE, Form, forest_figure
+from vasowave.study.figures.matplotlib_style import group_looks, new_figure, short, shown_figure, source_looks, style
+from vasowave.study.figures.rendering import as_file
+from vasowave.study.report.answer.design import design_answer
+from vasowave.study.report.answer.forest import group_rows
+from vasowave.study.report.answer.groups import doubts_text, group_answer, not_told
+from vasowave.study.report.answer.marks import Marks
+from vasowave.study.report.terms import caller, defined
+from vasowave.study.report.wording import some_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_NAMED = 3  # quantities, in a sentence
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """One group against another, by the primary comparison of a study.
+
+    Attributes
+    ----------
+    group, reference : str
+    cohort : Cohort
+        All animals of the study: intervals and p hold for all its groups at once.
+    primary : Primary
+        The comparison; its `rows` are those of `group`.
+    """
+
+    group: str
+    cohort: Cohort
+    primary: Primary
+
+    @property
+    def reference(self) -> str:
+        """The group that is compared with."""
+        return self.cohort.reference
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row a quantity: ratio of the group over the reference, its interval, p and more; see `Primary.rows`."""
+        return self.primary.rows
+
+    def forest(self) -> "Axes":
+        """Draw ratios with their intervals, the other laws' and every animal below, as the report does.
+
+        Returns the axes of the ratios; ``.figure`` is the whole.
+
+        Raises
+        ------
+        InputError
+            No quantity could be compared.
+        """
+        return next(ax for ax in self._figure(shown_figure).axes if ax.get_xscale() == "log")
+
+    def save(self, path: str | Path) -> Path:
+        """Write the figure of `forest`, 174 mm wide: ``results.compare("HPH").save("hph.pdf")``.
+
+        Parameters
+        ----------
+        path : path
+            It ends in .svg, .pdf or .png.
+
+        Raises
+        ------
+        InputError
+            No quantity could be compared, or the file cannot be written.
+        """
+        check_file(Path(path), ".svg", ".pdf", ".png")
+        return write_file(Path(path), self.as_file(Path(path).suffix.lower()[1:]))
+
+    def as_file(self, kind: str) -> bytes:
+        """Return what `save` writes: svg, pdf or png; raises as `forest`."""
+        with style():
+            return as_file(self._figure(new_figure), kind)
+
+    def _figure(self, make: Callable[[float, float], "Figure"]) -> "Figure":
+        if not len(self.primary.rows):
+            omissions = not_told(self.primary, caller(self.cohort))
+            omissions += [f"{quantity} ({reason})" for quantity, reason in self.primary.left_out.items()]
+            hint = " (all in `.primary.left_out`)" if len(omissions) > _NAMED else ""
+            raise InputError(
+                f"{self.group} and {self.reference} could not be compared by {some_of(omissions, _NAMED)}{hint}; "
+                "add animals"
+            )
+        return groups_figure(self.cohort, self.primary, WIDE, make)
+
+    def __repr__(self) -> str:
+        return "\n".join(f"{question}: {answer}" for question, answer in self._said) or "nothing could be compared"
+
+    @property
+    def _said(self) -> list[tuple[str, str]]:
+        """Questions and answers, how the animals were compared, and what must not be used; empty without a row."""
+        marks = Marks(self.cohort, self.primary.law)
+        sure = doubts_text(self.cohort, self.primary)
+        answers = group_answer(self.primary, caller(self.cohort), marks.of_row).items(sure=sure)
+        if not answers:
+            return []
+        counts = [f"{group} {len(self.cohort.groups[group])}" for group in (self.group, self.reference)]
+        return [*answers, ("Recordings" if self.cohort.repeated else "Animals", ", ".join(counts)),
+                *design_answer(self.cohort), *marks.legend(answers, defined(self.cohort))]  # fmt: skip
+
+    def _repr_html_(self) -> str:
+        facts = dict(self._said)
+        omissions = [f"{quantity}: {reason}" for quantity, reason in self.primary.left_out.items()]
+        omissions += not_told(self.primary, caller(self.cohort))
+        return card(f"{self.group} against {self.reference}", facts, omissions)
+
+
+def groups_figure(
+    cohort: Cohort, primary: Primary, form: Form, make: Callable[[float, float], "Figure"] = new_figure
+) -> "Figure":
+    """Draw the forest plot of a primary comparison that has rows."""
+    rows = group_rows(cohort, primary, caller(cohort), Marks(cohort, primary.law).of_row)
+    looks, sources = group_looks(cohort.groups), source_looks([*cohort.sources, "data"])
+    axis = f"ratio to {short(cohort.reference)} [1]" if cohort.design.plain else "ratio [1]"
+    return forest_figure(rows, looks, sources, axis, ("ratio [95 %]", "p"), form, make)

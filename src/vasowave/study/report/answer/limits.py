@@ -1,0 +1,174 @@
+"""The limits of the answer: geometry that animals share, what data leave open, the error of the model itself."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vasowave.pulse.inference.known_errors import kinds
+from vasowave.study.animal.result import AnimalResult
+from vasowave.study.cohort.cohort import Cohort
+from vasowave.study.report.wording import OF_FLOW, listed, number
+
+_TIMING = {"pressure_lag", "pressure_inertia", "flow_lag", "flow_delay"}
+"""Errors that move one signal against the other."""
+
+
+def model_limits(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[str]:
+    """Return sentences on what the fits leave open; nothing where nothing was fitted."""
+    if not law:
+        return []
+    return [
+        *_image_pressure(cohort), *_residual(cohort, law), *_open(cohort, law, written), *_held(cohort, written),
+        *(assumed_errors(cohort.results, _drawn(cohort, law)) if cohort.single else ()), *_of_fits(cohort),
+    ]  # fmt: skip
+
+
+def _of_fits(cohort: Cohort) -> list[str]:
+    """Offer posteriors, with what they cost, where there is none."""
+    if any(result.laws[law].posterior is not None for result in cohort.results for law in result.laws):
+        return []
+    return [
+        "Posteriors weigh the error of the model, which intervals of fits and p do not (inference: posterior in "
+        "study.yaml, --inference posterior of vasowave fit), in about ten seconds of a processor for an animal and law."
+    ]
+
+
+def _drawn(cohort: Cohort, law: str) -> bool:
+    posterior = cohort.law(law).posterior
+    return posterior is not None and posterior.trusted
+
+
+def assumed_errors(results: Sequence[AnimalResult], drawn: bool = False) -> list[str]:
+    """Say for which errors intervals and p of the model allow, and who told them; nothing where there are none.
+
+    Those that are `drawn` by posteriors allow for some errors only where these are told.
+    """
+    errors_by_source: dict[str, dict[str, None]] = {}
+    for known_error in (error for result in results for error in result.assumed_errors):
+        if drawn and known_error.source == "usual" and not kinds()[known_error.name].sampled:
+            continue
+        errors_by_source.setdefault(known_error.source if known_error.sd > 0 else "exact", {})[str(known_error)] = None
+    words = {"usual": "{} (usual values; the study gives none)", "image": "{} (by the image)", "lab": "{} (stated)"}
+    sentences = [
+        text.format(listed(list(errors_by_source[source])))
+        for source, text in words.items()
+        if source in errors_by_source
+    ]
+    if not sentences:
+        return []
+    late = {
+        known_error.name for result in results for known_error in result.assumed_errors if known_error.sd > 0
+    } & _TIMING
+    right = [] if drawn else ["take the model itself as right"]
+    right += [] if late else ["allow for no filter or delay of the instruments beyond those that are corrected"]
+    beyond = f" They {listed(right)}." if right else ""
+    return [f"Intervals and p of the model allow for these errors (SD): {'; '.join(sentences)}.{beyond}"]
+
+
+def _image_pressure(cohort: Cohort) -> list[str]:
+    """Say at which pressure the radii were measured, where the results tell."""
+    count = len(cohort.results)
+    pressures = [result.network.pressure for result in cohort.results if result.network.pressure]
+    if not pressures:
+        return ["The image's pressure is not known; radii are taken as those at 0 mmHg, and stiffness depends on that."]
+    low, high = number(min(pressures)), number(max(pressures))
+    noun = "recordings" if cohort.repeated else "animals"
+    unknown = (
+        f" Of {count - len(pressures)} of {count} {noun} it is not known: their radii are taken as those at 0 mmHg."
+    )
+    return [
+        f"Radii are those at the image's pressure, {low if low == high else f'{low} to {high}'} mmHg."
+        f"{unknown if len(pressures) < count else ''}"
+    ]
+
+
+def no_wedge(cohort: Cohort) -> list[str]:
+    """Say where resistances count from 0 mmHg for want of a pressure behind the beds; of one animal its answers do."""
+    without = [result for result in cohort.results if "wedge_pressure" not in result.recording]
+    if cohort.single or not without:
+        return []
+    whose = "" if len(without) == len(cohort.results) else f" of {len(without)} of {len(cohort.results)} recordings"
+    return [f"No wedge pressure{whose} is given: PVR, R_T, R_T C_T and the measured decay count from 0 mmHg. With one "
+            "they are smaller, and their ratios between groups change."]  # fmt: skip
+
+
+def shared_images(cohort: Cohort) -> list[str]:
+    """Say where one lung stands for several animals: how lungs of a group differ is then not measured."""
+    if cohort.single or not cohort.walls:
+        return []
+    alike = [group for group, results in cohort.groups.items() if len(results) > 1 and _share_a_network(results)]
+    if not alike:
+        return []
+    if _share_a_network(cohort.results):
+        return [
+            "One imaged lung stands for all animals: errors of its measurement are the same in all; how lungs of "
+            "animals differ is not measured."
+        ]
+    groups = f"{'each of ' if len(alike) > 1 else ''}{listed(alike)}"
+    if len(alike) == len(cohort.groups):
+        return ["Each group has one imaged lung, which stands for all its animals; how lungs differ is not measured."]
+    return [f"One imaged lung stands for all animals of {groups}: how lungs of a group differ is not measured."]
+
+
+def _share_a_network(results: list[AnimalResult]) -> bool:
+    first, *radii = (result.network.radius for result in results)
+    return all(np.array_equal(radius, first) for radius in radii)
+
+
+def _residual(cohort: Cohort, law: str) -> list[str]:
+    table = cohort.misfits
+    table = table[table["wall"] == law]
+    rmse, error = float(table["RMSE"].median()), float(table["error"].median())
+    typical = "" if cohort.single else " (median)"
+    typical += OF_FLOW if cohort.law(law).compared == "flow" else ""
+    if not np.isfinite(error):
+        return [f"The {law} wall leaves {number(rmse, 2)} mmHg{typical}; how well the cycle itself is known is not."]
+    verdict = "not noise but the model's error" if rmse > 2 * error else "what the beats' scatter explains"
+    return [
+        f"The {law} wall leaves {number(rmse, 2)} mmHg{typical}, {number(rmse / error, 2)} times the error of the "
+        f"averaged cycle ({number(error, 2)} mmHg): {verdict}."
+    ]
+
+
+def _open(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[str]:
+    fits = cohort.calibrations(law)
+    count = Counter(
+        str(name)
+        for fit in fits
+        for name in fit["parameter"].values[fit["free"].values.astype(bool) & ~fit["determined"].values.astype(bool)]
+    )
+    if not count:
+        return []
+    return [
+        f"The data do not determine {_counted(cohort, count, len(fits), written)} ({law} wall; ends of the interval "
+        f"differ by more than a factor of 4, or at a bound{'' if cohort.single else '; such animals count less'})."
+    ]
+
+
+def _counted(cohort: Cohort, count: Mapping[str, int], fits: int, written: Mapping[str, str]) -> str:
+    """Return parameters in words, of several animals with the number of fits: ``β in 2 of 6 and a in 1 of 6``."""
+    return listed([written.get(n, n) + ("" if cohort.single else f" in {k} of {fits}") for n, k in count.items()])
+
+
+def _held(cohort: Cohort, written: Mapping[str, str]) -> list[str]:
+    """Name what was not fitted: a value that somebody chose, or the bound at which a search stopped."""
+    sentences, stopped = [], []
+    for wall in cohort.walls:
+        fits = cohort.calibrations(wall)
+        fixed = {
+            f"{written.get(str(name), str(name))} = {number(float(value))}"
+            for fit in fits
+            for name, value, free in zip(fit["parameter"].values, fit["value"].values, fit["free"].values)
+            if not free
+        }
+        if fixed:
+            sentences.append(
+                f"Held, not fitted ({wall} wall): {listed(sorted(fixed))}; its results hold for that value."
+            )
+        bound = Counter(str(n) for fit in fits for n in fit["parameter"].values[fit["at_bound"].values.astype(bool)])
+        if bound:
+            stopped.append(f"{_counted(cohort, bound, len(fits), written)} ({wall} wall)")
+    if stopped:
+        sentences.append(f"Stopped at a bound of the search: {listed(stopped)}; there the number is the bound's.")
+    return sentences

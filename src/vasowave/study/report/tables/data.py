@@ -1,0 +1,149 @@
+"""Tables of what was measured: the animals, HemoStats, Network, ParNom, and Z_c by several estimators."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from vasowave.pulse.quantities import INDICES
+from vasowave.study.animal.result import AnimalResult
+from vasowave.study.cohort.cohort import Cohort
+from vasowave.study.cohort.table import columns, describe
+from vasowave.study.cohort.variables import Variable
+from vasowave.study.report.blocks import Table
+from vasowave.study.report.tables.cells import mean_sd, named, symbols, who, with_unit
+from vasowave.study.report.wording import with_error
+
+_FIRST = ("HR", "mPAP", "CO", "PVR")
+_TOLD = ("weight", "body weight", "body mass", "mass", "sex", "gender", "age", "strain")
+"""Columns of a lab's table that describe its animals in the first table of a paper."""
+_NOMINAL = {"Z_c": "Z_c", "beta": "β₀", "R_T": "R_T0", "tau": "τ₀"}
+
+
+def hemodynamics(cohort: Cohort) -> Table:
+    """Mean ± SD of the measured indices ("HemoStats")."""
+    rows = cohort.described[cohort.described["source"] == "measured"]
+    data = describe(rows, columns(rows, INDICES))
+    groups = [f"{cell} ({cohort.count(cell)})" for cell in cohort.cells]
+    header = ("index", *(["measured"] if cohort.single else groups))
+    meanings = cohort.meanings
+    cells = [
+        (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in quantity_rows.iterrows()))
+        for label, quantity_rows in data.groupby("quantity", sort=False)
+    ]
+    note = "; ".join(f"{name}: {meanings[name]}" for name in INDICES if name in meanings)
+    caption = "Hemodynamic indices" if cohort.single else "Hemodynamic indices, mean ± SD"
+    return Table("HemoStats", caption, header, cells, f"{note}.", data)
+
+
+def animals_table(cohort: Cohort) -> list[Table]:
+    """The animals of each group in a few rows ("Animals"): what the lab says of them, and what was measured."""
+    if cohort.single:
+        return []
+    rows = cohort.described[cohort.described["source"] == "measured"]
+    data = describe(rows, columns(rows, _FIRST))
+    cells = [
+        (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in quantity_rows.iterrows()))
+        for label, quantity_rows in data.groupby("quantity", sort=False)
+    ]
+    shown = [variable for variable in cohort.variables.values() if variable.name.lower() in _TOLD]
+    first = [
+        (variable.label, *(_summary(variable, cell.results) for cell in cohort.cells.values())) for variable in shown
+    ]
+    header = ("mean ± SD", *(f"{cell} ({cohort.count(cell)})" for cell in cohort.cells))
+    note = "Arithmetic means; the answer compares geometric ones."
+    return [Table("Animals", "Table 1. The animals", header, [*first, *cells], note, data)]
+
+
+def _summary(variable: Variable, results: Sequence[AnimalResult]) -> str:
+    """Return mean ± SD of numbers, or how many have each level."""
+    if variable.kind == "category":
+        levels = Counter(variable.levels[result.name] for result in results if result.name in variable.levels)
+        return ", ".join(f"{count} {level}" for level, count in levels.items()) or "–"
+    values = np.array([variable.numbers[result.name] for result in results if result.name in variable.numbers])
+    if not len(values):
+        return "–"
+    return with_error(float(values.mean()), float(values.std(ddof=1)) if len(values) > 1 else np.nan)
+
+
+def failures(cohort: Cohort) -> list[Table]:
+    """Everything that failed ("Failures"), if anything did."""
+    if not cohort.failures:
+        return []
+    measured = {result.name: float(result.measured.quantities["mPAP"]) for result in cohort.results}
+    data = pd.DataFrame(
+        {
+            "animal": failure.animal, "group": failure.group, "law": failure.law or "–", "stage": str(failure.stage),
+            "mPAP [mmHg]": measured.get(failure.animal, failure.mean_pressure), "reason": failure.reason,
+        }
+        for failure in cohort.failures
+    ).astype({"mPAP [mmHg]": float})  # fmt: skip
+    note = (
+        "Reading and computing: the animal has no result. Fit, analysis: it has none with this law. Posterior, "
+        "comparison: all else is there. mPAP as measured, whatever failed."
+    )
+    return [Table.of("Failures", "What failed, and why", data, note)]
+
+
+def networks(cohort: Cohort) -> list[Table]:
+    """Connectivity and size of the vessels ("Network"), side by side where the groups' vessels are the same."""
+    by_topology: dict[tuple[str, ...], dict[str, AnimalResult]] = {}
+    for group, result in cohort.shown.items():
+        vessels = result.network
+        by_topology.setdefault((*vessels.name, *map(str, (*vessels.start, *vessels.end))), {})[group] = result
+    return [
+        _network("Network" if place == 1 else f"Network-{place}", results, cohort.single)
+        for place, results in enumerate(by_topology.values(), start=1)
+    ]
+
+
+def _network(name: str, results: dict[str, AnimalResult], single: bool) -> Table:
+    first = next(iter(results.values())).network
+    behind = {row: junction.beginning for junction in first.junctions for row in junction.ending}
+    daughters = [", ".join(first.name[next_] for next_ in behind.get(row, ())) or "–" for row in range(len(first))]
+    data = pd.DataFrame({"vessel": first.name, "daughters": daughters})
+    for group, result in results.items():
+        vessels, label = result.network, "" if single else f" {group}"
+        data[f"r0{label} [cm]"], data[f"L{label} [cm]"] = vessels.radius, vessels.length
+    whose = "" if single else f" of {' and '.join(results)} (animals {named(list(results.values()))})"
+    note = "– marks a terminal vessel; the first one is the root."
+    return Table.of(name, f"Dimensions of the vessels{whose}", data, note)
+
+
+def nominal(cohort: Cohort) -> Table:
+    """Nominal parameters of every animal ("ParNom", eqs. 8 to 12)."""
+    rows = []
+    for result in cohort.results:
+        start = result.nominal
+        values = {f"{label} [{start[name].attrs['units']}]": float(start[name]) for name, label in _NOMINAL.items()}
+        rows.append(who(result) | values)
+    note = "Every wall law starts at the stiffness β₀ (eqs. 9, 10), all vascular beds at a = R₁/R_T = 0.2."
+    return Table.of("ParNom", "Nominal parameters", pd.DataFrame(rows), note)
+
+
+def characteristic_impedances(cohort: Cohort) -> Table:
+    """Z_c of every animal by several estimators (eq. 8)."""
+    rows = []
+    for result in cohort.results:
+        spectrum = result.measured.impedance
+        values = zip(spectrum["estimator"].values, spectrum["Z_c"].values, strict=True)
+        rows.append(who(result) | {f"{name} [mmHg s/ml]": float(value) for name, value in values})
+    note = (
+        "The nominal stiffness follows from the up-slope; where estimators disagree, reflections or delays are at work."
+    )
+    return Table.of("Zc", "Characteristic impedance by several estimators, measured", pd.DataFrame(rows), note)
+
+
+def variables(cohort: Cohort) -> list[Table]:
+    """Return what the lab's own columns say of the animals, where there are any."""
+    if not cohort.variables:
+        return []
+    labels = {variable.label: variable.values for variable in cohort.variables.values()}
+    rows = pd.DataFrame(
+        [
+            who(result) | {label: values.get(result.name) for label, values in labels.items()}
+            for result in cohort.results
+        ]
+    )
+    return [Table.of("Animals", "What the table of animals says of each", rows)]

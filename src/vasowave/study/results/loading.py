@@ -1,0 +1,274 @@
+"""From one row of the table and the settings to an animal that can be analyzed."""
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, of_file
+from vasowave.base.findings import Finding, found_in, look_kind, note_kind, warn
+from vasowave.base.io.textfile import look
+from vasowave.catheter.beats.edits import read_edits
+from vasowave.catheter.check.catheter import (
+    Catheter,
+    LowPass,
+    correct_catheter,
+    ringing,
+    suspect_catheter,
+    without_delays,
+)
+from vasowave.catheter.check.lags import LATE_PRESSURE
+from vasowave.catheter.check.plausibility import LATE_FLOW, odd_timing
+from vasowave.catheter.ensemble import average_beats
+from vasowave.catheter.read.describe import kind_of
+from vasowave.catheter.read.read import read_recording
+from vasowave.catheter.read.read_raw import read_raw_recording
+from vasowave.catheter.read.site_files import read_sites
+from vasowave.catheter.read.ventricle import read_ventricle
+from vasowave.catheter.read.wedge import read_wedge
+from vasowave.catheter.signals.raw import RawRecording
+from vasowave.pulse.analysis.ventricle_coupling import coupled
+from vasowave.pulse.calibration.sites import places_of
+from vasowave.pulse.cycle.averaged import EnsembleAverage
+from vasowave.pulse.cycle.cycle import Recording
+from vasowave.pulse.model.law_files import LawFile, in_words, learn
+from vasowave.pulse.model.nominal import estimate_nominal, oddities
+from vasowave.pulse.network.network import Network
+from vasowave.pulse.network.tidying import repaired
+from vasowave.pulse.network_formats import read_network
+from vasowave.pulse.solver.practice import PAPER
+from vasowave.study.animal.animal import Animal, Settings
+from vasowave.study.animal.files import to_bytes
+from vasowave.study.animal.pipeline import Progress, analyze
+from vasowave.study.animal.result import AnimalResult
+from vasowave.study.folder.rows import AnimalRow
+from vasowave.study.folder.settings import StudyFile, animal_settings, averaging_settings
+from vasowave.study.results.store import Journal, key_of
+
+WEDGE = note_kind(
+    "recording.wedge", "the pressure behind the vascular beds is {wedge:.4g} mmHg (wedge): PVR and R_T count from it"
+)
+WEDGE_WAVE = note_kind("recording.wedge-wave", "over the cycle that pressure changes by {pulse:.3g} mmHg")
+WEDGE_DIFFERS = look_kind(
+    "recording.wedge-differs",
+    "the wedge pressure is given as {given:.3g} mmHg, the mean of its waveform is {wave:.3g} mmHg; the number counts",
+    "Correct one of the two, or leave the number out.",
+)
+_APART = 1.0  # mmHg between the two
+SYNTHETIC_MARK = b"SYNTHETIC"
+"""Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
+
+_NEAR = 4096  # bytes from the beginning, where it stands
+_OF_FILES = ("network", "recordings", "beat_edits", "sites", "ventricle", "wedge_wave")
+_NOT_IN_KEY = (
+    *_OF_FILES,
+    "line",
+    "shared_recording",
+    "R_T",
+    "C_T",
+    "tau",
+    "lab_cells",
+    "errors",
+    "hematocrit",
+    "temperature",
+)
+"""Of a row: files, which enter the key by their content, what stands in the settings, and what changes no result."""
+
+
+def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of every file of one animal by its role, and the file's name as seen from `folder`."""
+    return {role: f"{look(file).sha256} ({inside(file, folder)})" for role, file in row.files.items()}
+
+
+def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
+    """Return what stands for everything that enters the analysis of one animal.
+
+    Raises
+    ------
+    InputError
+        One of its files cannot be read.
+    """
+    inputs: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in _NOT_IN_KEY}
+    inputs["settings"], inputs["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure
+    inputs["practice"], inputs["catheter"] = study.practice, study.catheter
+    inputs["kind"] = row.kind or kind_of(row.recordings)
+    if inputs["kind"] == "raw":
+        inputs["averaging"] = asdict(averaging_settings(study))
+    return key_of(inputs, [(inside(file, folder), file) for file in row.files.values()])
+
+
+def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
+    """Read the files of one animal.
+
+    What is noticed on the way stands in the recording's notes. File names in them are relative to `folder`, so that the
+    same study gives the same result wherever it lies.
+
+    Raises
+    ------
+    InputError, NumericalError
+        A file is wrong, or its beats cannot be averaged.
+    """
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", VasowaveWarning)
+        network = _filled(read_network(row.network), row, study)
+        animal = Animal(row.animal, row.group, network, *read_measured(row, study))
+    warned = list(found_in(caught))
+    synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_NEAR] for file in row.recordings)
+    recording = _through_instruments(_relative(animal.recording, warned, folder), row, study)
+    recording, behind = _wedged(recording, row)
+    odd = _oddities(network, recording, study)
+    recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *behind, *odd))))
+    if study.practice == "paper":
+        recording = PAPER.recording(recording)
+    sites = read_sites(row.sites) if row.sites else ()
+    with of_file(row.sites):
+        places_of(sites, network, recording.period)
+    ventricle = read_ventricle(row.ventricle, recording.period) if row.ventricle else None
+    if ventricle is not None:
+        ventricle = replace(ventricle, source=inside(Path(ventricle.source), folder))
+        of_both = coupled(recording, ventricle)[1]
+        recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *of_both))))
+    return replace(animal, recording=recording, synthetic=synthetic, sites=sites, ventricle=ventricle)
+
+
+def _wedged(recording: Recording, row: AnimalRow) -> tuple[Recording, list[Finding]]:
+    """Return a recording with what lies behind its beds, and what is to be known of it."""
+    wave = read_wedge(row.wedge_wave, recording.period) if row.wedge_wave else None
+    mean = row.wedge if row.wedge is not None or wave is None else wave.mean
+    pulsation = None if wave is None else wave.pulsation
+    wedged = replace(recording, wedge_pressure=mean or 0.0, wedge_pulsation=pulsation)
+    findings = [WEDGE(wedge=mean)] if mean else []
+    if wave is not None:
+        findings += [WEDGE_WAVE(pulse=float(np.ptp(wave.pulsation))), *wave.findings]
+        if mean is not None and abs(mean - wave.mean) > _APART:
+            findings.append(WEDGE_DIFFERS(given=mean, wave=wave.mean))
+    return wedged, findings
+
+
+def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, EnsembleAverage | None, RawRecording | None]:
+    """Return the cycle of one animal, and the beats and the continuous recording that it is the average of; raises as
+    `load_animal`.
+    """
+    if (row.kind or kind_of(row.recordings)) == "cycle":
+        cycle = read_recording(*row.recordings, period=row.period, calibration=row.calibration, **_units(row))
+        return cycle, None, None
+    raw = read_stretch(row)
+    edits = read_edits(row.beat_edits) if row.beat_edits else ()
+    beats = average_beats(raw, averaging=averaging_settings(study), edits=edits)
+    return beats.recording, beats, raw
+
+
+def read_stretch(row: AnimalRow) -> RawRecording:
+    """Return the stretch of a continuous recording that is averaged; raises as its reader."""
+    raw = read_raw_recording(
+        row.recordings[0],
+        pressure=row.pressure_channel or None,
+        flow=row.flow_channel or None,
+        ecg=row.ecg_channel or None,
+        block=row.block,
+        start=row.start,
+        end=row.end,
+        sampling_rate=row.sampling_rate,
+        progress=None,
+        **_units(row),
+    )
+    return raw.calibrated(*row.calibration)
+
+
+def _through_instruments(recorded: Recording, row: AnimalRow, study: StudyFile) -> Recording:
+    """Return the recording without known delays, filters and the study's catheter; else say if a catheter rings."""
+    recording = without_delays(recorded, row.pressure_delay or 0.0, row.flow_delay or 0.0)
+    signals: Sequence[Literal["pressure", "flow"]] = ("pressure", "flow")
+    responses = (row.pressure_cutoff, row.pressure_damping), (row.flow_cutoff, row.flow_damping)
+    for signal, (cutoff, damping) in zip(signals, responses, strict=True):
+        if cutoff and cutoff * recording.period < 1:
+            raise InputError(
+                f"{recording.source}: a {signal} cutoff of {cutoff:g} Hz is below the heart rate, "
+                f"{1 / recording.period:.3g} Hz, and leaves no pulse; give it in Hz"
+            )
+        if cutoff:
+            response = Catheter(cutoff, damping) if damping else LowPass(cutoff)
+            recording = correct_catheter(recording, response, signal)
+    if study.catheter is not None and not row.pressure_damping:
+        recording = correct_catheter(recording, Catheter(*study.catheter))
+    if recording is not recorded:
+        recording = _timed_anew(recording)
+    if study.catheter is not None or row.pressure_damping or (suspected := suspect_catheter(recording)) is None:
+        return recording
+    return replace(recording, notes=(*recording.notes, ringing(suspected, recording)))
+
+
+def _timed_anew(recording: Recording) -> Recording:
+    """Return a corrected recording with what its signals are late by now, in the place of what they were."""
+    notes = [note for note in recording.notes if note.code not in (LATE_FLOW.code, LATE_PRESSURE.code)]
+    late = odd_timing(recording.pressure, recording.flow, recording.period)
+    return replace(recording, notes=(*notes, *late))
+
+
+def _oddities(network: Network, recording: Recording, study: StudyFile) -> Sequence[Finding]:
+    """Return which nominal values no artery has; none where there are no nominal values, which the fit says."""
+    try:
+        return oddities(estimate_nominal(network, recording, animal_settings(study).blood), recording.flow)
+    except VasowaveError:
+        return ()
+
+
+def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
+    """Return the network with the pressure of its image: of its file, else the row, else the study; or the paper's."""
+    if network.pressure and row.image_pressure not in (None, network.pressure):
+        raise InputError(
+            f"{row.network}: its vessels were imaged at {network.pressure:g} mmHg, the table of animals says "
+            f"{row.image_pressure:g}; correct one of the two"
+        )
+    filled = replace(network, pressure=network.pressure or row.image_pressure or study.image_pressure)
+    if study.practice == "paper":
+        return PAPER.network(filled)
+    repaired_network, repairs = repaired(filled)
+    for repair in repairs:
+        warn(repair.at(str(row.network)), stacklevel=4)
+    return repaired_network
+
+
+@in_words()
+def analyze_animal(
+    animal: Animal,
+    settings: Settings,
+    hashes: Mapping[str, str],
+    journal: str,
+    key: str,
+    laws: Sequence[LawFile],
+    progress: Progress | None = None,
+) -> AnimalResult:
+    """Analyze one animal; searches that its journal (a file) knows are not made again.
+
+    The SHA-256 of its files and the key of the piece (see `study.store`) stand in the `origin` of the result.
+    """
+    learn(laws)
+    result = analyze(animal, settings, progress, Journal(Path(journal)))
+    of_files = {f"sha256 of {role}": digest for role, digest in hashes.items()}
+    return replace(result, origin={**result.origin, **of_files, "key": key})
+
+
+def analyzed_bytes(*arguments: Any) -> bytes:
+    """Return the result of `analyze_animal` as the bytes of a netCDF-4 file. Runs in a worker."""
+    return to_bytes(analyze_animal(*arguments).to_datatree())
+
+
+def _units(row: AnimalRow) -> dict[str, Any]:
+    return {"pressure_unit": row.pressure_unit or None, "flow_unit": row.flow_unit or None}
+
+
+def _relative(recording: Recording, warned: list[Finding], folder: Path) -> Recording:
+    """Return the recording with `warned` among its notes and with file names relative to `folder`."""
+    further_notes = [finding for finding in warned if finding.at("") not in recording.notes]
+    prefix = "" if folder == Path() else f"{folder}/"  # of files beside the current folder nothing is taken away
+    notes = dict.fromkeys(finding.inside(prefix) for finding in (*recording.notes, *further_notes))
+    return replace(recording, source=recording.source.replace(prefix, ""), notes=tuple(notes))
+
+
+def inside(file: Path, folder: Path) -> str:
+    """Return the name of a file as seen from `folder`."""
+    return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else file.as_posix()

@@ -1,0 +1,109 @@
+"""The animals that were read, and the work that a study is: the table that a person looks at before it runs."""
+
+import textwrap
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from vasowave.study.animal.animal import Animal
+from vasowave.study.folder.settings import StudyFile
+
+_SECONDS = 0.4
+"""CPU for one start of a fit with one wall law in a network of 21 vessels, everything else of the analysis included, s.
+
+The twelve animals of the demo, with 20 starts of two laws, take 15 s each; a linear start costs about a third of a
+tangent one.
+"""
+
+_POSTERIOR_SECONDS = 18.0
+"""CPU for one posterior of a wall law in such a network, s: 16 linear ones took 142 s on two cores."""
+
+_VESSELS = 21  # of the network for which the seconds were measured
+
+
+class AnimalRead(NamedTuple):
+    """The content of the files of one animal.
+
+    `duration` (s) and `beats` (averaged, found) are those of a continuous recording; 0 of an averaged cycle. Heart rate
+    in beats/min, mean pressure in mmHg, mean flow in ml/s; `drift` in mmHg over the recording.
+    """
+
+    animal: str
+    group: str
+    vessels: int
+    kind: str
+    duration: float
+    beats: tuple[int, int]
+    heart_rate: float
+    mean_pressure: float
+    mean_flow: float
+    drift: float
+
+    def row(self) -> tuple[str, ...]:
+        """Return the cells of `HEADER`."""
+        raw = self.kind == "raw"
+        return (
+            self.animal, self.group, f"{self.vessels}", "raw" if raw else "cycle",
+            f"{self.duration:.3g}" if raw else "", f"{self.beats[0]}/{self.beats[1]}" if raw else "",
+            f"{self.heart_rate:.0f}", f"{self.mean_pressure:.1f}", f"{self.mean_flow:.3f}",
+            f"{self.drift:+.1f}" if raw else "",
+        )  # fmt: skip
+
+
+HEADER = (
+    ("animal", ""), ("group", ""), ("vessels", ""), ("kind", ""), ("length", "s"), ("beats", "used"), ("HR", "1/min"),
+    ("mPAP", "mmHg"), ("CO", "ml/s"), ("drift", "mmHg"),
+)  # fmt: skip
+"""Titles of the columns, and below them units."""
+
+_LEFT = (0, 1, 3)  # columns of words
+
+
+def read_of(animal: Animal) -> AnimalRead:
+    """Return what was read of an animal."""
+    indices, beats, raw = animal.recording.indices(), animal.beats, animal.raw
+    used = (sum(beat.averaged for beat in beats.beats), len(beats.beats)) if beats else (0, 0)
+    return AnimalRead(
+        animal.name, animal.group, len(animal.network), "raw" if raw else "cycle", raw.duration if raw else 0.0, used,
+        indices["HR"], indices["mPAP"], indices["CO"], beats.baseline.size if beats and beats.baseline.sure else 0.0,
+    )  # fmt: skip
+
+
+def overview_lines(read: Sequence[AnimalRead], width: int) -> list[str]:
+    """Return a table of what was read in lines of at most `width` characters.
+
+    Where a table does not fit, every animal has a paragraph.
+    """
+    rows = [animal.row() for animal in read]
+    lines = aligned([*zip(*HEADER, strict=True), *rows], _LEFT)
+    widest = max(map(len, lines))
+    if widest <= width:
+        return [*lines[:2], "-" * widest, *lines[2:], ""]
+    return [line for row in rows for line in _paragraph(row, width)] + [""]
+
+
+def aligned(rows: Sequence[Sequence[str]], left_aligned: Sequence[int]) -> list[str]:
+    """Return rows of cells as lines; the columns in `left_aligned` are aligned there, the others on the right."""
+    columns = []
+    for i, column in enumerate(zip(*rows, strict=True)):
+        size = max(map(len, column))
+        columns.append([cell.ljust(size) if i in left_aligned else cell.rjust(size) for cell in column])
+    return ["  ".join(row).rstrip() for row in zip(*columns, strict=True)]
+
+
+def _paragraph(row: Sequence[str], width: int) -> list[str]:
+    animal, group, *cells = row
+    facts = [f"{title} {cell}{f' {unit}' if unit not in ('', 'used') else ''}"
+             for (title, unit), cell in zip(HEADER[2:], cells, strict=True) if cell]  # fmt: skip
+    facts = [fact.replace(" ", "\N{NO-BREAK SPACE}") for fact in facts]
+    lines = textwrap.wrap(f"{animal} ({group}): {', '.join(facts)}", width, subsequent_indent="  ",
+                          break_long_words=False, break_on_hyphens=False)  # fmt: skip
+    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
+
+
+def expected_seconds(read: Sequence[AnimalRead], settings: StudyFile, cores: int) -> float:
+    """Return roughly how long fits and posteriors of these animals take on so many cores, s, without compiling."""
+    seconds_per_law = _SECONDS * settings.calibration.starts + (
+        _POSTERIOR_SECONDS if settings.inference == "posterior" else 0.0
+    )
+    of_laws = len(settings.calibration.walls) * seconds_per_law
+    return sum(of_laws * animal.vessels / _VESSELS for animal in read) / max(1, min(cores, len(read)))
