@@ -5,12 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.catheter import Disturbances, synthetic_raw_recording
+from vasowave.catheter import SYNTHETIC_NOTICE, Disturbances, labchart_text, synthetic_raw_recording
 from vasowave.catheter.signals import RawRecording
 from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import virtual_mouse
 from vasowave.pulse.network import Network, write_network
-from vasowave.study.datasets import SYNTHETIC, labchart_text
 
 SMALL = Network(("1", "2", "3"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037])
 
@@ -29,7 +28,7 @@ def exported(
     raw: RawRecording, titles: str = "Pressure 1\tFlow PA\tLead II", gap: tuple[float, float] | None = None
 ) -> str:
     """Return LabChart's text of a recording under other titles; the pressure is missing in a gap, s."""
-    text = labchart_text(raw).replace("PAP\tFlow\tECG", titles).replace(SYNTHETIC, "start")
+    text = labchart_text(raw).replace("PAP\tFlow\tECG", titles).replace(SYNTHETIC_NOTICE, "start")
     if gap is None:
         return text
     lines = text.split("\n")

@@ -11,11 +11,12 @@ from skimage.measure import marching_cubes
 import vasowave as vw
 from lab_files import exported, recorded
 from phantom import embed, render, write_dicom_series
+from vasowave.catheter import table_text
 from vasowave.lung import Line, Tree
 from vasowave.lung.exchange import write_centerlines, write_stl
 from vasowave.lung.lumen import Surface
 from vasowave.lung.read import write_volume
-from vasowave.study.datasets import table_text, write_lab_files
+from vasowave.study.datasets import write_lab_files
 
 SMALL = vw.Network(("MPA", "LPA", "RPA"), [-1, 0, 0], [0.41, 0.40, 0.37], [0.047, 0.032, 0.037])
 SCAN = "0.91,1.2,0.05"  # x, y, z of its root, cm, as the page on extraction has it

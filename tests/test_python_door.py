@@ -12,10 +12,9 @@ import xarray as xr
 
 import vasowave as vw
 from made_cohort import planted_results
-from vasowave.catheter import synthetic_raw_recording
+from vasowave.catheter import synthetic_raw_recording, table_text
 from vasowave.study.animal import to_bytes
 from vasowave.study.cohort import gathered, primary_comparison
-from vasowave.study.datasets import table_text
 from vasowave.study.folder import StudyFile
 from vasowave.study.results import ResultStore, write_results
 from vasowave.study.running import report_study

@@ -214,12 +214,11 @@ def test_a_stiffness_of_zero_is_not_taken_for_none(tmp_path):
 
 
 def _write_labchart(folder, mouse, words=""):
-    from vasowave.catheter import synthetic_raw_recording
-    from vasowave.study.datasets import SYNTHETIC, labchart_text
+    from vasowave.catheter import SYNTHETIC_NOTICE, labchart_text, synthetic_raw_recording
 
     raw = synthetic_raw_recording(mouse, np.random.default_rng(3), duration=6.0).raw
     path = folder / f"{words}raw.txt"
-    path.write_text(labchart_text(raw).replace(SYNTHETIC, "start"))
+    path.write_text(labchart_text(raw).replace(SYNTHETIC_NOTICE, "start"))
     return path
 
 

@@ -7,12 +7,11 @@ import pytest
 from typer.testing import CliRunner
 
 from vasowave.base import InputError
-from vasowave.catheter import Disturbances, synthetic_raw_recording
+from vasowave.catheter import Disturbances, labchart_text, synthetic_raw_recording
 from vasowave.cli import app
 from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import control_network, virtual_mouse
 from vasowave.pulse.network import write_network
-from vasowave.study.datasets import labchart_text
 from vasowave.study.entering import add_files, check_study, new_study, told_network
 
 QUIET = Disturbances(pressure_drift=0.0)

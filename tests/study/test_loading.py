@@ -7,11 +7,10 @@ import pytest
 from small_study import make_study_in
 
 from vasowave.base import NumericalError, heart_rates_of
-from vasowave.catheter import synthetic_raw_recording
+from vasowave.catheter import labchart_text, synthetic_raw_recording
 from vasowave.catheter.beats import find_beats
 from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import virtual_mouse
-from vasowave.study.datasets import labchart_text
 from vasowave.study.results import load_animal
 from vasowave.study.running import read_study
 

@@ -25,6 +25,9 @@ from vasowave.catheter.signals.raw import RawRecording as RawRecording
 from vasowave.catheter.synthetic import Disturbances as Disturbances
 from vasowave.catheter.synthetic import SyntheticRecording as SyntheticRecording
 from vasowave.catheter.synthetic import synthetic_raw_recording as synthetic_raw_recording
+from vasowave.catheter.synthetic_files import SYNTHETIC_NOTICE as SYNTHETIC_NOTICE
+from vasowave.catheter.synthetic_files import labchart_text as labchart_text
+from vasowave.catheter.synthetic_files import table_text as table_text
 from vasowave.pulse.cycle.averaged import Beat as Beat
 from vasowave.pulse.cycle.averaged import EnsembleAverage as EnsembleAverage
 from vasowave.pulse.cycle.averaged import one_cycle as one_cycle

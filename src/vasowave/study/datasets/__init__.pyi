@@ -2,9 +2,6 @@
 
 from vasowave.study.datasets.virtual import VirtualAnimal as VirtualAnimal
 from vasowave.study.datasets.virtual import virtual_cohort as virtual_cohort
-from vasowave.study.datasets.virtual_files import SYNTHETIC as SYNTHETIC
-from vasowave.study.datasets.virtual_files import labchart_text as labchart_text
-from vasowave.study.datasets.virtual_files import table_text as table_text
 from vasowave.study.datasets.virtual_files import write_lab_files as write_lab_files
 from vasowave.study.datasets.virtual_files import write_virtual_cohort as write_virtual_cohort
 

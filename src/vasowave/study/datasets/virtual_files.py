@@ -10,14 +10,11 @@ import pandas as pd
 
 from vasowave.base.errors import InputError
 from vasowave.base.io.files import made_inside, write_file
-from vasowave.catheter.signals.raw import RawRecording
 from vasowave.catheter.synthetic import Disturbances, synthetic_raw_recording
+from vasowave.catheter.synthetic_files import SYNTHETIC_NOTICE, labchart_text, table_text
 from vasowave.pulse.network.network import Network
 from vasowave.pulse.quantities import QUANTITIES
 from vasowave.study.datasets.virtual import VirtualAnimal, virtual_cohort
-
-SYNTHETIC = "SYNTHETIC: made by vasowave from published parameters, no animal was measured"
-"""Stands in every file of the cohort."""
 
 _UNITS = {name: quantity.unit for name, quantity in QUANTITIES.items()} | {
     "p1": "mmHg",
@@ -52,46 +49,20 @@ def write_virtual_cohort(animals: Sequence[VirtualAnimal], folder: Path) -> Path
         rows.append((animal.name, animal.group, network.as_posix(), recording.as_posix(), "raw", "yes"))
         truth = {f"{name} [{_UNITS[name]}]": value for name, value in animal.truth.items()}
         truths.append({"animal": animal.name, "group": animal.group, **truth})
-    write_file(folder / "truth.csv", f"# {SYNTHETIC}\n" + pd.DataFrame(truths).to_csv(index=False, lineterminator="\n"))
-    header = f"# {SYNTHETIC}\nanimal,group,network,recording,kind,synthetic\n"
+    write_file(
+        folder / "truth.csv", f"# {SYNTHETIC_NOTICE}\n" + pd.DataFrame(truths).to_csv(index=False, lineterminator="\n")
+    )
+    header = f"# {SYNTHETIC_NOTICE}\nanimal,group,network,recording,kind,synthetic\n"
     return write_file(folder / "animals.csv", header + "".join(",".join(row) + "\n" for row in rows))
 
 
 def network_text(network: Network) -> str:
     """Return a vessel table, lengths in mm as in the paper."""
-    lines = [f"# {SYNTHETIC}; vessels as published", "name,parent,length [mm],radius [mm]"]
+    lines = [f"# {SYNTHETIC_NOTICE}; vessels as published", "name,parent,length [mm],radius [mm]"]
     for row, name in enumerate(network.name):
         parent = network.name[network.parent[row]] if network.parent[row] >= 0 else ""
         lines.append(f"{name},{parent},{10 * network.length[row]:.6g},{10 * network.radius[row]:.6g}")
     return "\n".join(lines) + "\n"
-
-
-def labchart_text(raw: RawRecording) -> str:
-    """Return a recording as LabChart's text export: one block, flow in µl/s, a comment at its start."""
-    header = [
-        f"Interval=\t{1 / raw.sampling_rate:.9g} s",
-        "ExcelDateTime=\t4.3466500000000000e+004\t01/01/2019 12:00:00.000000",
-        "TimeFormat=\tStartOfBlock",
-        "DateFormat=\t",
-        "ChannelTitle=\tPAP\tFlow\tECG",
-        "Range=\t10 V\t10 V\t10 mV",
-        "UnitName=\tmmHg\tul/s\tmV",
-    ]
-    rows = _formatted("{:.5f}\t{:.4f}\t{:.3f}\t{:.4f}", raw, 1e3).split("\n")
-    rows[0] += f"\t#* {SYNTHETIC}"
-    return "\n".join([*header, *rows]) + "\n"
-
-
-def table_text(raw: RawRecording) -> str:
-    """Return a recording as a CSV table."""
-    header = f"# {SYNTHETIC}\ntime [s],pressure [mmHg],flow [ml/s],ecg [mV]\n"
-    return header + _formatted("{:.5f},{:.4f},{:.6f},{:.4f}", raw, 1.0) + "\n"
-
-
-def _formatted(line: str, raw: RawRecording, flow_scale: float) -> str:
-    ecg = raw.ecg if raw.ecg is not None else np.zeros(len(raw.pressure))
-    columns = (raw.time, raw.pressure, flow_scale * raw.flow, ecg)
-    return "\n".join(map(line.format, *(column.tolist() for column in columns)))
 
 
 def write_lab_files(folder: Path, seed: int = 10) -> list[Path]:

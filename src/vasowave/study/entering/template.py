@@ -11,8 +11,9 @@ from vasowave.base.io.files import made_inside, write_file, write_folder
 from vasowave.base.io.textfile import read_bytes
 from vasowave.base.settings import Setting, schema_of, settings_of, summary
 from vasowave.base.species import known_species
+from vasowave.catheter.synthetic_files import SYNTHETIC_NOTICE
 from vasowave.study.datasets.virtual import virtual_cohort
-from vasowave.study.datasets.virtual_files import SYNTHETIC, write_virtual_cohort
+from vasowave.study.datasets.virtual_files import write_virtual_cohort
 from vasowave.study.folder.problems import refuse
 from vasowave.study.folder.reading import STUDY_FILE, parse_document, parse_settings
 from vasowave.study.folder.rows import COLUMNS, NEEDED
@@ -238,8 +239,8 @@ def write_virtual_study(folder: Path, starts: int = 4, seed: int = 1) -> Path:
     write_file(
         study,
         f"# yaml-language-server: $schema={SCHEMA_FILE}\n"
-        f"# {SYNTHETIC}\n"
-        "title: Virtual cohort of 7 + 5 mice (SYNTHETIC)\n"
+        f"# {SYNTHETIC_NOTICE}\n"
+        "title: Virtual cohort of 7 + 5 mice (SYNTHETIC_NOTICE)\n"
         "calibration:\n"
         f"  starts: {starts}\n",
     )

@@ -6,8 +6,8 @@ import warnings
 
 import numpy as np
 import pytest
-from made_phantom import run
 
+from extract_command import run
 from phantom import embed, render
 from vasowave.base import VasowaveWarning
 from vasowave.lung import Options, extract, given, written

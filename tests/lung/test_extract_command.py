@@ -10,10 +10,11 @@ import time
 import numpy as np
 import pytest
 import SimpleITK
-from made_phantom import NETWORK, VOXEL, outlets_of, root_of, run
+from made_phantom import NETWORK, VOXEL, outlets_of, root_of
 from typer.testing import CliRunner
 
 import approval
+from extract_command import run
 from vasowave.base import InputError
 from vasowave.cli import app
 from vasowave.lung import match, unmatched

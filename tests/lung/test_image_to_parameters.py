@@ -4,9 +4,9 @@ import warnings
 
 import numpy as np
 import pytest
-from made_phantom import run
 from typer.testing import CliRunner
 
+from extract_command import run
 from phantom import embed, render, write_dicom_series
 from vasowave.base import VasowaveWarning
 from vasowave.cli import app

@@ -1,13 +1,8 @@
-"""A small phantom of five vessels on disk, and the command run on it."""
-
-import warnings
+"""A small phantom of five vessels on disk."""
 
 import numpy as np
-from typer.testing import CliRunner
 
 from phantom import embed, render
-from vasowave.base import VasowaveWarning
-from vasowave.cli import app
 from vasowave.lung import written
 from vasowave.pulse.network import Network
 
@@ -33,11 +28,3 @@ def root_of(embedding):
 
 def outlets_of(embedding):
     return [argument for row in NETWORK.terminals for argument in ("--outlet", written(embedding.lines[row][-1]))]
-
-
-def run(*arguments):
-    """Run `vasowave extract` and return (result, messages of its warnings)."""
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always", VasowaveWarning)
-        result = CliRunner().invoke(app, ["extract", *map(str, arguments)])
-    return result, [str(note.message) for note in told if issubclass(note.category, VasowaveWarning)]

@@ -2,11 +2,11 @@ import pandas as pd
 import pytest
 
 from approval import approve, parts
-from vasowave.catheter import average_beats
+from vasowave.catheter import SYNTHETIC_NOTICE, average_beats
 from vasowave.catheter.read import read_raw_recording
 from vasowave.pulse.examples import published_table
 from vasowave.pulse.network_formats import read_network
-from vasowave.study.datasets import SYNTHETIC, virtual_cohort, write_virtual_cohort
+from vasowave.study.datasets import virtual_cohort, write_virtual_cohort
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*beats between the first and the last averaged were rejected")
 
@@ -74,7 +74,7 @@ def test_every_file_says_that_it_is_synthetic(folder):
     files = [path for path in folder.rglob("*") if path.is_file()]
     assert len(files) == 12 + 2 + 2
     for path in files:
-        assert SYNTHETIC in path.read_text(encoding="utf-8")[:1000], path.name
+        assert SYNTHETIC_NOTICE in path.read_text(encoding="utf-8")[:1000], path.name
 
 
 def test_the_truth_stands_with_units_beside_the_files(cohort, folder):

@@ -1,8 +1,9 @@
 """The small phantom as a scan, and what `vasowave extract` makes of it: once for all tests that only read it."""
 
 import pytest
-from made_phantom import outlets_of, phantom, root_of, run
+from made_phantom import outlets_of, phantom, root_of
 
+from extract_command import run
 from phantom import write_dicom_series
 from vasowave.lung.read import write_volume
 
