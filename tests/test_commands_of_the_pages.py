@@ -43,7 +43,7 @@ PYTHON = re.compile(r"^(?:import|from) |\bvw\.", re.MULTILINE)
 
 NOT_RUN = {
     "demo": "takes a minute; a study of fewer mice is run here and in tests/study",
-    "plan": "takes most of a minute; the site's build and tests/cohort/test_planning.py run it",
+    "plan": "takes most of a minute; the site's build and tests/study/cohort/test_planning.py run it",
     "open": "serves a page until it is stopped; tests/workbench start it",
     "--scheduler": "needs a cluster; tests/study start one",
     "az.plot_pair": "needs ArviZ, which no extra installs",

@@ -8,7 +8,7 @@ import pytest
 import vasowave
 
 PACKAGE = Path(vasowave.__file__).parent
-WRITER = {"runtime/writing.py", "io/files.py"}
+WRITER = {"base/runtime/writing.py", "base/io/files.py"}
 """The module that calls the system, and the one that says in words what went wrong and writes whole folders."""
 
 FORBIDDEN = {

@@ -28,18 +28,18 @@ SOURCE = Path(__file__).parents[1] / "src" / "vasowave"
 BRACKETS = b"[" * 60_000
 
 READ_ELSEWHERE = {
-    "animal/law_result.py": "findings of a result, which its reader has read",
-    "animal/result.py": "called by the reader of `animal/files.py`",
-    "animal/stored.py": "of a result that is read",
+    "study/animal/law_result.py": "findings of a result, which its reader has read",
+    "study/animal/result.py": "called by the reader of `study/animal/files.py`",
+    "study/animal/stored.py": "of a result that is read",
     "findings.py": "findings inside other stores",
-    "animal/pipeline.py": "its own settings, in memory",
-    "figures/rendering.py": "its own drawing, in memory",
-    "imaging/exchange/markups.py": "a format of others, in the fuzzer as slicer's curves",
-    "io/apart.py": "what a helper that was started here answers",
-    "runtime/kernels.py": "compiled functions in the user's own folder; benchmarks/faults.py damages them",
-    "selection/criteria.py": "a table of the package",
-    "study/physiology.py": "findings of a result, which its reader has read",
-    "study/programs.py": "the index of results, before anything of it is believed",
+    "study/animal/pipeline.py": "its own settings, in memory",
+    "study/figures/rendering.py": "its own drawing, in memory",
+    "lung/exchange/markups.py": "a format of others, in the fuzzer as slicer's curves",
+    "base/io/apart.py": "what a helper that was started here answers",
+    "base/runtime/kernels.py": "compiled functions in the user's own folder; benchmarks/faults.py damages them",
+    "pulse/selection/criteria.py": "a table of the package",
+    "study/results/physiology.py": "findings of a result, which its reader has read",
+    "study/running/programs.py": "the index of results, before anything of it is believed",
     "workbench/server.py": "messages, see tests/workbench/test_access.py",
 }
 
@@ -56,7 +56,7 @@ def reads(name):
 
 
 def test_every_reader_of_what_was_stored_is_in_the_registry():
-    modules = {path.relative_to(SOURCE).as_posix() for path in SOURCE.rglob("*.py")} - {"stores.py"}
+    modules = {path.relative_to(SOURCE).as_posix() for path in SOURCE.rglob("*.py")} - {"base/stores.py"}
     registered = {one.read.__module__.replace(".", "/").removeprefix("vasowave/") + ".py" for one in STORES.values()}
     assert {name for name in modules if reads(name)} - registered == set(READ_ELSEWHERE)
 

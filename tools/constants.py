@@ -27,8 +27,8 @@ Every constant that decides about an answer, by the module that uses it: thresho
 nothing else is said. `tools/constants.py` makes this page when the site is built.
 """
 ROOMS = (
-    "analysis", "animal", "calibration", "cohort", "imaging", "inference", "model", "network", "noise", "recording",
-    "selection", "solver",
+    "catheter", "lung", "pulse.analysis", "pulse.calibration", "pulse.cycle", "pulse.inference", "pulse.model",
+    "pulse.network", "pulse.noise", "pulse.selection", "pulse.solver", "study.animal", "study.cohort",
 )  # fmt: skip
 """Packages whose numbers decide about an answer; those of the others decide how it is shown, read or kept."""
 

@@ -235,9 +235,10 @@ def test_what_enters_no_key_is_not_needed_to_compute_an_animal():
         "vasowave.study.results.loading",
         "vasowave.pulse.network_formats.ncsu",
     )
-    needed = {name.split(".")[1] for one in computing for name in graph.find_upstream_modules(one)}
-    assert needed > {"solver", "calibration", "inference", "recording", "network"}
-    assert needed & set(_NOT_NUMERICAL) == {"report", "cohort"}
+    upstream = [name.split(".") for one in computing for name in graph.find_upstream_modules(one)]
+    needed = {"/".join(parts[1:end]) for parts in upstream for end in (2, 3)}
+    assert needed > {"pulse/solver", "pulse/calibration", "pulse/inference", "catheter", "pulse/network"}
+    assert needed & set(_NOT_NUMERICAL) == {"study/report", "study/cohort"}
 
 
 def test_the_bytes_of_one_piece_under_the_key_of_another_are_no_piece(tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 
 from vasowave.catheter.signals.raw import RawRecording
 
-SYNTHETIC_NOTICE = "SYNTHETIC_NOTICE: made by vasowave from published parameters, no animal was measured"
+SYNTHETIC_NOTICE = "SYNTHETIC: made by vasowave from published parameters, no animal was measured"
 """Stands in every file of a synthetic recording."""
 
 

@@ -35,7 +35,7 @@ from vasowave.workbench.studies import checked, outdated, shown, state
 from vasowave.workbench.workplace import Workplace
 
 _PAGE = Path(__file__).parent / "page"
-_TEMPLATES = Path(__file__).parents[1] / "report" / "templates"
+_TEMPLATES = Path(__file__).parents[1] / "study" / "report" / "templates"
 _OF_REPORT = ("style.css", "turntable.js")
 """What the pages of the report and the workbench share: colors, and things in space."""
 

@@ -12,7 +12,7 @@ from vasowave.pulse.network import Network
 
 T, RHO, C, A0, N = 0.11, Blood().inertia, 220.0, 0.0069, 1000
 TIME = np.arange(N) * T / N
-DATA = Path(__file__).parents[2] / ".." / "shared" / "data" / "mouse-c6"
+DATA = Path(__file__).parents[3] / ".." / "shared" / "data" / "mouse-c6"
 
 
 def pulse(start, length, height):

@@ -15,7 +15,7 @@ from vasowave.pulse.model import BEDS, Model, Numerics, Site, bed_quantities, fi
 from vasowave.pulse.solver import changed_model, direction_between, pressure_derivatives, run_to_periodic, simulate
 from vasowave.study.report import write_report
 
-PAGE = Path(__file__).parents[2] / "docs" / "beds.md"
+PAGE = Path(__file__).parents[3] / "docs" / "beds.md"
 OWN = "our_beds:StiffTenth"
 COARSE = Numerics(cell_size=0.3, samples=64, tolerance=1e-8)
 CIRCUITS = ("windkessel", "rc", "resistance", "reflection", OWN)

@@ -9,7 +9,7 @@ from scipy.io import savemat
 import vasowave as vw
 from vasowave.base import InputError, VasowaveWarning
 
-DATA = Path(__file__).parents[3] / "shared/data"
+DATA = Path(__file__).parents[4] / "shared/data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no measured data at {DATA}")
 
 SEGMENTS = """MODEL tree

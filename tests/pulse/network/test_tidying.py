@@ -10,7 +10,7 @@ from vasowave.cli import app
 from vasowave.pulse.model import estimate_nominal, linear_solution, windkessels
 from vasowave.pulse.network import SHORTEST, Network, repaired, tidy
 
-FOREIGN = Path(__file__).parents[3] / "shared/data/structured-trees/net_chambers_C1_hard.csv"
+FOREIGN = Path(__file__).parents[4] / "shared/data/structured-trees/net_chambers_C1_hard.csv"
 
 
 def resistance(network):

@@ -10,7 +10,7 @@ import vasowave as vw
 from vasowave.base import InputError
 from vasowave.pulse.model import linear_solution
 
-DATA = Path(__file__).parents[3] / "shared/data"
+DATA = Path(__file__).parents[4] / "shared/data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no measured data at {DATA}")
 EXACT = vw.Numerics(tolerance=1e-11)
 SAME = 1e-9  # mmHg, ml/s: two ways to the same numbers, each converged to 1e-11 mmHg

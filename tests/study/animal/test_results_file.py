@@ -17,7 +17,7 @@ from vasowave.pulse.model import laws
 from vasowave.study.animal import AnimalResult, network_dataset, posterior_result, read_result, stored_law, write_result
 from vasowave.study.cohort import gathered, primary_comparison
 
-PAGE = Path(__file__).parents[2] / "docs" / "results-file.md"
+PAGE = Path(__file__).parents[3] / "docs" / "results-file.md"
 ABOUT = """\
 # The file of a result
 

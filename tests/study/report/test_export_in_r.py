@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "export.md"
+PAGE = Path(__file__).parents[3] / "docs" / "how-to" / "export.md"
 
 
 @pytest.mark.skipif(shutil.which("Rscript") is None, reason="R is not installed (no Rscript)")

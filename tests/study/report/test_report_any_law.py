@@ -14,7 +14,7 @@ from vasowave.study.figures import new_figure, plot_pressure_area
 from vasowave.study.report import write_report
 from vasowave.study.report.sections import methods_section
 
-ROOMS = ("cohort", "figures", "report")
+ROOMS = ("study/cohort", "study/figures", "study/report")
 
 
 @pytest.fixture(scope="module")
@@ -59,4 +59,4 @@ def test_no_room_of_the_report_knows_a_wall_law_by_name():
     for room in ROOMS:
         for path in (Path(vasowave.__file__).parent / room).rglob("*.py"):
             named = re.findall(r"[\"'](?:linear|tangent|power)[\"']", path.read_text(encoding="utf-8"))
-            assert not named or path.name == "style.py", f"{path}: {named}"
+            assert not named or path.name == "matplotlib_style.py", f"{path}: {named}"

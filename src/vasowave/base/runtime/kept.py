@@ -16,7 +16,7 @@ import numpy as np
 
 from vasowave.base.runtime.writing import put
 
-PACKAGE = Path(__file__).parents[1]
+PACKAGE = Path(__file__).parents[2]
 
 BY_CONTENT = "vasowave_law_"
 """Beginning of the names of modules that go on with a digest of their source; see `model.law_files`."""
@@ -65,15 +65,16 @@ def program(folder: str = "", without: tuple[str, ...] = (), libraries: tuple[st
     folder : str
         The folder of the package that counts; by default all of it.
     without : tuple of str
-        Folders in it that do not count.
+        Folders in it that do not count, such as ``study/report``.
     libraries : tuple of str
     """
     root, digest = PACKAGE / folder, hashlib.sha256()
+    outside = tuple(f"{name}/" for name in without)
     for name in libraries:
         digest.update(f"{name} {_version(name)}\n".encode())
     for file in sorted(root.rglob("*")):
         inside = file.relative_to(root)
-        if file.suffix in (".py", ".csv") and inside.parts[0] not in without:
+        if file.suffix in (".py", ".csv") and not inside.as_posix().startswith(outside):
             digest.update(f"{inside.as_posix()}\n".encode() + file.read_bytes())
     return digest.hexdigest()
 

@@ -21,8 +21,8 @@ from vasowave.pulse.calibration.sites import POINT as POINT
 from vasowave.pulse.calibration.starts import DERIVATIVES as DERIVATIVES
 from vasowave.pulse.calibration.starts import NOT_KEPT as NOT_KEPT
 from vasowave.pulse.calibration.starts import SearchCache as SearchCache
-from vasowave.pulse.calibration.uncertainty import UNDETERMINED as UNDETERMINED
 from vasowave.pulse.calibration.uncertainty import ParameterSpread as ParameterSpread
+from vasowave.pulse.calibration.uncertainty import UNDETERMINED as UNDETERMINED
 from vasowave.pulse.calibration.uncertainty import fit_findings as fit_findings
 from vasowave.pulse.calibration.uncertainty import parameter_table as parameter_table
 

@@ -240,7 +240,7 @@ def write_virtual_study(folder: Path, starts: int = 4, seed: int = 1) -> Path:
         study,
         f"# yaml-language-server: $schema={SCHEMA_FILE}\n"
         f"# {SYNTHETIC_NOTICE}\n"
-        "title: Virtual cohort of 7 + 5 mice (SYNTHETIC_NOTICE)\n"
+        "title: Virtual cohort of 7 + 5 mice (SYNTHETIC)\n"
         "calibration:\n"
         f"  starts: {starts}\n",
     )

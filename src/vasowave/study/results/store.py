@@ -50,7 +50,13 @@ CACHE, SEARCHES, LOCK = "cache", "searches", "running.lock"
 
 NO_LOCKS = look_kind("run.no-locks", "this file system knows no locks ({why}); {remedy}", "do not start a second run")
 _NUMERICAL = ("numpy", "scipy", "numba", "xarray")
-_NOT_NUMERICAL = ("cli", "workbench", "door", "exchange", "datasets", "imaging", "figures", "report", "cohort")
+_NOT_NUMERICAL = (
+    "cli",
+    "workbench",
+    "lung",
+    "pulse/examples",
+    *(f"study/{room}" for room in ("door", "exchange", "datasets", "figures", "report", "cohort")),
+)
 """Parts of the package that no run loads, or that only show what was computed: a change there asks for no
 recomputation.
 """

@@ -16,8 +16,8 @@ from vasowave.study.running.programs import trust_study as trust_study
 from vasowave.study.running.reporting import ONE_BY_ONE as ONE_BY_ONE
 from vasowave.study.running.reporting import REPORT_FOLDER as REPORT_FOLDER
 from vasowave.study.running.reporting import report_study as report_study
-from vasowave.study.running.run_state import STATUS as STATUS
 from vasowave.study.running.run_state import Ended as Ended
+from vasowave.study.running.run_state import STATUS as STATUS
 from vasowave.study.running.run_state import ask_to_stop as ask_to_stop
 from vasowave.study.running.run_state import record_end as record_end
 from vasowave.study.running.run_state import run_status as run_status
