@@ -14,8 +14,8 @@ from vasowave.base import InputError, NumericalError
 from vasowave.base.io import SLOT, not_written
 from vasowave.cli import app
 from vasowave.study.folder import RESULTS
-from vasowave.study.running import STATUS, Ended, ask_to_stop, record_end, run_status, running
-from vasowave.study.running import run_status as module
+from vasowave.study.running.runs import STATUS, Ended, ask_to_stop, record_end, run_status, running
+from vasowave.study.running.runs import run_status as module
 
 
 @pytest.fixture

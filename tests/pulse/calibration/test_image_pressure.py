@@ -29,8 +29,8 @@ from vasowave.pulse.network_formats import read_network
 from vasowave.pulse.selection import answers_by_image_pressure
 from vasowave.pulse.solver import simulate
 from vasowave.study.animal import network_dataset, network_of
-from vasowave.study.results import animal_key, load_animal
-from vasowave.study.running import read_study
+from vasowave.study.results.results import animal_key, load_animal
+from vasowave.study.running.runs import read_study
 
 FILLED = 6.3  # mmHg, the paper's
 LAWS = [LinearWall(57.0), TangentWall(7.0, 2.8), PowerWall(20.0, 2.0)]

@@ -14,7 +14,14 @@ from vasowave.base import InputError
 from vasowave.pulse.examples import control_network, virtual_mouse
 from vasowave.pulse.inference import compare_laws
 from vasowave.pulse.model import laws
-from vasowave.study.animal import AnimalResult, network_dataset, posterior_result, read_result, stored_law, write_result
+from vasowave.study.animal import (
+    AnimalResult,
+    network_dataset,
+    posterior_result,
+    read_result,
+    stored_law,
+    write_result,
+)
 from vasowave.study.cohort import gathered, primary_comparison
 
 PAGE = Path(__file__).parents[3] / "docs" / "results-file.md"

@@ -3,7 +3,16 @@
 import pytest
 
 from vasowave.pulse.examples import control_network, virtual_mouse
-from vasowave.pulse.model import Blood, BoundaryLayer, LinearWall, Model, Poiseuille, TangentWall, narrowed, windkessels
+from vasowave.pulse.model import (
+    Blood,
+    BoundaryLayer,
+    LinearWall,
+    Model,
+    Poiseuille,
+    TangentWall,
+    narrowed,
+    windkessels,
+)
 from vasowave.study.exchange import solve
 
 LAWS = {"linear": LinearWall(57.0), "tangent": TangentWall(20.0, 2.0)}

@@ -20,7 +20,7 @@ from vasowave.study.report import ReportSettings, caller, value_text, write_repo
 from vasowave.study.report.answer import animal_answers, problem_blocks
 from vasowave.study.report.sections import fit_sentences
 from vasowave.study.report.tables import animal as tables
-from vasowave.study.running import TOLD
+from vasowave.study.running.runs import TOLD
 
 
 @pytest.fixture(scope="module")
