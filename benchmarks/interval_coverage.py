@@ -23,7 +23,7 @@ from known_animals import ROWS, animal, image_of, priors_of
 from robustness_page import put
 from vasowave.pulse import derived
 from vasowave.pulse.calibration import Search, calibrate
-from vasowave.pulse.inference import CLEAR, UNTRUSTED, posterior
+from vasowave.pulse.inference import CLEAR_EVIDENCE_RATIO, MAX_PARETO_K, posterior
 from vasowave.study.animal import derived_of, errors_of
 
 METHODS = ("fit", "posterior")
@@ -130,10 +130,13 @@ def selection(path):
 def _decided(truth, both):
     """Return the line of animals of one truth, with the limit that their number sets to wrong choices."""
     gain = both["log_evidence of tangent"] - both["log_evidence"]
-    linear, tangent = int((gain <= -np.log(CLEAR)).sum()), int((gain >= np.log(CLEAR)).sum())
+    linear, tangent = (
+        int((gain <= -np.log(CLEAR_EVIDENCE_RATIO)).sum()),
+        int((gain >= np.log(CLEAR_EVIDENCE_RATIO)).sum()),
+    )
     wrong = linear if truth == "tangent" else tangent
     most = beta.ppf(0.95, wrong + 1, len(gain) - wrong) if wrong < len(gain) else 1.0  # Clopper and Pearson, one-sided
-    poor = int((both[["k_hat", "k_hat of tangent"]].max(axis=1) > UNTRUSTED).sum())
+    poor = int((both[["k_hat", "k_hat of tangent"]].max(axis=1) > MAX_PARETO_K).sum())
     inside = [both["truth"].between(both["low" + law], both["high" + law]) for law in ("", " of tangent")]
     held = int(inside[0].where(gain < 0, inside[1]).sum())
     spread = f"{gain.median():.1f} ({gain.min():.1f}; {gain.max():.1f})"

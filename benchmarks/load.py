@@ -27,8 +27,8 @@ import vasowave as vw
 from robustness_page import put
 from vasowave.study.animal import to_bytes
 from vasowave.study.folder import RESULTS, Study
-from vasowave.study.results.results import ResultStore, animal_key
-from vasowave.study.running.runs import read_study
+from vasowave.study.results import ResultStore, animal_key
+from vasowave.study.running import read_study
 
 SOLVED = 6
 SETTINGS = """\

@@ -33,7 +33,7 @@ from vasowave.pulse.calibration import Search, compared_part
 from vasowave.pulse.cycle import Recording, resample
 from vasowave.pulse.inference import Sampling, posterior_of, problem_of
 from vasowave.pulse.model import LinearWall, Model, Numerics, windkessels
-from vasowave.pulse.noise import POWER, RATE, SIZE, harmonics
+from vasowave.pulse.noise import LOG_POWER_PRIOR, LOG_RATE_PRIOR, SIZE_PRIOR, harmonics
 from vasowave.pulse.solver import simulate
 
 LAWS = ("linear", "tangent", "power")
@@ -58,9 +58,9 @@ def pilot(law, draws, seed, rng):
 def discrepancy(problem, pulse, rng):
     """Return the coefficients of a discrepancy from its prior, written down anew: σ, r and s are log-normal."""
     k = harmonics(problem.samples)
-    r, s = (np.exp(mean + sd * rng.standard_normal()) for mean, sd in (RATE, POWER))
+    r, s = (np.exp(mean + sd * rng.standard_normal()) for mean, sd in (LOG_RATE_PRIOR, LOG_POWER_PRIOR))
     shape = (1 + r * k / s) ** -s
-    variance = (SIZE[0] * pulse * np.exp(SIZE[1] * rng.standard_normal())) ** 2 * shape / shape.mean()
+    variance = (SIZE_PRIOR[0] * pulse * np.exp(SIZE_PRIOR[1] * rng.standard_normal())) ** 2 * shape / shape.mean()
     variance[0] = min(variance[0], problem.samples * problem.discrepancy().of_mean ** 2)
     return np.sqrt(variance) * rng.standard_normal(problem.samples)
 

@@ -6,7 +6,7 @@ from math import comb
 import numpy as np
 
 from vasowave.base import InputError
-from vasowave.study.cohort import MOST_RELABELINGS
+from vasowave.study.cohort import MAX_RELABELINGS
 
 
 def family_p(values: np.ndarray, other: np.ndarray, rng: np.random.Generator | None = None) -> np.ndarray:
@@ -25,7 +25,7 @@ def family_p(values: np.ndarray, other: np.ndarray, rng: np.random.Generator | N
     other : array of bool, shape (animal,)
         Which animals belong to the second group.
     rng : Generator, optional
-        Needed only beyond `MOST_RELABELINGS`.
+        Needed only beyond `MAX_RELABELINGS`.
 
     Raises
     ------
@@ -49,10 +49,10 @@ def family_p(values: np.ndarray, other: np.ndarray, rng: np.random.Generator | N
 
 def _relabelings(count: int, n: int, rng: np.random.Generator | None) -> np.ndarray:
     """Return who is of the second group in all relabelings, or in many; shape (relabeling, animal)."""
-    if comb(count, n) > MOST_RELABELINGS:
+    if comb(count, n) > MAX_RELABELINGS:
         rng = rng or np.random.default_rng(0)
         first = np.arange(count) < n
-        drawn = rng.permuted(np.tile(first, (MOST_RELABELINGS - 1, 1)), axis=1)
+        drawn = rng.permuted(np.tile(first, (MAX_RELABELINGS - 1, 1)), axis=1)
         return np.vstack([first, drawn])
     chosen = np.array(list(combinations(range(count), n)))
     labels = np.zeros((len(chosen), count), dtype=bool)

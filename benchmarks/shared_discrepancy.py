@@ -18,7 +18,7 @@ from scipy.special import logsumexp
 from known_animals import NOISE, SAMPLES, animal, image_of, noise_amplitude
 from robustness_page import put
 from vasowave.pulse import derived
-from vasowave.pulse.inference import UNTRUSTED, Discrepancy, Sampling, Target, climb, explore, problem_of, smoothed
+from vasowave.pulse.inference import MAX_PARETO_K, Discrepancy, Sampling, Target, climb, explore, problem_of, smoothed
 from vasowave.pulse.noise import harmonics
 from vasowave.study.cohort import pooled_ratio
 
@@ -151,7 +151,7 @@ def lines(kind, animals):
         usual = usual or (half, error)
         table = inside, np.median(half / usual[0], axis=0), np.median(error / usual[1], axis=0), ratio
         cells = [f"{n}; {x:.2f}; {y:.2f}, {m}" for n, x, y, m in zip(*table, strict=True)]
-        lost = int(np.sum(np.array(k_hat) > UNTRUSTED))
+        lost = int(np.sum(np.array(k_hat) > MAX_PARETO_K))
         yield f"| {kind.said} | {len(animals)} | {said} | {' | '.join(cells)} | {lost} |"
 
 
@@ -175,7 +175,7 @@ def main():
     parser.add_argument("--docs", action="store_true", help="put the table into docs/decisions/pulse.md")
     chosen = parser.parse_args()
     chosen.folder.mkdir(parents=True, exist_ok=True)
-    table = [f"| animals | number | spectrum | {' | '.join(QUANTITIES)} | k > {UNTRUSTED:g} |", "|---" * 8 + "|"]
+    table = [f"| animals | number | spectrum | {' | '.join(QUANTITIES)} | k > {MAX_PARETO_K:g} |", "|---" * 8 + "|"]
     for kind in KINDS:
         table += lines(kind, list(animals_of(kind, chosen.folder)))
     print("\n".join(table))

@@ -109,7 +109,7 @@ def units_of(seed):
         ]
         (right,) = sites[kind]
         nominal = vw.estimate_nominal(image, recording)
-        space = parameter_space("linear", image, nominal, vw.Blood(), {}, {}, False)
+        space = parameter_space("linear", image, nominal, vw.Blood())
         compared, how = compared_part(recording), vw.Numerics(samples=64, tolerance=1e-6)
         begin = np.log(space.nominal[space.free])
         at = sites_of([right], image, compared)

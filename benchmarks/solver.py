@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 
-from vasowave.pulse.calibration import DERIVATIVES, Objective, Search, calibrate, compared_part, parameter_space
+from vasowave.pulse.calibration import DERIVATIVE_ERROR, Objective, Search, calibrate, compared_part, parameter_space
 from vasowave.pulse.cycle import Inflow
 from vasowave.pulse.examples import control_network, ejection, virtual_mouse
 from vasowave.pulse.model import Blood, LinearWall, Model, Numerics, TangentWall, estimate_nominal, windkessels
@@ -148,7 +148,7 @@ def of_threads(models: list[Model], inflow: Inflow) -> tuple[float, float]:
 def cost_of_a_jacobian(name: str) -> tuple[float, float, float, int]:
     """Return times, s, of a simulation near by, a Jacobian, one for a search; and the count of parameters."""
     network, mouse = control_network(), virtual_mouse()
-    space = parameter_space(name, network, estimate_nominal(network, mouse), Blood(), {}, {}, False)
+    space = parameter_space(name, network, estimate_nominal(network, mouse), Blood())
     objective = Objective(space, compared_part(mouse), Numerics(tolerance=1e-7), 1, threading.Event())
     x = np.log(space.nominal[space.free])
     objective.residuals(x)
@@ -156,7 +156,7 @@ def cost_of_a_jacobian(name: str) -> tuple[float, float, float, int]:
     model = space.model(space.values(x + 0.1))
     alone = timed(lambda: simulate_run(model, mouse.inflow, objective.numerics, start))
     exact = timed(lambda: objective.jacobian(x))
-    objective.exactness = DERIVATIVES
+    objective.exactness = DERIVATIVE_ERROR
     return alone, exact, timed(lambda: objective.jacobian(x)), len(x)
 
 

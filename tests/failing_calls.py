@@ -269,7 +269,7 @@ def _ready(job: str, place: Path) -> None:
     import vasowave.study.report.extraction as extraction
     import vasowave.study.report.write as write
     import vasowave.study.running.plan as plan
-    from vasowave.study.results.results import Journal, read_journal
+    from vasowave.study.results import Journal, read_journal
 
     known: dict[Any, Any] = {}
 

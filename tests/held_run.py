@@ -7,7 +7,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from vasowave.base.runtime import interruptible
-from vasowave.study.running.runs import running
+from vasowave.study.running import running
 
 
 def held_run(folder, deaf=False):

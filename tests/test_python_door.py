@@ -16,8 +16,8 @@ from vasowave.catheter import synthetic_raw_recording, table_text
 from vasowave.study.animal import to_bytes
 from vasowave.study.cohort import gathered, primary_comparison
 from vasowave.study.folder import StudyFile
-from vasowave.study.results.results import ResultStore, write_results
-from vasowave.study.running.runs import report_study
+from vasowave.study.results import ResultStore, write_results
+from vasowave.study.running import report_study
 
 PAGE = Path(__file__).parents[1] / "docs" / "python.md"
 ROW = re.compile(r"^\| `(?P<typed>[^`]+)` \| (?P<here>works|`[^`]+`) \|", re.MULTILINE)

@@ -16,7 +16,7 @@ NONE = pd.DataFrame()
 @pytest.fixture(scope="module")
 def space():
     network = control_network()
-    return parameter_space("linear", network, estimate_nominal(network, virtual_mouse()), Blood(), {}, {}, False)
+    return parameter_space("linear", network, estimate_nominal(network, virtual_mouse()), Blood())
 
 
 def spread(errors, assumed=False):

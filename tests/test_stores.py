@@ -21,8 +21,8 @@ from vasowave.pulse.examples import control_network, virtual_mouse
 from vasowave.pulse.inference import NOT_KEPT as SIMULATIONS_NOT_KEPT
 from vasowave.pulse.inference import Simulations
 from vasowave.pulse.network_formats import NETWORKS
-from vasowave.study.results.results import Journal, read_journal
-from vasowave.study.running.runs import RECORD, read_declared
+from vasowave.study.results import Journal, read_journal
+from vasowave.study.running import RECORD, read_declared
 
 SOURCE = Path(__file__).parents[1] / "src" / "vasowave"
 BRACKETS = b"[" * 60_000

@@ -9,7 +9,7 @@ import pytest
 import vasowave as vw
 from lab_files import exported, recorded
 from vasowave.pulse.network import write_network
-from vasowave.study.running.runs import read_study, report_study, run_alone, running
+from vasowave.study.running import read_study, report_study, run_alone, running
 
 SOURCE = Path(vw.__file__).parent
 DRAWN = dict(

@@ -71,10 +71,11 @@ def defaults() -> Iterator[Constant]:
     """Yield the numbers and answers to yes or no that stand where an argument or a field of a value is not given."""
     for module in _deciding():
         for name, taking in _taking(module):
+            meanings = _attributes(taking)
             for argument in inspect.signature(taking).parameters.values():
                 default = argument.default
                 if value := str(default) if isinstance(default, bool) else _shown(default):
-                    yield Constant(module.__name__, f"{name}: {argument.name}", value, "")
+                    yield Constant(module.__name__, f"{name}: {argument.name}", value, meanings.get(argument.name, ""))
 
 
 def _taking(module: Any) -> Iterator[tuple[str, Any]]:
@@ -90,6 +91,19 @@ def _taking(module: Any) -> Iterator[tuple[str, Any]]:
         for inner, method in of(kind, inspect.isfunction):
             if not inner.startswith("__") or inner == "__call__":
                 yield f"{name}.{inner}", method
+
+
+def _attributes(kind: Any) -> dict[str, str]:
+    """Return what the docstring of a class says of its attributes."""
+    _, _, section = (inspect.getdoc(kind) or "").partition("Attributes\n----------\n")
+    meanings: dict[str, str] = {}
+    names: list[str] = []
+    for line in section.split("\n\n")[0].splitlines():
+        if line.startswith(" "):
+            meanings |= {name: f"{meanings.get(name, '')} {line.strip()}".strip() for name in names}
+        else:
+            names = line.partition(" : ")[0].split(", ")
+    return meanings
 
 
 def _names(statement: ast.stmt) -> list[str]:

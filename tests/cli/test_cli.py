@@ -19,7 +19,7 @@ from vasowave.base import InputError
 from vasowave.cli import app
 from vasowave.pulse.examples import control_network, virtual_mouse
 from vasowave.pulse.network import Network, write_network
-from vasowave.study.results.results import read_results
+from vasowave.study.results import read_results
 
 
 @pytest.mark.parametrize("command", [[], ["demo"], ["fit"], ["simulate"], ["extract"], ["match"]])

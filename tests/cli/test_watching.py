@@ -8,7 +8,7 @@ from rich.console import Console
 
 from vasowave.cli import watching
 from vasowave.cli.progress import time_left
-from vasowave.study.running.runs import Progress
+from vasowave.study.running import Progress
 
 
 def step(name, done, count=3, what="computed", left=None, message=""):

@@ -14,7 +14,7 @@ from vasowave.lung import match, written
 from vasowave.pulse.examples import TRUTH, control_network, virtual_mouse
 from vasowave.pulse.network import write_network
 from vasowave.pulse.network_formats import read_network
-from vasowave.study.results.results import read_results
+from vasowave.study.results import read_results
 
 
 def fitted(network, recording, output):

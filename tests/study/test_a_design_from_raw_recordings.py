@@ -8,7 +8,7 @@ from lab_files import SMALL, exported, recorded
 from vasowave.cli import app
 from vasowave.pulse.network import write_network
 from vasowave.study.cohort import primary_comparison
-from vasowave.study.results.results import read_results
+from vasowave.study.results import read_results
 
 pytestmark = [pytest.mark.usefixtures("undrawn"), pytest.mark.validation]
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import vasowave as vw
 from vasowave.base import InputError
-from vasowave.pulse.calibration import parameter_space
+from vasowave.pulse.calibration import ParameterLimits, parameter_space
 from vasowave.pulse.inference import Unknowns, posterior
 from vasowave.pulse.model import Numerics, estimate_nominal, find_law, identity, law_files, parameter_names
 from vasowave.study.animal import pipeline, stored_law, stored_recording
@@ -133,7 +133,7 @@ def test_fields_named_as_other_numbers_of_a_model_are_not_confused_with_them(tmp
     assert law._fields == ("r1", "c1")
     nominal = estimate_nominal(network, mice[0])
     fixed = {"clashing.r1": 20.0, "r1": 1.25}
-    space = parameter_space(law, network, nominal, vw.Blood(), {}, fixed, False)
+    space = parameter_space(law, network, nominal, vw.Blood(), ParameterLimits(fixed=fixed))
     assert space.free_names == ("clashing.c1", "r2", "c1")
     unknowns = Unknowns(space, nominal, vw.Priors(parameters={"clashing.c1": (3.0, 0.2), "c1": (0.5, 0.1)}), mice[0])
     for model in (space.model(space.nominal), unknowns.model(np.zeros(len(unknowns.all)))):

@@ -12,7 +12,7 @@ import vasowave as vw
 from lab_files import exported, recorded
 from vasowave.base import InputError, VasowaveWarning
 from vasowave.catheter.beats import edits_text
-from vasowave.study.results.results import animal_key, load_animal
+from vasowave.study.results import animal_key, load_animal
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import pytest
 from vasowave.base import InputError
 from vasowave.catheter.check import Catheter, LowPass, correct_catheter, ringing, suspect_catheter
 from vasowave.catheter.read import read_recording
-from vasowave.study.results.results import animal_key, load_animal
-from vasowave.study.running.runs import read_study
+from vasowave.study.results import animal_key, load_animal
+from vasowave.study.running import read_study
 
 
 def loaded(folder, catheter=None):

@@ -18,8 +18,8 @@ from vasowave.pulse.examples import control_network, hypertensive_network
 from vasowave.pulse.network import Network, write_network
 from vasowave.study.entering import check_study
 from vasowave.study.folder import COLUMNS, BloodSection, parse_settings, read_animals
-from vasowave.study.results.results import blood_findings, load_animal, physiology_findings
-from vasowave.study.running.runs import read_study, run_alone, run_study, running
+from vasowave.study.results import blood_findings, load_animal, physiology_findings
+from vasowave.study.running import read_study, run_alone, run_study, running
 
 
 def said(folder: Path) -> list[str]:

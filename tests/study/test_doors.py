@@ -14,8 +14,8 @@ from vasowave.pulse.cycle import Recording
 from vasowave.pulse.network import write_network
 from vasowave.study.cohort import Design
 from vasowave.study.entering import add_files
-from vasowave.study.results.results import write_results
-from vasowave.study.running.runs import read_study
+from vasowave.study.results import write_results
+from vasowave.study.running import read_study
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 

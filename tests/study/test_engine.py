@@ -18,9 +18,9 @@ import pytest
 
 from vasowave.base import InputError
 from vasowave.base.runtime import cores
-from vasowave.study.results.results import ResultStore, locked
+from vasowave.study.results import ResultStore, locked
 from vasowave.study.results.store import _NOT_NUMERICAL
-from vasowave.study.running.runs import Job, dask_cluster, engine, process_pool, run_jobs
+from vasowave.study.running import Job, dask_cluster, engine, process_pool, run_jobs
 
 HERE = Path(__file__).parent
 

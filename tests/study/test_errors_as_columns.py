@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vasowave.study.folder import StudyFile, animal_settings, read_animals, variables_of
-from vasowave.study.results.results import animal_key, load_animal
-from vasowave.study.running.runs import read_study
+from vasowave.study.results import animal_key, load_animal
+from vasowave.study.running import read_study
 
 HEADER = "animal,group,network,recording,zero [mmHg],zero after [mmHg],flow gain sd,hematocrit [1],probe"
 

@@ -2,7 +2,7 @@
 
 from vasowave.study.animal import Calibration
 from vasowave.study.folder import StudyFile
-from vasowave.study.results.results import AnimalRead, expected_seconds
+from vasowave.study.results import AnimalRead, expected_seconds
 
 
 def test_the_time_that_is_told_counts_posteriors():

@@ -10,8 +10,8 @@ from vasowave.base import NumericalError
 from vasowave.cli.app import app
 from vasowave.pulse.calibration import calibrate
 from vasowave.study.animal import Failure, Stage, pipeline
-from vasowave.study.results.results import INDEX, read_results
-from vasowave.study.running.runs import read_study, run_study, running, study_status
+from vasowave.study.results import INDEX, read_results
+from vasowave.study.running import read_study, run_study, running, study_status
 
 TWO_LAWS = """\
 calibration:

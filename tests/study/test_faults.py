@@ -9,8 +9,8 @@ import pytest
 
 from vasowave.base import InputError
 from vasowave.study.folder import StudyFile
-from vasowave.study.results.results import ResultStore, write_results
-from vasowave.study.running.runs import Job, run_jobs
+from vasowave.study.results import ResultStore, write_results
+from vasowave.study.running import Job, run_jobs
 
 
 class Vanishing(Executor):

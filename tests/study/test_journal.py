@@ -18,8 +18,8 @@ from vasowave.pulse.calibration import Search, SearchEnd, calibrate
 from vasowave.pulse.examples import virtual_mouse
 from vasowave.pulse.inference import Simulations
 from vasowave.pulse.network import Network
-from vasowave.study.results.results import LOCK, SEARCHES, Journal, locked, read_journal, read_results
-from vasowave.study.running.runs import AnimalStatus, StudyStatus, fit_status, read_study, searches_of, study_status
+from vasowave.study.results import LOCK, SEARCHES, Journal, locked, read_journal, read_results
+from vasowave.study.running import AnimalStatus, StudyStatus, fit_status, read_study, searches_of, study_status
 
 END = SearchEnd(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the tolerance", np.array([1e-17, 2.0]))
 

@@ -11,8 +11,8 @@ from vasowave.catheter import labchart_text, synthetic_raw_recording
 from vasowave.catheter.beats import find_beats
 from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import virtual_mouse
-from vasowave.study.results.results import load_animal
-from vasowave.study.running.runs import read_study
+from vasowave.study.results import load_animal
+from vasowave.study.running import read_study
 
 
 def test_a_recording_that_says_it_is_synthetic_is_synthetic_whatever_the_table_says(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from vasowave.base import InputError
 from vasowave.study.entering import files_in, is_reference, parsed_groups, proposed_groups, told_group, told_network
-from vasowave.study.folder import LONGEST, checked_name, plain_name
+from vasowave.study.folder import MAX_NAME_LETTERS, checked_name, plain_name
 
 HERE = Path("/labs/study")
 TWO = {"CTL": ("CTL",), "HPH": ("HPH",)}
@@ -73,7 +73,7 @@ def test_groups_as_typed_have_marks_of_their_own_or_their_label():
 
 
 def test_a_name_has_sixty_characters_at_most():
-    assert LONGEST == 60
+    assert MAX_NAME_LETTERS == 60
     assert checked_name("a" * 60) == "a" * 60
     with pytest.raises(InputError, match=r"^'aaaaaaaaaaaaaaaaaaaa…' has 61 characters; at most 60 fit"):
         checked_name("a" * 61)

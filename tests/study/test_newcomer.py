@@ -14,7 +14,7 @@ from lab_files import SMALL, exported, recorded, write_lab
 from vasowave.cli import app
 from vasowave.pulse.network import write_network
 from vasowave.study.entering import add_files
-from vasowave.study.results.results import read_results
+from vasowave.study.results import read_results
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 

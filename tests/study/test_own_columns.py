@@ -14,8 +14,8 @@ from vasowave.study.folder import understood
 from vasowave.study.report import report_of, supplement_of
 from vasowave.study.report.answer import group_answer
 from vasowave.study.report.sections import methods_section
-from vasowave.study.results.results import ResultStore, animal_key, read_results, write_results
-from vasowave.study.running.runs import RECORD, declare, inspect_study, read_study
+from vasowave.study.results import ResultStore, animal_key, read_results, write_results
+from vasowave.study.running import RECORD, declare, inspect_study, read_study
 
 DESIGN = (
     "design: {covariates: [sex], blocks: [litter], subject: mouse, occasion: time}\nreport: {quantities: [mPAP, CO]}\n"

@@ -6,8 +6,8 @@ import pytest
 import xarray as xr
 from small_study import SETTINGS
 
-from vasowave.study.results.results import read_results
-from vasowave.study.running.runs import read_study, run_study
+from vasowave.study.results import read_results
+from vasowave.study.running import read_study, run_study
 
 
 def drawn(folder, **where):

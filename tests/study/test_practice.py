@@ -13,8 +13,8 @@ from vasowave.pulse.network_formats import read_network
 from vasowave.pulse.solver import PAPER
 from vasowave.study.animal import recording_with_scatter
 from vasowave.study.folder import animal_settings
-from vasowave.study.results.results import load_animal
-from vasowave.study.running.runs import read_study
+from vasowave.study.results import load_animal
+from vasowave.study.running import read_study
 
 
 def test_the_papers_practice_is_one_word(make_study):

@@ -12,8 +12,8 @@ from small_study import SETTINGS
 from own_laws import EXPONENTIAL
 from vasowave.pulse.model import plain
 from vasowave.study.entering import check_study
-from vasowave.study.results.results import read_results
-from vasowave.study.running.runs import read_study, run_study, trust_study
+from vasowave.study.results import read_results
+from vasowave.study.running import read_study, run_study, trust_study
 
 NAME = "our_laws:ExponentialWall"
 OPTIONAL = ("dask", "pyarrow", "bottleneck", "numexpr", "coverage", "typst", "statsmodels", "cupy", "sparse", "pint")
@@ -42,7 +42,7 @@ def test_a_law_that_cannot_be_run_is_an_error_of_the_study_file(study):
 
 
 def test_a_law_stands_in_the_key_of_an_animal_by_its_content(study):
-    from vasowave.study.results.results import animal_key
+    from vasowave.study.results import animal_key
 
     def keys():
         plan = read_study(study)
@@ -79,8 +79,7 @@ def test_workers_run_the_law_that_the_study_names_and_its_results_are_read_witho
 @pytest.mark.parametrize("named", ["evil:Wall", "evil.py:Wall", "evil@0123456789abcdef:Wall"])
 def test_results_from_elsewhere_run_nothing(study, monkeypatch, named):
     from vasowave.study.folder import StudyFile
-    from vasowave.study.results.results import write_results
-    from vasowave.study.results.results import _digest
+    from vasowave.study.results import _digest, write_results
 
     (study / "evil.py").write_text("raise SystemExit('ran')", "utf-8")
     (study / "study.yaml").write_text("groups: [CTL]\n", "utf-8")

@@ -9,8 +9,8 @@ from vasowave.pulse.examples import published_table
 from vasowave.study.animal import Failure, Stage, to_bytes
 from vasowave.study.cohort import Design, Variable, gathered, spreads_of, with_occasions
 from vasowave.study.folder import StudyFile
-from vasowave.study.results.results import ResultStore, read_results, write_results
-from vasowave.study.running.runs import planning, published_spreads
+from vasowave.study.results import ResultStore, read_results, write_results
+from vasowave.study.running import planning, published_spreads
 
 LOST = Failure("HPH 9", "HPH", "", Stage.COMPUTING, "no beats", 61.2)
 

@@ -17,8 +17,8 @@ from small_study import make_study_in
 from vasowave.base import InputError, VasowaveWarning
 from vasowave.study.animal import AnimalResult, Stage
 from vasowave.study.folder import RESULTS
-from vasowave.study.results.results import animal_key, read_results
-from vasowave.study.running.runs import Done, read_study, report_study, run_study, study_status
+from vasowave.study.results import animal_key, read_results
+from vasowave.study.running import Done, read_study, report_study, run_study, study_status
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 

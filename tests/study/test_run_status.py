@@ -14,8 +14,8 @@ from vasowave.base import InputError, NumericalError
 from vasowave.base.io import SLOT, not_written
 from vasowave.cli import app
 from vasowave.study.folder import RESULTS
-from vasowave.study.running.runs import STATUS, Ended, ask_to_stop, record_end, run_status, running
-from vasowave.study.running.runs import run_status as module
+from vasowave.study.running import STATUS, Ended, ask_to_stop, record_end, run_status, running
+from vasowave.study.running import run_status as module
 
 
 @pytest.fixture
@@ -130,7 +130,7 @@ def test_a_run_that_does_not_stop_is_ended_at_once_when_it_is_asked_again_some_s
     try:
         assert "being stopped" in ask_to_stop(results, "me")
         assert "being stopped" in ask_to_stop(results, "me")  # too early
-        monkeypatch.setattr(module, "_PATIENCE", -1.0)
+        monkeypatch.setattr(module, "_STOP_PATIENCE_S", -1.0)
         assert "ended at once" in ask_to_stop(results, "me")
     finally:
         process.kill()
@@ -142,7 +142,7 @@ def test_a_run_that_does_not_stop_is_ended_at_once_when_it_is_asked_again_some_s
 @pytest.mark.parametrize("other", [{"node": "another.lab"}, {"started": "0"}])
 def test_a_run_elsewhere_or_a_process_that_only_has_its_number_is_asked_and_never_ended(other, results, monkeypatch):
     monkeypatch.setattr(module, "is_heard", lambda: False)
-    monkeypatch.setattr(module, "_PATIENCE", -1.0)
+    monkeypatch.setattr(module, "_STOP_PATIENCE_S", -1.0)
     with running(results.parent) as run:
         run.write(**other)
         assert "being stopped" in ask_to_stop(results, "me")

@@ -2,7 +2,7 @@
 
 from approval import approve
 from vasowave.base import OTHER
-from vasowave.study.running.runs import fit_sentences
+from vasowave.study.running import fit_sentences
 
 
 def test_approved_what_is_told_of_a_fit_at_the_terminal(cohort_results):

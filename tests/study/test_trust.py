@@ -17,7 +17,7 @@ from vasowave.base import InputError, VasowaveWarning
 from vasowave.base.io import is_allowed
 from vasowave.pulse.model import find_bed, find_law
 from vasowave.study.entering import check_study
-from vasowave.study.running.runs import programs_of, run_study, study_status, trust_study
+from vasowave.study.running import programs_of, run_study, study_status, trust_study
 
 NAME = "our_laws:ExponentialWall"
 
@@ -150,8 +150,7 @@ def test_what_results_name_is_not_run(foreign, find):
 
 def test_results_that_name_programs_are_asked_about(make_study):
     from vasowave.study.folder import StudyFile
-    from vasowave.study.results.results import write_results
-    from vasowave.study.results.results import _digest
+    from vasowave.study.results import _digest, write_results
 
     folder = make_study(animals=1)
     (folder / "results").mkdir()

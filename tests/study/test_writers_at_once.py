@@ -11,7 +11,7 @@ from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import virtual_mouse
 from vasowave.study.entering import add_files, adding, read_rows
 from vasowave.study.folder import read_settings, too_long
-from vasowave.study.running.runs import declare, read_declared, read_study
+from vasowave.study.running import declare, read_declared, read_study
 
 
 @pytest.fixture

@@ -27,8 +27,8 @@ from vasowave.base.io import write_files
 from vasowave.pulse.network import write_network
 from vasowave.study.entering import check_study, read_rows
 from vasowave.study.folder import COLUMNS, read_settings
-from vasowave.study.results.results import load_animal, read_stretch
-from vasowave.study.running.runs import inspect_study, read_study
+from vasowave.study.results import load_animal, read_stretch
+from vasowave.study.running import inspect_study, read_study
 from vasowave.workbench import Desk, Lungs, Recordings, Runs, Trace, Workplace, act, checked, shown
 
 

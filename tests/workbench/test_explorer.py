@@ -13,7 +13,7 @@ from made_cohort import planted_results
 from made_posterior import with_posterior
 from vasowave.study.animal import stored_model, stored_recording, to_bytes
 from vasowave.study.folder import StudyFile
-from vasowave.study.results.results import ResultStore, write_results
+from vasowave.study.results import ResultStore, write_results
 from vasowave.workbench import Desk, Explorer, posterior_draws
 
 

@@ -10,7 +10,7 @@ import pytest
 from served import served
 
 from vasowave.base import InputError
-from vasowave.study.running.runs import read_study
+from vasowave.study.running import read_study
 from vasowave.workbench import server
 
 

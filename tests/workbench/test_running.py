@@ -13,7 +13,7 @@ from held_run import held_run
 from vasowave.base import InputError
 from vasowave.study.entering import new_study
 from vasowave.study.folder import RESULTS
-from vasowave.study.running.runs import ONE_BY_ONE, REPORT_FOLDER, report_study, running
+from vasowave.study.running import ONE_BY_ONE, REPORT_FOLDER, report_study, running
 from vasowave.workbench import Desk, Runs, Wishes, stored_wishes
 
 

@@ -16,7 +16,7 @@ import pytest
 
 import vasowave as vw
 from vasowave.study.entering import read_rows
-from vasowave.study.running.runs import study_status
+from vasowave.study.running import study_status
 
 pytestmark = pytest.mark.validation
 PROGRAM = [sys.executable, "-m", "vasowave"]

@@ -24,8 +24,8 @@ from vasowave.pulse.inference import Simulations, read_simulations
 from vasowave.study.animal import read_result
 from vasowave.study.cohort import Declaration
 from vasowave.study.folder import RESULTS
-from vasowave.study.results.results import Journal, ResultStore, read_journal
-from vasowave.study.running.runs import RECORD, STATUS, read_declared, run_status, running
+from vasowave.study.results import Journal, ResultStore, read_journal
+from vasowave.study.running import RECORD, STATUS, read_declared, run_status, running
 from vasowave.workbench import stored_wishes
 
 END = SearchEnd(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the tolerance", np.linspace(0, 1, 20))

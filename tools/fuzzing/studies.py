@@ -17,8 +17,8 @@ from vasowave.pulse.model import find_law, learn
 from vasowave.study.animal import AnimalResult, Measured, to_bytes
 from vasowave.study.entering import check_study, study_text
 from vasowave.study.folder import Study, StudyFile, refuse
-from vasowave.study.results.results import Results, ResultStore, read_results, write_results
-from vasowave.study.running.runs import inspect_study, programs_of
+from vasowave.study.results import Results, ResultStore, read_results, write_results
+from vasowave.study.running import inspect_study, programs_of
 
 
 def study(folder: Path) -> None:

@@ -7,10 +7,10 @@ from vasowave.base.errors import InputError as InputError
 from vasowave.base.errors import NumericalError as NumericalError
 from vasowave.base.errors import VasowaveError as VasowaveError
 from vasowave.base.errors import VasowaveWarning as VasowaveWarning
-from vasowave.base.findings import Finding as Finding
-from vasowave.base.findings import FindingKind as FindingKind
 from vasowave.base.findings import KINDS as KINDS
 from vasowave.base.findings import OTHER as OTHER
+from vasowave.base.findings import Finding as Finding
+from vasowave.base.findings import FindingKind as FindingKind
 from vasowave.base.findings import Place as Place
 from vasowave.base.findings import Severity as Severity
 from vasowave.base.findings import as_json as as_json

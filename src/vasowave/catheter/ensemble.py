@@ -44,7 +44,7 @@ CLOSED = note_kind(
 )
 
 
-_SELDOM = 0.2  # of all beats are long or short where most are usual
+_MAX_OFF_BEAT_SHARE = 0.2  # share of long and short beats below which most are usual
 
 
 def average_beats(
@@ -214,7 +214,7 @@ def _baseline(prepared: Prepared, reasons: Sequence[Rejection]) -> Baseline:
     """Return the baseline over the whole recording; over the stretch alone where the animal changes beside it."""
     good = ~np.array([bool(reason) for reason in reasons])
     off_beat = np.array([reason is not None and cause(reason) == "length" for reason in reasons])
-    if off_beat.mean() < _SELDOM:  # the two beats after a long or a short one begin from another pressure
+    if off_beat.mean() < _MAX_OFF_BEAT_SHARE:  # the two beats after a long or a short one begin from another pressure
         good &= ~(np.append(False, off_beat[:-1]) | np.append([False, False], off_beat[:-2]))
     usable = np.ones(len(prepared.in_cut), dtype=bool)
     usable[prepared.in_cut] = good

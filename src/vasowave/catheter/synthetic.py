@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -75,6 +76,15 @@ class SyntheticRecording:
     inspiration: np.ndarray
 
 
+@dataclass(frozen=True)
+class _Instruments:
+    """What instruments do to the signals, see `synthetic_raw_recording`."""
+
+    flow_delay: float = 0.0
+    ecg: bool = True
+    baseline: Callable[[np.ndarray], np.ndarray] | None = None
+
+
 def synthetic_raw_recording(
     recording: Recording,
     rng: np.random.Generator,
@@ -83,9 +93,7 @@ def synthetic_raw_recording(
     sampling_rate: float = 2000.0,
     heart_rate: float | None = None,
     disturbances: Disturbances = Disturbances(),
-    flow_delay: float = 0.0,
-    ecg: bool = True,
-    baseline: Callable[[np.ndarray], np.ndarray] | None = None,
+    **instruments: Any,
 ) -> SyntheticRecording:
     """Return a continuous recording whose end-expiratory beats repeat one cycle.
 
@@ -116,6 +124,7 @@ def synthetic_raw_recording(
     InputError
         A duration, rate or heart rate that is not positive.
     """
+    amplifier = _Instruments(**instruments)
     period = 60.0 / heart_rate if heart_rate else recording.period
     if not (duration > 0 and sampling_rate > 0 and np.isfinite(period) and period > 0):
         raise InputError("duration, sampling_rate and heart_rate of a synthetic recording must be positive")
@@ -123,11 +132,11 @@ def synthetic_raw_recording(
     starts, gains, breaths = _beats(rng, period, duration, disturbances)
     swell = _inspiration(time, disturbances, breaths)
     pressure = _repeat(recording.pressure, time, starts, gains) + disturbances.pressure_drift * time / 60.0
-    if baseline is not None:
-        pressure += baseline(time)
+    if amplifier.baseline is not None:
+        pressure += amplifier.baseline(time)
     pressure += disturbances.ventilation_pressure * swell
     pressure += disturbances.pressure_noise * rng.standard_normal(len(time))
-    late = time - flow_delay
+    late = time - amplifier.flow_delay
     flow = _repeat(recording.flow, late, starts, gains)
     flow *= 1.0 - disturbances.ventilation_flow * _inspiration(late, disturbances, breaths)
     flow += disturbances.flow_noise * rng.standard_normal(len(time))
@@ -135,7 +144,7 @@ def synthetic_raw_recording(
         pressure=pressure,
         flow=flow,
         sampling_rate=sampling_rate,
-        ecg=_ecg(time, starts, disturbances, rng) if ecg else None,
+        ecg=_ecg(time, starts, disturbances, rng) if amplifier.ecg else None,
         source="synthetic recording",
         notes=(SYNTHETIC(),),
     )

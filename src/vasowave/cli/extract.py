@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from shlex import quote
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from vasowave.cli.app import app
+from vasowave.cli.app import app, with_option_groups
 
 if TYPE_CHECKING:
     from vasowave.pulse.network.network import Network
@@ -73,26 +74,51 @@ def extract(
     typer.echo(f"Look at it: {page}; then: vasowave fit {quote(str(output / 'network.csv'))} RECORDING")
 
 
+@dataclass(frozen=True)
+class LineReading:
+    """How centerlines of another program are read."""
+
+    unit: Annotated[str, typer.Option(help="Unit of length in the file: mm, cm, um, or its size in cm: 0.00427.")]
+    surface: Annotated[Path | None, typer.Option(help="The surface the lines were drawn in: .stl, .vtp, .vtk.")] = None
+    cut: Annotated[
+        str, typer.Option(help="Vessels meet where 'axes' do, as in extract, or part at a 'tube' or where 'identical'.")
+    ] = "axes"
+    ends: Annotated[
+        str,
+        typer.Option(help="Lines end a 'ball' before the wall (VMTK, Slicer) or at the 'wall'; auto: by their look."),
+    ] = "auto"
+    collapse: Annotated[float, typer.Option(help="Inner vessels shorter than this, in radii, become junctions.")] = 0.6
+
+    def check(self) -> None:
+        """Refuse a cut or an end that there is not."""
+        from vasowave.base.errors import InputError
+
+        cut, ends = self.cut, self.ends
+        if cut not in ("axes", "tube", "identical"):
+            raise InputError(f"cut '{cut}'; vessels meet where 'axes' do, or part at a 'tube' or where 'identical'")
+        if ends not in ("auto", "ball", "wall"):
+            raise InputError(f"ends '{ends}'; lines end a 'ball' before the wall or at the 'wall', or 'auto'")
+
+
+@dataclass(frozen=True)
+class PartLimits:
+    """Which part of a network is wanted; everything by default."""
+
+    generations: Annotated[int | None, typer.Option(help="Keep the first so many generations.")] = None
+    vessels: Annotated[int | None, typer.Option(help="Keep the largest so many vessels.")] = None
+    min_radius: Annotated[float | None, typer.Option(help="Keep the vessels above this radius, cm.")] = None
+
+
 @app.command(
     epilog="Example: vasowave centerlines lung.vtp -o lung --unit mm --surface lung.stl --vessels 21. "
     "Then: vasowave fit lung/network.csv recording.csv"
 )
+@with_option_groups
 def centerlines(
     lines: Annotated[Path, typer.Argument(help="Centerlines: .vtp, .vtk, .dat, .csv, .swc or .mrk.json.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the network.")],
-    unit: Annotated[str, typer.Option(help="Unit of length in the file: mm, cm, um, or its size in cm: 0.00427.")],
-    surface: Annotated[Path | None, typer.Option(help="The surface the lines were drawn in: .stl, .vtp, .vtk.")] = None,
-    cut: Annotated[
-        str, typer.Option(help="Vessels meet where 'axes' do, as in extract, or part at a 'tube' or where 'identical'.")
-    ] = "axes",
-    ends: Annotated[
-        str,
-        typer.Option(help="Lines end a 'ball' before the wall (VMTK, Slicer) or at the 'wall'; auto: by their look."),
-    ] = "auto",
-    collapse: Annotated[float, typer.Option(help="Inner vessels shorter than this, in radii, become junctions.")] = 0.6,
-    generations: Annotated[int | None, typer.Option(help="Keep the first so many generations.")] = None,
-    vessels: Annotated[int | None, typer.Option(help="Keep the largest so many vessels.")] = None,
-    min_radius: Annotated[float | None, typer.Option(help="Keep the vessels above this radius, cm.")] = None,
+    reading: LineReading,
+    limits: PartLimits,
     pressure: Annotated[float, typer.Option(help="Pressure at which the vessels were imaged, mmHg; 0: unknown.")] = 0.0,
     species: Annotated[
         str, typer.Option(help="Whose root the unit is checked by: mouse, rat, rabbit, dog, pig, human, other.")
@@ -108,20 +134,19 @@ def centerlines(
     from vasowave.pulse.network.remarks import unlike_the_species
     from vasowave.study.report.extraction import check_centerlines_folder, write_centerline_network
 
-    check_wishes(generations, vessels, min_radius)
-    if cut not in ("axes", "tube", "identical"):
-        raise InputError(f"cut '{cut}'; vessels meet where 'axes' do, or part at a 'tube' or where 'identical'")
-    if ends not in ("auto", "ball", "wall"):
-        raise InputError(f"ends '{ends}'; lines end a 'ball' before the wall or at the 'wall', or 'auto'")
+    wanted = (limits.generations, limits.vessels, limits.min_radius)
+    check_wishes(*wanted)
+    reading.check()
     known_species(species)
+    surface, cut, ends = reading.surface, reading.cut, reading.ends
     if surface is not None and cut != "axes":
         raise InputError(f"a surface says where axes meet; leave it out with --cut {cut}")
     check_centerlines_folder(output)
-    size = _length_unit(unit)
-    complete = measured_lines(lines, size, cast(Any, cut), collapse, surface, cast(Any, ends))
+    size = _length_unit(reading.unit)
+    complete = measured_lines(lines, size, cast(Any, cut), reading.collapse, surface, cast(Any, ends))
     if wrong := unlike_the_species(complete.network, species, size):
         raise InputError(f"{lines}: {wrong}")
-    measured = filled_at(wanted_part(complete, generations, vessels, min_radius), pressure)
+    measured = filled_at(wanted_part(complete, *wanted), pressure)
     settings: dict[str, str | float] = {
         "pressure [mmHg]": pressure,
         "unit [cm]": size,
@@ -129,7 +154,7 @@ def centerlines(
         "cut": cut,
         "ends": ends,
         "surface": "none" if surface is None else surface.name,
-        "collapse": collapse,
+        "collapse": reading.collapse,
         "vessels in the file": len(complete.network),
     }
     write_centerline_network(measured, [lines, *([] if surface is None else [surface])], settings, output)

@@ -1,12 +1,13 @@
 """The commands on one animal: fit, posterior."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vasowave.cli import models
-from vasowave.cli.app import FAILED, app
+from vasowave.cli.app import FAILED, app, with_option_groups
 
 if TYPE_CHECKING:
     from vasowave.pulse.cycle.cycle import Recording
@@ -79,17 +80,26 @@ def _say_fit(done: "Done", study: "Study") -> None:
 _DRAWS = typer.Option("--output", "-o", help="netCDF file of the draws, which arviz.from_netcdf reads.")
 
 
+@dataclass(frozen=True)
+class LawChoice:
+    """The laws of a posterior, and whose it is; empty where the default holds."""
+
+    wall: Annotated[str, models.WALL] = ""
+    bed: Annotated[str, models.BED] = ""
+    animal: Annotated[str, models.ANIMAL] = ""
+
+
 @app.command(
     epilog="Example: vasowave posterior my-mouse --wall linear -o draws.nc; "
     "vasowave posterior network.csv recording.txt. The folder of a fit brings its settings along."
 )
+@with_option_groups
 def posterior(
     network: Annotated[Path, typer.Argument(help="Vessel table; or, alone, the folder of a fit or a study.")],
     recording: Annotated[list[Path] | None, models.RECORDING] = None,
     output: Annotated[Path, _DRAWS] = Path("posterior.nc"),
-    wall: Annotated[str, models.WALL] = "",
-    bed: Annotated[str, models.BED] = "",
-    animal: Annotated[str, models.ANIMAL] = "",
+    *,
+    choice: LawChoice,
     draws: Annotated[int, typer.Option(help="Draws that are simulated and weighted.")] = 400,
     trust: Annotated[bool, models.TRUST] = False,
     setting_values: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
@@ -101,9 +111,7 @@ def posterior(
 
     check_file(output, models.DATA)
     models.trust_programs(network, trust)
-    (name, law), vessels, cycle, sites, settings = _known(
-        network, recording or [], animal, (wall, bed), dict(setting_values or {})
-    )
+    (name, law), vessels, cycle, sites, settings = _known(network, recording or [], choice, dict(setting_values or {}))
     made = [0]
     typer.echo(f"Posterior under the {name} wall. The first simulation compiles the solver.")
 
@@ -121,7 +129,7 @@ def posterior(
     raise typer.Exit(0 if result.diagnostics.trusted else FAILED)
 
 
-def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, str], options: dict[str, Any]
+def _known(network: Path, recording: list[Path], choice: LawChoice, options: dict[str, Any]
            ) -> "tuple[tuple[str, Any], Network, Recording, tuple[Observation, ...], Settings]":  # fmt: skip
     """Return the law (name, class), vessels, cycle, sites, settings: of files and options, or all of a fit's folder."""
     from dataclasses import replace
@@ -133,18 +141,18 @@ def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, 
     from vasowave.study.folder.settings import animal_settings
 
     if network.is_dir():
-        if recording or options or kinds[1]:
-            surplus = ", ".join([*map(str, recording), *map(flag, options), *(["--bed"] if kinds[1] else [])])
+        if recording or options or choice.bed:
+            surplus = ", ".join([*map(str, recording), *map(flag, options), *(["--bed"] if choice.bed else [])])
             raise InputError(f"{network} brings recording and settings along; leave out {surplus}")
-        result = models.stored_animal(network, animal)
+        result = models.stored_animal(network, choice.animal)
         sites, measured = stored.stored_sites(result), (result.network, stored.stored_recording(result))
-        return stored.stored_law(result, kinds[0]), *measured, sites, stored.stored_settings(result)
+        return stored.stored_law(result, choice.wall), *measured, sites, stored.stored_settings(result)
     cells = row_cells(options)
     settings = read_settings(options, "posterior", "animal")
     loaded = models.animal_from(network, recording, cells, settings)
     chosen = animal_settings(settings)
-    chosen = replace(chosen, beds=kinds[1] or chosen.beds)
-    law = find_law(kinds[0] or chosen.walls[0])
+    chosen = replace(chosen, beds=choice.bed or chosen.beds)
+    law = find_law(choice.wall or chosen.walls[0])
     return (law.law().name, law), loaded.network, loaded.recording, loaded.sites, chosen
 
 

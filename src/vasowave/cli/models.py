@@ -1,8 +1,9 @@
 """The model that a command works on: from network and recording, the folder of a fit, or a file of openBF."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -55,6 +56,38 @@ NARROW = typer.Option(
 TRUST = typer.Option(
     "--trust", help="Allow the programs that the study names (laws of its own) to run: read them first."
 )
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a command works on: a network with a recording, the folder of a fit, or openBF's file."""
+
+    network: Annotated[Path, NETWORK]
+    recording: Annotated[list[Path] | None, RECORDING] = None
+
+
+@dataclass(frozen=True)
+class ModelChoice:
+    """How the cycle is read, whose it is, and the laws of the model; empty where the default holds."""
+
+    period: Annotated[float | None, PERIOD] = None
+    species: Annotated[str, SPECIES] = "mouse"
+    animal: Annotated[str, ANIMAL] = ""
+    wall: Annotated[str, WALL] = ""
+    bed: Annotated[str, BED] = ""
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """Narrowings and friction of the model, the numerics, and whether programs of a study may run."""
+
+    narrow: Annotated[list[str] | None, NARROW] = None
+    friction: Annotated[str, FRICTION] = ""
+    cell_size: Annotated[float | None, CELL] = None
+    accuracy: Annotated[float | None, ACCURACY] = None
+    trust: Annotated[bool, TRUST] = False
+
+
 DATA = ".nc"
 """How the name of a netCDF file ends."""
 _OPENBF = (".yaml", ".yml")
@@ -68,15 +101,8 @@ def trust_programs(study: Path, trust: bool) -> None:
         typer.echo(f"allowed to run for this study: {path}", err=True)
 
 
-def model_from(
-    network: Path, recording: Sequence[Path], of_cycle: tuple[float | None, str], animal: str, kinds: tuple[str, str],
-    friction: str,
-) -> "tuple[Model, Recording | Inflow]":  # fmt: skip
-    """Return the nominal model of a network and a cycle, the fitted one of a folder, or openBF's, and what flows in.
-
-    `of_cycle` are its period, if that was given, and the species; `kinds` are the wall law and the beds, each empty
-    unless it was given.
-    """
+def model_from(subject: Subject, choice: ModelChoice, friction: str) -> "tuple[Model, Recording | Inflow]":
+    """Return the nominal model of a network and a cycle, the fitted one of a folder, or openBF's, and what flows in."""
     from vasowave.base.errors import InputError, did_you_mean
     from vasowave.pulse.model.blood import FRICTIONS, Blood
 
@@ -84,14 +110,15 @@ def model_from(
         hint = did_you_mean(friction, FRICTIONS)
         raise InputError(f"unknown friction '{friction}'{hint}; there are: {', '.join(FRICTIONS)}")
     blood = Blood(friction=FRICTIONS[friction]()) if friction else None
+    network = subject.network
     if not brings_its_model(network):
-        return _nominal(network, recording, of_cycle, kinds, blood or Blood())
-    if recording:
+        return _nominal(subject, choice, blood or Blood())
+    if subject.recording:
         raise InputError(f"{network} brings the flow into it along; leave the recording out")
-    wall, bed = kinds
-    if bed:
+    if choice.bed:
         raise InputError(f"{network} brings its vascular beds along; leave --bed out")
-    model, flow = _fitted(network, animal, wall) if network.is_dir() else _openbf(network, wall)
+    wall = choice.wall
+    model, flow = _fitted(network, choice.animal, wall) if network.is_dir() else _openbf(network, wall)
     return (model.changed(blood=blood) if blood else model), flow
 
 
@@ -120,11 +147,11 @@ def narrowed_model(model: "Model", narrow: Sequence[str]) -> "Model":
     return model
 
 
-def numerics_from(cell_size: float | None, accuracy: float | None) -> "Numerics":
-    """Return the numerics with what was given."""
+def numerics_from(refinement: Refinement) -> "Numerics":
+    """Return the numerics with the sizes that were typed."""
     from vasowave.pulse.model.numerics import Numerics
 
-    values = {"cell_size": cell_size, "accuracy": accuracy}
+    values = {"cell_size": refinement.cell_size, "accuracy": refinement.accuracy}
     return Numerics(**{name: value for name, value in values.items() if value is not None})  # type: ignore[arg-type]
 
 
@@ -144,21 +171,18 @@ def _openbf(file: Path, wall: str) -> "tuple[Model, Inflow]":
     return read_openbf(file)
 
 
-def _nominal(
-    network: Path, recording: Sequence[Path], of_cycle: tuple[float | None, str], kinds: tuple[str, str], blood: "Blood"
-) -> "tuple[Model, Recording]":
+def _nominal(subject: Subject, choice: ModelChoice, blood: "Blood") -> "tuple[Model, Recording]":
     from vasowave.base.species import known_species
     from vasowave.pulse.model.laws import find_bed, find_law
     from vasowave.pulse.model.model import Model
     from vasowave.pulse.model.nominal import estimate_nominal
     from vasowave.study.folder.settings import StudyFile
 
-    period, species = of_cycle
-    cells = {} if period is None else {"period [s]": repr(period)}
-    animal = animal_from(network, recording, cells, StudyFile(species=known_species(species)))
-    wall, bed = kinds
-    nominal = estimate_nominal(animal.network, animal.recording, blood, find_bed(bed or "windkessel"))
-    law = find_law(wall or "linear")
+    cells = {} if choice.period is None else {"period [s]": repr(choice.period)}
+    settings = StudyFile(species=known_species(choice.species))
+    animal = animal_from(subject.network, subject.recording or [], cells, settings)
+    nominal = estimate_nominal(animal.network, animal.recording, blood, find_bed(choice.bed or "windkessel"))
+    law = find_law(choice.wall or "linear")
     model = Model(animal.network, nominal.wall(law), nominal.outlets, blood, nominal.outlet_pressure,
                   outlet_pulsation=nominal.outlet_pulsation)  # fmt: skip
     return model, animal.recording

@@ -10,6 +10,7 @@ from typer.main import get_command
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.settings import Setting, settings_of
+from vasowave.cli.app import with_parameters
 from vasowave.study.folder.problems import refuse
 from vasowave.study.folder.reading import Document
 
@@ -75,11 +76,9 @@ def with_settings(name: str, command: Any) -> Any:
 
     parameters = [inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
                   for key, kind in options.items()]  # fmt: skip
-    called.__signature__ = inspect.Signature([*command_parameters, *parameters])  # type: ignore[attr-defined]
-    called.__annotations__ = {parameter.name: parameter.annotation for parameter in [*command_parameters, *parameters]}
     called.__doc__ = function.__doc__
     single = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    single.command(name, epilog=command.epilog)(called)
+    single.command(name, epilog=command.epilog)(with_parameters(called, [*command_parameters, *parameters]))
     return get_command(single)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vasowave.cli import models
-from vasowave.cli.app import app
+from vasowave.cli.app import app, with_option_groups
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,21 +29,14 @@ _NAMES = (
     epilog=f"{_NAMES} Example: vasowave simulate network.csv cycle.csv --wall power --set beta=60 --set m=2; "
     "vasowave simulate my-mouse --set R_T=120"
 )
+@with_option_groups
 def simulate(
-    network: Annotated[Path, models.NETWORK],
-    recording: Annotated[list[Path] | None, models.RECORDING] = None,
+    subject: models.Subject,
     output: Annotated[Path, typer.Option("--output", "-o", help="netCDF file to write.")] = Path("waveforms.nc"),
-    period: Annotated[float | None, models.PERIOD] = None,
-    species: Annotated[str, models.SPECIES] = "mouse",
-    animal: Annotated[str, models.ANIMAL] = "",
-    wall: Annotated[str, models.WALL] = "",
-    bed: Annotated[str, models.BED] = "",
+    *,
+    choice: models.ModelChoice,
     values: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Another value.")] = None,
-    narrow: Annotated[list[str] | None, models.NARROW] = None,
-    friction: Annotated[str, models.FRICTION] = "",
-    cell_size: Annotated[float | None, models.CELL] = None,
-    accuracy: Annotated[float | None, models.ACCURACY] = None,
-    trust: Annotated[bool, models.TRUST] = False,
+    refinement: models.Refinement,
 ) -> None:
     """Simulate a network with nominal, given or fitted parameters and write the waveforms of every vessel."""
     from vasowave.base.io.files import check_file
@@ -51,15 +44,15 @@ def simulate(
     from vasowave.pulse import solver
 
     check_file(output, models.DATA)
-    models.trust_programs(network, trust)
-    model, cycle = models.model_from(network, recording or [], (period, species), animal, (wall, bed), friction)
-    model = models.narrowed_model(solver.changed_model(model, _pairs(values or [])), narrow or [])
+    models.trust_programs(subject.network, refinement.trust)
+    model, cycle = models.model_from(subject, choice, refinement.friction)
+    model = models.narrowed_model(solver.changed_model(model, _pairs(values or [])), refinement.narrow or [])
     with waiting("simulating"):
-        result = solver.simulate(model, cycle, models.numerics_from(cell_size, accuracy))
+        result = solver.simulate(model, cycle, models.numerics_from(refinement))
     _write(result, output)
     pressure = result["pressure"].values[:, model.network.root, 0]
     typer.echo(repr(model))
-    if not (values or models.brings_its_model(network)):
+    if not (values or models.brings_its_model(subject.network)):
         typer.echo("Its parameters are nominal, straight from the recording; `vasowave fit` fits them to it.")
     typer.echo(
         f"Periodic after {result.attrs['cycles']} cycles (change {result.attrs['change']:.1g} mmHg, "
@@ -80,9 +73,9 @@ def _accuracy(result: "xr.Dataset") -> str:
     epilog=f"{_NAMES} Example: vasowave sweep network.csv cycle.csv --vary beta=30:90:7 --vary R_T=60,80; "
     "vasowave sweep my-mouse --vary tau=0.05:0.3:20 -o sweep.csv --plot sweep.png"
 )
+@with_option_groups
 def sweep(
-    network: Annotated[Path, models.NETWORK],
-    recording: Annotated[list[Path] | None, models.RECORDING] = None,
+    subject: models.Subject,
     vary: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUES", help="from:to:count, or one,other; may be repeated.")
     ] = None,
@@ -90,16 +83,9 @@ def sweep(
         Path, typer.Option("--output", "-o", help="File to write: .csv (a row for every combination) or netCDF.")
     ] = Path("sweep.nc"),
     plot: Annotated[Path | None, typer.Option(help="Picture to draw: .png, .pdf or .svg.")] = None,
-    period: Annotated[float | None, models.PERIOD] = None,
-    species: Annotated[str, models.SPECIES] = "mouse",
-    animal: Annotated[str, models.ANIMAL] = "",
-    wall: Annotated[str, models.WALL] = "",
-    bed: Annotated[str, models.BED] = "",
-    narrow: Annotated[list[str] | None, models.NARROW] = None,
-    friction: Annotated[str, models.FRICTION] = "",
-    cell_size: Annotated[float | None, models.CELL] = None,
-    accuracy: Annotated[float | None, models.ACCURACY] = None,
-    trust: Annotated[bool, models.TRUST] = False,
+    *,
+    choice: models.ModelChoice,
+    refinement: models.Refinement,
 ) -> None:
     """Simulate every combination of parameter values; keeps the root's pressure and what each vessel has of it."""
     from vasowave.base.errors import InputError
@@ -112,10 +98,10 @@ def sweep(
         check_file(plot, *_PICTURES)
     if not vary:
         raise InputError("nothing to vary; give --vary NAME=VALUES, for example --vary beta=40,60,80")
-    models.trust_programs(network, trust)
-    model, cycle = models.model_from(network, recording or [], (period, species), animal, (wall, bed), friction)
+    models.trust_programs(subject.network, refinement.trust)
+    model, cycle = models.model_from(subject, choice, refinement.friction)
     grid = {name: _numbers(name, text) for name, text in _split(vary)}
-    numerics, made, begun = models.numerics_from(cell_size, accuracy), [0, 0], time.monotonic()
+    numerics, made, begun = models.numerics_from(refinement), [0, 0], time.monotonic()
 
     def so_far() -> str:
         done, count = made
@@ -129,7 +115,7 @@ def sweep(
             show(done, count)
 
         def narrowed(variant: "Model") -> "Model":
-            return models.narrowed_model(variant, narrow or [])
+            return models.narrowed_model(variant, refinement.narrow or [])
 
         result = solver.sweep(model, cycle, grid, numerics, progress=progress, after=narrowed)
     _write_sweep(result, output)
@@ -240,9 +226,9 @@ def _write(result: "xr.Dataset", output: Path) -> None:
     epilog="Example: vasowave export my-mouse --to paraview -o my-mouse-waves; "
     "vasowave export network.csv cycle.csv --to openbf; vasowave export openbf.yaml --to tables"
 )
+@with_option_groups
 def export(
-    network: Annotated[Path, models.NETWORK],
-    recording: Annotated[list[Path] | None, models.RECORDING] = None,
+    subject: models.Subject,
     program: Annotated[
         str, typer.Option("--to", help="paraview, matlab, openbf, svzerod, or tables (CSV).")
     ] = "paraview",
@@ -250,23 +236,16 @@ def export(
     centerlines: Annotated[
         Path | None, typer.Option(help="centerlines.csv of the extraction, for ParaView; without it, a flat tree.")
     ] = None,
-    period: Annotated[float | None, models.PERIOD] = None,
-    species: Annotated[str, models.SPECIES] = "mouse",
-    animal: Annotated[str, models.ANIMAL] = "",
-    wall: Annotated[str, models.WALL] = "",
-    bed: Annotated[str, models.BED] = "",
-    narrow: Annotated[list[str] | None, models.NARROW] = None,
-    friction: Annotated[str, models.FRICTION] = "",
-    cell_size: Annotated[float | None, models.CELL] = None,
-    accuracy: Annotated[float | None, models.ACCURACY] = None,
-    trust: Annotated[bool, models.TRUST] = False,
+    *,
+    choice: models.ModelChoice,
+    refinement: models.Refinement,
 ) -> None:
     """Write a model and its waves for ParaView, MATLAB, openBF or svZeroDSolver."""
     from vasowave.study.exchange.export import export_model
 
-    models.trust_programs(network, trust)
-    model, flow = models.model_from(network, recording or [], (period, species), animal, (wall, bed), friction)
-    model, numerics = models.narrowed_model(model, narrow or []), models.numerics_from(cell_size, accuracy)
+    models.trust_programs(subject.network, refinement.trust)
+    model, flow = models.model_from(subject, choice, refinement.friction)
+    model, numerics = models.narrowed_model(model, refinement.narrow or []), models.numerics_from(refinement)
     sentences = export_model(model, flow, program, output, centerlines=centerlines, numerics=numerics)
     typer.echo(repr(model))
     for sentence in sentences:

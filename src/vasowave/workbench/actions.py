@@ -12,7 +12,7 @@ import numpy as np
 from annotated_types import Ge, Gt, MaxLen
 
 from vasowave.base.errors import InputError, did_you_mean
-from vasowave.catheter.beats.edits import MOST_EDITS, BeatEdit, edits_text, read_edits, require_few
+from vasowave.catheter.beats.edits import MAX_EDITS, BeatEdit, edits_text, read_edits, require_few
 from vasowave.lung.places import written
 from vasowave.study.entering.table import read_rows
 from vasowave.workbench.desk import EDITS
@@ -69,8 +69,8 @@ def set_gain(
 @action("edit-beats")
 def edit_beats(
     workplace: Workplace, animal: Name,
-    edits: Annotated[tuple[tuple[Literal["reject", "keep", "move"], Time, Time | None], ...], MaxLen(MOST_EDITS)] = (),
-    forget: Annotated[tuple[float, ...], MaxLen(MOST_EDITS)] = (),
+    edits: Annotated[tuple[tuple[Literal["reject", "keep", "move"], Time, Time | None], ...], MaxLen(MAX_EDITS)] = (),
+    forget: Annotated[tuple[float, ...], MaxLen(MAX_EDITS)] = (),
 ) -> str:  # fmt: skip
     """Decide on beats: `edits` are added, each in place of one near the same time; `forget` are taken back."""
     desk = workplace.desk

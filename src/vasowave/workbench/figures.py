@@ -8,7 +8,7 @@ from annotated_types import Ge, Le, MaxLen, MinLen
 
 from vasowave.base.errors import InputError
 from vasowave.base.settings import settings_class
-from vasowave.study.figures.fitted import figure_bytes
+from vasowave.study.figures.fitted import Appearance, figure_bytes
 from vasowave.study.figures.matplotlib_style import CTL
 from vasowave.workbench.desk import Desk
 
@@ -59,7 +59,5 @@ def figure_file(desk: Desk, wish: Wish) -> bytes:
     with _drawing:
         if not wish.animal:
             return stored.compare(wish.group).as_file(wish.format)
-        return figure_bytes(
-            stored[wish.animal], wish.panels, wish.format,
-            width=wish.width, height=wish.height, font=wish.font, family=wish.family, color=wish.color,
-        )  # fmt: skip
+        appearance = Appearance(wish.width, wish.height, wish.font, wish.family, wish.color)
+        return figure_bytes(stored[wish.animal], wish.panels, wish.format, appearance)

@@ -19,7 +19,7 @@ from vasowave.catheter.beats.rejection import cause
 from vasowave.catheter.ensemble import average_prepared
 from vasowave.catheter.read.describe import describe_recording, kind_of
 from vasowave.catheter.read.read_raw import INTERPOLATED
-from vasowave.catheter.signals.raw import SHORTEST, RawRecording
+from vasowave.catheter.signals.raw import MIN_DURATION_S, RawRecording
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.study.entering.sorting import used_block
@@ -123,7 +123,7 @@ class LoadedRecording:
             stretch = self.whole.between(row.start, row.end)
         except InputError:  # said by the reader in its own words
             return read_stretch(row)
-        neighbors = tuple(piece for piece in stretch.beside if piece.duration > SHORTEST + 1.5 / self.rate)
+        neighbors = tuple(piece for piece in stretch.beside if piece.duration > MIN_DURATION_S + 1.5 / self.rate)
         return replace(stretch, notes=self.whole.notes, beside=neighbors).calibrated(*row.calibration)
 
 

@@ -6,11 +6,11 @@ from typing import Any
 from vasowave.base.errors import VasowaveError
 from vasowave.base.settings import settings_of
 from vasowave.base.species import SPECIES
-from vasowave.study.entering.checking import TWICE, check_study
+from vasowave.study.entering.checking import DOUBLED_CODES, check_study
 from vasowave.study.entering.table import read_rows
 from vasowave.study.entering.template import written
 from vasowave.study.folder.problems import StudyProblem
-from vasowave.study.folder.rows import COLUMNS, NEEDED
+from vasowave.study.folder.rows import COLUMNS, REQUIRED_COLUMNS
 from vasowave.study.folder.settings import StudyFile
 from vasowave.study.results.overview import HEADER
 from vasowave.study.running.plan import inspect_study
@@ -61,7 +61,7 @@ def shown(desk: Desk) -> dict[str, Any]:
         "folder": str(desk.folder.absolute()),
         "title": settings.title,
         "groups": settings.groups,
-        "columns": [[title, meaning, title in NEEDED] for title, meaning in COLUMNS.items()],
+        "columns": [[title, meaning, title in REQUIRED_COLUMNS] for title, meaning in COLUMNS.items()],
         "titles": list(titles),
         "rows": rows,
         "networks": [*_files(desk, "networks"), *_extracted(desk)],
@@ -117,7 +117,7 @@ def _problem(problem: StudyProblem, rows: list[dict[str, str]]) -> dict[str, Any
 def _remedies(problem: StudyProblem, column: str) -> list[dict[str, Any]]:
     """Return what mends a problem at a click, as messages to `actions.act`."""
     code, names = problem.finding.code, problem.animals
-    if code in TWICE:
+    if code in DOUBLED_CODES:
         yes = [{"do": "set-cells", "animal": name, "cells": {"shared recording": "yes"}} for name in names]
         return [{"label": "Both are meant to share it", "acts": yes},
                 {"label": f"Remove {names[0]}", "acts": [{"do": "remove-animal", "animal": names[0]}]}]  # fmt: skip

@@ -13,7 +13,7 @@ from vasowave.base.io import STUDY_LOCK, alone_in, check_file, content_of, lies_
 from vasowave.base.runtime import PART, append
 from vasowave.pulse.calibration import SearchEnd
 from vasowave.study.folder import StudyFile
-from vasowave.study.results.results import Journal, ResultStore, holder, locked, read_journal, write_results
+from vasowave.study.results import Journal, ResultStore, holder, locked, read_journal, write_results
 
 END = SearchEnd(np.array([0.1]), 12.5, 31, True, "done", np.array([2.0]))
 MINE = b"mine, and nobody else's\n"

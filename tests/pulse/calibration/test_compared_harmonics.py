@@ -5,13 +5,13 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from choices import answers_by_harmonics
 from vasowave.base import InputError
 from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
 from vasowave.catheter.read import read_recording
 from vasowave.pulse.calibration import Search, calibrate, compared_part
 from vasowave.pulse.cycle import Recording, resample
 from vasowave.pulse.examples import control_network, virtual_mouse
-from vasowave.pulse.selection import answers_by_harmonics
 
 PHASE = 2 * np.pi * np.arange(256) / 256
 

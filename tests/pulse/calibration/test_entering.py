@@ -45,7 +45,7 @@ def test_a_recording_without_errors_has_one_answer_whichever_signal_enters(wall)
 @pytest.mark.parametrize("with_site", [False, True])
 def test_the_jacobian_of_a_flow_that_is_compared_is_that_of_differences(with_site):
     nominal = vw.estimate_nominal(NETWORK, MOUSE)
-    space = parameter_space("linear", NETWORK, nominal, vw.Blood(), {}, {}, False)
+    space = parameter_space("linear", NETWORK, nominal, vw.Blood())
     compared = compared_part(MOUSE, 12, "pressure")
     if with_site:
         site = vw.Observation("pressure", "2", 0.1, place=0.5, mean=12.0, systolic=20.0, diastolic=6.0)

@@ -97,7 +97,7 @@ def edgy(tmp_path, monkeypatch):
 def test_every_place_between_the_bounds_of_the_coordinates_has_parameters(wall, mouse):
     """A step beyond the pole of the tangent law has none in the logarithm of the strain."""
     network = control_network()
-    space = parameter_space(wall, network, estimate_nominal(network, mouse), Blood(), {}, {}, False)
+    space = parameter_space(wall, network, estimate_nominal(network, mouse), Blood())
     there = Coordinates(space, mouse.mean_pressure)
     low, high = there.bounds
     z = np.random.default_rng(1).uniform(low, high, (2000, len(low)))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from choices import answers_by_image_pressure
 from vasowave.base import InputError
 from vasowave.catheter.read import read_recording
 from vasowave.pulse.analysis import wave_speeds
@@ -26,11 +27,10 @@ from vasowave.pulse.model import (
 )
 from vasowave.pulse.network import NO_PRESSURE, Network, unknown_pressure, write_network
 from vasowave.pulse.network_formats import read_network
-from vasowave.pulse.selection import answers_by_image_pressure
 from vasowave.pulse.solver import simulate
 from vasowave.study.animal import network_dataset, network_of
-from vasowave.study.results.results import animal_key, load_animal
-from vasowave.study.running.runs import read_study
+from vasowave.study.results import animal_key, load_animal
+from vasowave.study.running import read_study
 
 FILLED = 6.3  # mmHg, the paper's
 LAWS = [LinearWall(57.0), TangentWall(7.0, 2.8), PowerWall(20.0, 2.0)]

@@ -3,7 +3,7 @@
 import numpy as np
 
 import vasowave as vw
-from vasowave.pulse.calibration import compared_part, parameter_space, screened
+from vasowave.pulse.calibration import ParameterLimits, compared_part, parameter_space, screened
 from vasowave.pulse.calibration import starts as starting
 from vasowave.pulse.examples import control_network, virtual_mouse
 from vasowave.pulse.model import Blood, estimate_nominal
@@ -13,7 +13,7 @@ COARSE = vw.Numerics(cell_size=0.3, tolerance=1e-6)
 
 
 def posed(law, **fixed):
-    space = parameter_space(law, NETWORK, estimate_nominal(NETWORK, MOUSE), Blood(), {}, fixed, False)
+    space = parameter_space(law, NETWORK, estimate_nominal(NETWORK, MOUSE), Blood(), ParameterLimits(fixed=fixed))
     return space, compared_part(MOUSE, "signal"), starting.starting_points(space, 12, seed=3)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 import vasowave as vw
 from vasowave.base import InputError, ratios
-from vasowave.pulse.calibration import POINT, Objective, compared_part, parameter_space, sites_of
+from vasowave.pulse.calibration import POINT_HARMONIC, Objective, compared_part, parameter_space, sites_of
 from vasowave.pulse.cycle import resample
 from vasowave.pulse.solver import Places, simulate_run, waves_at
 
@@ -50,7 +50,7 @@ def test_the_jacobian_of_sites_is_that_of_differences(truth):
     numbers = vw.Observation("flow", BRANCH, 0.01, cm=0.1, mean=0.1, systolic=0.4, diastolic=0.0)
     observations = [site(truth, "pressure"), site(truth, "diameter", place=1.0), numbers]
     nominal = vw.estimate_nominal(NETWORK, truth[0])
-    space = parameter_space("linear", NETWORK, nominal, vw.Blood(), {}, {}, False)
+    space = parameter_space("linear", NETWORK, nominal, vw.Blood())
     compared = compared_part(truth[0])
     compared = replace(compared, sites=sites_of(observations, NETWORK, compared))
     numerics = vw.Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-10)
@@ -71,7 +71,7 @@ def test_a_waveform_and_its_numbers_say_the_same_of_a_cycle(truth):
     sites = sites_of([wave, numbers], NETWORK, compared_part(truth[0]))
     one, other = (sites.measured[rows] for rows in sites.rows)
     assert one[0] == pytest.approx(other[0])
-    assert list(sites.harmonic[sites.rows[1]]) == [0, POINT, POINT]
+    assert list(sites.harmonic[sites.rows[1]]) == [0, POINT_HARMONIC, POINT_HARMONIC]
     assert other[1] - other[2] == pytest.approx(truth[0].pulse_pressure)
 
 

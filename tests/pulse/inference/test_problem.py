@@ -7,7 +7,7 @@ import pytest
 
 from vasowave.base import InputError
 from vasowave.pulse.analysis import operating_point, wave_intensity
-from vasowave.pulse.calibration import compared_part, parameter_space
+from vasowave.pulse.calibration import ParameterLimits, compared_part, parameter_space
 from vasowave.pulse.cycle import resample
 from vasowave.pulse.examples import control_network, virtual_mouse
 from vasowave.pulse.inference import Priors, Problem, Unknowns, kinds
@@ -32,7 +32,7 @@ from vasowave.pulse.solver import simulate
 def problem(priors=None, wall="linear", fixed=None, network=None):
     network, mouse = network or control_network(), virtual_mouse()
     nominal = estimate_nominal(network, mouse)
-    space = parameter_space(wall, network, nominal, Blood(), {}, fixed or {}, False)
+    space = parameter_space(wall, network, nominal, Blood(), ParameterLimits(fixed=fixed or {}))
     return Problem(Unknowns(space, nominal, priors or Priors(), mouse), compared_part(mouse), Numerics(), 1)
 
 
@@ -152,7 +152,7 @@ def test_the_pressure_of_the_image_is_unknown_and_anchors_the_wall(whole):
 def test_smaller_vessels_are_stiffer_and_more_viscous_by_the_exponent_that_is_unknown():
     network, mouse = control_network(), virtual_mouse()
     nominal = estimate_nominal(network, mouse)
-    space = parameter_space("linear", network, nominal, Blood(), {}, {}, False, True)
+    space = parameter_space("linear", network, nominal, Blood(), ParameterLimits(viscous=True))
     unknowns = Unknowns(space, nominal, Priors(k_sd=0.5, wedge=2.0), mouse)
     nothing = dict.fromkeys(unknowns.all, 0.0)
     plain, model = (unknowns.model(np.array([*(nothing | moved).values()])) for moved in ({}, {"k": 0.8, "wedge": 1.5}))

@@ -11,8 +11,8 @@ from vasowave.base import InputError
 from vasowave.catheter.read import read_wedge
 from vasowave.pulse.model import Numerics, linear_solution
 from vasowave.study.folder import StudyFile
-from vasowave.study.results.results import load_animal
-from vasowave.study.running.runs import one_row
+from vasowave.study.results import load_animal
+from vasowave.study.running import one_row
 
 NETWORK, MOUSE = vw.control_network(), vw.virtual_mouse()
 BEDS = vw.estimate_nominal(NETWORK, MOUSE).outlets

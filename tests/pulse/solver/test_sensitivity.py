@@ -137,7 +137,7 @@ def test_derivatives_of_the_inlet_pressure_are_those_of_differences(inflow, mode
 @pytest.mark.parametrize("name", ["linear", "tangent"])
 def test_the_jacobian_of_a_fit_is_right_to_a_millionth_and_that_of_its_searches_to_a_hundredth(name):
     network, mouse = control_network(), virtual_mouse()
-    space = parameter_space(name, network, estimate_nominal(network, mouse), Blood(), {}, {}, False)
+    space = parameter_space(name, network, estimate_nominal(network, mouse), Blood())
     numerics = Numerics(tolerance=1e-9)
     x, compared = np.log(space.nominal[space.free]), compared_part(mouse, "all")
     objectives = [

@@ -8,7 +8,7 @@ from vasowave.pulse.examples import control_network, virtual_mouse
 from vasowave.pulse.inference import SOURCES
 from vasowave.study.animal import Animal, AnimalResult, Settings, analyze, from_bytes, to_bytes
 from vasowave.study.report import write_report
-from vasowave.study.results.results import Journal
+from vasowave.study.results import Journal
 
 
 @pytest.mark.validation

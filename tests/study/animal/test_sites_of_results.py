@@ -10,8 +10,8 @@ from vasowave.study.cohort import gathered
 from vasowave.study.figures import sites_figure
 from vasowave.study.folder import StudyFile, read_row
 from vasowave.study.report.tables import sites_table
-from vasowave.study.results.results import file_hashes, load_animal
-from vasowave.study.running.runs import fit_sentences, option_of
+from vasowave.study.results import file_hashes, load_animal
+from vasowave.study.running import fit_sentences, option_of
 
 NETWORK, MOUSE = vw.control_network(), vw.virtual_mouse()
 SITES = (

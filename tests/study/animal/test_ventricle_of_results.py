@@ -10,8 +10,8 @@ from vasowave.study.cohort import gathered
 from vasowave.study.figures import ventricle_figure
 from vasowave.study.folder import StudyFile, read_row
 from vasowave.study.report.sections import data_section
-from vasowave.study.results.results import file_hashes, load_animal
-from vasowave.study.running.runs import fit_sentences, option_of
+from vasowave.study.results import file_hashes, load_animal
+from vasowave.study.running import fit_sentences, option_of
 
 NETWORK = vw.control_network()
 

@@ -11,7 +11,7 @@ from made_cohort import changed, made_results
 from vasowave.base import InputError
 from vasowave.pulse.examples import published_table
 from vasowave.study.cohort import (
-    MOST_EXACT,
+    MAX_EXACT_ANIMALS,
     cohort_table,
     contrasts,
     describe,
@@ -52,7 +52,7 @@ def test_the_exact_test_of_ties_counts_every_relabeling(sizes):
 
 def test_the_rank_test_of_many_animals_is_the_normal_one_and_near_the_exact_one():
     rng = np.random.default_rng(2)
-    x, y = rng.normal(0, 1, MOST_EXACT // 2), rng.normal(0.3, 1, MOST_EXACT // 2 + 1)
+    x, y = rng.normal(0, 1, MAX_EXACT_ANIMALS // 2), rng.normal(0.3, 1, MAX_EXACT_ANIMALS // 2 + 1)
     assert mann_whitney(x, y) == stats.mannwhitneyu(x, y, method="asymptotic").pvalue
     assert mann_whitney(x, y) == pytest.approx(exact_mann_whitney(x, y), rel=0.01)
     assert mann_whitney(x, y[1:]) == exact_mann_whitney(x, y[1:])

@@ -12,6 +12,7 @@ from approval import PAPER, approve, figure, page
 from made_cohort import made_results
 from vasowave.base import InputError
 from vasowave.study.cohort import (
+    GROUP_SIZES,
     ComparedQuantity,
     Design,
     Family,
@@ -30,7 +31,6 @@ from vasowave.study.cohort import (
     spreads_of,
     with_occasions,
 )
-from vasowave.study.cohort.planning import _SIZES
 from vasowave.study.figures import svg
 from vasowave.study.report import plan_texts, write_plan
 
@@ -48,7 +48,7 @@ def planned_by_bonferroni():
     """Return the plan of a family whose critical p are not drawn from studies, which takes seconds."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(
-            "vasowave.study.cohort.planning._criticals", lambda *arguments: np.full((len(_SIZES), 1), 0.05 / 3)
+            "vasowave.study.cohort.planning._criticals", lambda *arguments: np.full((len(GROUP_SIZES), 1), 0.05 / 3)
         )
         return plan_of(SPREADS, ALIKE, "theory", Planning(effect=1.6))
 

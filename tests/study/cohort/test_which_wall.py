@@ -12,8 +12,8 @@ from vasowave.pulse.inference import laws
 from vasowave.pulse.selection import UNDECIDED, aicc
 from vasowave.study.animal import PosteriorResult
 from vasowave.study.cohort import (
-    CLEAR,
-    DECISIVE,
+    CLEAR_EVIDENCE_RATIO,
+    DECISIVE_AICC_DIFFERENCE,
     Design,
     Evidence,
     Variable,
@@ -82,7 +82,7 @@ def test_a_price_alone_decides_nothing_however_many_animals_pay_it(cohort_result
         [stored(one.selection) for one in compared(cohort_results, PRICE + scatter).results], "linear"
     ).to_dict("records")
     assert row["low"] > 0  # as AICc by itself would say
-    assert row["sum"] > DECISIVE
+    assert row["sum"] > DECISIVE_AICC_DIFFERENCE
     assert row["speaks for"] == ""
 
 
@@ -95,7 +95,7 @@ def test_residuals_that_say_more_than_the_price_decide_for_either_law(cohort_res
 
 
 def test_of_one_animal_the_margin_of_the_comparisons_own_verdicts_decides(cohort_results):
-    assert DECISIVE == UNDECIDED
+    assert DECISIVE_AICC_DIFFERENCE == UNDECIDED
     just, little = (wall_answer(compared(cohort_results, [PRICE + own]), "linear")[1] for own in (5.1, 4.9))
     assert just.startswith("The residuals speak for the linear wall")
     assert little.startswith("The residuals do not decide")
@@ -122,14 +122,14 @@ def test_evidences_for_the_other_law_are_told_the_other_way_round(cohort_results
 
 def test_small_ratios_of_many_animals_and_animals_that_differ_decide_nothing(cohort_results):
     small = weighed(cohort_results, [2.0] * 6)
-    assert np.prod(list(evidences(small, "linear")[0].ratios.values())) > CLEAR
+    assert np.prod(list(evidences(small, "linear")[0].ratios.values())) > CLEAR_EVIDENCE_RATIO
     assert wall_answer(small, "linear")[1].startswith("The posteriors do not decide between the linear and the tangent")
     assert "in none of 6 animals" in wall_answer(small, "linear")[1]
     split = wall_answer(weighed(cohort_results, [5000.0, 0.01, 30.0]), "linear")[1]
     assert split.startswith("The animals differ between the linear and the tangent wall")
     assert "for the linear law in 2 of 3 animals and for the tangent law in 1 of 3 animals" in split
-    assert Evidence("tangent", {"a": CLEAR, "b": 0.9}, []).side == 0  # together just not clear
-    assert CLEAR == laws.CLEAR
+    assert Evidence("tangent", {"a": CLEAR_EVIDENCE_RATIO, "b": 0.9}, []).side == 0  # together just not clear
+    assert CLEAR_EVIDENCE_RATIO == laws.CLEAR_EVIDENCE_RATIO
 
 
 def test_a_posterior_that_cannot_be_trusted_is_named_and_leaves_the_residuals_to_answer(cohort_results):

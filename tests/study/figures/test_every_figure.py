@@ -11,6 +11,7 @@ from vasowave.study.cohort import gathered, primary_comparison
 from vasowave.study.figures import (
     NARROW,
     WIDEST,
+    Appearance,
     figure_bytes,
     lettered,
     new_figure,
@@ -151,4 +152,4 @@ def test_a_figure_of_no_panel_and_one_of_an_unknown_panel_are_refused_with_the_p
     cohort_results, panels, said
 ):
     with pytest.raises(InputError, match=re.escape(said)):
-        figure_bytes(cohort_results[0], panels, "svg", width=170.0, height=60.0, font=8.0)
+        figure_bytes(cohort_results[0], panels, "svg", Appearance(width=170.0, height=60.0, font=8.0))

@@ -65,7 +65,7 @@ CELLS = pd.DataFrame(
 def test_approved_levels_of_groups_by_the_room_for_their_names(ax, room):
     means = {("HPH, before", "linear"): GroupMean(14.5, 13.0, 16.0), ("CTL, before", "tangent"): GroupMean(11.5, 9, 13)}
     looks = group_looks(["CTL", "HPH"]), source_looks(["linear", "tangent"])
-    plot_cells(ax, CELLS, "R [1]", "resistance [1]", *looks, means, room)
+    plot_cells(ax, CELLS, "R [1]", "resistance [1]", looks, means, room)
     points = [line.get_ydata()[0] for line in ax.lines if line.get_marker() in ("o", "s")]
     assert sorted(points) == pytest.approx(sorted(CELLS["R [1]"].dropna()))
     assert ax.get_xticks() == pytest.approx([0, 1, 2.7, 3.7, 5.4, 6.4, 8.1, 9.1])

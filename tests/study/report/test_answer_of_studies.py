@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import vasowave
 from vasowave.cli.app import app
 from vasowave.study.entering import write_virtual_study
-from vasowave.study.results.results import Results
+from vasowave.study.results import Results
 
 pytestmark = pytest.mark.validation
 

@@ -20,7 +20,7 @@ from vasowave.study.report import ReportSettings, caller, value_text, write_repo
 from vasowave.study.report.answer import animal_answers, problem_blocks
 from vasowave.study.report.sections import fit_sentences
 from vasowave.study.report.tables import animal as tables
-from vasowave.study.running.runs import TOLD
+from vasowave.study.running import SENTENCE_QUANTITIES
 
 
 @pytest.fixture(scope="module")
@@ -59,11 +59,11 @@ def test_the_page_is_about_one_animal(page, folder):
 
 def test_the_small_vessels_have_their_resistance_and_pvr_says_from_which_pressure_it_counts(result):
     called = caller(gathered([result]))
-    answers = dict(animal_answers(result, "linear", TOLD, called))
+    answers = dict(animal_answers(result, "linear", SENTENCE_QUANTITIES, called))
     assert f"R_T {value_text(result.laws['linear'].answers['R_T'])}" in answers["Small vessels"]
     assert "counted from 0 mmHg, for no wedge pressure is given" in answers["Pressure and flow"]
     wedged = replace(result, recording=result.recording.assign(wedge_pressure=8.5))
-    said = dict(animal_answers(wedged, "linear", TOLD, called))["Pressure and flow"]
+    said = dict(animal_answers(wedged, "linear", SENTENCE_QUANTITIES, called))["Pressure and flow"]
     assert "counted from a wedge pressure of 8.5 mmHg" in said
 
 
@@ -142,7 +142,10 @@ def test_a_figure_of_a_file_says_to_screen_readers_what_it_shows(folder):
 
 def test_where_there_is_a_posterior_the_answers_are_its_numbers_and_say_so(result):
     drawn, called = with_posterior(result), caller(gathered([result]))
-    said, plain = (" ".join(text for _, text in animal_answers(one, "linear", TOLD, called)) for one in (drawn, result))
+    said, plain = (
+        " ".join(text for _, text in animal_answers(one, "linear", SENTENCE_QUANTITIES, called))
+        for one in (drawn, result)
+    )
     assert "(posterior under the linear wall)" in said
     assert "posterior" not in plain
     assert value_text(drawn.laws["linear"].answers["wave_speed"]) in said

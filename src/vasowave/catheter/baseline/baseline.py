@@ -18,16 +18,16 @@ from vasowave.catheter.signals.interventions import near
 from vasowave.pulse.cycle.trend import RULES, Baseline, LevelStep, Settling
 
 STEADY = note_kind("baseline.steady", "baseline: the diastolic level is steady within {within:.2g} mmHg")
-_DRIFT = (
+_DRIFT_TEXT = (
     "baseline: the diastolic level drifts by {size:+.2g} ± {error:.1g} mmHg from {zero:.3g} to {far:.3g} s, breaths "
     "set apart ({here:+.2g} mmHg in the averaged beats); {done}. The zero is taken to be right at {zero:.3g} s"
 )
-_STEP = "baseline: a step of {height:+.2g} mmHg at {time:.4g} s within one beat: {whose}; {done}"
-_WATCH = "Say with `zero_time` when the zero was right, or average a shorter stretch."
-DRIFTS = look_kind("baseline.drifts", _DRIFT, _WATCH)
-DRIFTS_LITTLE = note_kind("baseline.drifts-little", _DRIFT)
-STEPS = look_kind("baseline.steps", _STEP, _WATCH)
-STEPS_LITTLE = note_kind("baseline.steps-little", _STEP)
+_STEP_TEXT = "baseline: a step of {height:+.2g} mmHg at {time:.4g} s within one beat: {whose}; {done}"
+_ZERO_REMEDY = "Say with `zero_time` when the zero was right, or average a shorter stretch."
+DRIFTS = look_kind("baseline.drifts", _DRIFT_TEXT, _ZERO_REMEDY)
+DRIFTS_LITTLE = note_kind("baseline.drifts-little", _DRIFT_TEXT)
+STEPS = look_kind("baseline.steps", _STEP_TEXT, _ZERO_REMEDY)
+STEPS_LITTLE = note_kind("baseline.steps-little", _STEP_TEXT)
 SETTLES = look_kind(
     "baseline.settles",
     "baseline: the level begins {height:+.2g} mmHg off that of all beats after {until:.3g} s, as when a catheter "
@@ -39,7 +39,7 @@ CHANGED_BESIDE = look_kind(
     "baseline.changed-beside",
     "baseline: beside the stretch that is read the level moves, and with it {what}, as when the animal itself changes; "
     "the drift is judged in this stretch alone, and the zero is taken to be right at {zero:.3g} s",
-    _WATCH,
+    _ZERO_REMEDY,
 )
 
 

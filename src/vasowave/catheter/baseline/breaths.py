@@ -5,27 +5,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-_RATES = (0.5, 4.0)
+_BREATH_RATES = (0.5, 4.0)
 """Breaths per second that are looked for in rodents: 30 to 240 a minute."""
 
 _BEATS_A_BREATH = (2.5, 14.0)
 """Beats that a breath lasts: at least, and at most in animals whose hearts are slower than a rodent's."""
 
-_HARMONICS = 4
+_BREATH_HARMONICS = 4
 """Harmonics of a breath: a hump of 40 % of it has few of size."""
 
-_AS_GOOD = 25.0
+_MAX_DEVIANCE_LOSS = 25.0
 """A breath explains as much as several do if its likelihood is smaller by less than exp of half of this."""
 
-_STRETCH = 60.0
+_STRETCH_SECONDS = 60.0
 """Longer recordings are taken in stretches of this length, s: no ventilator keeps its phase for hours."""
 
-_RIDGE = 1e-9  # so that columns which the times do not tell apart get nothing
+_RIDGE_STRENGTH = 1e-9  # so that columns which the times do not tell apart get nothing
 
-_WIDE = 14
+_KERNEL_POINTS = 14
 """Grid points that one value is spread to, of a grid with twice the frequencies wanted."""
 
-_STEEP = 2.3 * _WIDE  # of the bump, the best for that grid
+_KERNEL_STEEPNESS = 2.3 * _KERNEL_POINTS  # of the bump, the best for that grid
 
 
 class Breath(NamedTuple):
@@ -63,7 +63,7 @@ class Breath(NamedTuple):
 
     def within_beats(self, length: float) -> np.ndarray:
         """Return one breath at 200 even phases as it is where the levels are means over beats of a length, s."""
-        passed = np.maximum(np.sinc(np.arange(1, _HARMONICS + 1) * self.rate * length), 0.3)
+        passed = np.maximum(np.sinc(np.arange(1, _BREATH_HARMONICS + 1) * self.rate * length), 0.3)
         breath = self._replace(coefficients=self.coefficients / np.concatenate([[1.0], passed, passed]))
         return breath.at(np.arange(200) / (200 * self.rate))
 
@@ -82,9 +82,9 @@ def breathing(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> np.ndarr
 def find_breaths(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> list[Breath]:
     """Return the breath of every stretch of a minute in which one is found; the arguments are those of `breathing`."""
     breaths = []
-    count = max(1, round((time[-1] - time[0]) / _STRETCH))
+    count = max(1, round((time[-1] - time[0]) / _STRETCH_SECONDS))
     for beats in np.array_split(np.arange(len(time)), count):
-        if used[beats].sum() >= 10 * _HARMONICS:
+        if used[beats].sum() >= 10 * _BREATH_HARMONICS:
             since = time[beats] - time[beats[0]]
             breath = _in_stretch(since[used[beats]], level[beats][used[beats]])
             breaths += [Breath(beats, since, *breath)] if breath else []
@@ -97,21 +97,21 @@ def _in_stretch(time: np.ndarray, level: np.ndarray) -> tuple[float, np.ndarray,
     step = 1.0 / (8.0 * (time[-1] - time[0]))
     beat = float(np.median(np.diff(time)))
     # Faster than half the heart rate, breaths cannot be told from slower ones.
-    fastest = min(_RATES[1], 1.0 / (_BEATS_A_BREATH[0] * beat))
-    rates = np.arange(min(_RATES[0], 1.0 / (_BEATS_A_BREATH[1] * beat)), fastest, step)
+    fastest = min(_BREATH_RATES[1], 1.0 / (_BEATS_A_BREATH[0] * beat))
+    rates = np.arange(min(_BREATH_RATES[0], 1.0 / (_BEATS_A_BREATH[1] * beat)), fastest, step)
     if len(rates) == 0:
         return None
     best, squares = _best_rate(time, values, rates, step)
     # Bayes' criterion, and the choice among all rates on top.
     gain = len(values) * np.log(float(values @ values) / max(squares, 1e-300))
-    if gain < (2 * _HARMONICS + 1) * np.log(len(values)) + 2 * np.log(len(rates)):
+    if gain < (2 * _BREATH_HARMONICS + 1) * np.log(len(values)) + 2 * np.log(len(rates)):
         return None
     offsets = np.linspace(-1.0, 1.0, 17) * step
     rate, squares = _nearest(time, values, rates[best] + offsets)
     for times in (3, 2):  # several breaths repeat as one does; the shortest that explains as much is a breath
         if times * rate < fastest:
             faster, faster_squares = _nearest(time, values, times * rate + offsets)
-            if len(values) * np.log(faster_squares / squares) < _AS_GOOD:
+            if len(values) * np.log(faster_squares / squares) < _MAX_DEVIANCE_LOSS:
                 rate, squares = faster, faster_squares
                 break
     return rate, _fit(time, values, rate), 2.0 * squares / len(values) ** 2
@@ -126,11 +126,11 @@ def _nearest(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> tuple[f
 def _best_rate(time: np.ndarray, values: np.ndarray, rates: np.ndarray, step: float) -> tuple[int, float]:
     """Return which of the rates, `step` apart, leaves least, and the squares that it leaves; all are fitted at once."""
     inverse = _inverse(time.tobytes(), float(rates[0]), step, len(rates))
-    moment = np.empty((len(rates), 2 * _HARMONICS + 1))
+    moment = np.empty((len(rates), 2 * _BREATH_HARMONICS + 1))
     moment[:, 0] = values.sum()
-    for k in range(1, _HARMONICS + 1):
+    for k in range(1, _BREATH_HARMONICS + 1):
         transform = _transform(time, values, k * rates[0], k * step, len(rates))
-        moment[:, k], moment[:, _HARMONICS + k] = transform.real, transform.imag
+        moment[:, k], moment[:, _BREATH_HARMONICS + k] = transform.real, transform.imag
     squares = values @ values - np.sum((inverse @ moment[..., None])[..., 0] * moment, axis=1)
     best = int(np.argmin(squares))
     return best, float(squares[best])
@@ -139,24 +139,26 @@ def _best_rate(time: np.ndarray, values: np.ndarray, rates: np.ndarray, step: fl
 @lru_cache(256)
 def _inverse(times: bytes, first: float, step: float, count: int) -> np.ndarray:
     """Return the inverse of each rate's normal equations; kept, since an edit changes one stretch of many."""
-    time, size = np.frombuffer(times), 2 * _HARMONICS + 1
+    time, size = np.frombuffer(times), 2 * _BREATH_HARMONICS + 1
     ones = np.ones(len(time))
     sums = {k: _transform(time, ones, k * first, k * step, count) for k in range(1, size)}
     sums |= {0: np.full(count, len(time) + 0j)} | {-k: np.conj(value) for k, value in sums.items()}
     gram = np.empty((count, size, size))
     gram[:, 0, 0] = len(time)
-    for k in range(1, _HARMONICS + 1):
-        cosine, sine = k, _HARMONICS + k  # columns, as in `_columns`
+    for k in range(1, _BREATH_HARMONICS + 1):
+        cosine, sine = k, _BREATH_HARMONICS + k  # columns, as in `_columns`
         gram[:, 0, cosine], gram[:, 0, sine] = sums[k].real, sums[k].imag
-        for m in range(1, _HARMONICS + 1):
+        for m in range(1, _BREATH_HARMONICS + 1):
             difference, total = 0.5 * sums[k - m], 0.5 * sums[k + m]
-            gram[:, cosine, m], gram[:, sine, _HARMONICS + m] = (
+            gram[:, cosine, m], gram[:, sine, _BREATH_HARMONICS + m] = (
                 difference.real + total.real,
                 difference.real - total.real,
             )
-            gram[:, cosine, _HARMONICS + m] = gram[:, _HARMONICS + m, cosine] = total.imag - difference.imag
+            gram[:, cosine, _BREATH_HARMONICS + m] = gram[:, _BREATH_HARMONICS + m, cosine] = (
+                total.imag - difference.imag
+            )
     gram[:, :, 0] = gram[:, 0]
-    return np.linalg.inv(gram + _RIDGE * np.eye(size))
+    return np.linalg.inv(gram + _RIDGE_STRENGTH * np.eye(size))
 
 
 def _transform(time: np.ndarray, values: np.ndarray, first: float, step: float, count: int) -> np.ndarray:
@@ -165,12 +167,12 @@ def _transform(time: np.ndarray, values: np.ndarray, first: float, step: float, 
     Values at uneven times are spread to an even grid by a narrow bump, transformed, and divided by the transform of
     the bump (Barnett et al. 2019, SIAM J. Sci. Comput. 41: C479), to 11 digits.
     """
-    size = 1 << int(np.ceil(np.log2(2 * count + _WIDE)))
+    size = 1 << int(np.ceil(np.log2(2 * count + _KERNEL_POINTS)))
     centre = first + step * (count // 2)
     strengths = values * np.exp(2j * np.pi * centre * time)
     place = (step * time % 1.0) * size
-    cells = np.floor(place).astype(np.int64)[:, None] + np.arange(1 - _WIDE // 2, 1 + _WIDE // 2)
-    spread = _bump((cells - place[:, None]) * (2.0 / _WIDE)) * strengths[:, None]
+    cells = np.floor(place).astype(np.int64)[:, None] + np.arange(1 - _KERNEL_POINTS // 2, 1 + _KERNEL_POINTS // 2)
+    spread = _bump((cells - place[:, None]) * (2.0 / _KERNEL_POINTS)) * strengths[:, None]
     cells = (cells % size).ravel()
     grid = np.bincount(cells, spread.real.ravel(), size) + 1j * np.bincount(cells, spread.imag.ravel(), size)
     return np.fft.ifft(grid)[(np.arange(count) - count // 2) % size] * _undone(count, size)
@@ -181,22 +183,24 @@ def _undone(count: int, size: int) -> np.ndarray:
     """Return by what the transform of a spread value is multiplied, by frequency."""
     mode = np.arange(count) - count // 2
     nodes, weights = np.polynomial.legendre.leggauss(48)
-    return size / (0.5 * _WIDE * np.cos(np.pi * _WIDE / size * np.outer(mode, nodes)) @ (_bump(nodes) * weights))
+    return size / (
+        0.5 * _KERNEL_POINTS * np.cos(np.pi * _KERNEL_POINTS / size * np.outer(mode, nodes)) @ (_bump(nodes) * weights)
+    )
 
 
 def _bump(place: np.ndarray) -> np.ndarray:
     """Return the bump at places from -1 to 1, its ends."""
-    return np.exp(_STEEP * (np.sqrt(np.maximum(1.0 - place**2, 0.0)) - 1.0))
+    return np.exp(_KERNEL_STEEPNESS * (np.sqrt(np.maximum(1.0 - place**2, 0.0)) - 1.0))
 
 
 def _fit(time: np.ndarray, values: np.ndarray, rate: float) -> np.ndarray:
     """Return the coefficients of a breath of this rate."""
     columns = _columns(time, rate)
-    gram = columns.T @ columns + _RIDGE * np.eye(columns.shape[1])
+    gram = columns.T @ columns + _RIDGE_STRENGTH * np.eye(columns.shape[1])
     return np.linalg.solve(gram, columns.T @ values)
 
 
 def _columns(time: np.ndarray, rate: float) -> np.ndarray:
     phase = 2j * np.pi * rate * time
-    waves = np.exp(phase[:, None] * np.arange(1, _HARMONICS + 1))
+    waves = np.exp(phase[:, None] * np.arange(1, _BREATH_HARMONICS + 1))
     return np.hstack([np.ones((len(time), 1)), waves.real, waves.imag])

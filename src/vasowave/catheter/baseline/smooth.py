@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-_STRENGTHS = 10.0 ** np.arange(-4.0, 7.1, 0.5)
+_CURVATURE_WEIGHTS = 10.0 ** np.arange(-4.0, 7.1, 0.5)
 """Weights of the curvature among which the likelihood chooses; the last leaves a straight line."""
 
 
@@ -70,7 +70,7 @@ def smooth_curve(
     power = float(values[used] @ values[used])
     free = int(used.sum()) - extra.shape[1] - 2
     best, chosen = -np.inf, (moment, gram, 0.0)
-    for strength in _STRENGTHS:
+    for strength in _CURVATURE_WEIGHTS:
         matrix = gram + strength * penalty
         solution = np.linalg.solve(matrix, moment)
         variance = max(power - float(moment @ solution), 1e-12 * power + 1e-300) / max(free, 1)

@@ -16,26 +16,43 @@ from vasowave.catheter.signals.hum import hum_of
 from vasowave.catheter.signals.raw import RawRecording
 from vasowave.pulse.cycle.waveform import foot
 
-_REPEATS = 0.75
-"""The first lag whose autocorrelation reaches this fraction of the best one is the beat; later ones are multiples."""
 
-_REFRACTORY = 0.55
-"""Two beats are at least this fraction of the beat length apart."""
+@dataclass(frozen=True)
+class BeatRules:
+    """What counts as a beat.
 
-_RODENT = 650.0
-"""Fastest heart rate, beats/min, from which a QRS complex is as short as a rodent's, 0.01 s; else it is longer."""
+    Attributes
+    ----------
+    repeat_share : float
+        The first lag whose autocorrelation reaches this fraction of the best one is the beat; later ones are multiples.
+    refractory_share : float
+        Two beats are at least this fraction of the beat length apart.
+    rodent_heart_rate : float
+        Fastest heart rate, beats/min, from which a QRS complex is as short as a rodent's, 0.01 s; else it is longer.
+    large_heart_rate : float
+        Heart rate, beats/min, below which no rodent is.
+    min_between_share : float
+        A beat length holds several beats if this share of all lengths has further peaks between its ends.
+    min_between_strength : float
+        Such peaks have at least this share of the beats' strength.
+    max_interval_lengths : float
+        An interval longer than this many beat lengths is searched again with a lower threshold.
+    min_signal_to_noise : float
+        What is found there is this many times as strong as the signal is half of the time: an ECG hums between its
+        beats.
+    """
 
-_LARGE = 200.0
-"""Heart rate, beats/min, below which no rodent is."""
+    repeat_share: float = 0.75
+    refractory_share: float = 0.55
+    rodent_heart_rate: float = 650.0
+    large_heart_rate: float = 200.0
+    min_between_share: float = 0.7
+    min_between_strength: float = 0.4
+    max_interval_lengths: float = 1.6
+    min_signal_to_noise: float = 3.0
 
-_BETWEEN, _AS_STRONG = 0.7, 0.4
-"""A beat length holds several beats if so many of all lengths have further peaks of so much of the beats' strength."""
 
-_MISSED = 1.6
-"""An interval longer than this many beat lengths is searched again with a lower threshold."""
-
-_ABOVE_NOISE = 3.0
-"""What is found there is this many times as strong as the signal is half of the time: an ECG hums between its beats."""
+RULES = BeatRules()
 
 
 SILENT_ECG = look_kind(
@@ -113,8 +130,8 @@ def find_beats(
 def _of_one_size(heart_rates: tuple[float, float]) -> list[tuple[float, float]]:
     """Return a range of heart rates, apart for rodents and for larger animals if it holds both."""
     slowest, fastest = heart_rates
-    if slowest < _LARGE and fastest >= _RODENT:
-        return [(_LARGE, fastest), (slowest, _LARGE)]
+    if slowest < RULES.large_heart_rate and fastest >= RULES.rodent_heart_rate:
+        return [(RULES.large_heart_rate, fastest), (slowest, RULES.large_heart_rate)]
     return [heart_rates]
 
 
@@ -124,7 +141,7 @@ def _find_by(raw: RawRecording, fiducial: str, heart_rates: tuple[float, float])
     if fiducial == "ecg":
         if raw.ecg is None:
             raise InputError(f"{raw.source}: no ECG; use fiducial='pressure'")
-        slower = min(1.0, heart_rates[1] / _RODENT)
+        slower = min(1.0, heart_rates[1] / RULES.rodent_heart_rate)
         shape = _band(raw.ecg, raw.sampling_rate, 30.0 * slower, 300.0 * slower)
         strength = _smooth(np.gradient(shape) ** 2, 0.004 / slower * raw.sampling_rate) ** 0.5
         reach = 0.006 / slower
@@ -178,7 +195,7 @@ def _beat_length(strength: np.ndarray, rate: float, heart_rates: tuple[float, fl
             "the species or the range (vasowave fit: --species rat or --heart-rates 200,600; a study: `species: rat` "
             "or, under averaging, `heart_rates: [200, 600]`; in Python: heart_rates=(200, 600))"
         )
-    return float(peaks[window[peaks] >= _REPEATS * window[peaks].max()][0])
+    return float(peaks[window[peaks] >= RULES.repeat_share * window[peaks].max()][0])
 
 
 def _peaks(strength: np.ndarray, length: float) -> np.ndarray:
@@ -186,7 +203,7 @@ def _peaks(strength: np.ndarray, length: float) -> np.ndarray:
     from scipy.ndimage import median_filter
     from scipy.signal import find_peaks
 
-    peaks = find_peaks(strength, distance=max(1, int(_REFRACTORY * length)))[0]
+    peaks = find_peaks(strength, distance=max(1, int(RULES.refractory_share * length)))[0]
     if len(peaks) == 0:
         return peaks
     # The largest peak of every beat length is a beat's; their running median is the height beats have here.
@@ -195,9 +212,9 @@ def _peaks(strength: np.ndarray, length: float) -> np.ndarray:
     typical = median_filter(blocks, 15, mode="nearest")
     height = typical[np.minimum(peaks // width, len(typical) - 1)]
     strong = peaks[strength[peaks] > 0.4 * height]
-    above = np.maximum(0.15 * height, _ABOVE_NOISE * np.median(strength))
+    above = np.maximum(0.15 * height, RULES.min_signal_to_noise * np.median(strength))
     weak = peaks[(strength[peaks] > above) & (strength[peaks] <= 0.4 * height)]
-    gaps = np.flatnonzero(np.diff(strong) > _MISSED * length)
+    gaps = np.flatnonzero(np.diff(strong) > RULES.max_interval_lengths * length)
     for gap in gaps[::-1]:
         inside = weak[(weak > strong[gap]) & (weak < strong[gap + 1])]
         strong = np.insert(strong, gap + 1, inside)
@@ -215,9 +232,9 @@ def _without_subharmonic(strength: np.ndarray, length: float, shortest: float) -
             continue
         finer_peaks = _peaks(strength, length / divisor)
         between = np.setdiff1d(finer_peaks, peaks)
-        if len(between) > _BETWEEN * (divisor - 1) * len(peaks) and np.median(
+        if len(between) > RULES.min_between_share * (divisor - 1) * len(peaks) and np.median(
             strength[between]
-        ) > _AS_STRONG * np.median(strength[peaks]):
+        ) > RULES.min_between_strength * np.median(strength[peaks]):
             return length / divisor, finer_peaks
     return length, peaks
 

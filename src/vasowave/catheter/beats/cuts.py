@@ -11,7 +11,7 @@ from vasowave.catheter.beats.rejection import misshapen_beats
 from vasowave.catheter.signals.raw import RawRecording
 from vasowave.pulse.cycle.waveform import cut_beats
 
-_FAR = 64  # samples
+_MARGIN_SAMPLES = 64  # samples
 
 
 class Cuts(NamedTuple):
@@ -42,8 +42,8 @@ def cut_again(raw: RawRecording, cut: Cuts, times: np.ndarray) -> Cuts:
     pressure, flow = cut.pressure.copy(), cut.flow.copy()
     for row in np.flatnonzero((times[:-1] != cut.starts) | (times[1:] != cut.ends)):
         ends = times[row : row + 2] - raw.origin
-        first = max(0, int(ends[0] * raw.sampling_rate) - _FAR)
-        window = slice(first, int(ends[1] * raw.sampling_rate) + _FAR)
+        first = max(0, int(ends[0] * raw.sampling_rate) - _MARGIN_SAMPLES)
+        window = slice(first, int(ends[1] * raw.sampling_rate) + _MARGIN_SAMPLES)
         for cuts, signal in ((pressure, raw.pressure), (flow, raw.flow)):
             since = ends - first / raw.sampling_rate
             cuts[row] = cut_beats(signal[window], raw.sampling_rate, since, cuts.shape[1])[0]

@@ -22,11 +22,11 @@ WITHOUT_BEAT = look_kind(
     "'{action}' at {time:g} s of the edited beats meets no beat",
     "Remove its line, or correct its time.",
 )
-MOST_EDITS = 100_000
+MAX_EDITS = 100_000
 """Of one recording: a mouse's beats in three hours."""
 
 _BY_HAND = note_kind("beat.hand", "rejected by hand")
-_HEAD = "# What a person decided of single beats; times in s since the start of the block, within the beat."
+_HEADER_LINE = "# What a person decided of single beats; times in s since the start of the block, within the beat."
 
 
 class BeatEdit(NamedTuple):
@@ -60,7 +60,7 @@ def read_edits(path: Path) -> tuple[BeatEdit, ...]:
     Raises
     ------
     InputError
-        The file, line and column of what is wrong; more than `MOST_EDITS`.
+        The file, line and column of what is wrong; more than `MAX_EDITS`.
 
     Examples
     --------
@@ -88,10 +88,10 @@ def read_edits(path: Path) -> tuple[BeatEdit, ...]:
 
 
 def require_few(path: Path, count: int) -> None:
-    """Raise `InputError` if a file would hold more edits than `MOST_EDITS`."""
-    if count > MOST_EDITS:
+    """Raise `InputError` if a file would hold more edits than `MAX_EDITS`."""
+    if count > MAX_EDITS:
         raise InputError(
-            f"{path}: {count} edits of beats; at most {MOST_EDITS}; average a shorter stretch, and decide on its beats "
+            f"{path}: {count} edits of beats; at most {MAX_EDITS}; average a shorter stretch, and decide on its beats "
             "alone"
         )
 
@@ -102,7 +102,7 @@ def edits_text(edits: Sequence[BeatEdit]) -> str:
         f"{edit.action},{edit.time:.10g},{'' if edit.to is None else f'{edit.to:.10g}'}"
         for edit in sorted(edits, key=lambda edit: edit.time)
     ]
-    return "\n".join([_HEAD, "action,time [s],to [s]", *rows, ""])
+    return "\n".join([_HEADER_LINE, "action,time [s],to [s]", *rows, ""])
 
 
 def moved(times: np.ndarray, edits: Sequence[BeatEdit]) -> tuple[np.ndarray, list[Finding]]:

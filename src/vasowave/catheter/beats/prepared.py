@@ -24,7 +24,7 @@ from vasowave.catheter.signals.plateaus import Plateau, find_plateaus
 from vasowave.catheter.signals.raw import RawRecording
 from vasowave.catheter.signals.spikes import despiked
 from vasowave.pulse.cycle.averaged import Rejection
-from vasowave.pulse.cycle.cycle import FEWEST_SAMPLES, MOST_SAMPLES
+from vasowave.pulse.cycle.cycle import MAX_SAMPLES, MIN_SAMPLES
 
 
 @settings_class
@@ -40,7 +40,7 @@ class Averaging:
 
     beats: Annotated[int, Ge(2)] = 20
     """Number of beats to average, 20 in the paper."""
-    samples: Annotated[int, Ge(FEWEST_SAMPLES), Le(MOST_SAMPLES)] = 256
+    samples: Annotated[int, Ge(MIN_SAMPLES), Le(MAX_SAMPLES)] = 256
     """Samples of the cycle."""
     harmonics: Annotated[int, Ge(1)] | None = 20
     """Harmonics of the averaged cycle that are kept; None keeps all. What is above 20 is noise, which would push the

@@ -12,16 +12,16 @@ from vasowave.pulse.cycle.averaged import Rejection
 _UNUSUAL_SHARE = 0.3
 """Of all beats: from here on rejections for length or shape ask for a look."""
 
-_UNLIKE = 0.45
+_MAX_UNLIKE_SHARE = 0.45
 """Of all beats: where so many are unlike the others, more in length than in shape, none is usual; all are averaged."""
 
-_CHANGES = 0.02
+_MAX_MEAN_CHANGE = 0.02
 """Rejected beats with which mean flow, pressure or heart rate would change by so much ask for a look."""
 
-_HARMONICS = 12
+_SHAPE_HARMONICS = 12
 """Shapes of beats are compared up to this harmonic; above there is noise."""
 
-_FEWEST_SHARE = 0.4
+_MIN_BEAT_SHARE = 0.4
 """Of the beats that are wanted: with fewer good ones there is no average."""
 
 AVERAGED = note_kind(
@@ -59,10 +59,10 @@ OVER_RHYTHM = look_kind(
     "that its pulse, its impedance and all that fits find of walls and waves are not the animal's",
     "Use the means alone, or choose with `start` and `end` a stretch in which beats are alike.",
 )
-_LENGTH = note_kind("beat.length", "length {length:.1f} ms, {usual:.1f} ms around it")
-_SHAPE = note_kind("beat.correlation", "correlation of {signal} {correlation:.2f} with the median beat")
-_STEP = note_kind("beat.step", "step of the pressure")
-_SETTLING = note_kind("beat.settling", "before the pressure settles")
+_LENGTH_CAUSE = note_kind("beat.length", "length {length:.1f} ms, {usual:.1f} ms around it")
+_SHAPE_CAUSE = note_kind("beat.correlation", "correlation of {signal} {correlation:.2f} with the median beat")
+_STEP_CAUSE = note_kind("beat.step", "step of the pressure")
+_SETTLING_CAUSE = note_kind("beat.settling", "before the pressure settles")
 
 
 def cause(reason: Finding) -> str:
@@ -92,11 +92,11 @@ def misshapen_beats(
     reasons: list[Rejection] = [None] * len(lengths)
     usual = median_filter(lengths, min(11, len(lengths)), mode="reflect")  # an odd first beat is no majority
     for i in np.flatnonzero(np.abs(lengths / usual - 1.0) > length_tolerance):
-        reasons[i] = _LENGTH(length=1e3 * float(lengths[i]), usual=1e3 * float(usual[i]))
+        reasons[i] = _LENGTH_CAUSE(length=1e3 * float(lengths[i]), usual=1e3 * float(usual[i]))
     for name, beats, shape in (("pressure", pressure, shapes[0]), ("flow", flow, shapes[1])):
         alike = _correlation(beats, shape)
         for i in np.flatnonzero(~(alike >= least_correlation)):
-            reasons[i] = reasons[i] or _SHAPE(signal=name, correlation=float(alike[i]))
+            reasons[i] = reasons[i] or _SHAPE_CAUSE(signal=name, correlation=float(alike[i]))
     return reasons
 
 
@@ -107,18 +107,18 @@ def mark_steps(reasons: list[Rejection], first_beats: list[int]) -> None:
     """
     for first in first_beats:
         for beat in (first - 1, first) if 0 < first < len(reasons) else ():
-            reasons[beat] = reasons[beat] or _STEP()
+            reasons[beat] = reasons[beat] or _STEP_CAUSE()
 
 
 def mark_settling(reasons: list[Rejection], beats: np.ndarray) -> None:
     """Reject the first beats, given by their numbers, whose level lies apart from that of all others."""
     for beat in beats:
-        reasons[beat] = reasons[beat] or _SETTLING()
+        reasons[beat] = reasons[beat] or _SETTLING_CAUSE()
 
 
 def fewest(beats: int) -> int:
     """Return how many good beats make an average where so many are wanted: two fifths of them, eight of 20."""
-    return max(2, int(np.ceil(_FEWEST_SHARE * beats)))
+    return max(2, int(np.ceil(_MIN_BEAT_SHARE * beats)))
 
 
 def made_do(reasons: list[Rejection], beats: int) -> tuple[list[Rejection], set[str]]:
@@ -130,7 +130,7 @@ def made_do(reasons: list[Rejection], beats: int) -> tuple[list[Rejection], set[
     by_length, by_shape = causes.count("length"), causes.count("correlation")
     options: list[set[str]] = [set(), {"ventilation"}]
     if by_length >= by_shape:
-        options = options[: 2 * (by_length + by_shape < _UNLIKE * len(causes))]
+        options = options[: 2 * (by_length + by_shape < _MAX_UNLIKE_SHARE * len(causes))]
         options.append({"ventilation", "length", "correlation"})
     for over in options:
         remaining = [None if code in over else reason for code, reason in zip(causes, reasons, strict=True)]
@@ -209,7 +209,7 @@ def unusual_beats(
     of_usual = [float(values[usual] @ lengths[usual] / lengths[usual].sum()) for values in means]
     moves = np.array([pressure - of_usual[0], flow - of_usual[1]])
     changes = [*(moves / of_usual), lengths[usual].mean() / lengths.mean() - 1.0]
-    if usual.mean() >= 1.0 - _UNUSUAL_SHARE and max(map(abs, changes)) <= _CHANGES:
+    if usual.mean() >= 1.0 - _UNUSUAL_SHARE and max(map(abs, changes)) <= _MAX_MEAN_CHANGE:
         return [], moves
     names = ("pressure_percent", "flow_percent", "rate_percent")
     finding = MANY_UNUSUAL(
@@ -220,7 +220,7 @@ def unusual_beats(
 
 
 def _correlation(beats: np.ndarray, median: np.ndarray) -> np.ndarray:
-    """Return how far beats go with the median beat up to harmonic `_HARMONICS`, shape (beat,)."""
-    spectra, usual = (np.fft.rfft(values)[..., 1 : _HARMONICS + 1] for values in (beats, median))
+    """Return how far beats go with the median beat up to harmonic `_SHAPE_HARMONICS`, shape (beat,)."""
+    spectra, usual = (np.fft.rfft(values)[..., 1 : _SHAPE_HARMONICS + 1] for values in (beats, median))
     scale = np.sqrt((np.abs(spectra) ** 2).sum(axis=1) * (np.abs(usual) ** 2).sum())
     return np.divide((spectra @ usual.conj()).real, scale, out=np.zeros(len(beats)), where=scale > 0)

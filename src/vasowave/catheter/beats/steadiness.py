@@ -1,25 +1,54 @@
 """Whether the animal stays the same while it is recorded: pulse and flow of its beats from the first to the last."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from vasowave.base.findings import Finding, look_kind
 from vasowave.catheter.beats.cuts import Cuts
 
-_CHANGES = 0.14
-"""A pulse or a mean flow that is lower by more than this share in one stretch of the beats than in another is told."""
 
-_PULSE_APART, _FLOW_APART = 0.1, 0.05
-"""Averaged beats whose pulse or mean flow is off that of all beats by more than this share are told: breaths alone, of
-which the average takes one part, make 6 % of the pulse."""
+@dataclass(frozen=True)
+class SteadinessRules:
+    """What counts as an animal that changes, an average that is off its beats, and beats that alternate.
 
-_FEWEST = 20  # beats: five in a stretch
-_STRETCH, _STRIDE = 0.25, 0.0625  # of the beats that a stretch has, and by which the next one begins later
-_SURE = 4.0  # standard errors
+    Attributes
+    ----------
+    max_fall : float
+        A pulse or a mean flow that is lower by more than this share in one stretch of the beats than in another is
+        told.
+    max_pulse_difference : float
+        Averaged beats whose pulse is off that of all beats by more than this share is told: breaths alone, of which the
+        average takes one part, make 6 % of the pulse.
+    max_flow_difference : float
+        Likewise their mean flow.
+    min_beats : int
+        Five in a stretch.
+    stretch_share : float
+        Share of the beats that a stretch has.
+    stride_share : float
+        Share of the beats by which the next one begins later.
+    min_fall_sd : float
+        Standard errors by which stretches differ.
+    min_alternating_share : float
+        Share of neighboring changes from beat to beat that go opposite ways where beats alternate; by chance it is 2/3.
+    min_alternation : float
+        Share of the pulse or the mean flow by which alternating beats differ.
+    """
 
-_ALTERNATES = 0.9
-"""Share of neighboring changes from beat to beat that go opposite ways where beats alternate; by chance it is 2/3."""
+    max_fall: float = 0.14
+    max_pulse_difference: float = 0.1
+    max_flow_difference: float = 0.05
+    min_beats: int = 20
+    stretch_share: float = 0.25
+    stride_share: float = 0.0625
+    min_fall_sd: float = 4.0
+    min_alternating_share: float = 0.9
+    min_alternation: float = 0.05
 
-_UNLIKE = 0.05  # of the pulse or the mean flow, by which alternating beats differ
+
+RULES = SteadinessRules()
+
 
 UNSTEADY = look_kind(
     "recording.unsteady",
@@ -54,12 +83,12 @@ def unsteady(cut: Cuts, used: np.ndarray, start: float, end: float) -> list[Find
         Between which instants they are, s.
     """
     courses = (
-        ("the pulse pressure", "mmHg", np.ptp(cut.pressure, axis=1), _PULSE_APART),
-        ("the mean flow", "ml/s", cut.flow.mean(axis=1), _FLOW_APART),
+        ("the pulse pressure", "mmHg", np.ptp(cut.pressure, axis=1), RULES.max_pulse_difference),
+        ("the mean flow", "ml/s", cut.flow.mean(axis=1), RULES.max_flow_difference),
     )
     findings = []
     for quantity, unit, values, limit in courses:
-        if len(values) < _FEWEST or np.median(values) <= 0:
+        if len(values) < RULES.min_beats or np.median(values) <= 0:
             continue
         findings += _differs(cut, values, what=quantity, unit=unit, start=start, end=end)
         findings += _alternates(values, quantity)
@@ -73,21 +102,21 @@ def _alternates(values: np.ndarray, quantity: str) -> list[Finding]:
     """Return a finding if every second beat is larger than the ones around it."""
     change = np.diff(values)
     size = float(np.median(np.abs(change)) / np.median(values))
-    if size <= _UNLIKE or np.mean(change[1:] * change[:-1] < 0) <= _ALTERNATES:
+    if size <= RULES.min_alternation or np.mean(change[1:] * change[:-1] < 0) <= RULES.min_alternating_share:
         return []
     return [ALTERNATING(what=quantity, percent=100 * size)]
 
 
 def _differs(cut: Cuts, values: np.ndarray, **fields: str | float) -> list[Finding]:
-    """Return a finding if the lowest and the highest median of a stretch differ by more than chance and `_CHANGES`."""
+    """Return a finding if the lowest and the highest median of a stretch differ by more than chance and the rules."""
     count = len(values)
-    size, stride = max(5, round(_STRETCH * count)), max(1, round(_STRIDE * count))
+    size, stride = max(5, round(RULES.stretch_share * count)), max(1, round(RULES.stride_share * count))
     begins = np.unique(np.append(np.arange(0, count - size, stride), count - size))
     stretches = np.array([values[begin : begin + size] for begin in begins])
     medians, errors = np.median(stretches, axis=1), stretches.std(axis=1) / np.sqrt(size)
     low, high = int(np.argmin(medians)), int(np.argmax(medians))
     fall = medians[high] - medians[low]
-    if fall <= max(_CHANGES * medians[high], _SURE * np.hypot(errors[low], errors[high])):
+    if fall <= max(RULES.max_fall * medians[high], RULES.min_fall_sd * np.hypot(errors[low], errors[high])):
         return []
     where = {
         f"{name}_{side}": float(bounds[begins[index] + last])

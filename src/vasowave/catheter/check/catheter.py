@@ -8,7 +8,7 @@ to flow does there as this response does, with a delay between the instruments, 
 Amplifiers and flow meters have filters, of first order 1 / (1 + i f/f_c) with the cut-off frequency f_c.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -21,44 +21,64 @@ from vasowave.pulse.cycle.harmonics import harmonic_errors
 from vasowave.pulse.cycle.response import second_order
 from vasowave.pulse.cycle.waveform import advance
 
-_FIRST = 3
-"""Below this harmonic reflections rule the impedance."""
 
-_MIN_HARMONICS = 6
-"""Harmonics needed: a constant, a delay and a response have four unknowns, each harmonic tells two."""
+@dataclass(frozen=True)
+class CatheterRules:
+    """What counts as the response of a catheter, and how much of it is taken out.
 
-_BETTER = 0.25
-"""A response is suspected if it leaves less than this fraction of the misfit of a constant with a delay,"""
+    Attributes
+    ----------
+    first_harmonic : int
+        Below this harmonic reflections rule the impedance.
+    min_harmonics : int
+        Harmonics needed: a constant, a delay and a response have four unknowns, each harmonic tells two.
+    max_misfit_ratio : float
+        A response is suspected if it leaves less than this fraction of the misfit of a constant with a delay.
+    max_damping : float
+        It rings below this damping ratio.
+    max_frequency_share : float
+        Its natural frequency lies below this fraction of the highest frequency seen, so that both sides of the peak
+        are.
+    min_modulus_share : float
+        Harmonics below this fraction of the first are too much at the mercy of errors.
+    max_delay : float
+        Largest delay between pressure and flow that is looked for, s.
+    max_gain : float
+        No harmonic is raised or lowered by more than this factor.
+    """
 
-_RINGS = 0.5
-"""rings,"""
-
-_INSIDE = 0.7
-"""and does so below this fraction of the highest frequency seen, so that both sides of the peak are."""
-
-_STRONG = 0.005
-"""Harmonics below this fraction of the first are too much at the mercy of errors."""
-
-_DELAY = 0.008
-"""Largest delay between pressure and flow that is looked for, s."""
-
-_LARGEST = 20.0
-"""No harmonic is raised or lowered by more than this factor."""
+    first_harmonic: int = 3
+    min_harmonics: int = 6
+    max_misfit_ratio: float = 0.25
+    max_damping: float = 0.5
+    max_frequency_share: float = 0.7
+    min_modulus_share: float = 0.005
+    max_delay: float = 0.008
+    max_gain: float = 20.0
 
 
-_RANG = "the pressure looks as if its catheter rang at about {frequency:.0f} Hz (damping {damping:.2g}); if so, "
-_FLUSHED = ". Was it flushed and free of bubbles? `catheter: [natural frequency, damping]` of a flush test corrects it"
-_FLUSH = (
+RULES = CatheterRules()
+
+
+_RINGING_TEXT = (
+    "the pressure looks as if its catheter rang at about {frequency:.0f} Hz (damping {damping:.2g}); if so, "
+)
+_FLUSH_QUESTION = (
+    ". Was it flushed and free of bubbles? `catheter: [natural frequency, damping]` of a flush test corrects it"
+)
+_FLUSH_REMEDY = (
     "Give natural frequency and damping of a flush test as `catheter` in the study file; where there is none, allow "
     "for them by `pressure_inertia_sd` and `pressure_lag_sd`."
 )
 RINGS = look_kind(
     "recording.catheter-rings",
-    f"{_RANG}the pulse pressure is {{true_pulse:.3g}} mmHg, not {{pulse:.3g}}{_FLUSHED}",
-    _FLUSH,
+    f"{_RINGING_TEXT}the pulse pressure is {{true_pulse:.3g}} mmHg, not {{pulse:.3g}}{_FLUSH_QUESTION}",
+    _FLUSH_REMEDY,
 )
 RINGS_BEYOND_REPAIR = look_kind(
-    "recording.catheter-rings-beyond-repair", f"{_RANG}what it lost cannot be recovered{_FLUSHED}", _FLUSH
+    "recording.catheter-rings-beyond-repair",
+    f"{_RINGING_TEXT}what it lost cannot be recovered{_FLUSH_QUESTION}",
+    _FLUSH_REMEDY,
 )
 CORRECTED = note_kind(
     "recording.catheter-corrected",
@@ -107,9 +127,9 @@ def suspect_catheter(recording: Recording) -> Catheter | None:
     recognized: it looks like the reflections of an artery.
     """
     last = min(_last_strong(recording, signal) for signal in ("pressure", "flow"))
-    if last - _FIRST + 1 < _MIN_HARMONICS:
+    if last - RULES.first_harmonic + 1 < RULES.min_harmonics:
         return None
-    harmonics = np.arange(_FIRST, last + 1)
+    harmonics = np.arange(RULES.first_harmonic, last + 1)
     frequency = harmonics / recording.period
     pressure, flow = (np.fft.rfft(values)[harmonics] / len(values) for values in (recording.pressure, recording.flow))
     natural, damping = (
@@ -120,8 +140,9 @@ def suspect_catheter(recording: Recording) -> Catheter | None:
     misfits = _misfit(pressure / flow, frequency, np.vstack([np.ones(len(frequency)), responses]))
     best = int(np.argmin(misfits[1:]))
     catheter = Catheter(float(natural[best]), float(damping[best]))
-    inside = catheter.natural_frequency < _INSIDE * frequency[-1]
-    return catheter if inside and catheter.damping < _RINGS and misfits[1 + best] < _BETTER * misfits[0] else None
+    inside = catheter.natural_frequency < RULES.max_frequency_share * frequency[-1]
+    explains = misfits[1 + best] < RULES.max_misfit_ratio * misfits[0]
+    return catheter if inside and explains and catheter.damping < RULES.max_damping else None
 
 
 def ringing(catheter: Catheter, recording: Recording) -> Finding:
@@ -137,14 +158,14 @@ def ringing(catheter: Catheter, recording: Recording) -> Finding:
 def _last_strong(recording: Recording, signal: str) -> int:
     """Return the last harmonic that is as large as the model of a constant impedance may be asked to explain."""
     errors = harmonic_errors(recording, signal)
-    strong = np.flatnonzero(errors.modulus[: errors.with_signal + 1] >= _STRONG * errors.modulus[1])
+    strong = np.flatnonzero(errors.modulus[: errors.with_signal + 1] >= RULES.min_modulus_share * errors.modulus[1])
     return int(strong[-1]) if len(strong) else 0
 
 
 def _misfit(impedance: np.ndarray, frequency: np.ndarray, responses: np.ndarray) -> np.ndarray:
     """Return the mean square of what a constant with the best delay leaves of log impedance over each response."""
     ratios = impedance / responses
-    delays = np.linspace(-_DELAY, _DELAY, 65)
+    delays = np.linspace(-RULES.max_delay, RULES.max_delay, 65)
     turns = np.exp(2j * np.pi * delays[:, None] * frequency)
     angles = np.angle(ratios[:, None, :] * turns)
     return np.var(np.log(np.abs(ratios)), axis=1) + np.mean(angles**2, axis=2).min(axis=1)
@@ -175,9 +196,9 @@ def correct_catheter(
         )
     last = harmonic_errors(recording, signal).with_signal
     if isinstance(catheter, LowPass):
-        last = min(last, int(catheter.cutoff * recording.period * np.sqrt(_LARGEST**2 - 1)))
+        last = min(last, int(catheter.cutoff * recording.period * np.sqrt(RULES.max_gain**2 - 1)))
     response = catheter.response(np.arange(last + 1) / recording.period)
-    if np.abs(response).max() > _LARGEST or np.abs(response).min() < 1.0 / _LARGEST:
+    if np.abs(response).max() > RULES.max_gain or np.abs(response).min() < 1.0 / RULES.max_gain:
         raise InputError(
             f"{recording.source}: {catheter} lets harmonics up to {last} through {np.abs(response).min():.2g} to "
             f"{np.abs(response).max():.2g} times; what is lost cannot be recovered. Average fewer harmonics"

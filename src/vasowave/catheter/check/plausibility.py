@@ -7,7 +7,7 @@ from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.catheter.check.lags import late_pressure
 from vasowave.pulse.cycle.waveform import foot_delay
 
-PERIODS = (0.04, 3.0)
+PERIOD_LIMITS = (0.04, 3.0)
 """Shortest and longest period taken for a heartbeat, s (1500 and 20 beats/min)."""
 
 MEAN_PRESSURES = (4.0, 150.0)
@@ -16,40 +16,42 @@ MEAN_PRESSURES = (4.0, 150.0)
 RODENT_FLOWS = (0.02, 4.0)
 """Mean flows that are plausible above 240 beats/min, ml/s: mice have 0.1 to 0.3, rats 0.5 to 2."""
 
-_RESTS = 0.25
+_REST_CYCLE_SHARE = 0.25
 """The share of a cycle, its flattest, in which the flow of a closed valve rests."""
 
-_STILL = 0.05
+_MAX_REST_RANGE_SHARE = 0.05
 """A flow that varies by less than this share of its range rests."""
 
-_LOW = 0.25
+_MAX_REST_HEIGHT_SHARE = 0.25
 """It rests within this share of its range above the lowest flow."""
 
-_OFF_ZERO = 0.02
+_MAX_REST_FLOW_SHARE = 0.02
 """A resting flow larger than this share of the mean flow is reported."""
-_NEVER_RESTS = 0.5  # of the mean: a flow that stays above this much flows all the time, as in a vein or a small artery
+_MIN_STEADY_FLOW_SHARE = 0.5
+"""Of the mean: a flow that stays above this much flows all the time, as in a vein or a small artery."""
 
 OPEN_CYCLE = 0.05
 """A jump between end and start larger than this fraction of the range means that the cycle does not close."""
 
 
-_AT_ZERO = 0.1
+_ZERO_RANGE_SHARE = 0.1
 """A signal that rests within this share of its range around zero rests at zero, as the flow of a closed valve does."""
 
-_LATE = 0.025
+_MAX_FLOW_LAG_SHARE = 0.025
 """Of the cycle by which a flow may begin after the pressure; in twelve simulated mice and one measured it begins 0.6 %
 before to 2 % after it. Before a bed of little proximal resistance a pressure rises up to 3 % after a flow that begins
 slowly, so that feet say nothing of a late pressure (`lags` does), and a late flow may go unseen by as much."""
 
-_NEVER_LOW = 0.2
+_MIN_LOW_FLOW_SHARE = 0.2
 """A flow that never falls below this share of its largest value is like a pressure."""
 
 
-_SAME = 1e-6  # of the range: values that differ by less are the same
-_BY_CHANCE = 10.0  # times their rounding: where samples differ by more, two are the same in less than a tenth of files
+_EQUAL_RANGE_SHARE = 1e-6  # of the range: values that differ by less are the same
+_EQUAL_BY_CHANCE_ROUNDINGS = 10.0
+"""Times their rounding: where samples differ by more, two are the same in less than a tenth of files."""
 
-_KPA = 7.50062  # mmHg
-_UNIT = (
+_MMHG_PER_KPA = 7.50062
+_UNIT_REMEDY = (
     "correct the unit: in the file, or beside it (vasowave add and fit: --unit pressure={}; a study's table: the "
     "column 'pressure unit'; in Python: pressure_unit)"
 )
@@ -93,7 +95,7 @@ OPEN_END = note_kind("recording.cycle-open", "{what} ends {percent:.1f} % of its
 
 def check_period(period: float, where: str) -> None:
     """Raise `InputError` unless `period` (s) can be a heartbeat's."""
-    shortest, longest = PERIODS
+    shortest, longest = PERIOD_LIMITS
     if not np.isfinite(period) or period <= 0:
         raise InputError(f"{where}: period {period:g} s is not a positive number")
     if not shortest <= period <= longest:
@@ -117,20 +119,20 @@ def check_pressure(pressure: np.ndarray, where: str) -> None:
         raise InputError(f"{where}: the pressure is constant ({mean:g} mmHg); is this the right column?")
     if mean <= 0:
         raise InputError(f"{where}: mean pressure {mean:.3g} mmHg is not positive; correct the zero of the transducer")
-    if mean < lowest and (_rests_at_zero(pressure) or mean * _KPA < lowest):
+    if mean < lowest and (_rests_at_zero(pressure) or mean * _MMHG_PER_KPA < lowest):
         raise InputError(
             f"{where}: mean pressure {mean:.3g} mmHg is too low for an artery; is the unit right, are pressure and "
             "flow exchanged, or is it another channel?"
         )
     if mean < lowest:
         raise InputError(
-            f"{where}: mean pressure {mean:.3g} mmHg looks like kPa ({mean:.3g} kPa = {mean * _KPA:.3g} mmHg); "
-            f"{_UNIT.format('kPa')}"
+            f"{where}: mean pressure {mean:.3g} mmHg looks like kPa "
+            f"({mean:.3g} kPa = {mean * _MMHG_PER_KPA:.3g} mmHg); {_UNIT_REMEDY.format('kPa')}"
         )
     if mean > highest:
         raise InputError(
             f"{where}: mean pressure {mean:.4g} mmHg is too high for an artery; the numbers look like "
-            f"another unit than the one stated; {_UNIT.format('Pa')}"
+            f"another unit than the one stated; {_UNIT_REMEDY.format('Pa')}"
         )
 
 
@@ -150,18 +152,18 @@ def check_flow(flow: np.ndarray, where: str) -> None:
 
 def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Finding]:
     """Return a finding for every value that is possible, yet more likely a slip."""
-    if _rests_at_zero(pressure) and flow.min() > _NEVER_LOW * flow.max():
+    if _rests_at_zero(pressure) and flow.min() > _MIN_LOW_FLOW_SHARE * flow.max():
         return [EXCHANGED(level=resting_flow(pressure), lowest=float(flow.min()))]
     findings = []
     if pressure.mean() > 75:
-        findings.append(SYSTEMIC(mean=float(pressure.mean()), kPa=float(pressure.mean() / _KPA)))
+        findings.append(SYSTEMIC(mean=float(pressure.mean()), kPa=float(pressure.mean() / _MMHG_PER_KPA)))
     if pressure.min() < 0:
         findings.append(BELOW_ZERO(lowest=float(pressure.min())))
     slowest, fastest = RODENT_FLOWS
     if period < 0.25 and not slowest <= flow.mean() <= fastest:
         findings.append(ODD_FLOW(mean=float(flow.mean()), rate=60 / period))
     level, mean = resting_flow(flow), float(flow.mean())
-    if _OFF_ZERO * mean < abs(level) < _NEVER_RESTS * mean:
+    if _MAX_REST_FLOW_SHARE * mean < abs(level) < _MIN_STEADY_FLOW_SHARE * mean:
         findings.append(FLOW_OFF_ZERO(level=level, percent=100 * level / mean, mean=mean - level))
     return [*findings, *odd_timing(pressure, flow, period)]
 
@@ -169,7 +171,7 @@ def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Fi
 def odd_timing(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Finding]:
     """Return a finding if one signal of a cycle of a period, s, is late against the other."""
     delay = foot_delay(pressure, flow, period)
-    late = [LATE_FLOW(delay=1e3 * delay, percent=100 * delay / period)] if delay > _LATE * period else []
+    late = [LATE_FLOW(delay=1e3 * delay, percent=100 * delay / period)] if delay > _MAX_FLOW_LAG_SHARE * period else []
     return [*late, *late_pressure(pressure, flow, period)]
 
 
@@ -180,22 +182,22 @@ def resting_flow(flow: np.ndarray) -> float:
 
 def _rests_at_zero(values: np.ndarray) -> bool:
     level = _resting(values)
-    return level is not None and abs(level) < _AT_ZERO * float(np.ptp(values))
+    return level is not None and abs(level) < _ZERO_RANGE_SHARE * float(np.ptp(values))
 
 
 def _resting(values: np.ndarray) -> float | None:
     """Return the level at which a signal rests, None if it never does."""
     ordered = np.sort(values)
-    count, span = max(2, round(_RESTS * len(ordered))), np.ptp(values)
+    count, span = max(2, round(_REST_CYCLE_SHARE * len(ordered))), np.ptp(values)
     widths = ordered[count - 1 :] - ordered[: len(ordered) - count + 1]
     first = int(np.argmin(widths))
-    rests = widths[first] < _STILL * span and ordered[first] - ordered[0] < _LOW * span
+    rests = widths[first] < _MAX_REST_RANGE_SHARE * span and ordered[first] - ordered[0] < _MAX_REST_HEIGHT_SHARE * span
     return float(ordered[first : first + count].mean()) if rests else None
 
 
 def repeats_first(values: np.ndarray) -> bool:
     """Whether the last sample is the first one again (to a millionth of the range)."""
-    return bool(abs(values[-1] - values[0]) <= _SAME * np.ptp(values))
+    return bool(abs(values[-1] - values[0]) <= _EQUAL_RANGE_SHARE * np.ptp(values))
 
 
 def moves_at_ends(values: np.ndarray) -> bool:
@@ -205,8 +207,8 @@ def moves_at_ends(values: np.ndarray) -> bool:
     """
     span = float(np.ptp(values))
     steps = np.diff(np.unique(values))
-    rounding = float(steps[steps > _SAME * span].min(initial=span))
-    return bool(min(abs(values[1] - values[0]), abs(values[-1] - values[-2])) > _BY_CHANCE * rounding)
+    rounding = float(steps[steps > _EQUAL_RANGE_SHARE * span].min(initial=span))
+    return bool(min(abs(values[1] - values[0]), abs(values[-1] - values[-2])) > _EQUAL_BY_CHANCE_ROUNDINGS * rounding)
 
 
 def check_closure(values: np.ndarray, name: str, where: str) -> list[Finding]:

@@ -12,17 +12,17 @@ from vasowave.base.findings import Finding, note_kind
 DIMENSIONS = {"pressure": "pressure", "flow": "flow", "ecg": "voltage"}
 """What is looked for, and the kind of unit that it has."""
 
-_WORDS = {
+_CHANNEL_WORDS = {
     "pressure": ("pressure", "press", "pap", "mpap", "ppa", "p"),
     "flow": ("flow", "flow rate", "flowrate", "q"),
     "ecg": ("ecg", "ekg"),
 }
-_HERE = ("pa", "mpa", "pap", "mpap", "ppa", "pulm", "pulmonary", "pulmonal")
-_ELSEWHERE = ("lv", "lvp", "rv", "rvp", "ra", "la", "ao", "aop", "aorta", "aortic", "abp", "cvp", "carotid", "femoral",
-              "systemic", "airway", "paw", "ventilator", "trachea", "tracheal")  # fmt: skip
+_PULMONARY_WORDS = ("pa", "mpa", "pap", "mpap", "ppa", "pulm", "pulmonary", "pulmonal")
+_OTHER_SITE_WORDS = ("lv", "lvp", "rv", "rvp", "ra", "la", "ao", "aop", "aorta", "aortic", "abp", "cvp", "carotid",
+                     "femoral", "systemic", "airway", "paw", "ventilator", "trachea", "tracheal")  # fmt: skip
 """Words of titles that speak of another place than the pulmonary artery; such a channel is read only if it is named."""
 
-_STEMS = ("aort", "arteri", "carot", "karot", "femor", "systemi", "ventri")
+_OTHER_SITE_STEMS = ("aort", "arteri", "carot", "karot", "femor", "systemi", "ventri")
 """Beginnings of such words in other languages (Aortendruck), unless a word of the title speaks of the lung (pulm…)."""
 
 _LETTERS = re.compile(r"[^\W\d_]+")
@@ -124,7 +124,7 @@ def quantity_of(title: str) -> str:
     plain, title_words = _plain(title), _words(title)
     if _is_of_elsewhere(title):
         return ""
-    return next((name for name, words in _WORDS.items() if plain in words or title_words & set(words)), "")
+    return next((name for name, words in _CHANNEL_WORDS.items() if plain in words or title_words & set(words)), "")
 
 
 def _found(
@@ -136,10 +136,10 @@ def _found(
         return same or [c for c in channels if c.title.strip().lower() == title.strip().lower()], ""
     named = [text.strip().lower() for text in titles.values() if text is not None]
     free = [c for c in channels if c not in taken and c.title.strip().lower() not in named]
-    exact = [c for c in free if c.title.strip().lower() in _WORDS[name]]
+    exact = [c for c in free if c.title.strip().lower() in _CHANNEL_WORDS[name]]
     hits = exact or [c for c in free if quantity_of(c.title) == name]
     if len(hits) > 1:
-        arterial = [c for c in hits if _words(c.title) & set(_HERE)]
+        arterial = [c for c in hits if _words(c.title) & set(_PULMONARY_WORDS)]
         return (
             (arterial, f"of {len(hits)} channels its title speaks of the pulmonary artery")
             if len(arterial) == 1
@@ -155,8 +155,10 @@ def _found(
 def _is_of_elsewhere(title: str) -> bool:
     """Whether a title speaks of another place than the pulmonary artery."""
     words = _words(title)
-    stems = any(word.startswith(_STEMS) for word in words) and not any(word.startswith("pulm") for word in words)
-    return stems or bool(words & set(_ELSEWHERE))
+    stems = any(word.startswith(_OTHER_SITE_STEMS) for word in words) and not any(
+        word.startswith("pulm") for word in words
+    )
+    return stems or bool(words & set(_OTHER_SITE_WORDS))
 
 
 def _of_elsewhere(channels: Sequence[T], name: str) -> str:

@@ -9,14 +9,14 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import Progress, look
-from vasowave.catheter.check.plausibility import PERIODS
+from vasowave.catheter.check.plausibility import PERIOD_LIMITS
 from vasowave.catheter.read.choosing import quantity_of
 from vasowave.catheter.read.formats import RECORDINGS, read_blocks
 from vasowave.catheter.signals.channels import Block, Comment
 from vasowave.catheter.signals.gaps import Span, gaps_in
 from vasowave.catheter.signals.interventions import listed
 
-_LARGEST = 4 << 20  # bytes; no table of one cycle is larger
+_MAX_CYCLE_BYTES = 4 << 20  # bytes; no table of one cycle is larger
 
 
 class ChannelDescription(NamedTuple):
@@ -132,7 +132,7 @@ def kind_of(recordings: Sequence[Path]) -> Literal["cycle", "raw"]:
     try:
         return "raw" if form.continuous or describe_recording(recordings[0]).kind == "raw" else "cycle"
     except InputError:
-        return "raw" if size > _LARGEST else "cycle"
+        return "raw" if size > _MAX_CYCLE_BYTES else "cycle"
 
 
 def _block(block: Block) -> BlockDescription:
@@ -152,4 +152,4 @@ def _kind(blocks: Sequence[BlockDescription]) -> str:
     lasts = max(block.duration for block in blocks)
     if math.isnan(lasts):
         return ""
-    return "raw" if lasts > PERIODS[1] else "cycle"
+    return "raw" if lasts > PERIOD_LIMITS[1] else "cycle"

@@ -20,7 +20,7 @@ from vasowave.catheter.read.formats import read_signals
 from vasowave.catheter.read.several_beats import beats_within, mean_beat, several_finding
 from vasowave.catheter.signals.raw import calibration_notes
 from vasowave.catheter.signals.signal import Signal, even_step
-from vasowave.pulse.cycle.cycle import FEWEST_SAMPLES, Recording
+from vasowave.pulse.cycle.cycle import MIN_SAMPLES, Recording
 
 _CHECKS = {"pressure": check_pressure, "flow": check_flow}
 
@@ -127,10 +127,10 @@ class _Last(Enum):
 def _assemble(signals: list[Signal], period: float | None, together: bool) -> Recording:
     """Check both signals and make the recording; `together` says that they come from one table."""
     for signal in signals:
-        if len(signal.values) < FEWEST_SAMPLES:
+        if len(signal.values) < MIN_SAMPLES:
             raise InputError(
                 f"{signal.places[-1]}: the file ends after {len(signal.values)} samples of {signal.quantity}; "
-                f"at least {FEWEST_SAMPLES} a cycle are needed"
+                f"at least {MIN_SAMPLES} a cycle are needed"
             )
         _check_units(signal, swapped_files=not together)
     if period is not None:

@@ -17,10 +17,10 @@ from vasowave.catheter.read.formats import read_blocks
 from vasowave.catheter.signals.channels import Block, Channel, Comment
 from vasowave.catheter.signals.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.catheter.signals.interventions import comment_findings
-from vasowave.catheter.signals.raw import SHORTEST, RawRecording
+from vasowave.catheter.signals.raw import MIN_DURATION_S, RawRecording
 from vasowave.catheter.signals.signal import NAME_THE_RATE, UNIT_REPLACED
 
-_SAME_LENGTH = 0.01  # two channels of a block last equally long within this share and two samples
+_MAX_LENGTH_DIFFERENCE = 0.01  # two channels of a block last equally long within this share and two samples
 
 
 NO_ECG = note_kind("recording.no-ecg", "no ECG: beats can be found from the pressure only")
@@ -145,7 +145,9 @@ def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **
     raw = _between(path, scaled, start, end, rate)
     raw = replace(raw, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration))
     read_span = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
-    spans = [span for span in free_between([*gaps, read_span], *around) if span.end - span.start > SHORTEST + 1 / rate]
+    spans = [
+        span for span in free_between([*gaps, read_span], *around) if span.end - span.start > MIN_DURATION_S + 1 / rate
+    ]
     neighbours = (_between(path, scaled, *span, rate) for span in spans)
     return replace(
         raw,
@@ -175,7 +177,7 @@ def _between(
 def _check_lengths(channels: list[Channel]) -> None:
     """Refuse channels of one block that do not last equally long: a sampling rate or an end is wrong."""
     shortest, *_, longest = sorted(channels, key=lambda channel: channel.duration)
-    if longest.duration > (1 + _SAME_LENGTH) * shortest.duration + 2 / shortest.sampling_rate:
+    if longest.duration > (1 + _MAX_LENGTH_DIFFERENCE) * shortest.duration + 2 / shortest.sampling_rate:
         durations = " and ".join(
             f"'{extreme.title}' {extreme.duration:.6g} s ({len(extreme.values)} samples at {extreme.sampling_rate:g} a "
             "second)"
@@ -195,7 +197,7 @@ def _gaps(channels: list[Channel], start: float | None, end: float | None) -> li
     if any(gaps_within.values()):
         all_gaps = [gap for spans in gaps_within.values() for gap in spans]
         place = next(place for place, spans in gaps_within.items() if spans)
-        raise InputError(f"{place}: {describe_gaps(all_gaps, first, last, SHORTEST)}")
+        raise InputError(f"{place}: {describe_gaps(all_gaps, first, last, MIN_DURATION_S)}")
     return [gap for spans in gaps.values() for gap in spans]
 
 

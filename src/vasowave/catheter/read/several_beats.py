@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vasowave.base.findings import Finding, look_kind
-from vasowave.catheter.check.plausibility import PERIODS
-from vasowave.pulse.cycle.cycle import FEWEST_SAMPLES, resample
+from vasowave.catheter.check.plausibility import PERIOD_LIMITS
+from vasowave.pulse.cycle.cycle import MIN_SAMPLES, resample
 
 
 @dataclass(frozen=True)
@@ -35,17 +35,17 @@ class SeveralBeatsRules:
 
 RULES = SeveralBeatsRules()
 
-_CUT = "Cut one cycle out, or give the whole recording as a continuous one (kind 'raw')."
+_CUT_REMEDY = "Cut one cycle out, or give the whole recording as a continuous one (kind 'raw')."
 SEVERAL = look_kind(
     "recording.several-beats",
     "the table holds {beats} beats, not one: their mean was taken, of {period:.4g} s ({rate:.0f} beats/min). {remedy}",
-    _CUT,
+    _CUT_REMEDY,
 )
 SEVERAL_UNLIKE = look_kind(
     "recording.several-unlike-beats",
     "the table holds {beats} beats, not one, whose pulse differs by {percent:.0f} %: their mean was taken, of "
     "{period:.4g} s ({rate:.0f} beats/min). {remedy}",
-    _CUT,
+    _CUT_REMEDY,
 )
 
 
@@ -54,7 +54,7 @@ def beats_within(pressure: np.ndarray, flow: np.ndarray, period: float, rules: S
     several = (
         beats
         for beats in range(rules.max_beats, 1, -1)
-        if period / beats >= PERIODS[0]
+        if period / beats >= PERIOD_LIMITS[0]
         and _undivided(flow, beats, rules.harmonics) < rules.flow_share
         and _undivided(pressure, beats, rules.harmonics) < rules.pressure_share
     )
@@ -74,7 +74,7 @@ def _level(values: np.ndarray) -> np.ndarray:
 
 def mean_beat(values: np.ndarray, beats: int) -> tuple[np.ndarray, float]:
     """Return the mean of equally long beats in a cycle, and how much their pulses differ, as a share of its pulse."""
-    count = max(FEWEST_SAMPLES, -(-len(values) // beats))
+    count = max(MIN_SAMPLES, -(-len(values) // beats))
     cycles = resample(_level(values), beats * count).reshape(beats, count)
     mean = cycles.mean(axis=0)
     return mean, float(np.ptp(np.ptp(cycles, axis=1)) / np.ptp(mean))

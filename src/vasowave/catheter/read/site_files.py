@@ -28,8 +28,8 @@ COLUMNS = {
 """Columns of a table of sites, and what they hold."""
 
 _ALIASES = {"what": "quantity", "observed": "quantity", "error sd": "error", "sd": "error", "waveform": "file"}
-_MIDDLE = "0.5"  # of the vessel, where no place is given
-_NEEDED = ("quantity", "vessel", "unit", "error")
+_MIDDLE_PLACE = "0.5"  # of the vessel, where no place is given
+_REQUIRED_COLUMNS = ("quantity", "vessel", "unit", "error")
 
 
 def read_sites(path: str | Path) -> tuple[Observation, ...]:
@@ -61,7 +61,7 @@ def read_sites(path: str | Path) -> tuple[Observation, ...]:
         if name not in COLUMNS:
             raise InputError(f"{path}: unknown column '{name}'{did_you_mean(name, COLUMNS)}; known: "
                              f"{', '.join(COLUMNS)}")  # fmt: skip
-    for name in _NEEDED:
+    for name in _REQUIRED_COLUMNS:
         table.require(name)
     for name, unit in zip(table.names, table.units, strict=True):
         if unit and name != "place" and (name, unit) not in (("gain sd", "%"), ("gain sd", "1")):
@@ -78,7 +78,7 @@ def _check_repeats(table: Columns) -> None:
     for line, cells in zip(table.lines, table.cells, strict=True):
         cell = {name: text.strip() for name, text in zip(table.names, cells, strict=True)}
         values = (cell.get(name, "") for name in ("file", *NUMBERS, "unit"))
-        site = (cell["quantity"].lower(), cell["vessel"], cell.get("place") or _MIDDLE, *values)
+        site = (cell["quantity"].lower(), cell["vessel"], cell.get("place") or _MIDDLE_PLACE, *values)
         if (first := lines.setdefault(site, line)) != line:
             raise InputError(
                 f"{table.source}, line {line}: the same values of the same place stand in line {first} already; remove "

@@ -10,10 +10,10 @@ from vasowave.catheter.read.single_wave import single_wave
 from vasowave.catheter.signals.signal import ALIASES
 from vasowave.pulse.cycle.ventricular import VentricularPressure
 
-_STEEP = 0.5  # of the steepest rise is the upstroke of a beat
-_APART = 0.6  # of the usual distance lie two beats apart at least
-_KEPT = 512  # samples of an averaged beat
-_SMOOTH = 15  # harmonics of the heart in which upstrokes are looked for
+_UPSTROKE_SLOPE_SHARE = 0.5  # share of the steepest rise from which one is the upstroke of a beat
+_MIN_BEAT_DISTANCE = 0.6  # share of the usual distance that lies between two beats at least
+_CYCLE_SAMPLES = 512  # samples of an averaged beat
+_UPSTROKE_HARMONICS = 15  # harmonics of the heart in which upstrokes are looked for
 _NAMES = {"ventricle": "pressure", "rvp": "pressure", "lvp": "pressure", "ventricular pressure": "pressure"}
 
 
@@ -58,9 +58,11 @@ def _upstrokes(pressure: np.ndarray) -> np.ndarray:
     beats = int(np.argmax(np.abs(spectrum)))
     if beats < 2:
         return np.zeros(0, dtype=int)
-    spectrum[_SMOOTH * beats :] = 0
+    spectrum[_UPSTROKE_HARMONICS * beats :] = 0
     rise = np.gradient(np.fft.irfft(spectrum, len(pressure)))
-    peaks, _ = find_peaks(rise, height=_STEEP * rise.max(), distance=max(_APART * len(pressure) / beats, 1.0))
+    peaks, _ = find_peaks(
+        rise, height=_UPSTROKE_SLOPE_SHARE * rise.max(), distance=max(_MIN_BEAT_DISTANCE * len(pressure) / beats, 1.0)
+    )
     return np.asarray(peaks)
 
 
@@ -75,6 +77,6 @@ def _averaged(pressure: np.ndarray, starts: np.ndarray, step: float, source: str
             f"{source}: its beats last {shortest:.3g} to {longest:.3g} s, none of them about as long as usual; give "
             "more beats, or one cycle"
         )
-    shares = np.arange(_KEPT) / _KEPT
+    shares = np.arange(_CYCLE_SAMPLES) / _CYCLE_SAMPLES
     cycles = [np.interp(starts[k] + shares * lengths[k], np.arange(len(pressure)), pressure) for k in beats]
     return VentricularPressure(np.mean(cycles, axis=0), float(np.mean(lengths[beats])) * step, source, len(beats))

@@ -12,9 +12,9 @@ from vasowave.catheter.check.plausibility import check_closure
 from vasowave.catheter.read.read import ASSUMED_UNIT
 from vasowave.catheter.read.single_wave import single_wave
 from vasowave.catheter.signals.signal import ALIASES
-from vasowave.pulse.cycle.observation import SAME_PERIOD
+from vasowave.pulse.cycle.observation import MAX_PERIOD_DIFFERENCE
 
-_LOWEST = -5.0  # mmHg: the atrium of a deep breath
+_MIN_WEDGE_MMHG = -5.0  # mmHg: the atrium of a deep breath
 _NAMES = {"wedge": "pressure", "pcwp": "pressure", "la": "pressure", "lap": "pressure", "left atrium": "pressure"}
 
 
@@ -57,13 +57,13 @@ def read_wedge(path: str | Path, period: float) -> Wedge:
     wave = single_wave(read_columns(path, {**ALIASES, **_NAMES}), "pressure", "pressure", "mmHg")
     cycle, file_period = wave.cycle()
     lasts = file_period or period
-    if abs(lasts - period) > SAME_PERIOD * period:
+    if abs(lasts - period) > MAX_PERIOD_DIFFERENCE * period:
         raise InputError(
             f"{path}: its cycle lasts {lasts:.5g} s and that of the recording {period:.5g} s; give one cycle, averaged "
             "at the same heart rate and in step with the recording"
         )
     findings = check_closure(cycle, "the pressure behind the beds", str(path))
-    if cycle.min() < _LOWEST:
+    if cycle.min() < _MIN_WEDGE_MMHG:
         raise InputError(
             f"{path}: the pressure behind the beds falls to {cycle.min():.3g} mmHg; correct its zero, unit or column"
         )

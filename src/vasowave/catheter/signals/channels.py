@@ -16,8 +16,8 @@ MISSING = look_kind(
     "'{title}': {count} samples are {code:g}, far from all others, as programs write a missing value; they are gaps",
     "Leave such cells empty, and choose with `start` and `end` a stretch without them.",
 )
-_CODES = (-999.0, -9999.0, -99999.0)
-_FAR = 3.0  # times the range of all others below them
+_MISSING_CODES = (-999.0, -9999.0, -99999.0)  # written by programs in place of a sample that is missing
+_MIN_CODE_DISTANCE = 3.0  # times the range of all others below them
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,10 +92,10 @@ def without_codes(block: Block) -> Block:
     channels, suspicions = [], list(block.suspicions)
     for channel in block.channels:
         code = float(np.nanmin(channel.values, initial=np.inf))
-        if code in _CODES:
+        if code in _MISSING_CODES:
             missing = channel.values == code
             valid = channel.values[~missing & np.isfinite(channel.values)]
-            if len(valid) and valid.min() - code > _FAR * np.ptp(valid):
+            if len(valid) and valid.min() - code > _MIN_CODE_DISTANCE * np.ptp(valid):
                 suspicions.append(MISSING(title=channel.title, count=int(missing.sum()), code=code))
                 channel = replace(channel, values=np.where(missing, np.nan, channel.values))
         channels.append(channel)

@@ -8,10 +8,10 @@ import numpy as np
 _MAX_STRETCH = 20
 """Times may leap over this many times the samples there are; beyond that a clock is wrong."""
 
-_SELDOM = 0.01
+_MAX_LEAP_SHARE = 0.01
 """A larger share of leaping steps is another sampling rate, or a thinned-out export, and no recording with gaps."""
 
-_WRITTEN = 1000  # a stretch is proposed in whole milliseconds
+_MS_PER_S = 1000  # a stretch is proposed in whole milliseconds
 
 
 class Span(NamedTuple):
@@ -41,8 +41,8 @@ def longest_between(gaps: Iterable[Span], start: float, end: float) -> Span:
     """Return the longest stretch from `start` to `end` that touches no gap, in whole milliseconds."""
     stretches = [Span(start, start), *free_between(gaps, start, end)]
     longest = max(stretches, key=lambda stretch: stretch.end - stretch.start)
-    first, last = np.ceil(longest.start * _WRITTEN - 1e-6), np.floor(longest.end * _WRITTEN + 1e-6)
-    return Span(float(first) / _WRITTEN + 0.0, float(max(first, last)) / _WRITTEN)  # never -0
+    first, last = np.ceil(longest.start * _MS_PER_S - 1e-6), np.floor(longest.end * _MS_PER_S + 1e-6)
+    return Span(float(first) / _MS_PER_S + 0.0, float(max(first, last)) / _MS_PER_S)  # never -0
 
 
 def describe_gaps(gaps: Sequence[Span], start: float, end: float, shortest: float) -> str:
@@ -94,7 +94,7 @@ def leaps_closed(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         return None
     leaping = steps > 1.5 * usual
     counts = np.where(leaping, np.round(steps / usual), 1.0)
-    if not 0 < leaping.sum() <= _SELDOM * len(steps) or not counts.sum() <= _MAX_STRETCH * len(time):
+    if not 0 < leaping.sum() <= _MAX_LEAP_SHARE * len(steps) or not counts.sum() <= _MAX_STRETCH * len(time):
         return None
     closed = time.astype(float).copy()
     closed[1:] -= np.cumsum(np.where(leaping, steps - usual, 0.0))

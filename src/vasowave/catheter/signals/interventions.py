@@ -8,11 +8,11 @@ from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.catheter.signals.channels import Comment
 from vasowave.catheter.signals.gaps import Span
 
-_SHORTEST, _SHORTEST_SHARE = 3.0, 0.05
+_MIN_STRETCH_S, _MIN_STRETCH_SHARE = 3.0, 0.05
 """A stretch between interventions is read by default if it lasts so many s, and this share of the recording."""
 
-_NEAR = 5.0  # s around a comment, in which a step of the pressure may be what it speaks of
-_LISTED = 8  # comments in a text
+_STEP_DISTANCE_S = 5.0  # s around a comment, in which a step of the pressure may be what it speaks of
+_MAX_LISTED_COMMENTS = 8  # comments in a text
 
 _DOSES = r"\d\s*(?:[muµμn]g|g/kg|mcg|ml|[µμu]l|i?u|[mµμun]?mol)(?:\s*/|\b)|(?:\d|fi)\s*%?\s*o2|%\s*(?:o2|co2|n2)"
 _ACTS = (
@@ -27,19 +27,19 @@ _DRUGS = (
 _INTERVENTION = re.compile(f"{_DOSES}|{_ACTS}|{_DRUGS}", re.IGNORECASE)
 
 COMMENTS = note_kind("recording.comments", "comments in the recording: {listed}")
-_CHOOSE = (
+_STRETCH_REMEDY = (
     "To read another stretch: `start` and `end` (vasowave add and fit: --start, --end; a study's table: 'start [s]')."
 )
 INTERVENTION = look_kind(
     "recording.intervention",
     "'{text}' is noted at {time:.4g} s, so that what is {side} it was read, {start:.4g} to {end:.4g} s. {remedy}",
-    _CHOOSE,
+    _STRETCH_REMEDY,
 )
 INTERVENTION_WITHIN = look_kind(
     "recording.intervention-within",
     "'{text}' is noted at {time:.4g} s, within the stretch that is read: beats before and after it may differ. "
     "{remedy}",
-    _CHOOSE,
+    _STRETCH_REMEDY,
 )
 
 
@@ -50,8 +50,10 @@ def is_intervention(text: str) -> bool:
 
 def listed(comments: Sequence[Comment]) -> str:
     """Return comments in a line: their times and texts."""
-    suffix = f" and {len(comments) - _LISTED} more" if len(comments) > _LISTED else ""
-    return ", ".join(f"'{comment.text}' at {comment.time:.4g} s" for comment in comments[:_LISTED]) + suffix
+    suffix = f" and {len(comments) - _MAX_LISTED_COMMENTS} more" if len(comments) > _MAX_LISTED_COMMENTS else ""
+    return (
+        ", ".join(f"'{comment.text}' at {comment.time:.4g} s" for comment in comments[:_MAX_LISTED_COMMENTS]) + suffix
+    )
 
 
 def comment_findings(
@@ -76,7 +78,7 @@ def comment_findings(
     stretches = [Span(*ends) for ends in pairwise(edges)]
     if start is None and end is None:
         longest = max(stretches, key=lambda candidate: candidate.end - candidate.start)
-        enough = max(_SHORTEST, _SHORTEST_SHARE * lasts)
+        enough = max(_MIN_STRETCH_S, _MIN_STRETCH_SHARE * lasts)
         stretch = next((candidate for candidate in stretches if candidate.end - candidate.start >= enough), longest)
         if acts:
             act = next((comment for comment in reversed(acts) if comment.time <= stretch.start), acts[0])
@@ -92,5 +94,5 @@ def comment_findings(
 
 def near(comments: Sequence[Comment], time: float) -> Comment | None:
     """Return the comment beside which something happened at a time, s; None if there is none."""
-    matches = [comment for comment in comments if comment.text and abs(comment.time - time) <= _NEAR]
+    matches = [comment for comment in comments if comment.text and abs(comment.time - time) <= _STEP_DISTANCE_S]
     return min(matches, key=lambda comment: abs(comment.time - time), default=None)

@@ -66,7 +66,7 @@ class NoiseRules:
 
 
 RULES = NoiseRules()
-_POWERS = np.arange(5)  # of the frequency, by which noise without a filter falls
+_FREQUENCY_POWERS = np.arange(5)  # of the frequency, by which noise without a filter falls
 
 ROLLS_OFF = look_kind(
     "recording.noise-rolls-off",
@@ -164,7 +164,7 @@ def _fits(scores: np.ndarray, weight: np.ndarray, rate: float) -> tuple[float, F
         return float(nnls(columns / np.linalg.norm(columns, axis=0), weight, maxiter=1000)[1] ** 2)
 
     frequency = np.maximum(np.abs(np.fft.fftfreq(scores.shape[1], 1 / rate)), rate / (2 * scores.shape[1]))
-    plain = (frequency[:, None] / 30.0) ** -_POWERS
+    plain = (frequency[:, None] / 30.0) ** -_FREQUENCY_POWERS
     fits: dict[int, list[Filter]] = {1: [], 2: []}
     for cutoff in np.geomspace(6.0, 0.3 * rate, 36).tolist():
         digital = np.tan(np.minimum(np.pi * frequency / rate, 1.57)) / np.tan(np.pi * cutoff / rate)  # bilinear

@@ -12,7 +12,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.io.columns import number
 from vasowave.base.io.textfile import Lines
 
-_TOGETHER = 4096
+_ROWS_PER_CHUNK = 4096
 """Rows that are read cell by cell are stored this many at once."""
 
 
@@ -109,7 +109,7 @@ class NumberRows:
         self._start_at(line)
         self._pending.append([self._number(line, *pair, comma) for pair in zip(cells, self.titles, strict=True)])
         self.count += 1
-        if len(self._pending) >= _TOGETHER:
+        if len(self._pending) >= _ROWS_PER_CHUNK:
             self._flush()
 
     def _number(self, line: int, cell: str, title: str, comma: bool) -> float:

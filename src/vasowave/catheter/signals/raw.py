@@ -17,7 +17,7 @@ from vasowave.pulse.cycle.averaged import EnsembleAverage
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SHORTEST = 1.0
+MIN_DURATION_S = 1.0
 """A shorter recording than this (s) holds too few beats to average."""
 
 
@@ -91,9 +91,9 @@ class RawRecording:
             values = getattr(self, name)
             if values is not None:
                 object.__setattr__(self, name, self._frozen(name, values))
-        if self.duration < SHORTEST:
+        if self.duration < MIN_DURATION_S:
             raise InputError(
-                f"{self.source}: {self.duration:.3g} s; at least {SHORTEST:g} s are needed to average beats"
+                f"{self.source}: {self.duration:.3g} s; at least {MIN_DURATION_S:g} s are needed to average beats"
             )
 
     def _frozen(self, name: str, values: object) -> np.ndarray:
@@ -162,7 +162,7 @@ class RawRecording:
                 f"{self.source}: {start:g} to {end:g} s does not lie in the recording ({extent.start:.4g} to "
                 f"{extent.end:.4g} s)"
             )
-        spans = [span for span in free_between([Span(start, end)], *extent) if span.end - span.start >= SHORTEST]
+        spans = [span for span in free_between([Span(start, end)], *extent) if span.end - span.start >= MIN_DURATION_S]
         neighbours = (*self.beside, *(self._cut(*span) for span in spans))
         stretch = replace(self._cut(start, end), notes=(*self.notes, STRETCH(start=start, end=end)))
         return replace(stretch, beside=tuple(sorted(neighbours, key=lambda recording: recording.origin)))

@@ -6,14 +6,14 @@ import numpy as np
 
 from vasowave.catheter.signals.raw import RawRecording
 
-LONGEST, SHARE = 2.0, 0.15
+_MAX_STRETCH_S, _STRETCH_SHARE = 2.0, 0.15
 """The stretches that are looked for, beginning, middle and end of the shorter recording: so many s, or such a share of
 it where that is less. Two stretches of one recording that overlap share the end of one of them."""
-LEFT = 0.01
+_MAX_RESIDUAL_SD_SHARE = 0.01
 """Share of the signal's standard deviation by which two exports of one stretch differ, at most: a pulse of 15 mmHg
 written to 0.1 mmHg differs by 0.6 %. Beats of one animal differ from each other by several times as much."""
-_LEAST = 4  # beats in a stretch
-_RATES_APART = 0.05  # relative difference of heart rates above which nothing is compared
+_MIN_STRETCH_BEATS = 4  # beats in a stretch
+_MAX_HEART_RATE_DIFFERENCE = 0.05  # relative difference of heart rates above which nothing is compared
 
 
 class PressureTrace(NamedTuple):
@@ -35,12 +35,12 @@ def are_of_one(trace: PressureTrace, other_trace: PressureTrace) -> bool:
     """Whether beginning, middle or end of the shorter of two traces of one rate stands anywhere in the longer one."""
     if (
         trace.rate != other_trace.rate
-        or abs(trace.heart_rate - other_trace.heart_rate) > _RATES_APART * trace.heart_rate
+        or abs(trace.heart_rate - other_trace.heart_rate) > _MAX_HEART_RATE_DIFFERENCE * trace.heart_rate
     ):
         return False
     short, long = (values.astype(float) for values in sorted((trace.pressure, other_trace.pressure), key=len))
-    fewest = _LEAST * 60.0 * trace.rate / trace.heart_rate
-    count = int(min(LONGEST * trace.rate, max(SHARE * len(short), fewest)))
+    fewest = _MIN_STRETCH_BEATS * 60.0 * trace.rate / trace.heart_rate
+    count = int(min(_MAX_STRETCH_S * trace.rate, max(_STRETCH_SHARE * len(short), fewest)))
     if not fewest - 1 < count <= len(short):
         return False
     last = len(short) - count
@@ -56,4 +56,4 @@ def _stands_in(piece: np.ndarray, signal: np.ndarray) -> bool:
     of_window = squares[count:] - squares[:-count] - (sums[count:] - sums[:-count]) ** 2 / count
     square = float(piece @ piece)
     distance = square + of_window - 2 * correlate(signal, piece, mode="valid", method="fft")
-    return bool(distance.min() < LEFT**2 * square)
+    return bool(distance.min() < _MAX_RESIDUAL_SD_SHARE**2 * square)

@@ -11,7 +11,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, kind
 from vasowave.catheter.signals.gaps import leaps_closed
 
-_EXACT = 1e-6  # steps that differ by less than this share of their mean are equal
+_EQUAL_STEP_SHARE = 1e-6  # steps that differ by less than this share of their mean are equal
 ALIASES = {
     "t": "time",
     "zeit": "time",
@@ -75,7 +75,7 @@ def even_step(time: np.ndarray, quantum: float, file: str, place: Callable[[int]
     if step <= 0 or len(backward):
         row = int(backward[0]) + 1 if len(backward) else 1
         raise InputError(f"{place(row)}, column 'time': time does not increase; sort or cut the table")
-    if quantum >= step and np.ptp(steps) > _EXACT * step:  # equal steps were not rounded
+    if quantum >= step and np.ptp(steps) > _EQUAL_STEP_SHARE * step:  # equal steps were not rounded
         raise InputError(
             f"{file}, column 'time': written to {quantum:g} s, coarser than the sampling interval "
             f"({step:.3g} s); write more decimals, or leave the column out and give the period of "

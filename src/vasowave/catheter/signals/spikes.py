@@ -7,10 +7,11 @@ import numpy as np
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.catheter.signals.raw import RawRecording
 
-_LASTS = 0.003  # s at most
-_STEEP = 6.0  # of its height in steps that nine of ten do not exceed: without spikes the largest is 2.6, in noise, too
-_HIGH = 0.25  # of the range in which nine of ten samples lie
-_MANY = 0.01  # of the samples that are replaced ask for a look
+_MAX_SPIKE_S = 0.003  # duration of a spike
+_MIN_STEEPNESS = 6.0
+"""Height of a spike in steps that nine of ten do not exceed: without spikes the largest is 2.6, in noise, too."""
+_MIN_HEIGHT_RANGE_SHARE = 0.25  # of the range in which nine of ten samples lie
+_MAX_REPLACED_SHARE = 0.01  # of the samples; with more of them replaced it asks for a look
 
 _TEXT = "{count} spikes in the {what}, {lasts:.3g} ms in all, were replaced by straight lines"
 SPIKES = note_kind("recording.spikes", _TEXT)
@@ -31,7 +32,7 @@ def despiked(raw: RawRecording) -> tuple[RawRecording, list[Finding]]:
             continue
         good = np.flatnonzero(~bad)
         clean[signal] = np.interp(np.arange(len(values)), good, values[good])
-        kind, percent = (MANY_SPIKES if bad.mean() > _MANY else SPIKES), 100 * float(bad.mean())
+        kind, percent = (MANY_SPIKES if bad.mean() > _MAX_REPLACED_SHARE else SPIKES), 100 * float(bad.mean())
         count = int(bad[0]) + int(np.sum(bad[1:] & ~bad[:-1]))
         findings.append(
             kind(what=signal, count=count, lasts=1e3 * float(bad.sum()) / raw.sampling_rate, percent=percent)
@@ -50,8 +51,8 @@ def spikes(values: np.ndarray, sampling_rate: float) -> np.ndarray:
 
     steps = np.abs(np.diff(values))
     usual = float(np.ptp(np.quantile(values, (0.05, 0.95))))
-    threshold = max(_STEEP * float(np.quantile(steps, 0.9)), _HIGH * usual)
+    threshold = max(_MIN_STEEPNESS * float(np.quantile(steps, 0.9)), _MIN_HEIGHT_RANGE_SHARE * usual)
     if not np.any(steps > threshold):
         return np.zeros(len(values), dtype=bool)
-    around = 2 * max(1, round(_LASTS * sampling_rate)) + 1
+    around = 2 * max(1, round(_MAX_SPIKE_S * sampling_rate)) + 1
     return np.abs(values - median_filter(values, around, mode="nearest")) > threshold

@@ -125,12 +125,8 @@ def feet_on(tubes: Tubes, points: np.ndarray, candidates: tuple[np.ndarray, np.n
     """
     closed = np.isin(np.arange(len(tubes.parent)), tubes.parent, invert=True)
     gap, place, along, vessel, normal, wall = _stood(
-        tubes.nodes[tubes.place_nodes],
-        tubes.radius,
-        tubes.begins,
-        tubes.explained,
-        tubes.parent,
-        closed,
+        (tubes.nodes[tubes.place_nodes], tubes.radius, tubes.begins),
+        (tubes.explained, tubes.parent, closed),
         points,
         *candidates,
     )
@@ -161,11 +157,13 @@ def _near(nodes, begins, reach, points, first, last):
 
 @kept
 @njit(**_OPTIONS)
-def _stood(nodes, radius, begins, explained, parent, closed, points, candidates, candidate_begins):
+def _stood(places, vessels, points, candidates, candidate_begins):
     """Return for each point its gap, piece, the foot along it (0 to 1), vessel, normal, and whether that is a wall.
 
-    The vessels' nodes stand one vessel after the other, each from its place in `begins`; `candidates` likewise.
+    `places` are nodes and radii, one vessel after the other, each from its place in `begins`; `candidates` likewise.
+    `vessels` are how far each explains points, its parent, and whether it is a terminal.
     """
+    (nodes, radius, begins), (explained, parent, closed) = places, vessels
     count = len(points)
     gap, along = np.full(count, np.inf), np.zeros(count)
     piece, vessel = np.zeros(count, dtype=np.int64), np.full(count, -1)

@@ -18,8 +18,8 @@ from vasowave.lung.measure.measurement import network_of as network_of
 from vasowave.lung.measure.measurement import taper as taper
 from vasowave.lung.measure.measurement import with_errors as with_errors
 from vasowave.lung.measure.profiles import DISC as DISC
-from vasowave.lung.measure.profiles import Profile as Profile
 from vasowave.lung.measure.profiles import RING as RING
+from vasowave.lung.measure.profiles import Profile as Profile
 from vasowave.lung.measure.profiles import profile as profile
 from vasowave.lung.measure.profiles import signal_beside as signal_beside
 from vasowave.lung.measure.radii import Densitometry as Densitometry

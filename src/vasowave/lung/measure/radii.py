@@ -123,7 +123,13 @@ def _looked(tree: Tree, volume: Volume, inscribed: np.ndarray, window: np.ndarra
         _neighbors(tree, window + (RING + CLEARANCE) * float(volume.spacing[0])),
     )
     profiles = [
-        _profile(tree, row, stretches[row], inscribed[row], window[row], volume, profiler, neighbors[row])
+        profiler(
+            tree.lines[row],
+            _clear_points(tree, row, stretches[row], inscribed[row]),
+            window[row],
+            volume,
+            neighbors[row],
+        )
         for row in range(len(tree))
     ]
     blur = blur_of(profiles, inscribed, float(volume.spacing[0]))
@@ -157,22 +163,12 @@ def _neighbors(tree: Tree, reach: np.ndarray) -> list[list[Line]]:
     return neighbors
 
 
-def _profile(
-    tree: Tree,
-    row: int,
-    stretch: tuple[float, float],
-    inscribed: float,
-    window: float,
-    volume: Volume,
-    profiler: Look,
-    neighbors: list[Line],
-) -> Profile | None:
-    """Return the profile of a vessel over its clear stretch."""
+def _clear_points(tree: Tree, row: int, stretch: tuple[float, float], inscribed: float) -> np.ndarray:
+    """Return the points of a vessel's line in its clear stretch, away from its ends."""
     line, (begin, end) = tree.lines[row], stretch
     tail = 1.3 * inscribed if row in tree.terminals else 1.5 * line.radius[-1]
     first = max(begin, 1.5 * line.radius[0] + 0.5 * inscribed)
-    free = np.flatnonzero((line.run > first) & (line.run < min(end, line.length - tail)))
-    return profiler(line, free, window, volume, neighbors)
+    return np.flatnonzero((line.run > first) & (line.run < min(end, line.length - tail)))
 
 
 def densitometric_radius(sections: Profile, contrast: float) -> float:

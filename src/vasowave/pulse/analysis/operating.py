@@ -15,7 +15,7 @@ from vasowave.pulse.model.walls import area, wave_speed
 WavesAt = Literal["mean pressure", "paper"]
 """Where waves take area and wave speed from: at mean pressure, or as the paper does."""
 
-_STIFFNESSES = np.log([1e-6, 1e7])  # mmHg; from no stiffness at all to a rigid tube
+_LOG_STIFFNESS_LIMITS = np.log([1e-6, 1e7])  # mmHg; from no stiffness at all to a rigid tube
 
 
 class OperatingPoint(NamedTuple):
@@ -70,7 +70,7 @@ def measured_operating_point(
         beta = np.exp(log_beta)
         return float(4 * np.log(beta + image_pressure) - 3 * np.log(beta + pressure) - target)
 
-    low, high = _STIFFNESSES
+    low, high = _LOG_STIFFNESS_LIMITS
     inside = excess(low) < 0 < excess(high)
     beta = np.exp(brentq(excess, low, high) if inside else low if excess(low) >= 0 else high)
     stretched_area = area * ((beta + pressure) / (beta + image_pressure)) ** 2

@@ -101,13 +101,13 @@ def fit_stenosis(
     fall = _real(fourier_series(before.pressure, harmonics) - fourier_series(beyond, harmonics))
     terms = np.stack([_real(term) for term in _terms(before, radius, area_lost, length, blood, harmonics)], axis=1)
     scale = np.linalg.norm(terms, axis=0)
-    if np.any(scale == 0) or np.linalg.cond(terms / scale) > _ALIKE:
+    if np.any(scale == 0) or np.linalg.cond(terms / scale) > _MAX_CONDITION_NUMBER:
         raise InputError("this flow does not tell the viscous, turbulent and inertial terms of a stenosis apart; give "
                          "one that pulses")  # fmt: skip
     terms /= scale
     factors, misfit = nnls(terms, fall)
     sd = misfit / np.sqrt(len(fall) - len(factors)) * np.sqrt(np.diag(np.linalg.inv(terms.T @ terms)))
-    if np.linalg.lstsq(terms, fall, rcond=None)[0][2] < -_LATE * sd[2]:
+    if np.linalg.lstsq(terms, fall, rcond=None)[0][2] < -_MAX_INERTIA_SD * sd[2]:
         raise InputError("the fall of pressure comes later than the flow, which no inertia explains; correct "
                          "the delay between the catheters and the flow")  # fmt: skip
     factors, sd = factors / scale, sd / scale
@@ -126,8 +126,8 @@ def fit_stenosis(
     )
 
 
-_ALIKE = 1e4  # condition number of the three terms from which nothing tells them apart
-_LATE = 4.0  # standard errors below zero from which an inertia is no noise
+_MAX_CONDITION_NUMBER = 1e4  # condition number of the three terms from which nothing tells them apart
+_MAX_INERTIA_SD = 4.0  # standard errors below zero from which an inertia is no noise
 
 
 def _check(radius: float, area_lost: float, length: float) -> None:

@@ -43,23 +43,80 @@ NOT_COUPLED = look_kind(
 )
 NO_SINGLE_BEAT = note_kind("ventricle.no-single-beat", "{source}: no sine fits its isovolumic parts")
 
-_SMOOTH = 40  # harmonics in which landmarks are looked for
-_LONGEST = 0.4  # of a cycle rises the pressure, at most
-_BEGINS = 0.08  # of the steepest rise: contraction begins
-_RELAXED = 0.12  # of the pulse above the end of diastole: filling may begin
-_OPEN, _SHUT = 0.05, 0.02  # of the peak flow: ejection begins, ends
-_INDEPENDENT = 80  # samples a cycle that are worth as much as all
-_ERROR = 0.01  # of the pulse is the error of a sample, at least
-_SHIFT, _LATE = 0.02, 0.01  # SD, in periods, of where contraction begins, and of the flow's place in time
-_RISE, _FALL, _WIDTH = 0.2, 0.3, 0.1  # SD of logarithms: the two exponents of the shape, and the ratio of its times
-_REST = 0.3  # SD of the logarithm of the pressure before contraction
-_OF_SHAPE = 0.5  # SD of the logarithm of E_es by elastances of other shapes
-_STARTS = (-1.5, 0.0, 1.0)  # logarithm of what stays in the ventricle over what leaves it; its prior has SD 1 about 0
-_UNLIKE = 0.02  # of the pulse: a misfit that no elastance explains
-_MEANINGLESS = 0.1  # of the pulse: the two are not of one heart
-_RATES = 0.15  # relative difference of heart rates
-_SCALES = (0.3, 0.5, 0.3, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0)
-_STEP = 1e-4  # of derivatives
+
+@dataclass(frozen=True)
+class CouplingRules:
+    """What is looked for in a ventricle's pressure, and the priors of its isovolumic wave.
+
+    Attributes
+    ----------
+    max_harmonics : int
+        Harmonics in which landmarks are looked for.
+    max_rise_share : float
+        Share of a cycle in which the pressure rises, at most.
+    begin_slope_share : float
+        Share of the steepest rise at which contraction begins.
+    filling_pulse_share : float
+        Share of the pulse above the end of diastole at which filling may begin.
+    opening_flow_share : float
+        Share of the peak flow at which ejection begins.
+    closing_flow_share : float
+        Share of the peak flow at which it ends.
+    independent_samples : int
+        Samples a cycle that are worth as much as all.
+    sample_error : float
+        Error of a sample, as a share of the pulse, at least.
+    shift_sd : float
+        SD, in periods, of where contraction begins.
+    flow_delay_sd : float
+        SD, in periods, of the flow's place in time.
+    rise_sd : float
+        SD of the logarithm of the exponent of the rise.
+    fall_sd : float
+        SD of the logarithm of the exponent of the fall.
+    width_sd : float
+        SD of the logarithm of the ratio of the times of the shape.
+    pressure_sd : float
+        SD of the logarithm of the pressure before contraction.
+    shape_sd : float
+        SD of the logarithm of E_es by elastances of other shapes.
+    volume_starts : tuple of float
+        Starts of the logarithm of what stays in the ventricle over what leaves it; its prior has SD 1 about 0.
+    max_misfit_share : float
+        Share of the pulse: a misfit that no elastance explains.
+    meaningless_misfit_share : float
+        Share of the pulse from which the two are not of one heart.
+    max_rate_difference : float
+        Relative difference of heart rates.
+    derivative_step : float
+        Step of derivatives.
+    """
+
+    max_harmonics: int = 40
+    max_rise_share: float = 0.4
+    begin_slope_share: float = 0.08
+    filling_pulse_share: float = 0.12
+    opening_flow_share: float = 0.05
+    closing_flow_share: float = 0.02
+    independent_samples: int = 80
+    sample_error: float = 0.01
+    shift_sd: float = 0.02
+    flow_delay_sd: float = 0.01
+    rise_sd: float = 0.2
+    fall_sd: float = 0.3
+    width_sd: float = 0.1
+    pressure_sd: float = 0.3
+    shape_sd: float = 0.5
+    volume_starts: tuple[float, float, float] = (-1.5, 0.0, 1.0)
+    max_misfit_share: float = 0.02
+    meaningless_misfit_share: float = 0.1
+    max_rate_difference: float = 0.15
+    derivative_step: float = 1e-4
+
+
+RULES = CouplingRules()
+
+_UNKNOWN_SCALES = (0.3, 0.5, 0.3, 1.0, 0.1, 1.0, 1.0, 1.0, 1.0)  # of the nine unknowns of a fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,26 +255,30 @@ def coupling(recording: Recording, ventricle: VentricularPressure) -> Coupling:
     True
     """
     beat = _beat(recording, ventricle)
-    fit = min((_fit(beat, ventricle.period, start) for start in _STARTS), key=lambda candidate: candidate.cost)
+    fit = min(
+        (_fit(beat, ventricle.period, start) for start in RULES.volume_starts), key=lambda candidate: candidate.cost
+    )
     waves = _parts(fit.x, beat, ventricle.period)
     misfit = float(np.sqrt(np.mean((waves.fitted - beat.pressure) ** 2))) / float(np.ptp(beat.smooth))
-    covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * max(misfit / _ERROR, 1.0) ** 2
-    neighbors = [fit.x + step for direction in _STEP * np.eye(len(fit.x)) for step in (-direction, direction)]
+    covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * max(misfit / RULES.sample_error, 1.0) ** 2
+    neighbors = [
+        fit.x + step for direction in RULES.derivative_step * np.eye(len(fit.x)) for step in (-direction, direction)
+    ]
     ends = [_log_ratio(x, beat, ventricle.period) for x in neighbors]
-    slope = np.diff(np.reshape(ends, (-1, 2)), axis=1).ravel() / (2 * _STEP)
+    slope = np.diff(np.reshape(ends, (-1, 2)), axis=1).ravel() / (2 * RULES.derivative_step)
     load = waves.end_systolic / beat.stroke
     peak = _isovolumic_peak(beat)
-    if misfit > _MEANINGLESS:
+    if misfit > RULES.meaningless_misfit_share:
         raise InputError(
             f"{ventricle.source}: no elastance makes this pressure from this flow (off by {100 * misfit:.0f} % of its "
             "pulse); is it one beat of a ventricle of this animal, and its time in s?"
         )
-    findings = [] if misfit <= _UNLIKE else [UNLIKE(source=ventricle.source, percent=100 * misfit)]
+    findings = [] if misfit <= RULES.max_misfit_share else [UNLIKE(source=ventricle.source, percent=100 * misfit)]
     findings += [] if np.isfinite(peak) else [NO_SINGLE_BEAT(source=ventricle.source)]
     return Coupling(
         elastance=waves.peak / waves.filled,
         load=load,
-        error=float(np.hypot(np.sqrt(slope @ covariance @ slope), _OF_SHAPE)),
+        error=float(np.hypot(np.sqrt(slope @ covariance @ slope), RULES.shape_sd)),
         stroke_volume=beat.stroke,
         filled=waves.filled,
         single_beat=peak / waves.end_systolic - 1.0,
@@ -254,10 +315,10 @@ def _parts(x: np.ndarray, beat: _Beat, period: float) -> _Parts:
     """
     peak, stays, resting = np.exp(np.clip(x[:3], -12.0, 12.0))
     filled = beat.stroke * (1.0 + stays)
-    shape = (RISE * np.exp(_RISE * x[5]), FALL * np.exp(_FALL * x[6]), np.exp(_WIDTH * x[7]))
-    risen = raised((beat.time - x[3] * _SHIFT * period) / np.exp(x[4]), *shape)
+    shape = (RISE * np.exp(RULES.rise_sd * x[5]), FALL * np.exp(RULES.fall_sd * x[6]), np.exp(RULES.width_sd * x[7]))
+    risen = raised((beat.time - x[3] * RULES.shift_sd * period) / np.exp(x[4]), *shape)
     isovolumic = resting + (peak - resting) * risen
-    volume = filled - beat.gone(x[8] * _LATE * period)
+    volume = filled - beat.gone(x[8] * RULES.flow_delay_sd * period)
     fitted = isovolumic * volume / filled
     at_peak = volume[int(np.argmax(isovolumic))]
     return _Parts(
@@ -274,9 +335,9 @@ def _fit(beat: _Beat, period: float, stays: float) -> Any:
 
     def residuals(x: np.ndarray) -> np.ndarray:
         misses = (_parts(x, beat, period).fitted - beat.pressure) * beat.weight
-        return np.concatenate([misses, x[[1, 3, 5, 6, 7, 8]], [(x[2] - resting) / _REST]])
+        return np.concatenate([misses, x[[1, 3, 5, 6, 7, 8]], [(x[2] - resting) / RULES.pressure_sd]])
 
-    return least_squares(residuals, start, x_scale=_SCALES)
+    return least_squares(residuals, start, x_scale=_UNKNOWN_SCALES)
 
 
 def _log_ratio(x: np.ndarray, beat: _Beat, period: float) -> float:
@@ -295,7 +356,7 @@ def _beat(recording: Recording, ventricle: VentricularPressure) -> _Beat:
             f"begins ({ejection.pressure:.1f} mmHg); correct the zero or the unit of one of the two"
         )
     count = len(ventricle.pressure)
-    dt, share = ventricle.period / count, min(float(np.sqrt(_INDEPENDENT / count)), 1.0)
+    dt, share = ventricle.period / count, min(float(np.sqrt(RULES.independent_samples / count)), 1.0)
     return _Beat(
         time=np.arange(len(systole.smooth)) * dt,
         pressure=systole.pressure,
@@ -305,7 +366,7 @@ def _beat(recording: Recording, ventricle: VentricularPressure) -> _Beat:
         ejection=ejection.time,
         ejected=ejection.ejected,
         resting=max(float(systole.smooth[0]), 0.5),
-        weight=share / (_ERROR * float(np.ptp(systole.smooth))),
+        weight=share / (RULES.sample_error * float(np.ptp(systole.smooth))),
     )
 
 
@@ -326,12 +387,13 @@ def _systole(ventricle: VentricularPressure) -> _Systole:
     smooth, count = _smoothed(ventricle.pressure), len(ventricle.pressure)
     rise = np.gradient(np.tile(smooth, 3))[count : 2 * count]
     steepest = int(np.argmax(rise))
-    before = (steepest - np.arange(int(_LONGEST * count))) % count
-    slow = rise[before] < max(_BEGINS * rise[steepest], float(rise[before].min()) + 1e-12)  # filling may raise it, too
+    before = (steepest - np.arange(int(RULES.max_rise_share * count))) % count
+    begins = max(RULES.begin_slope_share * rise[steepest], float(rise[before].min()) + 1e-12)
+    slow = rise[before] < begins  # filling may raise it, too
     begin = steepest - int(np.argmax(slow))
     falls = int(np.argmin(rise[(steepest + np.arange(int(0.7 * count))) % count])) + steepest - begin
     rolled = np.roll(smooth, -begin)
-    relaxed = rolled[falls:] <= rolled[0] + _RELAXED * (rolled.max() - rolled[0])
+    relaxed = rolled[falls:] <= rolled[0] + RULES.filling_pulse_share * (rolled.max() - rolled[0])
     if begin == steepest or not np.any(relaxed):
         raise InputError(f"{ventricle.source}: no contraction and relaxation are seen; is it one cycle of a ventricle?")
     last = falls + int(np.argmax(relaxed))
@@ -344,8 +406,8 @@ def _ejection(recording: Recording) -> _Ejection:
     count, dt = len(recording.flow), recording.period / len(recording.flow)
     peak, middle = int(np.argmax(recording.flow)), len(recording.flow) // 2
     flow = np.roll(recording.flow, middle - peak)
-    foot = middle - int(np.argmax(flow[middle::-1] <= _OPEN * flow[middle]))
-    end = middle + int(np.argmax(flow[middle:] <= _SHUT * flow[middle]))
+    foot = middle - int(np.argmax(flow[middle::-1] <= RULES.opening_flow_share * flow[middle]))
+    end = middle + int(np.argmax(flow[middle:] <= RULES.closing_flow_share * flow[middle]))
     if foot == middle or end == middle:
         raise InputError(f"{recording.source}: the flow has no beginning and end of ejection; is its zero right?")
     ejected = np.concatenate([[0.0], np.cumsum(flow[foot:end])]) * dt
@@ -356,7 +418,7 @@ def _ejection(recording: Recording) -> _Ejection:
 
 def _smoothed(pressure: np.ndarray) -> np.ndarray:
     spectrum = np.fft.rfft(pressure)
-    spectrum[_SMOOTH:] = 0
+    spectrum[RULES.max_harmonics :] = 0
     return np.fft.irfft(spectrum, len(pressure))
 
 
@@ -382,7 +444,7 @@ def _isovolumic_peak(beat: _Beat) -> float:
 def _doubts(recording: Recording, ventricle: VentricularPressure, beat: _Beat) -> list[Finding]:
     """Return in what the two recordings do not go together."""
     findings = []
-    if abs(ventricle.period / recording.period - 1.0) > _RATES:
+    if abs(ventricle.period / recording.period - 1.0) > RULES.max_rate_difference:
         findings.append(OTHER_RATE(source=ventricle.source, own=60 / ventricle.period, other=recording.heart_rate))
     if beat.smooth.max() < recording.systolic_pressure - 0.1 * recording.pulse_pressure:
         findings.append(BELOW(source=ventricle.source, own=beat.smooth.max(), other=recording.systolic_pressure))

@@ -9,20 +9,21 @@ from vasowave.pulse.calibration.fitting import calibrate as calibrate
 from vasowave.pulse.calibration.generalized import least_squares_optimum as least_squares_optimum
 from vasowave.pulse.calibration.generalized import reoptimize as reoptimize
 from vasowave.pulse.calibration.objective import Objective as Objective
-from vasowave.pulse.calibration.optimization import ROUGH as ROUGH
+from vasowave.pulse.calibration.optimization import ROUGH_TOLERANCE as ROUGH_TOLERANCE
 from vasowave.pulse.calibration.optimization import SearchEnd as SearchEnd
 from vasowave.pulse.calibration.optimization import search as search
+from vasowave.pulse.calibration.parameters import ParameterLimits as ParameterLimits
 from vasowave.pulse.calibration.parameters import fitted_parameters as fitted_parameters
 from vasowave.pulse.calibration.parameters import parameter_space as parameter_space
 from vasowave.pulse.calibration.profile import profile_likelihood as profile_likelihood
 from vasowave.pulse.calibration.result import CalibratedModel as CalibratedModel
 from vasowave.pulse.calibration.screening import screened as screened
-from vasowave.pulse.calibration.sites import POINT as POINT
-from vasowave.pulse.calibration.starts import DERIVATIVES as DERIVATIVES
+from vasowave.pulse.calibration.sites import POINT_HARMONIC as POINT_HARMONIC
+from vasowave.pulse.calibration.starts import DERIVATIVE_ERROR as DERIVATIVE_ERROR
 from vasowave.pulse.calibration.starts import NOT_KEPT as NOT_KEPT
 from vasowave.pulse.calibration.starts import SearchCache as SearchCache
-from vasowave.pulse.calibration.uncertainty import ParameterSpread as ParameterSpread
 from vasowave.pulse.calibration.uncertainty import UNDETERMINED as UNDETERMINED
+from vasowave.pulse.calibration.uncertainty import ParameterSpread as ParameterSpread
 from vasowave.pulse.calibration.uncertainty import fit_findings as fit_findings
 from vasowave.pulse.calibration.uncertainty import parameter_table as parameter_table
 

@@ -15,7 +15,7 @@ from vasowave.base.runtime.thread_limits import threads
 from vasowave.base.units import ratios
 from vasowave.pulse.calibration.compared import Compared
 from vasowave.pulse.calibration.objective import Objective
-from vasowave.pulse.calibration.optimization import TOLERANCE, search
+from vasowave.pulse.calibration.optimization import FINAL_TOLERANCE, search
 from vasowave.pulse.calibration.parameters import ParameterSpace
 from vasowave.pulse.calibration.sites import Sites
 from vasowave.pulse.calibration.uncertainty import spread_of, total_resistance
@@ -23,12 +23,13 @@ from vasowave.pulse.cycle.cycle import resample
 from vasowave.pulse.cycle.observation import NUMBERS
 from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.walls import wave_speed
-from vasowave.pulse.noise.spectrum import SIZE
+from vasowave.pulse.noise.spectrum import SIZE_PRIOR
 
-_STEP = 1e-4  # of differences of quantities, in the logarithms
-_SURE = 4.0  # SD of the ratio to the prediction from which it is not 1
-_APART = 3.0  # root mean square of what a prediction misses, over what was expected, from which a site disagrees
-_GEOMETRIC = {"diameter": {"a radius": 0.5}, "area": {"a radius squared": 0.318, "a diameter squared": 1.273}}
+_LOG_STEP = 1e-4  # of differences of quantities, in the logarithms
+_MIN_RATIO_SD = 4.0  # SD of the ratio to the prediction from which it is not 1
+_MAX_SITE_MISFIT = 3.0
+"""Root mean square of what a prediction misses, over what was expected, from which a site disagrees."""
+_GEOMETRY_POWERS = {"diameter": {"a radius": 0.5}, "area": {"a radius squared": 0.318, "a diameter squared": 1.273}}
 """What else is taken for a quantity, and by what it is then multiplied."""
 
 SITE_UNIT = look_kind(
@@ -44,7 +45,7 @@ SITE_APART = look_kind(
 )
 
 
-_SAID = {
+_COLUMN_MEANINGS = {
     "vessel": "vessel of the site",
     "observed": "what was observed",
     "unit": "unit of what was observed",
@@ -69,7 +70,8 @@ _SAID = {
 }
 _SHARES = ("place", "gain_sd", "ratio", "misfit")  # numbers without a unit
 _MEANINGS = {
-    name: {"long_name": meaning} | ({"units": "1"} if name in _SHARES else {}) for name, meaning in _SAID.items()
+    name: {"long_name": meaning} | ({"units": "1"} if name in _SHARES else {})
+    for name, meaning in _COLUMN_MEANINGS.items()
 }
 
 
@@ -117,7 +119,7 @@ def what_sites_add(
         ratio, misfit = _ratio(sites, site, alone), _misfit(sites, site, without)
         if (slip := _slip(observation.quantity, ratio, alone, sites, site)) is not None:
             findings.append(SITE_UNIT(site=observation.title, ratio=ratio, why=slip))
-        elif misfit > _APART:
+        elif misfit > _MAX_SITE_MISFIT:
             findings.append(SITE_APART(site=observation.title, misfit=misfit))
         ends.append((without, ratio, misfit))
     return _dataset(space, compared, sites, names, complete, ends), findings
@@ -130,7 +132,7 @@ def _ended(
     searched = []
     for start in starts:
         objective = Objective(space, compared, numerics, threads(), threading.Event())
-        searched.append(search(objective, start, method, TOLERANCE))
+        searched.append(search(objective, start, method, FINAL_TOLERANCE))
     best = min(searched, key=lambda end: end.S)
     if not np.isfinite(best.S):
         raise NumericalError(f"the fit without a site could not be simulated; {best.message}")
@@ -159,8 +161,8 @@ def _slip(quantity: str, ratio: float, end: _SiteFit, sites: Sites, site: int) -
     rows, gain = sites.rows[site], sites.observations[site].gain
     predicted = end.coefficients[rows]
     slope = predicted @ end.jacobian[rows] / (predicted @ predicted)
-    sd = np.sqrt(slope @ end.covariance @ slope + gain**2 + SIZE[0] ** 2)
-    if ratio <= 0 or abs(np.log(ratio)) < _SURE * sd:
+    sd = np.sqrt(slope @ end.covariance @ slope + gain**2 + SIZE_PRIOR[0] ** 2)
+    if ratio <= 0 or abs(np.log(ratio)) < _MIN_RATIO_SD * sd:
         return None
     slips = {1.0: ""}
     for factor, description in _slips(quantity):
@@ -177,7 +179,7 @@ def _slips(quantity: str) -> Iterator[tuple[float, str]]:
     named = {scale: unit for unit, scale in reversed(ratios(quantity).items())}
     for true_scale, read_scale in sorted(permutations(named, 2), key=lambda pair: 1.0 not in pair):
         yield read_scale / true_scale, f"{named[true_scale]} had been read as {named[read_scale]}"
-    for measure, factor in _GEOMETRIC.get(quantity, {}).items():
+    for measure, factor in _GEOMETRY_POWERS.get(quantity, {}).items():
         yield factor, f"{measure} had been given for it"
         yield 1 / factor, f"it had been given for {measure}"
 
@@ -200,8 +202,8 @@ def _intervals(space: ParameterSpace, end: _SiteFit, mean: float) -> np.ndarray:
         speed = float(np.asarray(wave_speed(wall, mean, model.blood.inertia)))
         return np.log([speed, total_resistance(space, x), *np.exp(x)])
 
-    steps = _STEP * np.eye(len(end.x))
-    slopes = np.array([(logarithms(end.x + h) - logarithms(end.x - h)) / (2 * _STEP) for h in steps])
+    steps = _LOG_STEP * np.eye(len(end.x))
+    slopes = np.array([(logarithms(end.x + h) - logarithms(end.x - h)) / (2 * _LOG_STEP) for h in steps])
     reach = NORMAL * np.sqrt(np.einsum("iq,ij,jq->q", slopes, end.covariance, slopes))
     middle = logarithms(end.x)
     return np.exp([middle, middle - reach, middle + reach])

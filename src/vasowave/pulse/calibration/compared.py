@@ -26,26 +26,30 @@ from vasowave.pulse.cycle.waveform import amplitudes
 from vasowave.pulse.model.linear import LinearSolution, linear_solution
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.network.network import Network
-from vasowave.pulse.noise.spectrum import SIZE
+from vasowave.pulse.noise.spectrum import SIZE_PRIOR
 from vasowave.pulse.solver.result import Run, at_samples
 
-FEWEST = 8
+MIN_HARMONICS = 8
 """Harmonics that are compared at least: with fewer, the parameters of a fit leave no residual to judge it by."""
 
 _OWN_LEVEL = "the rounding and the own high-frequency level of the averaged cycle"
-_COMPARED = "harmonics 0 to {harmonics} of the {what} are compared ({samples} samples)"
-_ENDS = "signal stands out of {level} up to harmonic {signal}"
-SIGNAL_OF_BEATS = note_kind("fit.harmonics-with-signal", f"{_COMPARED}: above them no signal stands out of {{level}}.")
+_COMPARED_TEXT = "harmonics 0 to {harmonics} of the {what} are compared ({samples} samples)"
+_SIGNAL_END_TEXT = "signal stands out of {level} up to harmonic {signal}"
+SIGNAL_OF_BEATS = note_kind(
+    "fit.harmonics-with-signal", f"{_COMPARED_TEXT}: above them no signal stands out of {{level}}."
+)
 SIGNAL_OF_CYCLE = note_kind(
     "fit.harmonics-of-averaged-cycle",
     f"{SIGNAL_OF_BEATS.text} The scatter of its beats is not known, and smoothing hides it: fewer harmonics may be "
     "real; see how the answer moves with their number (`pressure_harmonics`).",
 )
-FEWEST_COMPARED = note_kind("fit.harmonics-fewest", f"{_COMPARED}: {_ENDS}, and fewer leave nothing to judge a fit by.")
-AS_ASKED = note_kind("fit.harmonics-as-asked", f"{_COMPARED}, as asked; {_ENDS}.")
+FEWEST_COMPARED = note_kind(
+    "fit.harmonics-fewest", f"{_COMPARED_TEXT}: {_SIGNAL_END_TEXT}, and fewer leave nothing to judge a fit by."
+)
+AS_ASKED = note_kind("fit.harmonics-as-asked", f"{_COMPARED_TEXT}, as asked; {_SIGNAL_END_TEXT}.")
 ABOVE_SIGNAL = note_kind(
     "fit.harmonics-above-signal",
-    f"{_COMPARED}, as asked; {_ENDS}, and what lies above it is no evidence for or against a wall law.",
+    f"{_COMPARED_TEXT}, as asked; {_SIGNAL_END_TEXT}, and what lies above it is no evidence for or against a wall law.",
 )
 
 BY_PRESSURE = note_kind(
@@ -63,7 +67,7 @@ Enters = Literal["flow", "pressure", "both"]
 """What is measured at the inlet and enters the model: the other is compared. With ``both`` the flow enters, and the
 error of each counts."""
 
-MOST_SAMPLES = 1024
+MAX_SAMPLES = 1024
 """The paper's number of samples; a longer recording is compared at these, which carry all its harmonics."""
 
 
@@ -315,10 +319,10 @@ def compared_part(recording: Recording, harmonics: int | str = "signal", enters:
         errors, signal = HarmonicErrors(scale * modulus, scale * error, source), recording.flow
     held = (len(signal) - 1) // 2
     if harmonics == "all":
-        samples, choice = min(samples_needed(signal), MOST_SAMPLES), "all"
+        samples, choice = min(samples_needed(signal), MAX_SAMPLES), "all"
     elif isinstance(harmonics, str):
-        count = max(FEWEST, errors.with_signal)
-        samples, choice = 2 * min(count, held, (MOST_SAMPLES - 1) // 2) + 1, "signal"
+        count = max(MIN_HARMONICS, errors.with_signal)
+        samples, choice = 2 * min(count, held, (MAX_SAMPLES - 1) // 2) + 1, "signal"
     elif harmonics > held:
         raise InputError(
             f"{recording.source}: {len(signal)} samples hold {held} harmonics, {harmonics} cannot be compared; give "
@@ -334,8 +338,8 @@ def checked_harmonics(value: int | str) -> int | str:
     if value in ("signal", "all"):
         return value
     number = int(value) if str(value).isdecimal() else 0
-    if not FEWEST <= number < MOST_SAMPLES // 2:
-        raise InputError(f"'{value}': give 'signal', 'all', or a number of harmonics from {FEWEST} to 511")
+    if not MIN_HARMONICS <= number < MAX_SAMPLES // 2:
+        raise InputError(f"'{value}': give 'signal', 'all', or a number of harmonics from {MIN_HARMONICS} to 511")
     return number
 
 
@@ -351,4 +355,4 @@ def sites_of(observations: Sequence[Observation], network: Network, compared: Co
         return None
     places = places_of(observations, network, compared.recording.period)
     pulse = compared.recording.pulse_pressure
-    return Sites(tuple(observations), places, compared.samples, pulse, SIZE[0] * pulse)
+    return Sites(tuple(observations), places, compared.samples, pulse, SIZE_PRIOR[0] * pulse)

@@ -14,10 +14,11 @@ from scipy.special import expit, logit
 from vasowave.base.errors import NumericalError
 from vasowave.pulse.calibration.parameters import ParameterSpace, trial
 
-_STEP = 1e-6  # of the differences between the two sets of coordinates, which are smooth functions of each other
-_SHARPNESS = 4.0  # of the turn from the strain to its distance from the largest; 1 takes 15 % more simulations
-_STRAINS = 1e-4, 50.0  # area strains at mean pressure between which a search may go
-_WIDEST = 12.0  # reach of the logarithm of the resistance and of the logit of its ratio
+_DIFFERENCE_STEP = 1e-6
+"""Step of the differences between the two sets of coordinates, which are smooth functions of each other."""
+_TURN_SHARPNESS = 4.0  # of the turn from the strain to its distance from the largest; 1 takes 15 % more simulations
+_AREA_STRAIN_LIMITS = 1e-4, 50.0  # area strains at mean pressure between which a search may go
+_MAX_LOGARITHM = 12.0  # reach of the logarithm of the resistance and of the logit of its ratio
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +72,8 @@ class Coordinates:
         if self.strained:
             with trial():
                 strain = self.space.law.ratio_at(self.pressure, *values[: len(self.space.law._fields)]) - 1.0
-                excess = strain**-_SHARPNESS - self._largest_strain(values) ** -_SHARPNESS
-                coordinates[0] = -np.log(excess) / _SHARPNESS
+                excess = strain**-_TURN_SHARPNESS - self._largest_strain(values) ** -_TURN_SHARPNESS
+                coordinates[0] = -np.log(excess) / _TURN_SHARPNESS
             if not np.isfinite(coordinates[0]):
                 raise NumericalError("the wall law has no strain at mean pressure there")
         if self.shared is not None:
@@ -102,7 +103,7 @@ class Coordinates:
         try:
             with trial():
                 largest = self._largest_strain(values)
-                strain = (np.exp(-_SHARPNESS * place) + largest**-_SHARPNESS) ** (-1 / _SHARPNESS)
+                strain = (np.exp(-_TURN_SHARPNESS * place) + largest**-_TURN_SHARPNESS) ** (-1 / _TURN_SHARPNESS)
                 unit = float(self.space.law.pressure_at(1.0 + strain, 1.0, *wall))
         except NumericalError:
             return np.nan
@@ -115,15 +116,17 @@ class Coordinates:
 
     def slopes(self, z: np.ndarray) -> np.ndarray:
         """Return the derivatives of `logarithms` by the coordinates, shape (free, free)."""
-        steps = _STEP * np.eye(len(z))
-        return np.stack([(self.logarithms(z + h) - self.logarithms(z - h)) / (2 * _STEP) for h in steps], axis=1)
+        steps = _DIFFERENCE_STEP * np.eye(len(z))
+        return np.stack(
+            [(self.logarithms(z + h) - self.logarithms(z - h)) / (2 * _DIFFERENCE_STEP) for h in steps], axis=1
+        )
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates between which a search may go; the bounds of the parameters are not all among them."""
         low, high = np.log(self.space.lower), np.log(self.space.upper)
         if self.strained:
-            low[0], high[0] = np.log(_STRAINS)
+            low[0], high[0] = np.log(_AREA_STRAIN_LIMITS)
         if self.shared is not None:
-            low[list(self.shared)], high[list(self.shared)] = -_WIDEST, _WIDEST
+            low[list(self.shared)], high[list(self.shared)] = -_MAX_LOGARITHM, _MAX_LOGARITHM
         return low[self.space.free], high[self.space.free]

@@ -17,8 +17,8 @@ from vasowave.base.settings import Check, Example, Positive, Range, given_values
 from vasowave.pulse.calibration import optimization
 from vasowave.pulse.calibration.beside import what_sites_add
 from vasowave.pulse.calibration.compared import (
-    FEWEST,
-    MOST_SAMPLES,
+    MAX_SAMPLES,
+    MIN_HARMONICS,
     Compared,
     Enters,
     checked_harmonics,
@@ -28,11 +28,11 @@ from vasowave.pulse.calibration.compared import (
 from vasowave.pulse.calibration.instruments import instrument_findings
 from vasowave.pulse.calibration.objective import Objective, Stopped
 from vasowave.pulse.calibration.optimization import SearchEnd
-from vasowave.pulse.calibration.parameters import ParameterSpace, parameter_space
+from vasowave.pulse.calibration.parameters import ParameterLimits, ParameterSpace, parameter_space
 from vasowave.pulse.calibration.response import RESPONSE, estimates, fit_response, response_columns
 from vasowave.pulse.calibration.response import findings as response_findings
 from vasowave.pulse.calibration.result import CalibratedModel
-from vasowave.pulse.calibration.starts import SAME, SearchCache, search_all, starting_points
+from vasowave.pulse.calibration.starts import SAME_OPTIMUM_SHARE, SearchCache, search_all, starting_points
 from vasowave.pulse.calibration.uncertainty import correlations, fit_findings, parameter_table, spread_of
 from vasowave.pulse.cycle.averaged import EnsembleAverage, one_cycle
 from vasowave.pulse.cycle.cycle import Recording
@@ -48,11 +48,12 @@ from vasowave.pulse.solver.dataset import as_dataset
 NUMERICS = Numerics(tolerance=1e-7)
 """How a fit simulates unless told otherwise."""
 
-_SEEN = 1e-3  # mmHg: starts agree, too, if their root-mean-square residuals differ by less, which no recording shows
+_MIN_VISIBLE_RMS = 1e-3
+"""Starts agree, too, if their root-mean-square residuals differ by less, mmHg, which no recording shows."""
 _COARSE_SAMPLES = 64  # the searches choose their step in multiples of this
-_LOOSEST = 1e-6  # mmHg, tolerance of a fit
-_LEAST = 0.1  # of the usual discrepancy, below which none counts where sites are weighted
-_COARSER = 10.0  # ratio of the searches' tolerance to that of the final one
+_MAX_TOLERANCE = 1e-6  # mmHg, tolerance of a fit
+_MIN_DISCREPANCY_SHARE = 0.1  # of the usual discrepancy, below which none counts where sites are weighted
+_SEARCH_TOLERANCE_RATIO = 10.0  # ratio of the searches' tolerance to that of the final one
 
 INTERRUPTED = look_kind(
     "fit.interrupted",
@@ -67,7 +68,7 @@ NOT_AGAIN = look_kind(
 
 
 def _harmonics_schema() -> dict[str, Any]:
-    return {"anyOf": [{"enum": ["signal", "all"]}, {"type": "integer", "minimum": FEWEST}]}
+    return {"anyOf": [{"enum": ["signal", "all"]}, {"type": "integer", "minimum": MIN_HARMONICS}]}
 
 
 @settings_class
@@ -195,14 +196,14 @@ def calibrate(
     plan = given_values(Fitting, search, settings)
     network, recording = a_network(network), one_cycle(recording)
     nominal = estimate_nominal(network, recording, plan.blood, find_bed(plan.bed))
-    options = plan.bounds, plan.fixed, plan.paper_bounds, plan.viscous
-    space = parameter_space(wall, network, nominal, plan.blood, *options)
+    limits = ParameterLimits(plan.bounds, plan.fixed, plan.paper_bounds, plan.viscous)
+    space = parameter_space(wall, network, nominal, plan.blood, limits)
     compared = compared_part(recording, plan.pressure_harmonics, plan.enters)
     compared = replace(compared, sites=sites_of(plan.sites, network, compared))
     if (plan.sites or plan.enters == "pressure") and plan.numerics.cycles_from_rest is not None:
         reason = "further sites need" if plan.sites else "a pressure that enters needs"
         raise InputError(f"{reason} a periodic state; leave out cycles_from_rest")
-    numerics = _for_fits(plan.numerics, min(len(compared.signal_of(recording)), MOST_SAMPLES))
+    numerics = _for_fits(plan.numerics, min(len(compared.signal_of(recording)), MAX_SAMPLES))
     starts = starting_points(space, plan.starts, plan.seed)
     searched, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
     alone = _alone(space, compared, numerics, plan, starts) if plan.sites else None
@@ -241,14 +242,14 @@ def calibrate(
 
 
 def _for_fits(numerics: Numerics, samples: int) -> Numerics:
-    return replace(numerics, samples=samples, every_cell=False, tolerance=min(numerics.tolerance, _LOOSEST))
+    return replace(numerics, samples=samples, every_cell=False, tolerance=min(numerics.tolerance, _MAX_TOLERANCE))
 
 
 def _coarser(numerics: Numerics) -> Numerics:
     """Return what serves the searches: free choice of the step, and a cycle that repeats itself less exactly."""
     if numerics.cycles_from_rest is not None or numerics.steps_per_cycle is not None:
         return numerics
-    return replace(numerics, samples=_COARSE_SAMPLES, tolerance=_COARSER * numerics.tolerance)
+    return replace(numerics, samples=_COARSE_SAMPLES, tolerance=_SEARCH_TOLERANCE_RATIO * numerics.tolerance)
 
 
 def _polish(
@@ -283,13 +284,13 @@ def _weighted(compared: Compared, alone: SearchEnd) -> Compared:
     sites = compared.sites
     assert sites is not None
     deviation = float(np.sqrt(alone.S / max(1, compared.samples - len(alone.x))))
-    return replace(compared, sites=replace(sites, deviation=max(deviation, _LEAST * sites.deviation)))
+    return replace(compared, sites=replace(sites, deviation=max(deviation, _MIN_DISCREPANCY_SHARE * sites.deviation)))
 
 
 def _starts_table(space: ParameterSpace, searched: list[SearchEnd], samples: int) -> pd.DataFrame:
     rows = []
     smallest = min(end.S for end in searched)  # rough ends are compared with each other, not with the polished one
-    limit = smallest * (1 + SAME) + samples * _SEEN**2
+    limit = smallest * (1 + SAME_OPTIMUM_SHARE) + samples * _MIN_VISIBLE_RMS**2
     for number, end in enumerate(sorted(searched, key=lambda end: end.S), 1):
         row: dict[str, object] = {
             "start": number,

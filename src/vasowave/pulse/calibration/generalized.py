@@ -9,15 +9,15 @@ import numpy as np
 from vasowave.base.errors import InputError, NumericalError
 from vasowave.pulse.calibration.fitting import NUMERICS
 from vasowave.pulse.calibration.objective import Objective
-from vasowave.pulse.calibration.parameters import ParameterSpace, parameter_space
+from vasowave.pulse.calibration.parameters import ParameterLimits, ParameterSpace, parameter_space
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.model.numerics import Numerics
 
 Whiten = Callable[[np.ndarray], np.ndarray]
 """Maps pressure residuals (sample,) or their Jacobian (sample, parameter) to coordinates where the noise is white."""
 
-_TOLERANCE = 1e-4  # of the log-likelihood: a hundredth of a standard error, far below what AICc can decide
-_MOST_STEPS = 60  # of the optimizer; what has not ended by then is told
+_LIKELIHOOD_TOLERANCE = 1e-4  # of the log-likelihood: a hundredth of a standard error, far below what AICc can decide
+_MAX_STEPS = 60  # of the optimizer; what has not ended by then is told
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ def _descend(objective: Objective, whiten: Whiten, start: np.ndarray) -> tuple[n
 
     sides = {"type": "ineq", "fun": lambda z: np.concatenate([start + to_x @ z - low, high - start - to_x @ z])}
     sides["jac"] = lambda z: np.concatenate([to_x, -to_x])
-    options = {"ftol": _TOLERANCE, "maxiter": _MOST_STEPS}
+    options = {"ftol": _LIKELIHOOD_TOLERANCE, "maxiter": _MAX_STEPS}
     optimum = minimize(value, np.zeros(len(start)), jac=slope, method="SLSQP", constraints=sides, options=options)
     return np.clip(start + to_x @ optimum.x, low, high), bool(optimum.success), str(optimum.message)
 
@@ -149,8 +149,8 @@ def objective_of(
     bounds = {str(name): (float(row["lower"]), float(row["upper"])) for name, row in table.iterrows()}
     held = {str(name): float(row["value"]) for name, row in table.iterrows() if not row["free"]}
     model, held = fit.model, held | dict(fixed)
-    viscous = bool(np.any(model.wall_viscosity))
-    space = parameter_space(type(model.wall), model.network, fit.nominal, model.blood, bounds, held, False, viscous)
+    limits = ParameterLimits(bounds, held, viscous=bool(np.any(model.wall_viscosity)))
+    space = parameter_space(type(model.wall), model.network, fit.nominal, model.blood, limits)
     finer = replace(numerics or _numerics(fit), samples=fit.simulation.sizes["time"], every_cell=False)
     return Objective(space, fit.compared, finer, workers, threading.Event())
 

@@ -17,7 +17,7 @@ from vasowave.base.findings import Finding, look_kind
 from vasowave.pulse.calibration.compared import Compared
 from vasowave.pulse.calibration.objective import Objective
 from vasowave.pulse.calibration.optimization import SearchEnd
-from vasowave.pulse.calibration.parameters import IMPOSSIBLE, ParameterSpace
+from vasowave.pulse.calibration.parameters import IMPOSSIBLE_ERRORS, ParameterSpace
 from vasowave.pulse.calibration.response import RULES as RESPONSE_RULES
 from vasowave.pulse.calibration.response import fit_response
 from vasowave.pulse.calibration.screening import knows
@@ -69,7 +69,7 @@ class InstrumentRules:
 
 
 RULES = InstrumentRules()
-_FAILED = 1e3  # mmHg
+_FAILED_RESIDUAL = 1e3  # mmHg
 
 LOW_PASS = look_kind(
     "fit.low-pass",
@@ -211,8 +211,8 @@ def _with_lag(
     def apart(point: np.ndarray) -> np.ndarray:
         try:
             pressure = simulated + linear(point[:-1]) - middle
-        except IMPOSSIBLE:
-            return np.full(2 * count + 1, _FAILED)
+        except IMPOSSIBLE_ERRORS:
+            return np.full(2 * count + 1, _FAILED_RESIDUAL)
         return _real(measured - response(np.arange(count + 1) * np.exp(point[-1])) * pressure)
 
     with np.errstate(all="ignore"):

@@ -12,7 +12,7 @@ import numpy as np
 
 from vasowave.base.errors import NumericalError
 from vasowave.pulse.calibration.compared import Compared
-from vasowave.pulse.calibration.parameters import IMPOSSIBLE, ParameterSpace, trial
+from vasowave.pulse.calibration.parameters import IMPOSSIBLE_ERRORS, ParameterSpace, trial
 from vasowave.pulse.cycle.cycle import Inflow, InletPressure
 from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.solver.direction import Direction, direction_between
@@ -21,8 +21,8 @@ from vasowave.pulse.solver.result import Run
 from vasowave.pulse.solver.sensitivity import derivatives, pressure_derivatives
 from vasowave.pulse.solver.simulation import simulate_run
 
-_APART = 1e-4  # in the logarithm of a parameter: the distance of two models between which a direction is drawn
-_FAILED = 1e3  # mmHg; above all that was simulated, the residual of what cannot be: the search turns back
+_LOG_STEP = 1e-4  # in the logarithm of a parameter: the distance of two models between which a direction is drawn
+_FAILED_RESIDUAL = 1e3  # mmHg; above all that was simulated, the residual of what cannot be: the search turns back
 
 
 class Stopped(Exception):  # noqa: N818  a request, not an error
@@ -80,7 +80,7 @@ class Objective:
             model = self.space.model(self.space.values(x))
             try:
                 return simulate_run(model, self.driven, self.numerics, self.last)
-            except IMPOSSIBLE:
+            except IMPOSSIBLE_ERRORS:
                 if self.last is None:
                     raise
                 return simulate_run(model, self.driven, self.numerics, None)  # the neighbour may mislead
@@ -131,7 +131,7 @@ class Objective:
                 residual = np.concatenate([residual, at_sites])
         except NumericalError:
             count = self.compared.samples + (0 if sites is None else len(sites.harmonic))
-            return np.full(count, _FAILED + self._largest)
+            return np.full(count, _FAILED_RESIDUAL + self._largest)
         self._largest = max(self._largest, float(np.max(np.abs(residual))))
         low, high = self.space.log_bounds
         inside = np.all((low <= x) & (x <= high))
@@ -171,5 +171,5 @@ class Objective:
         return -np.concatenate([at_inlet, sites.balance @ sites.jacobian(self._waves, waves)])
 
     def _direction(self, x: np.ndarray, unit: np.ndarray) -> Direction:
-        before, after = (self.space.model(self.space.values(x + side * _APART * unit)) for side in (-0.5, 0.5))
-        return direction_between(before, after, _APART)
+        before, after = (self.space.model(self.space.values(x + side * _LOG_STEP * unit)) for side in (-0.5, 0.5))
+        return direction_between(before, after, _LOG_STEP)

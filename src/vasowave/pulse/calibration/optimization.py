@@ -13,8 +13,8 @@ from vasowave.pulse.calibration.objective import Objective
 Array = Callable[[np.ndarray], np.ndarray]
 Bounds = tuple[np.ndarray, np.ndarray]
 
-TOLERANCE = 1e-8  # the paper's, of the last search; the relative change of S and of the parameters
-ROUGH = 1e-6  # of the searches before it, which only have to find the way
+FINAL_TOLERANCE = 1e-8  # the paper's, of the last search; the relative change of S and of the parameters
+ROUGH_TOLERANCE = 1e-6  # of the searches before it, which only have to find the way
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class _Hopeless(Exception):  # noqa: N818  a signal between functions of this fi
 
 
 def search(
-    objective: Objective, start: np.ndarray, method: str, tolerance: float = TOLERANCE, enough: float = np.inf
+    objective: Objective, start: np.ndarray, method: str, tolerance: float = FINAL_TOLERANCE, enough: float = np.inf
 ) -> SearchEnd:
     """Minimize S from the logarithms `start` of the free parameters, until its relative change is below `tolerance`.
 
@@ -74,7 +74,7 @@ def search(
     return SearchEnd(x, float(residual @ residual), objective.simulations, converged, message, residual)
 
 
-_ENDS = {
+_END_REASONS = {
     0: "too many iterations",
     1: "the gradient is below the tolerance",
     2: "the change of S is below the tolerance",
@@ -138,7 +138,7 @@ def _least_squares(objective: Objective, start: np.ndarray, tolerance: float, en
         along = _Jacobians(objective.residuals, objective.jacobian, tolerance, enough)
         optimum = _trust_region(along, begin, (low, high))
         x = optimum.x
-    return x, bool(optimum.success), _ENDS.get(optimum.status, str(optimum.message))
+    return x, bool(optimum.success), _END_REASONS.get(optimum.status, str(optimum.message))
 
 
 def _along_coordinates(

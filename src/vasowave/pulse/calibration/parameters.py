@@ -6,7 +6,7 @@ Whatever a law, a model or the solver says of numbers that cannot be, a search's
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from vasowave.pulse.model.outlets import Bed
 from vasowave.pulse.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.pulse.network.network import Network
 
-IMPOSSIBLE = (VasowaveError, ArithmeticError, ValueError)
+IMPOSSIBLE_ERRORS = (VasowaveError, ArithmeticError, ValueError)
 """What numbers that cannot be may end in; the last two come from laws of users, built-in ones return NaN."""
 
 
@@ -115,15 +115,18 @@ class ParameterSpace:
                      wall_viscosity=viscosity, outlet_pulsation=self.outlet_pulsation)  # fmt: skip
 
 
+@dataclass(frozen=True)
+class ParameterLimits:
+    """Bounds of parameters, values that are held, whether other bounds are the paper's, whether the wall is viscous."""
+
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    paper_bounds: bool = False
+    viscous: bool | None = None
+
+
 def parameter_space(
-    wall: str | type,
-    network: Network,
-    nominal: Nominal,
-    blood: Blood,
-    bounds: Mapping[str, tuple[float, float]],
-    fixed: Mapping[str, float],
-    paper_bounds: bool,
-    viscous: bool | None = None,
+    wall: str | type, network: Network, nominal: Nominal, blood: Blood, limits: ParameterLimits = ParameterLimits()
 ) -> ParameterSpace:
     """Return the parameters of a fit.
 
@@ -132,7 +135,8 @@ def parameter_space(
     InputError
         An unknown wall or parameter, bounds that are not positive and ordered, or nothing left to fit.
     """
-    law, parameters = find_law(wall), fitted_parameters(wall, type(nominal.outlets), viscous)
+    bounds, fixed = limits.bounds, limits.fixed
+    law, parameters = find_law(wall), fitted_parameters(wall, type(nominal.outlets), limits.viscous)
     for name in (*bounds, *fixed):
         if name not in parameters:
             raise InputError(
@@ -140,7 +144,8 @@ def parameter_space(
                 f"{', '.join(parameters)}"
             )
     spans = {
-        name: bounds.get(name) or _span(parameter, nominal, paper_bounds) for name, parameter in parameters.items()
+        name: bounds.get(name) or _span(parameter, nominal, limits.paper_bounds)
+        for name, parameter in parameters.items()
     }
     for name, (low, high) in spans.items():
         if not 0 < low < high < math.inf:
@@ -177,5 +182,5 @@ def trial() -> Iterator[None]:
         raise
     except VasowaveError as error:
         raise NumericalError(str(error)) from error
-    except IMPOSSIBLE as error:
+    except IMPOSSIBLE_ERRORS as error:
         raise NumericalError(f"these parameters make no model ({type(error).__name__}: {error})") from error

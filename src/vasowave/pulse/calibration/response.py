@@ -54,7 +54,7 @@ class ResponseRules:
 
 
 RULES = ResponseRules()
-_STEP = 1e-3  # SD of the prior, of differences
+_STEP_SD = 1e-3  # SD of the prior, of differences
 
 LAG = note_kind(
     "fit.lag",
@@ -150,10 +150,10 @@ def response_columns(objective: Objective, x: np.ndarray, priors: Mapping[str, f
     """Return the derivatives of the residuals at `x` by what is fitted of the response, in SD of its prior."""
     compared, current, columns = objective.compared, np.array(objective.compared.response), []
     pressure = replace(compared, response=(0.0, 0.0)).simulated(objective.at(x))
-    for step in _STEP * np.diag(_spreads(priors)):
+    for step in _STEP_SD * np.diag(_spreads(priors)):
         if step.any():
             upper, lower = (compared.behind(pressure, current + side * step) for side in (1, -1))
-            columns.append((lower - upper) / (2 * _STEP))
+            columns.append((lower - upper) / (2 * _STEP_SD))
     return np.pad(np.transpose(columns), ((0, len(objective.residuals(x)) - compared.samples), (0, 0)))
 
 

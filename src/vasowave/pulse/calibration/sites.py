@@ -13,13 +13,14 @@ from itertools import pairwise
 import numpy as np
 
 from vasowave.base.errors import InputError, did_you_mean
+from vasowave.catheter.read.wedge import MAX_PERIOD_DIFFERENCE
 from vasowave.pulse.cycle.cycle import resample
-from vasowave.pulse.cycle.observation import SAME_PERIOD, Observation
+from vasowave.pulse.cycle.observation import Observation
 from vasowave.pulse.network.network import Network
 from vasowave.pulse.noise.spectrum import fourier, harmonics
 from vasowave.pulse.solver.places import Places, Waves
 
-POINT = -1
+POINT_HARMONIC = -1
 """Stands for the harmonic of a single value of the cycle, to which all harmonics add."""
 
 
@@ -58,7 +59,7 @@ class Sites:
 
     @cached_property
     def harmonic(self) -> np.ndarray:
-        """Harmonic of each coefficient, or `POINT`, shape (coefficient,)."""
+        """Harmonic of each coefficient, or `POINT_HARMONIC`, shape (coefficient,)."""
         return np.concatenate(self._harmonics)
 
     @cached_property
@@ -66,7 +67,7 @@ class Sites:
         k = harmonics(self.samples)
         return tuple(
             k[k <= (min(len(observation.waveform), self.samples) - 1) // 2] if observation.waveform is not None
-            else np.array([0 if name == "mean" else POINT for name in observation.numbers])
+            else np.array([0 if name == "mean" else POINT_HARMONIC for name in observation.numbers])
             for observation in self.observations
         )  # fmt: skip
 
@@ -180,7 +181,7 @@ def places_of(observations: Sequence[Observation], network: Network, period: flo
         share = float(site.place if site.cm is None else site.cm / network.length[row])  # type: ignore[arg-type]
         if share > 1:
             raise InputError(f"{site.title}: the vessel is {network.length[row]:.4g} cm long; the place lies beyond it")
-        if site.period is not None and abs(site.period - period) > SAME_PERIOD * period:
+        if site.period is not None and abs(site.period - period) > MAX_PERIOD_DIFFERENCE * period:
             raise InputError(
                 f"{site.title}: its cycle lasts {site.period:.5g} s and that of the recording {period:.5g} s; give one "
                 "averaged at the same heart rate, in step with the recording"

@@ -19,17 +19,17 @@ from vasowave.base.findings import look_kind, warn
 from vasowave.base.runtime.thread_limits import threads
 from vasowave.pulse.calibration.compared import Compared
 from vasowave.pulse.calibration.objective import Objective
-from vasowave.pulse.calibration.optimization import ROUGH, SearchEnd, search
+from vasowave.pulse.calibration.optimization import ROUGH_TOLERANCE, SearchEnd, search
 from vasowave.pulse.calibration.parameters import ParameterSpace
 from vasowave.pulse.calibration.screening import knows, screened
 from vasowave.pulse.model.numerics import Numerics
 
 Progress = Callable[[int, int, float], None]
 
-SCOUT = "scout"
+SCOUT_STAGE = "scout"
 """The first stage: every start looks for the way, from where the linear model leads it."""
 
-UNSCREENED = "unscreened"
+UNSCREENED_STAGE = "unscreened"
 """The same from where it was, where the linear model leads to what cannot be simulated."""
 
 NOT_KEPT = look_kind(
@@ -37,17 +37,20 @@ NOT_KEPT = look_kind(
     "searches that an interrupted run had kept do not come out again ({count}), and were made anew; {remedy}",
     "look who else writes into results/searches; nothing of it is in these results",
 )
-SAME = 1e-3
+SAME_OPTIMUM_SHARE = 1e-3
 """Share by which the S of starts may differ that ended at the same optimum."""
 
-DERIVATIVES = 3e-3
+DERIVATIVE_ERROR = 3e-3
 """Exactness of derivatives while searching."""
 
-_AGAIN = 0.01  # mmHg, and share of the residual, by which an end that was kept may differ from its simulation here
-_NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
-_GAIN = 1e-2  # relative gain of S below which a start waits
-_BEYOND = 1.1  # ratio to the best S above which a start is left that its linear model does not lead below it either
-_UNEXPLAINED = 0.25  # share of a residual's change that the linear model of the best optimum may leave unexplained
+_MAX_REPEAT_RMS = 0.01
+"""By so many mmHg, and this share of the residual, an end that was stored may differ from its simulation here."""
+_START_LOG_RANGE = 0.5  # other starts differ from the nominal one by up to this in every logarithm
+_MIN_GAIN = 1e-2  # relative gain of S below which a start waits
+_MAX_S_RATIO = 1.1
+"""Ratio to the best S above which a start is left that its linear model does not lead below it either."""
+_MAX_UNEXPLAINED_SHARE = 0.25
+"""Share of a residual's change that the linear model of the best optimum may leave unexplained."""
 
 
 def starting_points(space: ParameterSpace, count: int, seed: int) -> list[np.ndarray]:
@@ -56,7 +59,7 @@ def starting_points(space: ParameterSpace, count: int, seed: int) -> list[np.nda
     inside = 0.02 * (high - low)
     nominal = np.log(space.nominal[space.free])
     random = np.random.default_rng(seed)
-    moved = nominal + random.uniform(-_NEARBY, _NEARBY, (count - 1, len(nominal)))
+    moved = nominal + random.uniform(-_START_LOG_RANGE, _START_LOG_RANGE, (count - 1, len(nominal)))
     return [np.clip(x, low + inside, high - inside) for x in (nominal, *moved)]
 
 
@@ -97,16 +100,16 @@ def search_all(
     stages = _Stages(space, compared, numerics, places, leads, method, progress, ends)
     searched = stages.reached
     try:
-        stages.follow(SCOUT, sorted(set(leads)), _GAIN if len(starts) > 1 else ROUGH)
+        stages.follow(SCOUT_STAGE, sorted(set(leads)), _MIN_GAIN if len(starts) > 1 else ROUGH_TOLERANCE)
         if lost := [number for number in range(len(starts)) if not np.isfinite(searched[leads[number]].S)]:
             stages.places, stages.leads = list(starts), list(range(len(starts)))
-            stages.follow(UNSCREENED, lost, _GAIN)
+            stages.follow(UNSCREENED_STAGE, lost, _MIN_GAIN)
         best = min(sorted(searched), key=lambda i: searched[i].S)
         if len(starts) > 1 and np.isfinite(searched[best].S):
-            stages.follow("best", [best], ROUGH)
+            stages.follow("best", [best], ROUGH_TOLERANCE)
             searched |= _joined(stages.objective(), searched, best)
             alone = [i for i, end in sorted(searched.items()) if np.isfinite(end.S) and not end.joined and i != best]
-            stages.follow("alone", alone, ROUGH, _BEYOND * searched[best].S)
+            stages.follow("alone", alone, ROUGH_TOLERANCE, _MAX_S_RATIO * searched[best].S)
     except KeyboardInterrupt:
         if not any(np.isfinite(end.S) for end in searched.values()):
             raise
@@ -131,7 +134,9 @@ def comes_again(objective: Objective, end: SearchEnd, begin: np.ndarray) -> bool
     if not objective.can_be(end.x) or end.residual.shape != (again := objective.residuals(end.x)).shape:
         return False
     size, off = (float(np.sqrt(np.mean(values**2))) for values in (again, end.residual - again))
-    return off <= _AGAIN * (1.0 + size) and bool(np.isclose(end.S, end.residual @ end.residual, rtol=1e-9, atol=0.0))
+    return off <= _MAX_REPEAT_RMS * (1.0 + size) and bool(
+        np.isclose(end.S, end.residual @ end.residual, rtol=1e-9, atol=0.0)
+    )
 
 
 def _led(end: SearchEnd, lead: int) -> SearchEnd:
@@ -158,21 +163,21 @@ class _Stages:
     def objective(self) -> Objective:
         """Return an objective that remembers nothing yet."""
         workers = max(1, threads() // len(set(self.leads)))
-        return Objective(self.space, self.compared, self.numerics, workers, self.stop, DERIVATIVES)
+        return Objective(self.space, self.compared, self.numerics, workers, self.stop, DERIVATIVE_ERROR)
 
     def follow(self, stage: str, chosen: Sequence[int], tolerance: float, enough: float = np.inf) -> None:
         """Search from the chosen starts, or from where the stage before ended."""
         for number, end in _finished(chosen, lambda number: self.end(stage, number, tolerance, enough), self.stop):
             before = self.reached[number].simulations if number in self.reached else 0
             self.reached[number] = replace(end, simulations=before + end.simulations)
-            if stage == SCOUT and self.progress is not None:
+            if stage == SCOUT_STAGE and self.progress is not None:
                 done = sum(lead in self.reached for lead in self.leads)
                 self.progress(done, len(self.leads), min(end.S for end in self.reached.values()))
 
     def end(self, stage: str, number: int, tolerance: float, enough: float) -> SearchEnd:
         """Return where a search ends, from what is known or by searching."""
         outcome = self.ends.find(stage, number) if self.ends is not None else None
-        begin = self.places[number] if stage in (SCOUT, UNSCREENED) else self.reached[number].x
+        begin = self.places[number] if stage in (SCOUT_STAGE, UNSCREENED_STAGE) else self.reached[number].x
         if outcome is not None and not comes_again(self.objective(), outcome, begin):
             self.refused.append(number)
             outcome = None
@@ -211,7 +216,7 @@ def _joined(objective: Objective, searched: dict[int, SearchEnd], best: int) -> 
         if number != best and np.isfinite(end.S):
             change = end.residual - optimum.residual
             remainder = change - jacobian @ (end.x - optimum.x)
-            if remainder @ remainder <= _UNEXPLAINED * (change @ change):
+            if remainder @ remainder <= _MAX_UNEXPLAINED_SHARE * (change @ change):
                 message = "in the bowl of the best optimum, to which it need not be followed"
                 joined[number] = replace(end, converged=True, joined=True, message=message)
     return joined

@@ -13,20 +13,20 @@ from vasowave.pulse.calibration.parameters import ParameterSpace
 from vasowave.pulse.model.outlets import OF_DROP
 from vasowave.pulse.noise.spectrum import Beside, known_variance, least_squares_covariance, likely_spectra
 
-_FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
-_NEAR_BOUND = 1e-3  # in the logarithm
-WIDEST = 4.0
+_MAX_LOG_DISTANCE = 200.0  # in the logarithm: an endless interval stays a finite number
+_BOUND_DISTANCE = 1e-3  # in the logarithm
+MAX_INTERVAL_RATIO = 4.0
 """A parameter is determined if the ends of its 95 % interval differ by at most this factor."""
 
-_INSEPARABLE = 0.95  # correlation above which two parameters are named together
+_MAX_CORRELATION = 0.95  # correlation above which two parameters are named together
 
-_BOUND = (
+_BOUND_TEXT = (
     "{{parameter}} = {{value:.4g}} lies at its {} bound: the best fit would be at a {} value, so this is the bound's "
     "number and not the data's, and the intervals of the others hold for it as it stands."
 )
-_WIDER = "Widen its bounds, or ask whether the law suits this animal."
-AT_LOWER = look_kind("fit.at-lower-bound", _BOUND.format("lower", "smaller"), _WIDER)
-AT_UPPER = look_kind("fit.at-upper-bound", _BOUND.format("upper", "larger"), _WIDER)
+_BOUND_REMEDY = "Widen its bounds, or ask whether the law suits this animal."
+AT_LOWER = look_kind("fit.at-lower-bound", _BOUND_TEXT.format("lower", "smaller"), _BOUND_REMEDY)
+AT_UPPER = look_kind("fit.at-upper-bound", _BOUND_TEXT.format("upper", "larger"), _BOUND_REMEDY)
 HELD = note_kind("fit.held", "Held, not fitted: {values}.")
 UNDETERMINED = note_kind(
     "fit.undetermined", "The data do not determine {parameter}: its 95 % interval reaches from {low:.3g} to {high:.3g}."
@@ -135,10 +135,10 @@ def parameter_table(space: ParameterSpace, x: np.ndarray, spread: ParameterSprea
     independent, correlated = (np.full(len(values), np.nan) for _ in range(2))
     independent[space.free] = spread.independent
     correlated[space.free] = np.sqrt(np.diag(spread.covariance))
-    reach = np.minimum(NORMAL * correlated, _FARTHEST)
+    reach = np.minimum(NORMAL * correlated, _MAX_LOG_DISTANCE)
     low, high = space.log_bounds
     at_bound = np.zeros(len(values), dtype=bool)
-    at_bound[space.free] = (x - low < _NEAR_BOUND) | (high - x < _NEAR_BOUND)
+    at_bound[space.free] = (x - low < _BOUND_DISTANCE) | (high - x < _BOUND_DISTANCE)
     return pd.DataFrame(
         {
             "unit": [parameter.unit for parameter in space.parameters.values()],
@@ -152,7 +152,7 @@ def parameter_table(space: ParameterSpace, x: np.ndarray, spread: ParameterSprea
             "interval_high": values * np.exp(reach),
             "at_bound": at_bound,
             "free": space.free,
-            "determined": space.free & ~at_bound & (2 * reach <= np.log(WIDEST)),
+            "determined": space.free & ~at_bound & (2 * reach <= np.log(MAX_INTERVAL_RATIO)),
         },
         index=pd.Index(space.names, name="parameter"),
     )
@@ -183,7 +183,7 @@ def fit_findings(
 def _at_bounds(table: pd.DataFrame) -> list[Finding]:
     findings = []
     for name, row in table[table["at_bound"]].iterrows():
-        low = abs(np.log(row["value"] / row["lower"])) < _NEAR_BOUND
+        low = abs(np.log(row["value"] / row["lower"])) < _BOUND_DISTANCE
         findings.append((AT_LOWER if low else AT_UPPER)(parameter=str(name), value=float(row["value"])))
     held = table[~table["free"]]
     if len(held):
@@ -206,5 +206,5 @@ def _inseparable(correlation: pd.DataFrame) -> list[Finding]:
     return [
         INSEPARABLE(one=first, other=second, correlation=float(correlation[second][first]))
         for first, second in pairs
-        if abs(float(correlation[second][first])) > _INSEPARABLE
+        if abs(float(correlation[second][first])) > _MAX_CORRELATION
     ]

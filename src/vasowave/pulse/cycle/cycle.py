@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-MOST_SAMPLES = 65_536  # of an averaged cycle: the longest one, 3 s, at 20 kHz
-FEWEST_SAMPLES = 32
+MAX_SAMPLES = 65_536  # of an averaged cycle: the longest one, 3 s, at 20 kHz
+MIN_SAMPLES = 32
 """A cycle with fewer samples cannot carry the 14 harmonics that the impedance analysis reads."""
 
-_CUT_OFF = 1e-9  # of the largest modulus: a harmonic below it was cut off, not measured
+_CUT_OFF_SHARE = 1e-9  # of the largest modulus: a harmonic below it was cut off, not measured
 
 
 RESAMPLED = note_kind("recording.resampled", "resampled to {count} samples")
@@ -327,7 +327,7 @@ def samples_needed(signal: np.ndarray) -> int:
     More samples add nothing measured: at the harmonics that were cut off a residual is the simulation's alone.
     """
     modulus = np.abs(np.fft.rfft(signal))
-    return min(len(signal), 2 * int(np.flatnonzero(modulus > _CUT_OFF * modulus.max())[-1]) + 1)
+    return min(len(signal), 2 * int(np.flatnonzero(modulus > _CUT_OFF_SHARE * modulus.max())[-1]) + 1)
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:
@@ -338,8 +338,8 @@ def _frozen(array: np.ndarray) -> np.ndarray:
 def cycle_samples(values: object, name: str) -> np.ndarray:
     """Return the samples of one cycle, checked and frozen; `InputError`, naming `name`, where they are too few."""
     array = np.array(values, dtype=np.float64)
-    if array.ndim != 1 or len(array) < FEWEST_SAMPLES:
-        raise InputError(f"{name}: {array.size} samples in one cycle; at least {FEWEST_SAMPLES} are needed")
+    if array.ndim != 1 or len(array) < MIN_SAMPLES:
+        raise InputError(f"{name}: {array.size} samples in one cycle; at least {MIN_SAMPLES} are needed")
     bad = np.flatnonzero(~np.isfinite(array))
     if len(bad):
         raise InputError(f"{name}: sample {bad[0] + 1} is {array[bad[0]]}; fill the gap first")

@@ -10,10 +10,10 @@ from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.cycle.waveform import amplitudes
 
-_SURE = 4.0
+_MIN_POWER_RATIO = 4.0
 """A harmonic adds signal if its square exceeds this many times its expected square error."""
 
-_FLAT = 1.5
+_FLAT_OCTAVE_RATIO = 1.5
 """A spectrum is flat where it falls by less than this factor from octave to octave."""
 
 
@@ -42,7 +42,7 @@ class HarmonicErrors(NamedTuple):
         modulus² - 4 · (expected square error) is largest there. A single weak harmonic below stronger ones does not end
         the signal, a single strong one far above the others' end does not prolong it.
         """
-        gain = np.cumsum(self.modulus[1:] ** 2 - _SURE * 2.0 * self.error[1:] ** 2)
+        gain = np.cumsum(self.modulus[1:] ** 2 - _MIN_POWER_RATIO * 2.0 * self.error[1:] ** 2)
         return int(np.argmax(gain)) + 1 if len(gain) and gain.max() > 0 else 0
 
 
@@ -89,7 +89,7 @@ def _floor(modulus: np.ndarray) -> float:
     while 2 * edges[-1] <= len(modulus):
         edges.append(2 * edges[-1])
     levels = [float(np.sqrt(np.mean(modulus[a:b] ** 2))) for a, b in pairwise(edges)]
-    flat = [i for i in range(len(levels) - 1) if levels[i] < _FLAT * levels[i + 1]]
+    flat = [i for i in range(len(levels) - 1) if levels[i] < _FLAT_OCTAVE_RATIO * levels[i + 1]]
     if not flat:
         return float(np.sqrt(0.5 * np.mean(modulus[-(len(modulus) // 4) :] ** 2)))
     last = next((i for i in range(flat[0], len(levels) - 1) if i not in flat), len(levels) - 1)

@@ -20,7 +20,7 @@ ZERO_SD = 0.5
 GAIN_SD = 0.05
 """SD of the gain of what is no pressure, where nothing else is said: of probes, of images beside each other."""
 
-SAME_PERIOD = 0.02
+MAX_PERIOD_DIFFERENCE = 0.02
 """Share by which the period of what is recorded elsewhere may differ from the recording's."""
 
 

@@ -2,10 +2,10 @@
 
 from vasowave.pulse.inference.diagnostics import FIT_ELSEWHERE as FIT_ELSEWHERE
 from vasowave.pulse.inference.diagnostics import FIT_LIKELIER as FIT_LIKELIER
-from vasowave.pulse.inference.diagnostics import FitOptimum as FitOptimum
 from vasowave.pulse.inference.diagnostics import HALF_EMPTY as HALF_EMPTY
 from vasowave.pulse.inference.diagnostics import HALVES_DIFFER as HALVES_DIFFER
 from vasowave.pulse.inference.diagnostics import SEVERAL_MODES as SEVERAL_MODES
+from vasowave.pulse.inference.diagnostics import FitOptimum as FitOptimum
 from vasowave.pulse.inference.diagnostics import findings as findings
 from vasowave.pulse.inference.diagnostics import halves_limit as halves_limit
 from vasowave.pulse.inference.discrepancy import Discrepancy as Discrepancy
@@ -13,12 +13,12 @@ from vasowave.pulse.inference.discrepancy import Drawn as Drawn
 from vasowave.pulse.inference.emulator import fit_emulator as fit_emulator
 from vasowave.pulse.inference.ensemble import log_integral as log_integral
 from vasowave.pulse.inference.ensemble import sample as sample
-from vasowave.pulse.inference.known_errors import KnownErrors as KnownErrors
 from vasowave.pulse.inference.known_errors import SOURCES as SOURCES
+from vasowave.pulse.inference.known_errors import KnownErrors as KnownErrors
 from vasowave.pulse.inference.known_errors import Seen as Seen
 from vasowave.pulse.inference.known_errors import columns as columns
 from vasowave.pulse.inference.known_errors import kinds as kinds
-from vasowave.pulse.inference.laws import CLEAR as CLEAR
+from vasowave.pulse.inference.laws import CLEAR_EVIDENCE_RATIO as CLEAR_EVIDENCE_RATIO
 from vasowave.pulse.inference.laws import compare_laws as compare_laws
 from vasowave.pulse.inference.mixture import explore as explore
 from vasowave.pulse.inference.mixture import separate as separate
@@ -30,7 +30,7 @@ from vasowave.pulse.inference.reporting import left_out as left_out
 from vasowave.pulse.inference.reporting import variance_shares as variance_shares
 from vasowave.pulse.inference.result import Diagnostics as Diagnostics
 from vasowave.pulse.inference.result import Posterior as Posterior
-from vasowave.pulse.inference.reweighting import UNTRUSTED as UNTRUSTED
+from vasowave.pulse.inference.reweighting import MAX_PARETO_K as MAX_PARETO_K
 from vasowave.pulse.inference.reweighting import smoothed as smoothed
 from vasowave.pulse.inference.rounds import Target as Target
 from vasowave.pulse.inference.rounds import log_prior as log_prior

@@ -7,27 +7,30 @@ import numpy as np
 
 from vasowave.base.findings import Finding, look_kind
 
-HALVES = 0.5
+MAX_HALF_DIFFERENCE = 0.5
 """Posterior SD by which the means of two independent halves of the draws may differ in any case."""
 
-_CHANCE = 4.0  # standard errors of such a difference that are taken for chance
-_SECOND = 0.05  # probability of all modes but the likeliest, from which they are worth a finding
-_FAR = 3.0  # posterior SD between the fit's optimum and the posterior's mean
-_BETTER = 4.0  # nats by which the fit's optimum may be likelier than the best draw, which is not quite the maximum
-_COMPARED = ("wave_speed", "R_T")  # what fits and posteriors both determine
+_CHANCE_SD = 4.0  # standard errors of such a difference that are taken for chance
+_MIN_MODE_PROBABILITY = 0.05  # probability of all modes but the likeliest, from which they are worth a finding
+_MAX_OPTIMUM_DISTANCE = 3.0  # posterior SD between the fit's optimum and the posterior's mean
+_MAX_OPTIMUM_NATS = 4.0
+"""Nats by which the fit's optimum may be likelier than the best draw, which is not quite the maximum."""
+_COMPARED_QUANTITIES = ("wave_speed", "R_T")  # what fits and posteriors both determine
 
 
-_DOUBT = "Do not believe these numbers: {}. There may be a mode that neither holds. {{remedy}}"
-_AGAIN = "Start from a fit with many starts, take another seed, or give narrower priors."
+_DOUBT_TEXT = "Do not believe these numbers: {}. There may be a mode that neither holds. {{remedy}}"
+_RESTART_REMEDY = "Start from a fit with many starts, take another seed, or give narrower priors."
 HALVES_DIFFER = look_kind(
     "posterior.halves-differ",
-    _DOUBT.format(
+    _DOUBT_TEXT.format(
         "two independent halves of the search differ by {distance:.1f} posterior SD, where chance explains {limit:.1f}"
     ),
-    _AGAIN,
+    _RESTART_REMEDY,
 )
 HALF_EMPTY = look_kind(
-    "posterior.half-empty", _DOUBT.format("one of two independent halves of the search found nothing"), _AGAIN
+    "posterior.half-empty",
+    _DOUBT_TEXT.format("one of two independent halves of the search found nothing"),
+    _RESTART_REMEDY,
 )
 SEVERAL_MODES = look_kind(
     "posterior.several-modes",
@@ -35,17 +38,17 @@ SEVERAL_MODES = look_kind(
     "intervals span all of them.",
     "Look at the draws: what the modes differ in is not determined.",
 )
-_AWAY = "The fit's optimum lies {distance:.1f} posterior SD away (wave speed or R_T) and is "
+_DISTANCE_TEXT = "The fit's optimum lies {distance:.1f} posterior SD away (wave speed or R_T) and is "
 FIT_LIKELIER = look_kind(
     "posterior.fit-likelier",
-    f"{_AWAY}likelier than every draw, by {{nats:.1f}} nats of the log-likelihood: the priors keep the posterior away "
-    "from it. Either they or the fit are wrong for this animal.",
+    f"{_DISTANCE_TEXT}likelier than every draw, by {{nats:.1f}} nats of the log-likelihood: the priors keep the "
+    "posterior away from it. Either they or the fit are wrong for this animal.",
     "Question the priors (radii, pressure of the image, zero) and the bounds of the fit.",
 )
 FIT_ELSEWHERE = look_kind(
     "posterior.fit-elsewhere",
-    f"{_AWAY}less likely than the best draw, by {{nats:.1f}} nats of the log-likelihood: the fit ended elsewhere, or "
-    "explains by the wall what may be geometry. {remedy}",
+    f"{_DISTANCE_TEXT}less likely than the best draw, by {{nats:.1f}} nats of the log-likelihood: the fit ended "
+    "elsewhere, or explains by the wall what may be geometry. {remedy}",
     "Fit again with more starts.",
 )
 
@@ -59,7 +62,7 @@ class FitOptimum(NamedTuple):
 
 def halves_limit(effective: float) -> float:
     """Return how far the means of two halves may be apart, posterior SD, by so many effective draws in all."""
-    return max(HALVES, _CHANCE * 2.0 / float(np.sqrt(max(effective, 1.0))))
+    return max(MAX_HALF_DIFFERENCE, _CHANCE_SD * 2.0 / float(np.sqrt(max(effective, 1.0))))
 
 
 def findings(
@@ -88,12 +91,12 @@ def findings(
     if halves_distance > halves_limit(effective):
         differ = HALVES_DIFFER(distance=halves_distance, limit=halves_limit(effective))
         yield differ if np.isfinite(halves_distance) else HALF_EMPTY()
-    if 1.0 - shares.max() > _SECOND:
+    if 1.0 - shares.max() > _MIN_MODE_PROBABILITY:
         yield SEVERAL_MODES(modes=len(shares), share=float(shares.max()))
     if optimum is not None:
-        logs = {name: np.log(draws[name]) for name in _COMPARED}
+        logs = {name: np.log(draws[name]) for name in _COMPARED_QUANTITIES}
         distances = [abs(np.log(optimum.quantities[name]) - log.mean()) / log.std() for name, log in logs.items()]
         distance, nats = float(max(distances)), optimum.log_likelihood - best
-        if distance > _FAR or nats > _BETTER:
+        if distance > _MAX_OPTIMUM_DISTANCE or nats > _MAX_OPTIMUM_NATS:
             away = FIT_LIKELIER if nats > 0 else FIT_ELSEWHERE
             yield away(distance=distance, nats=abs(nats))

@@ -14,7 +14,7 @@ import numpy as np
 
 from vasowave.pulse.noise.spectrum import harmonics, spectral_shapes, spectral_sizes, with_points
 
-_MATTERS = 0.01  # of the largest term of a sum that stands for the likelihood while draws are sought
+_MIN_TERM_SHARE = 0.01  # of the largest term of a sum that stands for the likelihood while draws are sought
 
 
 class Drawn(NamedTuple):
@@ -153,7 +153,7 @@ class Discrepancy:
         complete = self if self.selected is None else replace(self, selected=None)
         log = complete._by_node(residuals)
         share = np.exp(log - log.max(axis=(0, 2), keepdims=True)).max(axis=1)
-        shapes, sizes = share.max(axis=1) > _MATTERS, share.max(axis=0) > _MATTERS
+        shapes, sizes = share.max(axis=1) > _MIN_TERM_SHARE, share.max(axis=0) > _MIN_TERM_SHARE
         turn, values, logdet = complete._diagonal
         return replace(complete, selected=(shapes, sizes))._diagonal_as(turn[shapes], values[shapes], logdet[shapes])
 

@@ -14,15 +14,48 @@ import numpy as np
 Coordinates = Callable[[np.ndarray], np.ndarray]
 """Maps points, shape (point, unknown), to as many coordinates in which outputs bend less."""
 
-_DEGREE = 3  # of the polynomial that carries the trend
-_LARGEST = 30.0  # SD of the constant, in units of the errors that matter; a coefficient of degree d has decay^d of it
-_DECAYS = (0.3, 0.1)  # of the coefficients, with their degree; the one that foretells better is taken
-_LENGTH = 2.5  # of the smooth rest along each unknown, where none is known, in SD of the points where it will be used
-_SHORTEST, _LONGEST = 0.8, 30.0  # limits of a length, in the same SD
-_FACTORS = (0.6, 1.7)  # by which a length is tried
-_WORTH = 0.995  # of the error, below which another length is worth it
-_JUDGES = 500  # simulations by which lengths are chosen
-_NUGGET = 1e-4  # variance of single simulations, likewise
+
+@dataclass(frozen=True)
+class EmulatorRules:
+    """Shape of the emulator; lengths and errors in SD of the points where it will be used.
+
+    Attributes
+    ----------
+    degree : int
+        Degree of the polynomial that carries the trend.
+    constant_sd : float
+        SD of the constant, in units of the errors that matter; a coefficient of degree d has decay^d of it.
+    decays : tuple of float
+        Decay of the coefficients with their degree; the one that foretells better is taken.
+    initial_length : float
+        Length of the smooth rest along each unknown, where none is known.
+    min_length : float
+        Lower limit of a length.
+    max_length : float
+        Upper limit of a length.
+    length_factors : tuple of float
+        Factors by which a length is tried.
+    max_error_ratio : float
+        Ratio of the errors below which another length is worth it.
+    length_simulations : int
+        Simulations by which lengths are chosen.
+    nugget : float
+        Variance of single simulations, in units of the errors that matter.
+    """
+
+    degree: int = 3
+    constant_sd: float = 30.0
+    decays: tuple[float, float] = (0.3, 0.1)
+    initial_length: float = 2.5
+    min_length: float = 0.8
+    max_length: float = 30.0
+    length_factors: tuple[float, float] = (0.6, 1.7)
+    max_error_ratio: float = 0.995
+    length_simulations: int = 500
+    nugget: float = 1e-4
+
+
+RULES = EmulatorRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +142,9 @@ def fit_emulator(
     to_local = np.linalg.inv(np.linalg.cholesky(spread + 1e-9 * np.diag(np.diag(spread)))).T
     local, base = (coordinates(points) - center) @ to_local, outputs.mean(axis=0)
     target = (outputs - base) / scale
-    begin = np.full(points.shape[1], _LENGTH) if lengths is None else lengths
-    chosen = _chosen(local[-_JUDGES:], target[-_JUDGES:], begin)
-    fits = [_regression(local, target, decay, chosen) for decay in _DECAYS]
+    begin = np.full(points.shape[1], RULES.initial_length) if lengths is None else lengths
+    chosen = _chosen(local[-RULES.length_simulations :], target[-RULES.length_simulations :], begin)
+    fits = [_regression(local, target, decay, chosen) for decay in RULES.decays]
     weights, coefficients, missed = min(fits, key=lambda fit: float(np.sum(fit[2] ** 2)))
     return Emulator(
         coordinates, center, to_local, local, base, weights * scale, coefficients * scale, chosen, missed * scale
@@ -125,14 +158,14 @@ def _chosen(local: np.ndarray, target: np.ndarray, lengths: np.ndarray) -> np.nd
     """
 
     def missed(tried: np.ndarray) -> float:
-        return float(np.sum(_regression(local, target, _DECAYS[-1], tried)[2] ** 2))
+        return float(np.sum(_regression(local, target, RULES.decays[-1], tried)[2] ** 2))
 
     best = missed(lengths)
-    for axis, factor in product(range(len(lengths)), _FACTORS):
+    for axis, factor in product(range(len(lengths)), RULES.length_factors):
         while True:
             tried = lengths * np.where(np.arange(len(lengths)) == axis, factor, 1.0)
-            error = missed(tried) if _SHORTEST <= tried[axis] <= _LONGEST else np.inf
-            if error > _WORTH * best:
+            error = missed(tried) if RULES.min_length <= tried[axis] <= RULES.max_length else np.inf
+            if error > RULES.max_error_ratio * best:
                 break
             lengths, best = tried, error
     return lengths
@@ -142,9 +175,9 @@ def _regression(
     local: np.ndarray, target: np.ndarray, decay: float, lengths: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return weights, coefficients of the monomials, and the error at points left out, per output."""
-    size = _LARGEST * decay ** _degrees(local.shape[1])
+    size = RULES.constant_sd * decay ** _degrees(local.shape[1])
     terms = features(local) * size
-    covariance = terms @ terms.T + _near(local, local, lengths) + _NUGGET * np.eye(len(local))
+    covariance = terms @ terms.T + _near(local, local, lengths) + RULES.nugget * np.eye(len(local))
     inverse = np.linalg.inv(covariance)
     weights = inverse @ target
     missed = weights / np.diag(inverse)[:, np.newaxis]
@@ -163,7 +196,7 @@ def features(local: np.ndarray) -> np.ndarray:
     padded = np.hstack([local, np.ones((len(local), 1))])
     factors = _factors(local.shape[1])
     products = padded[:, factors[:, 0]]
-    for i in range(1, _DEGREE):
+    for i in range(1, RULES.degree):
         products = products * padded[:, factors[:, i]]
     return products
 
@@ -171,8 +204,8 @@ def features(local: np.ndarray) -> np.ndarray:
 @cache
 def _factors(count: int) -> np.ndarray:
     """Return the unknowns whose product is each monomial, shape (term, degree); `count` stands for a factor of 1."""
-    terms = [term for d in range(_DEGREE + 1) for term in combinations_with_replacement(range(count), d)]
-    return np.array([[*term, *[count] * (_DEGREE - len(term))] for term in terms])
+    terms = [term for d in range(RULES.degree + 1) for term in combinations_with_replacement(range(count), d)]
+    return np.array([[*term, *[count] * (RULES.degree - len(term))] for term in terms])
 
 
 def _degrees(count: int) -> np.ndarray:

@@ -20,11 +20,11 @@ from scipy.special import gammaln
 LogDensity = Callable[[np.ndarray], np.ndarray]
 """Maps points, shape (point, unknown), to the logarithm of a density, shape (point,)."""
 
-_STRETCH = 2.0  # Goodman and Weare's a
-_DIFFERENCE = 2.38 / np.sqrt(2)  # ter Braak's γ of one unknown
-_STRETCHED = 3  # one step of so many stretches
-_FREEDOM = 5.0  # of the t distribution
-_ROUNDS = 200  # of the fixed-point equation, at most
+_STRETCH_SCALE = 2.0  # Goodman and Weare's a
+_DIFFERENCE_SCALE = 2.38 / np.sqrt(2)  # ter Braak's γ of one unknown
+_STRETCH_PERIOD = 3  # one step of so many stretches
+_T_FREEDOM = 5.0  # of the t distribution
+_MAX_ROUNDS = 200  # of the fixed-point equation, at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +47,12 @@ def sample(
         for moved_half, other_half in ((slice(0, half), slice(half, None)), (slice(half, None), slice(0, half))):
             moving, partners = x[moved_half], x[other_half]
             partner = rng.integers(len(partners), size=len(moving))
-            if step % _STRETCHED == 0:
-                z = ((_STRETCH - 1) * rng.random(len(moving)) + 1) ** 2 / _STRETCH
+            if step % _STRETCH_PERIOD == 0:
+                z = ((_STRETCH_SCALE - 1) * rng.random(len(moving)) + 1) ** 2 / _STRETCH_SCALE
                 proposed, factor = partners[partner] + z[:, np.newaxis] * (moving - partners[partner]), z ** (count - 1)
             else:
                 further = (partner + rng.integers(1, len(partners), size=len(moving))) % len(partners)  # another one
-                by = _DIFFERENCE / np.sqrt(count) * (partners[partner] - partners[further])
+                by = _DIFFERENCE_SCALE / np.sqrt(count) * (partners[partner] - partners[further])
                 proposed, factor = moving + by, np.ones(len(moving))
             density = log_density(proposed)
             yes = np.log(rng.random(len(moving))) < np.log(factor) + density - log[moved_half]
@@ -79,7 +79,7 @@ def log_integral(
         `log_density` there.
     """
     even, odd = draws[::2], draws[1::2]
-    shape = np.atleast_2d(np.cov(even.T)) * (_FREEDOM - 2) / _FREEDOM
+    shape = np.atleast_2d(np.cov(even.T)) * (_T_FREEDOM - 2) / _T_FREEDOM
     reference = _StudentT(even.mean(axis=0), np.linalg.cholesky(shape))
     proposed = reference.draw(len(odd), rng)
     first = values[1::2] - reference.log_density(odd)
@@ -87,7 +87,7 @@ def log_integral(
     middle = float(np.median(first))
     ours, theirs = np.exp(first - middle), np.exp(second - middle)
     ratio = 1.0
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         before, ratio = ratio, _bridge(ours, theirs, ratio)
         if abs(ratio / before - 1) < 1e-10:
             break
@@ -104,15 +104,15 @@ class _StudentT(NamedTuple):
 
     def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return draws, shape (count, unknown)."""
-        wide = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (count, 1)))
+        wide = np.sqrt(_T_FREEDOM / rng.chisquare(_T_FREEDOM, (count, 1)))
         return self.center + wide * (rng.standard_normal((count, len(self.center))) @ self.root.T)
 
     def log_density(self, points: np.ndarray) -> np.ndarray:
         """Return the logarithm of the density at points, shape (point, unknown)."""
         d = len(self.center)
         square = (solve_triangular(self.root, (points - self.center).T, lower=True) ** 2).sum(axis=0)
-        constant = gammaln(0.5 * (_FREEDOM + d)) - gammaln(0.5 * _FREEDOM) - 0.5 * d * np.log(_FREEDOM * np.pi)
-        falls = 0.5 * (_FREEDOM + d) * np.log1p(square / _FREEDOM)
+        constant = gammaln(0.5 * (_T_FREEDOM + d)) - gammaln(0.5 * _T_FREEDOM) - 0.5 * d * np.log(_T_FREEDOM * np.pi)
+        falls = 0.5 * (_T_FREEDOM + d) * np.log1p(square / _T_FREEDOM)
         return np.asarray(constant - np.log(np.diag(self.root)).sum() - falls)
 
 

@@ -15,7 +15,7 @@ from vasowave.pulse.cycle.response import second_order
 from vasowave.pulse.model.blood import Blood
 from vasowave.pulse.network.network import Network, measured_falls
 
-SHARED = {
+SHARED_SOURCES = {
     "image": "Animals whose vessels come from one image or one calibration of it have the same word here; empty: by "
     "equal networks. The error of an image moves them together.",
     "probe": "Animals whose flow one probe measured have the same word; empty: each animal has its own error.",
@@ -24,7 +24,7 @@ SHARED = {
 """What animals may share with its errors: column of the table of animals and meaning."""
 
 
-SOURCES = ("recording", *reversed(SHARED), "model", "prior")
+SOURCES = ("recording", *reversed(SHARED_SOURCES), "model", "prior")
 """Where the variance of an estimate comes from: errors of measurement; zero of the pressure; gain and delay of the flow
 probe; geometry; discrepancy and structure; parameters that the data leave where they were."""
 
@@ -49,7 +49,7 @@ class ErrorKind:
     usual : float
         SD that is assumed where nothing is said.
     source : str
-        Where it comes from: a key of `SHARED`, or ``model``, of which every animal has its own.
+        Where it comes from: a key of `SHARED_SOURCES`, or ``model``, of which every animal has its own.
     positive : bool
         Whether the error is the SD of a logarithm.
     without : callable
@@ -185,23 +185,24 @@ def _of_radii(network: Network) -> float | None:
     if network.radius_sd is None or not np.isfinite(network.radius_sd).any():
         return None
     spread = float(np.sqrt(np.nanmean((network.radius_sd / network.radius) ** 2)))
-    return spread if spread > _RADIUS else None
+    return spread if spread > _RADIUS_SD else None
 
 
 def _of_tapers(network: Network) -> float | None:
     """Return how far measured tapers may be wrong all alike: their common factor, and the mean of their SD."""
     if network.taper is None or not np.isfinite(network.taper).any():
         return None
-    falls, errors = measured_falls(network, _TAPER)
-    return float(np.sqrt(np.mean((_TAPER_FACTOR * falls) ** 2 + errors**2)))
+    falls, errors = measured_falls(network, _TAPER_SD)
+    return float(np.sqrt(np.mean((_TAPER_FACTOR_SD * falls) ** 2 + errors**2)))
 
 
 def _same(observed: Seen, _: float) -> Seen:
     return observed
 
 
-_RADIUS = 0.05  # usual SD of a common factor of all radii
-_TAPER, _TAPER_FACTOR = 0.3, 0.1  # SD of a vessel's fall before it is measured, of the measured ones' common factor
+_RADIUS_SD = 0.05  # usual SD of a common factor of all radii
+_TAPER_SD, _TAPER_FACTOR_SD = 0.3, 0.1
+"""SD of a vessel's fall before it is measured, and of the measured ones' common factor."""
 
 _Share = Annotated[float, Ge(0), Le(2)]
 _SD = Annotated[float, Ge(0)]
@@ -221,7 +222,8 @@ class KnownErrors:
     """
 
     radius_scale_sd: Annotated[
-        _Share | None, ErrorKind("1", "factor of all radii", _RADIUS, "image", True, _wider, _one, of_image=_of_radii)
+        _Share | None,
+        ErrorKind("1", "factor of all radii", _RADIUS_SD, "image", True, _wider, _one, of_image=_of_radii),
     ] = None
     """Of a factor common to all radii, as a share: threshold and voxel size of the image. Usual: 0.05, for fits the
     root mean square of the network's ``radius_sd`` where that is larger."""

@@ -10,7 +10,7 @@ from vasowave.pulse.inference.result import Posterior
 from vasowave.pulse.quantities import ACROSS_LAWS
 from vasowave.pulse.selection.averaging import averaged_draws
 
-CLEAR = 20.0
+CLEAR_EVIDENCE_RATIO = 20.0
 """Ratio of two evidences from which one law is called clearly likelier: with equal chances before, 95 % after."""
 
 
@@ -78,13 +78,13 @@ def _said(posteriors: Sequence[Posterior], weight: np.ndarray) -> str:
     if not all(posterior.diagnostics.trusted for posterior in posteriors):
         return "A posterior that cannot be trusted leaves open which wall law is likelier."
     ratio = np.exp(winner.diagnostics.log_evidence - runner_up.diagnostics.log_evidence)
-    degree = "clearly" if ratio >= CLEAR else "not clearly"
+    degree = "clearly" if ratio >= CLEAR_EVIDENCE_RATIO else "not clearly"
     amount = f"{ratio:.2g} times" if ratio < 1000 else "over 1000 times"
     gain = (winner.left_out["log_density"] - runner_up.left_out["log_density"]).sort_values()
     sentence = (
         f"With image and structure unknown the recording is {amount} as likely under the {winner.wall} law as under "
         f"the {runner_up.wall} law: {degree} likelier."
     )
-    if ratio >= CLEAR:
+    if ratio >= CLEAR_EVIDENCE_RATIO:
         sentence += f" What it foretells better is above all harmonic {gain.index[-1]}."
     return sentence

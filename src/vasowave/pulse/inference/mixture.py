@@ -19,7 +19,7 @@ from vasowave.pulse.inference.ensemble import log_integral
 from vasowave.pulse.inference.mode import Climbed
 from vasowave.pulse.inference.reweighting import ImportanceWeights, smoothed
 from vasowave.pulse.inference.rounds import (
-    DRAWN,
+    DRAWN_POWER,
     Component,
     Target,
     learn,
@@ -30,13 +30,39 @@ from vasowave.pulse.inference.rounds import (
     taught,
 )
 
-_STEPS = 400  # of the walkers
-_BEFORE = 0.25  # share of the steps that is not drawn from: the walkers come from a density that is a little wider
-_TRIES = 3  # draws that cannot be trusted teach the emulators, and others are drawn
-_HOPELESS = 7.0  # nats below the likeliest mode from which one is not explored: a thousandth of the probability
-_LEAST = 0.1  # share of the draws that every component has
-_MOST = 3  # modes that are explored
-_OVERLAP = 0.01  # of the probability that may belong to either of two components, above which they are ends of one mode
+
+@dataclass(frozen=True)
+class MixtureRules:
+    """How modes are explored and drawn from.
+
+    Attributes
+    ----------
+    steps : int
+        Steps of the walkers.
+    burn_in_share : float
+        Share of the steps that is not drawn from: the walkers come from a density that is a little wider.
+    max_tries : int
+        Draws that cannot be trusted teach the emulators, and others are drawn, up to so many times.
+    max_mode_nats : float
+        Nats below the likeliest mode from which one is not explored: a thousandth of the probability.
+    min_component_share : float
+        Share of the draws that every component has.
+    max_modes : int
+        Modes that are explored.
+    max_overlap : float
+        Probability that may belong to either of two components, above which they are ends of one mode.
+    """
+
+    steps: int = 400
+    burn_in_share: float = 0.25
+    max_tries: int = 3
+    max_mode_nats: float = 7.0
+    min_component_share: float = 0.1
+    max_modes: int = 3
+    max_overlap: float = 0.01
+
+
+RULES = MixtureRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +118,7 @@ def explore(target: Target, modes: Sequence[Climbed], rng: np.random.Generator, 
         Most points near every mode cannot be simulated.
     """
     components = _components(target, modes, rng)
-    for tries_left in reversed(range(_TRIES)):
+    for tries_left in reversed(range(RULES.max_tries)):
         components, clouds = _likely(components, rng)
         drawn = _drawn(target, components, clouds, draws, rng)
         weights = smoothed(drawn.log_ratio(range(len(components))))
@@ -108,13 +134,13 @@ def _components(target: Target, modes: Sequence[Climbed], rng: np.random.Generat
     components: list[Component] = []
     failure: NumericalError | None = None
     for mode, log in zip(modes, evidence, strict=True):
-        if components and log < max(evidence) - _HOPELESS:
+        if components and log < max(evidence) - RULES.max_mode_nats:
             continue
         covering = [i for i, candidate in enumerate(components) if candidate.covers(mode, target)]
         if covering:
             i = covering[0]
             components[i] = components[i].found_by(mode.halves)
-        elif len(components) < _MOST:
+        elif len(components) < RULES.max_modes:
             try:
                 components.append(learn(target, mode, rng))
             except NumericalError as error:
@@ -137,7 +163,7 @@ class _Cloud(NamedTuple):
 def _likely(components: Sequence[Component], rng: np.random.Generator) -> tuple[list[Component], list[_Cloud]]:
     """Return the components that hold more than a thousandth of the probability, and draws of them."""
     pairs = [(component, _cloud(component, rng)) for component in components]
-    threshold = max(cloud.log_evidence for _, cloud in pairs) - _HOPELESS
+    threshold = max(cloud.log_evidence for _, cloud in pairs) - RULES.max_mode_nats
     likely = [(component, cloud) for component, cloud in pairs if cloud.log_evidence >= threshold]
     return [component for component, _ in likely], [cloud for _, cloud in likely]
 
@@ -146,14 +172,14 @@ def _cloud(component: Component, rng: np.random.Generator) -> _Cloud:
     log_drawn = component.surrogate.log_drawn
     halves, values, independent = [], [], 0.0
     for walkers in (component.walkers[::2], component.walkers[1::2]):
-        ensemble = moved(log_drawn, walkers, _STEPS, rng)
-        late = slice(int(_BEFORE * len(ensemble.points)), None)
+        ensemble = moved(log_drawn, walkers, RULES.steps, rng)
+        late = slice(int(RULES.burn_in_share * len(ensemble.points)), None)
         independent += worth(ensemble.points[late])
         halves.append(ensemble.points[late].reshape(-1, walkers.shape[1]))
         values.append(ensemble.log_density[late].ravel())
     together = np.concatenate(values)
     integral, error = log_integral(log_drawn, np.concatenate(halves), together, rng)
-    log_ratio = (1 / DRAWN - 1) * together  # log posterior density over the drawn one
+    log_ratio = (1 / DRAWN_POWER - 1) * together  # log posterior density over the drawn one
     evidence = integral + float(logsumexp(log_ratio)) - np.log(len(log_ratio))
     return _Cloud((halves[0], halves[1]), independent, integral, error, float(evidence))
 
@@ -187,7 +213,7 @@ def _drawn(
 ) -> _Drawn:
     """Simulate draws of every component, the more the likelier it is, from both halves alike."""
     evidence = np.array([source.log_evidence for source in clouds])
-    shares = np.maximum(np.exp(evidence - logsumexp(evidence)), _LEAST)
+    shares = np.maximum(np.exp(evidence - logsumexp(evidence)), RULES.min_component_share)
     counts = np.maximum(np.round(draws * shares / shares.sum() / 2).astype(int), 1)  # of each half
     chunks = [
         (cloud[rng.choice(len(cloud), min(count, len(cloud)), replace=False)], i, half)
@@ -233,7 +259,7 @@ def _explored(
     effective = 1 / (1 / weights.effective + remembered)
     return Explored(
         drawn.points, target.measured - drawn.outputs, weights, effective, drawn.outputs - emulated,
-        log_error(target, foretold, drawn.points, drawn.outputs, DRAWN),
+        log_error(target, foretold, drawn.points, drawn.outputs, DRAWN_POWER),
         evidence, float(np.hypot(np.linalg.norm(errors), spread)),
         components[int(np.argmax(shares))].surrogate.emulator, sum(component.rounds for component in components),
         separate(drawn.log_density, posterior), _apart(components, modes, drawn, posterior),
@@ -249,7 +275,7 @@ def separate(log_density: np.ndarray, weight: np.ndarray) -> np.ndarray:
     belongs = np.exp(log_density - logsumexp(log_density, axis=0))
     mode = np.arange(len(belongs))
     for i, j in combinations(range(len(belongs)), 2):
-        if weight @ np.minimum(belongs[i], belongs[j]) > _OVERLAP:
+        if weight @ np.minimum(belongs[i], belongs[j]) > RULES.max_overlap:
             mode[mode == mode[j]] = mode[i]
     return np.array([float(weight @ belongs[mode == label].sum(axis=0)) for label in np.unique(mode)])
 

@@ -9,13 +9,39 @@ from vasowave.base.errors import NumericalError
 from vasowave.pulse.inference.discrepancy import Discrepancy
 from vasowave.pulse.inference.simulations import Simulate
 
-_MOST = 15  # steps
-_STEP = 0.1  # of the differences, in SD of the prior
-_NEAR = 0.1  # squared length of a step, in SD of the posterior, after which none follows
-_GAIN = 0.05  # nats gained by a step, after which none follows
-_SHARES = (1.0, 0.5, 0.2, 0.05)  # of a step that are tried
-_LAST = 2  # steps whose points the emulator learns from: those before are far away
-_BEND = 3.0  # nats by which a point in the bowl of a mode may lie lower than the normal distribution says
+
+@dataclass(frozen=True)
+class AscentRules:
+    """How a mode is climbed to.
+
+    Attributes
+    ----------
+    max_steps : int
+        Steps of a climb.
+    difference_step : float
+        Step of the differences, in SD of the prior.
+    min_step_square : float
+        Squared length of a step, in SD of the posterior, after which none follows.
+    min_gain : float
+        Nats gained by a step, after which none follows.
+    step_shares : tuple of float
+        Shares of a step that are tried.
+    learned_steps : int
+        Steps whose points the emulator learns from: those before are far away.
+    max_bend : float
+        Nats by which a point in the bowl of a mode may lie lower than the normal distribution says.
+    """
+
+    max_steps: int = 15
+    difference_step: float = 0.1
+    min_step_square: float = 0.1
+    min_gain: float = 0.05
+    step_shares: tuple[float, ...] = (1.0, 0.5, 0.2, 0.05)
+    learned_steps: int = 2
+    max_bend: float = 3.0
+
+
+RULES = AscentRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +74,7 @@ class Climbed:
     def holds(self, point: np.ndarray, height: float) -> bool:
         """Whether a point of some height lies in the bowl of this mode."""
         square = float(np.sum(np.linalg.solve(self.root, point - self.middle) ** 2))
-        return square < 2 * len(point) and height > self.height - 0.5 * square - _BEND
+        return square < 2 * len(point) and height > self.height - 0.5 * square - RULES.max_bend
 
     def log_evidence(self, noise: Discrepancy, measured: np.ndarray) -> float:
         """Return the logarithm of the integral of likelihood and prior around the mode, as of a normal density."""
@@ -61,7 +87,7 @@ def climb(
     noise: Discrepancy,
     start: np.ndarray,
     modes: Sequence[Climbed] = (),
-    step: float = _STEP,
+    step: float = RULES.difference_step,
 ) -> Climbed:
     """Climb from a point, shape (unknown,), with the prior N(0, 1), to the mode or into the bowl of a known one.
 
@@ -74,7 +100,7 @@ def climb(
     if not np.isfinite(y).all():
         raise NumericalError("the start cannot be simulated; give a fit to start from, or other priors")
     height, history = _height(noise, measured, point, y), [(start[np.newaxis], y[np.newaxis])]
-    for _ in range(_MOST):
+    for _ in range(RULES.max_steps):
         neighbors = point + step * np.eye(len(point))
         simulated = simulate(neighbors)
         mean, root = _normal(noise, measured, point, y, np.nan_to_num((simulated - y) / step).T)
@@ -85,9 +111,9 @@ def climb(
         gain, square = better[2] - height, np.sum(np.linalg.solve(root, better[0] - point) ** 2)
         point, y, height = better
         history.append((point[np.newaxis], y[np.newaxis]))
-        if square < _NEAR or gain < _GAIN or any(mode.holds(point, height) for mode in modes):
+        if square < RULES.min_step_square or gain < RULES.min_gain or any(mode.holds(point, height) for mode in modes):
             break
-    points, outputs = (np.concatenate(arrays) for arrays in zip(*history[-2 * _LAST :], strict=True))
+    points, outputs = (np.concatenate(arrays) for arrays in zip(*history[-2 * RULES.learned_steps :], strict=True))
     good = np.isfinite(outputs).all(axis=1)
     return Climbed(points[good], outputs[good], point, y, root, height)
 
@@ -114,7 +140,7 @@ def _better(
     simulate: Simulate, measured: np.ndarray, noise: Discrepancy, start: np.ndarray, height: float, aim: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float] | None:
     """Return the first better point on the way back from `aim`, its outputs and height; None if none is better."""
-    for share in _SHARES:
+    for share in RULES.step_shares:
         point = start + share * (aim - start)
         output = simulate(point[np.newaxis])[0]
         if np.isfinite(output).all():

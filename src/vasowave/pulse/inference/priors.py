@@ -8,7 +8,7 @@ from annotated_types import Ge, Gt, Le
 
 from vasowave.base.settings import Positive, settings_class
 from vasowave.pulse.inference.known_errors import KnownErrors
-from vasowave.pulse.noise.spectrum import SIZE
+from vasowave.pulse.noise.spectrum import SIZE_PRIOR
 
 Spread = Annotated[float, Ge(0), Le(2)]
 
@@ -39,6 +39,6 @@ class Priors(KnownErrors):
     """SD of a factor common to all measured tapers, around 1: blur, and contrast that fades along a vessel."""
     wedge: Annotated[float, Ge(0)] = 0.0
     """SD of the pressure behind the vascular beds around the recording's wedge pressure, mmHg."""
-    discrepancy: tuple[Annotated[float, Gt(0), Le(0.2)], Spread] = SIZE
+    discrepancy: tuple[Annotated[float, Gt(0), Le(0.2)], Spread] = SIZE_PRIOR
     """Median, as a share of the pulse pressure, and SD of the logarithm of the standard deviation of what no parameters
     of the model explain."""

@@ -28,11 +28,11 @@ from vasowave.pulse.solver.places import Waves, waves_at, with_areas
 from vasowave.pulse.solver.result import Run
 from vasowave.pulse.solver.simulation import simulate_runs
 
-_SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions/pulse.md
-_LEAST = 1e-12  # of a strain or compliance whose logarithm is taken
-_PERIODIC = 0.1 * _SOLVER  # mmHg, change from cycle to cycle that is left in simulations
-_SAMPLES = 64  # the solver chooses its step in multiples of this
-_WAVES = 256  # samples of a cycle whose waves are separated
+_SOLVER_ERROR = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions/pulse.md
+_MIN_LOG_ARGUMENT = 1e-12  # of a strain or compliance whose logarithm is taken
+_PERIODIC_TOLERANCE = 0.1 * _SOLVER_ERROR  # mmHg, change from cycle to cycle that is left in simulations
+_STEP_SAMPLES = 64  # the solver chooses its step in multiples of this
+_WAVE_SAMPLES = 256  # samples of a cycle whose waves are separated
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ class Problem:
         """Variance of each coefficient of the inlet by scatter of the beats (or rounding), grid, and zero, mmHg²."""
         k = harmonics(self.samples)
         beats = self.compared.error_power()[k] * np.where(k == 0, 1.0, 0.5) * self.samples
-        return beats + _SOLVER**2 + np.where(k == 0, self.zero_variance, 0.0)
+        return beats + _SOLVER_ERROR**2 + np.where(k == 0, self.zero_variance, 0.0)
 
     @property
     def zero_variance(self) -> float:
@@ -100,7 +100,7 @@ class Problem:
     @cached_property
     def _errors(self) -> np.ndarray:
         """Covariance of the errors of all coefficients, mmHg²."""
-        errors = np.diag(np.append(self.measurement_error, np.full(self.count - self.samples, _SOLVER**2)))
+        errors = np.diag(np.append(self.measurement_error, np.full(self.count - self.samples, _SOLVER_ERROR**2)))
         if self.sites is not None:
             errors[self.samples :, self.samples :] += self.sites.covariance
         return errors
@@ -117,7 +117,7 @@ class Problem:
         """Diastolic pressure of the vessels, mmHg, shape (vessel,): measured, and by how much they differ."""
         model, solved = self._middle
         with np.errstate(all="ignore"):
-            lowest = solved.over_cycle(solved.pressure, _WAVES).min(axis=0)
+            lowest = solved.over_cycle(solved.pressure, _WAVE_SAMPLES).min(axis=0)
         difference = lowest - lowest[model.network.root]
         return self.recording.diastolic_pressure + np.where(np.isfinite(difference), difference, 0.0)
 
@@ -168,12 +168,13 @@ class Problem:
 
         In the harmonics that are compared.
         """
-        pressure = resample(self.in_time(outputs).T, _WAVES).T
+        pressure = resample(self.in_time(outputs).T, _WAVE_SAMPLES).T
         if self.compared.what == "flow":  # without the errors of the probe, which `outputs` have and `flows` do not
             wrong = flows - self.recording.flow
-            flow = pressure / self.compared.scale + resample(resample(wrong.T, self.samples), _WAVES).T
-            return np.tile(resample(resample(self.recording.pressure, self.samples), _WAVES), (len(flow), 1)), flow
-        return pressure, resample(resample(flows.T, self.samples), _WAVES).T
+            flow = pressure / self.compared.scale + resample(resample(wrong.T, self.samples), _WAVE_SAMPLES).T
+            pressure = resample(resample(self.recording.pressure, self.samples), _WAVE_SAMPLES)
+            return np.tile(pressure, (len(flow), 1)), flow
+        return pressure, resample(resample(flows.T, self.samples), _WAVE_SAMPLES).T
 
     def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
         """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""
@@ -234,7 +235,7 @@ class Problem:
         shown = (law.slope_at(mean, *parameters), law.ratio_at(mean, *parameters) - 1.0)
         for name, quantity in zip(space.wall_names, shown, strict=False):
             if name in names:
-                coordinates[:, names.index(name)] = np.log(np.maximum(quantity, _LEAST))
+                coordinates[:, names.index(name)] = np.log(np.maximum(quantity, _MIN_LOG_ARGUMENT))
         return coordinates
 
     @property
@@ -306,7 +307,7 @@ class Problem:
             return None
         places = self.sites.places
         spectra = solved.at(places.vessel, places.share * model.network.length[places.vessel])
-        pressure, flow = (solved.over_cycle(spectrum, _WAVES) for spectrum in spectra)
+        pressure, flow = (solved.over_cycle(spectrum, _WAVE_SAMPLES) for spectrum in spectra)
         return with_areas(model, places, pressure, flow)
 
     def _simulated(self, posed: Sequence[tuple[Model, Recording] | None]) -> np.ndarray:
@@ -335,9 +336,9 @@ class Problem:
 
         Cycles repeat far within the error of the grid, which is part of the likelihood.
         """
-        numerics = replace(self.numerics, every_cell=False, tolerance=max(self.numerics.tolerance, _PERIODIC))
+        numerics = replace(self.numerics, every_cell=False, tolerance=max(self.numerics.tolerance, _PERIODIC_TOLERANCE))
         fixed = numerics.cycles_from_rest is not None or numerics.steps_per_cycle is not None
-        return numerics if fixed else replace(numerics, samples=_SAMPLES)
+        return numerics if fixed else replace(numerics, samples=_STEP_SAMPLES)
 
     @cached_property
     def key(self) -> str:

@@ -25,10 +25,11 @@ from vasowave.pulse.inference.starts import Screened
 from vasowave.pulse.inference.wording import meanings, trust, zero_unseen
 from vasowave.pulse.quantities import OF_PARAMETERS, QUANTITIES
 
-_HELD = 1e-24  # variance before of a quantity that held parameters leave no freedom: rounding
-_FURTHER = ("tau", "I_R", "mPAP", "CO", "PVR")  # quantities of a posterior beside those of the parameters alone
-_STEP = 1e-3  # of the central differences, in SD of the prior
-_FIRST = (0, 1, 2, 3, 5, 9, 17)
+_MIN_PRIOR_VARIANCE = 1e-24  # variance before of a quantity that held parameters leave no freedom: rounding
+_FURTHER_QUANTITIES = ("tau", "I_R", "mPAP", "CO", "PVR")
+"""Quantities of a posterior beside those of the parameters alone."""
+_STEP_SD = 1e-3  # of the central differences, in SD of the prior
+_BLOCK_HARMONICS = (0, 1, 2, 3, 5, 9, 17)
 """First harmonic of each block: the mean, the first two, then octaves."""
 
 
@@ -69,7 +70,7 @@ def reported(
     meaning = meanings(summary, scores, problem.unknowns.all)
     notes = (*trust(diagnostics), *notes, *meaning, *zero_unseen(problem.recording, problem.unknowns.priors.sd("zero")))
     wall = problem.unknowns.space.law.law().name
-    tree = _tree(problem, noise, explored, rows, behind, values, before, units)
+    tree = _tree(problem, noise, explored, rows, behind, _labelled(values, units), _labelled(before, units))
     blocks = left_out(noise, explored.residuals, explored.weights.log_weight)
     return Posterior(wall, tree, summary, diagnostics, blocks, notes)
 
@@ -92,7 +93,9 @@ def _values(problem: Problem, points: np.ndarray, outputs: np.ndarray, zeros: np
 def _units(problem: Problem) -> dict[str, tuple[str, str]]:
     """Return unit and meaning of every variable."""
     units = {name: (unknown.unit, unknown.meaning) for name, unknown in problem.unknowns.all.items()}
-    units |= {name: (QUANTITIES[name].unit, QUANTITIES[name].meaning) for name in (*OF_PARAMETERS, *_FURTHER)}
+    units |= {
+        name: (QUANTITIES[name].unit, QUANTITIES[name].meaning) for name in (*OF_PARAMETERS, *_FURTHER_QUANTITIES)
+    }
     return units | {"discrepancy": ("mmHg", "standard deviation of what no parameters of the model explain")}
 
 
@@ -107,7 +110,7 @@ def _summary(
         first, _, last = np.quantile(prior, TAILS)
         scale = np.log if draws.min() > 0 and prior.min() > 0 else np.asarray
         prior_variance = np.var(scale(prior))
-        contraction = 1 - np.var(scale(draws)) / prior_variance if prior_variance > _HELD else np.nan
+        contraction = 1 - np.var(scale(draws)) / prior_variance if prior_variance > _MIN_PRIOR_VARIANCE else np.nan
         rows[name] = (units[name][0], middle, low, high, first, last, contraction)
     columns = ["unit", "median", "interval_low", "interval_high", "prior_low", "prior_high", "contraction"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("quantity")
@@ -116,9 +119,9 @@ def _summary(
 def _shares(problem: Problem, noise: Discrepancy, explored: Explored, rows: np.ndarray) -> pd.DataFrame:
     """Return the sources of the variance of every quantity, to first order at the middle of the posterior."""
     middle = explored.points[rows].mean(axis=0)
-    steps = _STEP * np.eye(len(middle))
+    steps = _STEP_SD * np.eye(len(middle))
     offsets = np.vstack([steps, np.zeros_like(middle)])  # the last moves the zero
-    zeros = np.append(np.zeros(len(middle)), _STEP)
+    zeros = np.append(np.zeros(len(middle)), _STEP_SD)
     up, down = (
         _values(problem, points, explored.emulator(points), side * zeros)
         for points, side in ((middle + offsets, 1), (middle - offsets, -1))
@@ -126,7 +129,7 @@ def _shares(problem: Problem, noise: Discrepancy, explored: Explored, rows: np.n
     slopes = {}
     for name, ends in up.items():
         scale = np.log if min(ends.min(), down[name].min()) > 0 else np.asarray
-        slopes[name] = (scale(ends) - scale(down[name])) / (2 * _STEP)
+        slopes[name] = (scale(ends) - scale(down[name])) / (2 * _STEP_SD)
     sources = [unknown.source for unknown in problem.unknowns.all.values()]
     frame = pd.DataFrame.from_dict(slopes, orient="index")
     return variance_shares(
@@ -140,9 +143,8 @@ def _tree(
     explored: Explored,
     rows: np.ndarray,
     behind: Drawn,
-    values: dict[str, np.ndarray],
-    before: dict[str, np.ndarray],
-    units: dict[str, tuple[str, str]],
+    posterior: xr.Dataset,
+    prior: xr.Dataset,
 ) -> xr.DataTree:
     time = np.arange(problem.samples) * (problem.recording.period / problem.samples)
     outputs, compared = problem.measured - explored.residuals[rows], problem.compared
@@ -160,8 +162,8 @@ def _tree(
     observed = xr.Dataset({compared.what: ("time", measured, unit)}, coords=axis)
     weights = {"log_weight": (("chain", "draw"), explored.weights.log_weight[np.newaxis])}
     groups = {
-        "posterior": _labelled(values, units),
-        "prior": _labelled(before, units),
+        "posterior": posterior,
+        "prior": prior,
         "log_likelihood": xr.Dataset({compared.what: (("chain", "draw"), likelihood)}),
         "sample_stats": xr.Dataset(weights, attrs={"note": "importance draws before resampling"}),
         "posterior_predictive": predicted,
@@ -201,7 +203,7 @@ def left_out(noise: Discrepancy, residuals: np.ndarray, log_weight: np.ndarray) 
     residuals, log_weight = residuals[simulated], log_weight[simulated]
     full = noise.log_likelihood(residuals)
     rows = {}
-    for first, end in zip(_FIRST, (*_FIRST[1:], np.inf), strict=True):
+    for first, end in zip(_BLOCK_HARMONICS, (*_BLOCK_HARMONICS[1:], np.inf), strict=True):
         block = (harmonic >= first) & (harmonic < end)
         if block.any() and not block.all():
             added = full - noise.without(block).log_likelihood(residuals)

@@ -9,19 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-FEWEST_TAIL = 5  # with fewer weights in the tail no distribution is fitted
+MIN_TAIL_DRAWS = 5  # with fewer weights in the tail no distribution is fitted
 
 
-UNTRUSTED = 0.7
+MAX_PARETO_K = 0.7
 """Pareto k above which weighted means need not converge."""
 
-EQUAL = 0.9
+EQUAL_WEIGHT_SHARE = 0.9
 """Share of the draws that are effective above which weights differ too little for the shape of their tail to matter."""
 
 
 def trusted(k_hat: float, share: float) -> bool:
     """Whether weighted draws may be believed, from Pareto k and the share of effective draws."""
-    return k_hat <= UNTRUSTED or share > EQUAL
+    return k_hat <= MAX_PARETO_K or share > EQUAL_WEIGHT_SHARE
 
 
 class ImportanceWeights(NamedTuple):
@@ -43,7 +43,7 @@ def smoothed(log_ratio: np.ndarray) -> ImportanceWeights:
     count = len(log)
     tail = min(int(np.ceil(min(0.2 * count, 3 * np.sqrt(count)))), int(np.isfinite(log).sum()) - 1)
     k_hat = np.inf
-    if tail >= FEWEST_TAIL:
+    if tail >= MIN_TAIL_DRAWS:
         order = np.argsort(log)
         cut, largest = log[order[-tail - 1]], order[-tail:]
         k_hat, scale = _pareto(np.exp(log[largest]) - np.exp(cut))

@@ -14,13 +14,16 @@ from vasowave.pulse.inference.ensemble import Ensemble, LogDensity, sample
 from vasowave.pulse.inference.mode import Climbed
 from vasowave.pulse.inference.simulations import Simulate
 
-_ROUNDS = 7  # of simulations, at most
-_GOOD = 0.5  # SD of the emulator's error of the log-likelihood at new draws, below which no round follows
-_WIDER = 0.6  # power of the posterior that rounds learn: an emulator that saw the bulk alone ends the posterior there
-DRAWN = 0.8  # power of the posterior that is drawn from in the end: weights stay small where the emulator errs
-_WALKERS, _STEPS = 200, 150  # enough to spread from one round to the next; what is drawn in the end moves anew
-_FARTHER = 1.3  # the emulator is used up to this times the farthest point it was fitted to
-_FORETOLD = 2.0  # nats by which the emulator may miss the height of a mode that it covers
+_MAX_ROUNDS = 7  # of simulations, at most
+_MAX_LIKELIHOOD_ERROR = 0.5
+"""SD of the emulator's error of the log-likelihood at new draws, below which no round follows."""
+_LEARNED_POWER = 0.6
+"""Power of the posterior that rounds learn: an emulator that saw the bulk alone ends the posterior there."""
+DRAWN_POWER = 0.8  # power of the posterior that is drawn from in the end: weights stay small where the emulator errs
+_ROUND_WALKERS, _ROUND_STEPS = 200, 150
+"""Walkers and their steps: enough to spread from one round to the next; what is drawn in the end moves anew."""
+_MAX_REACH_RATIO = 1.3  # the emulator is used up to this times the farthest point it was fitted to
+_MAX_MODE_ERROR_NATS = 2.0  # nats by which the emulator may miss the height of a mode that it covers
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,16 +67,16 @@ class Surrogate:
 
     def log_learned(self, points: np.ndarray) -> np.ndarray:
         """Return the logarithm of the wider density that rounds learn."""
-        return _WIDER * self.log_posterior(points)
+        return _LEARNED_POWER * self.log_posterior(points)
 
     def log_drawn(self, points: np.ndarray) -> np.ndarray:
         """Return the logarithm of the wider density that is drawn from in the end."""
-        return DRAWN * self.log_posterior(points)
+        return DRAWN_POWER * self.log_posterior(points)
 
     def log_posterior(self, points: np.ndarray) -> np.ndarray:
         """Return the log posterior density; -inf too far from all points that were simulated."""
         local = self.emulator.local(points)
-        outside = (local**2).sum(axis=1) > (_FARTHER * self.emulator.reach) ** 2
+        outside = (local**2).sum(axis=1) > (_MAX_REACH_RATIO * self.emulator.reach) ** 2
         return np.where(outside, -np.inf, self._log_likelihood(local) + log_prior(points))
 
     def _log_likelihood(self, local: np.ndarray) -> np.ndarray:
@@ -109,7 +112,7 @@ class Component:
         if away @ np.linalg.solve(np.atleast_2d(np.cov(self.walkers.T)), away) > 2 * len(away):
             return False
         true = target.log_likelihood(mode.output[np.newaxis]) + log_prior(mode.middle[np.newaxis])
-        return bool(abs(self.surrogate.log_posterior(mode.middle[np.newaxis]) - true)[0] < _FORETOLD)
+        return bool(abs(self.surrogate.log_posterior(mode.middle[np.newaxis]) - true)[0] < _MAX_MODE_ERROR_NATS)
 
     def found_by(self, halves: frozenset[int]) -> "Component":
         """Return the component as one that these halves of the starts found too."""
@@ -125,17 +128,17 @@ def learn(target: Target, mode: Climbed, rng: np.random.Generator) -> Component:
         Most points near the mode cannot be simulated.
     """
     points, outputs, size = mode.points, mode.outputs, len(mode.middle)
-    walkers = mode.middle + rng.standard_normal((_WALKERS, size)) @ mode.root.T / np.sqrt(_WIDER)
+    walkers = mode.middle + rng.standard_normal((_ROUND_WALKERS, size)) @ mode.root.T / np.sqrt(_LEARNED_POWER)
     surrogate, error, rounds = None, np.inf, 0
-    while surrogate is None or (rounds < _ROUNDS and error > _GOOD):
+    while surrogate is None or (rounds < _MAX_ROUNDS and error > _MAX_LIKELIHOOD_ERROR):
         rounds += 1
         fresh = walkers[rng.choice(len(walkers), 20 + 6 * size + 10 * rounds, replace=False)]
         simulated = simulated_at(target, fresh)
         if surrogate is not None:
-            error = log_error(target, surrogate.log_likelihood(fresh), fresh, simulated, _WIDER)
+            error = log_error(target, surrogate.log_likelihood(fresh), fresh, simulated, _LEARNED_POWER)
         points, outputs = _joined(points, outputs, fresh, simulated)
         surrogate = _learned(target, points, outputs, walkers, surrogate)
-        walkers = moved(surrogate.log_learned, walkers, _STEPS, rng).points[-1]
+        walkers = moved(surrogate.log_learned, walkers, _ROUND_STEPS, rng).points[-1]
     return Component(surrogate, points, outputs, walkers, mode.halves, rounds)
 
 

@@ -13,7 +13,7 @@ from vasowave.base.runtime.thread_limits import threads
 from vasowave.base.settings import given_values, settings_class
 from vasowave.pulse.calibration.compared import compared_part, sites_of
 from vasowave.pulse.calibration.fitting import Search
-from vasowave.pulse.calibration.parameters import parameter_space
+from vasowave.pulse.calibration.parameters import ParameterLimits, parameter_space
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.calibration.screening import led
 from vasowave.pulse.cycle.averaged import EnsembleAverage, one_cycle
@@ -35,7 +35,8 @@ from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.network.network import Network, a_network
 from vasowave.pulse.quantities import derived
 
-_OPEN = 2.0  # SD of the prior at which a search begins where a fit ended farther away: what a fit leaves open runs away
+_MAX_START_SD = 2.0
+"""SD of the prior at which a search begins where a fit ended farther away: what a fit leaves open runs away."""
 
 
 @settings_class
@@ -133,7 +134,7 @@ def posterior_of(
     progress: Callable[[int], None] | None = None,
 ) -> Posterior:
     """Return the posterior of a problem; of `sampling` the draws and their seed matter here. Raises as `posterior`."""
-    starts = [] if fit is None else [np.clip(_scores(problem.unknowns, fit), -_OPEN, _OPEN)]
+    starts = [] if fit is None else [np.clip(_scores(problem.unknowns, fit), -_MAX_START_SD, _MAX_START_SD)]
     simulations = Simulations(problem.simulate, path, problem.key, progress)
     size, rng = len(problem.unknowns.all), np.random.default_rng(sampling.seed)
     halves = screened(problem.linear, size, sampling.seed)
@@ -149,9 +150,8 @@ def posterior_of(
 def problem_of(network: Network, recording: Recording, wall: str | type, sampling: Sampling) -> Problem:
     """Return an animal as a problem of inference; raises as `posterior`."""
     nominal = estimate_nominal(network, recording, sampling.blood, find_bed(sampling.bed))
-    space = parameter_space(
-        wall, network, nominal, sampling.blood, {}, sampling.search.fixed, False, sampling.search.viscous
-    )
+    limits = ParameterLimits(fixed=sampling.search.fixed, viscous=sampling.search.viscous)
+    space = parameter_space(wall, network, nominal, sampling.blood, limits)
     unknowns = Unknowns(space, nominal, sampling.priors, recording, sampling.search.enters == "pressure")
     compared = compared_part(recording, sampling.search.pressure_harmonics, sampling.search.enters)
     compared = replace(compared, sites=sites_of(sampling.sites, network, compared))

@@ -22,13 +22,21 @@ NOT_KEPT = look_kind(
     "simulations that an interrupted run had kept do not come out again ({count}), and were made anew; {remedy}",
     "look who else writes into results/searches; nothing of it is in these results",
 )
-_UNREADABLE = (
-    InputError, OSError, ValueError, KeyError, EOFError, MemoryError, NotImplementedError, RuntimeError,
+_READ_ERRORS = (
+    InputError,
+    OSError,
+    ValueError,
+    KeyError,
+    EOFError,
+    MemoryError,
+    NotImplementedError,
+    RuntimeError,
     zipfile.BadZipFile,
-)  # fmt: skip
-_TRIED = 8  # of the simulations that were kept, by chance
-_AGAIN = 1e-3  # mmHg, and share of an output, by which they may differ from those made here
-_BATCH = 32  # simulations between two writes of the file: less than a second of work, more than a write
+)
+"""Fmt: skip."""
+_RECHECKED_SIMULATIONS = 8  # of the simulations that were kept, by chance
+_MAX_REPEAT_ERROR = 1e-3  # mmHg, and share of an output, by which they may differ from those made here
+_SIMULATIONS_PER_WRITE = 32  # simulations between two writes of the file: less than a second of work, more than a write
 
 
 class Simulations:
@@ -68,8 +76,8 @@ class Simulations:
         points = np.ascontiguousarray(points, dtype=float)
         missing = [point for point in points if point.tobytes() not in self._known]
         self.asked += len(points) - len(missing)
-        for first in range(0, len(missing), _BATCH):
-            batch = np.array(missing[first : first + _BATCH])
+        for first in range(0, len(missing), _SIMULATIONS_PER_WRITE):
+            batch = np.array(missing[first : first + _SIMULATIONS_PER_WRITE])
             for point, output in zip(batch, self._simulate(batch), strict=True):
                 self._known[point.tobytes()] = output
             self.asked += len(batch)
@@ -81,11 +89,13 @@ class Simulations:
 
     def _come_again(self) -> bool:
         """Whether some of what was kept, which nobody can foresee, are the same when they are simulated here."""
-        tried = random.SystemRandom().sample(sorted(self._known), min(_TRIED, len(self._known)))
+        tried = random.SystemRandom().sample(sorted(self._known), min(_RECHECKED_SIMULATIONS, len(self._known)))
         if not tried:
             return True
         again, stored = self._simulate(np.array(list(map(np.frombuffer, tried)))), [self._known[key] for key in tried]
-        return again.shape == np.shape(stored) and np.allclose(stored, again, _AGAIN, _AGAIN, equal_nan=True)
+        return again.shape == np.shape(stored) and np.allclose(
+            stored, again, _MAX_REPEAT_ERROR, _MAX_REPEAT_ERROR, equal_nan=True
+        )
 
     def _save(self) -> None:
         if self._path is None:
@@ -102,7 +112,7 @@ def simulations_in(path: Path) -> int:
     try:
         with regular_file(path).open("rb") as file, np.load(file, allow_pickle=False) as archive:
             return len(archive["points"])
-    except _UNREADABLE:
+    except _READ_ERRORS:
         return 0
 
 
@@ -120,7 +130,7 @@ def read_simulations(path: Path, key: str) -> dict[bytes, np.ndarray]:
             stored_key, points, outputs = str(archive["key"]), archive["points"], archive["outputs"]
         if points.ndim != 2 or len(points) != len(outputs) or not points.dtype == outputs.dtype == float:
             raise ValueError("no outputs at points")
-    except _UNREADABLE:
+    except _READ_ERRORS:
         raise InputError(f"{path}: not a file of simulations, or damaged; remove it or give another path") from None
     if stored_key != key:
         raise InputError(f"{path} holds simulations of another problem; remove it or give another path")

@@ -15,10 +15,10 @@ from vasowave.pulse.inference.discrepancy import Discrepancy
 from vasowave.pulse.inference.mode import Climbed, climb
 from vasowave.pulse.inference.simulations import Simulate
 
-_SCREENED = 200  # points of the prior that each half looks at
-_BEST = 10  # of them, among which the farthest from the best one is another start
-_MISSED = 0.4  # mmHg, r.m.s., by which the linear model differs from simulations where it fits
-_STEP = 1e-3  # of the linear model's differences, in SD of the prior
+_SCREENED_POINTS = 200  # points of the prior that each half looks at
+_BEST_POINTS = 10  # of them, among which the farthest from the best one is another start
+_LINEAR_MODEL_RMS = 0.4  # mmHg, r.m.s., by which the linear model differs from simulations where it fits
+_STEP_SD = 1e-3  # of the linear model's differences, in SD of the prior
 
 
 class Screened(NamedTuple):
@@ -30,7 +30,7 @@ class Screened(NamedTuple):
 
 def screened(linear: Simulate, size: int, seed: int) -> tuple[Screened, Screened]:
     """Return what each half looks at, of a prior of so many unknowns."""
-    halves = [np.random.default_rng([seed, 2 + half]).standard_normal((_SCREENED, size)) for half in (0, 1)]
+    halves = [np.random.default_rng([seed, 2 + half]).standard_normal((_SCREENED_POINTS, size)) for half in (0, 1)]
     first, second = (Screened(points, linear(points)) for points in halves)
     return first, second
 
@@ -61,7 +61,7 @@ def find_modes(
     """
     modes: list[Climbed] = []
     failure: NumericalError | None = None
-    wide = noise.widened(_MISSED)
+    wide = noise.widened(_LINEAR_MODEL_RMS)
     starts = [(point, frozenset[int]()) for point in points]
     for half, looked in enumerate(halves):
         starts += [(point, frozenset((half,))) for point in _chosen(linear, measured, wide, looked)]
@@ -86,9 +86,9 @@ def _chosen(linear: Simulate, measured: np.ndarray, noise: Discrepancy, looked: 
         return [points[0]]
     points = points[good]
     heights = noise.log_likelihood(measured - outputs[good]) - 0.5 * (points**2).sum(axis=1)
-    best = points[np.argsort(-heights)[:_BEST]]
+    best = points[np.argsort(-heights)[:_BEST_POINTS]]
     farthest = best[np.argmax(((best - best[0]) ** 2).sum(axis=1))]
-    return [climb(linear, measured, noise, best[0], step=_STEP).middle, farthest]
+    return [climb(linear, measured, noise, best[0], step=_STEP_SD).middle, farthest]
 
 
 def _merged(modes: list[Climbed], end: Climbed) -> list[Climbed]:

@@ -8,24 +8,24 @@ import pandas as pd
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.inference.result import Diagnostics
-from vasowave.pulse.inference.reweighting import UNTRUSTED, trusted
+from vasowave.pulse.inference.reweighting import MAX_PARETO_K, trusted
 from vasowave.pulse.inference.unknowns import Unknown
 
-FEWEST_EFFECTIVE = 100.0
+MIN_EFFECTIVE_DRAWS = 100.0
 """Effective draws below which the ends of a 95 % interval rest on two draws each."""
 
-_SILENT = 0.1  # contraction below which the data count as narrowing nothing
-_MOVED = 0.5  # SD of the prior between its median and the posterior's, from which they are not the same
-_FAR = 2.0  # SD of the prior between its median and the posterior's, from which they disagree
-_MAINLY = 0.5  # share of the variance from one source that is worth a finding
-_WIDEST = 4.0  # ratio of the ends of an interval beyond which a number is not determined
+_MIN_CONTRACTION = 0.1  # contraction below which the data count as narrowing nothing
+_MIN_MEDIAN_SHIFT_SD = 0.5  # SD of the prior between its median and the posterior's, from which they are not the same
+_MAX_MEDIAN_SHIFT_SD = 2.0  # SD of the prior between its median and the posterior's, from which they disagree
+_MAIN_SOURCE_SHARE = 0.5  # share of the variance from one source that is worth a finding
+_MAX_INTERVAL_RATIO = 4.0  # ratio of the ends of an interval beyond which a number is not determined
 
-_ASK = "Ask for more draws, start from another fit, or give narrower priors."
+_DRAWS_REMEDY = "Ask for more draws, start from another fit, or give narrower priors."
 HEAVY_TAIL = look_kind(
     "posterior.heavy-tail",
     "Do not believe these numbers: the weights of the draws have a heavy tail (Pareto k {k_hat:.2f}, above {limit:g}). "
     "{remedy}",
-    _ASK,
+    _DRAWS_REMEDY,
 )
 FEW_DRAWS = look_kind(
     "posterior.few-draws",
@@ -53,9 +53,9 @@ ZERO_UNSEEN = note_kind(
     "An averaged cycle does not show whether the pressure's zero drifted: it is taken to be right within {within:.2g} "
     "mmHg (two SD, `zero_sd`). Every mmHg that it is off moves R_T by {percent:.0f} %.",
 )
-_MOSTLY = "The uncertainty of {{names}} comes mostly from the {}: {}."
-MOSTLY = {
-    source: note_kind(f"posterior.mostly-{source}", _MOSTLY.format(source, remedy))
+_SOURCE_TEXT = "The uncertainty of {{names}} comes mostly from the {}: {}."
+SOURCE_FINDINGS = {
+    source: note_kind(f"posterior.mostly-{source}", _SOURCE_TEXT.format(source, remedy))
     for source, remedy in {
         "image": "a better image would narrow it, more beats would not",
         "model": "it is what the model leaves out, and neither a better image nor more beats would narrow it",
@@ -69,9 +69,9 @@ MOSTLY = {
 
 def meanings(summary: pd.DataFrame, scores: pd.Series, unknowns: dict[str, Unknown]) -> Iterator[Finding]:
     """Yield what the numbers mean; `scores` are the medians of the unknowns in SD of their priors."""
-    untold = (summary["contraction"] < _SILENT) & summary.index.isin(list(unknowns))
-    wider = summary["contraction"] < -_SILENT
-    moved = untold & (wider | (scores.reindex(summary.index).abs() > _MOVED))
+    untold = (summary["contraction"] < _MIN_CONTRACTION) & summary.index.isin(list(unknowns))
+    wider = summary["contraction"] < -_MIN_CONTRACTION
+    moved = untold & (wider | (scores.reindex(summary.index).abs() > _MIN_MEDIAN_SHIFT_SD))
     if (untold & ~moved).any():
         yield SILENT(names=_listed(list(summary.index[untold & ~moved])))
     if moved.any():
@@ -83,15 +83,15 @@ def meanings(summary: pd.DataFrame, scores: pd.Series, unknowns: dict[str, Unkno
         ]
         yield MOVED(names=_listed(list(summary.index[moved])), parts=_listed(clauses))
     factor = summary["interval_high"] / summary["interval_low"]
-    for name, row in summary[(summary["prior_low"] > 0) & (factor > _WIDEST) & ~untold].iterrows():
+    for name, row in summary[(summary["prior_low"] > 0) & (factor > _MAX_INTERVAL_RATIO) & ~untold].iterrows():
         low, high = float(row["interval_low"]), float(row["interval_high"])
         yield WIDE(name=str(name), factor=high / low, low=low, high=high)
     for name, score in scores.items():
-        if abs(score) > _FAR:
+        if abs(score) > _MAX_MEDIAN_SHIFT_SD:
             meaning = unknowns[str(name)].meaning
             yield CONFLICT(name=str(name), meaning=meaning, distance=float(abs(score)), side=_side(score))
-    for source, mostly in MOSTLY.items():
-        rows = summary.index[(summary[source] > _MAINLY) & (summary["contraction"] >= _SILENT)]
+    for source, mostly in SOURCE_FINDINGS.items():
+        rows = summary.index[(summary[source] > _MAIN_SOURCE_SHARE) & (summary["contraction"] >= _MIN_CONTRACTION)]
         if len(rows):
             clauses = [f"{name} ({100 * np.round(summary.loc[name, source], 2):.0f} %)" for name in rows]
             yield mostly(names=_listed(clauses))
@@ -107,8 +107,8 @@ def zero_unseen(recording: Recording, sd: float) -> list[Finding]:
 def trust(diagnostics: Diagnostics) -> Iterator[Finding]:
     """Yield why the draws should not be believed."""
     if not trusted(diagnostics.k_hat, diagnostics.even):
-        yield HEAVY_TAIL(k_hat=float(diagnostics.k_hat), limit=UNTRUSTED)
-    if diagnostics.effective < FEWEST_EFFECTIVE:
+        yield HEAVY_TAIL(k_hat=float(diagnostics.k_hat), limit=MAX_PARETO_K)
+    if diagnostics.effective < MIN_EFFECTIVE_DRAWS:
         yield FEW_DRAWS(effective=float(diagnostics.effective))
 
 

@@ -8,8 +8,8 @@ from vasowave.pulse.noise.fitting import NOISE as NOISE
 from vasowave.pulse.noise.fitting import OF_PAPER as OF_PAPER
 from vasowave.pulse.noise.fitting import fit_noise as fit_noise
 from vasowave.pulse.noise.likelihood import FAMILIES as FAMILIES
-from vasowave.pulse.noise.likelihood import Independent as Independent
 from vasowave.pulse.noise.likelihood import KERNELS as KERNELS
+from vasowave.pulse.noise.likelihood import Independent as Independent
 from vasowave.pulse.noise.likelihood import Kernel as Kernel
 from vasowave.pulse.noise.likelihood import PeriodicStationary as PeriodicStationary
 from vasowave.pulse.noise.likelihood import fit_kernel as fit_kernel
@@ -25,10 +25,10 @@ from vasowave.pulse.noise.models import DenseNoise as DenseNoise
 from vasowave.pulse.noise.models import Noise as Noise
 from vasowave.pulse.noise.models import log_likelihood as log_likelihood
 from vasowave.pulse.noise.models import whiten as whiten
+from vasowave.pulse.noise.spectrum import LOG_POWER_PRIOR as LOG_POWER_PRIOR
+from vasowave.pulse.noise.spectrum import LOG_RATE_PRIOR as LOG_RATE_PRIOR
+from vasowave.pulse.noise.spectrum import SIZE_PRIOR as SIZE_PRIOR
 from vasowave.pulse.noise.spectrum import Beside as Beside
-from vasowave.pulse.noise.spectrum import POWER as POWER
-from vasowave.pulse.noise.spectrum import RATE as RATE
-from vasowave.pulse.noise.spectrum import SIZE as SIZE
 from vasowave.pulse.noise.spectrum import Spectra as Spectra
 from vasowave.pulse.noise.spectrum import falling_power as falling_power
 from vasowave.pulse.noise.spectrum import fourier as fourier

@@ -13,10 +13,10 @@ from vasowave.pulse.noise.arma_likelihood import (
     squares_and_log_determinant,
 )
 
-LARGEST_ORDERS = (4, 3)
+MAX_ORDERS = (4, 3)
 """Largest p and q that are tried by default."""
 
-_EDGE = 7.0  # largest |atanh| of a partial autocorrelation: nearer than 2·10⁻⁶ to 1 nothing can be told apart
+_MAX_ARCTANH = 7.0  # largest |atanh| of a partial autocorrelation: nearer than 2·10⁻⁶ to 1 nothing can be told apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Arma:
         return toeplitz(self.innovation_variance * autocovariance(self.ar, self.ma, count))
 
 
-def fit_arma(series: np.ndarray, largest: tuple[int, int] = LARGEST_ORDERS) -> Arma:
+def fit_arma(series: np.ndarray, largest: tuple[int, int] = MAX_ORDERS) -> Arma:
     """Maximum-likelihood ARMA(p,q) of independent series, shape (series, sample), with the orders of the least BIC.
 
     The likelihood is exact. Every order starts from the optima of the two orders it contains, so that a larger model is
@@ -112,7 +112,7 @@ def _fit_order(unit: np.ndarray, p: int, q: int, starts: list[np.ndarray]) -> tu
         height, slope = height_and_slope(x, p, unit)
         return (height, slope) if np.all(np.isfinite([height, *slope])) else (1e3, np.zeros(len(x)))
 
-    x, bounds = np.zeros(0), [(-_EDGE, _EDGE)] * (p + q)
+    x, bounds = np.zeros(0), [(-_MAX_ARCTANH, _MAX_ARCTANH)] * (p + q)
     if p + q:
         options = {"ftol": 1e-11, "gtol": 1e-7, "maxiter": 200}
         ends = [
@@ -151,4 +151,4 @@ def _burg(unit: np.ndarray, p: int) -> np.ndarray:
             (forward - partial[i] * backward)[:, 1:],
             (backward - partial[i] * forward)[:, :-1],
         )
-    return np.clip(np.arctanh(np.clip(partial, -1 + 1e-12, 1 - 1e-12)), -_EDGE, _EDGE)
+    return np.clip(np.arctanh(np.clip(partial, -1 + 1e-12, 1 - 1e-12)), -_MAX_ARCTANH, _MAX_ARCTANH)

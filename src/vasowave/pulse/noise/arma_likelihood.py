@@ -8,7 +8,7 @@ from numba import njit
 from vasowave.base.runtime.kernels import kept
 
 _OPTIONS: Any = {"nogil": True, "error_model": "numpy"}
-_STEP = 1e-5  # of the central differences
+_DIFFERENCE_STEP = 1e-5  # of the central differences
 
 
 @kept
@@ -141,8 +141,8 @@ def height_and_slope(x, p, series):
     slope = np.empty(len(x))
     for i in range(len(x)):
         moved = x.copy()
-        moved[i] = x[i] + _STEP
+        moved[i] = x[i] + _DIFFERENCE_STEP
         above = _height(moved, p, series)
-        moved[i] = x[i] - _STEP
-        slope[i] = (above - _height(moved, p, series)) / (2.0 * _STEP)
+        moved[i] = x[i] - _DIFFERENCE_STEP
+        slope[i] = (above - _height(moved, p, series)) / (2.0 * _DIFFERENCE_STEP)
     return _height(x, p, series), slope

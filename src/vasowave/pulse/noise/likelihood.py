@@ -15,8 +15,8 @@ from vasowave.pulse.noise.spectrum import falling_power
 
 Bounds = tuple[tuple[str, float, float, int], ...]
 """(Name with unit, lower, upper, power): bounds in units of T; the fitted value times T**power is reported."""
-_EXPLORED = 128  # samples on which the starts of a dense covariance are explored; the best is refined on all
-_CONDITION = 1e4  # the paper's largest condition number
+_EXPLORED_SAMPLES = 128  # samples on which the starts of a dense covariance are explored; the best is refined on all
+_MAX_CONDITION_NUMBER = 1e4  # the paper's largest condition number
 _LENGTH = (("length [s]", 1e-3, 10.0, 1),)
 
 
@@ -52,7 +52,7 @@ def neural_network(t: np.ndarray, offset: float, slope: float) -> np.ndarray:
     return 2 / np.pi * np.arcsin(2 * inner / np.sqrt(np.outer(norm, norm)))
 
 
-def regularize(covariance: np.ndarray, largest_condition: float = _CONDITION) -> tuple[np.ndarray, float]:
+def regularize(covariance: np.ndarray, largest_condition: float = _MAX_CONDITION_NUMBER) -> tuple[np.ndarray, float]:
     """Return Σ* = (1-λ)Σ + λσ²I with the smallest λ whose 2-norm condition number is at most the given one, and λ.
 
     σ² = trace(Σ)/N; λ cannot exceed N/(largest_condition - 1 + N).
@@ -124,7 +124,7 @@ class Kernel:
         """Return the noise regularized to a 2-norm condition number of 10⁴: smooth kernels are singular without."""
         K = self.matrix(np.arange(count) / count, *theta)
         eigenvalues, variance = self._eigenvalues(K), float(np.trace(K)) / count
-        weight = smallest_weight(eigenvalues.min(), eigenvalues.max(), variance, _CONDITION)
+        weight = smallest_weight(eigenvalues.min(), eigenvalues.max(), variance, _MAX_CONDITION_NUMBER)
         K *= 1 - weight
         K[np.diag_indices(count)] += weight * variance
         return DenseNoise(K, weight, {})
@@ -229,7 +229,7 @@ def maximize(
     count = residuals.shape[1]
     low, high = _log_bounds(family)
     begin = [0.5 * (low + high), *(rng.uniform(low, high) for _ in range(starts - 1))] if len(low) else []
-    step = max(1, count // _EXPLORED) if family.dense else 1
+    step = max(1, count // _EXPLORED_SAMPLES) if family.dense else 1
     ends = [_climb(family, residuals[:, ::step], x) for x in begin]
     if ends and step > 1:
         ends = [_climb(family, residuals, min(ends, key=lambda end: end[1])[0])]

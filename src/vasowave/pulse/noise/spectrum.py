@@ -11,28 +11,28 @@ import numpy as np
 
 from vasowave.base.descriptions import LEVEL, NORMAL
 
-HARMONICS = 20
+SPECTRUM_HARMONICS = 20
 """Harmonics by which spectra are judged: those that the averaged cycle of a mouse carries."""
 
-RATE = np.log(0.5), 0.5
+LOG_RATE_PRIOR = np.log(0.5), 0.5
 """Mean and SD of log r: power falls to 1/e over two harmonics, as that of the residual of measured mouse C6."""
 
-POWER = np.log(6.0), 0.5
+LOG_POWER_PRIOR = np.log(6.0), 0.5
 """Mean and SD of log s."""
 
-SIZE = 0.03, 0.7
+SIZE_PRIOR = 0.03, 0.7
 """Median of σ as a share of the pulse pressure, and SD of its logarithm: from 0.8 to 12 %. What published fits left of
 twelve mice is 1 to 7 % (root of S over the 1024 samples, over the pulse pressure of their group)."""
 
-_RATES, _POWERS = np.linspace(-3.6, 3.6, 13), np.linspace(-3.6, 3.6, 7)
+_RATE_NODES, _POWER_NODES = np.linspace(-3.6, 3.6, 13), np.linspace(-3.6, 3.6, 7)
 """Nodes of the quadrature over log r and log s, in SD. Twice as many that reach farther move no evidence by 0.03."""
-_REACH = 6.0
+_SIZE_REACH_SD = 6.0
 """SD of the prior of log σ up to which its nodes reach, on both sides."""
-_STEP = 0.175
+_MAX_SIZE_STEP = 0.175
 """Largest step of log σ, whose likelihood is narrower than its prior: by 40 coefficients it is known within 0.11."""
-_LOOSE = 0.5  # SD of log σ, in that of its prior, above which the prior counts as what decides
-_HALVINGS = 40  # of an interval around the likeliest size, to rounding
-_MATTERS = 1e-6  # probability of a spectrum below which it is left out
+_MAX_SIZE_SD = 0.5  # SD of log σ, in that of its prior, above which the prior counts as what decides
+_SIZE_HALVINGS = 40  # of an interval around the likeliest size, to rounding
+_MIN_SPECTRUM_PROBABILITY = 1e-6  # probability of a spectrum below which it is left out
 
 
 class Spectra(NamedTuple):
@@ -77,9 +77,14 @@ def spectral_shapes(harmonic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     log_weight : array, shape (shape,)
         Adding up to 1.
     """
-    r, s = np.exp(RATE[0] + RATE[1] * _RATES), np.exp(POWER[0] + POWER[1] * _POWERS)
+    r, s = (
+        np.exp(LOG_RATE_PRIOR[0] + LOG_RATE_PRIOR[1] * _RATE_NODES),
+        np.exp(LOG_POWER_PRIOR[0] + LOG_POWER_PRIOR[1] * _POWER_NODES),
+    )
     shapes = np.array([(1 + rate * harmonic / power) ** -power for rate in r for power in s])
-    return shapes / shapes.mean(axis=1, keepdims=True), _log_normal(np.add.outer(_RATES**2, _POWERS**2).ravel())
+    return shapes / shapes.mean(axis=1, keepdims=True), _log_normal(
+        np.add.outer(_RATE_NODES**2, _POWER_NODES**2).ravel()
+    )
 
 
 def with_points(shapes: np.ndarray, harmonic: np.ndarray) -> np.ndarray:
@@ -94,8 +99,8 @@ def spectral_sizes(median: float, spread: float) -> tuple[np.ndarray, np.ndarray
     """Return nodes of σ, whose logarithm is normal with an SD of `spread`, and their log prior weights, (size,)."""
     if spread == 0:
         return np.array([median]), np.zeros(1)
-    half = int(np.ceil(_REACH * max(4.0, spread / _STEP)))  # nodes on either side
-    score = np.linspace(-_REACH, _REACH, 2 * half + 1)
+    half = int(np.ceil(_SIZE_REACH_SD * max(4.0, spread / _MAX_SIZE_STEP)))  # nodes on either side
+    score = np.linspace(-_SIZE_REACH_SD, _SIZE_REACH_SD, 2 * half + 1)
     return median * np.exp(spread * score), _log_normal(score**2)
 
 
@@ -137,8 +142,8 @@ def likely_spectra(
     """Return the spectra that may lie behind the residual of a least-squares fit.
 
     Their prior is that of a posterior: `spectral_shapes`, and a standard deviation σ in the cycle around a share of the
-    pulse pressure (`SIZE`). Without a prior of σ a steep spectrum could hide an error of the mean pressure many times
-    larger than anything that the residual shows.
+    pulse pressure (`SIZE_PRIOR`). Without a prior of σ a steep spectrum could hide an error of the mean pressure many
+    times larger than anything that the residual shows.
 
     Parameters
     ----------
@@ -156,7 +161,7 @@ def likely_spectra(
         What other signals say of the same parameters.
     """
     k, y, J = harmonics(len(residual)), fourier(residual), fourier(jacobian)
-    (shapes, log_shape), (sigma, log_size) = spectral_shapes(k), spectral_sizes(SIZE[0] * pulse, SIZE[1])
+    (shapes, log_shape), (sigma, log_size) = spectral_shapes(k), spectral_sizes(SIZE_PRIOR[0] * pulse, SIZE_PRIOR[1])
     variance_limit = np.where(k == 0, len(k) * of_mean**2, np.inf)
     variance = np.minimum(sigma[:, np.newaxis] ** 2 * shapes[:, np.newaxis], variance_limit) + error_variance
     if signals is not None:
@@ -165,14 +170,14 @@ def likely_spectra(
         k, y, J = np.append(k, signals.harmonic), np.append(y, signals.residual), np.vstack([J, signals.jacobian])
     variance = variance.reshape(-1, len(k))
     basis = np.linalg.qr(J)[0]  # of what the parameters can imitate
-    fitted = k <= HARMONICS
+    fitted = k <= SPECTRUM_HARMONICS
     log = np.add.outer(log_shape, log_size).ravel() + restricted_likelihood(
         variance[:, fitted], y[fitted], basis[fitted]
     )
     probability = np.exp(log - log.max())
     probability /= probability.sum()
-    size, scores = probability.reshape(-1, len(sigma)).sum(axis=0), np.log(sigma) / SIZE[1]
-    loose = np.sqrt(size @ scores**2 - (size @ scores) ** 2) > _LOOSE
+    size, scores = probability.reshape(-1, len(sigma)).sum(axis=0), np.log(sigma) / SIZE_PRIOR[1]
+    loose = np.sqrt(size @ scores**2 - (size @ scores) ** 2) > _MAX_SIZE_SD
     return Spectra(variance, probability, bool(loose))
 
 
@@ -223,10 +228,10 @@ def _reach(deviations: np.ndarray, probability: np.ndarray) -> np.ndarray:
     """Return half widths of the 95 % intervals of mixtures of centered normals, (mixture, part), by bisection."""
     from scipy.special import ndtr
 
-    matter = probability > _MATTERS
+    matter = probability > _MIN_SPECTRUM_PROBABILITY
     share, components = probability[matter] / probability[matter].sum(), np.maximum(deviations[:, matter], 1e-300)
     low, high = np.zeros(len(components)), 10 * components.max(axis=1)
-    for _ in range(_HALVINGS):
+    for _ in range(_SIZE_HALVINGS):
         middle = 0.5 * (low + high)
         short = ndtr(middle[:, np.newaxis] / components) @ share < 0.5 + 0.5 * LEVEL
         low, high = np.where(short, middle, low), np.where(short, high, middle)

@@ -4,9 +4,6 @@ from vasowave.pulse.selection.averaging import Averaged as Averaged
 from vasowave.pulse.selection.averaging import averaged as averaged
 from vasowave.pulse.selection.averaging import averaged_draws as averaged_draws
 from vasowave.pulse.selection.averaging import law_weights as law_weights
-from vasowave.pulse.selection.choices import answers as answers
-from vasowave.pulse.selection.choices import answers_by_harmonics as answers_by_harmonics
-from vasowave.pulse.selection.choices import answers_by_image_pressure as answers_by_image_pressure
 from vasowave.pulse.selection.compare import Comparing as Comparing
 from vasowave.pulse.selection.compare import compare_models as compare_models
 from vasowave.pulse.selection.compare import compare_residuals as compare_residuals

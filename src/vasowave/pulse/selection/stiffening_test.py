@@ -9,7 +9,7 @@ import xarray as xr
 
 from vasowave.base.descriptions import NORMAL
 from vasowave.pulse.calibration.result import CalibratedModel
-from vasowave.pulse.calibration.uncertainty import WIDEST, undetermined
+from vasowave.pulse.calibration.uncertainty import MAX_INTERVAL_RATIO, undetermined
 from vasowave.pulse.model.laws import full_name
 from vasowave.pulse.model.walls import LinearWall
 
@@ -52,7 +52,7 @@ def _toward(fit: CalibratedModel, linear: CalibratedModel) -> CalibratedModel:
     table = fit.parameters.copy()
     end = "interval_low" if distance > 0 else "interval_high"
     table.loc[name, end] = row["value"] * np.exp(-NORMAL * distance / np.sqrt(deviance))
-    table.loc[name, "determined"] = table["interval_high"][name] <= WIDEST * table["interval_low"][name]
+    table.loc[name, "determined"] = table["interval_high"][name] <= MAX_INTERVAL_RATIO * table["interval_low"][name]
     old, new = undetermined(fit.parameters), undetermined(table)
     return replace(fit, parameters=table, findings=(*(finding for finding in fit.findings if finding not in old), *new))
 

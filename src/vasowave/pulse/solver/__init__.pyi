@@ -7,8 +7,8 @@ from vasowave.pulse.solver.grid import make_grid as make_grid
 from vasowave.pulse.solver.parameter_sweep import changed_model as changed_model
 from vasowave.pulse.solver.parameter_sweep import sweep as sweep
 from vasowave.pulse.solver.parameter_sweep import sweep_table as sweep_table
-from vasowave.pulse.solver.places import Places as Places
 from vasowave.pulse.solver.places import QUANTITIES as QUANTITIES
+from vasowave.pulse.solver.places import Places as Places
 from vasowave.pulse.solver.places import Waves as Waves
 from vasowave.pulse.solver.places import waves_at as waves_at
 from vasowave.pulse.solver.powers import power as power

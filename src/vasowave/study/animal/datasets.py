@@ -27,7 +27,7 @@ from vasowave.pulse.quantities import QUANTITIES, lacking
 from vasowave.study.animal.labelled import labelled, table_dataset
 from vasowave.study.animal.law_result import PosteriorResult
 
-EXCERPT = 6.0
+EXCERPT_SECONDS = 6.0
 """Length of the stretch of raw signals that is kept for a figure, s."""
 
 
@@ -279,7 +279,7 @@ def recording_with_scatter(recording: Recording, average: EnsembleAverage | None
 def _excerpt(average: EnsembleAverage, raw: RawRecording) -> xr.Dataset:
     """Return the signals from the first averaged beat on, or as near as the recording's end allows."""
     used = [beat for beat in average.beats if beat.averaged]
-    count = min(len(raw.pressure), round(EXCERPT * raw.sampling_rate))
+    count = min(len(raw.pressure), round(EXCERPT_SECONDS * raw.sampling_rate))
     middle = (0.5 * (used[0].start + used[-1].end) - raw.origin) * raw.sampling_rate
     first = int(np.clip(middle - count / 2, 0, len(raw.pressure) - count))
     window = slice(first, first + count)

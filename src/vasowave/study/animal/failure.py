@@ -9,7 +9,7 @@ from vasowave.base.errors import VasowaveError
 from vasowave.base.runtime.interrupts import is_interrupt
 from vasowave.base.runtime.memory import is_starved
 
-_LONGEST = 300  # letters of what a foreign error says; a compiler's goes on for pages
+_MAX_ERROR_LETTERS = 300  # letters of what a foreign error says; a compiler's goes on for pages
 
 T = TypeVar("T")
 
@@ -100,5 +100,5 @@ def unforeseen(error: BaseException, where: str = "") -> str:
         frame = frame.tb_next
     if not where and frame is not None:
         where = f'File "{frame.tb_frame.f_code.co_filename}", line {frame.tb_lineno}'
-    first_line = next(iter(str(error).splitlines()), "")[:_LONGEST]
+    first_line = next(iter(str(error).splitlines()), "")[:_MAX_ERROR_LETTERS]
     return f"unexpected {type(error).__name__}: {first_line} ({where or 'unknown'}); please report it"

@@ -20,7 +20,7 @@ from vasowave.base.stores import parsed_as, stored
 from vasowave.study.animal.failure import Failure
 from vasowave.study.animal.result import FAILURES, AnimalResult
 
-_ROOM = 1 << 20  # bytes to begin with; the library takes more as it needs
+_INITIAL_BYTES = 1 << 20  # bytes to begin with; the library takes more as it needs
 _LIBRARY = Lock()  # two threads in it at once end the process
 
 
@@ -77,7 +77,7 @@ def to_bytes(tree: xr.DataTree) -> bytes:
 
     values: list[tuple[Any, np.ndarray]] = []
     with _LIBRARY:
-        file = netCDF4.Dataset("result.nc", "w", format="NETCDF4", memory=_ROOM)
+        file = netCDF4.Dataset("result.nc", "w", format="NETCDF4", memory=_INITIAL_BYTES)
         for node in tree.subtree:
             values += _define(file if node.path == "/" else file.createGroup(node.path), node.to_dataset(inherit=False))
         for stored, array in values:  # after everything is defined: between two definitions the library tidies the file

@@ -22,10 +22,10 @@ from vasowave.pulse.model.model import Model
 from vasowave.pulse.network.network import Network
 from vasowave.study.animal.animal import Settings
 
-_ROUNDING = 1e-9  # below it a difference of logarithms is none
-_STEP = 0.02  # of differences, in the logarithm of a parameter and in SD of an error
+_ROUNDING_ERROR = 1e-9  # below it a difference of logarithms is none
+_LOG_STEP = 0.02  # of differences, in the logarithm of a parameter and in SD of an error
 
-_SIMULATED = ("I_R", "Z_c", "Z_0")  # quantities of the waves at the inlet
+_SIMULATED_QUANTITIES = ("I_R", "Z_c", "Z_0")  # quantities of the waves at the inlet
 
 UNKNOWN = look_kind(
     "fit.errors-unknown",
@@ -63,12 +63,12 @@ def effects_on_measured(
         if kind.positive and center == 0:
             continue
         ends = []
-        for score in (-_STEP, _STEP):
+        for score in (-_LOG_STEP, _LOG_STEP):
             value = center * np.exp(sd * score) if kind.positive else center + sd * score
             ends.append(_logs(quantities(kind.without(observed, value))))
-        effects[name] = (ends[1] - ends[0]) / (2 * _STEP)
+        effects[name] = (ends[1] - ends[0]) / (2 * _LOG_STEP)
     table = pd.DataFrame(effects)
-    return _with_spreads(table.where(~(table.abs() < _ROUNDING), 0.0), spreads)
+    return _with_spreads(table.where(~(table.abs() < _ROUNDING_ERROR), 0.0), spreads)
 
 
 class FitEffects(NamedTuple):
@@ -110,7 +110,8 @@ def effects_on_fit(fit: CalibratedModel, settings: Settings, derive: Derive) -> 
         name: response.value for name, response in fit.response.items()
     }  # beside the parameters: no error is left of it
     middle, taper = unknowns.scores(values | fitted), np.array(names) == "taper"
-    up, down = np.where(taper, 1.0, _STEP), np.where(taper, 0.0, _STEP)  # only a tree that tapers has other junctions
+    # Only a tree that tapers has other junctions.
+    up, down = np.where(taper, 1.0, _LOG_STEP), np.where(taper, 0.0, _LOG_STEP)
     points = np.array([*(middle + np.diag(up)), *(middle - np.diag(down)), middle])
     outputs = problem.simulate(points)
     taper_rows = np.flatnonzero(taper)
@@ -143,13 +144,13 @@ def effects_on_fit(fit: CalibratedModel, settings: Settings, derive: Derive) -> 
         if name == "zero" and name not in names:
             moved = np.zeros(problem.samples)
             moved[0] = sd * np.sqrt(problem.samples)  # which the pressure of the animal does not have
-            effect = ((at(-1, sd * _STEP) - at(-1, -sd * _STEP)) / (2 * _STEP)).to_numpy()
+            effect = ((at(-1, sd * _LOG_STEP) - at(-1, -sd * _LOG_STEP)) / (2 * _LOG_STEP)).to_numpy()
         elif name in names and name not in fitted:
             moved, effect = slopes[:, names.index(name)], direct[name].to_numpy()
         else:
             continue
         effects[name] = effect - by_parameter @ (inverse @ moved)
-    simulated = direct.loc[[*_SIMULATED], [name for name in names if name in values]]
+    simulated = direct.loc[[*_SIMULATED_QUANTITIES], [name for name in names if name in values]]
     return FitEffects(_with_spreads(pd.DataFrame(effects, index=direct.index), spreads), simulated.dropna())
 
 
@@ -170,7 +171,7 @@ def _simulated(
     except InputError:  # a flow without an upstroke
         Z_c = np.nan
     values = float(waves.reflection_coefficient), Z_c, float(pressure.mean() / flow.mean())
-    return dict(zip(_SIMULATED, values, strict=True))
+    return dict(zip(_SIMULATED_QUANTITIES, values, strict=True))
 
 
 def spreads_of(network: Network, settings: Settings, source: str = "") -> dict[str, float]:

@@ -11,7 +11,7 @@ import xarray as xr
 from vasowave.base.descriptions import TAILS
 from vasowave.base.findings import Finding, from_json
 
-OVERSTRAINED = "solver.vessel-overstrained"
+OVERSTRAINED_CODE = "solver.vessel-overstrained"
 """Code of the finding of a law that explains the data by vessels that no artery could be."""
 SITE_DOUBTS = ("fit.site-unit", "fit.site-apart")
 """Codes of the findings that a further site speaks against the recording at the inlet."""
@@ -130,7 +130,7 @@ class LawResult(Measured):
     @property
     def overstrained(self) -> Finding | None:
         """The finding that a vessel is strained beyond what an artery survives, if there is one."""
-        return next((finding for finding in self.findings if finding.code == OVERSTRAINED), None)
+        return next((finding for finding in self.findings if finding.code == OVERSTRAINED_CODE), None)
 
     @property
     def site_doubts(self) -> tuple[Finding, ...]:

@@ -17,7 +17,7 @@ from vasowave.pulse.analysis.ventricle_coupling import Coupling
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.cycle.harmonics import harmonic_errors
-from vasowave.pulse.inference.known_errors import SHARED, Seen, kinds
+from vasowave.pulse.inference.known_errors import SHARED_SOURCES, Seen, kinds
 from vasowave.pulse.model.laws import bed_factors, full_name, parameter_names
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.nominal import Nominal
@@ -31,7 +31,7 @@ from vasowave.study.animal.signals import Station
 
 _LOG_STEP = 1e-4  # of the central differences, in the logarithm of a parameter
 _RADII = "radius_scale"  # error of all radii
-_FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
+_MAX_LOG_DISTANCE = 200.0  # in the logarithm: an endless interval stays a finite number
 
 
 def quantities_of(law: Any, bed: Any, viscous: bool = False) -> dict[str, Quantity]:
@@ -248,12 +248,12 @@ def quantities_dataset(
             variance = float(squares.to_numpy().sum())
             error, reach = float(np.sqrt(error**2 + variance)), float(np.sqrt(reach**2 + NORMAL**2 * variance))
             sources = np.array([kinds()[str(unknown)].source for unknown in squares.index])
-            shared = {source: float(squares[sources == source].to_numpy().sum()) for source in SHARED}
+            shared = {source: float(squares[sources == source].to_numpy().sum()) for source in SHARED_SOURCES}
             attrs |= {f"share_{source}": share / error**2 for source, share in shared.items() if error > 0}
             if spread := known_effects.attrs.get("sd", {}).get(_RADII):
                 attrs["per_radius"] = float(known_effects[_RADII][name]) / spread
         if np.isfinite(error) and np.isfinite(reach):
-            factor = float(np.exp(min(reach, _FARTHEST)))
+            factor = float(np.exp(min(reach, _MAX_LOG_DISTANCE)))
             attrs |= {"standard_error": value * error, "interval_low": value / factor, "interval_high": value * factor}
             attrs["interval_level"] = LEVEL
         variables[name] = xr.Variable((), value, attrs)

@@ -44,18 +44,18 @@ FAILURES = "failures"
 ERRORS = "assumed_errors"
 """Attribute that holds the errors that intervals allow for, a JSON list of name, SD, unit and source."""
 
-TIDY = ("animal", "group", "law", "quantity", "value", "low", "high", "unit")
+TIDY_COLUMNS = ("animal", "group", "law", "quantity", "value", "low", "high", "unit")
 """Columns of a table of single numbers."""
 
 _ATTRIBUTES = ("title", "Conventions", "animal", "group", "synthetic", "interrupted", "findings", FAILURES, "settings",
                ERRORS)  # fmt: skip
-_WHOLE = ("recording", "nominal")  # groups of an animal that are a field of the same name
-_OPTIONAL = {"beats": "beats", "ventricle": "ventricle", "evidence": "laws", "selection": "selection",
+_REQUIRED_GROUPS = ("recording", "nominal")  # groups of an animal that are a field of the same name
+_OPTIONAL_GROUPS = {"beats": "beats", "ventricle": "ventricle", "evidence": "laws", "selection": "selection",
              "averages": "averages"}  # field: group  # fmt: skip
-_OF_LAW = {"calibration": "calibration", "simulation": "simulation", "waves": "waves", "impedance": "impedance",
+_LAW_GROUPS = {"calibration": "calibration", "simulation": "simulation", "waves": "waves", "impedance": "impedance",
            "vessels": "tree", "quantities": "quantities"}  # fmt: skip
-_MAY_BE = ("stiffening", "sites")  # parts of a law that not every one has, and their groups
-_MEASURED = {
+_OPTIONAL_LAW_GROUPS = ("stiffening", "sites")  # parts of a law that not every one has, and their groups
+_MEASURED_VARIABLES = {
     "radius_sd": ("cm", "standard deviation of the radius, NaN where not known"),
     "taper": ("1", "fall of the radius along the vessel, NaN where not measured"),
     "taper_sd": ("1", "standard deviation of the taper"),
@@ -181,7 +181,7 @@ class AnimalResult:
         """
         tables = [source.summary().reset_index().assign(animal=self.name, group=self.group, law=law)
                  for law, source in self.sources.items()]  # fmt: skip
-        return pd.concat(tables, ignore_index=True)[[*TIDY]]
+        return pd.concat(tables, ignore_index=True)[[*TIDY_COLUMNS]]
 
     def at_inlets(self) -> "AnimalResult":
         """Return the result with, of every simulation, only pressure and flow at the inlet of the root vessel.
@@ -201,17 +201,21 @@ class AnimalResult:
 
     def to_datatree(self) -> xr.DataTree:
         """Return the result as it is stored; its groups and attributes are described in docs/results.md."""
-        groups = {"network": network_dataset(self.network)} | {name: getattr(self, name) for name in _WHOLE}
+        groups = {"network": network_dataset(self.network)} | {name: getattr(self, name) for name in _REQUIRED_GROUPS}
         groups |= {f"measured/{name}": data for name, data in vars(self.measured).items()}
         if self.beats is not None:
             groups["beats"] = self.beats
         for name, law in self.laws.items():
-            groups |= {f"{name}/{group}": getattr(law, field) for field, group in _OF_LAW.items()}
-            groups |= {f"{name}/{field}": data for field in _MAY_BE if (data := getattr(law, field)) is not None}
+            groups |= {f"{name}/{group}": getattr(law, field) for field, group in _LAW_GROUPS.items()}
+            groups |= {
+                f"{name}/{field}": data for field in _OPTIONAL_LAW_GROUPS if (data := getattr(law, field)) is not None
+            }
             if law.posterior is not None:
                 groups[f"{name}/inference"] = law.posterior.table
                 groups |= {f"{name}/inference/{field}": data for field, data in law.posterior.groups.items()}
-        groups |= {group: data for field, group in _OPTIONAL.items() if (data := getattr(self, field)) is not None}
+        groups |= {
+            group: data for field, group in _OPTIONAL_GROUPS.items() if (data := getattr(self, field)) is not None
+        }
         tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
         tree.attrs = _attributes(self)
         return tree
@@ -229,8 +233,8 @@ class AnimalResult:
             raise InputError(f"not the result of one animal (its title is not '{KIND}')")
         attrs = tree.attrs
         measured = {name: _data(tree, f"measured/{name}") for name in ("waves", "impedance", "quantities")}
-        fields: dict[str, Any] = {name: _data(tree, name) for name in _WHOLE}
-        fields |= {field: _data(tree, group) for field, group in _OPTIONAL.items() if group in tree.children}
+        fields: dict[str, Any] = {name: _data(tree, name) for name in _REQUIRED_GROUPS}
+        fields |= {field: _data(tree, group) for field, group in _OPTIONAL_GROUPS.items() if group in tree.children}
         settings = parsed_as(dict[str, Any], attrs.get("settings", "{}"))
         laws = {name: _law(tree, name) for name, node in tree.children.items() if "calibration" in node.children}
         return cls(
@@ -289,8 +293,8 @@ def _law(tree: xr.DataTree, name: str) -> LawResult:
             str(key): group.to_dataset(inherit=False) for key, group in node.children["inference"].children.items()
         }
         posterior = PosteriorResult(_data(node, "inference"), groups)
-    fields: dict[str, Any] = {field: _data(node, field) for field in _MAY_BE if field in node.children}
-    fields |= {field: _data(tree, f"{name}/{group}") for field, group in _OF_LAW.items()}
+    fields: dict[str, Any] = {field: _data(node, field) for field in _OPTIONAL_LAW_GROUPS if field in node.children}
+    fields |= {field: _data(tree, f"{name}/{group}") for field, group in _LAW_GROUPS.items()}
     return LawResult(name=name, posterior=posterior, **fields)
 
 
@@ -310,7 +314,7 @@ def network_dataset(network: Network) -> xr.Dataset:
             "radius": labelled("vessel", network.radius, "cm", "radius at the pressure of the image"),
             "image_pressure": labelled((), network.pressure, "mmHg", "pressure of the image, 0 where not known"),
             "flow_fraction": labelled("vessel", network.flow_fraction, "1", "share of the root's mean flow (eq. 11)"),
-            **{name: labelled("vessel", values, *_MEASURED[name]) for name, values in measured.items()},
+            **{name: labelled("vessel", values, *_MEASURED_VARIABLES[name]) for name, values in measured.items()},
         },
         coords={"vessel": np.array(network.name, dtype=object)},
     )  # fmt: skip

@@ -23,9 +23,9 @@ _WAVE_COLUMNS = {
     "area [W/cm2/s]": ("wave_area", "W/cm2/s"),
     "pressure change [mmHg]": ("wave_pressure_change", "mmHg"),
 }
-_FLOOR = 20
+_FIRST_NOISE_HARMONIC = 20
 """Harmonics of the flow above this one are taken for noise where no beats tell it."""
-_RELIABLE = 2.0
+_MIN_SIGNAL_TO_NOISE = 2.0
 """A harmonic is reliable if its flow is this many times the noise."""
 
 
@@ -121,9 +121,11 @@ def impedance_dataset(station: Station, harmonics: int, noise: float) -> xr.Data
     """Return the impedance spectrum (eqs. 18, 19) and several estimates of Z_c (eq. 8)."""
     recording = station.recording
     last_harmonic = min(harmonics, (len(recording.pressure) - 1) // 2)
-    spectrum = impedance(recording.pressure, recording.flow, recording.period, last_harmonic, _RELIABLE * noise)
+    spectrum = impedance(
+        recording.pressure, recording.flow, recording.period, last_harmonic, _MIN_SIGNAL_TO_NOISE * noise
+    )
     amplitude = np.abs(fourier_series(recording.flow, last_harmonic))
-    estimates = characteristic_impedances(recording, (4, min(10, last_harmonic)), _RELIABLE * noise)
+    estimates = characteristic_impedances(recording, (4, min(10, last_harmonic)), _MIN_SIGNAL_TO_NOISE * noise)
     per = "harmonic"
     return xr.Dataset(
         {
@@ -153,5 +155,5 @@ def flow_noise(recording: Recording, beats: EnsembleAverage | None) -> float:
         variance = float(np.mean(beats.flow_sd**2)) / max(1, count)
         return float(np.sqrt(2 * variance / (len(beats.flow_sd) // 2)))
     carried = (len(recording.flow) - 1) // 2
-    beyond = np.abs(fourier_series(recording.flow, carried))[_FLOOR + 1 :]
+    beyond = np.abs(fourier_series(recording.flow, carried))[_FIRST_NOISE_HARMONIC + 1 :]
     return float(beyond.max()) if len(beyond) else 0.0

@@ -9,7 +9,7 @@ import numpy as np
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import from_json
 from vasowave.base.stores import parsed
-from vasowave.pulse.cycle.cycle import FEWEST_SAMPLES, Inflow, Recording, resample
+from vasowave.pulse.cycle.cycle import MIN_SAMPLES, Inflow, Recording, resample
 from vasowave.pulse.cycle.observation import NUMBERS, Observation
 from vasowave.pulse.model.blood import FRICTIONS, Blood
 from vasowave.pulse.model.law_files import looking_in, plain
@@ -49,7 +49,7 @@ def stored_sites(result: AnimalResult) -> tuple[Observation, ...]:
         site = {name: variable.values[row] for name, variable in data.data_vars.items() if variable.dims[0] == "site"}
         numbers: dict[str, Any] = {name: float(site[name]) for name in NUMBERS if np.isfinite(site[name])}
         wave: dict[str, Any] = (
-            {} if numbers else {"waveform": resample(site["measured"], max(len(site["measured"]), FEWEST_SAMPLES))}
+            {} if numbers else {"waveform": resample(site["measured"], max(len(site["measured"]), MIN_SAMPLES))}
         )
         errors: dict[str, Any] = {name: float(site[name]) for name in ("error", "place", "zero_sd", "gain_sd")}
         observations.append(Observation(str(site["observed"]), str(site["vessel"]), **errors, **numbers, **wave))

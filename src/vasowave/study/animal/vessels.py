@@ -11,7 +11,7 @@ from vasowave.pulse.quantities import QUANTITIES
 from vasowave.study.animal.labelled import labelled, table_dataset
 from vasowave.study.animal.quantities import quantities_dataset
 
-_ABOVE, _POINTS = 1.05, 101  # how far the curve of the law is drawn, of the highest pressure; its points
+_PRESSURE_RATIO, _CURVE_POINTS = 1.05, 101  # how far the curve of the law is drawn, of the highest pressure; its points
 
 
 def vessels_dataset(fit: CalibratedModel) -> xr.Dataset:
@@ -46,7 +46,7 @@ def _law_curve(fit: CalibratedModel) -> xr.Dataset:
     root = network.root
     wall = type(fit.model.wall)(*(value[root] for value in fit.model.wall))
     highest = float(fit.simulation["pressure"].isel(vessel=root).max())
-    pressure = np.linspace(0.0, max(_ABOVE * highest, 1.0), _POINTS)
+    pressure = np.linspace(0.0, max(_PRESSURE_RATIO * highest, 1.0), _CURVE_POINTS)
     area = np.asarray(walls.area(wall, pressure, fit.model.area0[root]))
     return xr.Dataset(
         {

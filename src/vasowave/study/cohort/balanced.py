@@ -7,19 +7,21 @@ that of the sample covariance, or of the mean squares, and Kenward and Roger cor
 
 import numpy as np
 
-from vasowave.study.cohort.mixed import FLOOR, LEAST
+from vasowave.study.cohort.mixed import MIN_FREEDOM_SHARE, MIN_VARIANCE_SHARE
 from vasowave.study.cohort.pooling import Difference
 
-_BOTH = np.ones((2, 2))
-_OF_ANIMALS = np.eye(2), _BOTH  # one animal twice
-_OF_LITTERMATES = np.diag([1.0, 0.0]), np.diag([0.0, 1.0]), _BOTH  # of two groups, each with a variance of its own
+_ALL_ONES = np.ones((2, 2))
+_ANIMAL_STRUCTURE = np.eye(2), _ALL_ONES  # one animal twice
+_LITTERMATE_STRUCTURE = np.diag([1.0, 0.0]), np.diag([0.0, 1.0]), _ALL_ONES
+"""Littermates of two groups, each with a variance of its own."""
 
-_TURNS, _HALVINGS, _ENOUGH = 40, 12, 1e-6  # of scoring; change, by the variance, at which it ends
+_MAX_SCORING_STEPS, _MAX_HALVINGS, _MIN_RELATIVE_CHANGE = 40, 12, 1e-6
+"""Steps of scoring, halvings of a step, and change, by the variance, at which it ends."""
 
 
 def structure_of_pairs(pairs: int, littermates: bool) -> tuple[np.ndarray, list[np.ndarray]]:
     """Return fixed effects and variance components (`mixed.Structure`) of all first values and then all second ones."""
-    basis = _OF_LITTERMATES if littermates else _OF_ANIMALS
+    basis = _LITTERMATE_STRUCTURE if littermates else _ANIMAL_STRUCTURE
     return np.kron(np.eye(2), np.ones((pairs, 1))), [np.kron(component, np.eye(pairs)) for component in basis]
 
 
@@ -38,10 +40,10 @@ def changes_of(values: np.ndarray, error: float, littermates: bool) -> Differenc
     means = values.mean(axis=2)
     away = values - means[..., np.newaxis]
     sample_covariance = away @ np.swapaxes(away, -1, -2) / (pairs - 1)
-    basis = np.array(_OF_LITTERMATES if littermates else _OF_ANIMALS)
+    basis = np.array(_LITTERMATE_STRUCTURE if littermates else _ANIMAL_STRUCTURE)
     variance, freedom = _judged(sample_covariance, error**2, basis, pairs)
     if error:
-        freedom = np.maximum(freedom, FLOOR * _judged(sample_covariance, 0.0, basis, pairs)[1])
+        freedom = np.maximum(freedom, MIN_FREEDOM_SHARE * _judged(sample_covariance, 0.0, basis, pairs)[1])
     return Difference(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
 
 
@@ -60,7 +62,7 @@ def effects_of_repeated(values: np.ndarray, error: float, shared: float = 0.0) -
     means = values.mean(axis=(2, 3))
     variance, freedom = _of_repeated(values, error**2, shared)
     if error:
-        freedom = np.maximum(freedom, FLOOR * _of_repeated(values, 0.0, shared)[1])
+        freedom = np.maximum(freedom, MIN_FREEDOM_SHARE * _of_repeated(values, 0.0, shared)[1])
     return Difference(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
 
 
@@ -95,17 +97,17 @@ def _maximized(sample_covariance: np.ndarray, error_variance: float, basis: np.n
     """Return the covariances of pairs that maximize the restricted likelihood, by Fisher scoring within limits."""
     scale = np.trace(sample_covariance, axis1=1, axis2=2)[:, np.newaxis] / 2
     alone = np.array([not matrix[0, 1] for matrix in basis])
-    lower_bounds = np.where(alone, LEAST, 0.0) * scale
+    lower_bounds = np.where(alone, MIN_VARIANCE_SHARE, 0.0) * scale
     flat = basis.reshape(len(basis), 4)
     unexplained = (sample_covariance - error_variance * np.eye(2)).reshape(-1, 4)
     components = np.maximum(unexplained @ np.linalg.pinv(flat), lower_bounds)  # most are there
     covariance = _covariance(components, error_variance, basis)
     height = _height(sample_covariance, covariance)
     running = np.arange(len(sample_covariance))
-    for _ in range(_TURNS):
+    for _ in range(_MAX_SCORING_STEPS):
         step = _step(sample_covariance[running], covariance[running], basis, components[running], lower_bounds[running])
         updated, pending = components[running].copy(), np.ones(len(running), dtype=bool)
-        for halved in range(_HALVINGS):
+        for halved in range(_MAX_HALVINGS):
             tried = np.maximum(components[running] + step * 0.5**halved, lower_bounds[running])
             tall = _height(sample_covariance[running], _covariance(tried, error_variance, basis))
             better = pending & (tall >= height[running])
@@ -116,7 +118,7 @@ def _maximized(sample_covariance: np.ndarray, error_variance: float, basis: np.n
         components[running] = updated
         covariance[running] = _covariance(updated, error_variance, basis)
         height[running] = _height(sample_covariance[running], covariance[running])
-        running = running[moved > _ENOUGH * scale[running, 0]]
+        running = running[moved > _MIN_RELATIVE_CHANGE * scale[running, 0]]
         if not len(running):
             break
     return covariance

@@ -21,7 +21,7 @@ from vasowave.study.cohort.table import cohort_table, columns, rows_of
 from vasowave.study.cohort.variables import Variable
 from vasowave.study.cohort.votes import Ballots, misfits, stored
 
-_MOST_LEVELS = 6
+_MAX_LEVELS = 6
 """Levels of a column that are described one by one; a dose or time of more is a number, not a few classes."""
 _CONTROL = "CTL"
 """The group that others are compared with unless another is named."""
@@ -38,7 +38,7 @@ class Cell(NamedTuple):
 def levels_of(second: Variable | None) -> list[str]:
     """Return the levels that are described one by one, the reference first; none where there is nothing to divide."""
     order = second.order if second else []
-    return order if len(order) <= _MOST_LEVELS else []
+    return order if len(order) <= _MAX_LEVELS else []
 
 
 def cells_of(groups: Mapping[str, Sequence[AnimalResult]], second: Variable | None) -> dict[str, Cell]:

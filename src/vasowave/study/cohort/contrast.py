@@ -23,7 +23,7 @@ NOBODY = error_kind(
     "design.nobody", "nothing can be compared by this design: {effects} would need recordings of {cells}; {remedy}",
     "add them, or name other comparisons",
 )  # fmt: skip
-FEW = 4
+MIN_FREEDOM = 4
 """Degrees of freedom below which a study is told: quantiles of Student's t for many rows grow steeply there."""
 
 

@@ -17,7 +17,7 @@ from vasowave.study.cohort.mixed import Effect, MixedFit, Structure, fit_mixed
 from vasowave.study.cohort.simultaneous_intervals import Fitted, Joint, joint
 from vasowave.study.cohort.variables import Variable
 
-_FEWEST = 3  # rows more than coefficients
+_MIN_SPARE_ROWS = 3  # rows more than coefficients
 
 
 class Values(NamedTuple):
@@ -74,7 +74,7 @@ def modeled(cohort: Cohort, values: Values) -> Modeled:
                           estimates=values.estimates.of(selected))  # fmt: skip
     if not np.all(np.isfinite(subset.estimates.logs)):
         raise InputError("a value is not positive; a ratio needs positive values")
-    if len(layout.animals) < layout.fixed.shape[1] + _FEWEST:
+    if len(layout.animals) < layout.fixed.shape[1] + _MIN_SPARE_ROWS:
         raise InputError(f"{len(layout.animals)} animals have it, too few for the design")
     structure = Structure(layout.fixed, list(layout.random.values()), subset.estimates.covariance)
     residuals = (

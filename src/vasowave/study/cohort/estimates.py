@@ -7,12 +7,12 @@ import numpy as np
 import xarray as xr
 
 from vasowave.base.descriptions import NORMAL
-from vasowave.pulse.inference.known_errors import SHARED
+from vasowave.pulse.inference.known_errors import SHARED_SOURCES
 from vasowave.pulse.quantities import INDICES, RECORDED
 from vasowave.study.animal.law_result import PosteriorResult
 from vasowave.study.animal.result import AnimalResult
 
-UNDETERMINED = 1.0
+MAX_STANDARD_ERROR = 1.0
 """Standard error of a logarithm above which an estimate tells nothing: its interval of 95 % spans a factor of 50."""
 
 
@@ -26,8 +26,8 @@ class Estimates(NamedTuple):
     errors : array, shape (animal,)
         Standard errors that belong to one animal alone; 0 in all where they are not known of all.
     shared : array, shape (source, animal)
-        Standard errors from an image, a probe or a calibration (`SHARED`) that several of the animals share: they have
-        the same sign in all of them, and no number of animals averages them away.
+        Standard errors from an image, a probe or a calibration (`SHARED_SOURCES`) that several of the animals share:
+        they have the same sign in all of them, and no number of animals averages them away.
     label : array of int, shape (source, animal)
         Numbers of what each animal shares; animals of one image have the same in the first row.
     origin : str
@@ -98,10 +98,10 @@ def estimates_of(
 ) -> Estimates:
     """Return what is known of a quantity of a source, a wall law or ``measured``, in animals that have it.
 
-    `shares` says by column of `SHARED` and animal what it shares with others of the same word. Without `posteriors`
-    fits tell it even where all animals have a posterior.
+    `shares` says by column of `SHARED_SOURCES` and animal what it shares with others of the same word. Without
+    `posteriors` fits tell it even where all animals have a posterior.
     """
-    label = np.array([numbered(results, column, (shares or {}).get(column, {})) for column in SHARED])
+    label = np.array([numbered(results, column, (shares or {}).get(column, {})) for column in SHARED_SOURCES])
     drawn = [posterior for result in results if (posterior := _posterior(result, source, name)) is not None]
     if posteriors and results and len(drawn) == len(results):
         middle, spread, share = (
@@ -118,7 +118,9 @@ def estimates_of(
         return _estimates(
             (logs, np.zeros(len(logs)), slopes), np.zeros(label.shape), label, "plain", image_error_known=False
         )
-    share = np.array([[float(value.attrs.get(f"share_{column}", 0.0)) for value in values] for column in SHARED])
+    share = np.array(
+        [[float(value.attrs.get(f"share_{column}", 0.0)) for value in values] for column in SHARED_SOURCES]
+    )
     has_shares = np.array(["share_image" in value.attrs for value in values], dtype=bool)
     image_error_known = 2 * has_shares.sum() >= len(has_shares) and bool(np.all(share[0, has_shares] > 0))
     if image_error_known and not has_shares.all():
@@ -152,7 +154,7 @@ def typical_errors(errors: np.ndarray, cell: Sequence[str]) -> np.ndarray:
 
     An error that is constant in the quantity's unit (of a share near 0), or in that of its inverse (of a compliance),
     is large in the logarithm where the value is small, or large; weights by such errors move a mean towards the other
-    animals. Errors above `UNDETERMINED` stay: of such an animal the data tell nothing, and it counts as little.
+    animals. Errors above `MAX_STANDARD_ERROR` stay: of such an animal the data tell nothing, and it counts as little.
 
     Parameters
     ----------
@@ -164,7 +166,7 @@ def typical_errors(errors: np.ndarray, cell: Sequence[str]) -> np.ndarray:
     number = np.unique(cell, return_inverse=True)[1]
     medians = np.array([np.median(errors[number == place]) for place in range(1 + number.max(initial=-1))])
     typical = medians[number] if len(number) else errors
-    return np.where(errors > UNDETERMINED, errors, typical)
+    return np.where(errors > MAX_STANDARD_ERROR, errors, typical)
 
 
 def shared_error(estimates: Estimates, in_second: np.ndarray) -> float:
@@ -212,9 +214,13 @@ def _posterior(result: AnimalResult, source: str, name: str) -> PosteriorResult 
 
 
 def _drawn(posterior: PosteriorResult, name: str) -> tuple[float, float, list[float]]:
-    """Return mean and SD of the logarithm of a quantity's draws, and the shares of their variance by `SHARED`."""
+    """Return mean and SD of the logarithm of a quantity's draws, and shares of their variance by `SHARED_SOURCES`."""
     logs, row = np.log(posterior.draws(name)), posterior.table.sel(quantity=name)
-    return float(logs.mean()), float(logs.std(ddof=1)), [float(row.get(f"share_{column}", 0.0)) for column in SHARED]
+    return (
+        float(logs.mean()),
+        float(logs.std(ddof=1)),
+        [float(row.get(f"share_{column}", 0.0)) for column in SHARED_SOURCES],
+    )
 
 
 def _drawn_per_radius(posterior: PosteriorResult, name: str) -> float:

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-_TURNS, _HALVINGS = 60, 25  # of scoring, and of one of its steps
-LEAST = 1e-6  # of the residuals' variance: a component that is smaller is none
-_ENOUGH = 1e-7  # change of a component, by the residuals' variance, at which scoring ends
-FLOOR = 1.0  # of the degrees of freedom without known errors
+_MAX_SCORING_STEPS, _MAX_HALVINGS = 60, 25  # steps of scoring, and halvings of a step
+MIN_VARIANCE_SHARE = 1e-6  # of the residuals' variance: a component that is smaller is none
+_MIN_RELATIVE_CHANGE = 1e-7  # change of a component, by the residuals' variance, at which scoring ends
+MIN_FREEDOM_SHARE = 1.0  # share of the degrees of freedom without known errors
 
 
 class Structure(NamedTuple):
@@ -111,7 +111,7 @@ class MixedFit(NamedTuple):
         moved = float(slope @ self.uncertainty @ slope)
         freedom = 2 * plain**2 / moved if moved > 0 else np.inf
         if self.ignorant is not None:
-            freedom = max(freedom, FLOOR * self.ignorant.effect(contrast).freedom)
+            freedom = max(freedom, MIN_FREEDOM_SHARE * self.ignorant.effect(contrast).freedom)
         return Effect(float(contrast @ self.coefficients), float(np.sqrt(variance)), freedom)
 
 
@@ -133,7 +133,7 @@ def fit_mixed(values: np.ndarray, structure: Structure) -> MixedFit:
     residuals = values - fixed @ np.linalg.lstsq(fixed, values, rcond=None)[0]
     scale = max(float(residuals @ residuals) / (len(values) - fixed.shape[1]), 1e-300)
     alone = np.array([is_diagonal(component) for component in random])
-    lower_bounds = np.where(alone, LEAST, 0.0) * scale
+    lower_bounds = np.where(alone, MIN_VARIANCE_SHARE, 0.0) * scale
     starts = [np.where(alone, 0.7, 0.3) * scale, np.where(alone, 0.1, 0.02) * scale]
     maxima = [_climbed(values, fixed, random, error_covariance, start, lower_bounds, scale) for start in starts]
     components, state = max(maxima, key=lambda maximum: maximum[1].likelihood)
@@ -179,7 +179,7 @@ def _climbed(
 ) -> tuple[np.ndarray, _State]:  # fmt: skip
     """Return the components at a maximum of the restricted likelihood, by Fisher scoring within their limits."""
     components, state = start, _state(values, fixed, random, error_covariance, start)
-    for _ in range(_TURNS):
+    for _ in range(_MAX_SCORING_STEPS):
         projected = random @ state.projection  # (component, row, row)
         explained = state.projection @ values
         score = 0.5 * (explained @ random @ explained - np.trace(projected, axis1=1, axis2=2))
@@ -187,7 +187,7 @@ def _climbed(
         free = (components > lower_bounds) | (score > 0)
         step = np.zeros_like(components)
         step[free] = np.linalg.lstsq(information[np.ix_(free, free)], score[free], rcond=None)[0]
-        for halved in range(_HALVINGS):
+        for halved in range(_MAX_HALVINGS):
             updated = np.maximum(components + step * 0.5**halved, lower_bounds)
             try:
                 next_state = _state(values, fixed, random, error_covariance, updated)
@@ -198,7 +198,7 @@ def _climbed(
         else:
             break
         moved, components, state = float(np.abs(updated - components).max()), updated, next_state
-        if moved < _ENOUGH * scale:
+        if moved < _MIN_RELATIVE_CHANGE * scale:
             break
     return components, state
 

@@ -20,9 +20,9 @@ from vasowave.study.cohort.spread import Planning, Spread
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_JUDGED = (3, 4, 6, 10, 20)
+_JUDGED_SIZES = (3, 4, 6, 10, 20)
 """Sizes of which studies are judged as real ones are; the critical p follows logarithms between, hardly moves above."""
-_SIZES = (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 50, 60)
+GROUP_SIZES = (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 50, 60)
 """Animals of each group that are tried."""
 
 
@@ -135,7 +135,7 @@ def plan_of(spreads: Sequence[Spread], correlation: np.ndarray, source: str, set
         if scenario.occasions not in criticals:  # which other spreads hardly change
             criticals[scenario.occasions] = _criticals(spreads, root, scenario)
         if (scenario_spreads, scenario.occasions) not in powers:
-            sizes_and_criticals = zip(_SIZES, criticals[scenario.occasions], strict=True)
+            sizes_and_criticals = zip(GROUP_SIZES, criticals[scenario.occasions], strict=True)
             powers[scenario_spreads, scenario.occasions] = np.array(
                 [_power(PlannedStudies(scenario_spreads, root, scenario, n), p) for n, p in sizes_and_criticals]
             )
@@ -144,7 +144,7 @@ def plan_of(spreads: Sequence[Spread], correlation: np.ndarray, source: str, set
     # No scenario needs more, which it would by the draws alone.
     counts_needed = {name: np.fmin(count, counts["as it is"]) for name, count in counts.items()}
     needed = pd.DataFrame(counts_needed, index=names)
-    index = pd.Index(_SIZES, name="animals" if settings.pairs is None else "pairs")
+    index = pd.Index(GROUP_SIZES, name="animals" if settings.pairs is None else "pairs")
     return Plan(
         settings, tuple(spreads), source, pd.DataFrame(powers[tuple(spreads), settings.occasions], index, names), needed
     )
@@ -174,17 +174,17 @@ def _needed(powers: np.ndarray, power: float) -> list[float]:
             continue
         place = int(np.argmax(curve >= power))
         if place == 0:
-            sizes.append(float(_SIZES[0]))
+            sizes.append(float(GROUP_SIZES[0]))
             continue
         share = (power - curve[place - 1]) / (curve[place] - curve[place - 1])
-        sizes.append(float(np.ceil(_SIZES[place - 1] + share * (_SIZES[place] - _SIZES[place - 1]))))
+        sizes.append(float(np.ceil(GROUP_SIZES[place - 1] + share * (GROUP_SIZES[place] - GROUP_SIZES[place - 1]))))
     return sizes
 
 
 def _criticals(spreads: Sequence[Spread], root: np.ndarray, settings: Planning) -> np.ndarray:
     """Return the critical p of some studies of every size, shape (size, study)."""
-    exact = np.log([critical_of_studies(PlannedStudies(spreads, root, settings, size)) for size in _JUDGED])
-    return np.exp([np.interp(np.log(_SIZES), np.log(_JUDGED), log_critical) for log_critical in exact.T]).T
+    exact = np.log([critical_of_studies(PlannedStudies(spreads, root, settings, size)) for size in _JUDGED_SIZES])
+    return np.exp([np.interp(np.log(GROUP_SIZES), np.log(_JUDGED_SIZES), log_critical) for log_critical in exact.T]).T
 
 
 def _power(studies: PlannedStudies, critical: np.ndarray) -> np.ndarray:

@@ -158,7 +158,7 @@ def pooled_ratio(
     return Ratio(value, low, high, float(error), reference_mean, group_mean, float(freedom))
 
 
-_STEP, _TURNS = 1.15, 10
+_VARIANCE_RATIO, _SCORING_STEPS = 1.15, 10
 """Factor between the variances that are tried first, and the steps of Fisher scoring after that."""
 
 
@@ -171,7 +171,7 @@ def _between(values: np.ndarray, variances: np.ndarray) -> np.ndarray:
     # The likelihood may have two maxima: the higher one is found on a grid, then between its neighbors.
     smallest = 1e-9 * scatter.max() + 1e-12 * variances.max()  # as good as none
     low, high = max(1e-3 * min(scatter.min(), variances.min()), smallest), 4 * max(scatter.max(), smallest)
-    grid = np.concatenate([[smallest], np.geomspace(low, high, 2 + int(np.log(high / low) / np.log(_STEP)))])
+    grid = np.concatenate([[smallest], np.geomspace(low, high, 2 + int(np.log(high / low) / np.log(_VARIANCE_RATIO)))])
     weights = 1 / (grid[:, np.newaxis] + variances)
     total_weight = weights.sum(axis=-1)
     likelihood = np.square(centered @ (weights / np.sqrt(total_weight)[:, np.newaxis]).T)
@@ -180,7 +180,7 @@ def _between(values: np.ndarray, variances: np.ndarray) -> np.ndarray:
     best = np.argmax(likelihood, axis=-1)
     lowest, highest = grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, len(grid) - 1)]
     between = grid[best]
-    for _ in range(_TURNS):
+    for _ in range(_SCORING_STEPS):
         between = np.clip(between + _scoring(between, centered, variances), lowest, highest)
     return np.asarray(between)
 

@@ -12,9 +12,9 @@ from vasowave.study.cohort.pooling import difference, pooled_means
 from vasowave.study.cohort.simultaneous_intervals import ComparedQuantity, Fitted, critical_p, joint
 from vasowave.study.cohort.spread import Planning, Spread
 
-_LEAST = 1e-9  # p of one row that is as good as none
-_DRAWS, _FEWER_DRAWS = 4_000, 2_000
-_STUDIES, _DRAWS_OF_STUDY = 40, 1_999
+_MIN_P = 1e-9  # p of one row that is as good as none
+_CRITICAL_DRAWS, _PAIR_DRAWS = 4_000, 2_000  # draws of a critical p: of two groups, of pairs
+_DRAWN_STUDIES, _DRAWS_PER_STUDY = 40, 1_999  # studies whose critical p is averaged, and cohorts drawn for each
 
 Drawn = Iterator[tuple[np.ndarray, float, np.ndarray]]
 """Of each quantity its values without an effect (study, group, animal), the error of one, what moves the groups."""
@@ -44,15 +44,15 @@ def p_of_effect(studies: PlannedStudies) -> np.ndarray:
     settings, effect = studies.settings, np.log(studies.settings.effect)
     p_values = []
     if settings.pairs is not None:
-        for values, error, _ in _pairs(studies, _FEWER_DRAWS):
+        for values, error, _ in _pairs(studies, _PAIR_DRAWS):
             change = changes_of(values, error, settings.littermates)
             p_values.append(change._replace(value=change.value + effect).p)
     elif settings.occasions > 1:
-        for spread, (values, error, moved) in zip(studies.spreads, _repeated(studies, _FEWER_DRAWS), strict=True):
+        for spread, (values, error, moved) in zip(studies.spreads, _repeated(studies, _PAIR_DRAWS), strict=True):
             contrast = effects_of_repeated(values, error, spread.shared)
             p_values.append(contrast._replace(value=contrast.value + (effect + moved)).p)
     else:
-        for spread, (values, error, moved) in zip(studies.spreads, _groups(studies, _DRAWS), strict=True):
+        for spread, (values, error, moved) in zip(studies.spreads, _groups(studies, _CRITICAL_DRAWS), strict=True):
             first, second = (pooled_means(values[:, group], np.full(studies.size, error)) for group in (0, 1))
             p_values.append(difference(first, second._replace(value=second.value + effect + moved), spread.shared).p)
     return np.array(p_values)
@@ -63,16 +63,16 @@ def critical_of_studies(studies: PlannedStudies) -> np.ndarray:
     if studies.settings.pairs is not None:
         unshared = [spread._replace(shared=0.0) for spread in studies.spreads]  # what pairs share cancels
         structure = structure_of_pairs(studies.size, studies.settings.littermates)
-        return np.sort(_critical_of_models(_pairs(studies, _STUDIES), *structure, unshared))
+        return np.sort(_critical_of_models(_pairs(studies, _DRAWN_STUDIES), *structure, unshared))
     if studies.settings.occasions > 1:
         return np.sort(_critical_of_subjects(studies))
     return np.sort(_critical_of_groups(studies))
 
 
 def _critical_of_groups(studies: PlannedStudies) -> list[float]:
-    drawn, animals = list(_groups(studies, _STUDIES)), np.arange(2 * studies.size)
+    drawn, animals = list(_groups(studies, _DRAWN_STUDIES)), np.arange(2 * studies.size)
     criticals = []
-    for study in range(_STUDIES):
+    for study in range(_DRAWN_STUDIES):
         rows = [
             ComparedQuantity(
                 place,
@@ -84,7 +84,7 @@ def _critical_of_groups(studies: PlannedStudies) -> list[float]:
             )
             for place, (spread, (values, error, _)) in enumerate(zip(studies.spreads, drawn, strict=True))
         ]
-        criticals.append(max(critical_p(rows, _DRAWS_OF_STUDY, study), _LEAST))
+        criticals.append(max(critical_p(rows, _DRAWS_PER_STUDY, study), _MIN_P))
     return criticals
 
 
@@ -96,7 +96,7 @@ def _critical_of_subjects(studies: PlannedStudies) -> list[float]:
     random = [np.kron(indicator, block) for indicator in group for block in (np.eye(2), np.ones((2, 2)))]
     fixed = np.kron(np.eye(2), np.ones((2 * size, 1)))
     twice = studies._replace(spreads=halves, settings=replace(studies.settings, occasions=2))
-    return _critical_of_models(_repeated(twice, _STUDIES), fixed, random, studies.spreads)
+    return _critical_of_models(_repeated(twice, _DRAWN_STUDIES), fixed, random, studies.spreads)
 
 
 def _critical_of_models(
@@ -110,10 +110,10 @@ def _critical_of_models(
         for spread, (values, error, _) in zip(spreads, drawn, strict=True)
     ]
     criticals = []
-    for study in range(_STUDIES):
+    for study in range(_DRAWN_STUDIES):
         models = [Fitted(fit_mixed(values[study], Structure(fixed, random, errors)), rows, change)
                   for values, errors in values_and_errors]  # fmt: skip
-        criticals.append(max(joint(models, _DRAWS_OF_STUDY, study).critical, _LEAST))
+        criticals.append(max(joint(models, _DRAWS_PER_STUDY, study).critical, _MIN_P))
     return criticals
 
 

@@ -15,7 +15,7 @@ from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding
 from vasowave.base.io.columns import split_unit
 from vasowave.base.settings import settings_class
-from vasowave.pulse.inference.known_errors import SHARED
+from vasowave.pulse.inference.known_errors import SHARED_SOURCES
 from vasowave.pulse.quantities import MEASURED, question_of
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
@@ -100,23 +100,23 @@ class GroupContrast(NamedTuple):
         """Return how much the lungs of one group may differ for the interval still to exclude 1.
 
         SD of the logarithm of all radii. NaN where the interval holds 1 even if all lungs are alike, infinite where it
-        excludes 1 though lungs differ by `_MOST_LUNGS`.
+        excludes 1 though lungs differ by `_MAX_LUNG_DIFFERENCE`.
         """
 
         def excludes(sd: float) -> bool:
             ratio = self._replace(estimates=self.estimates.of_lungs(sd)).ratio(level=1 - critical)
             return not ratio.low <= 1 <= ratio.high
 
-        if not excludes(0.0) or excludes(_MOST_LUNGS):
+        if not excludes(0.0) or excludes(_MAX_LUNG_DIFFERENCE):
             return np.inf if excludes(0.0) else np.nan
-        low, high = 0.0, _MOST_LUNGS
+        low, high = 0.0, _MAX_LUNG_DIFFERENCE
         while high - low > _LUNG_STEP:
             middle = (low + high) / 2
             low, high = (middle, high) if excludes(middle) else (low, middle)
         return low
 
 
-_MOST_LUNGS, _LUNG_STEP = 0.5, 1e-3
+_MAX_LUNG_DIFFERENCE, _LUNG_STEP = 0.5, 1e-3
 """SD of the logarithm of radii between lungs: the largest that is tried, and how exactly a tipping point is told."""
 
 
@@ -161,10 +161,10 @@ class Assurance:
     @property
     def doubtful(self) -> bool:
         """Whether a study must say so: false positives, by `rate`, are more than 0.06."""
-        return self.rate > _TOLERABLE
+        return self.rate > _MAX_FALSE_POSITIVE_RATE
 
 
-_TOLERABLE = 0.06
+_MAX_FALSE_POSITIVE_RATE = 0.06
 """Rate of false positives up to which a p is called family-wise without a remark."""
 
 
@@ -359,7 +359,7 @@ def source_of(name: str, law: str) -> str:
     return "measured" if name in MEASURED else law
 
 
-MOST_RELABELINGS = 200_000
+MAX_RELABELINGS = 200_000
 """Where there are more, a permutation test draws this many; the observed labels are always among them."""
 
 
@@ -369,7 +369,7 @@ def smallest_p(sizes: tuple[int, int], pairs: int = 1) -> float:
     Groups of equal size can be swapped, which leaves every |t| as it is; then two relabelings always reach it.
     """
     reached = 2 if sizes[0] == sizes[1] else 1
-    return min(1.0, pairs * (reached / min(comb(sum(sizes), sizes[1]), MOST_RELABELINGS)))
+    return min(1.0, pairs * (reached / min(comb(sum(sizes), sizes[1]), MAX_RELABELINGS)))
 
 
 def primary_law(cohort: Cohort, family: Family) -> str:
@@ -448,7 +448,7 @@ def known_values(
         and (source == "measured" or source in result.laws)
         and np.isfinite(values[result.name])
     ]
-    shares = {title: cohort.variables[title].levels for title in SHARED if title in cohort.variables}
+    shares = {title: cohort.variables[title].levels for title in SHARED_SOURCES if title in cohort.variables}
     cell_of = {result.name: called for called, cell in cohort.cells.items() for result in cell.results}
     estimates = estimates_of(results, source, name, shares, posteriors)
     estimates = estimates.alike_within([cell_of[result.name] for result in results])

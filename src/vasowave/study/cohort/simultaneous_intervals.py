@@ -14,7 +14,7 @@ LEVEL = 0.05
 DRAWS = 9_999
 """Cohorts drawn without an effect; no p is below one of this many and one."""
 
-_MOST_NUMBERS = 2_000_000
+_MAX_NUMBERS = 2_000_000
 """Numbers in the largest array of one round of draws."""
 
 
@@ -99,7 +99,7 @@ def _drawn(rows: Sequence[ComparedQuantity], draws: int, seed: int, depth: int) 
     rng = np.random.default_rng(seed)
     size = 1 + max(int(row.animals.max()) for row in rows), 1 + max(row.quantity for row in rows)
     observed = _World.seen(rows, [row.logs[np.newaxis] for row in rows], size)
-    chunk = max(1, _MOST_NUMBERS // (50 * size[0]))
+    chunk = max(1, _MAX_NUMBERS // (50 * size[0]))
     chains = []
     for first in range(0, draws, chunk):
         world, chain = observed, []

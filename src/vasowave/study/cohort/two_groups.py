@@ -10,7 +10,7 @@ from vasowave.base.descriptions import LEVEL
 from vasowave.base.errors import InputError
 from vasowave.study.cohort.table import values_of
 
-MOST_EXACT = 200
+MAX_EXACT_ANIMALS = 200
 """Animals of two groups together up to which a Mann-Whitney test is exact; its work grows with their fourth power."""
 
 
@@ -78,13 +78,13 @@ def hedges_g(x: np.ndarray, y: np.ndarray, level: float = LEVEL) -> tuple[float,
 
 
 def mann_whitney(x: np.ndarray, y: np.ndarray) -> float:
-    """Two-sided p of the rank-sum test: exact for up to `MOST_EXACT` animals, else by the normal distribution.
+    """Two-sided p of the rank-sum test: exact for up to `MAX_EXACT_ANIMALS` animals, else by the normal distribution.
 
     The normal distribution is corrected for ties and for the ranks' being whole numbers.
     """
     from scipy.stats import mannwhitneyu
 
-    if len(x) + len(y) <= MOST_EXACT:
+    if len(x) + len(y) <= MAX_EXACT_ANIMALS:
         return exact_mann_whitney(x, y)
     return float(mannwhitneyu(x, y, method="asymptotic").pvalue)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind
-from vasowave.pulse.inference.known_errors import SHARED
+from vasowave.pulse.inference.known_errors import SHARED_SOURCES
 from vasowave.study.cohort.design import Design, laid_out
 from vasowave.study.cohort.guard import RULES, rate_of_blocks
 from vasowave.study.cohort.variables import Variable
@@ -74,14 +74,14 @@ UNEQUAL = look_kind(
     "'{column}' differs between the groups ({table}) and is not in the design: what differs may be due to it; {remedy}",
     "name it under covariates, unless the disease itself changes it",
 )
-_ALIKE = (
+_ALIKE_TEXT = (
     "'{column}' is not in the design ({table}), and animals of one {column} may be alike: if they share {percent:.0f} "
     "% of the variance, {rate:.0f} of 100 studies without any effect show one, where 5 should; {remedy}"
 )
-UNIT = look_kind("design.unit-unused", _ALIKE, "name it under blocks")
+UNIT = look_kind("design.unit-unused", _ALIKE_TEXT, "name it under blocks")
 UNIT_CONFOUNDED = look_kind(
     "design.unit-confounded",
-    _ALIKE,
+    _ALIKE_TEXT,
     "no analysis can correct that: write so with the results, or add animals of others",
 )
 AGAIN = look_kind(
@@ -133,7 +133,7 @@ def unused_columns(
     findings: list[Finding] = []
     for name, variable in variables.items():
         role = role_of(name)
-        if name.lower() in (*design.terms, *SHARED) or (role is Role.SUBJECT and design.subject):
+        if name.lower() in (*design.terms, *SHARED_SOURCES) or (role is Role.SUBJECT and design.subject):
             continue
         if role is Role.SUBJECT:
             column_findings = _again(variable)

@@ -14,10 +14,11 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind
 from vasowave.base.io.columns import split_unit
 
-_FAR = 5.0  # times the median: no weight or age of animals that one compares, but a slip of the decimal point
-FIRST = ("before", "pre", "baseline", "vorher", "vor", "prä", "basis", "avant", "antes", "prima", "voor")
+_MAX_MEDIAN_RATIO = 5.0
+"""Ratio to the median: no weight or age of animals that one compares, but a slip of the decimal point."""
+BASELINE_WORDS = ("before", "pre", "baseline", "vorher", "vor", "prä", "basis", "avant", "antes", "prima", "voor")
 """Words for what comes first, of occasions and second factors: other levels are compared with it."""
-_CLOSE = 0.7  # of the letters of two words are the same
+_MIN_WORD_SIMILARITY = 0.7  # share of letters that two words have in common where one is a slip
 
 CONSTANT = look_kind(
     "variable.constant", "'{value}' in all animals; {remedy}", "it tells nothing about differences; remove the column"
@@ -117,13 +118,15 @@ class Variable:
     def order(self) -> list[str]:
         """Its different levels: numbers and dates from low to high, categories as they come in the table.
 
-        A word that says what came first (`FIRST`) is first, wherever it stands.
+        A word that says what came first (`BASELINE_WORDS`) is first, wherever it stands.
         """
         levels = dict.fromkeys(self.levels.values())
         if self.kind == "number":
             return sorted(levels, key=float)
         return (
-            sorted(levels) if self.kind == "date" else sorted(levels, key=lambda level: level.casefold() not in FIRST)
+            sorted(levels)
+            if self.kind == "date"
+            else sorted(levels, key=lambda level: level.casefold() not in BASELINE_WORDS)
         )
 
     def slips(self, animals: Mapping[str, str], subjects: Mapping[str, str] | None = None) -> list[Finding]:
@@ -179,7 +182,7 @@ class Variable:
         middle = float(np.median([*values.values()]))
         spread = float(np.median(np.abs(np.log(np.array([*values.values()]) / middle))))
         return [FAR_OFF(value=value, animal=animal, factor=value / middle) for animal, value in values.items()
-                if abs(math.log(value / middle)) > max(math.log(_FAR), 6 * spread)]  # fmt: skip
+                if abs(math.log(value / middle)) > max(math.log(_MAX_MEDIAN_RATIO), 6 * spread)]  # fmt: skip
 
 
 def _plain(word: str) -> str:
@@ -191,7 +194,7 @@ def _near(word: str, candidates: Sequence[str]) -> str:
     originals = {_plain(candidate): candidate for candidate in candidates}
     plain = _plain(word)
     longer = [spelling for spelling in originals if spelling.startswith(plain) or plain.startswith(spelling)]
-    close = get_close_matches(plain, originals, n=1, cutoff=_CLOSE if len(word) > 2 else 1.0)
+    close = get_close_matches(plain, originals, n=1, cutoff=_MIN_WORD_SIMILARITY if len(word) > 2 else 1.0)
     for spelling in (*close, *longer):
         if not (_letters(spelling) == _letters(plain) and spelling != plain):  # L1 and L2 are two litters
             return originals[spelling]

@@ -10,13 +10,13 @@ import xarray as xr
 from vasowave.base.descriptions import MOST_LEFT, TAILS
 from vasowave.study.animal.result import AnimalResult
 
-WORSE_THAN_BEST = 2.0
+MAX_RESIDUAL_RATIO = 2.0
 """A law that leaves more than this times the residual of the animal's best law misses its data; a law whose vessels are
 strained beyond what an artery survives is no best law."""
 
-UNDECIDED, DISCARDED = "undecided", "discarded"
+UNDECIDED_VOTE, DISCARDED_VOTE = "undecided", "discarded"
 CRITERIA = ("AICc", "BIC")
-DECISIVE = 5.0
+DECISIVE_AICC_DIFFERENCE = 5.0
 """Difference of AICc, over all animals together, below which nothing is decided; the verdicts on one animal use it."""
 
 _COLUMNS = ["animal", "group", "wall", "RMSE", "error", "share", "over best", "missed", "growth"]
@@ -27,7 +27,7 @@ def misfits(results: Iterable[AnimalResult]) -> pd.DataFrame:
 
     Columns ``animal, group, wall, RMSE, error, share, over best, missed, growth``: the root-mean-square residual, mmHg;
     the standard error of the averaged cycle, mmHg (NaN if a cycle was given); the residual over the pulse pressure and
-    over that of the animal's best law (NaN if there is none); whether it exceeds `WORSE_THAN_BEST` or `MOST_LEFT`,
+    over that of the animal's best law (NaN if there is none); whether it exceeds `MAX_RESIDUAL_RATIO` or `MOST_LEFT`,
     and the error of the cycle; how much a vessel's area grows beyond what an artery survives, % (NaN if none does).
     """
     rows = []
@@ -38,7 +38,7 @@ def misfits(results: Iterable[AnimalResult]) -> pd.DataFrame:
         best = min((rmse_by_wall[wall] for wall in rmse_by_wall if wall not in strained), default=np.nan)
         for wall, rmse in rmse_by_wall.items():
             share, over = rmse / pulse, rmse / best
-            missed = (over > WORSE_THAN_BEST or share > MOST_LEFT) and not rmse < error
+            missed = (over > MAX_RESIDUAL_RATIO or share > MOST_LEFT) and not rmse < error
             growth = float(dict(strained[wall].values)["percent"]) if wall in strained else np.nan
             rows.append((result.name, result.group, wall, rmse, error, share, over, missed, growth))
     return pd.DataFrame(rows, columns=_COLUMNS)
@@ -75,7 +75,7 @@ def ballots(selection: xr.Dataset) -> pd.DataFrame:
         row |= {"λ": float(by_law["lambda"].max()), "N": int(by_law["N"].iloc[0])}
         rows.append(row | {f"D {wall}": int(count) for wall, count in by_law["D"].items()})
     table = pd.DataFrame(rows)
-    return table.iloc[(table["AICc prefers"] == DISCARDED).argsort(kind="stable")]
+    return table.iloc[(table["AICc prefers"] == DISCARDED_VOTE).argsort(kind="stable")]
 
 
 class Ballots(NamedTuple):
@@ -106,15 +106,15 @@ def differences(animals: Sequence[Ballots], reference: str, covariance: str = ""
         the ends of its 95 % interval (Student) from the scatter of the animals. It is the sum of ``price``, what the
         number of parameters costs whatever the data say, and of ``residuals``, minus twice the difference of the
         log-likelihoods. Positive numbers speak for the reference. ``speaks for`` is the law that both the whole and the
-        residuals' own part prefer: over all animals by `DECISIVE` at least and, of several animals, beyond their
-        scatter; empty where there is none.
+        residuals' own part prefer: over all animals by `DECISIVE_AICC_DIFFERENCE` at least and, of several animals,
+        beyond their scatter; empty where there is none.
     """
     by_wall: dict[str, dict[Hashable, list[tuple[float, float]]]] = {}
     for place, animal in enumerate(animals):
         scores = _under(animal, covariance or animal.likeliest)
         labels = [label for label in scores.index if label.startswith("AICc ") and label != "AICc prefers"]
         by_law = {label.removeprefix("AICc "): float(scores[label]) for label in labels}
-        if reference in by_law and scores["AICc prefers"] != DISCARDED:
+        if reference in by_law and scores["AICc prefers"] != DISCARDED_VOTE:
             prices = {wall: _price(int(scores[f"D {wall}"]), int(scores["N"])) for wall in by_law}
             for wall in (law for law in by_law if law != reference):
                 difference = by_law[wall] - by_law[reference]
@@ -140,7 +140,7 @@ def _difference(wall: str, reference: str, total: np.ndarray, price: np.ndarray)
 def _side(values: np.ndarray) -> int:
     """Return the sign of what animals say together, 0 where it is small or within their scatter."""
     mean, low, high = _mean_and_interval(values)
-    return 0 if abs(values.sum()) < DECISIVE or low <= 0 <= high else int(np.sign(mean))
+    return 0 if abs(values.sum()) < DECISIVE_AICC_DIFFERENCE or low <= 0 <= high else int(np.sign(mean))
 
 
 def _price(parameters: int, samples: int) -> float:
@@ -161,11 +161,13 @@ def _mean_and_interval(values: np.ndarray) -> tuple[float, float, float]:
 def _under(animal: Ballots, covariance: str) -> pd.Series:
     """Return the row of a noise model; it says "discarded" if there is none."""
     table = animal.table[animal.table["covariance"] == covariance]
-    return table.iloc[0] if len(table) else pd.Series({f"{criterion} prefers": DISCARDED for criterion in CRITERIA})
+    return (
+        table.iloc[0] if len(table) else pd.Series({f"{criterion} prefers": DISCARDED_VOTE for criterion in CRITERIA})
+    )
 
 
 def _preferred(by_law: pd.DataFrame, criterion: str) -> str:
     if by_law["discarded"].astype(bool).any():
-        return DISCARDED
+        return DISCARDED_VOTE
     verdicts = by_law[f"{criterion}_verdict"]
-    return next((str(wall) for wall, verdict in verdicts.items() if verdict == "preferred"), UNDECIDED)
+    return next((str(wall) for wall, verdict in verdicts.items() if verdict == "preferred"), UNDECIDED_VOTE)

@@ -11,10 +11,10 @@ from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.estimates import Estimates, estimates_of
 from vasowave.study.cohort.pooling import pooled_mean
 
-CLEAR = 20.0
+CLEAR_EVIDENCE_RATIO = 20.0
 """Ratio of two evidences from which one law is called clearly likelier: with equal chances before, 95 % after."""
-_MEANS, _SPREADS = 801, 41  # of the grid on which the likelihood is maximized
-_REACH = 8.0  # of the grid beyond the outermost values, in scales of the animals and their errors
+_GRID_MEANS, _GRID_SPREADS = 801, 41  # of the grid on which the likelihood is maximized
+_GRID_REACH = 8.0  # of the grid beyond the outermost values, in scales of the animals and their errors
 
 
 class Evidence(NamedTuple):
@@ -38,7 +38,7 @@ class Evidence(NamedTuple):
     def clear(self) -> tuple[int, int]:
         """Number of animals for which the reference is clearly likelier, and for which `wall` is."""
         values = np.array(list(self.ratios.values()))
-        return int((values >= CLEAR).sum()), int((values <= 1 / CLEAR).sum())
+        return int((values >= CLEAR_EVIDENCE_RATIO).sum()), int((values <= 1 / CLEAR_EVIDENCE_RATIO).sum())
 
     @property
     def side(self) -> int:
@@ -48,7 +48,7 @@ class Evidence(NamedTuple):
         ratios of many animals alone decide nothing: an image that the animals share moves all of them alike.
         """
         together = float(np.sum(np.log(list(self.ratios.values()))))
-        sign = 0 if abs(together) < np.log(CLEAR) else int(np.sign(together))
+        sign = 0 if abs(together) < np.log(CLEAR_EVIDENCE_RATIO) else int(np.sign(together))
         favorable, contrary = self.clear[::sign] if sign else (0, 0)
         return sign if favorable and not contrary else 0
 
@@ -109,9 +109,9 @@ def pooled_censored(values: np.ndarray, errors: np.ndarray, beyond: np.ndarray) 
         return Pooled(np.nan, -np.inf, np.inf)
     center = values[beyond == 0]
     scale = max(float(np.ptp(values)), float(np.median(errors)), 1e-9 * float(np.abs(values).max()) + 1e-12)
-    means = np.linspace(values.min() - _REACH * scale, values.max() + _REACH * scale, _MEANS)
-    means = np.sort(np.append(means, np.linspace(center.min() - scale, center.max() + scale, _MEANS)))
-    spreads = np.append(1e-6 * scale, np.geomspace(1e-3, 10.0, _SPREADS) * scale)
+    means = np.linspace(values.min() - _GRID_REACH * scale, values.max() + _GRID_REACH * scale, _GRID_MEANS)
+    means = np.sort(np.append(means, np.linspace(center.min() - scale, center.max() + scale, _GRID_MEANS)))
+    spreads = np.append(1e-6 * scale, np.geomspace(1e-3, 10.0, _GRID_SPREADS) * scale)
     profile = _likelihood(values, errors, beyond, means, spreads).max(axis=1)
     deviance = 2 * (profile.max() - profile)
     t = float(stdtrit(inside - 1, TAILS[-1]))

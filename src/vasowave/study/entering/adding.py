@@ -32,7 +32,7 @@ from vasowave.study.folder.study import RESULTS
 from vasowave.study.report.wording import some_of
 from vasowave.study.running.reporting import ONE_BY_ONE, REPORT_FOLDER
 
-_NAMED = 3  # files, in a sentence
+_MAX_NAMED_FILES = 3  # files, in a sentence
 Ask = Callable[[str, str], str]
 """Asks a person a question, with the answer that is proposed; returns what was answered."""
 
@@ -194,7 +194,7 @@ def _once(rows: Sequence["_Row"]) -> list[str]:
     for row in rows:
         for remark in row.recorded.remarks:
             files_by_remark.setdefault(remark, []).append(row.recorded.files[0].name)
-    return [f"{some_of(files, _NAMED)}: {remark}" for remark, files in files_by_remark.items()]
+    return [f"{some_of(files, _MAX_NAMED_FILES)}: {remark}" for remark, files in files_by_remark.items()]
 
 
 @dataclass(frozen=True)
@@ -364,7 +364,7 @@ def _kept_networks(touched: Sequence[_Row], networks: Sequence[Path]) -> list[st
     if len(networks) < 2 or not conflicting_rows:
         return []
     pairs = dict.fromkeys(f"{row.old['network']} (not {row.cells['network']})" for row in conflicting_rows if row.old)
-    names = some_of([row.old["animal"] for row in conflicting_rows if row.old], _NAMED)
+    names = some_of([row.old["animal"] for row in conflicting_rows if row.old], _MAX_NAMED_FILES)
     return [f"{names}: the table keeps {', '.join(pairs)}; to change that, empty the cells 'network' or give --network"]
 
 
@@ -373,8 +373,8 @@ def _kept_groups(touched: Sequence[_Row], group: str) -> list[str]:
     animals = [row.old["animal"] for row in touched if group and row.old and row.old.get("group") not in ("", group)]
     if not animals:
         return []
-    return [f"{some_of(animals, _NAMED)}: in the table already, with another group than {group}, and stays there; to "
-            "change it, write it into the column 'group'"]  # fmt: skip
+    return [f"{some_of(animals, _MAX_NAMED_FILES)}: in the table already, with another group than {group}, and stays "
+            "there; to change it, write it into the column 'group'"]  # fmt: skip
 
 
 def _name(new: Sequence[_Row], taken: Sequence[str]) -> None:

@@ -12,7 +12,7 @@ from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, did
 from vasowave.base.findings import Finding, FindingKind, Place, Severity, Value, error_kind, look_kind
 from vasowave.base.io.textfile import look
 from vasowave.catheter.signals.same_signal import PressureTrace, are_of_one, trace_of
-from vasowave.pulse.calibration.parameters import fitted_parameters, parameter_space
+from vasowave.pulse.calibration.parameters import ParameterLimits, fitted_parameters, parameter_space
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.model.law_files import files_of, is_unread, looking_in, plain
 from vasowave.pulse.model.laws import find_bed, find_law
@@ -33,8 +33,8 @@ from vasowave.study.results.physiology import blood_findings, physiology_finding
 from vasowave.study.running.plan import inspect_study
 from vasowave.study.running.programs import without_unread
 
-_ALIKE = 1e-3  # of their range: two heartbeats never agree as well, one written with fewer digits does
-_SLIP = 3.0  # a known value that differs by more than this factor is no other method, but another number
+_SAME_RANGE_SHARE = 1e-3  # of their range: two heartbeats never agree as well, one written with fewer digits does
+_MAX_VALUE_RATIO = 3.0  # a known value that differs by more than this factor is no other method, but another number
 
 
 PROGRAM = look_kind(
@@ -101,7 +101,7 @@ SAME_SIGNAL = error_kind(
     "its pressure is in that of '{other}' (line {at}), written anew; {remedy}",
     _ONE_OF_TWO,
 )
-TWICE = tuple(kind.code for kind in (SAME_RECORDING, SAME_VENTRICLE, SAME_CYCLE, SAME_SIGNAL))
+DOUBLED_CODES = tuple(kind.code for kind in (SAME_RECORDING, SAME_VENTRICLE, SAME_CYCLE, SAME_SIGNAL))
 """Codes of what is mended by removing one of two rows, or by saying that both are meant."""
 
 
@@ -248,7 +248,7 @@ def _known(row: AnimalRow, nominal: Nominal) -> list[Finding]:
         EXPONENT(name=name, given=value, unit=unit, expected=expected, source=source,
                  factor=max(value / expected, expected / value))
         for name, value, expected, unit, source in pairs
-        if value is not None and not 1 / _SLIP <= value / expected <= _SLIP
+        if value is not None and not 1 / _MAX_VALUE_RATIO <= value / expected <= _MAX_VALUE_RATIO
     ]  # fmt: skip
 
 
@@ -258,10 +258,8 @@ def _bounds(name_of_animal: str, animal: Animal, nominal: Nominal, settings: Set
     for wall in settings.walls:
         search = settings.search(wall)
         try:
-            space = parameter_space(
-                wall, animal.network, nominal, settings.blood, search.bounds, search.fixed, search.paper_bounds,
-                search.viscous,
-            )  # fmt: skip
+            limits = ParameterLimits(search.bounds, search.fixed, search.paper_bounds, search.viscous)
+            space = parameter_space(wall, animal.network, nominal, settings.blood, limits)
         except VasowaveError as error:
             findings[""] = BOUNDS(name=name_of_animal, text=str(error))
             continue
@@ -298,7 +296,7 @@ def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]]) -> Itera
     ordered = sorted(cycles, key=lambda entry: entry[1].mean_pressure)
     for i, (row, cycle) in enumerate(ordered):
         for earlier_row, earlier in reversed(ordered[:i]):
-            if cycle.mean_pressure - earlier.mean_pressure > _ALIKE * np.ptp(cycle.pressure):
+            if cycle.mean_pressure - earlier.mean_pressure > _SAME_RANGE_SHARE * np.ptp(cycle.pressure):
                 break
             early, late = sorted((row, earlier_row), key=lambda entry: entry.line)
             if _same_cycle(cycle, earlier) and not _meant(row, earlier_row):
@@ -328,8 +326,8 @@ def _once(doubled: Sequence[StudyProblem]) -> list[StudyProblem]:
 
 def _same_cycle(first: Recording, second: Recording) -> bool:
     signals = ((first.pressure, second.pressure), (first.flow, second.flow))
-    return abs(first.period - second.period) <= _ALIKE * first.period and all(
-        len(a) == len(b) and float(np.abs(a - b).max()) <= _ALIKE * float(np.ptp(a)) for a, b in signals
+    return abs(first.period - second.period) <= _SAME_RANGE_SHARE * first.period and all(
+        len(a) == len(b) and float(np.abs(a - b).max()) <= _SAME_RANGE_SHARE * float(np.ptp(a)) for a, b in signals
     )
 
 

@@ -13,10 +13,10 @@ from vasowave.catheter.read.choosing import DIMENSIONS, Choice, choose
 from vasowave.catheter.read.describe import BlockDescription, ChannelDescription, FileDescription, describe_recording
 from vasowave.catheter.read.formats import RECORDINGS
 from vasowave.catheter.signals.gaps import Span, longest_between
-from vasowave.catheter.signals.raw import SHORTEST
+from vasowave.catheter.signals.raw import MIN_DURATION_S
 from vasowave.pulse.network_formats import NETWORKS, unit_wanted
 
-_HALVES = {"pressure": ("pressure", "press", "pap", "p"), "flow": ("flow", "q")}
+_SIGNAL_WORDS = {"pressure": ("pressure", "press", "pap", "p"), "flow": ("flow", "q")}
 
 
 class Recorded(NamedTuple):
@@ -209,7 +209,7 @@ def _whole(block: BlockDescription, choice: Choice[ChannelDescription]) -> Span 
     if not gaps:
         return None
     stretch = longest_between(gaps, 0.0, block.duration)
-    return stretch if stretch.end - stretch.start >= SHORTEST else None
+    return stretch if stretch.end - stretch.start >= MIN_DURATION_S else None
 
 
 def _half(file: Path, block: BlockDescription) -> tuple[str, str]:
@@ -218,7 +218,7 @@ def _half(file: Path, block: BlockDescription) -> tuple[str, str]:
     if len(signals) != 1:
         return "", ""
     words, folder = re.split(r"([^\W_]+)", file.stem), file.parent.name.casefold()
-    for half, half_words in _HALVES.items():
+    for half, half_words in _SIGNAL_WORDS.items():
         positions = [i for i, word in enumerate(words) if word.casefold() in half_words]
         if positions or signals[0].quantity == half or folder in half_words[:-1]:
             name = "".join(word for i, word in enumerate(words) if i not in positions).strip(" _-.")

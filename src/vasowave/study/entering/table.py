@@ -11,7 +11,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.io.columns import is_row, read_columns, separator_of, split_cells
 from vasowave.base.io.textfile import look, read_lines
 from vasowave.study.entering.sorting import Recorded
-from vasowave.study.folder.rows import COLUMNS, NEEDED
+from vasowave.study.folder.rows import COLUMNS, REQUIRED_COLUMNS
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def read_rows(path: Path) -> Rows:
 def written_rows(table: Rows, new: Sequence[dict[str, str]]) -> str:
     """Return the text of a table with new rows below the old ones; columns that are needed are always there."""
     rows = [*table.rows, *new]
-    used = [title for title in COLUMNS if title in NEEDED or any(row.get(title) for row in rows)]
+    used = [title for title in COLUMNS if title in REQUIRED_COLUMNS or any(row.get(title) for row in rows)]
     header = [*table.titles, *(title for title in used if title not in table.titles)]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

@@ -16,12 +16,12 @@ from vasowave.study.datasets.virtual import virtual_cohort
 from vasowave.study.datasets.virtual_files import write_virtual_cohort
 from vasowave.study.folder.problems import refuse
 from vasowave.study.folder.reading import STUDY_FILE, parse_document, parse_settings
-from vasowave.study.folder.rows import COLUMNS, NEEDED
+from vasowave.study.folder.rows import COLUMNS, REQUIRED_COLUMNS
 from vasowave.study.folder.settings import StudyFile
 
 SCHEMA_FILE = "study.schema.json"
 FOLDERS = ("networks", "recordings")
-_WIDTH = 100  # letters of a line of comment
+_COMMENT_WIDTH = 100  # letters of a line of comment
 _MARK = "truth.csv"  # a lab never has this file
 
 
@@ -150,7 +150,7 @@ def animals_text() -> str:
     """Return ``animals.csv`` without animals: what the columns mean, and the header of the usual ones."""
     lines = ["# One row per animal. Files are relative to this folder. Columns that are not needed may be left out."]
     for title, meaning in COLUMNS.items():
-        needed = " (needed)" if title in NEEDED else ""
+        needed = " (needed)" if title in REQUIRED_COLUMNS else ""
         lines.append(f"#   {title}{needed}: {meaning}")
     lines += [
         "# Examples:",
@@ -179,7 +179,8 @@ def columns_table() -> str:
     """Return a table (Markdown) of every column of ``animals.csv``, for the documentation."""
     lines = ["| column | what it holds |", "|---|---|"]
     lines += [
-        f"| `{title}`{' (needed)' if title in NEEDED else ''} | {meaning} |" for title, meaning in COLUMNS.items()
+        f"| `{title}`{' (needed)' if title in REQUIRED_COLUMNS else ''} | {meaning} |"
+        for title, meaning in COLUMNS.items()
     ]
     return "\n".join(lines) + "\n"
 
@@ -189,7 +190,7 @@ def _default(setting: Setting) -> str:
 
 
 def _comment(text: str, indent: str) -> list[str]:
-    return [f"{indent}# {line}" for line in wrap(text, _WIDTH)]
+    return [f"{indent}# {line}" for line in wrap(text, _COMMENT_WIDTH)]
 
 
 def _key(name: str, setting: Setting, indent: str) -> list[str]:

@@ -14,11 +14,12 @@ from vasowave.study.figures.fit import sheet_figure as sheet_figure
 from vasowave.study.figures.fit import sheets as sheets
 from vasowave.study.figures.fit import unwrapped as unwrapped
 from vasowave.study.figures.fitted import PANELS as PANELS
+from vasowave.study.figures.fitted import Appearance as Appearance
 from vasowave.study.figures.fitted import figure_bytes as figure_bytes
+from vasowave.study.figures.forest import WIDE as WIDE
 from vasowave.study.figures.forest import Dot as Dot
 from vasowave.study.figures.forest import ForestRow as ForestRow
 from vasowave.study.figures.forest import Point as Point
-from vasowave.study.figures.forest import WIDE as WIDE
 from vasowave.study.figures.forest import forest_figure as forest_figure
 from vasowave.study.figures.groups import plot_cells as plot_cells
 from vasowave.study.figures.groups import plot_groups as plot_groups

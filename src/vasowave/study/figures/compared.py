@@ -68,9 +68,10 @@ def means_figure(
         known_rows = table[table[quantity].notna()]
         if cohort.crossed:
             cell_rows = table[table["source"].isin(known_rows["source"])]
-            plot_cells(ax, cell_rows, quantity, label, *looks, means, room)
+            plot_cells(ax, cell_rows, quantity, label, looks, means, room)
         else:
-            plot_groups(ax, known_rows, quantity, label, *looks, means, annotations.get(quantity), named)
+            plot_groups(ax, known_rows, quantity, label, *looks, means=means, annotations=annotations.get(quantity),
+                        named=named)  # fmt: skip
     for ax in axes.flat[len(quantities) :]:
         ax.remove()
     return figure

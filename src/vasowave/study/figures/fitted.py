@@ -1,6 +1,7 @@
 """The panels of one fit, for a notebook: ``fit.plot.residuals()``."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +31,8 @@ def plot_panel(panels: FitPlots, name: str, ax: "Axes | None" = None) -> "Axes":
 def save_panels(shown: FitPlots, path: str | Path, panels: Sequence[str], **appearance: Any) -> Path:
     """Write panels side by side as one figure, see `FitPlots.save`."""
     check_file(Path(path), ".svg", ".pdf", ".png")
-    return write_file(Path(path), figure_bytes(shown.result, panels, Path(path).suffix.lower()[1:], **appearance))
+    content = figure_bytes(shown.result, panels, Path(path).suffix.lower()[1:], Appearance(**appearance))
+    return write_file(Path(path), content)
 
 
 _FAMILIES = ("sans-serif", "serif", "monospace")
@@ -52,18 +54,19 @@ PANELS: dict[str, Callable[["Axes", AnimalResult, str, bool], "Axes"]] = {
 """The panels of a fit, by the names of `FitPlots`."""
 
 
-def figure_bytes(
-    result: AnimalResult,
-    panels: Sequence[str],
-    kind: str,
-    *,
-    width: float,
-    height: float,
-    font: float,
-    family: str = "sans-serif",
-    color: str | None = None,
-) -> bytes:
-    """Return panels of a fit side by side as a file: svg, pdf or png. Sizes as `FitPlots.save`."""
+@dataclass(frozen=True)
+class Appearance:
+    """Size of a figure (mm) and of its letters (points), their family, and the color of curves, as `FitPlots.save`."""
+
+    width: float
+    height: float
+    font: float
+    family: str = "sans-serif"
+    color: str | None = None
+
+
+def figure_bytes(result: AnimalResult, panels: Sequence[str], kind: str, appearance: Appearance) -> bytes:
+    """Return panels of a fit side by side as a file: svg, pdf or png."""
     import matplotlib
 
     if not panels:
@@ -71,12 +74,13 @@ def figure_bytes(
     for name in panels:
         if name not in PANELS:
             raise InputError(f"there is no panel '{name}'{did_you_mean(name, PANELS)}; there are: {', '.join(PANELS)}")
-    _check_look(family, color or CTL)
+    font, color = appearance.font, appearance.color
+    _check_look(appearance.family, color or CTL)
     letters: dict[str, object] = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize"), font)
     letters |= dict.fromkeys(("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), font - 1)
-    letters["font.family"] = family
+    letters["font.family"] = appearance.family
     with style(), matplotlib.rc_context(letters):  # type: ignore[arg-type]
-        figure = new_figure(width / 10, height / 10)
+        figure = new_figure(appearance.width / 10, appearance.height / 10)
         for ax, name in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
             PANELS[name](ax, result, color or CTL, color is None)
         return as_file(figure, kind)

@@ -234,24 +234,24 @@ def _draw(
             [dot.value], [y - _CLEARANCE - lane], group_look.marker, color=group_look.color, ms=_DOT, mec="none"
         )
         mark(drawn, dot.tip, dot.animal, dot.group)
-    _point(ax, y, row.point, DATA, "D", 6, 1.6, limits)
+    _point(ax, y, row.point, _Pen(DATA, "D", 6, 1.6), limits)
     for place, point in enumerate(row.further_points, start=1):
         marker, layer = sources[point.source].marker, _called(point.source)
-        _point(ax, y - _CLEARANCE - place, point, "0.45", marker, 3.5, 0.9, limits, layer)
+        _point(ax, y - _CLEARANCE - place, point, _Pen("0.45", marker, 3.5, 0.9), limits, layer)
 
 
-def _point(
-    ax: "Axes",
-    y: float,
-    point: Point,
-    color: str,
-    marker: str,
-    size: float,
-    width: float,
-    limits: tuple[float, float],
-    layer: str = "",
-) -> None:
+class _Pen(NamedTuple):
+    """Colour and marker of a point, its size and the width of its interval in typographic points."""
+
+    color: str
+    marker: str
+    size: float
+    width: float
+
+
+def _point(ax: "Axes", y: float, point: Point, pen: _Pen, limits: tuple[float, float], layer: str = "") -> None:
     """Draw a point with its interval; an arrow stands where the interval goes on beyond the axis."""
+    color, marker, size, width = pen
     (line,) = ax.plot([point.low, point.high], [y, y], color=color, lw=width, solid_capstyle="butt", zorder=3)
     mark(line, layer=layer)
     face = color if marker == "D" else "none"

@@ -1,6 +1,7 @@
 """Groups of animals: means beside every animal ("ParOpt"), also cell by cell, importance indices, ratios, waveforms."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -37,6 +38,15 @@ _MOST = 16  # letters of a level
 _LINE = 2.6  # letters side by side that one upright line takes
 
 
+@dataclass(frozen=True)
+class _Additions:
+    """What `plot_groups` draws and writes besides the animals."""
+
+    means: Mapping[tuple[str, str], GroupMean] | None = None
+    annotations: Mapping[str, str] | None = None
+    named: bool = True
+
+
 def plot_groups(
     ax: "Axes",
     table: "pd.DataFrame",
@@ -44,9 +54,7 @@ def plot_groups(
     label: str = "",
     groups: Mapping[str, GroupLook] | None = None,
     sources: Mapping[str, SourceLook] | None = None,
-    means: Mapping[tuple[str, str], GroupMean] | None = None,
-    annotations: Mapping[str, str] | None = None,
-    named: bool = True,
+    **additions: Any,
 ) -> "Axes":
     """Draw a point per animal and beside them the group's mean with its interval; sources stand side by side.
 
@@ -71,7 +79,8 @@ def plot_groups(
     """
     if not {quantity, "group"} <= set(table.columns):
         raise InputError(f"no column '{quantity}' or 'group'; there are: {', '.join(map(str, table.columns))}")
-    groups = groups or group_looks(table["group"])
+    drawn = _Additions(**additions)
+    groups, means, annotations = groups or group_looks(table["group"]), drawn.means or {}, drawn.annotations or {}
     table = table if "source" in table.columns else table.assign(source="measured")
     source_names = table["source"].unique().tolist()
     sources, step = sources or source_looks(source_names), _APART * len(source_names) + 0.4
@@ -80,15 +89,15 @@ def plot_groups(
         sizes = []
         for place, source in enumerate(source_names):
             animals = rows[(rows["source"] == source) & np.isfinite(rows[quantity].astype(float))]
-            mean = (means or {}).get((str(group), source))
+            mean = means.get((str(group), source))
             _animals(ax, column * step + _APART * place, animals, quantity, groups[str(group)], sources[source], mean)
             ticks[column * step + _APART * place] = sources[source].short if len(source_names) > 1 else ""
             sizes.append(str(animals["subject"].nunique() if "subject" in animals else len(animals)))
         middle = column * step + _APART * (len(source_names) - 1) / 2
         count = f"n = {', '.join(dict.fromkeys(sizes))}"
-        name = f"{short(str(group), 14)}\n{count}" if named else count
+        name = f"{short(str(group), 14)}\n{count}" if drawn.named else count
         ticks[middle] = f"{ticks.get(middle, '')}\n{name}" if len(source_names) > 1 else name
-        if words := (annotations or {}).get(str(group)):
+        if words := annotations.get(str(group)):
             ax.annotate(words, (middle, 1.0), (0, 1), ("data", "axes fraction"), "offset points", ha="center",
                         va="bottom", fontsize=SMALL)  # fmt: skip
     ax.set_xticks(list(ticks), list(ticks.values()), fontsize=SMALL)
@@ -229,8 +238,7 @@ def plot_cells(
     table: "pd.DataFrame",
     quantity: str,
     label: str,
-    groups: Mapping[str, GroupLook],
-    sources: Mapping[str, SourceLook],
+    looks: tuple[Mapping[str, GroupLook], Mapping[str, SourceLook]],
     means: Mapping[tuple[str, str], GroupMean],
     room: int = 26,
 ) -> "Axes":
@@ -243,13 +251,14 @@ def plot_cells(
         Columns ``animal, subject, group, cell, level, source`` and `quantity`.
     quantity, label : str
         Name of a column, and of the axis.
-    groups, sources : mapping
-        How they look.
+    looks : tuple of mapping
+        How groups and sources look.
     means : mapping of (str, str) to GroupMean
         Of cell and source.
     room : int
         Letters that fit below the panel side by side; where levels need more they stand upright.
     """
+    groups, sources = looks
     places = _places(table, quantity, sources)
     for (group, source), rows in table.groupby(["group", "source"], sort=False):
         positions = {place.cell: place.x for place in places if (place.group, place.source) == (group, source)}

@@ -4,7 +4,7 @@ from vasowave.study.folder.animals import read_animals as read_animals
 from vasowave.study.folder.animals import read_row as read_row
 from vasowave.study.folder.animals import variables_of as variables_of
 from vasowave.study.folder.designing import understood as understood
-from vasowave.study.folder.names import LONGEST as LONGEST
+from vasowave.study.folder.names import MAX_NAME_LETTERS as MAX_NAME_LETTERS
 from vasowave.study.folder.names import checked_name as checked_name
 from vasowave.study.folder.names import plain_name as plain_name
 from vasowave.study.folder.problems import refuse as refuse

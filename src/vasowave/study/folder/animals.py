@@ -13,22 +13,27 @@ from vasowave.base import units
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import NOWHERE, Finding, Place, error_kind, look_kind
 from vasowave.base.io.columns import Columns, NoRowsError, number, read_columns, split_unit
-from vasowave.pulse.inference.known_errors import SHARED, KnownErrors
+from vasowave.pulse.inference.known_errors import SHARED_SOURCES, KnownErrors
 from vasowave.pulse.model.blood import relative_to_usual
-from vasowave.study.animal.result import TIDY
+from vasowave.study.animal.result import TIDY_COLUMNS
 from vasowave.study.cohort.variables import ALONE, GAPS, MISSPELT, Variable
 from vasowave.study.folder.names import checked_name
 from vasowave.study.folder.problems import UNREADABLE, StudyProblem, unreadable
-from vasowave.study.folder.rows import COLUMNS, ERRORS, NEEDED, NUMBERS, AnimalRow, field_of
+from vasowave.study.folder.rows import COLUMNS, ERRORS, NUMBERS, REQUIRED_COLUMNS, AnimalRow, field_of
 
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]",
              "beat edits")  # fmt: skip
 _CYCLE_ONLY = ("flow", "period [s]")
-_CLOSE = 0.8  # of the letters of two titles are the same: a slip, and no column of one's own
-_SIGNED = ("zero [mmHg]", "zero after [mmHg]", "flow zero [ml/s]", "flow gain [1]", "pressure delay [s]",
+_MIN_TITLE_SIMILARITY = 0.8  # share of letters in common with a title from which another is a slip
+_SIGNED_COLUMNS = ("zero [mmHg]", "zero after [mmHg]", "flow zero [ml/s]", "flow gain [1]", "pressure delay [s]",
            "flow delay [s]")  # fmt: skip
-_LOWEST = {"start [s]": 0.0, "wedge [mmHg]": 0.0, **dict.fromkeys(_SIGNED, -math.inf), **dict.fromkeys(ERRORS, 0.0)}
-_SMALLEST, _LARGEST = 1e-12, 1e12  # beyond what any number of the table can be in its unit
+_MIN_CELL_VALUES = {
+    "start [s]": 0.0,
+    "wedge [mmHg]": 0.0,
+    **dict.fromkeys(_SIGNED_COLUMNS, -math.inf),
+    **dict.fromkeys(ERRORS, 0.0),
+}
+_MIN_CELL_VALUE, _MAX_CELL_VALUE = 1e-12, 1e12  # beyond what any number of the table can be in its unit
 Say = Callable[[str, Finding], None]
 
 MAX_ROWS = 10_000
@@ -150,7 +155,7 @@ def _slips(path: Path, rows: Sequence[AnimalRow], subject: str) -> list[StudyPro
     problems, groups = [], {row.animal: row.group for row in rows}
     subjects = {row.animal: row.lab_cells.get(subject, "") for row in rows}
     for title in dict.fromkeys(title for row in rows for title in row.lab_cells):
-        if title in SHARED:  # animals that share nothing are no slip
+        if title in SHARED_SOURCES:  # animals that share nothing are no slip
             continue
         try:
             variable = Variable.of(title, {row.animal: row.lab_cells.get(title, "") for row in rows})
@@ -184,10 +189,10 @@ def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, i
         plain, location = title.lower(), f"header, column '{title}'"
         if plain not in standard_titles:
             name = split_unit(title)[0]
-            if matches := get_close_matches(name.lower(), plainly, n=1, cutoff=_CLOSE):
+            if matches := get_close_matches(name.lower(), plainly, n=1, cutoff=_MIN_TITLE_SIMILARITY):
                 hint = f" (did you mean '{plainly[matches[0]]}'?)"
                 problems.append(UNKNOWN_COLUMN(hint=hint).at(str(path), part=location))
-            elif name.lower() in (*TIDY, "source") or not name:
+            elif name.lower() in (*TIDY_COLUMNS, "source") or not name:
                 problems.append(RESERVED().at(str(path), part=location))
             elif plain in map(str.lower, lab_columns):
                 problems.append(COLUMN_TWICE().at(str(path), part=location))
@@ -197,7 +202,7 @@ def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, i
             problems.append(COLUMN_TWICE().at(str(path), part=location))
         else:
             where[standard_titles[plain]] = i
-    problems += [NO_COLUMN(name=name).at(str(path), part="header") for name in NEEDED if name not in where]
+    problems += [NO_COLUMN(name=name).at(str(path), part="header") for name in REQUIRED_COLUMNS if name not in where]
     return where, lab_columns, list(map(StudyProblem, problems))
 
 
@@ -212,7 +217,7 @@ def _row(
 
     row, wrong = read_row(cell, Path(table.source).parent, groups, place, line)
     carried = lab_columns | {
-        title: where[title] for title in (*SHARED, "hematocrit [1]", "temperature [°C]") if title in where
+        title: where[title] for title in (*SHARED_SOURCES, "hematocrit [1]", "temperature [°C]") if title in where
     }
     further = {title: unicodedata.normalize("NFC", table.cells[index][i].strip()) for title, i in carried.items()}
     return row and replace(row, lab_cells=further), wrong
@@ -293,7 +298,7 @@ def _implied_kind(cell: Mapping[str, str]) -> str:
 
 
 def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | None, report: Say) -> None:
-    for title in NEEDED:
+    for title in REQUIRED_COLUMNS:
         if not cell[title]:
             report(title, EMPTY_CELL())
     try:
@@ -346,11 +351,11 @@ def _number(text: str, title: str, report: Say) -> float | None:
     except ValueError:
         report(title, (DECIMAL_COMMA if re.fullmatch(r"-?\d+,\d+", text) else NO_NUMBER)(text=text))
         return None
-    lowest = _LOWEST.get(title, 5e-324)
+    lowest = _MIN_CELL_VALUES.get(title, 5e-324)
     if not (math.isfinite(value) and value >= lowest) or (title == "block" and value != int(value)):
         report(title, NOT_POSITIVE(text=text, what="whole number" if title == "block" else "number"))
         return None
-    if value and not _SMALLEST < abs(value) < _LARGEST:
+    if value and not _MIN_CELL_VALUE < abs(value) < _MAX_CELL_VALUE:
         report(title, NO_SIZE(text=text))
         return None
     if title == "flow gain [1]" and value == 0:

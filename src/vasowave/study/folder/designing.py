@@ -8,18 +8,18 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Place, error_kind, look_kind
 from vasowave.base.settings import AT_ODDS
-from vasowave.study.cohort.contrast import FEW, untold_findings
+from vasowave.study.cohort.contrast import MIN_FREEDOM, untold_findings
 from vasowave.study.cohort.degrees import degrees_left
 from vasowave.study.cohort.design import Layout
 from vasowave.study.cohort.unused import unused_columns
-from vasowave.study.cohort.variables import FIRST
+from vasowave.study.cohort.variables import BASELINE_WORDS
 from vasowave.study.folder.problems import StudyProblem
 from vasowave.study.folder.rows import AnimalRow
 from vasowave.study.folder.study import Study
 from vasowave.study.report.wording import listed, some_of
 
-_LEAST_LEFT = 1 / 3  # of the animals
-_NAMED = 3  # animals, in a sentence
+_MIN_ANIMAL_SHARE = 1 / 3  # of the animals
+_MAX_NAMED_ANIMALS = 3  # animals, in a sentence
 FEW_LEFT = look_kind(
     "design.few-left", "of {animals} animals {left} are left to tell how animals scatter: intervals will be wide, and "
     "what differs may not be shown; {remedy}", "name fewer covariates and blocks, or add animals",
@@ -104,7 +104,7 @@ def several_groups(study: Study) -> list[StudyProblem]:
     ]
     first = next(iter(mixed.values()))
     differing_row = next(row for row in first if row.group != first[0].group)
-    finding = SEVERAL_GROUPS(subject=str(design.subject), rows=some_of(places, _NAMED))
+    finding = SEVERAL_GROUPS(subject=str(design.subject), rows=some_of(places, _MAX_NAMED_ANIMALS))
     return [
         _at(study, finding, differing_row.line, str(design.subject), (row for rows in mixed.values() for row in rows))
     ]
@@ -116,7 +116,7 @@ def _odd(study: Study, place: Place) -> Iterator[StudyProblem]:
     assert layout is not None
     of_all = [*untold_findings(layout.contrasts, layout.untold)]
     animals_left = layout.left_for_scatter(design.blocks)
-    if animals_left < _LEAST_LEFT * len(study.animals):
+    if animals_left < _MIN_ANIMAL_SHARE * len(study.animals):
         of_all.append(FEW_LEFT(animals=len(layout.animals), left=animals_left))
     of_all += _few_degrees(study, layout)
     yield from (StudyProblem(finding.placed(place)) for finding in of_all)
@@ -148,7 +148,7 @@ def _few_degrees(study: Study, layout: Layout) -> Iterator[Finding]:
             contrast.text
         )
     for freedom, effects in effects_by_freedom.items():
-        if freedom < FEW and rows:
+        if freedom < MIN_FREEDOM and rows:
             side = 1 - 0.025 / rows  # Bonferroni's bound: the rows are judged together
             times, many = (float(quantile) for quantile in (stdtrit(max(freedom, 1), side), ndtri(side)))
             yield FEW_DEGREES(effects="; ".join(effects), freedom=freedom, rows=rows, times=times, many=many)
@@ -167,7 +167,7 @@ def _odd_occasions(study: Study, subject: str, occasion: str) -> Iterator[StudyP
     again = {key: rows for key, rows in times.items() if len(rows) > 1}
     if again:
         places = [f"'{name}' stands at {occasion} {time} in {_lines(rows)}" for (name, time), rows in again.items()]
-        finding = SAME_OCCASION(subject=subject, occasion=occasion, rows=some_of(places, _NAMED))
+        finding = SAME_OCCASION(subject=subject, occasion=occasion, rows=some_of(places, _MAX_NAMED_ANIMALS))
         second = next(iter(again.values()))[1]
         yield _at(study, finding, second.line, occasion, (row for rows in again.values() for row in rows))
 
@@ -194,7 +194,7 @@ def _first_word(study: Study) -> str:
     if second is None or second.kind != "category":
         return ""
     first = second.order[0]
-    if first.casefold() in FIRST:
+    if first.casefold() in BASELINE_WORDS:
         return f" Others are compared with '{first}', which says that it came first."
     return (f" '{first}' is the first {second.name} in the table, so others are compared with it; "
             "put a row of another first to turn that round.")  # fmt: skip

@@ -5,8 +5,8 @@ import unicodedata
 
 from vasowave.base.errors import InputError
 
-LONGEST = 60  # letters that fit beside a figure
-_AROUND = " .,_+-("  # signs that neither begin nor end a name
+MAX_NAME_LETTERS = 60  # letters that fit beside a figure
+_EDGE_CHARACTERS = " .,_+-("  # signs that neither begin nor end a name
 _NAME = re.compile(r"\w[\w .,+()-]*")
 
 
@@ -15,9 +15,9 @@ def plain_name(stem: str) -> str:
     plain = "".join(
         sign if sign.isalnum() or sign in " .,_+-()" else " " for sign in unicodedata.normalize("NFC", stem)
     )
-    plain = plain.lstrip(_AROUND + ")").rstrip(_AROUND)
-    plain = plain if "(" in plain else plain.rstrip(_AROUND + ")")
-    return checked_name(plain[:LONGEST].strip() or "animal")
+    plain = plain.lstrip(_EDGE_CHARACTERS + ")").rstrip(_EDGE_CHARACTERS)
+    plain = plain if "(" in plain else plain.rstrip(_EDGE_CHARACTERS + ")")
+    return checked_name(plain[:MAX_NAME_LETTERS].strip() or "animal")
 
 
 def checked_name(text: str) -> str:
@@ -31,6 +31,6 @@ def checked_name(text: str) -> str:
     name = unicodedata.normalize("NFC", text)
     if not _NAME.fullmatch(name):
         raise InputError(f"'{text}': a name consists of letters, digits, blanks and . , _ + - ( )")
-    if len(name) > LONGEST:
-        raise InputError(f"'{name[:20]}…' has {len(name)} characters; at most {LONGEST} fit beside a figure")
+    if len(name) > MAX_NAME_LETTERS:
+        raise InputError(f"'{name[:20]}…' has {len(name)} characters; at most {MAX_NAME_LETTERS} fit beside a figure")
     return name

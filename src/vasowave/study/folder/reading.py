@@ -27,10 +27,10 @@ from vasowave.study.folder.settings import StudyFile
 STUDY_FILE = "study.yaml"
 YAML = (".yaml", ".yml")
 Path_ = tuple[str | int, ...]
-_NOTHING = ("", "~", "null", "Null", "NULL")
+_NULL_WORDS = ("", "~", "null", "Null", "NULL")
 _MAX_NAME_LETTERS = 110  # letters of the longest name among results
-_LARGEST = 1 << 20  # bytes
-_DEEPEST = 20  # nesting of a document, beyond any study's
+_MAX_FILE_BYTES = 1 << 20  # bytes
+_MAX_NESTING = 20  # nesting of a document, beyond any study's
 
 NOT_UTF8 = error_kind("yaml.encoding", "not UTF-8 text; {remedy}", "save the file as UTF-8")
 TOO_LARGE = error_kind(
@@ -38,9 +38,9 @@ TOO_LARGE = error_kind(
 )
 TOO_DEEP = error_kind("yaml.too-deep", "nested too deeply to be a study file")
 NO_MAPPING = error_kind("yaml.no-mapping", "expected lines of the form 'key: value'")
-_LOOK = "look for a missing colon, quotation mark or indentation"
-SYNTAX = error_kind("yaml.syntax", "not valid YAML: {what}; {remedy}", _LOOK)
-TAB = error_kind("yaml.tab", "not valid YAML: {what} (indent with blanks, not with tabs); {remedy}", _LOOK)
+_YAML_REMEDY = "look for a missing colon, quotation mark or indentation"
+SYNTAX = error_kind("yaml.syntax", "not valid YAML: {what}; {remedy}", _YAML_REMEDY)
+TAB = error_kind("yaml.tab", "not valid YAML: {what} (indent with blanks, not with tabs); {remedy}", _YAML_REMEDY)
 ALIAS = error_kind("yaml.alias", "this is an alias; {remedy}", "write the value out")
 TABLE_OUTSIDE = error_kind(
     "study.table-outside", "'{name}' lies outside of the study, where nothing is written; {remedy}",
@@ -114,7 +114,7 @@ def read_document(path: Path) -> Document:
         )
     try:
         with (path if path.is_dir() or not path.exists() else regular_file(path)).open("rb") as file:
-            raw = file.read(_LARGEST + 1)
+            raw = file.read(_MAX_FILE_BYTES + 1)
     except OSError as error:
         reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
         around = next((parent for parent in path.absolute().parents[1:] if (parent / path.name).is_file()), None)
@@ -128,7 +128,7 @@ def parse_document(raw: bytes, name: str) -> Document:
     import yaml
 
     document = Document(name)
-    if len(raw) > _LARGEST:
+    if len(raw) > _MAX_FILE_BYTES:
         document.say(TOO_LARGE(), Place(name))
         return document
     try:
@@ -180,14 +180,14 @@ class _Builder:
             return node.value if isinstance(node, yaml.ScalarNode) else None
         self.seen.add(id(node))
         self.document._values[path] = _mark(node)
-        if len(path) > _DEEPEST:
+        if len(path) > _MAX_NESTING:
             self.document.say(TOO_DEEP(), self.document.place(path))
             return None
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, path)
         if isinstance(node, yaml.SequenceNode):
             return [self.build(item, (*path, i)) for i, item in enumerate(node.value)]
-        plain_nothing = node.style is None and node.value in _NOTHING
+        plain_nothing = node.style is None and node.value in _NULL_WORDS
         return None if plain_nothing else node.value
 
     def _mapping(self, node: Any, path: Path_) -> dict[str, Any]:

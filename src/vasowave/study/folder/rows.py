@@ -7,7 +7,7 @@ from typing import Literal
 
 from vasowave.catheter.read.site_files import COLUMNS as SITES
 from vasowave.catheter.read.site_files import site_files
-from vasowave.pulse.inference.known_errors import SHARED, columns
+from vasowave.pulse.inference.known_errors import SHARED_SOURCES, columns
 
 ERRORS = {title: name for name, (title, _) in columns().items()}
 """Columns of errors that the lab knows, and the settings that they stand for."""
@@ -63,11 +63,11 @@ COLUMNS = {
     "C_T [ml/mmHg]": "Total compliance known from elsewhere, likewise.",
     "tau [s]": "Time constant known from elsewhere, likewise.",
     **dict(columns().values()),
-    **SHARED,
+    **SHARED_SOURCES,
 }
 """Columns of animals.csv and what they hold; the first four are needed."""
 
-NEEDED = ("animal", "group", "network", "recording")
+REQUIRED_COLUMNS = ("animal", "group", "network", "recording")
 
 
 def field_of(title: str) -> str:

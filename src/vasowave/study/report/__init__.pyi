@@ -1,12 +1,12 @@
 """Self-contained pages about one animal or many: words, tables, figures, methods, provenance."""
 
+from vasowave.study.report.blocks import REPORT as REPORT
+from vasowave.study.report.blocks import SUPPLEMENT as SUPPLEMENT
 from vasowave.study.report.blocks import Answers as Answers
 from vasowave.study.report.blocks import Drawing as Drawing
 from vasowave.study.report.blocks import Fold as Fold
 from vasowave.study.report.blocks import Paragraph as Paragraph
-from vasowave.study.report.blocks import REPORT as REPORT
 from vasowave.study.report.blocks import Report as Report
-from vasowave.study.report.blocks import SUPPLEMENT as SUPPLEMENT
 from vasowave.study.report.blocks import Section as Section
 from vasowave.study.report.blocks import SideBySide as SideBySide
 from vasowave.study.report.blocks import Table as Table

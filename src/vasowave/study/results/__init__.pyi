@@ -12,10 +12,10 @@ from vasowave.study.results.results import INDEX as INDEX
 from vasowave.study.results.results import Results as Results
 from vasowave.study.results.results import read_results as read_results
 from vasowave.study.results.results import write_results as write_results
-from vasowave.study.results.store import Journal as Journal
 from vasowave.study.results.store import LOCK as LOCK
-from vasowave.study.results.store import ResultStore as ResultStore
 from vasowave.study.results.store import SEARCHES as SEARCHES
+from vasowave.study.results.store import Journal as Journal
+from vasowave.study.results.store import ResultStore as ResultStore
 from vasowave.study.results.store import holder as holder
 from vasowave.study.results.store import locked as locked
 from vasowave.study.results.store import read_journal as read_journal

@@ -57,11 +57,11 @@ WEDGE_DIFFERS = look_kind(
     "the wedge pressure is given as {given:.3g} mmHg, the mean of its waveform is {wave:.3g} mmHg; the number counts",
     "Correct one of the two, or leave the number out.",
 )
-_APART = 1.0  # mmHg between the two
+_MAX_WEDGE_DIFFERENCE = 1.0  # mmHg, between a wedge pressure and the mean of its wave
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
 
-_NEAR = 4096  # bytes from the beginning, where it stands
+_HEAD_BYTES = 4096  # bytes from the beginning of a file, where the mark stands
 _OF_FILES = ("network", "recordings", "beat_edits", "sites", "ventricle", "wedge_wave")
 _NOT_IN_KEY = (
     *_OF_FILES,
@@ -116,7 +116,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
         network = _filled(read_network(row.network), row, study)
         animal = Animal(row.animal, row.group, network, *read_measured(row, study))
     warned = list(found_in(caught))
-    synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_NEAR] for file in row.recordings)
+    synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_HEAD_BYTES] for file in row.recordings)
     recording = _through_instruments(_relative(animal.recording, warned, folder), row, study)
     recording, behind = _wedged(recording, row)
     odd = _oddities(network, recording, study)
@@ -143,7 +143,7 @@ def _wedged(recording: Recording, row: AnimalRow) -> tuple[Recording, list[Findi
     findings = [WEDGE(wedge=mean)] if mean else []
     if wave is not None:
         findings += [WEDGE_WAVE(pulse=float(np.ptp(wave.pulsation))), *wave.findings]
-        if mean is not None and abs(mean - wave.mean) > _APART:
+        if mean is not None and abs(mean - wave.mean) > _MAX_WEDGE_DIFFERENCE:
             findings.append(WEDGE_DIFFERS(given=mean, wave=wave.mean))
     return wedged, findings
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from vasowave.study.animal.animal import Animal
 from vasowave.study.folder.settings import StudyFile
 
-_SECONDS = 0.4
+_SECONDS_PER_START = 0.4
 """CPU for one start of a fit with one wall law in a network of 21 vessels, everything else of the analysis included, s.
 
 The twelve animals of the demo, with 20 starts of two laws, take 15 s each; a linear start costs about a third of a
@@ -17,7 +17,7 @@ tangent one.
 _POSTERIOR_SECONDS = 18.0
 """CPU for one posterior of a wall law in such a network, s: 16 linear ones took 142 s on two cores."""
 
-_VESSELS = 21  # of the network for which the seconds were measured
+_TIMED_VESSELS = 21  # of the network for which the seconds were measured
 
 
 class AnimalRead(NamedTuple):
@@ -50,12 +50,21 @@ class AnimalRead(NamedTuple):
 
 
 HEADER = (
-    ("animal", ""), ("group", ""), ("vessels", ""), ("kind", ""), ("length", "s"), ("beats", "used"), ("HR", "1/min"),
-    ("mPAP", "mmHg"), ("CO", "ml/s"), ("drift", "mmHg"),
-)  # fmt: skip
+    ("animal", ""),
+    ("group", ""),
+    ("vessels", ""),
+    ("kind", ""),
+    ("length", "s"),
+    ("beats", "used"),
+    ("HR", "1/min"),
+    ("mPAP", "mmHg"),
+    ("CO", "ml/s"),
+    ("drift", "mmHg"),
+)
+"""Fmt: skip."""
 """Titles of the columns, and below them units."""
 
-_LEFT = (0, 1, 3)  # columns of words
+_WORD_COLUMNS = (0, 1, 3)  # columns of words
 
 
 def read_of(animal: Animal) -> AnimalRead:
@@ -74,7 +83,7 @@ def overview_lines(read: Sequence[AnimalRead], width: int) -> list[str]:
     Where a table does not fit, every animal has a paragraph.
     """
     rows = [animal.row() for animal in read]
-    lines = aligned([*zip(*HEADER, strict=True), *rows], _LEFT)
+    lines = aligned([*zip(*HEADER, strict=True), *rows], _WORD_COLUMNS)
     widest = max(map(len, lines))
     if widest <= width:
         return [*lines[:2], "-" * widest, *lines[2:], ""]
@@ -102,8 +111,8 @@ def _paragraph(row: Sequence[str], width: int) -> list[str]:
 
 def expected_seconds(read: Sequence[AnimalRead], settings: StudyFile, cores: int) -> float:
     """Return roughly how long fits and posteriors of these animals take on so many cores, s, without compiling."""
-    seconds_per_law = _SECONDS * settings.calibration.starts + (
+    seconds_per_law = _SECONDS_PER_START * settings.calibration.starts + (
         _POSTERIOR_SECONDS if settings.inference == "posterior" else 0.0
     )
     of_laws = len(settings.calibration.walls) * seconds_per_law
-    return sum(of_laws * animal.vessels / _VESSELS for animal in read) / max(1, min(cores, len(read)))
+    return sum(of_laws * animal.vessels / _TIMED_VESSELS for animal in read) / max(1, min(cores, len(read)))

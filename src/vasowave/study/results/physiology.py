@@ -12,18 +12,18 @@ _UNITS = {"HR": "beats/min", "mPAP": "mmHg", "pPAP": "mmHg", "CO": "ml/s", "root
 BLOOD = {"density": (0.95, 1.3, "g/ml", 1.057), "viscosity": (0.005, 0.3, "cm²/s", 0.0462)}
 """What blood of any species and the liquids used in its place have, unit, and the default."""
 
-_IMPLAUSIBLE = (
+_IMPLAUSIBLE_TEXT = (
     "{{name}} {{value:.4g}} {{unit}} is implausible for a {{species}} ({{low:g}} to {{high:g}}); is the unit right, "
     "and is it {}?{{fits}}"
 )
 IMPLAUSIBLE = look_kind(
     "physiology.implausible",
-    _IMPLAUSIBLE.format("one whole cycle"),
+    _IMPLAUSIBLE_TEXT.format("one whole cycle"),
     "Correct the unit or the recording, or name the species; `species: other` compares with nothing.",
 )
 IMPLAUSIBLE_RADIUS = look_kind(
     "physiology.implausible-radius",
-    _IMPLAUSIBLE.format("a radius, not a diameter"),
+    _IMPLAUSIBLE_TEXT.format("a radius, not a diameter"),
     "Correct the unit or the network, or name the species; `species: other` compares with nothing.",
 )
 ODD_DECAY = look_kind(

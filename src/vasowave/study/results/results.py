@@ -33,7 +33,7 @@ from vasowave.base.stores import parsed_as, stored
 from vasowave.pulse.model.law_files import looking_in, plain, remember
 from vasowave.study.animal.failure import Failure, as_plain, from_plain
 from vasowave.study.animal.files import read_result
-from vasowave.study.animal.result import TIDY, AnimalResult
+from vasowave.study.animal.result import TIDY_COLUMNS, AnimalResult
 from vasowave.study.cohort.cohort import Cohort, gathered
 from vasowave.study.cohort.declared import Declaration
 from vasowave.study.cohort.primary import primary_comparison
@@ -52,8 +52,8 @@ ANIMALS = "animals"
 FORM = "vasowave study 3"
 """What the index says of itself; the number grows with the stored form."""
 
-_EARLIER = "results.nc"
-_NAMED = 6  # animals, in a sentence
+_EARLIER_FILE = "results.nc"
+_MAX_NAMED_ANIMALS = 6  # animals, in a sentence
 _MAX_NAME_BYTES = 80  # bytes of an animal's name in that of its file
 
 
@@ -144,9 +144,10 @@ class Results(Mapping[str, AnimalResult]):
     def _absent(self, animal: str) -> str:
         lost = {failure.animal: f": {failure}" for failure in self.lost}
         like = [name for name in self if str(animal).casefold() in name.casefold()]
-        mean = f" (did you mean {some_of([repr(name) for name in like], _NAMED)}?)" if like else ""
+        mean = f" (did you mean {some_of([repr(name) for name in like], _MAX_NAMED_ANIMALS)}?)" if like else ""
         reason = lost.get(animal) or mean or did_you_mean(str(animal), self)
-        return f"{self.folder}: there is no result of '{animal}'{reason}; there are: {some_of(list(self), _NAMED)}"
+        stored = some_of(list(self), _MAX_NAMED_ANIMALS)
+        return f"{self.folder}: there is no result of '{animal}'{reason}; there are: {stored}"
 
     @property
     def lost(self) -> tuple[Failure, ...]:
@@ -164,10 +165,10 @@ class Results(Mapping[str, AnimalResult]):
     def __repr__(self) -> str:
         """Return a short table: the animals by group, the laws, what failed, and what can be typed next."""
         labels = [label for label, names in self._members.items() if names][1:]
-        facts = {label: f"{len(names)}  {some_of(names, _NAMED)}" for label, names in self._members.items()}
+        facts = {label: f"{len(names)}  {some_of(names, _MAX_NAMED_ANIMALS)}" for label, names in self._members.items()}
         facts["wall laws"] = self._laws
         facts |= (
-            {"failed": some_of([f"{failure.animal}, {failure}" for failure in self.failures], _NAMED)}
+            {"failed": some_of([f"{failure.animal}, {failure}" for failure in self.failures], _MAX_NAMED_ANIMALS)}
             if self.failures
             else {}
         )
@@ -208,7 +209,7 @@ class Results(Mapping[str, AnimalResult]):
             The file of an animal is missing or damaged.
         """
         tables = [result.table() for result in self.in_order(whole=False)]
-        table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=[*TIDY])
+        table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=[*TIDY_COLUMNS])
         return table.assign(**{variable.label: table["animal"].map(variable.values) for variable in self.variables})
 
     def compare(self, group: str, reference: str | None = None, **family: Any) -> "Comparison":
@@ -386,7 +387,7 @@ def read_results(folder: Path) -> Results:
 
 
 def _nothing(folder: Path) -> str:
-    for earlier in (folder / "results" / _EARLIER, folder / _EARLIER):
+    for earlier in (folder / "results" / _EARLIER_FILE, folder / _EARLIER_FILE):
         if earlier.exists():
             return (
                 f"{earlier}: of an earlier version of vasowave, whose results this one does not read; run the study or "

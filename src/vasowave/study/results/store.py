@@ -49,7 +49,7 @@ CACHE, SEARCHES, LOCK = "cache", "searches", "running.lock"
 """Folders of the pieces and of the journals, and the lock file, in the folder of the results."""
 
 NO_LOCKS = look_kind("run.no-locks", "this file system knows no locks ({why}); {remedy}", "do not start a second run")
-_NUMERICAL = ("numpy", "scipy", "numba", "xarray")
+_NUMERICAL_PACKAGES = ("numpy", "scipy", "numba", "xarray")
 _NOT_NUMERICAL = (
     "cli",
     "workbench",
@@ -60,14 +60,14 @@ _NOT_NUMERICAL = (
 """Parts of the package that no run loads, or that only show what was computed: a change there asks for no
 recomputation.
 """
-_DIGITS = 32  # of a key
-_TRIES, _BETWEEN = 5, 0.05  # and s between them, of locking
+_KEY_DIGITS = 32  # of a key
+_LOCK_TRIES, _LOCK_WAIT_S = 5, 0.05  # tries of locking, and s between them
 _MAX_LOCK_BYTES = 1000  # bytes of a lock that are read
 
 
 def source_digest() -> str:
     """Return the digest of the sources that compute an animal, and of the numerical libraries' versions."""
-    return program("", _NOT_NUMERICAL, _NUMERICAL)
+    return program("", _NOT_NUMERICAL, _NUMERICAL_PACKAGES)
 
 
 def key_of(values: Any, files: Iterable[tuple[str, Path]]) -> str:
@@ -78,7 +78,7 @@ def key_of(values: Any, files: Iterable[tuple[str, Path]]) -> str:
     InputError
         A file cannot be read.
     """
-    return digest_of(source_digest(), values, [(role, look(path).sha256) for role, path in files])[:_DIGITS]
+    return digest_of(source_digest(), values, [(role, look(path).sha256) for role, path in files])[:_KEY_DIGITS]
 
 
 class ResultStore:
@@ -179,10 +179,10 @@ def locked(path: Path) -> Iterator[bool]:
 
 def _lock_patiently(handle: int) -> None:
     """Lock an open file; who only looks whether it is locked (`holder`) holds it for a moment."""
-    for _ in range(_TRIES - 1):
+    for _ in range(_LOCK_TRIES - 1):
         with suppress(BlockingIOError):
             return lock_open_file(handle)
-        time.sleep(_BETWEEN)
+        time.sleep(_LOCK_WAIT_S)
     lock_open_file(handle)
 
 

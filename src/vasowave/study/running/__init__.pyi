@@ -16,8 +16,8 @@ from vasowave.study.running.programs import trust_study as trust_study
 from vasowave.study.running.reporting import ONE_BY_ONE as ONE_BY_ONE
 from vasowave.study.running.reporting import REPORT_FOLDER as REPORT_FOLDER
 from vasowave.study.running.reporting import report_study as report_study
-from vasowave.study.running.run_state import Ended as Ended
 from vasowave.study.running.run_state import STATUS as STATUS
+from vasowave.study.running.run_state import Ended as Ended
 from vasowave.study.running.run_state import ask_to_stop as ask_to_stop
 from vasowave.study.running.run_state import record_end as record_end
 from vasowave.study.running.run_state import run_status as run_status
@@ -25,7 +25,7 @@ from vasowave.study.running.run_state import running as running
 from vasowave.study.running.runs import Done as Done
 from vasowave.study.running.runs import run_alone as run_alone
 from vasowave.study.running.runs import run_study as run_study
-from vasowave.study.running.single_animal import TOLD as TOLD
+from vasowave.study.running.single_animal import SENTENCE_QUANTITIES as SENTENCE_QUANTITIES
 from vasowave.study.running.single_animal import fit_sentences as fit_sentences
 from vasowave.study.running.single_animal import one_row as one_row
 from vasowave.study.running.single_animal import option_of as option_of

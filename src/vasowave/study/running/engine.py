@@ -20,7 +20,9 @@ from vasowave.study.results.store import source_digest
 Pools = Callable[[int], AbstractContextManager[Executor]]
 """Gives an executor with (up to) the stated number of workers."""
 
-_DIED = "its process died or ran out of memory, also when nothing ran beside it; give it more memory and run again"
+_DEATH_TEXT = (
+    "its process died or ran out of memory, also when nothing ran beside it; give it more memory and run again"
+)
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ def run_jobs(
     for job in suspects:
         with pools(1) as executor:
             if run.round(executor, deque([job]), 1):
-                run.failed(job, _DIED)
+                run.failed(job, _DEATH_TEXT)
     return run.failures
 
 

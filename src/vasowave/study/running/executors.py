@@ -22,24 +22,25 @@ from vasowave.pulse.model.law_files import LawFile, files_of, learn
 if TYPE_CHECKING:
     from vasowave.study.report.files import Each
 
-_ANALYSIS = (
+_ANALYSIS_MODULES = (
     *("scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.stats", "dask.array"),
     *("vasowave.study.results.loading", "vasowave.pulse.solver.ready"),
 )
 """What an analysis loads when it first needs it; xarray looks for Dask, which need not be there."""
 
-_DRAWING = ("vasowave.study.animal.files", "vasowave.study.figures.rendering", "matplotlib.figure")
-_WORTH = 10  # animals; for fewer, processes take longer to start than they save (12: 35 s in place of 42, on 2 cores)
-_AT_ONCE = 4  # results or figures that a process gets at once
+_DRAWING_MODULES = ("vasowave.study.animal.files", "vasowave.study.figures.rendering", "matplotlib.figure")
+_MIN_ANIMALS = 10
+"""For fewer animals processes take longer to start than they save (12: 35 s in place of 42, on 2 cores)."""
+_TASKS_PER_CALL = 4  # results or figures that a process gets at once
 
-_PATIENCE = 5.0  # s, for a process that was told to end
+_END_PATIENCE_S = 5.0  # s, for a process that was told to end
 
 _T = TypeVar("_T")
 
 
 @contextmanager
 def process_pool(
-    workers: int, threads: int = 1, laws: Sequence[str] = (), loaded: Sequence[str] = _ANALYSIS
+    workers: int, threads: int = 1, laws: Sequence[str] = (), loaded: Sequence[str] = _ANALYSIS_MODULES
 ) -> Iterator[Executor]:
     """Give a pool of fresh processes, each with `threads` threads; none of them outlives the block or this program.
 
@@ -68,7 +69,7 @@ def process_pool(
         # After an error nobody waits for the results any more, and a task may have minutes to go.
         for process in set(active_children()) - before:
             process.terminate()
-            process.join(_PATIENCE)
+            process.join(_END_PATIENCE_S)
 
 
 def _shared_pool(workers: int, threads: int, loaded: Sequence[str]) -> "_Pool":
@@ -86,11 +87,11 @@ def _shared_pool(workers: int, threads: int, loaded: Sequence[str]) -> "_Pool":
 @contextmanager
 def side_by_side(workers: int, animals: int) -> Iterator["Each"]:
     """Give a `map` for reading and drawing that works in processes, where there are enough animals to pay for them."""
-    if workers == 1 or animals < _WORTH:
+    if workers == 1 or animals < _MIN_ANIMALS:
         yield map
         return
-    with process_pool(workers, loaded=_DRAWING) as pool:
-        yield partial(pool.map, chunksize=_AT_ONCE)
+    with process_pool(workers, loaded=_DRAWING_MODULES) as pool:
+        yield partial(pool.map, chunksize=_TASKS_PER_CALL)
 
 
 class _Pool(ProcessPoolExecutor):

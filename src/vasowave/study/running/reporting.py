@@ -23,7 +23,7 @@ from vasowave.study.running.plan import inspect_study
 from vasowave.study.running.status import outdated
 
 REPORT_FOLDER, ONE_BY_ONE = "report", "report of animals"
-_NAMED = 6  # animals, in a sentence
+_MAX_NAMED_ANIMALS = 6  # animals, in a sentence
 CHANGED = look_kind(
     "report.study-changed",
     "{path}: the study changed since it was run ({changes}). The report shows it as it was run; {remedy}",
@@ -110,7 +110,7 @@ def _tell_changed(path: Path, stored: Results, results: Sequence[AnimalResult]) 
         "columns of the table of animals": columns,
         "settings": settings,
     }
-    changes = "; ".join(f"{title}: {some_of(names, _NAMED)}" for title, names in listed.items() if names)
+    changes = "; ".join(f"{title}: {some_of(names, _MAX_NAMED_ANIMALS)}" for title, names in listed.items() if names)
     if changes:
         warn(CHANGED(path=str(path), changes=changes), stacklevel=3)
 

@@ -33,11 +33,11 @@ from vasowave.study.results.store import LOCK, holder, locked
 STATUS = "run.status"
 """The file of the slots, in the folder of the results."""
 
-_SLOTS, _REQUEST = 3, 2
-_LOOK = 0.5  # s between looks for somebody who asks the run to stop
-_AGAIN = 3.0  # s after which an interruption that a library swallowed comes again
-_PATIENCE = 5.0  # s from the first request until a second one ends the program at once
-_LONGEST = 1000  # letters of a message
+_SLOT_COUNT, _REQUEST_SLOT = 3, 2
+_LOOK_INTERVAL_S = 0.5  # s between looks for somebody who asks the run to stop
+_REPEAT_AFTER_S = 3.0  # s after which an interruption that a library swallowed comes again
+_STOP_PATIENCE_S = 5.0  # s from the first request until a second one ends the program at once
+_MAX_MESSAGE_LETTERS = 1000  # letters of a message
 
 
 class Ended(StrEnum):
@@ -163,7 +163,7 @@ def run_status(results: Path) -> RunStatus | None:
 
 def _read(results: Path) -> tuple[RunStatus | None, _Request | None]:
     """Return what the run wrote last, whole, and the request that it stop."""
-    *written, request_text = read_slots(results / STATUS, _SLOTS)
+    *written, request_text = read_slots(results / STATUS, _SLOT_COUNT)
     statuses = [candidate for candidate in (_value(text, RunStatus) for text in written) if candidate]
     status = max(statuses, key=lambda candidate: candidate.written, default=None)
     request = _value(request_text, _Request)
@@ -223,7 +223,7 @@ class RunRecord:
             self.write(ended=ended, message=message or self.status.message, stopped_by=by, left=None)
 
     def _look(self, heard: bool) -> None:
-        while not self._over.wait(_AGAIN if self._asked.is_set() else _LOOK):
+        while not self._over.wait(_REPEAT_AFTER_S if self._asked.is_set() else _LOOK_INTERVAL_S):
             if self._asked.is_set() or _read(self.results)[1]:
                 self._asked.set()
                 if heard:
@@ -232,13 +232,13 @@ class RunRecord:
 
 def _write(file: FileIO, status: RunStatus) -> None:
     with suppress(OSError):
-        write_slot(file, status.written % _REQUEST, json.dumps(asdict(status)))
+        write_slot(file, status.written % _REQUEST_SLOT, json.dumps(asdict(status)))
 
 
 def _ending(error: BaseException) -> tuple[Ended, str]:
     text = str(error) if isinstance(error, VasowaveError) else unforeseen(error)
     plain = "".join(sign if sign.isprintable() or sign == "\n" else "?" for sign in text)
-    message = plain if len(plain) <= _LONGEST else f"{plain[:_LONGEST]} …"
+    message = plain if len(plain) <= _MAX_MESSAGE_LETTERS else f"{plain[:_MAX_MESSAGE_LETTERS]} …"
     if is_interrupt(error):
         return Ended.STOPPED, "What had finished is kept"
     if is_full(error):
@@ -268,7 +268,7 @@ def running(folder: Path, count: int = 0) -> Iterator[RunRecord]:
 def reserved(results: Path) -> FileIO:
     """Return the file in which a run that is to begin will write; `InputError` on a full or read-only disk."""
     try:
-        return reserve(results / STATUS, _SLOTS)
+        return reserve(results / STATUS, _SLOT_COUNT)
     except OSError as error:
         raise not_written(results / STATUS, error) from error
 
@@ -292,17 +292,18 @@ def ask_to_stop(results: Path, by: str) -> str:
     if request is None:
         stop_request = _Request(status.begun, status.process, by, time.time())
         try:
-            with opened(results / STATUS, _SLOTS) as file:
-                write_slot(file, _REQUEST, json.dumps(stop_request))
+            with opened(results / STATUS, _SLOT_COUNT) as file:
+                write_slot(file, _REQUEST_SLOT, json.dumps(stop_request))
         except OSError as error:
             raise not_written(results / STATUS, error) from error
-    elif time.time() - request.asked_at > _PATIENCE:
+    elif time.time() - request.asked_at > _STOP_PATIENCE_S:
         if status.node != platform.node() or not status.is_alive:
             raise InputError(f"the run was asked to stop and does not; end process {status.process} on {status.node}")
         with suppress(ProcessLookupError):
             os.kill(status.process, getattr(signal, "SIGKILL", signal.SIGTERM))
         return "the run did not stop and was ended at once; what had finished is kept"
-    return f"the run is being stopped; what had finished is kept. If it goes on, stop it again after {_PATIENCE:.0f} s"
+    patience = f"{_STOP_PATIENCE_S:.0f} s"
+    return f"the run is being stopped; what had finished is kept. If it goes on, stop it again after {patience}"
 
 
 def record_end(results: Path, process: int, code: int) -> None:
@@ -313,7 +314,7 @@ def record_end(results: Path, process: int, code: int) -> None:
     if status.ended is Ended.KILLED:
         cause = signal.Signals(-code).name if code < 0 else f"exit status {code}"
         status = replace(status, message=f"Its process ended without a word ({cause})")
-    with suppress(OSError), opened(results / STATUS, _SLOTS) as file:
+    with suppress(OSError), opened(results / STATUS, _SLOT_COUNT) as file:
         _write(file, replace(status, written=status.written + 1))
 
 

@@ -27,7 +27,7 @@ from vasowave.study.running.plan import declare
 from vasowave.study.running.programs import refuse_unread
 from vasowave.study.running.run_state import RunRecord, running
 
-_ON_CLUSTER = 256  # animals that are handed to a cluster at once
+_CLUSTER_BATCH = 256  # animals that are handed to a cluster at once
 
 NO_LONGER_THERE = look_kind(
     "run.animals-lost",
@@ -312,9 +312,9 @@ def _pools(
 ) -> tuple[Pools, int, int | None]:
     """Return what gives executors, how many jobs to hand out at once, and the threads of each."""
     if executor is not None:
-        return lambda count: nullcontext(executor), _ON_CLUSTER, None
+        return lambda count: nullcontext(executor), _CLUSTER_BATCH, None
     if scheduler is not None:
-        return lambda count: dask_cluster(scheduler), _ON_CLUSTER, 1
+        return lambda count: dask_cluster(scheduler), _CLUSTER_BATCH, 1
     at_once = max(1, min(workers or cores(), jobs))
     threads = max(1, cores() // at_once)
 

@@ -33,7 +33,7 @@ from vasowave.study.results.loading import file_hashes
 from vasowave.study.results.results import INDEX, read_results
 
 _FOLDER = "is a folder; name one file of it, or make a study of all with `vasowave new` and `vasowave add`"
-TOLD = Family(quantities=("stiffness", "wave_speed", "R_T", "C_p", "tau", "a", "I_R"))
+SENTENCE_QUANTITIES = Family(quantities=("stiffness", "wave_speed", "R_T", "C_p", "tau", "a", "I_R"))
 
 
 def animal_alone(
@@ -145,7 +145,7 @@ def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[
     called, written, answers = caller(cohort), symbols(cohort), list[tuple[str, str]]()
     for wall in result.laws:
         marks = Marks(cohort, wall)
-        by_wall = animal_answers(result, wall, TOLD, called, marks)
+        by_wall = animal_answers(result, wall, SENTENCE_QUANTITIES, called, marks)
         answers += [*by_wall, *marks.legend(by_wall, written)]
     doubts = {
         (finding.code, dict(finding.values)["site"]): finding

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.base.errors import InputError
-from vasowave.pulse.calibration.starts import SCOUT
+from vasowave.pulse.calibration.starts import SCOUT_STAGE
 from vasowave.pulse.inference.simulations import simulations_in
 from vasowave.study.animal.failure import Failure
 from vasowave.study.animal.files import failures_in
@@ -160,7 +160,7 @@ def _searches(results: Path, key: str) -> dict[str, tuple[int, int]]:
     searches: dict[str, tuple[int, int]] = {}
     for end in read_journal(results / SEARCHES / f"{key}.jsonl"):
         before = searches.get(end.wall, (0, 0))[0]
-        searches[end.wall] = (before + (end.stage == SCOUT), end.starts)
+        searches[end.wall] = (before + (end.stage == SCOUT_STAGE), end.starts)
     for path in sorted((results / SEARCHES).glob(f"{key}-*.npz")):
         if made := simulations_in(path):
             searches[path.stem.removeprefix(f"{key}-") + POSTERIOR] = (made, 0)

@@ -11,7 +11,7 @@ from vasowave.base.io.matlab import is_mat, read_mat, vector
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
 from vasowave.catheter.signals.channels import Block, Channel, Comment
 
-_NEEDED = ("data", "datastart", "dataend", "titles", "samplerate")
+_REQUIRED_VARIABLES = ("data", "datastart", "dataend", "titles", "samplerate")
 
 
 def is_labchart_mat(path: Path, start: bytes) -> bool:
@@ -31,7 +31,7 @@ def read_labchart_mat(path: str | Path) -> list[Block]:
         A file that cannot be read, is no LabChart export, or whose tables contradict each other.
     """
     variables = read_mat(path)
-    missing = [name for name in _NEEDED if name not in variables]
+    missing = [name for name in _REQUIRED_VARIABLES if name not in variables]
     if missing:
         raise InputError(
             f"{path}: not a continuous recording exported by LabChart (no {', '.join(missing)}); one averaged cycle "

@@ -31,7 +31,7 @@ _KEYS = (
 _KEY = re.compile(rf"({'|'.join(_KEYS)})=")
 _REMARK = re.compile(r"#(\*|\d+)\s?(.*)")
 
-_OWN = (".adicht", ".adidat", ".adibin")
+_BINARY_SUFFIXES = (".adicht", ".adidat", ".adibin")
 """Suffixes of LabChart's own files."""
 
 
@@ -234,6 +234,11 @@ def _refuse(path: Path, *_: Any) -> NoReturn:
 
 RECORDINGS.register(
     RecordingFormat(
-        "adicht", "LabChart's own file", _OWN, lambda path, start: path.suffix.lower() in _OWN, _refuse, True
+        "adicht",
+        "LabChart's own file",
+        _BINARY_SUFFIXES,
+        lambda path, start: path.suffix.lower() in _BINARY_SUFFIXES,
+        _refuse,
+        True,
     )
 )

@@ -9,7 +9,7 @@ import pandas as pd
 
 from vasowave.base.errors import InputError
 from vasowave.study.cohort.cohort import Cohort
-from vasowave.study.cohort.contrast import FEW
+from vasowave.study.cohort.contrast import MIN_FREEDOM
 from vasowave.study.cohort.design import laid_out
 from vasowave.study.cohort.guard import RULES, PopulationShape, doubts_of
 from vasowave.study.cohort.primary import Primary
@@ -194,7 +194,7 @@ def _least_shown(rows: pd.DataFrame, called: Called) -> list[str]:
 
 def _few_degrees(rows: pd.DataFrame) -> list[str]:
     """Say which effects of a design rest on few degrees of freedom, and how large they must be to be shown."""
-    sparse_rows = rows[rows["df"] < FEW] if "what" in rows else rows[:0]
+    sparse_rows = rows[rows["df"] < MIN_FREEDOM] if "what" in rows else rows[:0]
     if not len(sparse_rows):
         return []
     effects = listed([*dict.fromkeys(effect_of(row) for _, row in sparse_rows.iterrows())])

@@ -10,7 +10,7 @@ from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.missing import Missing, PressureRank
 from vasowave.study.cohort.primary import Primary
 from vasowave.study.cohort.unused import unused_columns
-from vasowave.study.cohort.votes import WORSE_THAN_BEST, is_lone
+from vasowave.study.cohort.votes import MAX_RESIDUAL_RATIO, is_lone
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.blocks import Block, Notice, Remarks
 from vasowave.study.report.tables.cells import span
@@ -164,7 +164,7 @@ def _miss(wall: str, rows: pd.DataFrame, of_flow: str) -> str:
     worst = rows.iloc[int(rows["RMSE"].to_numpy().argmax())]
     against = (
         f"{number(float(worst['over best']), 2)} times what the best law leaves"
-        if worst["over best"] > WORSE_THAN_BEST
+        if worst["over best"] > MAX_RESIDUAL_RATIO
         else f"{number(100 * float(worst['share']), 2)} % of the pulse pressure"
     )
     return (

@@ -5,7 +5,7 @@ import pandas as pd
 
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.votes import differences
-from vasowave.study.cohort.walls import CLEAR, Evidence, Exponent, evidences, exponent_of
+from vasowave.study.cohort.walls import CLEAR_EVIDENCE_RATIO, Evidence, Exponent, evidences, exponent_of
 from vasowave.study.report.wording import listed, number, with_interval
 
 _LOOKS_LIKE = "Errors of the geometry, a taper or a stiffness that changes along the tree can look like curvature."
@@ -70,7 +70,7 @@ def _ratio(value: float) -> str:
 def _clear(favorable: int, contrary: int, n: int, law: str, wall: str) -> str:
     counts = [f"for the {name} law in {count} of {n} animals"
               for name, count in ((law, favorable), (wall, contrary)) if count]  # fmt: skip
-    return f"{CLEAR:g} times or more {listed(counts) if counts else f'in none of {n} animals'}"
+    return f"{CLEAR_EVIDENCE_RATIO:g} times or more {listed(counts) if counts else f'in none of {n} animals'}"
 
 
 def _by_residuals(cohort: Cohort, law: str, answered: set[str]) -> list[str]:

@@ -14,7 +14,7 @@ from vasowave.study.cohort.comparison import SourceComparison
 from vasowave.study.cohort.declared import AnimalChanges, Declaration
 from vasowave.study.cohort.primary import Primary
 from vasowave.study.cohort.simultaneous_intervals import DRAWS
-from vasowave.study.cohort.two_groups import MOST_EXACT
+from vasowave.study.cohort.two_groups import MAX_EXACT_ANIMALS
 from vasowave.study.report.answer.design import design_text
 from vasowave.study.report.answer.effects import effect_of
 from vasowave.study.report.blocks import Paragraph, Section
@@ -346,8 +346,8 @@ def _statistics(cohort: Cohort, comparisons: Mapping[str, SourceComparison]) -> 
         return "Groups are described by mean, SD, median and quartiles; nothing was compared."
     return (
         "Secondary: as in the paper, groups were also compared by two-sided Mann-Whitney tests (exact up to "
-        f"{MOST_EXACT} animals, beyond that by the normal distribution), p values adjusted by Holm's method within "
-        f"each source ({tests}), ratios of geometric means with Welch intervals, and Hedges' g with intervals from the "
-        f"noncentral t distribution; the importance index η (eq. 20) is relative to {cohort.reference}. Every ratio "
-        "was computed again without each animal in turn where groups had three animals or more."
+        f"{MAX_EXACT_ANIMALS} animals, beyond that by the normal distribution), p values adjusted by Holm's method "
+        f"within each source ({tests}), ratios of geometric means with Welch intervals, and Hedges' g with intervals "
+        f"from the noncentral t distribution; the importance index η (eq. 20) is relative to {cohort.reference}. Every "
+        "ratio was computed again without each animal in turn where groups had three animals or more."
     )

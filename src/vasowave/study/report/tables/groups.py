@@ -9,7 +9,7 @@ from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.comparison import SourceComparison
 from vasowave.study.cohort.primary import Primary, Untested
 from vasowave.study.cohort.table import described
-from vasowave.study.cohort.two_groups import MOST_EXACT
+from vasowave.study.cohort.two_groups import MAX_EXACT_ANIMALS
 from vasowave.study.report.answer.effects import effect_of
 from vasowave.study.report.blocks import Table
 from vasowave.study.report.tables.cells import interval, mean_sd, median_iqr, source_title, span, symbols, with_unit
@@ -200,7 +200,8 @@ def contrasts(comparison: SourceComparison, source: str, written: dict[str, str]
     subject = "every pair of groups" if several else f"{pair['other']} against {pair['reference']}"
     note = (
         "η: relative change of the mean (eq. 20), never below -1 for a positive quantity; ratio: of geometric means, "
-        f"Welch interval; p: Mann-Whitney test, exact up to {MOST_EXACT} animals; Holm over these {len(data)} tests."
+        f"Welch interval; p: Mann-Whitney test, exact up to {MAX_EXACT_ANIMALS} animals; "
+        f"Holm over these {len(data)} tests."
     )
     return Table(f"Contrasts-{source}", f"{source_title(source)}: {subject}", header, cells, note, data)
 

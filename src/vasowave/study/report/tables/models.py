@@ -14,7 +14,7 @@ from vasowave.study.animal.law_result import LawResult
 from vasowave.study.animal.reading import largest_waves
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.table import columns
-from vasowave.study.cohort.votes import DECISIVE, WORSE_THAN_BEST, differences
+from vasowave.study.cohort.votes import DECISIVE_AICC_DIFFERENCE, MAX_RESIDUAL_RATIO, differences
 from vasowave.study.cohort.walls import evidences
 from vasowave.study.figures.modeled import sites_of
 from vasowave.study.report.blocks import Table
@@ -140,7 +140,7 @@ def mark(fit: xr.Dataset, name: str) -> str:
 
 def laws_by_posterior(data: xr.Dataset) -> Table:
     """Return evidence and weight of every law, and how well it predicts each block of harmonics from the others."""
-    from vasowave.pulse.inference.reweighting import UNTRUSTED  # loads the compiler, which few reports need
+    from vasowave.pulse.inference.reweighting import MAX_PARETO_K  # loads the compiler, which few reports need
 
     blocks = [str(block) for block in data["block"].values]
     rows = []
@@ -148,14 +148,14 @@ def laws_by_posterior(data: xr.Dataset) -> Table:
         law = data.sel(wall=wall)
         evidence = f"{float(law['log_evidence']):.1f} ± {float(law['log_evidence_error']):.1f}"
         predicted = zip(law["left_out"].values, law["left_out_k_hat"].values, strict=True)
-        cells = [f"{value:.1f}{'?' if k > UNTRUSTED else ''}" for value, k in predicted]
+        cells = [f"{value:.1f}{'?' if k > MAX_PARETO_K else ''}" for value, k in predicted]
         rows.append((str(wall), evidence, number(float(law["weight"]), 2), *cells))
     header = ("wall law", "log evidence", "probability", *(f"harmonic {block}" for block in blocks))
     note = (
         f"{data.attrs['said']} Evidence: the probability density of the measured harmonics, everything unknown "
         "integrated out; probability: of the law, if all were as likely before. By harmonic: the log density of these "
         "harmonics given all others, larger is better; ?: the harmonics decide alone, and the number is rough (Pareto "
-        f"k above {UNTRUSTED}). What is not among the unknowns, such as taper, can look like another wall."
+        f"k above {MAX_PARETO_K}). What is not among the unknowns, such as taper, can look like another wall."
     )
     return Table("", "Wall laws by their posteriors", header, rows, note)
 
@@ -247,8 +247,8 @@ def preference_table(cohort: Cohort, law: str) -> Table:
         f"Positive numbers speak for the {law} wall. AICc is the price of a law's parameters, whatever the data say, "
         "and the residuals' own part, minus twice the log-likelihood. Intervals are Student's, from the scatter of the "
         "animals. A law is named where the whole and the residuals' own part "
-        f"both speak for it, beyond that scatter and by {DECISIVE:g} over all animals. What the noise model changes, "
-        "the data have not decided."
+        f"both speak for it, beyond that scatter and by {DECISIVE_AICC_DIFFERENCE:g} over all animals. "
+        "What the noise model changes, the data have not decided."
     )
     if evidences(cohort, law):
         note += " Which wall is answered by the evidences of posteriors; AICc, beside them, takes the image as exact."
@@ -276,7 +276,7 @@ def misfit_table(cohort: Cohort) -> Table:
     )
     note = (
         "Error of the cycle: standard error of the averaged beats (– if a cycle was given). A law misses its data "
-        f"where it leaves more than {WORSE_THAN_BEST:g} times what the animal's best law leaves, or more than "
+        f"where it leaves more than {MAX_RESIDUAL_RATIO:g} times what the animal's best law leaves, or more than "
         f"{100 * MOST_LEFT:g} % of the pulse pressure. Overstrained: a vessel's area grows beyond what an artery "
         "survives; such a law is never the best."
     )
