@@ -67,7 +67,7 @@ def lines(number, sizes, lungs):
     """Return what the comparison says of a cohort whose lungs are told, and not."""
     fitted = cohort(number, sizes, lungs)
     for told in (lungs, 0.0):
-        rows = primary_comparison(fitted, Family(lung_sd=told)).rows
+        rows = primary_comparison(fitted, Family(lung_sd=told)).table()
         for row in rows.to_dict("records"):
             yield {"sizes": f"{sizes[0]} + {sizes[1]}", "lungs": lungs, "cohort": number, "told": told} | {
                 name: row[name] for name in FIELDS[4:]

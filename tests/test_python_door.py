@@ -133,7 +133,7 @@ def test_a_comparison_is_the_one_that_the_report_shows(results, study, undrawn):
     for name in ("ratio", "low", "high", "p"):
         assert shown[name].tolist() == pytest.approx(comparison.table[name].tolist(), rel=1e-12, nan_ok=True)
     cohort = gathered([results[name] for name in results], "CTL")
-    alone = primary_comparison(cohort).rows
+    alone = primary_comparison(cohort).table()
     assert comparison.table.drop(columns="estimates").equals(alone.drop(columns="estimates"))
 
 

@@ -69,7 +69,7 @@ def test_what_was_done_to_the_animals_is_what_the_comparison_finds(study):
     assert mPAP["low"] < HYPOXIA < mPAP["high"]  # wide: three mice a group leave few degrees of freedom
     assert mPAP["ratio"] == pytest.approx(HYPOXIA, rel=0.1)
     stored = read_results(study)
-    every = primary_comparison(stored.gathered(stored.in_order(), "WT"), stored.settings.report).rows
+    every = primary_comparison(stored.gathered(stored.in_order(), "WT"), stored.settings.report).table()
     (drug,) = every[(every["quantity"] == "mPAP") & (every["other"] == "time after")].to_dict("records")
     assert drug["low"] < DRUG < drug["high"]
     assert drug["ratio"] == pytest.approx(DRUG, rel=0.05)  # within each mouse, so that its own level does not matter

@@ -256,7 +256,7 @@ def test_an_occasion_that_a_group_lacks_is_named_and_the_page_compares_what_is_l
     stored = run(read_study(tmp_path), kept)
     cohort = stored.gathered(stored.in_order(), "CTL")
     primary = primary_comparison(cohort, stored.settings.report)
-    assert set(primary.rows["within"]) == {"at time before", "in HPH"}
+    assert set(primary.table()["within"]) == {"at time before", "in HPH"}
     said = dict(report_of(cohort, primary, stored.settings.report).answers())
     assert (
         "HPH against CTL in the change after/before: not compared, for nothing is known of CTL, after"
@@ -290,7 +290,7 @@ def test_a_design_that_leaves_few_degrees_of_freedom_says_so_in_check_and_on_the
     stored = run(read_study(tmp_path), results)
     cohort = stored.gathered(stored.in_order(), "CTL")
     primary = primary_comparison(cohort, stored.settings.report)
-    few = primary.rows[primary.rows["df"] < 4]
+    few = primary.table()[primary.table()["df"] < 4]
     assert set(few["what"]) == {"groups"}
     reach = stats.t.isf(stats.t.sf(np.log(few["high"] / few["ratio"]) / few["standard error"], few["df"]), few["df"])
     least = np.exp(float((reach * few["standard error"]).iloc[0]))  # a ratio that would be shown

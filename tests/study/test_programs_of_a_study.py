@@ -79,7 +79,8 @@ def test_workers_run_the_law_that_the_study_names_and_its_results_are_read_witho
 @pytest.mark.parametrize("named", ["evil:Wall", "evil.py:Wall", "evil@0123456789abcdef:Wall"])
 def test_results_from_elsewhere_run_nothing(study, monkeypatch, named):
     from vasowave.study.folder import StudyFile
-    from vasowave.study.results.results import _digest, write_results
+    from vasowave.study.results import write_results
+    from vasowave.study.results.results import _digest
 
     (study / "evil.py").write_text("raise SystemExit('ran')", "utf-8")
     (study / "study.yaml").write_text("groups: [CTL]\n", "utf-8")

@@ -12,7 +12,8 @@ from vasowave.study.animal import Failure, Stage, to_bytes
 from vasowave.study.cohort import gathered
 from vasowave.study.folder import StudyFile
 from vasowave.study.report import write_report
-from vasowave.study.results import INDEX, ResultStore, _digest, read_results, write_results
+from vasowave.study.results import INDEX, ResultStore, read_results, write_results
+from vasowave.study.results.results import _digest
 from vasowave.study.running import report_study
 
 LOST = Failure("CTL 9", "CTL", "", Stage.COMPUTING, "why", 21.5)

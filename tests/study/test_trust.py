@@ -150,7 +150,8 @@ def test_what_results_name_is_not_run(foreign, find):
 
 def test_results_that_name_programs_are_asked_about(make_study):
     from vasowave.study.folder import StudyFile
-    from vasowave.study.results.results import _digest, write_results
+    from vasowave.study.results import write_results
+    from vasowave.study.results.results import _digest
 
     folder = make_study(animals=1)
     (folder / "results").mkdir()

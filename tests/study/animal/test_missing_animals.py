@@ -32,7 +32,7 @@ def results():
 
 def said_of(cohort, law):
     """Return the problems on the page where the primary comparison is by a law."""
-    return problems(cohort, Primary(law, pd.DataFrame(), pd.DataFrame(), {}, missing=missing_animals(cohort, law)))
+    return problems(cohort, Primary(law, (), (), {}, missing=missing_animals(cohort, law)))
 
 
 LOST = Failure("HPH 9", "HPH", "", Stage.COMPUTING, "its process died", 99.5)
@@ -62,7 +62,7 @@ def test_the_primary_comparison_itself_tells_whom_it_misses_and_where_their_pres
     assert (one["group"], one["animals"], one["lost"], one["count"]) == ("HPH", ["HPH 9", "HPH 3"], ["HPH 9"], 5)
     assert one["pressures"] == pytest.approx([99.5, pressure(results[5])])
     assert one["standing"] == "above all others"
-    linear = primary.rows[primary.rows["source"] == "linear"]
+    linear = primary.table()[primary.table()["source"] == "linear"]
     assert (linear["n other"] + len(one["animals"])).tolist() == [one["count"]] * len(linear)
     assert primary_comparison(gathered(made_results({"CTL": 3, "HPH": 3}))).missing == ()
 

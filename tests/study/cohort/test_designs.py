@@ -70,7 +70,7 @@ def test_an_empty_design_is_the_comparison_of_independent_groups_exactly():
     results = made_results({"CTL": 4, "HPH": 4}, walls=())
     one = Variable.of("sex", {result.name: "fm"[place % 2] for place, result in enumerate(results)})
     plain, designed = (
-        primary_comparison(gathered(results, **more)).rows for more in ({}, {"variables": [one], "design": Design()})
+        primary_comparison(gathered(results, **more)).table() for more in ({}, {"variables": [one], "design": Design()})
     )
     pd.testing.assert_frame_equal(plain, designed)
 
@@ -536,17 +536,18 @@ def designed(**design):
 
 def test_a_cohort_of_a_design_has_the_rows_of_its_effects_and_names_who_is_left_out():
     found = designed(covariates=("sex",))
-    assert set(found.rows["what"]) == {"groups"}
-    np.testing.assert_allclose(found.rows["mean other"] / found.rows["mean reference"], found.rows["ratio"])
-    outside = (found.rows["low"] > 1) | (found.rows["high"] < 1)
-    assert outside.tolist() == (found.rows["p"] < 0.05).tolist()
-    half = np.log(found.rows["high"] / found.rows["low"]) / 2
-    level = 2 * stats.t.sf(half / found.rows["standard error"], found.rows["df"])  # of each by itself
+    rows = found.table()
+    assert set(rows["what"]) == {"groups"}
+    np.testing.assert_allclose(rows["mean other"] / rows["mean reference"], rows["ratio"])
+    outside = (rows["low"] > 1) | (rows["high"] < 1)
+    assert outside.tolist() == (rows["p"] < 0.05).tolist()
+    half = np.log(rows["high"] / rows["low"]) / 2
+    level = 2 * stats.t.sf(half / rows["standard error"], rows["df"])  # of each by itself
     np.testing.assert_allclose(level, level[0])
     assert level[0] < 0.05
     row = designed(blocks=("litter",))
     assert row.left_out["CTL 4"] == "its cell of 'litter' is empty"
-    assert set(row.rows["n reference"]) == {5}
+    assert {effect.n_reference for effect in row.effects} == {5}
 
 
 def test_a_cohort_whose_sex_is_its_group_says_what_cannot_be_compared_once_and_why_and_keeps_the_rest():
@@ -557,14 +558,14 @@ def test_a_cohort_whose_sex_is_its_group_says_what_cannot_be_compared_once_and_w
                Variable.of("sex", {result.name: "mf"[result.group == "HPH"] for result in results})]  # fmt: skip
     cohort = gathered(results, variables=columns, design=_BY_TIME)
     found = primary_comparison(cohort)
-    assert set(found.rows["what"]) == {"factor", "interaction"}
+    assert {effect.contrast.kind for effect in found.effects} == {"factor", "interaction"}
     (missed,) = found.untold
     assert dict(missed.finding.values)["effect"] == "HPH against CTL"
-    assert set(missed.quantities) == set(found.rows["quantity"])
+    assert set(missed.quantities) == {effect.quantity for effect in found.effects}
     (said,) = not_told(found, str)
     assert "HPH against CTL: not compared, for sex" in said
-    outside = (found.rows["low"] > 1) | (found.rows["high"] < 1)
-    assert outside.tolist() == (found.rows["p"] < 0.05).tolist()
+    outside = [effect.low > 1 or effect.high < 1 for effect in found.effects]
+    assert outside == [effect.p < 0.05 for effect in found.effects]
 
 
 @pytest.mark.parametrize(
@@ -582,7 +583,7 @@ def test_the_recordings_of_one_mouse_have_its_own_image_and_no_shared_one(images
         seen.append(replace(result, network=replace(network, length=network.length * (1 + 0.01 * number))))
     columns = [Variable.of("mouse", mice), Variable.of("time", times)]
     design = Design(subject="mouse", occasion="time")
-    rows = primary_comparison(gathered(seen, variables=columns, design=design)).rows
+    rows = primary_comparison(gathered(seen, variables=columns, design=design)).table()
     rows = rows[rows["source"] == "linear"].set_index(["quantity", "what"])
     assert (rows.xs("groups", level="what")["untested"] == "one image").all() == untested
     assert (rows.drop("groups", level="what")["untested"] == "").all()  # within each mouse its image cancels
@@ -597,7 +598,7 @@ def test_the_effect_of_a_covariate_is_that_of_weighted_least_squares_in_other_co
     weight = {name: f"{22 + 3 * rng.standard_normal():.2f}" for name in names}
     known = [Variable.of("sex", sex), Variable.of("weight [g]", weight)]
     cohort = gathered(results, variables=known, design=Design(covariates=("sex", "weight")))
-    rows = primary_comparison(cohort, Family(quantities=("CO",))).adjusted.set_index("covariate")
+    effects = primary_comparison(cohort, Family(quantities=("CO",))).adjusted
     fit = modeled(cohort, known_values(cohort, "measured", "CO", ["CTL", "HPH"])).fit
     grams = np.array([float(one) for one in weight.values()])
     columns = [[1.0] * 18, [one.group == "HPH" for one in results], *([one == level for one in sex.values()]
@@ -607,10 +608,10 @@ def test_the_effect_of_a_covariate_is_that_of_weighted_least_squares_in_other_co
     covariance = np.linalg.inv(X.T @ inverse @ X)
     expected = covariance @ X.T @ inverse @ y
     labels = ["sex: m / f", "sex: d / f", f"weight, {grams.std():.3g} g more"]
-    assert rows.index.tolist() == labels
-    np.testing.assert_allclose(np.log(rows["ratio"]), expected[2:], rtol=1e-8)
+    assert [effect.covariate for effect in effects] == labels
+    np.testing.assert_allclose(np.log([effect.ratio for effect in effects]), expected[2:], rtol=1e-8)
     # Kenward and Roger's errors are not below those of known variances, and t not below the normal distribution.
-    reach = np.log(rows["high"] / rows["ratio"]).to_numpy()
+    reach = np.log([effect.high / effect.ratio for effect in effects])
     assert (reach > 1.96 * np.sqrt(np.diag(covariance)[2:])).all()
 
 
@@ -618,7 +619,7 @@ def test_a_covariate_that_says_what_groups_say_has_no_effect_of_its_own():
     results = made_results({"CTL": 5, "HPH": 5}, walls=())
     same = Variable.of("chip", {result.name: result.group for result in results})
     cohort = gathered(results, variables=[same], design=Design(covariates=("chip",)))
-    assert not len(primary_comparison(cohort, Family(quantities=("CO",))).adjusted)
+    assert primary_comparison(cohort, Family(quantities=("CO",))).adjusted == ()
 
 
 @pytest.mark.parametrize(("count", "words"), [(1, "1 animal is too few"), (3, "3 animals are too few")])

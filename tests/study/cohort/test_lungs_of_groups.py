@@ -93,7 +93,7 @@ def test_intervals_allow_for_the_lung_and_its_tipping_point_is_where_the_effect_
 
     def row(sd):
         family = Family(quantities=("stiffness",), lung_sd=sd)
-        return primary_comparison(cohort, family).rows.iloc[0]
+        return primary_comparison(cohort, family).table().iloc[0]
 
     alike, usual = row(0.0), row(None)
     assert alike["p"] < 0.05

@@ -28,7 +28,7 @@ def test_the_spread_of_the_draws_is_the_error_of_an_animal(results):
 
 def test_the_error_of_an_image_that_a_group_shares_is_not_averaged_away(results):
     cohort = gathered([with_posterior(result) for result in results])
-    row = primary_comparison(cohort, FAMILY).rows.set_index("quantity").loc["wave_speed"]
+    row = primary_comparison(cohort, FAMILY).table().set_index("quantity").loc["wave_speed"]
     assert row["estimates"] == "posterior"
     of_images = 1.959964 * np.sqrt(2 * SHARE) * SD  # one for each group
     assert np.log(row["high"] / row["low"]) / 2 > of_images
@@ -50,8 +50,8 @@ def test_the_supplement_says_which_values_come_from_posteriors(results):
 def test_what_the_fits_say_stands_beside_a_row_by_posteriors(results):
     cohort = gathered([with_posterior(result) for result in results])
     family = Family("linear", (*NAMES, "C_p"))
-    by_posterior = primary_comparison(cohort, family).rows.set_index("quantity")
-    fits = primary_comparison(gathered(results), family).rows.set_index("quantity")
+    by_posterior = primary_comparison(cohort, family).table().set_index("quantity")
+    fits = primary_comparison(gathered(results), family).table().set_index("quantity")
     for name in NAMES:
         assert by_posterior["fits ratio"][name] == pytest.approx(fits["ratio"][name])
         assert by_posterior["fits low"][name] < by_posterior["fits ratio"][name] < by_posterior["fits high"][name]
@@ -60,8 +60,8 @@ def test_what_the_fits_say_stands_beside_a_row_by_posteriors(results):
 
 
 def test_posteriors_give_a_p_where_fits_of_one_image_do_not(results):
-    assert primary_comparison(gathered(results), FAMILY).rows["p"].isna().all()
-    rows = primary_comparison(gathered([with_posterior(result) for result in results]), FAMILY).rows
+    assert primary_comparison(gathered(results), FAMILY).table()["p"].isna().all()
+    rows = primary_comparison(gathered([with_posterior(result) for result in results]), FAMILY).table()
     assert rows["p"].notna().all()
     outside = (rows["low"] > 1) | (rows["high"] < 1)
     assert outside.tolist() == (rows["p"] < 0.05).tolist()
@@ -124,6 +124,6 @@ def test_fits_whose_image_error_is_said_have_a_p_and_share_it(results):
     for result in results:
         for one in result.laws["linear"].quantities.data_vars.values():
             one.attrs |= {"share_image": 0.75, "share_probe": 0.0, "share_calibration": 0.0}
-    rows = primary_comparison(gathered(results), FAMILY).rows
+    rows = primary_comparison(gathered(results), FAMILY).table()
     assert rows["p"].notna().all()
     assert (rows["untested"] == "").all()

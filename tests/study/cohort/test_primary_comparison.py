@@ -13,9 +13,13 @@ from relabelings import family_p
 from vasowave.base import InputError
 from vasowave.pulse.examples import published_table
 from vasowave.study.cohort import (
+    ContrastEstimate,
+    ContrastLabel,
     Declaration,
+    DesignEstimate,
     Family,
     Untested,
+    as_table,
     contrasts,
     gathered,
     pooled_mean,
@@ -109,9 +113,9 @@ def cohort():
 def test_the_primary_rows_carry_the_effects_of_the_declared_law_and_the_others_stand_beside(cohort):
     found = primary_comparison(cohort)
     assert found.law == "linear"
-    assert set(found.rows["source"]) == {"measured", "linear"}
-    assert set(found.others["source"]) == {"tangent"}
-    row = found.rows.set_index("quantity").loc["mPAP"]
+    assert set(found.table()["source"]) == {"measured", "linear"}
+    assert {estimate.source for estimate in found.others} == {"tangent"}
+    row = found.table().set_index("quantity").loc["mPAP"]
     logs = {group: np.log([float(result.measured.quantities["mPAP"]) for result in results])
             for group, results in cohort.groups.items()}  # fmt: skip
     assert np.log(row["ratio"]) == pytest.approx(logs["HPH"].mean() - logs["CTL"].mean())
@@ -122,7 +126,7 @@ def test_the_primary_rows_carry_the_effects_of_the_declared_law_and_the_others_s
 
 
 def test_error_and_degrees_of_freedom_of_a_measured_ratio_are_welchs(cohort):
-    rows = primary_comparison(cohort).rows.set_index("quantity")
+    rows = primary_comparison(cohort).table().set_index("quantity")
     logs = {group: np.log([float(result.measured.quantities["mPAP"]) for result in results])
             for group, results in cohort.groups.items()}  # fmt: skip
     welch = stats.ttest_ind(logs["HPH"], logs["CTL"], equal_var=False)
@@ -132,7 +136,7 @@ def test_error_and_degrees_of_freedom_of_a_measured_ratio_are_welchs(cohort):
 
 
 def test_the_means_of_the_groups_stand_in_the_unit_of_the_table_and_make_the_ratio(cohort):
-    rows = primary_comparison(cohort).rows
+    rows = primary_comparison(cohort).table()
     np.testing.assert_allclose(rows["mean other"] / rows["mean reference"], rows["ratio"])
     row = rows.set_index("quantity").loc["mPAP"]
     values = {group: [float(result.measured.quantities["mPAP"]) for result in results]
@@ -144,14 +148,14 @@ def test_the_means_of_the_groups_stand_in_the_unit_of_the_table_and_make_the_rat
 
 
 def test_an_interval_excludes_one_exactly_where_p_is_below_its_level(cohort):
-    rows = primary_comparison(cohort, Family(quantities=("mPAP", "CO", "PVR", "HR"))).rows
+    rows = primary_comparison(cohort, Family(quantities=("mPAP", "CO", "PVR", "HR"))).table()
     outside = (rows["low"] > 1) | (rows["high"] < 1)
     assert outside.tolist() == (rows["p"] < 0.05).tolist()
     assert 0 < outside.sum() < len(rows)
 
 
 def test_with_one_image_a_group_the_models_quantities_have_no_p_from_fits(cohort):
-    rows = primary_comparison(cohort).rows
+    rows = primary_comparison(cohort).table()
     modeled = rows["source"] == "linear"
     assert modeled.any()
     assert set(rows["untested"][modeled]) == {Untested.ONE_IMAGE}
@@ -162,15 +166,15 @@ def test_with_one_image_a_group_the_models_quantities_have_no_p_from_fits(cohort
         replace(result, network=replace(result.network, length=result.network.length * (1 + 0.01 * number)))
         for number, result in enumerate(cohort.results)
     ]
-    rows = primary_comparison(gathered(own)).rows
+    rows = primary_comparison(gathered(own)).table()
     assert rows["p"].notna().all()
     assert set(rows["untested"]) == {""}
 
 
 def test_rows_without_a_test_make_the_tested_no_wider_and_hold_by_themselves(cohort):
     tested = ("mPAP", "CO", "PVR")
-    alone = primary_comparison(cohort, Family(quantities=tested)).rows
-    found = primary_comparison(cohort, Family(quantities=(*tested, "stiffness", "C_p", "I_R"))).rows
+    alone = primary_comparison(cohort, Family(quantities=tested)).table()
+    found = primary_comparison(cohort, Family(quantities=(*tested, "stiffness", "C_p", "I_R"))).table()
     pd.testing.assert_frame_equal(found[found["quantity"].isin(tested)].reset_index(drop=True), alone)
     row = found.set_index("quantity").loc["I_R"]
     logs = {group: np.log([float(result.laws["linear"].quantities["I_R"]) for result in results])
@@ -180,7 +184,7 @@ def test_rows_without_a_test_make_the_tested_no_wider_and_hold_by_themselves(coh
     np.testing.assert_allclose(np.log([row["low"], row["high"]]), [interval.low, interval.high])
     none = primary_comparison(cohort, Family(quantities=("stiffness",)))
     assert none.assurance is None
-    assert len(none.rows) == 1
+    assert len(none.table()) == 1
 
 
 def test_what_the_recording_alone_tells_stands_beside_the_models_with_a_p(cohort):
@@ -189,7 +193,7 @@ def test_what_the_recording_alone_tells_stands_beside_the_models_with_a_p(cohort
                for place, one in enumerate(cohort.results)]  # fmt: skip
     cohort = gathered(results)
     found = primary_comparison(cohort, Family(quantities=names))
-    rows = found.rows.set_index("quantity")
+    rows = found.table().set_index("quantity")
     assert rows["source"].tolist() == [*["measured"] * 5, "linear", "linear"]
     assert rows["p"].notna().tolist() == [*[True] * 5, False, False]
 
@@ -202,7 +206,7 @@ def test_what_the_recording_alone_tells_stands_beside_the_models_with_a_p(cohort
     for name, value in (values | {"pPAP_over_SV": pulse_over_stroke}).items():
         means = {group: stats.gmean([value(one) for one in results]) for group, results in cohort.groups.items()}
         assert rows["ratio"][name] == pytest.approx(means["HPH"] / means["CTL"], rel=1e-6)
-    assert set(found.others["quantity"]) == {"I_R", "tau"}
+    assert {estimate.quantity for estimate in found.others} == {"I_R", "tau"}
 
 
 def test_a_family_says_how_far_it_can_be_relied_on(cohort):
@@ -226,7 +230,7 @@ def test_a_family_that_nothing_has_is_refused_with_the_nearest_name(cohort):
 def test_more_pairs_of_groups_cost_no_more_than_their_number():
     three = gathered(made_results({"CTL": 3, "early": 3, "late": 3}, walls=()))
     two = gathered([result for result in three.results if result.group != "late"])
-    both, one = primary_comparison(three).rows, primary_comparison(two).rows
+    both, one = primary_comparison(three).table(), primary_comparison(two).table()
     early = both[both["other"] == "early"]
     assert np.all(early["p"].to_numpy() > one["p"].to_numpy() - 0.02)  # four standard errors of a share of draws
     assert np.all(early["p"].to_numpy() < 2 * one["p"].to_numpy() + 0.04)
@@ -235,12 +239,12 @@ def test_more_pairs_of_groups_cost_no_more_than_their_number():
 
 def test_groups_of_one_and_quantities_that_are_negative_or_do_not_scatter_are_named_not_compared():
     found = primary_comparison(gathered(made_results({"CTL": 3, "HPH": 1}, walls=())))
-    assert len(found.rows) == 0
+    assert found.effects == ()
     assert found.left_out["mPAP (HPH)"] == "a group has fewer than two animals with it"
     results = made_results({"CTL": 3, "HPH": 3}, walls=())
     equal = [changed(one, "measured/quantities", mPAP=15.0, CO=-1.0) for one in results]
     found = primary_comparison(gathered(equal), Family(quantities=("mPAP", "CO", "PVR")))
-    assert found.rows["quantity"].tolist() == ["PVR"]
+    assert found.table()["quantity"].tolist() == ["PVR"]
     assert found.left_out["mPAP (HPH)"].startswith("the values hardly vary within a group")
     assert found.left_out["CO (HPH)"] == "a value is not positive; a ratio needs positive values"
 
@@ -253,3 +257,17 @@ def test_a_later_declaration_tells_what_it_changed_and_in_which_animals():
     assert later.rows(first) == (("c",), ("b",), (("a", "group", "CTL", "HPH"),))
     more = Declaration("3", False, {"animals": {"a": {"group": "CTL", "sex": "f"}, "b": {"group": "HPH"}}})
     assert more.changes(first) == []
+
+
+def test_a_table_of_estimates_has_the_columns_of_their_class_and_none_without_any():
+    label = ContrastLabel("HPH", "CTL", "interaction", "after/before", "in f")
+    values = {"contrast": label, "quantity": "mPAP", "source": "linear", "ratio": 2.0, "low": 1.5, "high": 2.7}
+    assert str(label) == "after/before: HPH / CTL in f"
+    assert as_table([ContrastEstimate(**values)]).to_dict("records") == [
+        {"reference": "CTL", "other": "HPH", "quantity": "mPAP", "source": "linear", "ratio": 2.0, "low": 1.5,
+         "high": 2.7}
+    ]  # fmt: skip
+    of_design = as_table([DesignEstimate(**values)])
+    assert of_design.columns.tolist() == list(DesignEstimate.columns)
+    assert of_design.loc[0, ["change", "within"]].tolist() == ["after/before", "in f"]
+    assert as_table(()).empty

@@ -41,7 +41,7 @@ from vasowave.study.report import (
 from vasowave.study.report.sections import groups_section, methods_section
 from vasowave.study.report.tables import groups, median_iqr, models
 
-NOTHING = Primary("linear", pd.DataFrame(), pd.DataFrame(), {})
+NOTHING = Primary("linear", (), (), {})
 
 
 class Tables(HTMLParser):

@@ -85,7 +85,7 @@ def primary(cohort):
 
 
 def rows_of(primary, quantity):
-    return primary.rows[primary.rows["quantity"] == quantity].set_index("what")
+    return primary.table().set_index(["quantity", "what"]).loc[quantity]
 
 
 def test_the_animal_left_out_is_left_out_whole(cohort, primary):
@@ -112,7 +112,7 @@ def test_the_animal_left_out_is_left_out_whole(cohort, primary):
 
 def test_the_primary_table_counts_animals_and_says_which_stand_on_both_sides(cohort, primary):
     table = primary_tables(primary, {})[0]
-    counts = dict(zip(primary.rows["what"], (row[3] for row in table.rows), strict=True))
+    counts = {effect.contrast.kind: row[3] for effect, row in zip(primary.effects, table.rows, strict=True)}
     assert counts == {"groups": "3, 3", "factor": "6, each at both", "interaction": "3, 3"}
     assert "one animal, with all its recordings" in table.note
 
@@ -153,9 +153,7 @@ def test_a_contrast_of_ones_own_is_defined_where_it_is_named(cohort):
 
 def test_points_of_the_forest_are_the_ratios_that_its_rows_are_of(cohort, primary):
     mPAP = {one.name: float(one.measured.quantities["mPAP"]) for one in cohort.results}
-    rows = {
-        row["what"]: animals_of(cohort, row) for _, row in primary.rows[primary.rows["quantity"] == "mPAP"].iterrows()
-    }
+    rows = {effect.contrast.kind: animals_of(cohort, effect) for effect in primary.effects if effect.quantity == "mPAP"}
     changes = {mouse: mPAP[f"{mouse} nach"] / mPAP[f"{mouse} vor"] for mouse in dict.fromkeys(cohort.subjects.values())}
     assert {dot.animal: dot.value for dot in rows["factor"]} == pytest.approx(changes)
     center = np.exp(np.mean([np.log(changes[f"Süd {number}"]) for number in (1, 2, 3)]))

@@ -4,7 +4,6 @@ import re
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from made_cohort import changed, made_results, voting
@@ -12,7 +11,19 @@ from made_posterior import NAMES, with_posterior
 from vasowave.base import as_json
 from vasowave.pulse.selection import aicc, bic
 from vasowave.pulse.solver import STRAINED
-from vasowave.study.cohort import Family, Primary, ballots, differences, gathered, primary_comparison, stored
+from vasowave.study.cohort import (
+    ContrastEstimate,
+    ContrastLabel,
+    Family,
+    GroupEffect,
+    Primary,
+    Untested,
+    ballots,
+    differences,
+    gathered,
+    primary_comparison,
+    stored,
+)
 from vasowave.study.report import Report, explained, glossary, number, probability, report_of, with_interval
 from vasowave.study.report.answer import (
     Marks,
@@ -70,14 +81,14 @@ def test_three_and_three_animals_far_apart_are_told_their_effect_and_that_no_tes
     primary = primary_comparison(gathered(results), Family(quantities=("PVR",)))
     (first,), ((question, said),), (_, said_once) = group_answer(primary, plain)
     assert question == "Pressure and flow"
-    row = primary.rows.iloc[0]
-    low, high = (f"{row[end]:.2f}" for end in ("low", "high"))
-    p = probability(row["p"])
-    effect = f"PVR 90.0 → 259 mmHg s/ml (2.88 times [{low}, {high}], {p})"
+    (effect,) = primary.effects
+    low, high = f"{effect.low:.2f}", f"{effect.high:.2f}"
+    p = probability(effect.p)
+    text = f"PVR 90.0 → 259 mmHg s/ml (2.88 times [{low}, {high}], {p})"
     apart = "The groups do not overlap, which chance alone does in 10 % of quantities."
     higher = "igher vascular resistance{} in HPH than in CTL."
     assert first == f"If logarithms are normal, h{higher.format(' (× 2.88)')}"
-    assert said == f"H{higher.format('')} Measured: {effect}. {apart}"
+    assert said == f"H{higher.format('')} Measured: {text}. {apart}"
     assert said_once.startswith("A test by ranks cannot come below p = 0.10 with 3 + 3 animals: p and")
     assert float(low) > 1
 
@@ -87,11 +98,15 @@ def test_the_animal_that_moves_an_effect_most_is_named_and_other_laws_only_where
     primary = primary_comparison(cohort)
     (said,) = influence(primary, plain)
     assert "without HPH 3, PVR is " in said
-    modeled = primary.rows[primary.rows["source"] == "linear"].assign(source="tangent").reset_index(drop=True)
-    (same,) = other_laws(replace(primary, others=modeled), plain)
+    modeled = [
+        ContrastEstimate(contrast=effect.contrast, quantity=effect.quantity, source="tangent", ratio=effect.ratio,
+                         low=effect.low, high=effect.high)
+        for effect in primary.effects if effect.source == "linear"
+    ]  # fmt: skip
+    (same,) = other_laws(replace(primary, others=tuple(modeled)), plain)
     assert same == "By the tangent wall every ratio lies inside the intervals of the linear wall."
-    modeled.loc[0, "ratio"] = 40.0
-    (other,) = other_laws(replace(primary, others=modeled), plain)
+    modeled[0] = replace(modeled[0], ratio=40.0)
+    (other,) = other_laws(replace(primary, others=tuple(modeled)), plain)
     assert other == "Outside the intervals of the linear wall lie stiffness 40.0 times (tangent)."
 
 
@@ -157,9 +172,9 @@ def test_a_value_at_a_bound_of_the_search_is_marked_beside_each_number_that_rest
     family = Family("linear", ("mPAP", "stiffness", "tau", "I_R"))
     cohort = gathered(results)
     primary = primary_comparison(cohort, family)
-    marks = {row["quantity"]: Marks(cohort, "linear").of_row(row) for _, row in primary.rows.iterrows()}
+    marks = {effect.quantity: Marks(cohort, "linear").of_effect(effect) for effect in primary.effects}
     assert marks == {"mPAP": "", "stiffness": "", "tau": "†", "I_R": "†"}
-    drawn = {row.label: row.effect for row in group_rows(cohort, primary, str, Marks(cohort, "linear").of_row)}
+    drawn = {row.label: row.effect for row in group_rows(cohort, primary, str, Marks(cohort, "linear").of_effect)}
     assert {name for name, text in drawn.items() if text.endswith("]†")} == {"tau", "I_R"}
     assert Marks(cohort, "linear").of("tau", cohort_results[:3]) == ""
     said = dict(answers_of(results, family))
@@ -293,23 +308,22 @@ def test_laws_are_compared_over_all_animals_by_noise_model_with_what_parameters_
     assert table.rows[2][7] == "open"
 
 
-ROW = {
-    "reference": "CTL", "other": "HPH", "question": "Q", "quantity": "R_T", "source": "linear", "n reference": 7,
-    "n other": 5, "mean reference": 10.0, "mean other": 20.0, "unit": "mmHg", "ratio": 2.0, "low": 1.5, "high": 2.7,
-    "p": 0.01, "untested": "", "smallest p": 0.001, "apart": False, "estimates": "fit", "without": "", "df": 9.0,
-    "ratio without": np.nan,
-}  # fmt: skip
+EFFECT = GroupEffect(
+    contrast=ContrastLabel("HPH", "CTL"), quantity="R_T", source="linear", n_reference=7, n_group=5,
+    mean_reference=10.0, mean_group=20.0, unit="mmHg", ratio=2.0, low=1.5, high=2.7, p=0.01, smallest_p=0.001,
+    origin="fit", without="", ratio_without=np.nan, standard_error=0.1, freedom=9.0,
+)  # fmt: skip
 
 
-def rows(*changes):
-    return Primary("linear", pd.DataFrame([ROW | one for one in changes]), pd.DataFrame(), {})
+def primary_of(*changes):
+    return Primary("linear", tuple(replace(EFFECT, **change) for change in changes), (), {})
 
 
 def test_effects_stand_by_direction_and_those_that_are_not_shown_apart():
     lower = {"quantity": "a", "ratio": 0.5, "low": 0.3, "high": 0.8, "p": 0.0499}
     within = {"quantity": "I_R", "ratio": 1.02, "low": 0.9, "high": 1.16, "p": 0.8}
-    untested = {"quantity": "c", "untested": "one image", "p": np.nan}
-    first, _, _ = group_answer(rows({}, lower, {"quantity": "b", "p": 0.06}, within, untested), "<{}>".format)
+    untested = {"quantity": "c", "untested": Untested.ONE_IMAGE, "p": np.nan}
+    first, _, _ = group_answer(primary_of({}, lower, {"quantity": "b", "p": 0.06}, within, untested), "<{}>".format)
     assert " ".join(first) == (
         "Higher resistance of the beds (× 2.00 by the model) and smaller proximal resistance share (× 0.50 by the "
         "model) in HPH than in CTL. "
@@ -319,23 +333,23 @@ def test_effects_stand_by_direction_and_those_that_are_not_shown_apart():
 
 
 def test_fits_that_judge_otherwise_than_posteriors_are_told():
-    fits = {"estimates": "posterior", "fits ratio": 2.9, "fits low": 1.35, "fits high": 6.4}
-    wide = {"fits ratio": 2.0, "fits low": 0.9, "fits high": 4.4}
-    (said,) = by_fits(rows(fits | {"quantity": "a", "p": 0.13}, fits, fits | wide), plain)
+    fits = {"origin": "posterior", "fits_ratio": 2.9, "fits_low": 1.35, "fits_high": 6.4}
+    wide = {"fits_ratio": 2.0, "fits_low": 0.9, "fits_high": 4.4}
+    (said,) = by_fits(primary_of(fits | {"quantity": "a", "p": 0.13}, fits, fits | wide), plain)
     assert "of a in HPH, which they show (2.9 times [1.4, 6.4])" in said
     assert "R_T in HPH, which they do not show (2.0 times [0.9, 4.4])" in said
-    (same,) = by_fits(rows(fits, fits | wide | {"p": 0.3}), plain)
+    (same,) = by_fits(primary_of(fits, fits | wide | {"p": 0.3}), plain)
     assert same == "Fits of the same animals show the same effects as their posteriors."
 
 
 @pytest.mark.parametrize(
-    ("row", "said"),
+    ("contrast", "said"),
     [
         ({"within": "at w1"}, ("in HPH than in CTL at w1", "between HPH and CTL at w1")),
-        ({"what": "factor", "within": "in A"}, ("at HPH than at CTL in A", "between HPH and CTL in A")),
-        ({"what": "trend"}, ("at HPH than at CTL by the trend", "from CTL to HPH by the trend")),
-        ({"what": "contrast"}, ("by the contrast 'HPH'", "by the contrast 'HPH'")),
+        ({"kind": "factor", "within": "in A"}, ("at HPH than at CTL in A", "between HPH and CTL in A")),
+        ({"kind": "trend"}, ("at HPH than at CTL by the trend", "from CTL to HPH by the trend")),
+        ({"kind": "contrast"}, ("by the contrast 'HPH'", "by the contrast 'HPH'")),
     ],
 )
-def test_an_effect_of_a_design_is_told_with_where_it_is(row, said):
-    assert where(pd.Series(ROW | {"what": "groups", "change": "", "within": ""} | row), True) == said
+def test_an_effect_of_a_design_is_told_with_where_it_is(contrast, said):
+    assert where(ContrastLabel("HPH", "CTL", **contrast), True) == said

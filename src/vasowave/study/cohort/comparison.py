@@ -14,8 +14,8 @@ from vasowave.base.errors import InputError
 from vasowave.pulse.quantities import INDICES
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.estimates import Estimates
+from vasowave.study.cohort.independent import known_values
 from vasowave.study.cohort.pooling import pooled_mean
-from vasowave.study.cohort.primary import known_values
 from vasowave.study.cohort.table import column, columns, rows_of
 from vasowave.study.cohort.two_groups import (
     holm,

@@ -54,9 +54,9 @@ class Contrast(NamedTuple):
     @property
     def text(self) -> str:
         """What is compared with what, in words."""
-        return self.worded("change")
+        return self.describe("change")
 
-    def worded(self, side_kind: str) -> str:
+    def describe(self, side_kind: str) -> str:
         """Return the same, with what an interaction's sides are: a change within animals, or a ratio between them."""
         change = f"in the {side_kind} {self.change}" if self.change else ""
         pair = f"{self.other} against {self.reference}" if self.reference else self.other
@@ -117,7 +117,7 @@ class DesignCells(NamedTuple):
         return tuple(", ".join(filter(None, pair)) for pair, selected in zip(self.pairs, mask, strict=True) if selected)
 
 
-class Untold(NamedTuple):
+class NotEstimable(NamedTuple):
     """A comparison that was asked for and that the animals do not tell.
 
     Attributes
@@ -145,9 +145,9 @@ class Untold(NamedTuple):
         return NO_CELL(effect=self.contrast.text, cells="; ".join(self.cells), instead=instead)
 
 
-def told_and_not(
+def split_estimable(
     contrasts: Sequence[Contrast], cells: DesignCells, smaller: bool = True
-) -> tuple[tuple[Contrast, ...], tuple[Untold, ...]]:
+) -> tuple[tuple[Contrast, ...], tuple[NotEstimable, ...]]:
     """Return the comparisons that animals tell, those in place of others among them, and those that they do not."""
     estimable, untold = [], []
     for contrast in contrasts:
@@ -156,11 +156,11 @@ def told_and_not(
             continue
         instead = _smaller(contrast, cells) if smaller else None
         estimable += [instead] if instead else []
-        untold.append(_untold(contrast, cells)._replace(instead=instead.text if instead else ""))
+        untold.append(_not_estimable(contrast, cells)._replace(instead=instead.text if instead else ""))
     return tuple(estimable), tuple(untold)
 
 
-def untold_findings(estimable: Sequence[Contrast], untold: Sequence[Untold]) -> list[Finding]:
+def untold_findings(estimable: Sequence[Contrast], untold: Sequence[NotEstimable]) -> list[Finding]:
     """Return what a study cannot compare; an error if it then compares nothing."""
     if estimable or not untold:
         return [effect.finding for effect in untold]
@@ -170,12 +170,12 @@ def untold_findings(estimable: Sequence[Contrast], untold: Sequence[Untold]) -> 
     return [NOBODY(effects=effects, cells="; ".join(dict.fromkeys(cell for effect in untold for cell in effect.cells)))]
 
 
-def _untold(contrast: Contrast, cells: DesignCells) -> Untold:
+def _not_estimable(contrast: Contrast, cells: DesignCells) -> NotEstimable:
     weights, covariates = contrast.second - contrast.first, list(dict.fromkeys(cells.owners))
     if covariates and cells.tells(weights, covariates):
         alone = [name for name in covariates if cells.tells(weights, [name])]
-        return Untold(contrast, tuple(alone or covariates), ())
-    return Untold(contrast, (), cells.names(contrast.cells & ~cells.filled))
+        return NotEstimable(contrast, tuple(alone or covariates), ())
+    return NotEstimable(contrast, (), cells.names(contrast.cells & ~cells.filled))
 
 
 def _smaller(contrast: Contrast, cells: DesignCells) -> Contrast | None:

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator
 
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.settings import Example, settings_class
-from vasowave.study.cohort.contrast import Contrast, DesignCells, Untold, told_and_not
+from vasowave.study.cohort.contrast import Contrast, DesignCells, NotEstimable, split_estimable
 from vasowave.study.cohort.mixed import is_diagonal
 from vasowave.study.cohort.variables import Variable
 
@@ -122,7 +122,7 @@ class Layout:
         Variance components by what they belong to.
     contrasts : tuple of Contrast
         Those that the animals tell.
-    untold : tuple of Untold
+    untold : tuple of NotEstimable
         Those that were asked for and that they do not tell.
     left_out : dict of str to str
         Animals that a column of the design does not know, and which column.
@@ -139,7 +139,7 @@ class Layout:
     lost: np.ndarray
     random: Mapping[str, np.ndarray]
     contrasts: tuple[Contrast, ...]
-    untold: tuple[Untold, ...]
+    untold: tuple[NotEstimable, ...]
     left_out: Mapping[str, str]
     subject: tuple[str, ...]
 
@@ -160,7 +160,7 @@ class Layout:
         sample = f"{count} recordings of {subjects} animals" if self.repeated else f"{count} animals"
         side_kind = "change" if self.repeated else "ratio"  # nothing changes between animals
         omissions = f" Left out, for a column does not know them: {', '.join(self.left_out)}." if self.left_out else ""
-        effects = "; ".join(contrast.worded(side_kind) for contrast in self.contrasts)
+        effects = "; ".join(contrast.describe(side_kind) for contrast in self.contrasts)
         return f"{sample}; compared: {effects or 'nothing'}.{omissions}"
 
     def has_mean(self, side: np.ndarray) -> bool:
@@ -222,7 +222,7 @@ def laid_out(
         pairs, np.bincount(cell, minlength=len(pairs)) > 0, means, model_matrix, owners, design.second or ""
     )
     requested = list(_contrasts(design, groups, levels, pairs, cells, second))
-    contrasts, untold = told_and_not(requested, table, smaller=not (design.dose or design.contrasts))
+    contrasts, untold = split_estimable(requested, table, smaller=not (design.dose or design.contrasts))
     return Layout(
         animals, group, cells, cell, model_matrix @ basis, means @ basis, means - means @ basis @ basis.T, random,
         contrasts, untold, {animal: gap for animal, gap in gaps.items() if gap}, subject,

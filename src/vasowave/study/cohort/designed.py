@@ -7,14 +7,14 @@ import numpy as np
 
 from vasowave.base.descriptions import LEVEL
 from vasowave.base.errors import InputError
-from vasowave.pulse.quantities import question_of
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.contrast import Contrast
 from vasowave.study.cohort.design import DRIFT, Layout, covariate_columns, laid_out
+from vasowave.study.cohort.effects import ContrastLabel, CovariateEffect, DesignEffect, DesignEstimate, Untested
 from vasowave.study.cohort.estimates import Estimates
-from vasowave.study.cohort.mixed import Effect, MixedFit, Structure, fit_mixed
-from vasowave.study.cohort.simultaneous_intervals import Fitted, Joint, joint
+from vasowave.study.cohort.mixed import ContrastFit, MixedFit, Structure, fit_mixed
+from vasowave.study.cohort.simultaneous_intervals import NO_FAMILY, Fitted, animal_indices, joint
 from vasowave.study.cohort.variables import Variable
 
 _MIN_SPARE_ROWS = 3  # rows more than coefficients
@@ -54,7 +54,7 @@ class Modeled(NamedTuple):
         """Return what takes coefficients to the contrast."""
         return np.asarray((contrast.second - contrast.first) @ self.layout.means)
 
-    def effect(self, contrast: Contrast) -> Effect:
+    def effect(self, contrast: Contrast) -> ContrastFit:
         """Return the contrast with its error."""
         return self.fit.effect(self.weights(contrast))
 
@@ -106,46 +106,41 @@ def occasions_apart(cohort: Cohort, values: Values | None) -> float:
     )))  # fmt: skip
 
 
-def rows_of_design(quantities: Sequence[Modeled]) -> tuple[list[dict[str, object]], float]:
-    """Return a row for every effect of every quantity, and the critical p of one row by itself.
-
-    Effects that are not tested are outside the family, and each of their intervals holds by itself.
-    """
+def design_effects(quantities: Sequence[Modeled]) -> tuple[list[DesignEffect], float]:
+    """Return the effects on every quantity, and the critical p of one of them by itself."""
     tested = [[not _image_unknown(model, contrast) for contrast in model.contrasts] for model in quantities]
-    animals = {
-        name: place
-        for place, name in enumerate(dict.fromkeys(name for model in quantities for name in model.layout.animals))
-    }
+    animals = animal_indices([model.layout.animals for model in quantities])
     models = [
-        Fitted(model.fit, np.array([animals[name] for name in model.layout.animals]),
-               np.array([model.weights(contrast) for contrast in model.contrasts])[mask])
-        for model, mask in zip(quantities, tested, strict=True) if any(mask)
+        Fitted(model.fit, indices, np.array([model.weights(contrast) for contrast in model.contrasts])[mask])
+        for model, indices, mask in zip(quantities, animals, tested, strict=True) if any(mask)
     ]  # fmt: skip
-    together = joint(models) if models else Joint(np.empty(0), 1 - LEVEL)
-    p, alone = iter(together.p.tolist()), (np.nan, 1 - LEVEL)
-    rows = [
-        _row(model, contrast, *((next(p), together.critical) if is_tested else alone))
-        for model, mask in zip(quantities, tested, strict=True)
-        for contrast, is_tested in zip(model.contrasts, mask, strict=True)
+    together = joint(models) if models else NO_FAMILY
+    contrasts = [(model, contrast) for model in quantities for contrast in model.contrasts]
+    statements = together.statements([is_tested for mask in tested for is_tested in mask])
+    effects = [
+        _effect(model, contrast, *statement) for (model, contrast), statement in zip(contrasts, statements, strict=True)
     ]
-    return rows, together.critical
+    return effects, together.critical
 
 
-def beside(models: Sequence[Modeled], critical: float) -> Iterator[dict[str, object]]:
+def design_estimates(models: Sequence[Modeled], critical: float) -> Iterator[DesignEstimate]:
     """Return the effects of further laws, without a test."""
     for model in models:
         for contrast in model.contrasts:
-            value, low, high = model.effect(contrast).ratio(critical)
-            yield {
-                "reference": contrast.reference, "other": contrast.other, "change": contrast.change,
-                "within": contrast.within, "quantity": model.values.name, "source": model.values.source, "ratio": value,
-                "low": low, "high": high,
-            }  # fmt: skip
+            ratio, low, high = model.effect(contrast).ratio(critical)
+            yield DesignEstimate(
+                contrast=_label(contrast), quantity=model.values.name, source=model.values.source, ratio=ratio, low=low,
+                high=high,
+            )  # fmt: skip
 
 
-def _row(model: Modeled, contrast: Contrast, p: float, critical: float) -> dict[str, object]:
-    effect, layout = model.effect(contrast), model.layout
-    value, low, high = effect.ratio(critical)
+def _label(contrast: Contrast) -> ContrastLabel:
+    return ContrastLabel(contrast.other, contrast.reference, contrast.what, contrast.change, contrast.within)
+
+
+def _effect(model: Modeled, contrast: Contrast, p: float, critical: float) -> DesignEffect:
+    fit, layout = model.effect(contrast), model.layout
+    ratio, low, high = fit.ratio(critical)
     means = [np.nan, np.nan]
     if contrast.of_values or contrast.of_ratios:
         means = [
@@ -153,18 +148,15 @@ def _row(model: Modeled, contrast: Contrast, p: float, critical: float) -> dict[
             for side in (contrast.first, contrast.second)
         ]
     first, second = (_subjects(layout, side) for side in (contrast.first, contrast.second))
-    row = {
-        "reference": contrast.reference, "other": contrast.other, "question": question_of(model.values.name),
-        "quantity": model.values.name, "source": model.values.source, "n reference": len(first), "n other": len(second),
-        "n both": len(first & second),
-        "mean reference": means[0], "mean other": means[1],
-        "unit": model.values.unit if contrast.of_values else "1", "ratio": value, "low": low, "high": high,
-        "standard error": effect.error, "df": effect.freedom, "p": p,
-        "untested": "one image" if np.isnan(p) else "", "smallest p": np.nan,
-        "apart": False, "estimates": model.values.estimates.origin, "what": contrast.what,
-        "change": contrast.change, "within": contrast.within,
-    }  # fmt: skip
-    return row | _influence(model, contrast, effect)
+    without, ratio_without = _influence(model, contrast, fit)
+    return DesignEffect(
+        contrast=_label(contrast), quantity=model.values.name, source=model.values.source, n_reference=len(first),
+        n_group=len(second), n_both=len(first & second), mean_reference=means[0], mean_group=means[1],
+        unit=model.values.unit if contrast.of_values else "1", ratio=ratio, low=low, high=high,
+        standard_error=fit.error, freedom=fit.freedom, p=p,
+        untested=Untested.ONE_IMAGE if np.isnan(p) else Untested.NO, origin=model.values.estimates.origin,
+        without=without, ratio_without=ratio_without,
+    )  # fmt: skip
 
 
 def _subjects(layout: Layout, side: np.ndarray) -> set[str]:
@@ -193,7 +185,7 @@ def _image_unknown(model: Modeled, contrast: Contrast) -> bool:
     return bool(shared > alone + 1e-9 * (weights**2).sum())  # within subjects both are 0
 
 
-def _influence(model: Modeled, contrast: Contrast, effect: Effect) -> dict[str, object]:
+def _influence(model: Modeled, contrast: Contrast, fit: ContrastFit) -> tuple[str, float]:
     """Return the animal (all its recordings) whose absence moves the ratio most, and the ratio then.
 
     The variances stay as they are. An animal without which the effect is not told is not left out.
@@ -208,21 +200,17 @@ def _influence(model: Modeled, contrast: Contrast, effect: Effect) -> dict[str, 
         coefficients = np.linalg.solve(weighted @ fixed[selected], weighted @ model.values.estimates.logs[selected])
         contrast_without[subject] = float(weights @ coefficients)
     if not contrast_without:
-        return {"without": "", "ratio without": np.nan}
-    farthest = max(contrast_without, key=lambda subject: abs(contrast_without[subject] - effect.value))
-    return {"without": farthest, "ratio without": float(np.exp(contrast_without[farthest]))}
+        return "", np.nan
+    farthest = max(contrast_without, key=lambda subject: abs(contrast_without[subject] - fit.value))
+    return farthest, float(np.exp(contrast_without[farthest]))
 
 
-def covariate_effects(cohort: Cohort, models: Sequence[Modeled]) -> list[dict[str, object]]:
-    """Return the effect of every covariate on every quantity, with its interval of 95 % by itself and no test.
-
-    ``quantity, source, covariate, ratio, low, high``: of categories each level over the first, of numbers and dates the
-    ratio for one standard deviation.
-    """
-    return [row for model in models for row in _of(cohort, model)]
+def covariate_effects(cohort: Cohort, models: Sequence[Modeled]) -> list[CovariateEffect]:
+    """Return the effect of every covariate on every quantity."""
+    return [effect for model in models for effect in _of(cohort, model)]
 
 
-def _of(cohort: Cohort, model: Modeled) -> Iterator[dict[str, object]]:
+def _of(cohort: Cohort, model: Modeled) -> Iterator[CovariateEffect]:
     layout, covariates = model.layout, [cohort.variables[name] for name in cohort.design.covariates]
     columns = [covariate_columns(variable, layout.animals) for variable in covariates]
     coded = np.column_stack([column for block in columns for column in block] or [np.zeros(len(layout.animals))])
@@ -239,10 +227,9 @@ def _of(cohort: Cohort, model: Modeled) -> Iterator[dict[str, object]]:
             if not np.isclose(np.linalg.norm(through), np.linalg.norm(contrast)):
                 continue  # groups or other covariates say the same
             ratio, low, high = model.fit.effect(through).ratio(1 - LEVEL)
-            yield {
-                "quantity": model.values.name, "source": model.values.source, "covariate": label, "ratio": ratio,
-                "low": low, "high": high,
-            }  # fmt: skip
+            yield CovariateEffect(
+                quantity=model.values.name, source=model.values.source, covariate=label, ratio=ratio, low=low, high=high
+            )
         first += len(block)
 
 

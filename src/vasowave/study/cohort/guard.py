@@ -107,7 +107,7 @@ def rate_of_blocks(layout: Layout, levels: Sequence[str], quantities: int, rules
     """Return the false positives of a design that does not know that animals of one level (their litter) are alike."""
     usual, share = _Population.of(layout, (), 1.0, rules), rules.block_share
     effects = [effect._replace(size=effect.size * np.sqrt(1 - share)) for effect in usual.effects]
-    litters = _Effect(_numbers(levels), np.full(len(levels), np.sqrt(share)))
+    litters = _RandomEffect(_numbers(levels), np.full(len(levels), np.sqrt(share)))
     return usual.rate(quantities, PopulationShape.NORMAL, [*effects, litters])
 
 
@@ -134,7 +134,7 @@ def _worst_side(layout: Layout, shape: PopulationShape, ratio: float) -> tuple[i
     return worst
 
 
-class _Effect(NamedTuple):
+class _RandomEffect(NamedTuple):
     """A random effect: its level and its SD in each row, and which levels are of another shape."""
 
     level: np.ndarray
@@ -145,7 +145,7 @@ class _Effect(NamedTuple):
 class _Population(NamedTuple):
     """What animals are drawn from, and the test that they get."""
 
-    effects: Sequence[_Effect]
+    effects: Sequence[_RandomEffect]
     test: "_Test"
     rules: GuardRules
 
@@ -154,10 +154,10 @@ class _Population(NamedTuple):
         """Return animals of which those of some cells vary `ratio` times as much."""
         inside, subject = np.isin(layout.cell, side), _numbers(layout.subject)
         spread, block = np.where(inside, ratio, 1.0), rules.block_share / (1 - rules.block_share)
-        effects = [_Effect(np.arange(len(inside)), spread, inside)]
+        effects = [_RandomEffect(np.arange(len(inside)), spread, inside)]
         if any(name.startswith("subjects") for name in layout.random):
             subject_inside = np.array([inside[subject == level].all() for level in range(1 + subject.max())])
-            effects.append(_Effect(subject, spread, subject_inside))
+            effects.append(_RandomEffect(subject, spread, subject_inside))
         components = []
         for name, random in layout.random.items():
             rows = np.diag(random) > 0
@@ -165,10 +165,10 @@ class _Population(NamedTuple):
             components.append(float(np.mean(spread[rows] ** 2)) if of_animals else block)
             if not of_animals:
                 level = np.unique(random, axis=0, return_inverse=True)[1].ravel()
-                effects.append(_Effect(level, np.sqrt(block) * rows))
+                effects.append(_RandomEffect(level, np.sqrt(block) * rows))
         return cls(effects, _Test.of(layout, np.array(components)), rules)
 
-    def rate(self, quantities: int, shape: PopulationShape, effects: Sequence[_Effect] = ()) -> float:
+    def rate(self, quantities: int, shape: PopulationShape, effects: Sequence[_RandomEffect] = ()) -> float:
         """Return the share of cohorts of a shape with a p as one in twenty of normal animals has it."""
         count = min(quantities, self.rules.quantities)
         usual, those = (
@@ -180,7 +180,7 @@ class _Population(NamedTuple):
         )
         return float(np.mean(those < np.quantile(usual, self.rules.level)))
 
-    def _cohorts(self, effects: Sequence[_Effect], quantities: int, shape: PopulationShape) -> np.ndarray:
+    def _cohorts(self, effects: Sequence[_RandomEffect], quantities: int, shape: PopulationShape) -> np.ndarray:
         """Return values without an effect, shape (cohort, quantity, row)."""
         rng, rows, rules = np.random.default_rng(0), len(effects[0].level), self.rules
         products = quantities * rows**2 * len(self.test.forms)

@@ -36,7 +36,7 @@ class Structure(NamedTuple):
         )
 
 
-class Effect(NamedTuple):
+class ContrastFit(NamedTuple):
     """A contrast of the coefficients, its standard error, and the degrees of freedom of that."""
 
     value: float
@@ -99,7 +99,7 @@ class MixedFit(NamedTuple):
     likelihood: float
     ignorant: "MixedFit | None" = None
 
-    def effect(self, contrast: np.ndarray) -> Effect:
+    def effect(self, contrast: np.ndarray) -> ContrastFit:
         """Return a contrast of the coefficients; its t squared is Kenward and Roger's F.
 
         Known errors make a component near 0 count for little, and a few well known rows for much: Satterthwaite's
@@ -112,7 +112,7 @@ class MixedFit(NamedTuple):
         freedom = 2 * plain**2 / moved if moved > 0 else np.inf
         if self.ignorant is not None:
             freedom = max(freedom, MIN_FREEDOM_SHARE * self.ignorant.effect(contrast).freedom)
-        return Effect(float(contrast @ self.coefficients), float(np.sqrt(variance)), freedom)
+        return ContrastFit(float(contrast @ self.coefficients), float(np.sqrt(variance)), freedom)
 
 
 def fit_mixed(values: np.ndarray, structure: Structure) -> MixedFit:

@@ -11,9 +11,10 @@ from vasowave.base.accessors import Accessor
 from vasowave.base.errors import InputError
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.designed import occasions_apart
+from vasowave.study.cohort.independent import known_values, source_of
 from vasowave.study.cohort.pooling import pooled_mean
 from vasowave.study.cohort.power import PlannedStudies, critical_of_studies, p_of_effect
-from vasowave.study.cohort.primary import Family, comparable, known_values, primary_law, source_of
+from vasowave.study.cohort.primary import Family, comparable, primary_law
 from vasowave.study.cohort.simultaneous_intervals import correlation_of
 from vasowave.study.cohort.spread import Planning, Spread
 

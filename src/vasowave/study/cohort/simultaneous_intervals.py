@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.study.cohort.mixed import Effect, MixedFit
+from vasowave.base.descriptions import LEVEL as COVERAGE
+from vasowave.study.cohort.mixed import ContrastFit, MixedFit
 from vasowave.study.cohort.pooling import difference, pooled_means
 
 LEVEL = 0.05
@@ -54,12 +55,24 @@ class Simultaneous(NamedTuple):
         The p of one row by itself below which `p` is below `LEVEL`; intervals to 1 - `critical` hold all at once.
     rate : float
         Share of cohorts without an effect, normal and of these sizes, spreads and correlations, in which `p` of any row
-        comes out below `LEVEL`; `LEVEL` if the method were exact.
+        comes out below `LEVEL`; `LEVEL` if the method were exact. NaN of models, where it is not counted.
     """
 
     p: np.ndarray
     critical: float
-    rate: float
+    rate: float = np.nan
+
+    def statements(self, tested: Sequence[bool]) -> list[tuple[float, float]]:
+        """Return p of each effect and the share in which its interval by itself misses.
+
+        Effects that are not tested are outside the family: they have no p, and each interval holds by itself.
+        """
+        p_values = iter(self.p.tolist())
+        return [(next(p_values), self.critical) if is_tested else (np.nan, 1 - COVERAGE) for is_tested in tested]
+
+
+NO_FAMILY = Simultaneous(np.empty(0), 1 - COVERAGE)
+"""Where no effect is tested."""
 
 
 def simultaneous(rows: Sequence[ComparedQuantity], draws: int = DRAWS, seed: int = 0) -> Simultaneous:
@@ -82,50 +95,58 @@ def simultaneous(rows: Sequence[ComparedQuantity], draws: int = DRAWS, seed: int
         Each with two animals or more in both groups, whose values vary.
     draws, seed : int
     """
-    observed, (once, twice, thrice) = _drawn(rows, draws, seed, 3)
-    p = _corrected(observed.p[:, 0], once, twice)
-    wrong = _corrected(once, twice, thrice) < LEVEL
-    return Simultaneous(p, _critical(once, twice), float(wrong.mean()))
+    observed, (level_1, level_2, level_3) = _drawn(rows, draws, seed, 3)
+    p = _double_bootstrap_p(observed.p[:, 0], level_1, level_2)
+    wrong = _double_bootstrap_p(level_1, level_2, level_3) < LEVEL
+    return Simultaneous(p, _double_bootstrap_critical(level_1, level_2), float(wrong.mean()))
 
 
 def critical_p(rows: Sequence[ComparedQuantity], draws: int, seed: int) -> float:
     """Return the p of one row below which the family's is below its level, as `simultaneous` does."""
-    _, (once, twice) = _drawn(rows, draws, seed, 2)
-    return _critical(once, twice)
+    _, (level_1, level_2) = _drawn(rows, draws, seed, 2)
+    return _double_bootstrap_critical(level_1, level_2)
 
 
-def _drawn(rows: Sequence[ComparedQuantity], draws: int, seed: int, depth: int) -> tuple["_World", np.ndarray]:
+def _drawn(rows: Sequence[ComparedQuantity], draws: int, seed: int, depth: int) -> tuple["_NullCohorts", np.ndarray]:
     """Return what was observed, and the least p of cohorts each drawn from the one before, sorted (depth, draws)."""
     rng = np.random.default_rng(seed)
     size = 1 + max(int(row.animals.max()) for row in rows), 1 + max(row.quantity for row in rows)
-    observed = _World.seen(rows, [row.logs[np.newaxis] for row in rows], size)
+    observed = _NullCohorts.of(rows, [row.logs[np.newaxis] for row in rows], size)
     chunk = max(1, _MAX_NUMBERS // (50 * size[0]))
     chains = []
     for first in range(0, draws, chunk):
-        world, chain = observed, []
+        cohorts, chain = observed, []
         for _ in range(depth):
-            world = _World.seen(rows, world.draw(rows, min(chunk, draws - first), rng), size)
-            chain.append(world.least)
+            cohorts = _NullCohorts.of(rows, cohorts.draw(rows, min(chunk, draws - first), rng), size)
+            chain.append(cohorts.least_p)
         chains.append(chain)
     return observed, np.sort(np.concatenate(chains, axis=1), axis=1)
 
 
-def _corrected(p_values: np.ndarray, once: np.ndarray, twice: np.ndarray) -> np.ndarray:
-    """Return p of the family from p of rows by themselves; `once` and `twice` are least p of drawn cohorts, sorted."""
-    place = np.searchsorted(once, p_values, side="right")
-    judged = np.append(twice, 1.0)[place]
-    return np.asarray((1 + np.searchsorted(once, judged, side="right")) / (len(once) + 1)).clip(max=1.0)
+def _bootstrap_p(p_values: np.ndarray, least_p: np.ndarray) -> np.ndarray:
+    """Return p of the family from p of rows by themselves; `least_p` are the least p of drawn cohorts, sorted."""
+    return np.asarray((1 + np.searchsorted(least_p, p_values, side="right")) / (len(least_p) + 1)).clip(max=1.0)
 
 
-def _critical(once: np.ndarray, twice: np.ndarray) -> float:
-    """Return the p of a row by itself below which, and only below which, `_corrected` is below `LEVEL`."""
-    max_count = int(np.ceil(LEVEL * (len(once) + 1))) - 1  # as many drawn cohorts, and this one, are too many
-    place = int(np.searchsorted(twice, once[max_count - 1], side="left")) if max_count else 0
-    return float(once[place - 1]) if place else 0.0
+def _bootstrap_critical(least_p: np.ndarray) -> float:
+    """Return the p of a row by itself below which, and only below which, `_bootstrap_p` is below `LEVEL`."""
+    max_count = int(np.ceil(LEVEL * (len(least_p) + 1))) - 1  # as many drawn cohorts, and this one, are too many
+    return float(least_p[max_count - 1]) if max_count else 0.0
 
 
-class _World(NamedTuple):
-    """What one cohort or many say of themselves: p of each row by itself, and what they could have been drawn from."""
+def _double_bootstrap_p(p_values: np.ndarray, level_1: np.ndarray, level_2: np.ndarray) -> np.ndarray:
+    """Return p of the family, corrected by the least p of the cohorts of both levels of the bootstrap, sorted."""
+    return _bootstrap_p(np.append(level_2, 1.0)[np.searchsorted(level_1, p_values, side="right")], level_1)
+
+
+def _double_bootstrap_critical(level_1: np.ndarray, level_2: np.ndarray) -> float:
+    """Return the p of a row by itself below which, and only below which, `_double_bootstrap_p` is below `LEVEL`."""
+    place = int(np.searchsorted(level_2, _bootstrap_critical(level_1), side="left"))
+    return float(level_1[place - 1]) if place else 0.0
+
+
+class _NullCohorts(NamedTuple):
+    """One cohort or many: p of each row by itself, and the parameters from which further ones are drawn."""
 
     p: np.ndarray  # shape (row, cohort)
     spreads: list[np.ndarray]  # of each row, shape (cohort, animal)
@@ -133,12 +154,12 @@ class _World(NamedTuple):
     animals: int
 
     @property
-    def least(self) -> np.ndarray:
+    def least_p(self) -> np.ndarray:
         return np.asarray(self.p.min(axis=0))
 
     @classmethod
-    def seen(cls, rows: Sequence[ComparedQuantity], logs: Sequence[np.ndarray], size: tuple[int, int]) -> "_World":
-        """Return what is seen in cohorts whose rows have these values, each of shape (cohort, animal)."""
+    def of(cls, rows: Sequence[ComparedQuantity], logs: Sequence[np.ndarray], size: tuple[int, int]) -> "_NullCohorts":
+        """Return cohorts whose rows have these values, each of shape (cohort, animal)."""
         residuals = np.zeros((len(logs[0]), *size))
         p, spreads = [], []
         for row, values in zip(rows, logs, strict=True):
@@ -162,6 +183,12 @@ class _World(NamedTuple):
             scores[:, row.animals, row.quantity] * spread + row.shared * shared_score * row.in_second
             for row, spread, shared_score in zip(rows, self.spreads, common, strict=True)
         ]
+
+
+def animal_indices(members: Sequence[Sequence[str]]) -> list[np.ndarray]:
+    """Return for the names of the animals of each row which animals of the cohort they are."""
+    indices = {name: index for index, name in enumerate(dict.fromkeys(name for names in members for name in names))}
+    return [np.array([indices[name] for name in names]) for names in members]
 
 
 def correlation_of(residuals: np.ndarray, freedom: int) -> np.ndarray:
@@ -193,19 +220,12 @@ class Fitted(NamedTuple):
     contrasts: np.ndarray
 
     @property
-    def effects(self) -> list[Effect]:
+    def effects(self) -> list[ContrastFit]:
         """The contrasts with their errors."""
         return [self.fit.effect(contrast) for contrast in self.contrasts]
 
 
-class Joint(NamedTuple):
-    """What holds for all rows at once: their p, and the p of one row by itself below which that is below `LEVEL`."""
-
-    p: np.ndarray
-    critical: float
-
-
-def joint(models: Sequence[Fitted], draws: int = DRAWS, seed: int = 0) -> Joint:
+def joint(models: Sequence[Fitted], draws: int = DRAWS, seed: int = 0) -> Simultaneous:
     """Return p of every contrast of every quantity, and the level at which their intervals hold together.
 
     Each row by itself has the t and the degrees of freedom of Kenward and Roger. How small the least p of the family
@@ -213,35 +233,33 @@ def joint(models: Sequence[Fitted], draws: int = DRAWS, seed: int = 0) -> Joint:
     quantities give them (that of the models' residuals, shrunk towards none), each over a standard error that scatters
     by its degrees of freedom, alike for the contrasts of a quantity.
     """
-    rng = np.random.default_rng(seed)
-    effects = [model.effects for model in models]
-    critical, smallest_p = _least_p(models, effects, draws, rng)
-    p_values = np.array([effect.p for model_effects in effects for effect in model_effects])
-    p = (1 + np.searchsorted(smallest_p, p_values, side="right")) / (draws + 1)
-    return Joint(np.minimum(p, 1.0), critical)
+    estimates = [model.effects for model in models]
+    least_p = _least_p(models, estimates, draws, np.random.default_rng(seed))
+    p_values = np.array([estimate.p for of_model in estimates for estimate in of_model])
+    return Simultaneous(_bootstrap_p(p_values, least_p), _bootstrap_critical(least_p))
 
 
 def _least_p(
-    models: Sequence[Fitted], effects: Sequence[Sequence[Effect]], draws: int, rng: np.random.Generator
-) -> tuple[float, np.ndarray]:
-    """Return the critical p of one row, and the least p of every draw, sorted."""
+    models: Sequence[Fitted], estimates: Sequence[Sequence[ContrastFit]], draws: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Return the least p of every draw, sorted."""
     from scipy.special import chdtri, stdtr
 
     count = 1 + max(int(model.animals.max()) for model in models)
     residuals = np.zeros((count, len(models)))
     for place, model in enumerate(models):
         residuals[model.animals, place] = model.fit.residuals
-    freedom = count - max(model.contrasts.shape[1] for model in models)
-    root = np.linalg.cholesky(correlation_of(residuals, freedom))
+    residual_freedom = count - max(model.contrasts.shape[1] for model in models)
+    root = np.linalg.cholesky(correlation_of(residuals, residual_freedom))
     scores = rng.standard_normal((draws, count, len(models))) @ root.T
-    smallest_p = np.ones(draws)
-    for place, (model, model_effects) in enumerate(zip(models, effects, strict=True)):
+    least_p = np.ones(draws)
+    for place, (model, of_model) in enumerate(zip(models, estimates, strict=True)):
         errors = scores[:, model.animals, place] @ (model.contrasts @ model.fit.weights @ model.fit.root).T
         size = np.sqrt(np.einsum("ka,ab,kb->k", model.contrasts, model.fit.plain, model.contrasts))
         level = rng.random(draws)
-        for k, effect in enumerate(model_effects):
-            scatter = np.sqrt(chdtri(effect.freedom, level) / effect.freedom) if np.isfinite(effect.freedom) else 1.0
-            t = errors[:, k] / size[k] / scatter
-            smallest_p = np.minimum(smallest_p, 2 * stdtr(effect.freedom, -np.abs(t)))
-    smallest_p.sort()
-    return float(smallest_p[int(np.ceil(LEVEL * (draws + 1))) - 2]), smallest_p
+        for k, estimate in enumerate(of_model):
+            freedom = estimate.freedom
+            scatter = np.sqrt(chdtri(freedom, level) / freedom) if np.isfinite(freedom) else 1.0
+            least_p = np.minimum(least_p, 2 * stdtr(freedom, -np.abs(errors[:, k] / size[k] / scatter)))
+    least_p.sort()
+    return least_p

@@ -1,11 +1,13 @@
 """What the answer rests on: imaged lungs, errors that p allows for, and how far lungs may differ for it to hold."""
 
+from collections.abc import Sequence
+
 import numpy as np
-import pandas as pd
 
 from vasowave.study.cohort.cohort import Cohort
+from vasowave.study.cohort.effects import Effect, GroupEffect, grouped
 from vasowave.study.cohort.primary import Primary
-from vasowave.study.report.answer.effects import Called, EffectVerdict, by_standing, effect_of, standing
+from vasowave.study.report.answer.effects import Called, EffectVerdict, labels, standing
 from vasowave.study.report.answer.limits import assumed_errors, shared_images
 from vasowave.study.report.wording import listed, number
 
@@ -14,12 +16,12 @@ _SOURCES = {"usual": "a usual value; the study gives none", "lab": "stated", "im
 
 def basis(cohort: Cohort, primary: Primary, called: Called) -> list[str]:
     """Return sentences on the images and errors behind the answer, and on the lungs that would change it."""
-    if not primary.law or not len(primary.rows):
+    if not primary.law or not primary.effects:
         return []
     images = shared_images(cohort)
-    lungs = [*_lungs(primary), *_tipping(primary.rows, called)] if images else []
-    drawn = bool((primary.rows["estimates"] == "posterior").any())
-    return [*images, *assumed_errors(cohort.results, drawn), *lungs, *_without_image(primary.rows)]
+    lungs = [*_lungs(primary), *_tipping(primary.effects, called)] if images else []
+    drawn = any(effect.origin == "posterior" for effect in primary.effects)
+    return [*images, *assumed_errors(cohort.results, drawn), *lungs, *_without_image(primary.effects)]
 
 
 def _lungs(primary: Primary) -> list[str]:
@@ -30,29 +32,28 @@ def _lungs(primary: Primary) -> list[str]:
     return [f"Radii are taken to differ by {share} % between lungs of one group (SD; {source})."]
 
 
-def _tipping(rows: pd.DataFrame, called: Called) -> list[str]:
+def _tipping(effects: Sequence[Effect], called: Called) -> list[str]:
     """Say which effects other lungs would hide, and which would be shown if lungs differed less."""
-    if "tipping lung sd" not in rows:
-        return []
-    limits = rows["tipping lung sd"]
-    rows_by_standing = by_standing(rows[np.isfinite(limits) & (limits > 0)])
-    several = rows["other"].nunique() > 1
+    several = len(labels(effects)) > 1
+    tipped = [effect for effect in effects if isinstance(effect, GroupEffect) and 0 < effect.tipping_lung_sd < np.inf]
+    effects_by_standing = grouped(tipped, standing)
 
-    def named(row: pd.Series) -> str:
-        share = f"{number(100 * row['tipping lung sd'], 2)} %"
-        side = "above" if standing(row) == EffectVerdict.SHOWN else "below"
-        return f"{called(row['quantity'])} ({f'{effect_of(row)}, ' if several else ''}{side} {share})"
+    def named(effect: GroupEffect) -> str:
+        share = f"{number(100 * effect.tipping_lung_sd, 2)} %"
+        side = "above" if standing(effect) == EffectVerdict.SHOWN else "below"
+        return f"{called(effect.quantity)} ({f'{effect.contrast}, ' if several else ''}{side} {share})"
 
     texts = {
         EffectVerdict.SHOWN: "If they differ more, effects are no longer shown: {}.",
         EffectVerdict.OPEN: "If they differ less, which more imaged lungs of a group would tell, more are shown: {}.",
     }
     return [
-        text.format(listed([named(row) for _, row in rows_by_standing[place].iterrows()]))
-        for place, text in texts.items() if place in rows_by_standing
+        text.format(listed([named(effect) for effect in effects_by_standing[verdict]]))
+        for verdict, text in texts.items() if verdict in effects_by_standing
     ]  # fmt: skip
 
 
-def _without_image(rows: pd.DataFrame) -> list[str]:
+def _without_image(effects: Sequence[Effect]) -> list[str]:
     """Say that measured quantities do not depend on images."""
-    return ["No image is behind numbers that are measured."] if (rows["source"] == "measured").any() else []
+    measured = any(effect.source == "measured" for effect in effects)
+    return ["No image is behind numbers that are measured."] if measured else []

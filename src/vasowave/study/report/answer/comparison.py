@@ -39,7 +39,7 @@ class Comparison:
     cohort : Cohort
         All animals of the study: intervals and p hold for all its groups at once.
     primary : Primary
-        The comparison; its `rows` are those of `group`.
+        The comparison; its `effects` are those of `group`.
     """
 
     group: str
@@ -53,8 +53,8 @@ class Comparison:
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row a quantity: ratio of the group over the reference, its interval, p and more; see `Primary.rows`."""
-        return self.primary.rows
+        """One row a quantity: ratio of the group over the reference, its interval, p and more; see `Primary.table`."""
+        return self.primary.table()
 
     def forest(self) -> "Axes":
         """Draw ratios with their intervals, the other laws' and every animal below, as the report does.
@@ -90,7 +90,7 @@ class Comparison:
             return as_file(self._figure(new_figure), kind)
 
     def _figure(self, make: Callable[[float, float], "Figure"]) -> "Figure":
-        if not len(self.primary.rows):
+        if not self.primary.effects:
             omissions = not_told(self.primary, caller(self.cohort))
             omissions += [f"{quantity} ({reason})" for quantity, reason in self.primary.left_out.items()]
             hint = " (all in `.primary.left_out`)" if len(omissions) > _NAMED else ""
@@ -108,7 +108,7 @@ class Comparison:
         """Questions and answers, how the animals were compared, and what must not be used; empty without a row."""
         marks = Marks(self.cohort, self.primary.law)
         sure = doubts_text(self.cohort, self.primary)
-        answers = group_answer(self.primary, caller(self.cohort), marks.of_row).items(sure=sure)
+        answers = group_answer(self.primary, caller(self.cohort), marks.of_effect).items(sure=sure)
         if not answers:
             return []
         counts = [f"{group} {len(self.cohort.groups[group])}" for group in (self.group, self.reference)]
@@ -126,7 +126,7 @@ def groups_figure(
     cohort: Cohort, primary: Primary, form: Form, make: Callable[[float, float], "Figure"] = new_figure
 ) -> "Figure":
     """Draw the forest plot of a primary comparison that has rows."""
-    rows = group_rows(cohort, primary, caller(cohort), Marks(cohort, primary.law).of_row)
+    rows = group_rows(cohort, primary, caller(cohort), Marks(cohort, primary.law).of_effect)
     looks, sources = group_looks(cohort.groups), source_looks([*cohort.sources, "data"])
     axis = f"ratio to {short(cohort.reference)} [1]" if cohort.design.plain else "ratio [1]"
     return forest_figure(rows, looks, sources, axis, ("ratio [95 %]", "p"), form, make)

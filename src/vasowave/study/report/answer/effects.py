@@ -1,12 +1,12 @@
 """One effect of the primary comparison in words: where it is, how large, and what the animals say of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import StrEnum
 
 import numpy as np
-import pandas as pd
 
 from vasowave.pulse.quantities import QUANTITIES, question_of
+from vasowave.study.cohort.effects import ContrastEstimate, ContrastLabel, Effect, grouped
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.answer.marks import Mark
 from vasowave.study.report.wording import LIMIT, listed, number, probability, ratio_with_interval, unit
@@ -35,58 +35,56 @@ class EffectVerdict(StrEnum):
     UNTESTED = "without p"
 
 
-def standing(row: pd.Series) -> EffectVerdict:
+def standing(effect: Effect) -> EffectVerdict:
     """Return what the animals say of an effect."""
-    if row["untested"]:
+    if effect.untested:
         return EffectVerdict.UNTESTED
-    if row["p"] < LIMIT:
+    if effect.p < LIMIT:
         return EffectVerdict.SHOWN
-    return EffectVerdict.SMALL if row["low"] >= SMALL[0] and row["high"] <= SMALL[1] else EffectVerdict.OPEN
+    return EffectVerdict.SMALL if effect.low >= SMALL[0] and effect.high <= SMALL[1] else EffectVerdict.OPEN
 
 
-def by_standing(rows: pd.DataFrame) -> dict[EffectVerdict, pd.DataFrame]:
-    """Return the rows of each standing that has any."""
-    standings = rows.apply(standing, axis=1)
-    return {evidence: rows[standings == evidence] for evidence in EffectVerdict if (standings == evidence).any()}
+def by_standing(effects: Sequence[Effect]) -> dict[EffectVerdict, list[Effect]]:
+    """Return the effects of each standing that has any."""
+    standings = grouped(effects, standing)
+    return {verdict: standings[verdict] for verdict in EffectVerdict if verdict in standings}
 
 
-def where(row: pd.Series, averaged: bool) -> tuple[str, str]:
+def where(contrast: ContrastLabel, averaged: bool) -> tuple[str, str]:
     """Return where an effect is, as a sentence says it behind a comparative, and of an effect that is not shown.
 
     A second factor is `averaged` over the groups where these may differ in it.
     """
-    reference, group = (short(row[side], MAX_LETTERS) for side in ("reference", "other"))
-    within = f" {short(row['within'], MAX_LETTERS)}" if row.get("within") else ""
-    match row.get("what", "groups"):
+    reference, group = short(contrast.reference, MAX_LETTERS), short(contrast.group, MAX_LETTERS)
+    within = f" {short(contrast.within, MAX_LETTERS)}" if contrast.within else ""
+    match contrast.kind:
         case "factor":
             within = within or (" on average over the groups" if averaged else "")
             return f"at {group} than at {reference}{within}", f"between {group} and {reference}{within}"
         case "trend":
             return f"at {group} than at {reference} by the trend", f"from {reference} to {group} by the trend"
         case "interaction":
-            ratio = f"in the ratio {short(row['change'], MAX_LETTERS)}"
+            ratio = f"in the ratio {short(contrast.change, MAX_LETTERS)}"
             return f"in {group} than in {reference}, {ratio}", f"between {group} and {reference} {ratio}"
         case "contrast":
             return f"by the contrast '{group}'", f"by the contrast '{group}'"
     return f"in {group} than in {reference}{within}", f"between {group} and {reference}{within}"
 
 
-def effect_of(row: pd.Series) -> str:
-    """Return which effect a row is of, as a table says it: ``HPH / CTL``."""
-    pair = " / ".join(filter(None, (row["other"], row["reference"])))
-    pair += f" {row['within']}" if row.get("within") else ""
-    return f"{row['change']}: {pair}" if row.get("change") else pair
+def labels(estimates: Iterable[ContrastEstimate]) -> list[str]:
+    """Return the contrasts of some estimates, each once: ``HPH / CTL``."""
+    return [*dict.fromkeys(str(estimate.contrast) for estimate in estimates)]
 
 
-def comparatives(rows: pd.DataFrame, called: Called, sized: bool = False) -> str:
+def comparatives(effects: Sequence[Effect], called: Called, sized: bool = False) -> str:
     """Return what is higher and lower, ``higher mean pressure and cardiac output, stiffer large arteries``."""
     subjects_by_comparative: dict[str, list[str]] = {}
-    for _, row in rows.iterrows():
-        higher, less, noun = _COMPARATIVES.get(row["quantity"], ("higher", "lower", ""))
-        whence = "" if row["source"] == "measured" else " by the model"
-        size = f" (× {_size(row)}{whence})" if sized else ""
-        subjects_by_comparative.setdefault(higher if row["ratio"] > 1 else less, []).append(
-            (noun or plain(row["quantity"], called)) + size
+    for effect in effects:
+        higher, less, noun = _COMPARATIVES.get(effect.quantity, ("higher", "lower", ""))
+        whence = "" if effect.source == "measured" else " by the model"
+        size = f" (× {_size(effect)}{whence})" if sized else ""
+        subjects_by_comparative.setdefault(higher if effect.ratio > 1 else less, []).append(
+            (noun or plain(effect.quantity, called)) + size
         )
     return listed(
         [
@@ -96,9 +94,9 @@ def comparatives(rows: pd.DataFrame, called: Called, sized: bool = False) -> str
     )
 
 
-def _size(row: pd.Series) -> str:
+def _size(effect: Effect) -> str:
     """Return a ratio with the digits that its interval has."""
-    return ratio_with_interval(row["ratio"], row["low"], row["high"]).partition(" ")[0]
+    return ratio_with_interval(effect.ratio, effect.low, effect.high).partition(" ")[0]
 
 
 def plain(name: str, called: Called) -> str:
@@ -107,53 +105,52 @@ def plain(name: str, called: Called) -> str:
     return (quantity and (quantity.words or quantity.meaning.split(",")[0])) or called(name)
 
 
-def effect(row: pd.Series, called: Called, mark: Mark) -> str:
+def effect_text(effect: Effect, called: Called, mark: Mark) -> str:
     """Return an effect as one writes it: ``mPAP 13.5 → 21.5 mmHg (1.6 times [1.3, 2.0], p = 0.010)``, and its mark."""
-    size, _, interval = ratio_with_interval(row["ratio"], row["low"], row["high"]).partition(" ")
-    of_means = f" {change(row)}" if np.isfinite(row["mean other"]) else ""
-    tested = "" if row["untested"] else f", {probability(row['p'])}"
+    size, _, interval = ratio_with_interval(effect.ratio, effect.low, effect.high).partition(" ")
+    of_means = f" {change(effect)}" if np.isfinite(effect.mean_group) else ""
+    tested = "" if effect.untested else f", {probability(effect.p)}"
     times = f"{size} times {interval}".rstrip()
-    return f"{called(row['quantity'])}{of_means} ({times}{tested}){mark(row)}"
+    return f"{called(effect.quantity)}{of_means} ({times}{tested}){mark(effect)}"
 
 
-def change(row: pd.Series) -> str:
+def change(effect: Effect) -> str:
     """Return the means of the two groups with their unit, ``13.5 → 21.5 mmHg``."""
-    units = unit(str(row["unit"]))
-    return f"{number(float(row['mean reference']))} → {number(float(row['mean other']))} {units}".rstrip()
+    return f"{number(effect.mean_reference)} → {number(effect.mean_group)} {unit(effect.unit)}".rstrip()
 
 
-def limit(rows: pd.DataFrame) -> str:
+def limit(effects: Sequence[Effect]) -> str:
     """Return the factor that small effects do not exceed either way, rounded up."""
-    factor = float(max(rows["high"].max(), 1 / rows["low"].min()))
+    factor = max(*(effect.high for effect in effects), 1 / min(effect.low for effect in effects))
     return f"a factor of {np.ceil(round(100 * factor, 6)) / 100:.2f}"
 
 
-def numbers(rows: pd.DataFrame, called: Called, mark: Mark, between: str) -> list[str]:
+def numbers(effects: Sequence[Effect], called: Called, mark: Mark, between: str) -> list[str]:
     """Return the sentences on the effects of one question: each standing, and of each what takes no image first.
 
     `between` what they are stands in the first one.
     """
     sentences: list[str] = []
-    for evidence, standing_rows in by_standing(rows).items():
-        for source, source_rows in standing_rows.groupby("source", sort=False):
-            effects = listed([effect(row, called, mark) for _, row in source_rows.iterrows()])
-            sentences.append(f"{_headed(evidence, source_rows, str(source), '' if sentences else between)}: {effects}.")
+    for verdict, of_verdict in by_standing(effects).items():
+        for source, of_source in grouped(of_verdict, lambda effect: effect.source).items():
+            texts = listed([effect_text(effect, called, mark) for effect in of_source])
+            sentences.append(f"{_headed(verdict, of_source, source, '' if sentences else between)}: {texts}.")
     return sentences
 
 
-def _headed(evidence: EffectVerdict, rows: pd.DataFrame, source: str, between: str) -> str:
+def _headed(verdict: EffectVerdict, effects: Sequence[Effect], source: str, between: str) -> str:
     whence = f"by the model ({source} wall)"
     if source == "measured":
-        whence = "" if question_of(rows.iloc[0]["quantity"]) == question_of("mPAP") else "without any image"
-    small = f"{EffectVerdict.SMALL} {limit(rows)}"
-    start = {EffectVerdict.SHOWN: "", EffectVerdict.SMALL: small}.get(evidence, str(evidence))
+        whence = "" if effects[0].question == question_of("mPAP") else "without any image"
+    bound = f" {limit(effects)}" if verdict is EffectVerdict.SMALL else ""
+    start = "" if verdict is EffectVerdict.SHOWN else f"{verdict}{bound}"
     text = ", ".join(filter(None, (f"{start} {between}".strip() if start else "", whence))) or "measured"
     return f"{text[0].upper()}{text[1:]}"
 
 
-def names(rows: pd.DataFrame, called: Called) -> str:
-    """Return the quantities of rows in words."""
-    return listed(list(dict.fromkeys(plain(name, called) for name in rows["quantity"])))
+def names(effects: Sequence[Effect], called: Called) -> str:
+    """Return the quantities of effects in words."""
+    return listed(list(dict.fromkeys(plain(effect.quantity, called) for effect in effects)))
 
 
 def sentence(text: str) -> str:
@@ -161,9 +158,9 @@ def sentence(text: str) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-def separated(rows: pd.DataFrame, called: Called, chances: Sequence[float]) -> str:
+def separated(effects: Sequence[Effect], called: Called, chances: Sequence[float]) -> str:
     """Name the quantities in which no animal of one group lies among the other, and how often chance does that."""
-    disjoint = rows[rows["apart"]]
-    scope = "" if len(disjoint) == len(rows) == 1 else f" in {listed([called(name) for name in disjoint['quantity']])}"
+    disjoint = [called(effect.quantity) for effect in effects if effect.apart]
+    scope = "" if len(disjoint) == len(effects) == 1 else f" in {listed(disjoint)}"
     share = number(100 * max(chances), 2)
     return f"The groups do not overlap{scope}, which chance alone does in {share} % of quantities."

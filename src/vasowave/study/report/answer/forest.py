@@ -10,11 +10,12 @@ from vasowave.base.io.columns import split_unit
 from vasowave.pulse.quantities import INDICES, question_of
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
+from vasowave.study.cohort.effects import ContrastEstimate, ContrastLabel, DesignEffect, Effect
 from vasowave.study.cohort.primary import Family, Primary
 from vasowave.study.cohort.table import column, rows_of
 from vasowave.study.figures.forest import Dot, ForestRow, Point
 from vasowave.study.figures.matplotlib_style import short
-from vasowave.study.report.answer.effects import Called, effect_of, plain
+from vasowave.study.report.answer.effects import Called, labels, plain
 from vasowave.study.report.answer.marks import Mark, Marks, unmarked
 from vasowave.study.report.wording import number, p_value, probability, ratio_with_interval, unit, value_text
 
@@ -29,30 +30,32 @@ _MAX_LABEL = 31  # letters of a quantity with its symbol
 def group_rows(cohort: Cohort, primary: Primary, called: Called, mark: Mark = unmarked) -> list[ForestRow]:
     """Return one row for each quantity and group, every animal as a multiple of the reference group's mean."""
     # Questions stay together, whichever groups they are about; the effects of a design are asked one after the other.
-    order = {question: place for place, question in enumerate(primary.rows["question"].unique())}
-    rows = primary.rows.assign(effect=[effect_of(row) for _, row in primary.rows.iterrows()])
-    order |= {effect: place for place, effect in enumerate(rows["effect"].unique())}
-    several = rows["effect"].nunique() > 1
-    by = ["effect", "question"] if "what" in rows and several else ["question", "effect"]
-    rows = rows.sort_values(by, key=lambda column: column.map(order), kind="stable")
+    questions, contrasts = [*dict.fromkeys(effect.question for effect in primary.effects)], labels(primary.effects)
+    several = len(contrasts) > 1
+
+    def order(effect: Effect) -> tuple[int, int]:
+        question, contrast = questions.index(effect.question), contrasts.index(str(effect.contrast))
+        return (contrast, question) if isinstance(effect, DesignEffect) and several else (question, contrast)
+
     return [
-        (drawn := _group_row(cohort, primary, row, called, several))._replace(effect=drawn.effect + mark(row))
-        for _, row in rows.iterrows()
+        (drawn := _group_row(cohort, primary, effect, called, several))._replace(effect=drawn.effect + mark(effect))
+        for effect in sorted(primary.effects, key=order)
     ]
 
 
-def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called, several: bool) -> ForestRow:
-    name, effect = str(row["quantity"]), effect_of(row)
-    size = ratio_with_interval(row["ratio"], row["low"], row["high"])
-    tip = f"{called(name)}: {effect} {size} ({row['source']}), {'no p' if row['untested'] else probability(row['p'])}"
-    secondary = primary.others
-    if len(secondary):
-        same = [effect_of(law_row) == effect for _, law_row in secondary.iterrows()]
-        secondary = secondary[np.array(same) & (secondary["quantity"] == name)]
-    p = "no p" if row["untested"] else p_value(row["p"])
-    point = Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
-    further = [_beside(law_row, called) for _, law_row in secondary.iterrows()]
-    return ForestRow(_heading(row, several), _label(name, called), size, p, point, further, animals_of(cohort, row))
+def _group_row(cohort: Cohort, primary: Primary, effect: Effect, called: Called, several: bool) -> ForestRow:
+    name = effect.quantity
+    size = ratio_with_interval(effect.ratio, effect.low, effect.high)
+    p, p_tip = ("no p", "no p") if effect.untested else (p_value(effect.p), probability(effect.p))
+    tip = f"{called(name)}: {effect.contrast} {size} ({effect.source}), {p_tip}"
+    point = Point(effect.ratio, effect.low, effect.high, effect.source, tip)
+    further = [
+        _beside(estimate, called)
+        for estimate in primary.others
+        if (estimate.contrast, estimate.quantity) == (effect.contrast, name)
+    ]
+    heading, dots = _heading(effect, several), animals_of(cohort, effect)
+    return ForestRow(heading, _label(name, called), size, p, point, further, dots)
 
 
 def _label(name: str, called: Called) -> str:
@@ -61,21 +64,22 @@ def _label(name: str, called: Called) -> str:
     return text if len(text) <= _MAX_LABEL else plain(name, called)
 
 
-def _heading(row: pd.Series, several: bool) -> str:
+def _heading(effect: Effect, several: bool) -> str:
     """Return what rows are about: the question, with the other group if there are several; of a design the effect."""
     if not several:
-        return str(row["question"])
-    if "what" not in row:
-        return f"{row['question']}: {short(str(row['other']), 20)}"
-    sides = " / ".join(short(side, _MAX_LETTERS) for side in (str(row["other"]), str(row["reference"])) if side)
-    text = f"{row['change']}: {sides}" if row.get("change") else sides
+        return effect.question
+    contrast = effect.contrast
+    if not isinstance(effect, DesignEffect):
+        return f"{effect.question}: {short(contrast.group, 20)}"
+    sides = " / ".join(short(side, _MAX_LETTERS) for side in (contrast.group, contrast.reference) if side)
+    text = f"{contrast.change}: {sides}" if contrast.change else sides
     return "\n".join(wrap(text, _MAX_LETTERS, break_long_words=False))
 
 
-def _beside(row: pd.Series, called: Called) -> Point:
-    size = ratio_with_interval(row["ratio"], row["low"], row["high"])
-    tip = f"{called(row['quantity'])}: {size} times ({row['source']} wall)"
-    return Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
+def _beside(estimate: ContrastEstimate, called: Called) -> Point:
+    size = ratio_with_interval(estimate.ratio, estimate.low, estimate.high)
+    tip = f"{called(estimate.quantity)}: {size} times ({estimate.source} wall)"
+    return Point(estimate.ratio, estimate.low, estimate.high, estimate.source, tip)
 
 
 def animal_rows(result: AnimalResult, law: str, family: Family, called: Called, marks: Marks) -> list[ForestRow]:
@@ -109,32 +113,31 @@ def _relative(result: AnimalResult, wall: str, name: str, center: float, called:
     return Point(float(value) / center, low, high, wall, f"{called(name)}: {value_text(value)} ({wall} wall)")
 
 
-def animals_of(cohort: Cohort, row: pd.Series) -> list[Dot]:
-    """Return the animals of a row of the primary comparison; none where an effect is no ratio that one animal has.
+def animals_of(cohort: Cohort, effect: Effect) -> list[Dot]:
+    """Return the animals of an effect of the primary comparison; none where an effect is no ratio that one animal has.
 
     Of groups each animal over the mean of the reference, of several recordings of an animal their mean. Of occasions
     each animal's own ratio, and of what groups differ in it that over the mean ratio of the reference.
     """
-    values, units = _values(cohort, row)
-    effect_kind = row.get("what", "groups")
-    if effect_kind == "groups":
-        return _of_groups(cohort, row, values, units)
-    if effect_kind in ("factor", "interaction") and cohort.design.occasion:
-        return _of_occasions(cohort, row, values)
+    values, units = _values(cohort, effect)
+    if effect.contrast.kind == "groups":
+        return _of_groups(cohort, effect.contrast, values, units)
+    if effect.contrast.kind in ("factor", "interaction") and cohort.design.occasion:
+        return _of_occasions(cohort, effect.contrast, values)
     return []
 
 
-def _values(cohort: Cohort, row: pd.Series) -> tuple[pd.Series, str]:
+def _values(cohort: Cohort, effect: Effect) -> tuple[pd.Series, str]:
     """Return the values that a ratio can be of, by recording, and their unit."""
-    rows = rows_of(cohort.table, str(row["source"]))
-    label = column(rows, str(row["quantity"]))
+    rows = rows_of(cohort.table, effect.source)
+    label = column(rows, effect.quantity)
     values = rows[label].astype(float)
     return values[np.isfinite(values) & (values > 0)], unit(split_unit(label)[1])
 
 
-def _of_groups(cohort: Cohort, row: pd.Series, values: pd.Series, units: str) -> list[Dot]:
+def _of_groups(cohort: Cohort, contrast: ContrastLabel, values: pd.Series, units: str) -> list[Dot]:
     group = {result.name: result.group for result in cohort.results}
-    pair_values = values[[group[name] in (cohort.reference, row["other"]) for name in values.index]]
+    pair_values = values[[group[name] in (cohort.reference, contrast.group) for name in values.index]]
     logs = np.log(pair_values).groupby(pair_values.index.map(cohort.subjects), sort=False).mean()
     group_of = {cohort.subjects[name]: group[name] for name in pair_values.index}
     center = logs[[group_of[animal] == cohort.reference for animal in logs.index]].mean()
@@ -144,15 +147,15 @@ def _of_groups(cohort: Cohort, row: pd.Series, values: pd.Series, units: str) ->
     ]
 
 
-def _of_occasions(cohort: Cohort, row: pd.Series, values: pd.Series) -> list[Dot]:
-    ratios = _changes(cohort, row, values)
+def _of_occasions(cohort: Cohort, contrast: ContrastLabel, values: pd.Series) -> list[Dot]:
+    ratios = _changes(cohort, contrast, values)
     group = {cohort.subjects[result.name]: result.group for result in cohort.results}
     center = 1.0
-    if row["what"] == "interaction":
+    if contrast.kind == "interaction":
         ratios = {
-            animal: ratio for animal, ratio in ratios.items() if group[animal] in (row["reference"], row["other"])
+            animal: ratio for animal, ratio in ratios.items() if group[animal] in (contrast.reference, contrast.group)
         }
-        before = [np.log(ratio) for animal, ratio in ratios.items() if group[animal] == row["reference"]]
+        before = [np.log(ratio) for animal, ratio in ratios.items() if group[animal] == contrast.reference]
         if not before:
             return []
         center = float(np.exp(np.mean(before)))
@@ -161,8 +164,8 @@ def _of_occasions(cohort: Cohort, row: pd.Series, values: pd.Series) -> list[Dot
     ]
 
 
-def _changes(cohort: Cohort, row: pd.Series, values: pd.Series) -> Mapping[str, float]:
-    """Return the ratio between the two occasions of a row of every animal that has both."""
+def _changes(cohort: Cohort, contrast: ContrastLabel, values: pd.Series) -> Mapping[str, float]:
+    """Return the ratio between the two occasions of a contrast of every animal that has both."""
     second = cohort.second
     if second is None:
         return {}
@@ -174,7 +177,7 @@ def _changes(cohort: Cohort, row: pd.Series, values: pd.Series) -> Mapping[str, 
     base, *later_levels = second.order
     # As factor, and as change.
     called = {level: (f"{second.name} {level}", f"{level}/{base}") for level in later_levels}
-    later = next((level for level, names in called.items() if {row["other"], row["change"]} & {*names}), base)
+    later = next((level for level, names in called.items() if {contrast.group, contrast.change} & {*names}), base)
     return {
         animal: float(np.exp(np.mean(logs[later]) - np.mean(logs[base])))
         for animal, logs in logs_by_animal.items()

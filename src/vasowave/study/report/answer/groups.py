@@ -5,12 +5,12 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from vasowave.base.errors import InputError
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.contrast import MIN_FREEDOM
 from vasowave.study.cohort.design import laid_out
+from vasowave.study.cohort.effects import DesignEffect, Effect, GroupEffect, grouped
 from vasowave.study.cohort.guard import RULES, PopulationShape, doubts_of
 from vasowave.study.cohort.primary import Primary
 from vasowave.study.figures.matplotlib_style import short
@@ -20,13 +20,14 @@ from vasowave.study.report.answer.effects import (
     EffectVerdict,
     by_standing,
     comparatives,
-    effect_of,
+    labels,
     limit,
     names,
     numbers,
     plain,
     sentence,
     separated,
+    standing,
     where,
 )
 from vasowave.study.report.answer.marks import Mark, unmarked
@@ -38,7 +39,6 @@ CLEAR = LIMIT
 
 THE_ANSWER = "The answer"
 """What stands before the sentence that answers the question of a study."""
-_KEYS = ("what", "change", "within")
 
 
 class StudyAnswer(NamedTuple):
@@ -68,51 +68,51 @@ class StudyAnswer(NamedTuple):
 
 def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> StudyAnswer:
     """Return the answer to what differs between the groups, each against the first; `mark` marks numbers."""
-    rows = primary.rows
-    if not len(rows):
+    effects = primary.effects
+    if not effects:
         return StudyAnswer([], [], [])
-    keys = ["other", *(_KEYS if "what" in rows else ())]
-    averaged = "what" in rows and "interaction" in set(rows["what"])
-    first = [_first(effect_rows, called, averaged) for _, effect_rows in rows.groupby(keys, sort=False)]
+    averaged = any(effect.contrast.kind == "interaction" for effect in effects)
+    by_contrast = grouped(effects, lambda effect: effect.contrast)
+    first = [_first(of_contrast, called, averaged) for of_contrast in by_contrast.values()]
     questions: dict[str, list[str]] = {}
-    for (question, *_), effect_rows in rows.groupby(["question", *keys], sort=False):
-        questions.setdefault(str(question), []).append(_numbers(effect_rows, called, mark, averaged))
+    for (question, _), asked in grouped(effects, lambda effect: (effect.question, effect.contrast)).items():
+        questions.setdefault(question, []).append(_numbers(asked, called, mark, averaged))
     answers = [(question, " ".join(texts)) for question, texts in questions.items()]
-    sure = [*_corrected(rows), *sureness(rows, rows["other"].nunique()), *_least_shown(rows, called)]
+    sure = [*_corrected(effects), *sureness(effects), *_least_shown(effects, called)]
     return StudyAnswer(first, answers, sure)
 
 
-def _first(rows: pd.DataFrame, called: Called, averaged: bool) -> str:
+def _first(effects: Sequence[Effect], called: Called, averaged: bool) -> str:
     """Return what is higher and lower in one sentence, and what is not shown in another."""
-    place, between = where(rows.iloc[0], averaged)
-    rows_by_standing = by_standing(rows)
-    normal = "if logarithms are normal, " if (rows["smallest p"] >= CLEAR).any() else ""
-    shown = rows_by_standing.pop(EffectVerdict.SHOWN, None)
+    place, between = where(effects[0].contrast, averaged)
+    effects_by_standing = by_standing(effects)
+    normal = "if logarithms are normal, " if any(effect.smallest_p >= CLEAR for effect in effects) else ""
+    shown = effects_by_standing.pop(EffectVerdict.SHOWN, None)
     clauses = [] if shown is None else [f"{normal}{comparatives(shown, called, sized=True)} {place}"]
-    if shown is None and {*rows_by_standing} != {EffectVerdict.UNTESTED}:
+    if shown is None and {*effects_by_standing} != {EffectVerdict.UNTESTED}:
         clauses.append(f"no difference {between} is shown")
-    for evidence, standing_rows in rows_by_standing.items():
-        details = {EffectVerdict.SMALL: f" {limit(standing_rows)}", EffectVerdict.OPEN: " (neither shown nor excluded)"}
-        clauses.append(f"{evidence}{details.get(evidence, '')}: {names(standing_rows, called)}")
+    for verdict, of_verdict in effects_by_standing.items():
+        detail = " (neither shown nor excluded)" if verdict is EffectVerdict.OPEN else ""
+        detail = f" {limit(of_verdict)}" if verdict is EffectVerdict.SMALL else detail
+        clauses.append(f"{verdict}{detail}: {names(of_verdict, called)}")
     return " ".join(map(sentence, clauses))
 
 
-def _numbers(rows: pd.DataFrame, called: Called, mark: Mark, averaged: bool) -> str:
+def _numbers(effects: Sequence[Effect], called: Called, mark: Mark, averaged: bool) -> str:
     """Return the verdict on one question and the numbers behind it."""
-    place, between = where(rows.iloc[0], averaged)
-    shown = by_standing(rows).get(EffectVerdict.SHOWN)
+    place, between = where(effects[0].contrast, averaged)
+    shown = by_standing(effects).get(EffectVerdict.SHOWN)
     sentences = [] if shown is None else [sentence(f"{comparatives(shown, called)} {place}")]
-    sentences += numbers(rows, called, mark, "" if shown is not None else between)
-    disjoint = rows[(rows["smallest p"] >= CLEAR) & rows["apart"]]
-    if len(disjoint):
-        sizes = disjoint[["n reference", "n other"]].to_numpy(int).tolist()
-        sentences.append(separated(rows, called, [2 / comb(a + b, a) for a, b in sizes]))
+    sentences += numbers(effects, called, mark, "" if shown is not None else between)
+    sizes = [(effect.n_reference, effect.n_group) for effect in effects if effect.smallest_p >= CLEAR and effect.apart]
+    if sizes:
+        sentences.append(separated(effects, called, [2 / comb(a + b, a) for a, b in sizes]))
     return " ".join(sentences)
 
 
 def not_told(primary: Primary, called: Called) -> list[str]:
     """Return what a design does not tell and why; of which quantities where it tells it of others."""
-    quantities = {*primary.rows["quantity"]} if len(primary.rows) else set()
+    quantities = {effect.quantity for effect in primary.effects}
     quantities |= {name for missed in primary.untold for name in missed.quantities}
     return [
         f"{missed.finding}"
@@ -121,32 +121,34 @@ def not_told(primary: Primary, called: Called) -> list[str]:
     ]
 
 
-def sureness(rows: pd.DataFrame, pairs: int) -> list[str]:
+def sureness(effects: Sequence[Effect]) -> list[str]:
     """Say what limits p and intervals: too few animals, few degrees of freedom."""
     sentences = []
-    limited_rows = rows[rows["smallest p"] >= CLEAR].drop_duplicates(["n reference", "n other", "smallest p"])
-    if len(limited_rows):
+    limits = {
+        (effect.n_reference, effect.n_group, effect.smallest_p): None
+        for effect in effects
+        if effect.smallest_p >= CLEAR
+    }
+    if limits:
+        pairs = len(labels(effects))
         counted = f" that counts for {pairs} pairs of groups" if pairs > 1 else ""
-        limits = listed([
-            f"{number(float(row['smallest p']), 2)} with {row['n reference']} + {row['n other']} animals"
-            for _, row in limited_rows.iterrows()
-        ])  # fmt: skip
+        texts = listed([f"{number(smallest, 2)} with {a} + {b} animals" for a, b, smallest in limits])
         sentences.append(
-            f"A test by ranks{counted} cannot come below p = {limits}: p and intervals rest on logarithms being normal."
+            f"A test by ranks{counted} cannot come below p = {texts}: p and intervals rest on logarithms being normal."
         )
-    return [*sentences, *_few_degrees(rows)]
+    return [*sentences, *_few_degrees(effects)]
 
 
 def doubts_text(cohort: Cohort, primary: Primary) -> list[str]:
     """Say how often chance alone shows something if animals are of a shape that so few do not show."""
-    if not len(primary.rows):
+    if not primary.effects:
         return []
     try:
         layout = laid_out(cohort.design, cohort.variables, cohort.members, list(cohort.groups))
     except InputError:  # though some quantities are compared, whose animals are fewer
         return []
     kinds = []
-    for doubt in doubts_of(layout, primary.rows["quantity"].nunique()):
+    for doubt in doubts_of(layout, len({effect.quantity for effect in primary.effects})):
         cells = listed([short(cell, MAX_LETTERS) for cell in doubt.cells])
         studies = " to ".join(dict.fromkeys(f"{100 * rate:.0f}" for rate in (min(doubt.rates), max(doubt.rates))))
         if doubt.shape is PopulationShape.SKEWED:
@@ -162,28 +164,27 @@ def doubts_text(cohort: Cohort, primary: Primary) -> list[str]:
     ]
 
 
-def _corrected(rows: pd.DataFrame) -> list[str]:
+def _corrected(effects: Sequence[Effect]) -> list[str]:
     """Say what intervals and p are, and what p is not."""
-    count = tested(rows)
+    count = tested(effects)
     many = f"They and p are corrected for {count} comparisons. " if count > 1 else ""
     return [f"Brackets are 95 % intervals. {many}A p near 1 does not say that groups are equal."] if count else []
 
 
-def tested(rows: pd.DataFrame) -> int:
-    """Return the number of rows that have a p, for which p and intervals are corrected."""
-    return int((~rows["untested"].astype(bool)).sum())
+def tested(effects: Sequence[Effect]) -> int:
+    """Return the number of effects that have a p, for which p and intervals are corrected."""
+    return sum(not effect.untested for effect in effects)
 
 
-def _least_shown(rows: pd.DataFrame, called: Called) -> list[str]:
+def _least_shown(effects: Sequence[Effect], called: Called) -> list[str]:
     """Say how large undecided effects must be to be shown by animals that vary as these do."""
-    several = rows["other"].nunique() > 1 or "what" in rows
-    sizes = []
-    for _, row in by_standing(rows).get(EffectVerdict.OPEN, rows[:0]).iterrows():
-        if not unlimited(row["low"], row["high"]):
-            scope = f" ({effect_of(row)})" if several else ""
-            sizes.append(
-                f"{plain(row['quantity'], called)}{scope} {number(float(np.sqrt(row['high'] / row['low'])), 2)}"
-            )
+    several = len(labels(effects)) > 1 or isinstance(effects[0], DesignEffect)
+    sizes = [
+        f"{plain(effect.quantity, called)}{f' ({effect.contrast})' if several else ''} "
+        f"{number(float(np.sqrt(effect.high / effect.low)), 2)}"
+        for effect in effects
+        if standing(effect) is EffectVerdict.OPEN and not unlimited(effect.low, effect.high)
+    ]
     if not sizes:
         return []
     return [
@@ -192,69 +193,62 @@ def _least_shown(rows: pd.DataFrame, called: Called) -> list[str]:
     ]
 
 
-def _few_degrees(rows: pd.DataFrame) -> list[str]:
+def _few_degrees(effects: Sequence[Effect]) -> list[str]:
     """Say which effects of a design rest on few degrees of freedom, and how large they must be to be shown."""
-    sparse_rows = rows[rows["df"] < MIN_FREEDOM] if "what" in rows else rows[:0]
-    if not len(sparse_rows):
+    sparse = [effect for effect in effects if isinstance(effect, DesignEffect) and effect.freedom < MIN_FREEDOM]
+    if not sparse:
         return []
-    effects = listed([*dict.fromkeys(effect_of(row) for _, row in sparse_rows.iterrows())])
-    high, low = (sparse_rows[end].to_numpy(float) for end in ("high", "low"))
+    high, low, freedom = np.array([(effect.high, effect.low, effect.freedom) for effect in sparse]).T
     percents = 100 * (np.sqrt(high / low) - 1)  # of ratios that are shown
     return [
-        f"{effects}: {len(sparse_rows)} of {len(rows)} ratios rest on {span(sparse_rows['df'].to_numpy(float), 2)} "
+        f"{listed(labels(sparse))}: {len(sparse)} of {len(effects)} ratios rest on {span(freedom, 2)} "
         "degrees of freedom. "
         f"Beside all other rows such a ratio is shown if it differs from 1 by about {span(percents, 2)} % or more; "
         "fewer covariates, blocks, quantities or contrasts would leave more."
     ]
 
 
-def _by(row: pd.Series, rows: pd.DataFrame) -> str:
-    """Return the law of a row, and its effect where rows are of several."""
-    effects = {effect_of(law_row) for _, law_row in rows.iterrows()}
-    return f"{row['source']}; {effect_of(row)}" if len(effects) > 1 else str(row["source"])
-
-
 def beside(primary: Primary, called: Called) -> list[str]:
     """Say what one animal, the fits in place of posteriors, and other wall laws would change."""
-    if not len(primary.rows):
-        return []
     return [*influence(primary, called), *by_fits(primary, called), *other_laws(primary, called)]
 
 
 def influence(primary: Primary, called: Called) -> list[str]:
     """Say which animal carries most of any effect, and which effect that is where there are several."""
-    rows = primary.rows[primary.rows["without"] != ""]
-    if not len(rows):
+    effects = [effect for effect in primary.effects if effect.without]
+    if not effects:
         return []
-    moved = np.abs(np.log(rows["ratio without"].to_numpy(float) / rows["ratio"].to_numpy(float)))
-    row = rows.iloc[int(moved.argmax())]
-    outside = rows[(rows["ratio without"] < rows["low"]) | (rows["ratio without"] > rows["high"])]
+    ratios, ratios_without = np.array([(effect.ratio, effect.ratio_without) for effect in effects]).T
+    effect = effects[int(np.abs(np.log(ratios_without / ratios)).argmax())]
+    outside = sum(effect.ratio_without < effect.low or effect.ratio_without > effect.high for effect in effects)
     end = (
-        f"; leaving out one animal takes {len(outside)} ratios out of their intervals"
-        if len(outside)
+        f"; leaving out one animal takes {outside} ratios out of their intervals"
+        if outside
         else "; without any one animal every ratio stays inside its interval"
     )
-    effects = {effect_of(effect_row) for _, effect_row in primary.rows.iterrows()}
-    scope = f" ({effect_of(row)})" if len(effects) > 1 else ""
+    scope = f" ({effect.contrast})" if len(labels(primary.effects)) > 1 else ""
     return [
-        f"One animal moves an effect most: without {short(row['without'], MAX_LETTERS)}, {called(row['quantity'])}"
-        f"{scope} is {number(float(row['ratio without']))} times instead of {number(float(row['ratio']))}{end}."
+        f"One animal moves an effect most: without {short(effect.without, MAX_LETTERS)}, {called(effect.quantity)}"
+        f"{scope} is {number(effect.ratio_without)} times instead of {number(effect.ratio)}{end}."
     ]
 
 
 def by_fits(primary: Primary, called: Called) -> list[str]:
-    """Say where fits judge otherwise than the posteriors that the rows are by."""
-    rows = primary.rows[primary.rows["fits ratio"].notna()] if "fits ratio" in primary.rows else primary.rows[:0]
-    if not len(rows):
+    """Say where fits judge otherwise than the posteriors that the effects are by."""
+    effects = [
+        effect for effect in primary.effects if isinstance(effect, GroupEffect) and not np.isnan(effect.fits_ratio)
+    ]
+    if not effects:
         return []
     differences = []
-    for _, row in rows.iterrows():
-        ratio, low, high = row["fits ratio"], row["fits low"], row["fits high"]
-        shown = not low <= 1 <= high
-        if shown != (row["p"] < CLEAR):
-            size, _, interval = ratio_with_interval(ratio, low, high).partition(" ")
+    for effect in effects:
+        shown = not effect.fits_low <= 1 <= effect.fits_high
+        if shown != (effect.p < CLEAR):
+            text = ratio_with_interval(effect.fits_ratio, effect.fits_low, effect.fits_high)
+            size, _, interval = text.partition(" ")
             judged = f"they {'' if shown else 'do not '}show ({size} times {interval})"
-            differences.append(f"{called(row['quantity'])} in {short(row['other'], MAX_LETTERS)}, which {judged}")
+            group = short(effect.contrast.group, MAX_LETTERS)
+            differences.append(f"{called(effect.quantity)} in {group}, which {judged}")
     if not differences:
         return ["Fits of the same animals show the same effects as their posteriors."]
     return [
@@ -265,16 +259,22 @@ def by_fits(primary: Primary, called: Called) -> list[str]:
 
 def other_laws(primary: Primary, called: Called) -> list[str]:
     """Say where another wall law gives another effect."""
-    if not len(primary.others):
+    if not primary.others:
         return []
-    keys = ["reference", "other", "quantity", *(["change", "within"] if "change" in primary.others else [])]
-    merged = primary.others.merge(primary.rows, on=keys, suffixes=("", " primary"))
-    outside = merged[(merged["ratio"] < merged["low primary"]) | (merged["ratio"] > merged["high primary"])]
-    laws = listed([f"the {law} wall" for law in primary.others["source"].unique()])
-    if not len(outside):
-        return [f"By {laws} every ratio lies inside the intervals of the {primary.law} wall."]
-    ratios = [
-        f"{called(row['quantity'])} {number(float(row['ratio']))} times ({_by(row, merged)})"
-        for _, row in outside.iterrows()
+    effects = {(effect.contrast, effect.quantity): effect for effect in primary.effects}
+    pairs = [
+        (estimate, effects[key])
+        for estimate in primary.others
+        if (key := (estimate.contrast, estimate.quantity)) in effects
     ]
+    several = len(labels(estimate for estimate, _ in pairs)) > 1
+    ratios = [
+        f"{called(estimate.quantity)} {number(estimate.ratio)} times "
+        f"({estimate.source}{f'; {estimate.contrast}' if several else ''})"
+        for estimate, effect in pairs
+        if estimate.ratio < effect.low or estimate.ratio > effect.high
+    ]
+    laws = listed([f"the {law} wall" for law in dict.fromkeys(estimate.source for estimate in primary.others)])
+    if not ratios:
+        return [f"By {laws} every ratio lies inside the intervals of the {primary.law} wall."]
     return [f"Outside the intervals of the {primary.law} wall lie {listed(ratios)}."]

@@ -5,23 +5,22 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import pandas as pd
-
 from vasowave.base.descriptions import AT_BOUND, FORBIDDEN
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
+from vasowave.study.cohort.effects import Effect
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.wording import listed, some_of
 
-Mark = Callable[[pd.Series], str]
-"""Returns what stands behind the number of a row."""
+Mark = Callable[[Effect], str]
+"""Returns what stands behind the number of an effect."""
 
 _OF_WALL = ("stiffness", "wave_speed", "area_compliance", "C_v", "C_v_plain")
 _OF_BEDS = ("R_T", "a", "C_p")
 _MAX_NAMES = 4  # animals named in a sentence
 
 
-def unmarked(row: pd.Series) -> str:
+def unmarked(effect: Effect) -> str:
     """Return no mark."""
     return ""
 
@@ -40,12 +39,12 @@ class Marks:
     cohort: Cohort
     law: str
 
-    def of_row(self, row: pd.Series) -> str:
+    def of_effect(self, effect: Effect) -> str:
         """Return the marks of an effect: those of the animals on both of its sides."""
-        if row["source"] == "measured":
+        if effect.source == "measured":
             return ""
-        sides = {row["reference"], row["other"]} & {*self.cohort.groups} or {*self.cohort.groups}
-        return self.of(row["quantity"], [result for group in sides for result in self.cohort.groups[group]])
+        sides = {effect.contrast.reference, effect.contrast.group} & {*self.cohort.groups} or {*self.cohort.groups}
+        return self.of(effect.quantity, [result for group in sides for result in self.cohort.groups[group]])
 
     def of(self, name: str, results: list[AnimalResult]) -> str:
         """Return the marks of a quantity of the law in some animals."""

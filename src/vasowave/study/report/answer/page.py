@@ -60,7 +60,7 @@ def _answers(
     design = design_answer(cohort)
     if len(cohort.groups) < 2 and not design:
         return [("Groups", "There is one group; nothing is compared between groups."), *wall]
-    answer = group_answer(primary, called, marks.of_row)
+    answer = group_answer(primary, called, marks.of_effect)
     answer = answer._replace(questions=_with_decay(answer.questions, cohort, primary.law, family))
     first, *answers = answer.items(basis(cohort, primary, called), doubts_text(cohort, primary)) or [
         (THE_ANSWER, "Nothing could be compared.")
@@ -100,9 +100,9 @@ def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) ->
             "other walls and (data) what the recording alone says by a closed formula, where fits begin. Where it "
             "differs, believe the fit, which follows the whole waveform; the decay's τ and R_T C_T are two numbers."
         )
-    elif len(primary.rows):
+    elif primary.effects:
         wide, narrow = (groups_figure(cohort, primary, form) for form in (WIDE, NARROW))
-        any_undecided = primary.rows["p"].map(undecided).any()
+        any_undecided = any(undecided(effect.p) for effect in primary.effects)
         caption = _ratios_caption(cohort, primary) + (f" {_NEAR}" if any_undecided else "")
     else:
         return []
@@ -116,17 +116,17 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
     if not cohort.design.plain:
         return (
             f"Ratios by the model of the design (diamonds{model}). 95 % intervals and p are corrected for testing "
-            f"{tested(primary.rows)} rows. {_below(cohort, primary, reference)}"
+            f"{tested(primary.effects)} rows. {_below(cohort, primary, reference)}"
         ).strip()
-    open_ended = any(unlimited(low, high) for low, high in primary.rows[["low", "high"]].to_numpy(float))
+    open_ended = any(unlimited(effect.low, effect.high) for effect in primary.effects)
     images = (
         " Errors that animals share, of their image above all, widen intervals and p of the model: dots of two groups "
         "may lie apart and their effect be undecided."
     )
     return (
         f"Ratio to {reference} of geometric means (diamonds{model}); animals with smaller errors count more. 95 % "
-        f"intervals and p are corrected for testing {tested(primary.rows)} rows. Below stand {walls}every animal over "
-        f"the mean of {reference}."
+        f"intervals and p are corrected for testing {tested(primary.effects)} rows. Below stand {walls}every animal "
+        f"over the mean of {reference}."
         + (images if model and shared_images(cohort) else "")
         + (f" {UNLIMITED}: the data say nothing of that ratio." if open_ended else "")
     )
@@ -134,16 +134,14 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
 
 def _below(cohort: Cohort, primary: Primary, reference: str) -> str:
     """Say what stands below the effects of a design: other laws, which are adjusted as it is, and animals."""
-    effect_kinds, again = set(primary.rows["what"]), short(cohort.design.occasion or "", 40)
+    kinds, again = {effect.contrast.kind for effect in primary.effects}, short(cohort.design.occasion or "", 40)
     several = " (of several recordings their mean)" if cohort.repeated else ""
     clauses = (
-        [f"where groups are compared every animal over the mean of {reference}{several}"]
-        if "groups" in effect_kinds
-        else []
+        [f"where groups are compared every animal over the mean of {reference}{several}"] if "groups" in kinds else []
     )
-    if again and "factor" in effect_kinds:
+    if again and "factor" in kinds:
         clauses.append(f"for {again} every animal's own ratio")
-    if again and "interaction" in effect_kinds:
+    if again and "interaction" in kinds:
         clauses.append(f"where groups differ in it that ratio over its mean in {reference}")
     animals = [f"{listed(clauses)} (not adjusted)"] if clauses else []
     walls = ["the other walls (grey)"] if len(cohort.walls) > 1 else []

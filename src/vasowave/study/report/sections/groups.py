@@ -22,13 +22,13 @@ def groups_section(
 ) -> Section:
     """The primary comparison; what is secondary folded away; all quantities described."""
     blocks: list[Block] = []
-    if len(primary.rows):
+    if primary.effects:
         first, *further_tables = primary_tables(primary, written)
         missing = [missing_text(group_missing, primary.law, cohort.repeated) for group_missing in primary.missing]
         blocks += [Heading("Primary comparison"), first, *_remarks(primary)]
         blocks += [Remarks("Missing animals", missing)] if missing else []
         blocks += [Fold("Secondary: the same effects by the other wall laws", further_tables)] if further_tables else []
-        if len(primary.adjusted):
+        if primary.adjusted:
             blocks.append(Fold("Secondary: effects of the covariates", [covariates_table(primary, written)]))
     if cohort.repeated:
         blocks.append(Paragraph(

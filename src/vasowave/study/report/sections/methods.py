@@ -1,22 +1,22 @@
 """The methods in words, ready to paste, with the settings that were used."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
-import pandas as pd
 
 from vasowave.pulse.inference.known_errors import kinds
 from vasowave.pulse.model.blood import boundary_layer
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.comparison import SourceComparison
 from vasowave.study.cohort.declared import AnimalChanges, Declaration
+from vasowave.study.cohort.effects import Effect
 from vasowave.study.cohort.primary import Primary
 from vasowave.study.cohort.simultaneous_intervals import DRAWS
 from vasowave.study.cohort.two_groups import MAX_EXACT_ANIMALS
 from vasowave.study.report.answer.design import design_text
-from vasowave.study.report.answer.effects import effect_of
+from vasowave.study.report.answer.effects import labels
 from vasowave.study.report.blocks import Paragraph, Section
 from vasowave.study.report.tables.cells import named, span, symbols
 from vasowave.study.report.terms import symbol
@@ -229,12 +229,12 @@ def _analyses() -> str:
 
 
 def _primary(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list[str]:
-    rows = primary.rows
-    if not len(rows):
+    effects = primary.effects
+    if not effects:
         return []
-    family = _quantities(rows, written)
+    family = _quantities(effects, written)
     law = f" of the {primary.law} wall law and of the recordings" if primary.law else ""
-    drawn = _quantities(rows[rows["estimates"] == "posterior"], written)
+    drawn = _quantities([effect for effect in effects if effect.origin == "posterior"], written)
     of_draws = (
         f"; of {drawn} those of their posteriors, the error of a shared image added to the ratio's" if drawn else ""
     )
@@ -295,7 +295,6 @@ def _when(declaration: Declaration) -> str:
 
 
 def _by_design(cohort: Cohort, primary: Primary, of_draws: str) -> str:
-    effects = listed([*dict.fromkeys(effect_of(row) for _, row in primary.rows.iterrows())])
     return (
         f"The design: {design_text(cohort)} Each quantity's logarithms followed one linear mixed model, with the "
         f"animals' known errors (standard errors of their estimates{of_draws}), a variance between animals for each "
@@ -304,7 +303,8 @@ def _by_design(cohort: Cohort, primary: Primary, of_draws: str) -> str:
         "what recordings of a subject share the more the nearer they are in time; variances by restricted maximum "
         "likelihood, standard errors and degrees of freedom after Kenward and Roger. Covariates enter as main effects, "
         "and cells are compared at their average. "
-        f"p values and 95 % intervals are simultaneous for all quantities and effects ({effects}): the least p was "
+        "p values and 95 % intervals are simultaneous for all quantities and effects "
+        f"({listed(labels(primary.effects))}): the least p was "
         "compared with that of draws from the joint distribution of the estimates, with the correlation of the "
         f"quantities within animals ({_draws()})."
     )
@@ -319,17 +319,17 @@ def _draws(stages: int = 1) -> str:
     )
 
 
-def _quantities(rows: pd.DataFrame, written: Mapping[str, str]) -> str:
-    """Return the symbols of the quantities of some rows, each once."""
-    return listed([symbol(name, written) for name in dict.fromkeys(rows["quantity"].astype(str))])
+def _quantities(effects: Sequence[Effect], written: Mapping[str, str]) -> str:
+    """Return the symbols of the quantities of some effects, each once."""
+    return listed([symbol(name, written) for name in dict.fromkeys(effect.quantity for effect in effects)])
 
 
 def _not_tested(primary: Primary, written: Mapping[str, str]) -> str:
-    rows = primary.rows[primary.rows["untested"] != ""]
-    if not len(rows):
+    untested = [effect for effect in primary.effects if effect.untested]
+    if not untested:
         return ""
     return (
-        f" No p is given for {_quantities(rows, written)}: animals of a group have one image, which fits take as "
+        f" No p is given for {_quantities(untested, written)}: animals of a group have one image, which fits take as "
         "exact, so that their intervals do not contain its error."
     )
 

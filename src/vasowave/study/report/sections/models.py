@@ -128,17 +128,17 @@ def _points(cohort: Cohort, sources: Sequence[str], above: Mapping[str, object])
 
 def _above(cohort: Cohort, primary: Primary, columns: Mapping[str, str]) -> dict[str, dict[str, str]]:
     """Return by column and group the p that the primary comparison gives a quantity of its law."""
-    if not len(primary.rows) or not cohort.design.plain:
+    if not cohort.design.plain:
         return {}
-    rows = primary.rows[primary.rows["source"] == primary.law]
     table = rows_of(cohort.table, primary.law)
     texts: dict[str, dict[str, str]] = {}
-    for _, row in rows.iterrows():
+    for effect in primary.effects:
+        if effect.source != primary.law:
+            continue
         for label in columns:
-            if _proportional(table, label, column(table, row["quantity"])):
-                texts.setdefault(label, {})[str(row["other"])] = (
-                    "no p" if row["untested"] else probability(float(row["p"]))
-                )
+            if _proportional(table, label, column(table, effect.quantity)):
+                text = "no p" if effect.untested else probability(effect.p)
+                texts.setdefault(label, {})[effect.contrast.group] = text
     return texts
 
 

@@ -7,10 +7,10 @@ import pandas as pd
 
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.comparison import SourceComparison
-from vasowave.study.cohort.primary import Primary, Untested
+from vasowave.study.cohort.effects import DesignEffect, Effect, RatioEstimate, Untested, as_table
+from vasowave.study.cohort.primary import Primary
 from vasowave.study.cohort.table import described
 from vasowave.study.cohort.two_groups import MAX_EXACT_ANIMALS
-from vasowave.study.report.answer.effects import effect_of
 from vasowave.study.report.blocks import Table
 from vasowave.study.report.tables.cells import interval, mean_sd, median_iqr, source_title, span, symbols, with_unit
 from vasowave.study.report.wording import number, p_value, ratio_with_interval, undecided
@@ -26,19 +26,19 @@ _NOTE = (
 
 def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     """Return the primary comparison, and the effects that other laws give."""
-    rows = primary.rows
+    effects = primary.effects
     cells = [
         (
-            written.get(row["quantity"], row["quantity"]), _source(row), effect_of(row),
-            _animals(row), _effect(row), number(float(row["standard error"]), 2), _degrees(row), _p(row),
-            number(float(row["smallest p"]), 2), "yes" if row["apart"] else "no", _influence(row),
+            written.get(effect.quantity, effect.quantity), _source(effect), str(effect.contrast), _animals(effect),
+            _ratio(effect), number(effect.standard_error, 2), _degrees(effect), _p(effect),
+            number(effect.smallest_p, 2), "yes" if effect.apart else "no", _influence(effect),
         )
-        for _, row in rows.iterrows()
+        for effect in effects
     ]  # fmt: skip
     header = ("quantity", "source", "groups", "animals", "ratio [95 %, all rows]", "SE of its log", "df", "p, all rows",
               "smallest p by ranks", "groups apart", "ratio without one animal")  # fmt: skip
-    designed = "what" in rows
-    tested = int(rows["p"].notna().sum())
+    designed = isinstance(effects[0], DesignEffect)
+    tested = sum(not np.isnan(effect.p) for effect in effects)
     if designed:
         note = (
             "Ratio: of means on logarithms by one mixed model for each quantity, the animals' known errors in it "
@@ -50,24 +50,25 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     else:
         note = _note(tested)
     note += " SE: of the ratio's natural logarithm; df: its degrees of freedom."
-    if rows["p"].map(undecided).any():
+    if any(undecided(effect.p) for effect in effects):
         note += " ≈: other draws may put this p on the other side of 0.05."
     if primary.assurance:
         note += (
             f" Of cohorts without any effect, of these sizes, spreads and correlations, "
             f"{100 * primary.assurance.rate:.1f} % have a row with p < 0.05; it should be 5 %."
         )
-    if (rows["untested"] == Untested.ONE_IMAGE).any():
+    if any(effect.untested is Untested.ONE_IMAGE for effect in effects):
         note += (
             " No p: animals of a group have one image, and the interval is without its error; it holds in 95 % by "
             "itself. Posteriors contain it."
         )
-    if "posterior" in set(rows["estimates"]):
+    if any(effect.origin == "posterior" for effect in effects):
         note += (
             " From posteriors: values and errors of the animals are the means and SD of the logarithms of their draws, "
             "and the error of an image that several animals have is not averaged away."
         )
-    table = Table("Primary", "Primary comparison, of the family that the settings name", header, cells, note, rows)
+    caption = "Primary comparison, of the family that the settings name"
+    table = Table("Primary", caption, header, cells, note, primary.table())
     if designed:
         table = table.hiding("smallest p by ranks", "groups apart")
     return [table, _others(primary, written)] if len(primary.others) else [table]
@@ -75,10 +76,9 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
 
 def covariates_table(primary: Primary, written: Mapping[str, str]) -> Table:
     """Return what the covariates of a design do."""
-    rows = primary.adjusted
     cells = [
-        (written.get(row["quantity"], row["quantity"]), str(row["source"]), str(row["covariate"]), _effect(row))
-        for _, row in rows.iterrows()
+        (written.get(effect.quantity, effect.quantity), effect.source, effect.covariate, _ratio(effect))
+        for effect in primary.adjusted
     ]
     note = (
         "By the models of the primary comparison, from which groups are adjusted: of categories the means of animals "
@@ -86,7 +86,7 @@ def covariates_table(primary: Primary, written: Mapping[str, str]) -> Table:
         "itself, without a test."
     )
     header = ("quantity", "source", "covariate", "ratio [95 %]")
-    return Table("Covariates", "Effects of the covariates", header, cells, note, rows)
+    return Table("Covariates", "Effects of the covariates", header, cells, note, as_table(primary.adjusted))
 
 
 def _note(count: int) -> str:
@@ -100,49 +100,44 @@ def _note(count: int) -> str:
     )
 
 
-def _animals(row: pd.Series) -> str:
+def _animals(effect: Effect) -> str:
     """Return how many animals each side has, once where all of them are on both."""
-    group_count, reference, both_count = row["n other"], row["n reference"], row.get("n both", 0)
-    if both_count and group_count == reference == both_count:
-        return f"{both_count}, each at both"
-    return f"{group_count}, {reference}" + (f" ({both_count} at both)" if both_count else "")
+    n_both = effect.n_both if isinstance(effect, DesignEffect) else 0
+    if n_both and effect.n_group == effect.n_reference == n_both:
+        return f"{n_both}, each at both"
+    return f"{effect.n_group}, {effect.n_reference}" + (f" ({n_both} at both)" if n_both else "")
 
 
-def _source(row: pd.Series) -> str:
-    return f"{row['source']}, posteriors" if row["estimates"] == "posterior" else str(row["source"])
+def _source(effect: Effect) -> str:
+    return f"{effect.source}, posteriors" if effect.origin == "posterior" else effect.source
 
 
-def _effect(row: pd.Series) -> str:
-    return ratio_with_interval(float(row["ratio"]), float(row["low"]), float(row["high"]))
+def _ratio(estimate: RatioEstimate) -> str:
+    return ratio_with_interval(estimate.ratio, estimate.low, estimate.high)
 
 
-def _degrees(row: pd.Series) -> str:
-    freedom = float(row["df"])
+def _degrees(effect: Effect) -> str:
+    freedom = effect.freedom
     return number(freedom, 2) if freedom < _MANY else f"{freedom:.0f}" if np.isfinite(freedom) else "∞"
 
 
-def _p(row: pd.Series) -> str:
-    return "none: one image" if row["untested"] == Untested.ONE_IMAGE else p_value(float(row["p"]))
+def _p(effect: Effect) -> str:
+    return "none: one image" if effect.untested is Untested.ONE_IMAGE else p_value(effect.p)
 
 
-def _influence(row: pd.Series) -> str:
-    return f"{number(float(row['ratio without']))} ({row['without']})" if row["without"] else "–"
+def _influence(effect: Effect) -> str:
+    return f"{number(effect.ratio_without)} ({effect.without})" if effect.without else "–"
 
 
 def _others(primary: Primary, written: Mapping[str, str]) -> Table:
-    rows = primary.others
     cells = [
-        (
-            written.get(row["quantity"], row["quantity"]),
-            str(row["source"]),
-            effect_of(row),
-            _effect(row),
-        )
-        for _, row in rows.iterrows()
+        (written.get(estimate.quantity, estimate.quantity), estimate.source, str(estimate.contrast), _ratio(estimate))
+        for estimate in primary.others
     ]
     note = "Secondary: the same effects, their intervals to the same level, without a test."
     header = ("quantity", "wall", "groups", "ratio [95 %]")
-    return Table("PrimaryOtherLaws", "Ratios by the other wall laws", header, cells, note, rows)
+    data = as_table(primary.others)
+    return Table("PrimaryOtherLaws", "Ratios by the other wall laws", header, cells, note, data)
 
 
 def groups(cohort: Cohort) -> Table:
