@@ -24,7 +24,7 @@ WORDS = (
     "test_rounds test_modes"
 )
 LONGEST = 1800  # s for one run of the tests; a fault that makes them hang has no verdict
-TESTS = ["tests", "-m", "not validation", "-k", " or ".join(WORDS.split())]
+TESTS = ["tests", "-m", "not validation and not weekly", "-k", " or ".join(WORDS.split())]
 
 
 class Fault(NamedTuple):

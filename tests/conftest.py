@@ -1,7 +1,9 @@
 import os
 import pickle
 import random
+import shutil
 import sys
+import time
 from pathlib import Path
 from zlib import crc32
 
@@ -14,9 +16,13 @@ from vasowave.pulse.model import LinearWall, Model, TangentWall, windkessels
 
 SHARED = Path(__file__).parents[1] / ".." / "shared" / "data"
 
+# Where bytecode is not written, each of some hundred processes compiles everything that it imports.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 
 def pytest_collection_modifyitems(items):
-    """Mark what is `fast`: everything but validation and the files and tests that `slow.txt` names.
+    """Mark what is `fast`: all but validation, weekly and the files and tests that `slow.txt` names.
 
     Where `VASOWAVE_TENTH` is set, keep the tests of a tenth of the files, files and tests in random order.
     """
@@ -28,7 +34,7 @@ def pytest_collection_modifyitems(items):
     slow = set((Path(__file__).parent / "slow.txt").read_text(encoding="utf-8").split("\n"))
     for item in items:
         names = {item.nodeid.partition("::")[0], item.nodeid.partition("[")[0]}
-        if not names & slow and not item.get_closest_marker("validation"):
+        if not names & slow and not any(map(item.get_closest_marker, ("validation", "weekly"))):
             item.add_marker(pytest.mark.fast)
 
 
@@ -101,26 +107,65 @@ def no_figures_left():
 
 
 @pytest.fixture(scope="session")
-def cohort_results() -> list:
-    """Return the results of 3 + 3 animals with planted values, see made_cohort."""
-    from made_cohort import planted_results
+def made_once(tmp_path_factory):
+    """Return what gives a folder `study` whose content the first of all workers makes that asks for its name."""
 
-    return planted_results()
+    def made(name, fill):
+        folder = tmp_path_factory.mktemp(name) / "study"
+        if "PYTEST_XDIST_WORKER" not in os.environ:
+            folder.mkdir()
+            fill(folder)
+            return folder
+        common = tmp_path_factory.getbasetemp().parent / f"{name} of all workers"
+        while not common.exists():
+            fill_alone(common, fill)
+        return Path(shutil.copytree(common, folder))
+
+    return made
+
+
+def fill_alone(folder, fill):
+    """Fill a folder, which is there once it is full; or wait a little where another worker is at it."""
+    lock, half = (folder.with_name(f"{folder.name}, {state}") for state in ("locked", "half"))
+    try:
+        lock.mkdir()
+    except FileExistsError:
+        time.sleep(0.2)
+        return
+    try:
+        if not folder.exists():
+            shutil.rmtree(half, ignore_errors=True)
+            (half / "study").mkdir(parents=True)
+            fill(half / "study")
+            (half / "study").rename(folder)
+    finally:
+        lock.rmdir()
 
 
 @pytest.fixture(scope="session")
-def cohort_report(cohort_results, tmp_path_factory) -> Path:
+def cohort_results(made_once) -> list:
+    """Return the results of 3 + 3 animals with planted values, see made_cohort."""
+    from made_cohort import planted_results
+
+    def fill(folder):
+        (folder / "results").write_bytes(pickle.dumps(planted_results()))
+
+    return pickle.loads((made_once("planted", fill) / "results").read_bytes())
+
+
+@pytest.fixture(scope="session")
+def cohort_report(cohort_results, made_once) -> Path:
     """Return a folder with their report, one more animal having failed."""
     from made_cohort import FAILURE
     from vasowave.study.animal import Failure, Stage
     from vasowave.study.report import write_report
 
-    folder = tmp_path_factory.mktemp("cohort") / "study"
-    folder.mkdir()
-    (folder / "results.nc").write_bytes(b"not ours to touch")
-    lost = [Failure("HPH 9", "HPH", "", Stage.COMPUTING, FAILURE, 61.2)]
-    write_report(cohort_results, folder, lost=lost, each=as_processes_do)
-    return folder
+    def fill(folder):
+        (folder / "results.nc").write_bytes(b"not ours to touch")
+        lost = [Failure("HPH 9", "HPH", "", Stage.COMPUTING, FAILURE, 61.2)]
+        write_report(cohort_results, folder, lost=lost, each=as_processes_do)
+
+    return made_once("cohort", fill)
 
 
 def as_processes_do(function, things):

@@ -2,7 +2,6 @@
 
 import warnings
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -46,11 +45,6 @@ def made_results(groups, *, raw=0, walls=("linear", "tangent"), selection=False,
 
 def planted_results():
     """Return 3 + 3 animals, the first of a raw recording, with a value, a mark and a note planted."""
-    return list(_planted())
-
-
-@cache
-def _planted():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VasowaveWarning)
         results = made_results({"CTL": 3, "HPH": 3}, raw=1, errors={})

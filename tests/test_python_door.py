@@ -11,7 +11,6 @@ import pytest
 import xarray as xr
 
 import vasowave as vw
-from made_cohort import planted_results
 from vasowave.catheter import synthetic_raw_recording, table_text
 from vasowave.study.animal import to_bytes
 from vasowave.study.cohort import gathered, primary_comparison
@@ -24,11 +23,11 @@ ROW = re.compile(r"^\| `(?P<typed>[^`]+)` \| (?P<here>works|`[^`]+`) \|", re.MUL
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
+def study(cohort_results, tmp_path_factory):
     """Return a folder with the results of 3 + 3 animals."""
     folder = tmp_path_factory.mktemp("door") / "study"
     store, pieces = ResultStore(folder / "results"), {}
-    for number, one in enumerate(planted_results()):
+    for number, one in enumerate(cohort_results):
         pieces[one.name, one.group] = store.keep(f"{number}", to_bytes(one.to_datatree()))
     write_results(folder / "results", pieces, {}, StudyFile(groups=["CTL", "HPH"], report={"pdf": False}))
     return folder

@@ -1,6 +1,7 @@
 """Reading one averaged cycle: round trips through units and files, and what every wrong file is told."""
 
 from pathlib import Path
+from tempfile import mkdtemp
 
 import numpy as np
 import pytest
@@ -254,7 +255,7 @@ def test_a_period_may_be_longer_than_the_times_by_half_a_sample_and_no_more(tmp_
 @settings(max_examples=150, deadline=None)
 @given(content=st.binary(max_size=400), suffix=st.sampled_from(["csv", "tsv", "dat"]))
 def test_no_bytes_raise_a_foreign_exception(tmp_path_factory, content, suffix):
-    path = tmp_path_factory.mktemp("fuzz") / f"file.{suffix}"
+    path = Path(mkdtemp(dir=tmp_path_factory.getbasetemp())) / f"file.{suffix}"
     path.write_bytes(content + b"\n")
     with pytest.raises(InputError):
         read_recording(path, period=0.1)
@@ -265,7 +266,7 @@ def test_no_damage_to_a_good_file_raises_a_foreign_exception(tmp_path_factory, n
     @settings(max_examples=examples, deadline=None)
     @given(data=st.data())
     def damage(data):
-        path = tmp_path_factory.mktemp("fuzz") / name
+        path = Path(mkdtemp(dir=tmp_path_factory.getbasetemp())) / name
         if path.suffix == ".mat":
             savemat(path, {"t": TIME, "p": PRESSURE, "q": FLOW})
         else:

@@ -1,6 +1,8 @@
 """What a person decides of single beats counts more than any rule, and the file of it can be read and written."""
 
 import warnings
+from pathlib import Path
+from tempfile import mkdtemp
 
 import numpy as np
 import pytest
@@ -92,7 +94,7 @@ edits = st.one_of(
 
 @given(st.lists(edits, max_size=6))
 def test_edits_survive_their_file(tmp_path_factory, some):
-    path = tmp_path_factory.mktemp("edits") / "beats.csv"
+    path = Path(mkdtemp(dir=tmp_path_factory.getbasetemp())) / "beats.csv"
     path.write_text(edits_text(some), encoding="utf-8")
     assert sorted(vw.read_edits(path), key=str) == sorted(some, key=str)
 

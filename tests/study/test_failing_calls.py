@@ -70,8 +70,9 @@ def test_a_call_that_fails_ends_in_a_sentence_and_whole_files(job, calls, tmp_pa
     assert 1 in {status for status, *_ in ended}
 
 
-@pytest.mark.validation
-@pytest.mark.parametrize("job", JOBS)
+@pytest.mark.parametrize(
+    "job", [pytest.param(job, marks=pytest.mark.weekly if job == "extract" else pytest.mark.validation) for job in JOBS]
+)
 def test_whichever_call_fails_or_is_the_last_the_job_goes_on_to_the_same_result(job, tmp_path, mice):
     before(job, tmp_path, mice)
     program = [sys.executable, failing_calls.__file__, job, str(tmp_path), str(STEPS[job])]

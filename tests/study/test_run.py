@@ -111,7 +111,7 @@ def test_what_a_run_left_unfinished_that_was_killed_while_it_wrote_its_results_i
     assert not list((folder / RESULTS).rglob(".vasowave-part-*"))
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_runs_killed_at_twenty_random_moments_go_on_to_the_same_results(undisturbed, tmp_path):
     moment, lasts = random.Random(2), warm_duration(undisturbed, tmp_path / "warm")
     killed = 0

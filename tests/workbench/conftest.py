@@ -86,9 +86,12 @@ RING = vw.Network(
 
 
 @pytest.fixture(scope="session")
-def kept_results(tmp_path_factory):
+def kept_results(made_once):
     """A study of three animals that was run; the vessels of one join again."""
-    folder = tmp_path_factory.mktemp("ran") / "study"
+    return made_once("ran", run_three)
+
+
+def run_three(folder):
     (folder / "recordings").mkdir(parents=True)
     lines = ["animal,group,network,recording,synthetic"]
     for i, (group, network) in enumerate((("CTL", TREE), ("CTL", RING), ("HPH", TREE))):
@@ -105,7 +108,6 @@ def kept_results(tmp_path_factory):
     with warnings.catch_warnings(), ThreadPoolExecutor(1) as here:
         warnings.simplefilter("ignore")
         vw.run_study(vw.read_study(folder / "study.yaml"), executor=here)
-    return folder
 
 
 @pytest.fixture

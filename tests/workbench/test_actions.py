@@ -549,7 +549,7 @@ def test_any_sequence_of_actions_leaves_the_files_as_the_model_says(tiny):
     sequences(tiny, 4, 12)
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_five_hundred_sequences_of_thirty_actions_leave_the_files_as_the_model_says(tiny):
     sequences(tiny, 500, 30)
 

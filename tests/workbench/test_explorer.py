@@ -9,7 +9,6 @@ import pytest
 from served import served
 
 import vasowave as vw
-from made_cohort import planted_results
 from made_posterior import with_posterior
 from vasowave.study.animal import stored_model, stored_recording, to_bytes
 from vasowave.study.folder import StudyFile
@@ -219,9 +218,9 @@ def test_the_line_of_python_draws_the_figure_of_the_page_again(program, kept_res
 
 
 @pytest.mark.validation
-def test_the_figure_of_two_groups_is_that_of_their_line_of_python(kept_results, tmp_path, monkeypatch):
+def test_the_figure_of_two_groups_is_that_of_their_line_of_python(cohort_results, kept_results, tmp_path, monkeypatch):
     store, pieces = ResultStore(tmp_path / "results"), {}
-    for number, one in enumerate(reversed(planted_results())):  # the reference is the first group, not the first file
+    for number, one in enumerate(reversed(cohort_results)):  # the reference is the first group, not the first file
         pieces[one.name, one.group] = store.keep(f"{number}", to_bytes(one.to_datatree()))
     write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["CTL", "HPH"]))
     shutil.copy(kept_results / "study.yaml", tmp_path)

@@ -18,7 +18,6 @@ import vasowave as vw
 from vasowave.study.entering import read_rows
 from vasowave.study.running import study_status
 
-pytestmark = pytest.mark.validation
 PROGRAM = [sys.executable, "-m", "vasowave"]
 READ = "document.querySelector('#checking')?.textContent === ''"
 CANVAS = "canvas.signals"
@@ -61,6 +60,7 @@ window.answered = [];
 """
 
 
+@pytest.mark.weekly
 def test_a_server_that_is_killed_at_any_moment_leaves_whole_files_and_all_that_it_answered(program, study):
     """Twelve times: edits as fast as the page can send them, and SIGKILL after a random while."""
     random, known = np.random.default_rng(1), 0
@@ -95,6 +95,7 @@ def listening():
     return [(address, int(port, 16)) for address, _, port in (row[1].partition(":") for row in rows if row[3] == "0A")]
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize("stops", [False, True])
 def test_control_c_ends_it_at_once_and_the_run_goes_on_or_stops_as_was_chosen(program, study, stops):
     with workbench(study) as (server, address):
@@ -139,6 +140,7 @@ def fill(path):
             file.write(b"x" * 4096)
 
 
+@pytest.mark.validation
 def test_a_full_disk_refuses_in_a_sentence_changes_nothing_and_goes_on_when_there_is_room(program, study, tmp_path):
     """A file system of four megabytes in memory, in a mount name space of its own, where the system allows that."""
     small = tmp_path / "small"

@@ -98,8 +98,13 @@ def test_parameters_that_cannot_be_held_or_bounded_so_are_refused(asked, words):
         calibrate(control_network(), virtual_mouse(), **asked)
 
 
-@pytest.mark.validation  # derivatives by viscous walls are kernels of their own
-@pytest.mark.parametrize(("name", "wall"), [("linear", LinearWall(57.0)), ("tangent", TangentWall(9.0, 4.0))])
+@pytest.mark.parametrize(
+    ("name", "wall"),
+    [
+        pytest.param("linear", LinearWall(57.0), marks=pytest.mark.weekly),
+        pytest.param("tangent", TangentWall(9.0, 4.0), marks=pytest.mark.validation),
+    ],
+)
 def test_the_viscosity_of_the_walls_is_recovered_from_noise_free_data(inflow, name, wall):
     recording = _noise_free(wall, inflow, 0.3)
     fit = calibrate(control_network(), recording, name, starts=1, viscous=True, numerics=Numerics(tolerance=1e-8))

@@ -103,7 +103,7 @@ def test_a_simulation_is_compared_in_the_same_harmonics_as_the_recording():
     assert fit.harmonics["residual_modulus"][0] == pytest.approx(abs(expected.mean()), abs=1e-5)
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_the_answer_of_mouse_c6_depends_on_harmonics_without_signal_and_this_is_tabled(shared):
     folder = shared / "mouse-c6"
     mouse = read_recording(folder / "pC6_512.dat", folder / "qC6_512.dat", period=0.11)

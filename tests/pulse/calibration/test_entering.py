@@ -114,7 +114,7 @@ def test_the_error_that_a_flow_passes_on_is_the_scatter_of_simulations_by_flows_
     assert np.all((1.5**-2 < by_harmonic) & (by_harmonic < 1.5**2)), by_harmonic
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_a_posterior_holds_the_truth_and_foretells_the_flow_where_the_pressure_enters():
     recording, model = recorded("linear", pressure_error=np.full(13, 0.05), flow_error=np.full(13, 0.002))
     search = vw.Search(pressure_harmonics=12, enters="pressure")

@@ -194,7 +194,7 @@ def test_a_failure_says_what_failed_and_an_unforeseen_one_where():
     assert str(Failure("a", "CTL", "", Stage.READING, "a gap")) == "reading: a gap"
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_no_sick_animal_and_no_law_of_one_is_lost_without_a_reason(shared):
     """A few of those of `benchmarks/stiff_animals.py`; of measured mouse C6 with these factors tangent searches left
     their law.

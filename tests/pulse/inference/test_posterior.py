@@ -146,7 +146,7 @@ def test_a_fit_of_another_law_and_too_few_draws_are_refused(asked, words):
         posterior(control_network(), virtual_mouse(), "tangent", **asked)
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_the_posterior_of_mouse_c6_is_that_of_a_direct_search(shared):
     """emcee with every step simulated: no emulator, no weights; some 6 400 simulations."""
     emcee = pytest.importorskip("emcee")

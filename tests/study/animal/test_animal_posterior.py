@@ -11,7 +11,7 @@ from vasowave.study.report import write_report
 from vasowave.study.results import Journal
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_kept_simulations(tmp_path):
     mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
     settings = Settings(walls=("linear",), starts=1, inference="posterior")

@@ -80,7 +80,7 @@ def test_pairs_of_one_quantity_have_the_power_of_the_paired_t_test(alike):
             assert expected - 0.045 < power < expected + 0.12
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_what_animals_keep_between_occasions_saves_pairs_and_images_that_they_share_cost_none():
     shared = [one._replace(shared=0.3) for one in SPREADS]
     little, much = (

@@ -10,7 +10,7 @@ from vasowave.base import VasowaveWarning
 from vasowave.study.animal import Animal, Settings, analyze
 from vasowave.study.datasets import virtual_cohort
 
-pytestmark = pytest.mark.validation
+pytestmark = pytest.mark.weekly
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,6 @@ from vasowave.cli.app import app
 from vasowave.study.entering import write_virtual_study
 from vasowave.study.results import Results
 
-pytestmark = pytest.mark.validation
-
 NAMES = {
     "mean pressure": "mPAP", "cardiac output": "CO", "vascular resistance": "PVR",
     "characteristic impedance": "measured_Z_c", "pulse pressure / stroke volume": "pPAP_over_SV",
@@ -64,7 +62,13 @@ class Study:
         return [one for question in questions for one in re.split(r"(?<=\.) (?=[A-Z])", self.answers[question])]
 
 
-@pytest.fixture(scope="module", params=STUDIES)
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(name, marks=pytest.mark.validation if name == "default" else pytest.mark.weekly)
+        for name in STUDIES
+    ],
+)
 def study(request, tmp_path_factory):
     """Return the answers of a study of 7 + 5 virtual mice by their questions, its results and its settings."""
     folder = tmp_path_factory.mktemp("study") / request.param
