@@ -32,10 +32,20 @@ from vasowave.study.animal.stored import stored_law, stored_model, stored_record
 from vasowave.study.figures.matplotlib_style import color_stops
 from vasowave.study.figures.network import axes_in_space
 from vasowave.workbench.desk import Desk
-from vasowave.workbench.values import number, numbers
+from vasowave.workbench.values import INDEX_UNITS, number, numbers
 
 BANDS = ("pressure", "forward", "backward", "modulus")
 """Curves of which a band is drawn."""
+
+_PANELS = {
+    "pressure": "pressure [mmHg] at the inlet by time [ms]",
+    "flow": "flow [ml/s] at the inlet by time [ms]",
+    "loop": "pressure [mmHg] by flow [ml/s]",
+    "waves": "forward and backward pressure wave [mmHg]",
+    "modulus": "impedance modulus [mmHg s/ml] by harmonic",
+}
+_COLORS = ("mean pressure [mmHg]", "pulse pressure [mmHg]", "mean flow [ml/s]", "wave speed [cm/s]")  # of vessels
+_MOVING_COLORS = ("pressure [mmHg]", "flow [ml/s]")  # of vessels at an instant
 
 _SIZES = ("radius", "length")  # factors of the network's
 _CURVE_SAMPLES = 128  # samples of a curve
@@ -92,6 +102,11 @@ class Explorer:
             "tree": {"names": list(network.name), "axes": np.round(axes_in_space(network), 5).tolist(),
                      "radius": numbers(network.radius), "root": network.root},
             "stops": color_stops(9),
+            "panels": _PANELS,
+            "units": INDEX_UNITS | {"RMSE": "mmHg"},
+            "colors": _COLORS,
+            "moving": _MOVING_COLORS,
+            "moments": _FRAMES,
             "findings": texts(result.laws[name].findings),
         }  # fmt: skip
 
@@ -133,19 +148,13 @@ class Explorer:
         middle, through = run.pressure[:, 1], run.stations[1][:, :, 1]
         speed = np.asarray(walls.wave_speed(model.wall, middle.mean(axis=0), model.blood.inertia))
         stride = max(1, len(middle) // _FRAMES)
+        per_vessel = middle.mean(axis=0), np.ptp(middle, axis=0), through.mean(axis=0), speed
+        frames = np.round(middle[::stride], 3), np.round(through[::stride], 5)
         return shown | {
             "period": recording.period,
             "indices": {name: number(value) for name, value in indices.items()},
-            "vessels": {
-                "mean pressure [mmHg]": numbers(middle.mean(axis=0)),
-                "pulse pressure [mmHg]": numbers(np.ptp(middle, axis=0)),
-                "mean flow [ml/s]": numbers(through.mean(axis=0)),
-                "wave speed [cm/s]": numbers(speed),
-            },
-            "frames": {
-                "pressure [mmHg]": np.round(middle[::stride], 3).tolist(),
-                "flow [ml/s]": np.round(through[::stride], 5).tolist(),
-            },
+            "vessels": dict(zip(_COLORS, map(numbers, per_vessel), strict=True)),
+            "frames": dict(zip(_MOVING_COLORS, (frame.tolist() for frame in frames), strict=True)),
             "notes": [str(note) for note in run.notes],
         }
 

@@ -13,7 +13,19 @@ from vasowave.study.figures.matplotlib_style import CTL
 from vasowave.workbench.desk import Desk
 
 _drawing = threading.Lock()  # matplotlib's look is one for the whole process
+PANELS = {
+    "pressure": "pressure",
+    "flow": "flow",
+    "residuals": "residuals",
+    "autocorrelation": "their autocorrelation",
+    "pressure_area": "pressure and area",
+    "impedance": "impedance",
+}
+"""The panels, and what they are called on the page."""
+
 KINDS = {"svg": "image/svg+xml", "pdf": "application/pdf", "png": "image/png"}
+CHOICES = {"panels": PANELS, "families": ("sans-serif", "serif", "monospace"), "formats": tuple(KINDS)}
+"""What the page offers."""
 
 
 @settings_class

@@ -15,7 +15,7 @@ from vasowave.base.findings import texts
 from vasowave.base.io.files import alone_in, content_of, made_inside
 from vasowave.base.io.textfile import read_bytes, regular_file
 from vasowave.base.settings import settings_class
-from vasowave.base.species import SpeciesName
+from vasowave.base.species import SPECIES, SpeciesName
 from vasowave.base.stores import parsed, stored
 from vasowave.lung.extraction import Extraction, extract
 from vasowave.lung.kept.stages import Stages
@@ -104,7 +104,7 @@ class Lungs:
         lines = lines_of(edits)
         done = folder_of(desk, name) / SETTINGS
         return {
-            "images": names, "image": name, "file": path.name, "stage": self.stage,
+            "images": names, "image": name, "file": path.name, "stage": self.stage, "species": [*SPECIES, "other"],
             "wishes": {wish: getattr(stored_wishes(done), wish) for wish in Wishes.__dataclass_fields__},
             "edits": [[number, line] for number, line in enumerate(lines, 1) if line.split("#")[0].strip()],
             "root": any(line.split()[:1] == ["root"] for line in lines), "file of edits": edits.name,

@@ -33,9 +33,12 @@ from vasowave.study.folder.study import Study
 from vasowave.study.results.loading import read_measured, read_stretch
 from vasowave.study.running.plan import inspect_study
 from vasowave.workbench.desk import EDITS, Desk
-from vasowave.workbench.values import number, numbers
+from vasowave.workbench.values import INDEX_UNITS, number, numbers
 
-SIGNALS = ("pressure", "flow", "ecg")
+SIGNALS = {"pressure": "pressure [mmHg]", "flow": "flow [ml/s]", "ecg": "ECG"}
+"""Signals that a recording may have, with what stands beside their curves."""
+
+_INDICES = ("HR", "mPAP", "sPAP", "dPAP", "pPAP", "CO", "PVR")
 _CAPACITY, _MOST = 3, 9_000_000  # recordings in memory, and their samples in all, save for the one that is looked at
 _FIRST_COUNT, _LEVEL_FACTOR = 32, 4  # samples in a pair of the finest level, and pairs of one level in one of the next
 _MAX_PIXELS = 4000  # pixels
@@ -186,6 +189,8 @@ class Recordings:
             "animal": animal,
             "cells": {title: cells.get(title, "") for title in COLUMNS},
             "drift": study.settings.averaging.drift,
+            "labels": SIGNALS,
+            "units": {name: INDEX_UNITS[name] for name in _INDICES},
             "kind": row.kind or kind_of(row.recordings),
             "edits": [list(edit) for edit in read_edits(row.beat_edits)] if row.beat_edits else [],
         }

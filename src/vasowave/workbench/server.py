@@ -26,7 +26,7 @@ from vasowave.workbench.actions import act
 from vasowave.workbench.cohorts import Cohorts
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.explorer import Explorer
-from vasowave.workbench.figures import KINDS, Wish, figure_file, line_of
+from vasowave.workbench.figures import CHOICES, KINDS, Wish, figure_file, line_of
 from vasowave.workbench.lungs import Lungs, Wishes
 from vasowave.workbench.opening import place_of, sorted_in
 from vasowave.workbench.recordings import Recordings
@@ -65,7 +65,7 @@ class Workbench:
             Route("/recording", answered(lambda ask: self.recordings.described(desk, ask("animal")))),
             Route("/trace", answered(self._trace)),
             Route("/outdated", answered(lambda ask: outdated(desk))),
-            Route("/results", answered(lambda ask: self.cohorts.animals(desk))),
+            Route("/results", answered(lambda ask: self.cohorts.animals(desk) | {"figure": CHOICES})),
             Route("/means", answered(lambda ask: self.cohorts.means(desk, ask("quantity")))),
             Route("/model", answered(lambda ask: self.explorer.described(desk, ask("animal"), ask("law")))),
             Route("/band", answered(lambda ask: self.explorer.band(desk, ask("animal"), ask("law")))),

@@ -10,7 +10,7 @@ from vasowave.study.entering.checking import DOUBLED_CODES, check_study
 from vasowave.study.entering.table import read_rows
 from vasowave.study.entering.template import written
 from vasowave.study.folder.problems import StudyProblem
-from vasowave.study.folder.rows import COLUMNS, REQUIRED_COLUMNS
+from vasowave.study.folder.rows import COLUMNS, FILES, REQUIRED_COLUMNS
 from vasowave.study.folder.settings import StudyFile
 from vasowave.study.results.overview import HEADER
 from vasowave.study.running.plan import inspect_study
@@ -24,6 +24,9 @@ from vasowave.workbench.running import Runs
 _SETTINGS = ("title", "species", "calibration.walls", "calibration.starts", "calibration.beds", "averaging.beats",
              "averaging.drift", "averaging.fiducial", "averaging.reject_ventilation", "inference")  # fmt: skip
 """Keys that the desk offers; the others are written in the file."""
+
+_WORDS = {"kind": ("cycle", "raw"), "synthetic": ("yes", "no"), "shared recording": ("yes", "no")}
+"""What a cell may hold, of columns of words."""
 
 _checking = threading.Lock()
 
@@ -62,6 +65,8 @@ def shown(desk: Desk) -> dict[str, Any]:
         "title": settings.title,
         "groups": settings.groups,
         "columns": [[title, meaning, title in REQUIRED_COLUMNS] for title, meaning in COLUMNS.items()],
+        "files": FILES,
+        "words": _WORDS,
         "titles": list(titles),
         "rows": rows,
         "networks": [*_files(desk, "networks"), *_extracted(desk)],

@@ -1,81 +1,115 @@
+// @ts-check
 // The tree of an extraction: a click names a vessel and the nearest place on its axis.
 (() => {
-  "use strict";
-  const data = JSON.parse(document.getElementById("tree-data").textContent);
-  const canvas = document.getElementById("tree");
-  const said = document.getElementById("picked");
-  let chosen = null;
+    "use strict";
+    /**
+     * @typedef {object} Vessel
+     * @property {string} name
+     * @property {boolean} terminal
+     * @property {number[][]} points x, y, z and radius
+     * @property {boolean} marked
+     * @property {string} radius
+     * @property {string} length
+     * @property {string} doubts
+     *
+     * @typedef {object} Tree
+     * @property {number} factor
+     * @property {number[]} root
+     * @property {Vessel[]} vessels
+     * @property {number[][]} doubts
+     * @property {number[][]} missing
+     *
+     * @typedef {object} Chosen
+     * @property {Vessel} vessel
+     * @property {number[]} point
+     * @property {boolean} end whether the point is the vessel's outlet
+     */
+    const PICKED = "#d6259b", REACH = 14;
+    const element = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id));
+    const field = (/** @type {string} */ id) => /** @type {HTMLTextAreaElement} */ (element(id));
+    const tree = /** @type {Tree} */ (JSON.parse(element("tree-data").textContent ?? ""));
+    const { root, vessels, missing } = tree;
+    const canvas = /** @type {HTMLCanvasElement} */ (element("tree"));
+    const editors = /** @type {NodeListOf<HTMLButtonElement>} */ (document.querySelectorAll("button[data-edit]"));
+    const state = { chosen: /** @type {Chosen | null} */ (null) };
 
-  function shade(far, strong, doubted) {
-    const mix = (near, away) => Math.round(near + (away - near) * 0.75 * far);
-    if (doubted && !strong) return `rgb(${mix(217, 245)},${mix(95, 205)},${mix(2, 170)})`;
-    return strong ? "rgb(214,37,155)" : `rgb(${mix(0, 205)},${mix(92, 225)},${mix(112, 230)})`;
-  }
+    const shade = (/** @type {number} */ far, /** @type {boolean} */ strong, /** @type {boolean} */ doubted) => {
+        const mix = (/** @type {number} */ near, /** @type {number} */ away) =>
+            Math.round(near + (away - near) * 0.75 * far);
+        if (strong) return "rgb(214,37,155)";
+        if (doubted) return `rgb(${mix(217, 245)},${mix(95, 205)},${mix(2, 170)})`;
+        return `rgb(${mix(0, 205)},${mix(92, 225)},${mix(112, 230)})`;
+    };
 
-  function draw(view) {
-    const pieces = [];
-    data.vessels.forEach((vessel) => {
-      const at = vessel.points.map(view.seen);
-      for (let i = 1; i < at.length; i++) {
-        const radius = (vessel.points[i - 1][3] + vessel.points[i][3]) / 2;
-        pieces.push([(at[i - 1][2] + at[i][2]) / 2, at[i - 1], at[i], Math.max(1, 2 * radius * view.unit()), vessel]);
-      }
-    });
-    pieces.sort((a, b) => b[0] - a[0]);
-    for (const [far, a, b, width, vessel] of pieces) {
-      view.line(a, b, width, shade(far, vessel === (chosen && chosen.vessel), vessel.marked));
+    const endOf = (/** @type {Vessel} */ vessel) => vessel.points[vessel.points.length - 1];
+    const ends = vessels.filter((vessel) => vessel.terminal).map(endOf);
+
+    const draw = (/** @type {SpaceView} */ view) => {
+        const pieces = vessels.flatMap((vessel) => {
+            const places = vessel.points.map(view.project);
+            return vessel.points.slice(1).map((point, i) => {
+                const radius = (vessel.points[i][3] + point[3]) / 2, [from, to] = [places[i], places[i + 1]];
+                return { far: (from[2] + to[2]) / 2, from, to, width: Math.max(1, 2 * radius * view.unit()), vessel };
+            });
+        });
+        pieces.sort((a, b) => b.far - a.far);
+        for (const { far, from, to, width, vessel } of pieces) {
+            view.line(from, to, width, shade(far, vessel === state.chosen?.vessel, vessel.marked));
+        }
+        const [outside, inlet] = [view.project(root), view.project(vessels[0].points[0])];
+        view.line(outside, inlet, 1, PICKED, [4, 4]);
+        view.spot(outside, PICKED, 5);
+        for (const end of ends) view.spot(view.project(end), "#b26a00", 3);
+        for (const doubt of tree.doubts) cross(view, view.project(doubt));
+        if (state.chosen) view.spot(view.project(state.chosen.point), "#000000", 5);
+        view.scaleBar("#37474f");
+    };
+
+    const cross = (/** @type {SpaceView} */ view, /** @type {Vector} */ [x, y]) => {
+        for (const side of [-1, 1]) view.line([x - 6, y - 6 * side], [x + 6, y + 6 * side], 2, "#000000");
+    };
+
+    const nearest = (/** @type {number} */ x, /** @type {number} */ y) => {
+        let best = null, least = REACH;
+        for (const vessel of vessels) {
+            for (const point of vessel.points) {
+                const [px, py] = view.project(point), end = vessel.terminal && point === endOf(vessel);
+                const gap = Math.hypot(px - x, py - y) - (end ? 4 : 0);
+                if (gap < least) [least, best] = [gap, { vessel, point, end }];
+            }
+        }
+        return best;
+    };
+
+    const number = (/** @type {number} */ value) => String(Number((value / tree.factor).toFixed(4)));
+    const place = (/** @type {number[]} */ point, /** @type {string} */ between) =>
+        point.slice(0, 3).map(number).join(between);
+    const lines = (/** @type {number[][]} */ points) => points.map((point) => `${place(point, ",")}\n`).join("");
+
+    const pick = (/** @type {number} */ x, /** @type {number} */ y) => {
+        const chosen = state.chosen = nearest(x, y), vessel = chosen?.vessel;
+        element("picked").textContent = !chosen || !vessel
+            ? "Nothing there."
+            : `Vessel ${vessel.name}: radius ${vessel.radius} cm, length ${vessel.length} cm. ` +
+                `${chosen.end ? "Its outlet" : "Place on its axis"} (x,y,z, cm): ${place(chosen.point, ",")}` +
+                (vessel.doubts ? `. Doubted: ${vessel.doubts}` : "");
+        for (const button of editors) button.disabled = !chosen;
+        view.redraw();
+    };
+
+    for (const button of editors) {
+        button.addEventListener("click", () => {
+            const kind = button.dataset.edit, point = state.chosen?.point ?? [];
+            if (kind === "outlet") field("outlets").value += lines([point]);
+            else field("edits").value += `${kind} ${place(point, " ")}\n`;
+        });
     }
-    const [outside, inlet] = [view.seen(data.root), view.seen(data.vessels[0].points[0])];
-    view.line(outside, inlet, 1, "#d6259b", [4, 4]);
-    view.spot(outside, "#d6259b", 5);
-    data.vessels.filter((v) => v.terminal).forEach((v) => view.spot(view.seen(v.points[v.points.length - 1]), "#b26a00", 3));
-    data.doubts.forEach((p) => cross(view, view.seen(p)));
-    if (chosen) view.spot(view.seen(chosen.point), "#000000", 5);
-    view.scaleBar("#37474f");
-  }
-
-  function cross(view, at) {
-    for (const side of [-1, 1]) view.line([at[0] - 6, at[1] - 6 * side], [at[0] + 6, at[1] + 6 * side], 2, "#000000");
-  }
-
-  function nearest(x, y) {
-    let best = null, least = 14;
-    data.vessels.forEach((vessel) => vessel.points.forEach((point, i) => {
-      const at = view.seen(point);
-      const end = vessel.terminal && i === vessel.points.length - 1;
-      const gap = Math.hypot(at[0] - x, at[1] - y) - (end ? 4 : 0);
-      if (gap < least) { least = gap; best = { vessel, point, end }; }
-    }));
-    return best;
-  }
-
-  const number = (value) => String(Number((value / data.factor).toFixed(4)));
-  const place = (p, between) => p.slice(0, 3).map(number).join(between);
-
-  function pick(x, y) {
-    chosen = nearest(x, y);
-    const v = chosen && chosen.vessel;
-    said.textContent = !chosen ? "Nothing there." :
-      `Vessel ${v.name}: radius ${v.radius} cm, length ${v.length} cm. ` +
-      `${chosen.end ? "Its outlet" : "Place on its axis"} (x,y,z, cm): ${place(chosen.point, ",")}` +
-      (v.doubts ? `. Doubted: ${v.doubts}` : "");
-    document.querySelectorAll("button[data-edit]").forEach((button) => { button.disabled = !chosen; });
+    element("all-outlets").addEventListener("click", () => {
+        field("outlets").value += lines(ends);
+    });
+    document.getElementById("missing")?.addEventListener("click", () => {
+        field("outlets").value += lines(missing);
+    });
+    const view = turntable(canvas, [root, ...vessels.flatMap(({ points }) => points)], draw, pick);
     view.redraw();
-  }
-
-  document.querySelectorAll("button[data-edit]").forEach((button) => button.addEventListener("click", () => {
-    const kind = button.dataset.edit;
-    const text = document.getElementById(kind === "outlet" ? "outlets" : "edits");
-    text.value += kind === "outlet" ? `${place(chosen.point, ",")}\n` : `${kind} ${place(chosen.point, " ")}\n`;
-  }));
-  document.getElementById("all-outlets").addEventListener("click", () => {
-    const ends = data.vessels.filter((v) => v.terminal).map((v) => v.points[v.points.length - 1]);
-    document.getElementById("outlets").value += ends.map((p) => `${place(p, ",")}\n`).join("");
-  });
-  const missing = document.getElementById("missing");
-  if (missing) missing.addEventListener("click", () => {
-    document.getElementById("outlets").value += data.missing.map((p) => `${place(p, ",")}\n`).join("");
-  });
-  const view = turntable(canvas, [data.root, ...data.vessels.flatMap((v) => v.points)], draw, pick);
-  view.redraw();
 })();

@@ -1,0 +1,176 @@
+// @ts-check
+// The hand on a recording: pointer, wheel and keys over the signals and the strip.
+/** @import { RecordingState } from "./recording.js" */
+import { timeScale } from "./signals.js";
+import { centered, lastNotAfter, zoomed } from "./timeline.js";
+
+/**
+ * @typedef {object} Acts what the hand does
+ * @property {(from: number, to: number) => unknown} look
+ * @property {(beat: number) => unknown} pick
+ * @property {() => unknown} toggle
+ * @property {(seconds: number) => Promise<unknown>} move
+ * @property {() => unknown} later draw the signals
+ * @property {() => unknown} tools draw what stands below them
+ */
+
+const LINE = 6, DRAG = 4, LEAST = 5e-4; // pixels; seconds that a beat is moved
+
+/**
+ * @param {HTMLCanvasElement} canvas
+ * @param {HTMLCanvasElement} strip
+ * @param {RecordingState} state
+ * @param {Acts} acts
+ */
+export function listenToHand(canvas, strip, state, acts) {
+    listenToPointer(canvas, state, acts);
+    listenToStrip(strip, state, acts);
+    canvas.addEventListener("wheel", (event) => {
+        if (!state.recording.duration) return;
+        event.preventDefault();
+        const { view } = state, sideways = event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY);
+        if (sideways) scroll(state, acts, (event.deltaX || event.deltaY) / 800);
+        else acts.look(...zoomed(view, 2 ** (event.deltaY / 400), timeAt(event, canvas, state)));
+    }, { passive: false });
+    const keys = keysOf(state, acts);
+    for (const element of [canvas, strip]) {
+        element.addEventListener("keydown", (event) => {
+            const plain = !event.ctrlKey && !event.metaKey && !event.altKey;
+            if (!state.recording.duration || !plain || !keys[event.key]) return;
+            event.preventDefault();
+            keys[event.key]();
+        });
+    }
+}
+
+/**
+ * The time under the pointer.
+ * @param {MouseEvent} event
+ * @param {HTMLCanvasElement} canvas
+ * @param {RecordingState} state
+ */
+function timeAt(event, canvas, { view, recording: { duration = 0 } }) {
+    const { time } = timeScale(view, canvas.clientWidth);
+    return Math.min(duration, Math.max(0, time(event.clientX - canvas.getBoundingClientRect().left)));
+}
+
+/**
+ * @param {RecordingState} state
+ * @param {Acts} acts
+ * @param {number} share of the window
+ */
+function scroll({ view: [start, end] }, { look }, share) {
+    look(start + share * (end - start), end + share * (end - start));
+}
+
+/**
+ * Drag a stretch or the line of the picked beat; a click picks a beat.
+ * @param {HTMLCanvasElement} canvas
+ * @param {RecordingState} state
+ * @param {Acts} acts
+ */
+function listenToPointer(canvas, state, { pick, move, later, tools }) {
+    /** @type {number | null} */
+    let from = null;
+    const time = (/** @type {MouseEvent} */ event) => timeAt(event, canvas, state);
+    const gap = (/** @type {number} */ a, /** @type {number} */ b) => {
+        const { x } = timeScale(state.view, canvas.clientWidth);
+        return Math.abs(x(a) - x(b));
+    };
+    const start = () => state.beat >= 0 ? state.recording.beats?.starts[state.beat] : undefined;
+    const onLine = (/** @type {MouseEvent} */ event) => gap(time(event), start() ?? Infinity) < LINE;
+    canvas.addEventListener("pointerdown", (event) => {
+        if (!state.recording.duration || event.button !== 0) return;
+        if (onLine(event)) state.carried = start() ?? null;
+        else from = time(event);
+        canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+        if (!state.recording.duration) return;
+        canvas.style.cursor = state.carried !== null || onLine(event) ? "ew-resize" : "";
+        if (state.carried !== null) state.carried = time(event);
+        else if (from === null || gap(time(event), from) < DRAG && !state.stretch) return;
+        else state.stretch = [Math.min(from, time(event)), Math.max(from, time(event))];
+        later();
+    });
+    canvas.addEventListener("pointerup", async (event) => {
+        if (state.carried !== null) {
+            const seconds = time(event) - Number(start());
+            if (Math.abs(seconds) >= LEAST) await move(seconds);
+            state.carried = null;
+            later();
+        }
+        if (from === null) return;
+        if (gap(time(event), from) < DRAG) {
+            const { beats } = state.recording;
+            state.stretch = null;
+            pick(beats ? lastNotAfter(time(event), beats.starts) : -1);
+        } else tools();
+        from = null;
+    });
+}
+
+/**
+ * @param {HTMLCanvasElement} strip
+ * @param {RecordingState} state
+ * @param {Acts} acts
+ */
+function listenToStrip(strip, state, { look }) {
+    const center = (/** @type {MouseEvent} */ event) => {
+        const share = (event.clientX - strip.getBoundingClientRect().left) / strip.clientWidth;
+        look(...centered(state.view, share * (state.recording.duration ?? 0)));
+    };
+    strip.addEventListener("pointerdown", (event) => {
+        if (!state.recording.duration) return;
+        strip.setPointerCapture(event.pointerId);
+        center(event);
+    });
+    strip.addEventListener("pointermove", (event) => {
+        if (strip.hasPointerCapture(event.pointerId)) center(event);
+    });
+}
+
+/**
+ * What each key does.
+ * @param {RecordingState} state
+ * @param {Acts} acts
+ * @returns {Record<string, () => unknown>}
+ */
+function keysOf(state, acts) {
+    const { look, pick, toggle, move, later, tools } = acts;
+    const zoom = (/** @type {number} */ factor) => look(...zoomed(state.view, factor));
+    const duration = () => state.recording.duration ?? 0;
+    const next = () => {
+        const starts = state.recording.beats?.starts ?? [];
+        pick(state.beat < 0 ? lastNotAfter(state.view[0], starts) + 1 : state.beat + 1);
+    };
+    const end = (/** @type {0 | 1} */ side) => {
+        const middle = (state.view[0] + state.view[1]) / 2, rest = state.stretch?.[1 - side] ?? state.view[1 - side];
+        state.stretch = side ? [Math.min(middle, rest), middle] : [middle, Math.max(middle, rest)];
+        tools();
+        later();
+    };
+    return {
+        ArrowLeft: () => scroll(state, acts, -0.2),
+        ArrowRight: () => scroll(state, acts, 0.2),
+        PageUp: () => scroll(state, acts, -1),
+        PageDown: () => scroll(state, acts, 1),
+        Home: () => look(0, state.view[1] - state.view[0]),
+        End: () => look(duration() - state.view[1] + state.view[0], duration()),
+        "+": () => zoom(0.5),
+        "=": () => zoom(0.5),
+        "-": () => zoom(2),
+        0: () => look(0, duration()),
+        n: next,
+        p: () => pick(state.beat - 1),
+        x: toggle,
+        "[": () => move(-0.001),
+        "]": () => move(0.001),
+        b: () => end(0),
+        e: () => end(1),
+        Escape: () => {
+            state.stretch = null;
+            pick(-1);
+        },
+    };
+}

@@ -1,0 +1,236 @@
+// @ts-check
+// Signals on a canvas with their beats, the strip of the whole recording, and the average.
+/** @import { Beats, RecordingAnswer, Value } from "./answers.d.ts" */
+/** @import { Span, Trace } from "./timeline.js" */
+import { count, formatted } from "./dom.js";
+import { MODEL, plot, sheet, stroke, style, ticks } from "./plot.js";
+import { clock, extremes, lastNotAfter, spanOf } from "./timeline.js";
+
+const LEFT = 54, RIGHT = 6, FOOT = 18;
+
+/**
+ * @typedef {object} SignalScene what is drawn of a recording
+ * @property {RecordingAnswer} recording
+ * @property {Span} view
+ * @property {Span | null} stretch that is picked
+ * @property {number} beat that is picked, -1: none
+ * @property {number | null} carried where the picked beat is being moved to
+ * @property {Record<string, Trace>} traces
+ *
+ * @typedef {object} Band where a signal is drawn
+ * @property {number} top
+ * @property {number} bottom
+ * @property {number} width
+ */
+
+/**
+ * Pixels of a time, and the time of pixels.
+ * @param {Span} view
+ * @param {number} width
+ */
+export const timeScale = ([start, end], width) => ({
+    x: (/** @type {number} */ time) => LEFT + (time - start) / (end - start) * (width - LEFT - RIGHT),
+    time: (/** @type {number} */ x) => start + (x - LEFT) / (width - LEFT - RIGHT) * (end - start),
+});
+
+/**
+ * The name of a signal with its unit.
+ * @param {Pick<RecordingAnswer, "labels" | "channels">} recording
+ * @param {string} signal
+ */
+export function labelOf({ labels, channels }, signal) {
+    const unit = signal === "ecg" && channels?.find(([, , quantity]) => quantity === signal)?.[1];
+    return unit ? `${labels[signal]} [${unit}]` : labels[signal];
+}
+
+/**
+ * @param {HTMLCanvasElement} canvas
+ * @param {SignalScene} scene
+ */
+export function drawSignals(canvas, scene) {
+    const { pen, width, height } = sheet(canvas), { recording, view, stretch } = scene, bottom = height - FOOT;
+    const signals = recording.signals || [], each = bottom / signals.length, { x } = timeScale(view, width);
+    pen.save();
+    pen.beginPath();
+    pen.rect(LEFT, 0, width - LEFT - RIGHT, bottom);
+    pen.clip();
+    if (recording.to !== undefined) { // what is not averaged is shaded
+        pen.fillStyle = style("--shade");
+        pen.globalAlpha = 0.35;
+        pen.fillRect(LEFT, 0, x(Number(recording.from)) - LEFT, bottom);
+        pen.fillRect(x(recording.to), 0, width - x(recording.to), bottom);
+        pen.globalAlpha = 1;
+    }
+    if (recording.beats) drawBeats(pen, scene, recording.beats, { width, bottom });
+    if (stretch) {
+        pen.fillStyle = style("--picked");
+        pen.globalAlpha = 0.3;
+        pen.fillRect(x(stretch[0]), 0, x(stretch[1]) - x(stretch[0]), bottom);
+        pen.globalAlpha = 1;
+    }
+    pen.restore();
+    signals.forEach((signal, row) => {
+        const trace = scene.traces[signal], band = { top: row * each + 4, bottom: (row + 1) * each - 4, width };
+        if (trace) drawSignal(pen, trace, view, labelOf(recording, signal), band);
+    });
+    pen.fillStyle = style("--quiet");
+    pen.textAlign = "center";
+    pen.textBaseline = "bottom";
+    for (const time of ticks(view[0], view[1], width / 90)) {
+        pen.fillText(clock(time, view[1] - view[0]), x(time), height - 2);
+    }
+    count(canvas);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} pen
+ * @param {Trace} trace
+ * @param {Span} view
+ * @param {string} label
+ * @param {Band} band
+ */
+function drawSignal(pen, trace, view, label, { top, bottom, width }) {
+    const { low, high } = extremes(trace, view);
+    pen.textAlign = "left";
+    pen.textBaseline = "top";
+    if (!(high >= low)) {
+        pen.fillStyle = style("--quiet");
+        pen.fillText(`${label}: no samples here`, LEFT + 4, top);
+        return;
+    }
+    const pad = 0.08 * (high - low) + 1e-9;
+    const y = (/** @type {number} */ value) => bottom - (value - low + pad) / (high - low + 2 * pad) * (bottom - top);
+    pen.fillStyle = style("--quiet");
+    pen.strokeStyle = style("--faint");
+    pen.lineWidth = 1;
+    pen.textAlign = "right";
+    pen.textBaseline = "middle";
+    for (const value of ticks(low, high, (bottom - top + 8) / 32)) {
+        stroke(pen, [LEFT, y(value)], [width - RIGHT, y(value)]);
+        pen.fillText(String(Number(value.toPrecision(5))), LEFT - 5, y(value));
+    }
+    pen.save();
+    pen.beginPath();
+    pen.rect(LEFT, top - 4, width - LEFT - RIGHT, bottom - top + 8);
+    pen.clip();
+    drawTrace(pen, trace, view, timeScale(view, width).x, y);
+    pen.restore();
+    pen.textAlign = "left";
+    pen.textBaseline = "top";
+    pen.fillStyle = style("--ink");
+    pen.fillText(label, LEFT + 4, top - 2);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} pen
+ * @param {Trace} trace
+ * @param {Span} view
+ * @param {(time: number) => number} x
+ * @param {(value: number) => number} y
+ */
+function drawTrace(pen, trace, view, x, y) {
+    const { first, last } = extremes(trace, view);
+    pen.strokeStyle = style("--ink");
+    pen.lineWidth = 1.1;
+    pen.beginPath();
+    let up = true;
+    for (let k = first; k < last; k++) {
+        const low = trace.values[k], high = trace.values[trace.count + k], gap = Number.isNaN(low);
+        const px = x(trace.start + (k + 0.5) * trace.each);
+        if (!gap) pen[up ? "moveTo" : "lineTo"](px, y(low));
+        if (!gap && high !== low) pen.lineTo(px, y(high));
+        up = gap;
+    }
+    pen.stroke();
+}
+
+/**
+ * @param {CanvasRenderingContext2D} pen
+ * @param {SignalScene} scene
+ * @param {Beats} beats
+ * @param {{ width: number, bottom: number }} size
+ */
+function drawBeats(pen, { view, beat, carried }, beats, { width, bottom }) {
+    const { starts, rejected } = beats, averaged = new Set(beats.averaged), { x } = timeScale(view, width);
+    const first = Math.max(0, lastNotAfter(view[0], starts));
+    const last = Math.min(starts.length, lastNotAfter(view[1], starts) + 1);
+    if (last - first > width / 3) return;
+    for (let k = first; k < last; k++) {
+        const [start, end] = spanOf(beats, k), picked = k === beat;
+        pen.fillStyle = rejected[k] ? style("--alarm-edge") : MODEL;
+        pen.globalAlpha = picked ? 0.4 : rejected[k] ? 0.16 : averaged.has(k) ? 0.2 : 0;
+        pen.fillRect(x(start), 0, x(end) - x(start), bottom);
+        pen.globalAlpha = picked ? 0.9 : 0.5;
+        pen.fillRect(x(picked ? carried ?? start : start) - (picked ? 1.5 : 0.5), 0, picked ? 3 : 1, bottom);
+    }
+    pen.globalAlpha = 1;
+}
+
+/**
+ * The whole recording's pressure, with the window.
+ * @param {HTMLCanvasElement} canvas
+ * @param {Float32Array} values lowest, then highest
+ * @param {Span} view
+ * @param {number} duration
+ */
+export function drawStrip(canvas, values, view, duration) {
+    const { pen, width, height } = sheet(canvas), half = values.length / 2, finite = values.filter(Number.isFinite);
+    const low = Math.min(...finite), high = Math.max(...finite);
+    const y = (/** @type {number} */ value) => height - 3 - (value - low) / (high - low || 1) * (height - 6);
+    pen.strokeStyle = style("--quiet");
+    pen.beginPath();
+    for (let k = 0; k < half; k++) {
+        if (Number.isNaN(values[k])) continue;
+        pen.moveTo(k / half * width, y(values[k]));
+        pen.lineTo(k / half * width, y(values[half + k]) - 0.5);
+    }
+    pen.stroke();
+    pen.fillStyle = style("--picked");
+    pen.globalAlpha = 0.5;
+    const [from, to] = view.map((time) => time / duration * width);
+    pen.fillRect(from, 0, Math.max(2, to - from), height);
+    const words = `pressure of all ${formatted(duration, 4)} s`;
+    pen.globalAlpha = 0.85;
+    pen.fillStyle = style("--paper");
+    pen.fillRect(0, height - 15, pen.measureText(words).width + 8, 15);
+    pen.globalAlpha = 1;
+    pen.fillStyle = style("--ink");
+    pen.textAlign = "left";
+    pen.textBaseline = "bottom";
+    pen.fillText(words, 4, height - 2);
+}
+
+/**
+ * A cycle by time in ms, with one SD of the beats about it.
+ * @param {Value[]} values
+ * @param {Value[] | undefined} sd
+ * @param {number} period s
+ * @param {string} color
+ */
+export function cycleCurve(values, sd, period, color) {
+    const shifted = (/** @type {number} */ sign) =>
+        values.map((value, k) => Number(value) + sign * Number(sd?.[k] ?? 0));
+    const band = sd && { low: shifted(-1), high: shifted(1) };
+    return { x: values.map((_, k) => k / values.length * period * 1000), y: values, color, band, width: 1.8 };
+}
+
+/**
+ * @param {{ pressure: HTMLCanvasElement, flow: HTMLCanvasElement }} canvases
+ * @param {RecordingAnswer} recording
+ */
+export function drawAverage(canvases, { pressure, flow, sd, period = 0 }) {
+    if (!pressure || !flow) {
+        sheet(canvases.pressure);
+        sheet(canvases.flow);
+        return;
+    }
+    plot(canvases.pressure, {
+        series: [cycleCurve(pressure, sd?.pressure, period, style("--ink"))],
+        y: "pressure [mmHg], ± 1 SD of the beats",
+    });
+    plot(canvases.flow, {
+        series: [cycleCurve(flow, sd?.flow, period, MODEL)],
+        y: "flow [ml/s]",
+        x: "time [ms]",
+    });
+}
