@@ -13,9 +13,8 @@ from itertools import pairwise
 import numpy as np
 
 from vasowave.base.errors import InputError, did_you_mean
-from vasowave.catheter.read.wedge import MAX_PERIOD_DIFFERENCE
 from vasowave.pulse.cycle.cycle import resample
-from vasowave.pulse.cycle.observation import Observation
+from vasowave.pulse.cycle.observation import MAX_PERIOD_DIFFERENCE, Observation
 from vasowave.pulse.network.network import Network
 from vasowave.pulse.noise.spectrum import fourier, harmonics
 from vasowave.pulse.solver.places import Places, Waves
