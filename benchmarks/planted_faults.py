@@ -194,7 +194,7 @@ FAULTS = [
     Fault("kernels are compiled by everyone", "base/runtime/kernels.py", (("self._lock = _waited_for(", "_ = ("),)),
     Fault("convective term dropped", CELLS, (("fluxes.momentum[j] = q * q * per_area", "fluxes.momentum[j] = 0.0"),)),
     Fault("one Newton step", NODES, (("NEWTON_CLOSE = 1e-", "NEWTON_CLOSE = 1e+"),)),
-    Fault("inflow late by a step", CYCLE, (("solve_nodes(inflow[n], n,", "solve_nodes(inflow[n - 1], n,"),)),
+    Fault("inflow late by a step", CYCLE, (("solve_nodes(inflow[n],", "solve_nodes(inflow[n - 1],"),)),
     Fault(
         "junction adds a daughter's flow",
         NODES,
@@ -279,12 +279,12 @@ FAULTS = [
     ),
     Fault(
         "viscosity without derivative",
-        "pulse/solver/viscosity_variations.py",
+        "pulse/solver/viscosity.py",
         (("changed.viscosity[d, j] - longer[j]", "-longer[j]"),),
     ),
     Fault(
         "tied pressures without fill",
-        "pulse/solver/viscosity.py",
+        "pulse/solver/elimination.py",
         (("entries[joints.fill[filled]] -= share", "entries[joints.fill[filled]] -= 0.0 * share"),),
     ),
     Fault(
@@ -305,7 +305,7 @@ FAULTS = [
     ),
     Fault(
         "no energy in the derivatives along tapers",
-        "pulse/solver/changing_variations.py",
+        "pulse/solver/changing.py",
         (("energy[1, j] * face_dA[j] + energy[2, j] * face_dq[j]", "energy[1, j] * face_dA[j]"),),
     ),
     Fault(

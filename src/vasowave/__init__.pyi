@@ -1,5 +1,6 @@
 """What `import vasowave` offers, and where each name lives; `__init__.py` finds it here when it is asked for."""
 
+from vasowave.base import errors as errors
 from vasowave.catheter.beats.edits import BeatEdit as BeatEdit
 from vasowave.catheter.beats.edits import read_edits as read_edits
 from vasowave.catheter.beats.prepared import Averaging as Averaging

@@ -36,7 +36,7 @@ class InstrumentRules:
         Residual that is looked at, mmHg: the error of the simulated pressure by its grid.
     step : float
         Share of the residual's sum of squares that a first step must explain, for a fit to be made.
-    left : float
+    weak_share : float
         Share that the fit may leave.
     F : float
         Least variance ratio of what the instrument explains.
@@ -49,7 +49,7 @@ class InstrumentRules:
         Largest lag that is looked for, likewise.
     held : float
         Longest lag from whose optimum a fit of the simulation may begin, likewise.
-    apart : float
+    imitation_share : float
         Share of a lag that no parameter imitates, below which a first step would not show it.
     bound : float
         Distance of the logarithm of a parameter from its bound, below which it is at it.
@@ -58,13 +58,13 @@ class InstrumentRules:
     harmonics: int = 20
     floor: float = 0.02
     step: float = 0.1
-    left: float = 0.5
+    weak_share: float = 0.5
     F: float = 30.0
     evaluations: int = 40
     shortest: float = 1 / 16
     longest: float = 1.0
     held: float = 0.5
-    apart: float = 0.25
+    imitation_share: float = 0.25
     bound: float = 1e-3
 
 
@@ -141,7 +141,7 @@ def instrument_findings(
         )
         if findings := _told(objective, x, signal, filtered, delayed, total):
             return findings
-    imitated = lagging @ lagging < RULES.apart**2 * in_full
+    imitated = lagging @ lagging < RULES.imitation_share**2 * in_full
     low, high = space.log_bounds
     at_bound = np.minimum(x - low, high - x).min() < RULES.bound
     if stiffness_only or not (shown or imitated or at_bound):
@@ -157,7 +157,7 @@ def _told(
     compared = objective.compared
     smallest = max(min(filtered.cost, delayed.cost), 1e-300)
     freedom = 2 * min(compared.harmonics, RULES.harmonics) - len(x)
-    weak = smallest > RULES.left * total or (total - smallest) / smallest * freedom < RULES.F
+    weak = smallest > RULES.weak_share * total or (total - smallest) / smallest * freedom < RULES.F
     if weak or filtered.lag < RULES.shortest:
         return []
     unit = compared.recording.period / (2 * np.pi)

@@ -27,7 +27,11 @@ from vasowave.pulse.solver.simulation import simulate_run as simulate_run
 from vasowave.pulse.solver.simulation import simulate_runs as simulate_runs
 from vasowave.pulse.solver.state import State as State
 from vasowave.pulse.solver.stepper import Stepper as Stepper
+from vasowave.pulse.solver.terms import changes_of_all as changes_of_all
+from vasowave.pulse.solver.terms import of_all as of_all
+from vasowave.pulse.solver.terms import of_one as of_one
 from vasowave.pulse.solver.validity import STRAINED as STRAINED
+from vasowave.pulse.solver.valve import Heart as Heart
 from vasowave.pulse.solver.valve import require_emptied as require_emptied
 from vasowave.pulse.solver.valve import ventricular_waves as ventricular_waves
 

@@ -42,11 +42,30 @@ def bed_steps(beds: Rational, dt: float, behind: float | np.ndarray) -> BedSteps
     return BedSteps(half, full, gain_half, gain, resistance, np.array(behind, dtype=float))
 
 
-@njit(**OPTIONS)
-def beat_behind(bed, pulsation, n):
-    """Let the pressure behind the beds be that of half step n."""
-    for j in range(len(bed.behind)):
-        bed.behind[j] = pulsation[n, j]
+class Pulsation(NamedTuple):
+    """A pressure behind the beds that varies in time: a term."""
+
+    pressure: np.ndarray  # (step, terminal) mmHg
+
+    def before_nodes(self, step, n):
+        """Let the pressure behind the beds be that of half step n."""
+        behind = step.scheme.outlet.behind
+        for j in range(len(behind)):
+            behind[j] = self.pressure[n, j]
+
+
+class PulsationTangent(NamedTuple):
+    """The tangent of `Pulsation`."""
+
+    base: Pulsation
+    moved: np.ndarray  # (direction, step, terminal) mmHg
+
+    def change_inflow(self, step, tangent, n, d):
+        """Add what flows into the nodes as the direction changes what stands before the beds of that pressure."""
+        ends, inflow = step.scheme.ends, tangent.at_nodes.inflow
+        for k in range(ends.first_terminal, len(inflow)):
+            j = k - ends.first_terminal
+            inflow[k] += self.moved[d, n, j] / step.scheme.outlet.resistance[j]
 
 
 @njit(**OPTIONS)

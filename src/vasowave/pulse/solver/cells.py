@@ -9,21 +9,70 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numba.core.compiler import Compiler
+from numba.core import ir
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.ir_utils import build_definitions
+from numba.core.untyped_passes import InlineInlinables
 
 from vasowave.pulse.solver.laws import pressure_at, slope_at
 
+_PURE = "getattr", "static_getitem", "build_tuple", "exhaust_iter"
 
-class Distinct(Compiler):
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class DropUnused(FunctionPass):
+    """Drop what is read and not used: arguments of functions that do nothing, of a hundred arrays each."""
+
+    _name = "drop_unused"
+
+    def __init__(self) -> None:
+        FunctionPass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        """Return whether anything was dropped."""
+        dropped, blocks = False, state.func_ir.blocks.values()
+        while unused := _unused(blocks):
+            for block in blocks:
+                block.body = [line for line in block.body if id(line) not in unused]
+            dropped = True
+        if dropped:
+            state.func_ir._definitions = build_definitions(state.func_ir.blocks)
+        return dropped
+
+
+def _unused(blocks: Any) -> set[int]:
+    """Return the identities of assignments without effect whose target nothing reads."""
+    lines = [line for block in blocks for line in block.body]
+    read: set[str] = set()
+    for line in lines:
+        value = line.value if isinstance(line, ir.Assign) else line
+        if isinstance(value, ir.Var):
+            read.add(value.name)
+        elif isinstance(value, ir.Inst):
+            read |= {variable.name for variable in value.list_vars()}
+    return {
+        id(line)
+        for line in lines
+        if isinstance(line, ir.Assign)
+        and line.target.name not in read
+        and (isinstance(line.value, ir.Var | ir.Global | ir.FreeVar) or getattr(line.value, "op", None) in _PURE)
+    }
+
+
+class Distinct(CompilerBase):
     """Numba's compiler, told that no two arrays which a kernel writes or reads beside another's writing overlap.
 
     Loops of a few dozen slots are too short for the checks at run time that would otherwise stand before each of them.
     """
 
     def define_pipelines(self) -> Any:
-        """Return Numba's own passes."""
+        """Return Numba's own passes, and one after inlining."""
         self.state.flags.noalias = True
-        return super().define_pipelines()
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(DropUnused, InlineInlinables)
+        passes.finalize()
+        return [passes]
 
 
 WHOLE: dict[str, Any] = {
@@ -40,6 +89,12 @@ WHOLE: dict[str, Any] = {
 # for Python would cost as much compiling as the part itself.
 OPTIONS = WHOLE | {"forceinline": True, "no_cpython_wrapper": True}
 """How the parts of a kernel are compiled, which only kernels call."""
+
+JOINED: dict[str, Any] = {name: value for name, value in OPTIONS.items() if name != "pipeline_class"}
+"""How those are compiled that take whole bundles; a claim that these are distinct would cost much compiling."""
+
+INLINED: dict[str, Any] = JOINED | {"inline": "always"}
+"""How those are compiled that hand bundles on: within their callers, for a call with a hundred arrays costs much."""
 
 
 class FluidConstants(NamedTuple):

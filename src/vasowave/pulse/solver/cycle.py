@@ -10,12 +10,20 @@ from numba import njit
 
 from vasowave.base.runtime.kernels import is_known, kept
 from vasowave.pulse.model import walls
-from vasowave.pulse.solver import beds as bed_kernels
-from vasowave.pulse.solver import cells as cell_kernels
-from vasowave.pulse.solver import changing as changing_kernels
-from vasowave.pulse.solver import grid, laws, powers, valve, viscosity
-from vasowave.pulse.solver import nodes as node_kernels
-from vasowave.pulse.solver.beds import beat_behind
+from vasowave.pulse.solver import (
+    beds,
+    cells,
+    changing,
+    elimination,
+    grid,
+    laws,
+    nodes,
+    powers,
+    scheme,
+    terms,
+    valve,
+    viscosity,
+)
 from vasowave.pulse.solver.cells import (
     OPTIONS,
     WHOLE,
@@ -27,10 +35,8 @@ from vasowave.pulse.solver.cells import (
     update_cells,
     worst_slot,
 )
-from vasowave.pulse.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure, keep_energy
-from vasowave.pulse.solver.nodes import characteristics, gather, solve_nodes
-from vasowave.pulse.solver.valve import fill
-from vasowave.pulse.solver.viscosity import find_viscosity, push_cells, solve_viscous
+from vasowave.pulse.solver.nodes import characteristics, gather, nodes_solver
+from vasowave.pulse.solver.terms import Kinds, of_all
 
 DONE, LEFT_LAW, NODE_FAILED = 0, 1, 2
 """How a cycle ended: well; an area outside the wall law; a node whose pressure was not found."""
@@ -69,16 +75,6 @@ def record_stations(sample, vessels, faces, out):
 
 
 @njit(**OPTIONS)
-def record_viscous(sample, vessels, at_faces, out):
-    """Viscous pressure at inlet, middle and outlet of every vessel into out[2]."""
-    for v in range(len(vessels.first)):
-        i, k = vessels.first[v], vessels.last[v]
-        left_face = (i + k) // 2
-        out[2, sample, v, 0], out[2, sample, v, 2] = at_faces[i], at_faces[k]
-        out[2, sample, v, 1] = 0.5 * (at_faces[left_face] + at_faces[i + k - left_face])
-
-
-@njit(**OPTIONS)
 def record_cells(sample, area, flow, out):
     """Area and flow of every cell into out[0] and out[1]."""
     for j in range(len(area)):
@@ -94,103 +90,86 @@ def center_cells(sample, area, flow, out):
 
 
 PARTS = (
-    *(walls, laws, powers, grid, bed_kernels, cell_kernels, changing_kernels, node_kernels),
-    *(viscosity, valve),
+    *(walls, laws, powers, grid, beds, cells, changing, nodes, valve),
+    *(viscosity, elimination, scheme, terms),
 )
 """Modules of which a cycle is compiled."""
 
 
-def _compiled() -> Any:
-    @njit(**WHOLE)
-    def advance_cycle(
-        state, inflow, heart, behind, law, outlet, geometry, changing, fluid, scratch, viscous, watched, watched_waves,
-        out, cell_out, report
-    ):  # fmt: skip
-        """Run a cycle from `state`, which becomes that of its end; `report`, all zeros before, says how it went.
+@njit(**OPTIONS)
+def fail(report, status, place, n):
+    """Say how a cycle ended, where and at which step."""
+    report[STATUS], report[PLACE], report[STEP] = status, place, n
 
-        Where walls are not viscous (`viscous` is None), no vessel changes along its way (`changing`), no ventricle
-        drives (`heart`), or the pressure `behind` beds is steady, the compiler leaves them out.
-        """
-        area, flow, memory = state
-        wall, face_wall, end_wall = law
-        vessels, cells, at_faces, ends = geometry
-        faces, fluxes, nodes = scratch
-        stride = len(inflow) // out.shape[1]
+
+def _compiled(kinds: Kinds) -> Any:
+    at_faces, at_ends, before_nodes = (of_all(name, kinds) for name in ("at_faces", "at_ends", "before_nodes"))
+    begin, record, in_cells = (of_all(name, kinds) for name in ("begin", "record", "in_cells"))
+    around_single, solve_nodes = of_all("around_single", kinds), nodes_solver(kinds)
+
+    @njit(**WHOLE)
+    def advance_cycle(step, terms, report):
+        """Run a cycle from its state, which becomes that of its end; `report`, all zeros before, says how it went."""
+        inflow, (area, flow, memory), scheme, half, (watched, waves, stations, cell_out) = step
+        vessels, cells, face_cells, ends, (wall, face_wall, end_wall), fluid, _ = scheme
+        cell_fluxes, faces, fluxes, nodes = half
+        stride, of_cells = len(inflow) // stations.shape[1], len(inflow) // max(cell_out.shape[1], 1)
         watch = max(stride, len(inflow) // WATCHES)
-        if heart is not None:
-            fill(heart)
-        of_cells = len(inflow) // max(cell_out.shape[1], 1)
+        begin(terms, step, 0)
         for n in range(len(inflow)):
             cells_kept = cell_out.shape[1] > 0 and n % of_cells == 0
-            if not find_fluxes(area, flow, cells, wall, fluid, fluxes):
-                report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(area, cells), n
+            if not find_fluxes(area, flow, cells, wall, fluid, cell_fluxes):
+                fail(report, LEFT_LAW, worst_slot(area, cells), n)
                 return
-            if n % watch == 0 or not is_calm(area, flow, cells, wall, fluid, fluxes):
-                courant, fastest, mach, swiftest = largest_speeds(area, flow, cells, wall, fluid, fluxes)
+            if n % watch == 0 or not is_calm(area, flow, cells, wall, fluid, cell_fluxes):
+                courant, fastest, mach, swiftest = largest_speeds(area, flow, cells, wall, fluid, cell_fluxes)
                 note(report, COURANT, courant, fastest, n)
                 note(report, MACH, mach, swiftest, n)
-            inner_faces(area, flow, cells, fluid, fluxes, faces)
-            if changing is not None:
-                faces_by_pressure(flow, cells, at_faces, face_wall, changing, fluxes, faces)
-            gather(area, flow, fluxes, ends, nodes)
-            if changing is not None:
-                carry_to_ends(ends, end_wall, fluid, changing, fluxes, nodes)
+            inner_faces(area, flow, cells, fluid, cell_fluxes, faces)
+            at_faces(terms, step, n)
+            gather(area, flow, cell_fluxes, ends, nodes)
+            at_ends(terms, step, n)
             characteristics(ends, end_wall, fluid, nodes)
-            if behind is not None:
-                beat_behind(outlet, behind, n)
-            if viscous is None:
-                failed = solve_nodes(inflow[n], n, heart, outlet, memory, ends, end_wall, nodes, faces)
-            else:
-                find_viscosity(area, flow, vessels, cells, fluid, viscous)
-                failed = solve_viscous(inflow[n], heart, outlet, memory, vessels, ends, end_wall, viscous, nodes, faces)
+            before_nodes(terms, step, n)
+            failed = solve_nodes(inflow[n], memory, scheme, half, terms, step, n)
             if failed >= 0:
-                report[STATUS], report[PLACE], report[STEP] = NODE_FAILED, ends.vessel[failed], n
+                fail(report, NODE_FAILED, ends.vessel[failed], n)
                 return
             for i in range(len(watched)):
-                watched_waves[0, n, i], watched_waves[1, n, i] = faces.area[watched[i]], faces.flow[watched[i]]
-                if viscous is not None:
-                    watched_waves[2, n, i] = viscous.at_faces[watched[i]]
-            if not find_fluxes(faces.area, faces.flow, at_faces, face_wall, fluid, fluxes):
-                report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(faces.area, at_faces), n
+                waves[0, n, i], waves[1, n, i] = faces.area[watched[i]], faces.flow[watched[i]]
+            if not find_fluxes(faces.area, faces.flow, face_cells, face_wall, fluid, fluxes):
+                fail(report, LEFT_LAW, worst_slot(faces.area, face_cells), n)
                 return
             if n % stride == 0:
-                record_stations(n // stride, vessels, faces, out)
-                if viscous is not None:
-                    record_viscous(n // stride, vessels, viscous.at_faces, out)
+                record_stations(n // stride, vessels, faces, stations)
+            record(terms, step, n)
             if cells_kept:
                 record_cells(n // of_cells, area, flow, cell_out)
             update_cells(area, flow, cells, fluid, fluxes, faces)
-            if changing is not None:
-                keep_energy(flow, cells, changing, faces)
-            if viscous is not None:
-                push_cells(flow, vessels, cells, fluid, viscous, faces)
+            in_cells(terms, step, n)
             continue_lines(area, flow, vessels.single, faces)
-            if changing is not None:
-                continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
+            around_single(terms, step, n)
             if cells_kept:
                 center_cells(n // of_cells, area, flow, cell_out)
-                if viscous is not None:
-                    for j in range(len(area)):
-                        cell_out[2, n // of_cells, j] = viscous.pressure[j]
             for i in range(inflow.shape[1]):
                 report[INFLOW] += faces.flow[ends.face[ends.inlet + i]]
             for k in range(ends.first_terminal, len(nodes.step)):
                 report[OUTFLOW] += faces.flow[ends.face[k]]
-        if not find_fluxes(area, flow, cells, wall, fluid, fluxes):
-            report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(area, cells), len(inflow)
+        if not find_fluxes(area, flow, cells, wall, fluid, cell_fluxes):
+            fail(report, LEFT_LAW, worst_slot(area, cells), len(inflow))
 
     return advance_cycle
 
 
 @cache
-def _kernels() -> tuple[Any, Any]:
-    return kept(_compiled(), *PARTS), _compiled()
+def _kernels(kinds: Kinds) -> tuple[Any, Any]:
+    return kept(_compiled(kinds), *PARTS), _compiled(kinds)
 
 
-def cycle_kernel(law: type) -> Any:
-    """Return the compiled cycle for models with this wall law (its class).
+def cycle_kernel(law: type, kinds: Kinds) -> Any:
+    """Return the compiled cycle for models with this wall law (its class) and terms of these kinds.
 
     Kernels of our own laws, and of laws in files, are kept on disk. One with a law from elsewhere is compiled in each
     process: nobody knows which files it consists of.
     """
-    return _kernels()[not is_known(law)]
+    return _kernels(kinds)[not is_known(law)]

@@ -15,6 +15,7 @@ import numpy as np
 from vasowave.pulse.model import walls
 from vasowave.pulse.model.linear import LinearSolution
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.solver.changing import Changing
 
 _STEADY_ERROR = 2e-4  # of the pressure, allowed to the fall of the mean pressure along a vessel
 _FLAT = 0.05  # share of the pressure: where the mean falls by more, a vessel's middle is not the mean of its ends
@@ -33,16 +34,6 @@ class Vessels(NamedTuple):
     first: np.ndarray  # (vessel,) first cell, which is also the inlet face
     last: np.ndarray  # (vessel,) outlet face, which is also the ghost slot
     single: np.ndarray  # (short vessel,) the only cell of every straight vessel of one cell
-
-
-class Changing(NamedTuple):
-    """Places of the vessels whose radius or stiffness changes along their way; all empty where there are none."""
-
-    face: np.ndarray  # (inner face,)
-    cell: np.ndarray  # (cell,)
-    slot: np.ndarray  # (slot,) with the ghosts
-    end: np.ndarray  # (end,) among `Ends`
-    single: np.ndarray  # (short vessel,) the only cell of every one of them of one cell
 
 
 class Ends(NamedTuple):

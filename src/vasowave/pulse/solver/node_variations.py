@@ -6,13 +6,14 @@ brings. The flows into a node stay in balance, which is one linear equation for 
 pressure, that of the end changes by the node's less what its velocity takes: C is smaller there, and g has a part of r.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
-from vasowave.pulse.solver.cells import OPTIONS
+from vasowave.pulse.solver.cells import INLINED, OPTIONS
 from vasowave.pulse.solver.laws import slope_at
+from vasowave.pulse.solver.terms import Kinds, change_of_one
 from vasowave.pulse.solver.variations import SHIFT, differentiate_slowed
 
 
@@ -50,13 +51,18 @@ class EndChanges(NamedTuple):
 
 
 class OutletChanges(NamedTuple):
-    """Changes of `beds.BedSteps` in every direction, shape (direction, terminal, mode) or (direction, terminal)."""
+    """Changes of `beds.BedSteps` in every direction, shape (direction, terminal, mode) or (direction, terminal).
+
+    Beside them stand those of the memory, and the memory before the step, shape (terminal, mode).
+    """
 
     decay_half: np.ndarray
     decay: np.ndarray
     gain_half: np.ndarray
     gain: np.ndarray
     resistance: np.ndarray
+    memory: np.ndarray
+    before: np.ndarray
 
 
 @njit(**OPTIONS)
@@ -170,27 +176,17 @@ def lengthen_characteristics(longer, slopes, changes):
 
 
 @njit(**OPTIONS)
-def change_beds(d, before, memory, outlet, outlets, ends, faces, changes):
-    """Flow into the nodes that the beds let go in direction d.
-
-    `before` is what the outlets remembered before this step, `memory` its change, `outlets` the changes of the outlets.
-    """
+def change_beds(d, outlet, outlets, ends, faces, changes):
+    """Flow into the nodes that the beds let go in direction d."""
+    before, memory = outlets.before, outlets.memory
     for k in range(ends.first_terminal):
         changes.inflow[k] = 0.0
     for k in range(ends.first_terminal, len(changes.inflow)):
         j, q = k - ends.first_terminal, faces.flow[ends.face[k]]
         rise = outlets.resistance[d, j] * q
-        for i in range(memory.shape[1]):
-            rise += (outlet.decay_half[j, i] * memory[j, i] + outlets.decay_half[d, j, i] * before[j, i]).real
+        for i in range(memory.shape[2]):
+            rise += (outlet.decay_half[j, i] * memory[d, j, i] + outlets.decay_half[d, j, i] * before[j, i]).real
         changes.inflow[k] = rise / outlet.resistance[j]
-
-
-@njit(**OPTIONS)
-def change_behind(d, n, moved, outlet, ends, changes):
-    """Add what flows in at half step n as direction d changes what stands before the beds of the pressure behind."""
-    for k in range(ends.first_terminal, len(changes.inflow)):
-        j = k - ends.first_terminal
-        changes.inflow[k] += moved[d, n, j] / outlet.resistance[j]
 
 
 @njit(**OPTIONS)
@@ -219,22 +215,40 @@ def change_ends(ends, nodes, slopes, changes, face_dA, face_dq):
             face_dq[ends.face[e]] = changes.flow[e] + nodes.slope[e] * area
 
 
+def ends_changer(kinds: Kinds) -> Any:
+    """Return what changes all nodes and ends, compiled: the nodes alone, or a term that joins all vessels."""
+
+    @njit(**INLINED)
+    def change_all_ends(ends, nodes, terms, step, tangent, n, d):
+        lines, changes, at_faces = tangent.lines, tangent.at_nodes, tangent.faces
+        change_nodes(ends, lines, changes)
+        change_ends(ends, nodes, lines, changes, at_faces.area, at_faces.flow)
+
+    @njit(**INLINED)
+    def change_joined_ends(ends, nodes, terms, step, tangent, n, d):
+        change_joined(terms, step, tangent, n, d)
+
+    change_joined = change_of_one("change_nodes", kinds)
+    return change_all_ends if change_joined is None else change_joined_ends
+
+
 @njit(**OPTIONS)
-def see_faces(d, step, watched, slopes, weight, face_dA, face_dq, watched_waves):
-    """Changes of pressure and flow at some faces into seen[0] and seen[1]."""
-    for i in range(len(watched)):
-        f = watched[i]
-        p = slopes.pressure[f] * face_dA[f]
+def see_faces(d, n, seen, slopes, weight, changes):
+    """Changes of pressure and flow at some faces into the first two kinds of waves."""
+    for i in range(len(seen.watched)):
+        f = seen.watched[i]
+        p = slopes.pressure[f] * changes.area[f]
         for k in range(len(weight)):
             p += slopes.wall[k, f] * weight[k, f]
-        watched_waves[0, d, step, i], watched_waves[1, d, step, i] = p, face_dq[f]
+        seen.waves[0, d, n, i], seen.waves[1, d, n, i] = p, changes.flow[f]
 
 
 @njit(**OPTIONS)
-def change_memory(d, before, memory, outlet, outlets, ends, faces, face_dq):
+def change_memory(d, outlet, outlets, ends, faces, face_dq):
     """Change in direction d of what the outlets remember of this step."""
-    for j in range(len(memory)):
+    before, memory = outlets.before, outlets.memory
+    for j in range(memory.shape[1]):
         face = ends.face[ends.first_terminal + j]
-        for i in range(memory.shape[1]):
-            decayed = outlet.decay[j, i] * memory[j, i] + outlets.decay[d, j, i] * before[j, i]
-            memory[j, i] = decayed + outlet.gain[j, i] * face_dq[face] + outlets.gain[d, j, i] * faces.flow[face]
+        for i in range(memory.shape[2]):
+            decayed = outlet.decay[j, i] * memory[d, j, i] + outlets.decay[d, j, i] * before[j, i]
+            memory[d, j, i] = decayed + outlet.gain[j, i] * face_dq[face] + outlets.gain[d, j, i] * faces.flow[face]

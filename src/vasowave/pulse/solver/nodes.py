@@ -14,16 +14,16 @@ outlet 1 where a bed with p = memory + R q is connected; an inlet whose pressure
 method solves all nodes together, end by end in arrays, which the compiler turns into vector instructions.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
 from vasowave.pulse.solver.beds import bed_pressure, remember
-from vasowave.pulse.solver.cells import OPTIONS, slowed
+from vasowave.pulse.solver.cells import INLINED, OPTIONS, slowed
 from vasowave.pulse.solver.grid import Ends
 from vasowave.pulse.solver.laws import ratio_at, slope_at
-from vasowave.pulse.solver.valve import eject, meet_ventricle, valve_moves
+from vasowave.pulse.solver.terms import Kinds, of_all, of_one
 
 NEWTON_CLOSE = 1e-4  # mmHg; a smaller Newton step is taken linearly: what that neglects is below 1e-9 mmHg
 NEWTON_MOST = 50  # steps, at most
@@ -247,27 +247,6 @@ def balance(ends, wall, nodes):
 
 
 @njit(**OPTIONS)
-def solve_nodes(inflow, step, heart, outlet, memory, ends, wall, nodes, faces):
-    """State of all vessel ends at the half step (eqs. 6, 7); returns the node that has no solution, or -1."""
-    meet_outside(inflow, outlet, memory, ends, nodes)
-    if heart is not None:
-        meet_ventricle(inflow[0], heart, ends, nodes)
-    first_guess(step, ends, nodes)
-    if not balance(ends, wall, nodes):
-        return worst_node(nodes)
-    close_ends(ends, nodes, faces)
-    if heart is not None:
-        if valve_moves(inflow[0], heart, faces.flow[ends.face[ends.inlet]], nodes.pressure[0, ends.inlet]):
-            meet_ventricle(inflow[0], heart, ends, nodes)
-            if not balance(ends, wall, nodes):
-                return worst_node(nodes)
-            close_ends(ends, nodes, faces)
-        eject(heart, faces.flow[ends.face[ends.inlet]])
-    fill_beds(outlet, memory, ends, nodes, faces)
-    return -1
-
-
-@njit(**OPTIONS)
 def fill_beds(outlet, memory, ends, nodes, faces):
     """Let the flows of this half step into the beds."""
     for k in range(ends.first_terminal, len(nodes.step)):
@@ -282,3 +261,47 @@ def worst_node(nodes):
         if abs(nodes.step[k]) > abs(nodes.step[where]):
             where = k
     return where
+
+
+def _stay(terms, step, n):
+    return False
+
+
+def nodes_solver(kinds: Kinds) -> Any:
+    """Return what finds the state of all ends (eqs. 6, 7), compiled: the nodes alone, or a term that joins vessels."""
+    meet, after_nodes, moves = of_all("meet", kinds), of_all("after_nodes", kinds), of_one("moves", kinds, _stay)
+    prepare, balanced, worst = (of_one(name, kinds) for name in ("prepare", "solve", "worst"))
+
+    @njit(**INLINED)
+    def solve_nodes(inflow, memory, scheme, half, terms, step, n):
+        """State of all vessel ends at the half step (eqs. 6, 7); returns the node that has no solution, or -1."""
+        outlet, ends, wall, faces, nodes = scheme.outlet, scheme.ends, scheme.walls.ends, half.faces, half.nodes
+        meet_outside(inflow, outlet, memory, ends, nodes)
+        first_guess(n, ends, nodes)
+        for turn in range(2):
+            meet(terms, step, n)
+            if not balance(ends, wall, nodes):
+                return worst_node(nodes)
+            close_ends(ends, nodes, faces)
+            if turn > 0 or not moves(terms, step, n):
+                break
+        after_nodes(terms, step, n)
+        fill_beds(outlet, memory, ends, nodes, faces)
+        return -1
+
+    @njit(**INLINED)
+    def solve_joined_nodes(inflow, memory, scheme, half, terms, step, n):
+        """As `solve_nodes`, where a term has a part in the balance; returns the end that has no solution, or -1."""
+        meet_outside(inflow, scheme.outlet, memory, scheme.ends, half.nodes)
+        prepare(terms, step, n)
+        for turn in range(2):
+            meet(terms, step, n)
+            if not balanced(terms, step, n):
+                return worst(terms, step, n)
+            if turn > 0 or not moves(terms, step, n):
+                break
+        after_nodes(terms, step, n)
+        fill_beds(scheme.outlet, memory, scheme.ends, half.nodes, half.faces)
+        return -1
+
+    return solve_nodes if balanced is None else solve_joined_nodes

@@ -9,11 +9,12 @@ from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.ventricle import Driven, Ventricle
 from vasowave.pulse.solver import cycle as cycles
-from vasowave.pulse.solver.beds import bed_steps
+from vasowave.pulse.solver.beds import Pulsation, bed_steps
 from vasowave.pulse.solver.cells import Faces, FluidConstants, Fluxes
 from vasowave.pulse.solver.failures import left_law, no_balance, too_steep
 from vasowave.pulse.solver.grid import Grid
 from vasowave.pulse.solver.nodes import make_node_states
+from vasowave.pulse.solver.scheme import HalfStep, Scheme, Seen, SlotStates, Step, Walls
 from vasowave.pulse.solver.start import AIM
 from vasowave.pulse.solver.state import State
 from vasowave.pulse.solver.validity import Extreme
@@ -42,26 +43,25 @@ class Stepper:
         else:
             self.inflow = np.ascontiguousarray(resample(entering, steps))
         dt = inflow.period / steps
-        self.heart = make_heart(inflow, dt)
+        heart = make_heart(inflow, dt)
         self.beds = grid.model.outlets.rational(inflow.period)
         self.outlets = bed_steps(self.beds, dt, grid.model.outlet_pressure)
-        self.behind = None if grid.model.outlet_pulsation is None else behind_in_time(grid.model, steps, inflow.period)
         blood = grid.model.blood
         friction = blood.friction.coefficients(blood.viscosity, inflow.period)
         self.fluid = FluidConstants(blood.inertia, *friction)
         cells = grid.cells(dt, friction)
         faces = grid.faces(dt) if grid.model.changing.any() else cells
-        self.parts = grid.vessels, cells, faces, grid.ends(dt, inflow.period)
+        ends = grid.ends(dt, inflow.period)
+        walls = Walls(grid.wall, grid.face_wall, grid.wall_at_ends())
+        self.scheme = Scheme(grid.vessels, cells, faces, ends, walls, self.fluid, self.outlets)
         slots, vessels = len(grid.vessel), len(grid.model.network)
-        self.law = grid.wall, grid.face_wall, grid.wall_at_ends()
-        self.scratch = (
-            Faces(np.ones(slots), np.ones(slots)),
-            Fluxes(*np.ones((3, slots))),
-            make_node_states(self.parts[3], inflow.of_pressure),
-        )
-        self.viscous = make_viscous(grid)
-        kinds = 2 if self.viscous is None else 3
-        inlets = self.parts[3].face[self.parts[3].inlet :][: self.inflow.shape[1]]
+        fluxes = (Fluxes(*np.ones((3, slots))) for _ in range(2))
+        nodes = make_node_states(ends, inflow.of_pressure)
+        self.half = HalfStep(next(fluxes), Faces(np.ones(slots), np.ones(slots)), next(fluxes), nodes)
+        viscous, behind = make_viscous(grid), make_pulsation(grid.model, steps, inflow.period)
+        self.terms = tuple(term for term in (grid.changing, viscous, behind, heart) if term is not None)
+        kinds = 2 if viscous is None else 3
+        inlets = ends.face[ends.inlet :][: self.inflow.shape[1]]
         self.watched = np.concatenate([inlets, np.asarray(watched, dtype=np.uintp)]).astype(np.uintp)
         self.watched_waves = np.zeros((kinds, steps, len(self.watched)))
         stored_steps = steps // numerics.kept_every(steps)
@@ -78,18 +78,16 @@ class Stepper:
 
     def allows(self, state: State) -> bool:
         """Whether all areas lie within the wall law."""
-        cells = self.parts[1]
+        cells = self.scheme.cells
         return bool(np.all((state.area > cells.smallest) & (state.area < cells.largest)))
 
     def cycle(self, state: State) -> State:
         """Run one cycle; the waveforms of the last one stay in `stations` and `cells`."""
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
         report = np.zeros(cycles.REPORT)
-        cycles.cycle_kernel(type(self.grid.wall))(
-            (area, flow, memory), self.inflow, self.heart, self.behind, self.law, self.outlets, self.parts,
-            self.grid.changing, self.fluid, self.scratch, self.viscous, self.watched, self.watched_waves, self.stations,
-            self.cells, report,
-        )  # fmt: skip
+        seen = Seen(self.watched, self.watched_waves, self.stations, self.cells)
+        step = Step(self.inflow, SlotStates(area, flow, memory), self.scheme, self.half, seen)
+        cycles.cycle_kernel(type(self.grid.wall), tuple(map(type, self.terms)))(step, self.terms, report)
         self._check(report, State(area, flow, memory))
         self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)
         stored = np.sum((area - state.area)[self.grid.is_cell] * self.grid.spacing[self.grid.is_cell])
@@ -114,8 +112,8 @@ class Stepper:
             )
         grid, time, place = self.grid, report[cycles.STEP] * self.period / self.steps, int(report[cycles.PLACE])
         if report[cycles.STATUS] == cycles.LEFT_LAW:
-            cell, face = state.area[place], self.scratch[0].area[place]
-            within = self.parts[1].smallest[place] < cell < self.parts[1].largest[place]
+            cell, face = state.area[place], self.half.faces.area[place]
+            within = self.scheme.cells.smallest[place] < cell < self.scheme.cells.largest[place]
             if np.isfinite(cell) and not (within or grid.is_cell[place]):  # no wall's area: the line's through its ends
                 raise too_steep(grid, grid.vessel[place], time)
             raise left_law(grid, state, place, face if within else None, time)
@@ -129,8 +127,9 @@ class Stepper:
         return Extreme(float(report[key]), self.grid.model.network.name[vessel], time)
 
 
-def behind_in_time(model: Model, steps: int, period: float) -> np.ndarray:
-    """Return what stands before the beds of the pressure behind them, mmHg, by half step, shape (step, terminal)."""
+def make_pulsation(model: Model, steps: int, period: float) -> Pulsation | None:
+    """Return what stands before the beds of the pressure behind them by half step; None where it is steady."""
     pulsation = model.pulsation_before_beds(period)
-    assert pulsation is not None
-    return np.ascontiguousarray(resample(pulsation, steps) + np.asarray(model.outlet_pressure))
+    if pulsation is None:
+        return None
+    return Pulsation(np.ascontiguousarray(resample(pulsation, steps) + np.asarray(model.outlet_pressure)))

@@ -8,23 +8,51 @@ node, and closes where the flow would turn; a half step in which it does either 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from vasowave.base.errors import NumericalError
 from vasowave.pulse.model.ventricle import Ventricle
-from vasowave.pulse.solver.cells import OPTIONS
 
 _NOTHING = 1e-9  # of the volume in a period is a flow that is none
 
 
 class Heart(NamedTuple):
-    """A ventricle and its state."""
+    """A ventricle and its state: a term. The inflow of its `Step` is its elastance."""
 
     filled: float  # ml above V0, when contraction begins
     resistance: float  # of the open valve, mmHg s/ml
     dt: float  # s
     volume: np.ndarray  # (1,) ml above V0, half a step before
     is_open: np.ndarray  # (1,) 1 or 0
+
+    def begin(self, step, n):
+        """Make the ventricle what it is when contraction begins."""
+        self.volume[0], self.is_open[0] = self.filled, 0.0
+
+    def meet(self, step, n):
+        """Ask of the inlet's node what the ventricle does at this half step."""
+        nodes, k, elastance = step.half.nodes, step.scheme.ends.inlet, step.inflow[n, 0]
+        nodes.source[k] = 0.0
+        if self.is_open[0] > 0.0:
+            nodes.weight[k], nodes.outlet[k] = self.resistance + 0.5 * self.dt * elastance, 1.0
+            nodes.memory[k] = elastance * self.volume[0]
+        else:
+            nodes.weight[k], nodes.outlet[k], nodes.memory[k] = 1.0, 0.0, 0.0
+
+    def moves(self, step, n):
+        """Move the valve as flow and pressure at the node ask for; returns whether it moved."""
+        ends, half = step.scheme.ends, step.half
+        flow, pressure = half.faces.flow[ends.face[ends.inlet]], half.nodes.pressure[0, ends.inlet]
+        opens = 1.0 if step.inflow[n, 0] * self.volume[0] > pressure else 0.0
+        if self.is_open[0] > 0.0:
+            opens = 1.0 if flow >= 0.0 else 0.0
+        moved = opens != self.is_open[0]
+        self.is_open[0] = opens
+        return moved
+
+    def after_nodes(self, step, n):
+        """Take what leaves in one step from the volume."""
+        ends = step.scheme.ends
+        self.volume[0] -= self.dt * step.half.faces.flow[ends.face[ends.inlet]]
 
 
 def make_heart(driven: object, dt: float) -> Heart | None:
@@ -53,38 +81,3 @@ def require_emptied(ventricle: Ventricle, flow: np.ndarray) -> None:
             f"the ventricle's valve never opens: {float(np.max(ventricle.elastance)) * ventricle.filled:.3g} mmHg, its "
             "most, does not pass the pressure behind the beds; raise filling_pressure or elastance"
         )
-
-
-@njit(**OPTIONS)
-def fill(heart):
-    """Make the ventricle what it is when contraction begins."""
-    heart.volume[0], heart.is_open[0] = heart.filled, 0.0
-
-
-@njit(**OPTIONS)
-def meet_ventricle(elastance, heart, ends, nodes):
-    """What the ventricle asks of its node at this half step."""
-    k = ends.inlet
-    nodes.source[k] = 0.0
-    if heart.is_open[0] > 0.0:
-        nodes.weight[k], nodes.outlet[k] = heart.resistance + 0.5 * heart.dt * elastance, 1.0
-        nodes.memory[k] = elastance * heart.volume[0]
-    else:
-        nodes.weight[k], nodes.outlet[k], nodes.memory[k] = 1.0, 0.0, 0.0
-
-
-@njit(**OPTIONS)
-def valve_moves(elastance, heart, flow, pressure):
-    """Whether flow (ml/s) and pressure (mmHg) at the node move the valve, which is then moved."""
-    opens = 1.0 if elastance * heart.volume[0] > pressure else 0.0
-    if heart.is_open[0] > 0.0:
-        opens = 1.0 if flow >= 0.0 else 0.0
-    moves = opens != heart.is_open[0]
-    heart.is_open[0] = opens
-    return moves
-
-
-@njit(**OPTIONS)
-def eject(heart, flow):
-    """Take what leaves in one step from the volume."""
-    heart.volume[0] -= heart.dt * flow

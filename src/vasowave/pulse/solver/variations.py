@@ -55,8 +55,9 @@ class Stencil(NamedTuple):
 
 
 @njit(**OPTIONS)
-def differentiate_fluxes(area, flow, cells, wall, shifted, fluid, fluxes, slopes):
+def differentiate_fluxes(state, cells, wall, shifted, fluid, fluxes, slopes):
     """Derivatives of pressure, momentum flux and drag in all slots; `shifted` has a pair of walls per parameter."""
+    area, flow = state.area, state.flow
     last = len(slopes.wall) - 1
     for j in range(len(area)):
         A, per_area = area[j], 1.0 / area[j]

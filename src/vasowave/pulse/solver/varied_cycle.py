@@ -6,36 +6,23 @@ from typing import Any
 from numba import njit
 
 from vasowave.base.runtime.kernels import is_known, kept
-from vasowave.pulse.solver import changing_variations, node_variations, variations, viscosity_variations
-from vasowave.pulse.solver.beds import beat_behind
-from vasowave.pulse.solver.cells import WHOLE, Faces, continue_lines, find_fluxes, inner_faces, update_cells
-from vasowave.pulse.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure, keep_energy
-from vasowave.pulse.solver.changing_variations import (
-    change_changing_cells,
-    change_changing_ends,
-    change_changing_faces,
-    continue_changing,
-    differentiate_changing,
-    differentiate_drag_along,
-    differentiate_energy,
-    differentiate_gains,
-)
+from vasowave.pulse.solver import node_variations, variations
+from vasowave.pulse.solver.cells import WHOLE, continue_lines, find_fluxes, inner_faces, update_cells
 from vasowave.pulse.solver.cycle import PARTS
 from vasowave.pulse.solver.node_variations import (
     change_beds,
-    change_behind,
     change_characteristics,
-    change_ends,
     change_memory,
-    change_nodes,
     differentiate_characteristics,
     differentiate_nodes,
     differentiate_speeds,
+    ends_changer,
     gather_slopes,
     lengthen_characteristics,
     see_faces,
 )
-from vasowave.pulse.solver.nodes import characteristics, gather, solve_nodes
+from vasowave.pulse.solver.nodes import characteristics, gather, nodes_solver
+from vasowave.pulse.solver.terms import Kinds, changes_of_all, of_all
 from vasowave.pulse.solver.variations import (
     change_cells,
     change_faces,
@@ -45,145 +32,90 @@ from vasowave.pulse.solver.variations import (
     lengthen_cells,
     lengthen_faces,
 )
-from vasowave.pulse.solver.viscosity import find_viscosity, push_cells, solve_viscous
-from vasowave.pulse.solver.viscosity_variations import change_joined, change_pushes, change_viscosity, join_changes
 
 
-def _compiled() -> Any:
+def _compiled(kinds: Kinds) -> Any:
+    at_faces, at_ends, before_nodes = (of_all(name, kinds) for name in ("at_faces", "at_ends", "before_nodes"))
+    begin, in_cells, around_single = (of_all(name, kinds) for name in ("begin", "in_cells", "around_single"))
+    solve_nodes, change_all_ends = nodes_solver(kinds), ends_changer(kinds)
+    linearize_ends, linearize = changes_of_all("linearize_ends", kinds), changes_of_all("linearize", kinds)
+    change_faces_of_terms, change_ends_of_terms, change_inflow = (
+        changes_of_all(name, kinds) for name in ("change_faces", "change_ends", "change_inflow")
+    )
+    record_changes, change_cells_of_terms, change_single = (
+        changes_of_all(name, kinds) for name in ("record_changes", "change_cells", "change_single")
+    )
+
     @njit(**WHOLE)
-    def advance_changes(
-        state, changed, inflow, behind, law, shifted, outlet, outlets, geometry, changing, weights, fluid, base,
-        scratch, viscous, watched, out, watched_waves
-    ):  # fmt: skip
-        area, flow, memory = state
-        dA, dq, remembered = changed
-        (wall, face_wall, end_wall), (wall_shift, face_wall_shift, end_wall_shift) = law, shifted
-        (vessels, cells, at_faces, ends), (in_slots, in_faces, in_ends, drags) = geometry, weights
-        faces, cell_fluxes, nodes, fluxes = base
-        cell_slopes, slopes, to_faces, to_cells, lines, at_nodes, carrying, face_dA, face_dq, before = scratch
+    def advance_changes(step, terms, tangent):
+        """Run a cycle from its state and the changes of it, which become those of its end."""
+        inflow, (area, flow, memory), scheme, half, seen = step
+        vessels, cells, face_cells, ends, (wall, face_wall, end_wall), fluid, outlet = scheme
+        cell_fluxes, faces, fluxes, nodes = half
+        (dA, dq), shifted, outlets, in_slots, in_faces, in_ends, cell_slopes, slopes = tangent[:8]
+        to_faces, to_cells, lines, at_nodes, changes = tangent[8:]
+        face_dA, face_dq, before = changes.area, changes.flow, outlets.before
+        begin(terms, step, 0)
         for n in range(len(inflow)):
             find_fluxes(area, flow, cells, wall, fluid, cell_fluxes)
             inner_faces(area, flow, cells, fluid, cell_fluxes, faces)
-            if changing is not None:
-                faces_by_pressure(flow, cells, at_faces, face_wall, changing, cell_fluxes, faces)
+            at_faces(terms, step, n)
             gather(area, flow, cell_fluxes, ends, nodes)
-            if changing is not None:
-                carry_to_ends(ends, end_wall, fluid, changing, cell_fluxes, nodes)
+            at_ends(terms, step, n)
             characteristics(ends, end_wall, fluid, nodes)
             for j in range(before.shape[0]):
                 for i in range(before.shape[1]):
                     before[j, i] = memory[j, i]
-            if behind is not None:
-                beat_behind(outlet, behind[0], n)
-            if viscous is None:
-                solve_nodes(inflow[n], n, None, outlet, memory, ends, end_wall, nodes, faces)
-            else:
-                find_viscosity(area, flow, vessels, cells, fluid, viscous.base)
-                solve_viscous(inflow[n], None, outlet, memory, vessels, ends, end_wall, viscous.base, nodes, faces)
-            find_fluxes(faces.area, faces.flow, at_faces, face_wall, fluid, fluxes)
+            before_nodes(terms, step, n)
+            solve_nodes(inflow[n], memory, scheme, half, terms, step, n)
+            find_fluxes(faces.area, faces.flow, face_cells, face_wall, fluid, fluxes)
 
-            differentiate_fluxes(area, flow, cells, wall, wall_shift, fluid, cell_fluxes, cell_slopes)
-            differentiate_fluxes(faces.area, faces.flow, at_faces, face_wall, face_wall_shift, fluid, fluxes, slopes)
+            differentiate_fluxes(step.state, cells, wall, shifted.cells, fluid, cell_fluxes, cell_slopes)
+            differentiate_fluxes(faces, face_cells, face_wall, shifted.faces, fluid, fluxes, slopes)
             differentiate_faces(area, flow, cells, fluid, cell_fluxes, cell_slopes, to_faces)
             differentiate_cells(faces.area, faces.flow, cells, fluid, fluxes, slopes, to_cells)
             gather_slopes(ends, nodes, faces, cell_slopes, slopes, lines)
-            if changing is not None:
-                differentiate_changing(
-                    area,
-                    ends,
-                    (cells, at_faces, changing),
-                    law,
-                    shifted,
-                    fluid,
-                    cell_fluxes,
-                    fluxes,
-                    nodes,
-                    carrying,
-                    lines,
-                )
-            differentiate_speeds(ends, fluid, end_wall, end_wall_shift, nodes, lines)
+            linearize_ends(terms, step, tangent, n, 0)
+            differentiate_speeds(ends, fluid, end_wall, shifted.ends, nodes, lines)
             differentiate_characteristics(ends, nodes, lines)
-            if changing is not None:
-                differentiate_gains(changing, nodes, carrying, lines)
             differentiate_nodes(outlet, ends, nodes, lines)
-            if viscous is not None:
-                join_changes(outlet, vessels, ends, nodes, lines, viscous.base)
-            if changing is not None:
-                differentiate_energy(cells, changing, faces, carrying.energy)
-                differentiate_drag_along(cells, changing, cell_fluxes, fluxes, faces, to_faces, carrying.drag)
+            linearize(terms, step, tangent, n, 0)
             for d in range(len(dA)):
                 rows, longer = in_slots.rows[d], in_slots.length[d]
-                weight, face_weight, end_weight = (
-                    in_slots.wall[d, :rows],
-                    in_faces.wall[d, :rows],
-                    in_ends.wall[d, :rows],
-                )
+                weight, face_weight = in_slots.wall[d, :rows], in_faces.wall[d, :rows]
                 change_faces(dA[d], dq[d], cells, to_faces, weight, face_dA, face_dq)
-                if changing is not None:
-                    change_changing_faces(
-                        dA[d],
-                        dq[d],
-                        cells,
-                        changing,
-                        cell_slopes,
-                        to_faces,
-                        weight,
-                        face_weight,
-                        drags[d],
-                        carrying,
-                        face_dA,
-                        face_dq,
-                    )
-                change_characteristics(dA[d], dq[d], ends, lines, end_weight, at_nodes)
-                if changing is not None:
-                    change_changing_ends(dA[d], ends, changing, end_weight, carrying, lines, at_nodes)
+                change_faces_of_terms(terms, step, tangent, n, d)
+                change_characteristics(dA[d], dq[d], ends, lines, in_ends.wall[d, :rows], at_nodes)
+                change_ends_of_terms(terms, step, tangent, n, d)
                 if in_slots.lengthens[d]:
                     lengthen_faces(longer, flow, cells, to_faces, face_dA, face_dq)
                     lengthen_characteristics(in_ends.length[d], lines, at_nodes)
-                change_beds(d, before, remembered[d], outlet, outlets, ends, faces, at_nodes)
-                if behind is not None:
-                    change_behind(d, n, behind[1], outlet, ends, at_nodes)
-                if viscous is None:
-                    change_nodes(ends, lines, at_nodes)
-                    change_ends(ends, nodes, lines, at_nodes, face_dA, face_dq)
-                else:
-                    change_viscosity(d, dA[d], dq[d], area, flow, vessels, cells, in_slots.wall[d, -1], longer, viscous)
-                    change_joined(area, dA[d], vessels, ends, longer, nodes, lines, viscous, at_nodes, face_dA, face_dq)
-                    for i in range(len(watched)):
-                        watched_waves[2, d, n, i] = viscous.at_faces[watched[i]]
-                change_memory(d, before, remembered[d], outlet, outlets, ends, faces, face_dq)
-                out[d, n] = at_nodes.pressure[ends.inlet]
-                see_faces(d, n, watched, slopes, face_weight, face_dA, face_dq, watched_waves)
+                change_beds(d, outlet, outlets, ends, faces, at_nodes)
+                change_inflow(terms, step, tangent, n, d)
+                change_all_ends(ends, nodes, terms, step, tangent, n, d)
+                change_memory(d, outlet, outlets, ends, faces, face_dq)
+                seen.inlet[d, n] = at_nodes.pressure[ends.inlet]
+                see_faces(d, n, seen, slopes, face_weight, changes)
+                record_changes(terms, step, tangent, n, d)
                 change_cells(face_dA, face_dq, cells, to_cells, face_weight, dA[d], dq[d])
-                if changing is not None:
-                    change_changing_cells(
-                        face_dA, face_dq, changing, slopes, to_cells, longer, face_weight, drags[d], carrying, dq[d]
-                    )
                 if in_slots.lengthens[d]:
                     lengthen_cells(longer, faces.flow, cells, to_cells, dA[d], dq[d])
-                if viscous is not None:
-                    change_pushes(dq[d], vessels, cells, fluid, longer, faces, face_dA, viscous)
-                continue_lines(dA[d], dq[d], vessels.single, Faces(face_dA, face_dq))
-                if changing is not None:
-                    continue_changing(dA[d], dq[d], changing, weight, carrying, face_dq)
+                change_cells_of_terms(terms, step, tangent, n, d)
+                continue_lines(dA[d], dq[d], vessels.single, changes)
+                change_single(terms, step, tangent, n, d)
             update_cells(area, flow, cells, fluid, fluxes, faces)
-            if changing is not None:
-                keep_energy(flow, cells, changing, faces)
-            if viscous is not None:
-                push_cells(flow, vessels, cells, fluid, viscous.base, faces)
+            in_cells(terms, step, n)
             continue_lines(area, flow, vessels.single, faces)
-            if changing is not None:
-                continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
+            around_single(terms, step, n)
 
     return advance_changes
 
 
 @cache
-def _kernels() -> tuple[Any, Any]:
-    varied = variations, node_variations, changing_variations, viscosity_variations
-    return kept(_compiled(), *PARTS, *varied), _compiled()
+def _kernels(kinds: Kinds) -> tuple[Any, Any]:
+    return kept(_compiled(kinds), *PARTS, node_variations, variations), _compiled(kinds)
 
 
-def varied_cycle_kernel(law: type) -> Any:
-    """Return the compiled cycle with changes for models with this wall law (its class); kept as `cycle_kernel` is."""
-    return _kernels()[not is_known(law)]
+def varied_cycle_kernel(law: type, kinds: Kinds) -> Any:
+    """Return the compiled cycle with changes for this wall law and tangents of these kinds; kept as `cycle_kernel`."""
+    return _kernels(kinds)[not is_known(law)]

@@ -8,20 +8,19 @@ import numpy as np
 from vasowave.base.errors import InputError
 from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.ventricle import Driven, Ventricle
-from vasowave.pulse.solver.beds import bed_steps
-from vasowave.pulse.solver.cells import FluidConstants, Fluxes
-from vasowave.pulse.solver.changing_variations import Carried, Carrying
+from vasowave.pulse.solver.beds import PulsationTangent, bed_steps
+from vasowave.pulse.solver.cells import Faces, FluidConstants
+from vasowave.pulse.solver.changing import Changing, make_changing_tangent
 from vasowave.pulse.solver.direction import Direction
-from vasowave.pulse.solver.grid import Changing, Grid
 from vasowave.pulse.solver.node_variations import EndChanges, EndSlopes, OutletChanges
 from vasowave.pulse.solver.result import Run
+from vasowave.pulse.solver.scheme import SeenChanges, SlotStates, Step, Tangent, Walls
 from vasowave.pulse.solver.start import at_rest
 from vasowave.pulse.solver.state import State
-from vasowave.pulse.solver.stepper import Stepper, behind_in_time
+from vasowave.pulse.solver.stepper import Stepper, make_pulsation
 from vasowave.pulse.solver.variations import SHIFT, Slopes, Stencil, Weights
 from vasowave.pulse.solver.varied_cycle import varied_cycle_kernel
-from vasowave.pulse.solver.viscosity import Viscous
-from vasowave.pulse.solver.viscosity_variations import ViscousChanges
+from vasowave.pulse.solver.viscosity import Viscous, ViscousTangent
 
 _APART = 1e-5  # relative, of the central differences of what beds do in one step
 
@@ -35,31 +34,40 @@ class VariedStepper:
         if isinstance(inflow, Ventricle):
             raise InputError("derivatives of a network behind a ventricle are not known; give the flow into it")
         self.run, self.stepper = run, Stepper(run.grid, inflow, Numerics(samples=1), run.steps)
-        ends, vessel = self.stepper.parts[3], run.grid.vessel
+        scheme, slots = self.stepper.scheme, len(run.grid.vessel)
+        count, nodes, rows = len(scheme.ends.face), int(scheme.ends.start[1]), len(run.grid.wall) + 1
         self.weights = _weights(directions, run.grid.places)
-        self.drags = _drags(run.grid, directions, self.stepper.fluid)
-        self.outlets = _outlet_changes(run, directions)
-        self.behind = None if self.stepper.behind is None else (self.stepper.behind, _moved_behind(run, directions))
-        self.shifted = tuple(map(_beside, self.stepper.law))
-        slots, count, nodes = len(vessel), len(ends.face), int(ends.start[1])
-        rows, changed = len(run.grid.wall) + 1, int(self.weights[0].rows.max())
-        self.base = *self.stepper.scratch, Fluxes(*np.ones((3, slots)))
-        self.scratch = (
+        changed = int(self.weights[0].rows.max())
+        self.terms = tuple(self._tangent_of(term, directions, rows) for term in self.stepper.terms)
+        self.tangent = Tangent(
+            Faces(run.end.area, run.end.flow),
+            Walls(*map(_beside, scheme.walls)),
+            _outlet_changes(run, directions),
+            self.weights[0],
+            self.weights[1],
+            self.weights[2],
             _ones(Slopes, [*4 * [(slots,)], (rows, slots)]),
             _ones(Slopes, [*4 * [(slots,)], (rows, slots)]),
             _ones(Stencil, [*10 * [(slots,)], (changed, slots)]),
             _ones(Stencil, [*10 * [(slots,)], (changed, slots)]),
             _ones(EndSlopes, [*15 * [(count,)], *2 * [(rows, count)], (nodes,)]),
             _ones(EndChanges, [*3 * [(count,)], *2 * [(nodes,)]]),
-            _carrying(run.grid.changing, rows, slots),
-            np.zeros(slots),
-            np.zeros(slots),
-            np.zeros_like(run.end.memory),
+            Faces(*np.zeros((2, slots))),
         )
-        self.viscous = _viscous_changes(self.stepper.viscous, run.grid, directions)
-        self.watched = np.asarray(faces, dtype=np.uintp)
-        self.inlet = np.zeros((len(directions), run.steps))
-        self.watched_waves = np.zeros((len(run.at_inlet), len(directions), run.steps, len(self.watched)))
+        watched = np.asarray(faces, dtype=np.uintp)
+        waves = np.zeros((len(run.at_inlet), len(directions), run.steps, len(watched)))
+        self.seen = SeenChanges(watched, waves, np.zeros((len(directions), run.steps)))
+
+    def _tangent_of(self, term: Any, directions: Sequence[Direction], rows: int) -> Any:
+        """Return the tangent of a term in these directions."""
+        grid = self.run.grid
+        if isinstance(term, Changing):
+            drags = _drags(grid, directions, self.stepper.fluid)
+            return make_changing_tangent(term, rows, len(grid.vessel), drags)
+        if isinstance(term, Viscous):
+            viscosities = np.array([direction.wall_viscosity[grid.vessel] for direction in directions])
+            return ViscousTangent(term, viscosities, *np.zeros((3, len(grid.vessel))))
+        return PulsationTangent(term, _moved_behind(self.run, directions))
 
     @property
     def size(self) -> int:
@@ -79,8 +87,8 @@ class VariedStepper:
 
         The kinds are pressure (mmHg) of the law, flow (ml/s) and, where walls are viscous, viscous pressure.
         """
-        watched_waves = np.moveaxis(self.watched_waves, 1, 0).reshape(len(self.inlet), -1)
-        return np.concatenate([self.inlet, watched_waves], axis=1)
+        watched_waves = np.moveaxis(self.seen.waves, 1, 0).reshape(len(self.seen.inlet), -1)
+        return np.concatenate([self.seen.inlet, watched_waves], axis=1)
 
     def from_rest(self, count: int) -> np.ndarray:
         """Return the `output` in the last of `count` cycles from rest."""
@@ -95,29 +103,17 @@ class VariedStepper:
         stepper, scale = self.stepper, self.run.scale
         state = State(start.area.copy(), start.flow.copy(), start.memory.copy())
         changes = [scale.change(row) for row in x]
-        changed = tuple(
-            np.array([getattr(state_change, name) for state_change in changes]) for name in ("area", "flow", "memory")
-        )
-        varied_cycle_kernel(type(stepper.grid.wall))(
-            (state.area, state.flow, state.memory), changed, stepper.inflow, self.behind, stepper.law, self.shifted,
-            stepper.outlets, self.outlets, stepper.parts, stepper.grid.changing,
-            (*self.weights, self.drags), stepper.fluid, self.base, self.scratch, self.viscous,
-            self.watched, self.inlet, self.watched_waves,
-        )  # fmt: skip
+        changed = SlotStates(*(np.array([getattr(change, name) for change in changes]) for name in SlotStates._fields))
+        at_start = SlotStates(state.area, state.flow, state.memory)
+        step = Step(stepper.inflow, at_start, stepper.scheme, stepper.half, self.seen)
+        kernel = varied_cycle_kernel(type(stepper.grid.wall), tuple(map(type, self.terms)))
+        outlets = self.tangent.outlets._replace(memory=changed.memory)
+        kernel(step, self.terms, self.tangent._replace(changed=Faces(*changed[:2]), outlets=outlets))
         return state, np.array([scale.vector(State(*change)) for change in zip(*changed, strict=True)])
 
 
 def _ones(kind: Any, shapes: Sequence[tuple[int, ...]]) -> Any:
     return kind(*map(np.ones, shapes))
-
-
-def _carrying(changing: Changing | None, rows: int, slots: int) -> Carrying | None:
-    if changing is None:
-        return None
-    places = changing.face, changing.end, changing.end, changing.single, changing.single
-    carried = (_ones(Carried, [(len(place),), (len(place),), (rows, len(place))]) for place in places)
-    gains = (np.ones(len(changing.end)) for _ in range(3))
-    return Carrying(*carried, *gains, np.ones((2, slots)), np.ones((5, slots)), np.ones(slots))  # type: ignore[call-arg]
 
 
 def _weights(directions: Sequence[Direction], places: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[Weights, ...]:
@@ -133,21 +129,12 @@ def _weights(directions: Sequence[Direction], places: Sequence[tuple[np.ndarray,
     )
 
 
-def _drags(grid: Grid, directions: Sequence[Direction], fluid: FluidConstants) -> np.ndarray:
-    """Return the relative changes of the drag along cells, shape (direction, slot); 0 where no vessel changes."""
-    drags = np.zeros((len(directions), len(grid.vessel)))
-    if grid.changing is not None:
-        cells = grid.changing.cell
-        for row, direction in zip(drags, directions, strict=True):
-            row[cells] = direction.relative(lambda model: grid.drag_along(model, fluid.k0, fluid.k1, cells))
+def _drags(grid: Any, directions: Sequence[Direction], fluid: FluidConstants) -> np.ndarray:
+    """Return the relative changes of the drag along cells, shape (direction, slot)."""
+    drags, cells = np.zeros((len(directions), len(grid.vessel))), grid.changing.cell
+    for row, direction in zip(drags, directions, strict=True):
+        row[cells] = direction.relative(lambda model: grid.drag_along(model, fluid.k0, fluid.k1, cells))
     return drags
-
-
-def _viscous_changes(viscous: Viscous | None, grid: Grid, directions: Sequence[Direction]) -> ViscousChanges | None:
-    if viscous is None:
-        return None
-    viscosities = np.array([direction.wall_viscosity[grid.vessel] for direction in directions])
-    return ViscousChanges(viscous, viscosities, *np.zeros((3, len(grid.vessel))))
 
 
 def _beside(wall: Any) -> tuple[tuple[Any, Any], ...]:
@@ -165,10 +152,12 @@ def _moved_behind(run: Run, directions: Sequence[Direction]) -> np.ndarray:
     beds: Any = model.outlets
     for direction in directions:
         up, down = (
-            behind_in_time(model.changed(outlets=beds.moved(side * _APART * direction.outlets)), run.steps, run.period)
+            make_pulsation(model.changed(outlets=beds.moved(side * _APART * direction.outlets)), run.steps, run.period)
             for side in (1, -1)
         )
-        changes.append((up - down) / (2 * _APART))
+        assert up is not None
+        assert down is not None
+        changes.append((up.pressure - down.pressure) / (2 * _APART))
     return np.array(changes)
 
 
@@ -180,4 +169,6 @@ def _outlet_changes(run: Run, directions: Sequence[Direction]) -> OutletChanges:
         moved = (beds.moved(side * _APART * direction.outlets).rational(run.period, beds) for side in (1, -1))
         up, down = (bed_steps(rational, dt, run.model.outlet_pressure)[:-1] for rational in moved)
         changes.append([(a - b) / (2 * _APART) for a, b in zip(up, down, strict=True)])
-    return OutletChanges(*(np.array(value) for value in zip(*changes, strict=True)))
+    memory = run.end.memory
+    decay_half, decay, gain_half, gain, resistance = (np.array(value) for value in zip(*changes, strict=True))
+    return OutletChanges(decay_half, decay, gain_half, gain, resistance, memory, np.zeros_like(memory))

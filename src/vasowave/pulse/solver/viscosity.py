@@ -18,33 +18,27 @@ has no fill in a tree. The cells then take ψ as they take every other pressure 
 rule: of second order, stable for any viscosity.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from vasowave.pulse.solver.cells import OPTIONS
+from vasowave.pulse.solver.cells import JOINED, OPTIONS
+from vasowave.pulse.solver.elimination import (
+    Joints,
+    eliminate_faces,
+    fill_faces,
+    join_vessels,
+    make_joints,
+    solve_joined,
+)
 from vasowave.pulse.solver.grid import Grid
 from vasowave.pulse.solver.laws import ratio_at, slope_at
-from vasowave.pulse.solver.nodes import LEAST_GIVE, NEWTON_CLOSE, NEWTON_MOST, fill_beds, meet_outside
-from vasowave.pulse.solver.valve import eject, meet_ventricle, valve_moves
-
-
-class Joints(NamedTuple):
-    """Which ends and nodes vessels join, and in which order nodes are eliminated."""
-
-    inlet: np.ndarray  # (vessel,) its end among `Ends`
-    outlet: np.ndarray  # (vessel,)
-    node: np.ndarray  # (end,)
-    entry: np.ndarray  # (vessel,) place of its two nodes' coefficient among the entries
-    order: np.ndarray  # (node,)
-    start: np.ndarray  # (node + 1,) first entry of each node in that order
-    neighbor: np.ndarray  # (entry,) a node that is eliminated later
-    fill: np.ndarray  # (pair of entries of one node,) entry of the two neighbors
+from vasowave.pulse.solver.nodes import LEAST_GIVE, NEWTON_CLOSE, NEWTON_MOST
 
 
 class Viscous(NamedTuple):
-    """What kernels know of viscous walls, and their scratch memory."""
+    """What kernels know of viscous walls, and their scratch memory: a term."""
 
     joints: Joints
     coefficient: np.ndarray  # (slot,) η/(2 √A0 dx): κ √A
@@ -70,57 +64,56 @@ class Viscous(NamedTuple):
     entries: np.ndarray  # (entry,) coefficients, later their shares of the diagonal
     balance: np.ndarray  # (node,) right side, later the pressure
 
+    def prepare(self, step, n):
+        """Find the coefficients of the system."""
+        state, scheme = step.state, step.scheme
+        find_viscosity(state.area, state.flow, scheme.vessels, scheme.cells, scheme.fluid, self)
+
+    def solve(self, step, n):
+        """Give all ends the state at which the nodes are in balance; returns whether that succeeded."""
+        scheme, nodes, faces = step.scheme, step.half.nodes, step.half.faces
+        if not join_all(scheme.vessels, scheme.ends, scheme.walls.ends, self, nodes, faces):
+            return False
+        close_joined(scheme.ends, self, nodes, faces)
+        return True
+
+    def worst(self, step, n):
+        """Return the end whose last Newton step was the longest."""
+        missed, where = step.half.nodes.missed, 0
+        for e in range(len(missed)):
+            if abs(missed[e]) > abs(missed[where]):
+                where = e
+        return where
+
+    def after_nodes(self, step, n):
+        """Find the flows at inner faces and the viscous pressures."""
+        vessels, flow = step.scheme.vessels, step.half.faces.flow
+        fill_faces(vessels, self, flow)
+        for v in range(len(vessels.first)):
+            for j in range(vessels.first[v], vessels.last[v]):
+                self.pressure[j] = self.kappa[j] * (flow[j] - flow[j + 1])
+        to_faces(vessels, self.pressure, self.at_faces)
+
+    def record(self, step, n):
+        """Keep the viscous pressures of this half step."""
+        record_viscous(n, len(step.inflow), step.scheme.vessels, self, step.seen)
+
+    def in_cells(self, step, n):
+        """Let the viscous pressure push the flow."""
+        scheme = step.scheme
+        push_cells(step.state.flow, scheme.vessels, scheme.cells, scheme.fluid, self, step.half.faces)
+
 
 def make_viscous(grid: Grid) -> Viscous | None:
     """Return what kernels know of the viscous walls of a grid; None where no wall is viscous."""
     viscosity = np.broadcast_to(grid.model.wall_viscosity, len(grid.counts))
     if not viscosity.any():
         return None
-    joints = _joints(grid)
+    joints = make_joints(grid)
     coefficient = viscosity[grid.vessel] / (2.0 * np.sqrt(grid.area0) * grid.spacing)
     slots, vessels, ends, nodes = len(grid.vessel), len(grid.counts), len(joints.node), len(joints.order)
     sizes = [*9 * [slots], ends, vessels, *6 * [ends], vessels, nodes, len(joints.neighbor), nodes]
     return Viscous(joints, coefficient, *map(np.zeros, sizes))
-
-
-def _joints(grid: Grid) -> Joints:
-    start, vessel, side = grid.joined_ends
-    count = len(grid.counts)
-    node = np.arange(len(vessel)) - np.repeat(start[:-1], np.diff(start))
-    inlet, outlet = np.zeros((2, count), dtype=np.int64)
-    inlet[vessel[side < 0]], outlet[vessel[side > 0]] = np.flatnonzero(side < 0), np.flatnonzero(side > 0)
-    pairs = [frozenset((int(node[a]), int(node[b]))) for a, b in zip(inlet, outlet, strict=True)]
-    order, later = _elimination(int(start[1]), pairs)
-    place: dict[frozenset[int], int] = {}
-    for eliminated, neighbors in zip(order, later, strict=True):
-        for neighbor in neighbors:
-            place[frozenset((eliminated, neighbor))] = len(place)
-    fill = [
-        place[frozenset((a, b))] for neighbors in later for i, a in enumerate(neighbors) for b in neighbors[i + 1 :]
-    ]
-    indices: Any = [node, [place[pair] for pair in pairs], order, np.cumsum([0, *map(len, later)]),
-                  [neighbor for neighbors in later for neighbor in neighbors], fill]  # fmt: skip
-    return Joints(inlet, outlet, *(np.asarray(values, dtype=np.int64) for values in indices))
-
-
-def _elimination(count: int, pairs: list[frozenset[int]]) -> tuple[list[int], list[list[int]]]:
-    """Return the order in which nodes are eliminated, fewest neighbors first, and the neighbors that each has then."""
-    neighbors: list[set[int]] = [set() for _ in range(count)]
-    for a, b in map(tuple, pairs):
-        neighbors[a].add(b)
-        neighbors[b].add(a)
-    order: list[int] = []
-    later: list[list[int]] = []
-    remaining = set(range(count))
-    while remaining:
-        eliminated = min(remaining, key=lambda k: (len(neighbors[k]), k))
-        remaining.remove(eliminated)
-        order.append(eliminated)
-        later.append(sorted(neighbors[eliminated]))
-        for neighbor in neighbors[eliminated]:
-            neighbors[neighbor] |= neighbors[eliminated] - {neighbor}
-            neighbors[neighbor].discard(eliminated)
-    return order, later
 
 
 @njit(**OPTIONS)
@@ -154,106 +147,6 @@ def find_viscosity(area, flow, vessels, cells, fluid, viscous):
             kappa[last - 1] - before,
         )
         viscous.across[v] = coupled
-
-
-@njit(**OPTIONS)
-def eliminate_faces(vessels, viscous):
-    """Take the right sides of the inner faces to those of the ends: `right_side` to `side`."""
-    joints = viscous.joints
-    for v in range(len(vessels.first)):
-        inlet, outlet, before = joints.inlet[v], joints.outlet[v], 0.0
-        for j in range(vessels.first[v] + 1, vessels.last[v]):
-            viscous.right_side[j] += before
-            viscous.side[inlet] += viscous.to_inlet[j] * viscous.right_side[j]
-            before = viscous.to_next[j] * viscous.right_side[j]
-        viscous.side[outlet] += before
-
-
-@njit(**OPTIONS)
-def join_vessels(vessels, nodes, viscous):
-    """Admittances of the vessels by what their ends give, and the nodes' coefficients, eliminated.
-
-    `diagonal` holds at first what each node's bed takes by its pressure.
-    """
-    joints, diagonal, entries = viscous.joints, viscous.diagonal, viscous.entries
-    for i in range(len(entries)):
-        entries[i] = 0.0
-    for v in range(len(vessels.first)):
-        a, b = joints.inlet[v], joints.outlet[v]
-        inlet_diagonal, outlet_diagonal = (
-            1.0 / viscous.give[a] + viscous.end_coefficient[a],
-            1.0 / viscous.give[b] + viscous.end_coefficient[b],
-        )
-        per_determinant = 1.0 / (inlet_diagonal * outlet_diagonal - viscous.across[v] * viscous.across[v])
-        viscous.admittance[a], viscous.admittance[b] = (
-            outlet_diagonal * per_determinant,
-            inlet_diagonal * per_determinant,
-        )
-        viscous.transfer[v] = viscous.across[v] * per_determinant
-        diagonal[joints.node[a]] += viscous.admittance[a]
-        diagonal[joints.node[b]] += viscous.admittance[b]
-        if nodes.weight[joints.node[a]] > 0.0 and nodes.weight[joints.node[b]] > 0.0:
-            entries[joints.entry[v]] -= viscous.transfer[v]
-    for k in range(len(diagonal)):
-        if nodes.weight[k] == 0.0:  # its pressure is given
-            diagonal[k] = 1.0
-    filled = 0
-    for i in range(len(joints.order)):
-        for a in range(joints.start[i], joints.start[i + 1]):
-            share = entries[a] / diagonal[joints.order[i]]
-            diagonal[joints.neighbor[a]] -= share * entries[a]
-            for b in range(a + 1, joints.start[i + 1]):
-                entries[joints.fill[filled]] -= share * entries[b]
-                filled += 1
-    for i in range(len(joints.order)):
-        for a in range(joints.start[i], joints.start[i + 1]):
-            entries[a] /= diagonal[joints.order[i]]
-
-
-@njit(**OPTIONS)
-def solve_joined(vessels, nodes, viscous):
-    """Pressures of all nodes and flows at all ends.
-
-    `side` holds the right sides of the ends, `balance` at first those of the nodes: what flows into each from without
-    or, where its pressure is given, that; at last it holds the pressures.
-    """
-    joints, balance = viscous.joints, viscous.balance
-    for v in range(len(vessels.first)):
-        a, b = joints.inlet[v], joints.outlet[v]
-        at_a, at_b = joints.node[a], joints.node[b]
-        viscous.flow[a] = viscous.admittance[a] * viscous.side[a] + viscous.transfer[v] * viscous.side[b]
-        viscous.flow[b] = viscous.admittance[b] * viscous.side[b] + viscous.transfer[v] * viscous.side[a]
-        by_a, by_b = -viscous.flow[a], viscous.flow[b]
-        if nodes.weight[at_a] == 0.0:
-            by_a, by_b = 0.0, by_b + viscous.transfer[v] * balance[at_a]
-        if nodes.weight[at_b] == 0.0:
-            by_a, by_b = by_a + viscous.transfer[v] * balance[at_b], 0.0
-        balance[at_a] += by_a
-        balance[at_b] += by_b
-    for i in range(len(joints.order)):
-        for a in range(joints.start[i], joints.start[i + 1]):
-            balance[joints.neighbor[a]] -= viscous.entries[a] * balance[joints.order[i]]
-    for i in range(len(joints.order) - 1, -1, -1):
-        k = joints.order[i]
-        balance[k] /= viscous.diagonal[k]
-        for a in range(joints.start[i], joints.start[i + 1]):
-            balance[k] -= viscous.entries[a] * balance[joints.neighbor[a]]
-    for v in range(len(vessels.first)):
-        a, b = joints.inlet[v], joints.outlet[v]
-        at_a, at_b = balance[joints.node[a]], balance[joints.node[b]]
-        viscous.flow[a] += viscous.admittance[a] * at_a - viscous.transfer[v] * at_b
-        viscous.flow[b] += viscous.transfer[v] * at_a - viscous.admittance[b] * at_b
-
-
-@njit(**OPTIONS)
-def fill_faces(vessels, viscous, flow):
-    """Flows at all faces from those at the ends."""
-    for v in range(len(vessels.first)):
-        first, last = vessels.first[v], vessels.last[v]
-        flow[first], flow[last] = viscous.flow[viscous.joints.inlet[v]], viscous.flow[viscous.joints.outlet[v]]
-        for j in range(last - 1, first, -1):
-            flow[j] = viscous.right_side[j] / viscous.pivot[j]
-            flow[j] += viscous.to_inlet[j] * flow[first] + viscous.to_next[j] * flow[j + 1]
 
 
 @njit(**OPTIONS)
@@ -320,41 +213,31 @@ def join_all(vessels, ends, wall, viscous, nodes, faces):
 
 
 @njit(**OPTIONS)
-def solve_viscous(inflow, heart, outlet, memory, vessels, ends, wall, viscous, nodes, faces):
-    """Flows at all faces, and the state of all vessel ends, at the half step; -1, or the end that has no solution."""
-    meet_outside(inflow, outlet, memory, ends, nodes)
-    if heart is not None:
-        meet_ventricle(inflow[0], heart, ends, nodes)
-    if not join_all(vessels, ends, wall, viscous, nodes, faces):
-        return worst_end(nodes)
-    if heart is not None:
-        e = ends.inlet  # the inlet's only end
-        if valve_moves(inflow[0], heart, viscous.flow[e], viscous.balance[e]):
-            meet_ventricle(inflow[0], heart, ends, nodes)
-            if not join_all(vessels, ends, wall, viscous, nodes, faces):
-                return worst_end(nodes)
-        eject(heart, viscous.flow[e])
+def close_joined(ends, viscous, nodes, faces):
+    """State of all ends, and pressures of all nodes, by the last, small Newton step."""
     for e in range(len(ends.face)):
         faces.area[ends.face[e]] = nodes.end_area[e] + nodes.compliance[e] * nodes.missed[e]
+        faces.flow[ends.face[e]] = viscous.flow[e]
     for k in range(len(viscous.balance)):
         nodes.pressure[0, k] = viscous.balance[k]
-    fill_faces(vessels, viscous, faces.flow)
-    for v in range(len(vessels.first)):
-        for j in range(vessels.first[v], vessels.last[v]):
-            viscous.pressure[j] = viscous.kappa[j] * (faces.flow[j] - faces.flow[j + 1])
-    to_faces(vessels, viscous.pressure, viscous.at_faces)
-    fill_beds(outlet, memory, ends, nodes, faces)
-    return -1
 
 
 @njit(**OPTIONS)
-def worst_end(nodes):
-    """Return the end whose last Newton step was the longest."""
-    where = 0
-    for e in range(len(nodes.missed)):
-        if abs(nodes.missed[e]) > abs(nodes.missed[where]):
-            where = e
-    return where
+def record_viscous(n, steps, vessels, viscous, seen):
+    """Viscous pressure at the watched faces, the stations and in the cells, where this half step is kept."""
+    of_stations, of_cells = steps // seen.stations.shape[1], steps // max(seen.cells.shape[1], 1)
+    for i in range(len(seen.watched)):
+        seen.waves[2, n, i] = viscous.at_faces[seen.watched[i]]
+    if n % of_stations == 0:
+        for v in range(len(vessels.first)):
+            i, k = vessels.first[v], vessels.last[v]
+            at_left, at_right = viscous.at_faces[(i + k) // 2], viscous.at_faces[i + k - (i + k) // 2]
+            at_stations = seen.stations[2, n // of_stations, v]
+            at_stations[0], at_stations[1] = viscous.at_faces[i], 0.5 * (at_left + at_right)
+            at_stations[2] = viscous.at_faces[k]
+    if seen.cells.shape[1] > 0 and n % of_cells == 0:
+        for j in range(len(viscous.pressure)):
+            seen.cells[2, n // of_cells, j] = viscous.pressure[j]
 
 
 @njit(**OPTIONS)
@@ -365,3 +248,103 @@ def push_cells(flow, vessels, cells, fluid, viscous, faces):
             mean_area = 0.5 * (faces.area[j] + faces.area[j + 1])
             push = 2.0 * cells.half[j] * mean_area / fluid.inertia
             flow[j] -= push * (viscous.at_faces[j + 1] - viscous.at_faces[j])
+
+
+class ViscousTangent(NamedTuple):
+    """The tangent of `Viscous`, with scratch memory of one direction: the same system with other right sides."""
+
+    base: Viscous
+    viscosity: np.ndarray  # (direction, slot) of η, in the logarithm
+    kappa: np.ndarray  # (slot,) of κ, in the logarithm
+    pressure: np.ndarray  # (slot,) of ψ, mmHg
+    at_faces: np.ndarray  # (slot,) of ψ at the left face
+
+    def linearize(self, step, tangent, n, d):
+        """Find the nodes' coefficients by the final state of the ends."""
+        scheme = step.scheme
+        join_changes(scheme.outlet, scheme.vessels, scheme.ends, step.half.nodes, tangent.lines, self.base)
+
+    def change_nodes(self, step, tangent, n, d):
+        """Change the flows at all faces and the state of all ends."""
+        change_viscosity(d, step.state, tangent, step.scheme, self)
+        change_joined(d, step, tangent, self)
+
+    def record_changes(self, step, tangent, n, d):
+        """Keep the changes of the viscous pressure."""
+        seen = step.seen
+        for i in range(len(seen.watched)):
+            seen.waves[2, d, n, i] = self.at_faces[seen.watched[i]]
+
+    def change_cells(self, step, tangent, n, d):
+        """Change the flow in the cells by the viscous pressure, and by what it pushes."""
+        vessels, cells, fluid, faces = step.scheme.vessels, step.scheme.cells, step.scheme.fluid, step.half.faces
+        at_faces, dq, longer = self.base.at_faces, tangent.changed.flow[d], tangent.in_slots.length[d]
+        face_dA = tangent.faces.area
+        for v in range(len(vessels.first)):
+            for j in range(vessels.first[v], vessels.last[v]):
+                mean_area, push = 0.5 * (faces.area[j] + faces.area[j + 1]), 2.0 * cells.half[j] / fluid.inertia
+                wider = 0.5 * (face_dA[j] + face_dA[j + 1]) - longer[j] * mean_area
+                rise = self.at_faces[j + 1] - self.at_faces[j]
+                dq[j] -= push * (wider * (at_faces[j + 1] - at_faces[j]) + mean_area * rise)
+
+
+@njit(**OPTIONS)
+def join_changes(outlet, vessels, ends, nodes, slopes, viscous):
+    """The nodes' coefficients by the final state of the ends."""
+    for e in range(len(ends.face)):
+        viscous.give[e] = -slopes.line[e]
+    for k in range(len(viscous.diagonal)):
+        viscous.diagonal[k] = 0.0
+    for k in range(ends.first_terminal, len(viscous.diagonal)):
+        viscous.diagonal[k] = 1.0 / outlet.resistance[k - ends.first_terminal]
+    join_vessels(vessels, nodes, viscous)
+
+
+@njit(**JOINED)
+def change_viscosity(d, state, tangent, scheme, changed):
+    """Relative changes of κ in direction d."""
+    flow, vessels, cells = state.flow, scheme.vessels, scheme.cells
+    dA, dq, longer = tangent.changed.area[d], tangent.changed.flow[d], tangent.in_slots.length[d]
+    area0 = tangent.in_slots.wall[d, -1]
+    half_step_areas(dA, dq, vessels, cells, changed.kappa)
+    for v in range(len(vessels.first)):
+        first, last = vessels.first[v], vessels.last[v]
+        for j in range(first, last):
+            lower, upper = max(j - 1, first), min(j + 1, max(last - 1, first + 1))
+            dA_half = changed.kappa[j] + longer[j] * cells.half[j] * (flow[upper] - flow[lower]) / (upper - lower)
+            by_areas = 0.5 * (dA_half / changed.base.area[j] + area0[j])
+            changed.kappa[j] = changed.viscosity[d, j] - longer[j] - by_areas
+
+
+@njit(**JOINED)
+def change_joined(d, step, tangent, changed):
+    """Changes of flows at all faces and of the state of all ends, from the flows of the elastic step before."""
+    area, dA, longer = step.state.area, tangent.changed.area[d], tangent.in_slots.length[d]
+    vessels, ends, nodes, slopes = step.scheme.vessels, step.scheme.ends, step.half.nodes, tangent.lines
+    changes, face_dA, face_dq = tangent.at_nodes, tangent.faces.area, tangent.faces.flow
+    viscous, kappa = changed.base, changed.kappa
+    for v in range(len(vessels.first)):
+        for j in range(vessels.first[v] + 1, vessels.last[v]):
+            by_push = (dA[j - 1] + dA[j]) / (area[j - 1] + area[j]) - longer[j]
+            left_pressure, right_pressure = viscous.pressure[j - 1], viscous.pressure[j]
+            lost = by_push * (right_pressure - left_pressure) + kappa[j] * right_pressure - kappa[j - 1] * left_pressure
+            viscous.right_side[j] = viscous.per_push[j] * face_dq[j] - lost
+    for e in range(len(ends.face)):
+        cell, r = ends.cell[e], changes.flow[e]
+        changes.wall[e] += slopes.by_flow[e] * r
+        resisted = changes.wall[e] + kappa[cell] * viscous.pressure[cell]
+        viscous.side[e] = r / viscous.give[e] + ends.side[e] * resisted
+    for k in range(len(viscous.balance)):
+        viscous.balance[k] = changes.inflow[k]
+    eliminate_faces(vessels, viscous)
+    solve_joined(vessels, nodes, viscous)
+    fill_faces(vessels, viscous, face_dq)
+    for e in range(len(ends.face)):
+        face_dA[ends.face[e]] = (face_dq[ends.face[e]] - changes.flow[e]) / nodes.slope[e]
+    for k in range(len(viscous.balance)):
+        changes.pressure[k] = viscous.balance[k]
+    for v in range(len(vessels.first)):
+        for j in range(vessels.first[v], vessels.last[v]):
+            by_flows = viscous.kappa[j] * (face_dq[j] - face_dq[j + 1])
+            changed.pressure[j] = by_flows + kappa[j] * viscous.pressure[j]
+    to_faces(vessels, changed.pressure, changed.at_faces)

@@ -126,8 +126,8 @@ def _by_groups(cohort: Cohort, law: str, names: Sequence[str]) -> Primary:
     left_out: dict[str, str] = {}
     contrasts = {group: usable_contrasts(cohort, names, law, group, left_out) for group in list(cohort.groups)[1:]}
     effects, critical, assurance = group_effects(cohort, contrasts)
-    others = secondary_estimates(cohort, law, contrasts, critical)
-    return Primary(law, tuple(effects), tuple(others), left_out, assurance)
+    secondary = secondary_estimates(cohort, law, contrasts, critical)
+    return Primary(law, tuple(effects), tuple(secondary), left_out, assurance)
 
 
 def with_lungs(cohort: Cohort, family: Family) -> Cohort:
@@ -150,7 +150,7 @@ def _by_design(cohort: Cohort, law: str, names: Sequence[str]) -> Primary:
     models = _models(cohort, names, law, left_out, findings)
     effects, critical = design_effects(models)
     tested = [model.values.name for model in models if model.values.source == law]
-    others = [
+    secondary = [
         estimate
         for further in cohort.walls
         if further != law
@@ -162,7 +162,7 @@ def _by_design(cohort: Cohort, law: str, names: Sequence[str]) -> Primary:
         for animal, column in model.layout.left_out.items()
     }
     return Primary(
-        law, tuple(effects), tuple(others), left_out,
+        law, tuple(effects), tuple(secondary), left_out,
         untold=tuple(Missed(finding, tuple(quantities)) for finding, quantities in findings.items()),
         adjusted=tuple(covariate_effects(cohort, models)),
     )  # fmt: skip
