@@ -11,8 +11,7 @@ from typing import Any
 import pandas as pd
 
 from vasowave.pulse import ACROSS_LAWS, QUANTITIES, derived
-from vasowave.pulse.calibration import CalibratedModel
-from vasowave.pulse.calibration import fitting as calibrate
+from vasowave.pulse.calibration import CalibratedModel, calibrate
 from vasowave.pulse.cycle import Recording
 from vasowave.pulse.network import Network
 from vasowave.pulse.selection import Comparing, compare_models

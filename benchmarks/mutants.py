@@ -182,9 +182,22 @@ def _imported(file: Path) -> frozenset[str]:
     """Return all that a file imports, modules and names in them; imports in its strings count too."""
     text = file.read_text(encoding="utf-8")
     modules = set(re.findall(r"^\s*import ([\w.]+)", text, re.MULTILINE))
-    for room, names in re.findall(r"^\s*from ([\w.]+) import (.*)", text, re.MULTILINE):
-        modules |= {room, *(f"{room}.{name}" for name in re.findall(r"\w+", names))}
+    for room, names in re.findall(r"^\s*from ([\w.]+) import (\([^)]*\)|.*)", text, re.MULTILINE):
+        known = re.findall(r"\w+", names)
+        modules |= {
+            room,
+            *(f"{room}.{name}" for name in known),
+            *(_faces(room)[name] for name in known if name in _faces(room)),
+        }
     return frozenset(modules)
+
+
+@cache
+def _faces(package: str) -> dict[str, str]:
+    """Return the module of every name that the face of a package offers."""
+    stub = SOURCE.parent.joinpath(*package.split("."), "__init__.pyi")
+    text = stub.read_text(encoding="utf-8") if stub.is_file() else ""
+    return {name: module for module, name in re.findall(r"^from ([\w.]+) import \w+ as (\w+)", text, re.MULTILINE)}
 
 
 def noticed_by(mutant: Mutant, whole: bool = False) -> str:

@@ -42,7 +42,9 @@ def test_every_command_of_the_command_line_stands_in_the_docs():
 def test_every_public_name_stands_in_the_reference():
     page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
     assert set(
-        re.findall(r"^\.\. auto(?:class|function|module):: vasowave\.(?:model\.)?(\w+)$", page, re.MULTILINE)
+        re.findall(
+            r"^\.\. auto(?:class|function|module):: vasowave\.(?:pulse\.model\.|base\.)?(\w+)$", page, re.MULTILINE
+        )
     ) == set(vw.__all__)
 
 

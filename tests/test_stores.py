@@ -31,7 +31,7 @@ READ_ELSEWHERE = {
     "study/animal/law_result.py": "findings of a result, which its reader has read",
     "study/animal/result.py": "called by the reader of `study/animal/files.py`",
     "study/animal/stored.py": "of a result that is read",
-    "findings.py": "findings inside other stores",
+    "base/findings.py": "findings inside other stores",
     "study/animal/pipeline.py": "its own settings, in memory",
     "study/figures/rendering.py": "its own drawing, in memory",
     "lung/exchange/markups.py": "a format of others, in the fuzzer as slicer's curves",

@@ -48,7 +48,7 @@ def test_wrong_data_wrong_commands_and_failures_are_told_apart(tmp_path, vasowav
     assert len(errors.splitlines()) == 1
     assert vasowave("simulate", "n.csv", "c.csv", "--wal", "linear")[0] == 2
     failing = mock.Mock(side_effect=NumericalError("vessel 'a', t = 0.01 s: the flow passes the wave speed"))
-    with mock.patch("vasowave.pulse.solver.simulation", failing):
+    with mock.patch("vasowave.pulse.solver.simulation.simulate", failing):
         status, _, errors = vasowave("simulate", "n.csv", "c.csv")
     assert (status, errors) == (3, "Error: vessel 'a', t = 0.01 s: the flow passes the wave speed\n")
     assert not (tmp_path / "waveforms.nc").exists()

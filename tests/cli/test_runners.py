@@ -38,10 +38,10 @@ def test_every_kind_of_change_is_drawn(tmp_path):
 
 
 def test_the_tests_of_a_module_are_its_namesakes_first_and_never_none(drawn):
-    names = [test.name for test in mutants.nearest_tests(mutants.SOURCE / "recording" / "baseline.py")]
+    names = [test.name for test in mutants.nearest_tests(mutants.SOURCE / "catheter" / "baseline" / "baseline.py")]
     assert names[0] == "test_baseline.py"
     assert "test_sensitivity.py" in [
-        t.name for t in mutants.nearest_tests(mutants.SOURCE / "solver" / "node_variations.py")
+        t.name for t in mutants.nearest_tests(mutants.SOURCE / "pulse" / "solver" / "node_variations.py")
     ]
     assert all(mutants.tests_of(one) for one in drawn[:2])
 

@@ -11,7 +11,7 @@ from vasowave.cli.app import app
 from vasowave.pulse.calibration import calibrate
 from vasowave.study.animal import Failure, Stage, pipeline
 from vasowave.study.results import INDEX, read_results
-from vasowave.study.running import read_study, run_study, running, study_status
+from vasowave.study.running import read_study, run_study, runs, study_status
 
 TWO_LAWS = """\
 calibration:
@@ -48,8 +48,8 @@ def study(make_study, mice, monkeypatch):
         except SystemExit:
             raise RuntimeError("the process of mouse 1 ended") from None
 
-    performed = running.run_jobs.__globals__["perform"]
-    monkeypatch.setitem(running.run_jobs.__globals__, "perform", as_processes_do)
+    performed = runs.run_jobs.__globals__["perform"]
+    monkeypatch.setitem(runs.run_jobs.__globals__, "perform", as_processes_do)
     monkeypatch.setattr(pipeline, "calibrate", sometimes)
     return folder
 
@@ -89,7 +89,7 @@ def test_a_law_and_an_animal_that_failed_are_told_everywhere(study, mice):
 
 def test_the_commands_tell_what_failed_and_end_with_status_3(study, monkeypatch):
     done = run(study)
-    monkeypatch.setattr(running, "analyze_study", lambda *given, **more: done)
+    monkeypatch.setattr(runs, "analyze_study", lambda *given, **more: done)
     told = CliRunner().invoke(app, ["run", str(study), "--json", "--no-report"])
     assert told.exit_code == 3
     last = [json.loads(line) for line in told.stdout.splitlines() if line.startswith("{")][-1]

@@ -15,7 +15,7 @@ from vasowave.base.io import SLOT, not_written
 from vasowave.cli import app
 from vasowave.study.folder import RESULTS
 from vasowave.study.running import STATUS, Ended, ask_to_stop, record_end, run_status, running
-from vasowave.study.running import run_status as module
+from vasowave.study.running import run_state as module
 
 
 @pytest.fixture
