@@ -10,10 +10,6 @@ from zlib import crc32
 import numpy as np
 import pytest
 
-from vasowave.pulse.cycle import Inflow
-from vasowave.pulse.examples import control_network
-from vasowave.pulse.model import LinearWall, Model, TangentWall, windkessels
-
 SHARED = Path(__file__).parents[1] / ".." / "shared" / "data"
 
 # Where bytecode is not written, each of some hundred processes compiles everything that it imports.
@@ -74,16 +70,21 @@ def shared() -> Path:
 
 
 @pytest.fixture(scope="session")
-def inflow() -> Inflow:
+def inflow():
     """Return a smooth, strictly periodic ejection of a control mouse: 0.17 ml/s at 545 beats/min."""
+    from vasowave.pulse.cycle import Inflow
+
     t = np.arange(256) / 256
     q = np.exp(-0.5 * ((t - 0.45) / 0.09) ** 2)
     return Inflow(0.17 * q / q.mean(), 0.11)
 
 
 @pytest.fixture(scope="session", params=["linear", "tangent"])
-def control(request) -> Model:
+def control(request):
     """Return the control network with either wall law at parameters of a control mouse."""
+    from vasowave.pulse.examples import control_network
+    from vasowave.pulse.model import LinearWall, Model, TangentWall, windkessels
+
     network = control_network()
     wall = LinearWall(57.0) if request.param == "linear" else TangentWall(7.0, 4.0)
     return Model(network, wall, windkessels(network, 76.0, 0.11, a=0.12))

@@ -1,17 +1,14 @@
 """What images unlike the phantom need: vessels that bend, fade and narrow, frames of zeros, slices of any distance."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 from test_tubes import VOXEL, walls
-from typer import Context
-from typer.main import get_command
 
 from vasowave.base import InputError
-from vasowave.cli import app
-from vasowave.lung import Line, Options, Tree
+from vasowave.lung import Line, Tree
 from vasowave.lung.axes import fitted
 from vasowave.lung.lumen import background_and_noise, background_level
 from vasowave.lung.measure import (
@@ -187,17 +184,6 @@ def test_the_sd_of_the_cannulas_end_is_the_scatter_of_where_noise_puts_it(noise,
     errors = np.array(tips) - 0.2
     assert np.sqrt(np.mean(errors**2)) < 1.5 * np.sqrt(np.mean(np.square(told))) < 4 * np.sqrt(np.mean(errors**2))
     assert np.mean(np.abs(errors) < 2 * np.array(told) + voxel) > 0.85
-
-
-def test_every_setting_is_an_option_of_the_command_with_the_same_default():
-    command = get_command(app)
-    _, extract, _ = command.resolve_command(Context(command), ["extract"])
-    options = {one.name: one for one in extract.params}
-    for entry in fields(Options):
-        assert options[entry.name].help
-        assert options[entry.name].default is None  # then the setting's own default holds, which the help shows
-        default = f"{entry.default:g}" if isinstance(entry.default, float) else str(entry.default)
-        assert default in str(options[entry.name].show_default) or entry.default is None
 
 
 @pytest.mark.parametrize("radius", [1.5, 2.5, 4.0])

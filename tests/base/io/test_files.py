@@ -6,13 +6,11 @@ import sys
 import time
 from pathlib import Path
 
-import pandas as pd
 import pytest
 
 from vasowave.base import InputError
 from vasowave.base.io import check_file, check_folder, made_inside, remove_parts, write_file, write_folder
 from vasowave.base.runtime import PART, Part
-from vasowave.study.report import write_tables
 
 
 def full(*arguments, **options):
@@ -179,12 +177,3 @@ def test_the_name_of_a_file_to_be_written_is_checked_before_anything_is_computed
     ):
         with pytest.raises(InputError, match=words):
             check_file(path, *suffixes)
-
-
-@pytest.mark.parametrize(
-    ("text", "cell"),
-    [("=cmd|x", "'=cmd|x"), ("@A1", "'@A1"), ("+1+A2", "'+1+A2"), ("-1.5", "-1.5"), ("+2", "+2"), ("MPA", "MPA")],
-)
-def test_a_text_that_a_spreadsheet_would_run_is_written_as_text(tmp_path, text, cell):
-    write_tables([], {"vessels": pd.DataFrame({"vessel": [text], "radius [cm]": [0.05]})}, tmp_path)
-    assert (tmp_path / "vessels.csv").read_text() == f"vessel,radius [cm]\n{cell},0.05\n"

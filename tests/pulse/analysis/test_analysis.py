@@ -8,9 +8,7 @@ from vasowave.pulse.analysis import (
     compliance,
     fourier_series,
     impedance,
-    largest_waves,
     measured_operating_point,
-    named_waves,
     operating_point,
     series_parallel,
     wave_intensity,
@@ -31,7 +29,6 @@ from vasowave.pulse.model import (
 )
 from vasowave.pulse.network import Network
 from vasowave.pulse.solver import simulate
-from vasowave.study.animal import measured_station, waves_dataset
 
 T, RHO, C, A0 = 0.11, 1.057 / 1333.22, 220.0, 0.0069
 TIME = np.arange(512) * T / 512
@@ -143,26 +140,6 @@ def test_the_linear_law_behind_the_operating_point_is_the_one_whose_impedance_wa
     assert found == pytest.approx((there, float(wave_speed(law, p, rho))), rel=1e-9)
     with pytest.raises(InputError, match="must be positive"):
         measured_operating_point(-1.0, seen, rho, p)
-
-
-def test_waves_of_the_measurement_are_those_of_the_model_that_made_it():
-    recording, model, image = simulated_inlet(control_network(), LinearWall(57.0), 6.3)
-    nominal, rho = estimate_nominal(image, recording), model.blood.inertia
-
-    def waves(measured, what):
-        station = measured_station(measured, image, nominal, rho, what)
-        found = waves_dataset(station, rho)
-        return found, float(np.abs(found["wave_area"]).values[found["wave_name"].values == "FCW"].max())
-
-    true = wave_intensity(recording.pressure, recording.flow, recording.period,
-                          *operating_point(model, recording.mean_pressure), rho)  # fmt: skip
-    expected = largest_waves(named_waves(true, recording.period)).loc["FCW", "area [W/cm2/s]"]
-    right, at_mean = waves(recording, "mean pressure")
-    paper, at_rest = waves(recording, "paper")
-    assert at_mean == pytest.approx(expected, rel=0.03)
-    assert at_rest > 1.2 * expected  # seen filled, hence nearer; with the radii at rest it is 1.6 times as much
-    assert right.attrs["area_and_wave_speed_at"] == "mean pressure"
-    assert paper.attrs["area_and_wave_speed_at"] == "zero pressure"
 
 
 def test_the_compliance_of_a_vessel_that_changes_is_the_mean_of_what_its_places_yield():

@@ -3,6 +3,7 @@
 import numpy as np
 
 import vasowave as vw
+from vasowave import pulse
 from vasowave.pulse.calibration import ParameterLimits, compared_part, parameter_space, screened
 from vasowave.pulse.calibration import starts as starting
 from vasowave.pulse.examples import control_network, virtual_mouse
@@ -20,7 +21,7 @@ def posed(law, **fixed):
 def test_starts_of_a_linear_wall_are_led_to_where_the_fit_ends():
     space, compared, starts = posed("linear")
     places, leads = screened(space, compared, starts)
-    fit = vw.calibrate(NETWORK, MOUSE, "linear", starts=1, numerics=COARSE)
+    fit = pulse.calibrate(NETWORK, MOUSE, "linear", starts=1, numerics=COARSE)
     ended = np.log(fit.parameters["value"].to_numpy()[space.free])
     assert len(set(leads)) <= 3
     assert np.max(np.abs(places[0] - ended)) < 0.3
@@ -29,7 +30,9 @@ def test_starts_of_a_linear_wall_are_led_to_where_the_fit_ends():
 
 def test_every_start_has_its_row_and_says_by_which_one_it_was_stood_for():
     reached = []
-    fit = vw.calibrate(NETWORK, MOUSE, "linear", starts=8, numerics=COARSE, progress=lambda *one: reached.append(one))
+    fit = pulse.calibrate(
+        NETWORK, MOUSE, "linear", starts=8, numerics=COARSE, progress=lambda *one: reached.append(one)
+    )
     assert len(fit.starts) == 8
     stood_for = fit.starts[fit.starts["message"].str.startswith("the linear model leads it")]
     assert len(stood_for) >= 4
@@ -39,10 +42,10 @@ def test_every_start_has_its_row_and_says_by_which_one_it_was_stood_for():
 
 
 def test_starts_of_a_wall_that_stiffens_begin_where_they_are():
-    fit = vw.calibrate(NETWORK, MOUSE, "tangent", starts=2, numerics=COARSE)
+    fit = pulse.calibrate(NETWORK, MOUSE, "tangent", starts=2, numerics=COARSE)
     assert (fit.starts["simulations"] > 0).all()
 
 
 def test_the_papers_method_begins_where_the_paper_begins():
-    fit = vw.calibrate(NETWORK, MOUSE, "linear", starts=2, method="sqp", numerics=COARSE)
+    fit = pulse.calibrate(NETWORK, MOUSE, "linear", starts=2, method="sqp", numerics=COARSE)
     assert (fit.starts["simulations"] > 0).all()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vasowave as vw
+from vasowave import pulse
 from vasowave.base import InputError, ratios
 from vasowave.pulse.calibration import POINT_HARMONIC, Objective, compared_part, parameter_space, sites_of
 from vasowave.pulse.cycle import resample
@@ -35,7 +36,7 @@ def site(truth, quantity, factor=1.0, **more):
 
 @pytest.mark.parametrize("quantity", ERROR)
 def test_a_true_site_agrees_and_widens_no_interval(truth, quantity):
-    fit = vw.calibrate(NETWORK, truth[0], starts=1, sites=[site(truth, quantity)])
+    fit = pulse.calibrate(NETWORK, truth[0], starts=1, sites=[site(truth, quantity)])
     d = fit.sites.isel(site=0)
     assert float(d.misfit) < 2
     assert float(d.ratio) == pytest.approx(1, abs=0.1)
@@ -77,7 +78,7 @@ def test_a_waveform_and_its_numbers_say_the_same_of_a_cycle(truth):
 
 def test_a_diameter_that_is_half_of_what_is_foretold_was_a_radius(truth):
     half = site(truth, "diameter", 0.5)
-    fit = vw.calibrate(NETWORK, truth[0], starts=1, sites=[half], numerics=COARSE, pressure_harmonics=8)
+    fit = pulse.calibrate(NETWORK, truth[0], starts=1, sites=[half], numerics=COARSE, pressure_harmonics=8)
     (named,) = (str(one) for one in fit.findings if one.code == "fit.site-unit")
     assert "a radius had been given for it" in named
 
@@ -101,7 +102,7 @@ def test_wrong_units_are_noticed_and_named(truth, quantity):
                     if known[one] != known[other]}.items())  # fmt: skip
     for ratio, (one, other) in (pairs[0], pairs[-1]):
         wrong = site(truth, quantity, ratio)
-        fit = vw.calibrate(NETWORK, truth[0], starts=1, sites=[wrong], numerics=COARSE, pressure_harmonics=8)
+        fit = pulse.calibrate(NETWORK, truth[0], starts=1, sites=[wrong], numerics=COARSE, pressure_harmonics=8)
         named = [str(each) for each in fit.findings if each.code == "fit.site-unit"]
         assert len(named) == 1, (one, other)
 
@@ -120,8 +121,8 @@ def test_without_its_only_site_a_fit_is_the_fit_that_never_knew_it():
     lengths, radii = (0.41, 0.44, 0.37, 0.24, 0.06, 0.2, 0.25), (0.047, 0.026, 0.037, 0.024, 0.015, 0.03, 0.02)
     network = vw.Network(("MPA", "LPA", "RPA", "L1", "L2", "R1", "R2"), [-1, 0, 0, 1, 1, 2, 2], lengths, radii)
     wrong = vw.Observation("pressure", "LPA", 2.0, waveform=7.5 * pressure)
-    alone = vw.calibrate(network, lumped, "tangent", starts=4)
-    added = vw.calibrate(network, lumped, "tangent", starts=4, sites=[wrong]).sites.isel(site=0)
+    alone = pulse.calibrate(network, lumped, "tangent", starts=4)
+    added = pulse.calibrate(network, lumped, "tangent", starts=4, sites=[wrong]).sites.isel(site=0)
     named = [str(name) for name in alone.parameters.index]
     without = added["value_without"].sel(quantity=named).values
     np.testing.assert_allclose(without, alone.parameters["value"].to_numpy(float), rtol=0.01)
@@ -129,13 +130,13 @@ def test_without_its_only_site_a_fit_is_the_fit_that_never_knew_it():
 
 def test_a_site_somewhere_else_stands_apart(truth):
     late = np.roll(site(truth, "pressure").waveform, 16)
-    fit = vw.calibrate(NETWORK, truth[0], starts=1, sites=[vw.Observation("pressure", BRANCH, 0.1, waveform=late)])
+    fit = pulse.calibrate(NETWORK, truth[0], starts=1, sites=[vw.Observation("pressure", BRANCH, 0.1, waveform=late)])
     assert "fit.site-apart" in [one.code for one in fit.findings]
 
 
 def test_what_is_no_site_of_the_network_is_refused(truth):
     def fit(one, **more):
-        return vw.calibrate(NETWORK, truth[0], starts=1, sites=[one], **more)
+        return pulse.calibrate(NETWORK, truth[0], starts=1, sites=[one], **more)
 
     with pytest.raises(InputError, match="the network has no vessel 'LPA'"):
         fit(vw.Observation("flow", "LPA", 0.01, mean=0.1))

@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from posterior_modes import animal
 from vasowave.base import NumericalError
-from vasowave.pulse import derived
 from vasowave.pulse.inference import (
     FIT_ELSEWHERE,
     FIT_LIKELIER,
@@ -21,7 +19,6 @@ from vasowave.pulse.inference import (
     find_modes,
     findings,
     halves_limit,
-    posterior,
     screened,
     separate,
 )
@@ -133,15 +130,3 @@ def test_a_fit_elsewhere_is_a_finding_with_distance_and_nats():
     assert likelier[0].code == FIT_LIKELIER.code
     assert dict(likelier[0].values)["nats"] == pytest.approx(10.0)
     assert "likelier than every draw, by 10.0 nats" in str(likelier[0])
-
-
-@pytest.mark.validation
-def test_a_tangent_animal_far_from_nominal_is_found_from_nominal():
-    """Nominal β is 13 mmHg. Of four steps from there alone came 625 [386, 1079] cm/s, with a Pareto k of 0.09."""
-    network, recording, model = animal("low", 3)
-    found = posterior(network, recording, "tangent", draws=40)
-    truth = derived(model, recording.mean_pressure)["wave_speed"]
-    row = found.summary.loc["wave_speed"]
-    assert truth == pytest.approx(220, abs=1)
-    assert row["interval_low"] < truth < row["interval_high"] < 300
-    assert found.diagnostics.trusted

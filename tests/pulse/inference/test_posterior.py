@@ -5,24 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.stats import ks_2samp
 
 from made_fit import made_fit
 from vasowave.base import InputError
-from vasowave.catheter.read import read_recording
 from vasowave.pulse.calibration import Search
 from vasowave.pulse.cycle import resample
 from vasowave.pulse.examples import TRUTH, control_network, virtual_mouse
 from vasowave.pulse.inference import (
     SOURCES,
     Priors,
-    Sampling,
     Unknown,
-    climb,
-    log_prior,
     meanings,
     posterior,
-    problem_of,
     zero_unseen,
 )
 from vasowave.pulse.model import Numerics
@@ -144,36 +138,6 @@ def test_a_run_goes_on_from_its_file_with_the_same_result(tmp_path):
 def test_a_fit_of_another_law_and_too_few_draws_are_refused(asked, words):
     with pytest.raises(InputError, match=words):
         posterior(control_network(), virtual_mouse(), "tangent", **asked)
-
-
-@pytest.mark.weekly
-def test_the_posterior_of_mouse_c6_is_that_of_a_direct_search(shared):
-    """emcee with every step simulated: no emulator, no weights; some 6 400 simulations."""
-    emcee = pytest.importorskip("emcee")
-    folder = shared / "mouse-c6"
-    mouse = read_recording(folder / "pC6_1024.dat", folder / "qC6_1024.dat", period=0.11)
-    found = posterior(control_network(), mouse, priors=SHAPE_ONLY)
-    assert found.diagnostics.trusted
-    problem = problem_of(control_network(), mouse, "linear", Sampling(priors=SHAPE_ONLY))
-    climbed = climb(problem.simulate, problem.measured, problem.discrepancy(), np.zeros(4))
-    noise = problem.discrepancy(problem.vessels(climbed.middle))
-
-    def density(points):
-        outputs = problem.simulate(points)
-        values = np.full(len(points), -np.inf)
-        good = np.isfinite(outputs).all(axis=1)
-        values[good] = noise.log_likelihood(problem.measured - outputs[good]) + log_prior(points[good])
-        return values
-
-    direct = emcee.EnsembleSampler(32, 4, density, vectorize=True)
-    direct.random_state = np.random.RandomState(1).get_state()
-    begin = climbed.middle + np.random.default_rng(2).standard_normal((32, 4)) @ climbed.root.T
-    direct.run_mcmc(begin, 200)
-    chain = direct.get_chain(discard=60, thin=35, flat=True)  # about one autocorrelation time apart
-    for i, name in enumerate(problem.unknowns.all):
-        theirs = problem.unknowns.all[name].value(chain[:, i])
-        ours = np.unique(found.draws(name))
-        assert ks_2samp(ours, theirs).pvalue > 0.01, name
 
 
 def test_posterior_and_prior_are_the_same_only_where_middle_and_width_agree():

@@ -2,8 +2,6 @@
 
 import os
 import sys
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,18 +18,15 @@ from vasowave.pulse.model import (
     LinearWall,
     Model,
     Numerics,
-    files_of,
     find_bed,
     find_law,
     in_words,
-    learn,
     named,
     plain,
     wave_speed,
     windkessels,
 )
 from vasowave.pulse.solver import simulate
-from vasowave.study.animal import Settings
 
 NAME = "our_laws:ExponentialWall"
 
@@ -77,21 +72,6 @@ def test_compiled_python_beside_a_law_is_not_run(folder):
     compiled = Path(py_compile.compile(str(evil), doraise=True))
     compiled.rename(compiled.with_name(compiled.name.replace("evil", "our_laws")))
     assert find_law(NAME).__name__ == "ExponentialWall"
-
-
-def test_another_process_is_given_the_source_and_needs_no_file(folder):
-    wall = Settings(walls=(NAME,)).walls[0]
-    files = files_of([wall, "linear"])
-    assert [file.path for file in files] == [str(folder / "our_laws.py")]
-    (folder / "our_laws.py").unlink()
-    with ProcessPoolExecutor(1, get_context("spawn"), learn, (files,)) as pool:
-        assert pool.submit(_symbols, wall).result() == ["k", "m"]
-    with pytest.raises(InputError, match=r"our_laws:ExponentialWall.*read the study that names it"):
-        find_law("our_laws@0000000000000000:ExponentialWall")
-
-
-def _symbols(wall):
-    return [one.symbol for one in find_law(wall).law().parameters]
 
 
 SLIPS = {

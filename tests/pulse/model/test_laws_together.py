@@ -7,15 +7,12 @@ import pytest
 from scipy import stats
 
 from made_fit import made_fit
-from vasowave.base import OTHER, texts
-from vasowave.pulse import ACROSS_LAWS
 from vasowave.pulse.calibration import Search, calibrate, profile_likelihood
 from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import control_network, virtual_mouse
 from vasowave.pulse.model import Model, Numerics, PowerWall, windkessels
 from vasowave.pulse.selection import Comparing, averaged, compare_models, law_weights, profiled, stiffening
 from vasowave.pulse.solver import simulate
-from vasowave.study.animal import Animal, AnimalResult, Settings, from_bytes, result_of, to_bytes
 
 
 def with_exponent(value, low, high, at_bound=False):
@@ -137,34 +134,3 @@ def test_weights_are_those_of_the_differences_of_aicc_and_sum_to_one():
     ratio = float(one.sel(wall="linear") / one.sel(wall="tangent"))
     expected = -0.5 * (table["AICc"]["linear"] - table["AICc"]["tangent"])
     assert np.log(ratio) == pytest.approx(expected, abs=1e-6)
-
-
-@pytest.mark.validation
-def test_an_animals_tree_holds_the_average_and_how_the_wall_stiffens():
-    fits = three_fits()
-    animal = Animal("mouse", "CTL", fits[0].model.network, fits[0].recording, synthetic=True)
-    made = result_of(animal, fits, Settings(walls=("linear", "tangent", "power")))
-    stored = AnimalResult.from_datatree(from_bytes(to_bytes(made.to_datatree())))
-    averages = stored.averages
-    for name in ACROSS_LAWS:
-        each = [float(stored.laws[wall].quantities[name]) for wall in ("linear", "tangent", "power")]
-        value, attrs = float(averages[name]), averages[name].attrs
-        assert min(each) * (1 - 1e-9) <= value <= max(each) * (1 + 1e-9)
-        assert attrs["interval_low"] < value < attrs["interval_high"]
-        assert 0 <= attrs["between_laws"] <= 1
-        assert attrs["units"] == stored.laws["linear"].quantities[name].attrs["units"]
-    assert averages.attrs["covariance"] == stored.selection.attrs["preferred_covariance"]
-    assert stored.laws["power"].stiffening.attrs["verdict"] in ("more", "less", "open")
-    assert stored.laws["linear"].stiffening is None
-
-
-def test_what_all_laws_share_is_said_once_and_the_rest_with_the_name_of_its_law():
-    fits = [
-        replace(made_fit(wall), findings=(OTHER(text="about the image"), OTHER(text=f"about {wall}")))
-        for wall in ("linear", "tangent")
-    ]
-    animal = Animal("mouse", "CTL", fits[0].model.network, fits[0].recording, synthetic=True)
-    notes = texts(result_of(animal, fits, Settings(model_selection=False)).findings)
-    assert notes.count("about the image") == 1
-    assert "tangent wall: about tangent" in notes
-    assert not any("wall: about the image" in note for note in notes)

@@ -1,6 +1,5 @@
 """Pressure behind the vascular beds: it drives the flow less, and stretches the walls all the same."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -12,8 +11,6 @@ from vasowave.pulse.calibration import Search, calibrate
 from vasowave.pulse.cycle import Inflow, Recording
 from vasowave.pulse.inference import Sampling, posterior_of, problem_of
 from vasowave.pulse.model import ImpedanceSpectrum, Model, Numerics, Resistance, linear_solution
-from vasowave.study.animal import stored_model, stored_recording
-from vasowave.study.exchange import export_model
 
 BEHIND, BETA = 8.0, 60.0
 FINE = Numerics(tolerance=1e-10, steps_per_cycle=4608)
@@ -145,20 +142,3 @@ def test_vascular_resistance_counts_from_the_wedge_pressure_and_the_total_one_fr
     assert mouse.input_resistance == pytest.approx(mouse.mean_pressure / mouse.cardiac_output)
     with pytest.raises(InputError, match="wedge pressure of 90 mmHg is not below the mean pressure"):
         replace(mouse, wedge_pressure=90.0)
-
-
-def test_results_keep_the_pressure_and_exports_write_it_or_refuse(before_the_atrium, tmp_path):
-    recording, _ = before_the_atrium
-    animal = vw.Animal("w", "CTL", vw.control_network(), recording, synthetic=True)
-    result = vw.analyze(animal, vw.Settings(walls=("linear",), starts=1, model_selection=False))
-    again = vw.AnimalResult.from_datatree(result.to_datatree())
-    assert stored_recording(again).wedge_pressure == BEHIND
-    assert set(np.asarray(stored_model(again).outlet_pressure)) == {BEHIND}
-    assert float(again.measured.quantities["Z_0"]) > float(again.recording["PVR"])
-    model = stored_model(again)
-    export_model(model, recording.inflow, "svzerod", tmp_path / "zerod")
-    written = json.loads((tmp_path / "zerod" / "svzerod.json").read_text("utf-8"))["boundary_conditions"]
-    pressures = [one["bc_values"]["Pd"] for one in written if one["bc_type"] == "RCR"]
-    np.testing.assert_allclose(pressures, len(model.network.terminals) * [BEHIND * 1333.22], rtol=1e-5)
-    with pytest.raises(InputError, match="openBF knows no pressure behind its outlets"):
-        export_model(model, recording.inflow, "openbf", tmp_path / "openbf")

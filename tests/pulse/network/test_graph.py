@@ -6,7 +6,6 @@ import pytest
 import vasowave as vw
 from vasowave.base import InputError
 from vasowave.pulse.network import in_loops
-from vasowave.study.animal import network_dataset, network_of
 
 TABLE = """name,from,to,length [mm],radius [mm]
 main,heart,a,4.1,0.47
@@ -29,14 +28,6 @@ def test_a_table_of_nodes_says_where_vessels_meet(circle):
     assert circle.junctions == (((0,), (1, 2)), ((1,), (3, 4)), ((2, 3), (5,)))
     assert (circle.root, circle.terminals.tolist(), circle.parent.tolist()) == (0, [4, 5], [-1, 0, 0, 1, 1, 2])
     assert in_loops(circle.start, circle.end).tolist() == [False, True, True, True, False, False]
-
-
-def test_a_written_graph_and_a_stored_one_are_read_back_to_the_last_bit(circle, tmp_path):
-    vw.write_network(circle, tmp_path / "again.csv")
-    for back in (vw.read_network(tmp_path / "again.csv"), network_of(network_dataset(circle))):
-        assert back.name == circle.name
-        for field in ("nodes", "parent", "length", "radius"):
-            assert np.array_equal(getattr(back, field), getattr(circle, field))
 
 
 @pytest.mark.parametrize(

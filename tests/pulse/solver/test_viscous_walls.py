@@ -85,19 +85,6 @@ def test_small_waves_in_a_network_are_those_of_the_frequency_domain_on_any_cells
         assert abs(run.volume_error) < 1e-11
 
 
-@pytest.mark.parametrize("gamma", GAMMAS)
-@WALLS
-def test_the_pulse_of_a_measured_mouse_is_periodic_and_keeps_its_volume(shared, gamma, wall):
-    folder = shared / "mouse-c6"
-    mouse = vw.read_recording(folder / "pC6_1024.dat", folder / "qC6_1024.dat", period=T)
-    network = vw.control_network()
-    beds = vw.estimate_nominal(network, mouse).outlets
-    run = simulate_run(of_gamma(vw.Model(network, wall, beds), gamma), mouse.inflow, Numerics())
-    assert run.convergence.converged
-    assert abs(run.volume_error) < 1e-13
-    assert not run.notes
-
-
 @WALLS
 @pytest.mark.parametrize(
     "case",

@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from made_phantom import NETWORK
 from typer.testing import CliRunner
 
+from made_phantom import NETWORK
 from phantom import embed
 from vasowave.cli import app
 from vasowave.lung import Line, Tree

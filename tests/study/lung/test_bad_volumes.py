@@ -5,10 +5,10 @@ import warnings
 import numpy as np
 import pydicom
 import pytest
-from made_phantom import outlets_of, phantom, root_of
 from scipy.spatial import cKDTree
 
 from extract_command import run
+from made_phantom import outlets_of, phantom, root_of
 from phantom import write_dicom_series
 from vasowave.base import InputError, VasowaveWarning
 from vasowave.lung import Options, extract, written

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from phantom import embed, render
-from vasowave.lung import written
+from phantom import embed, render, write_dicom_series
+from vasowave.lung import write_volume, written
 from vasowave.pulse.network import Network
 
 NETWORK = Network(
@@ -28,3 +28,11 @@ def root_of(embedding):
 
 def outlets_of(embedding):
     return [argument for row in NETWORK.terminals for argument in ("--outlet", written(embedding.lines[row][-1]))]
+
+
+def written_scan(folder):
+    """Write the phantom as a DICOM series and as one file; return the folder, its embedding and its volume."""
+    embedding, volume = phantom()
+    write_dicom_series(volume, folder / "dicom")
+    write_volume(volume, folder / "image.nrrd")
+    return folder, embedding, volume

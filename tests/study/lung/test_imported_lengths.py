@@ -221,7 +221,7 @@ def test_a_root_that_no_mouse_has_is_refused_with_the_likely_unit(files, unit, s
     assert run(*arguments, "--species", "other").exit_code == 0
 
 
-LUNG = Path(__file__).parents[2] / ".." / "shared" / "data" / "mouse-lung-centerline"
+LUNG = Path(__file__).parents[3] / ".." / "shared" / "data" / "mouse-lung-centerline"
 
 
 @pytest.mark.skipif(not LUNG.exists(), reason="the measured mouse lung is not beside the project")

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_tree import forked_tree
 
+from made_tree import forked_tree
 from vasowave.base import OTHER
 from vasowave.lung.measure import network_of
 from vasowave.lung.revise import edited, read_edits
