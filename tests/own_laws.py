@@ -1,10 +1,17 @@
 """Wall laws as users write them into files of their own."""
 
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.base import Law, Parameter
+from vasowave.pulse.model import LinearWall
+
 EXPONENTIAL = """
 from typing import NamedTuple
 import numpy as np
-from vasowave.base.descriptions import Parameter
-from vasowave.base.descriptions import Law
+from vasowave.base import Parameter
+from vasowave.base import Law
 
 class ExponentialWall(NamedTuple):
     k: float
@@ -23,3 +30,24 @@ class ExponentialWall(NamedTuple):
     @staticmethod
     def limits(k, m): return 0.0 * k, 0.0 * k + np.inf
 """
+
+
+class Broken(NamedTuple):
+    """A law that is right until a model is made of it."""
+
+    beta: float
+
+    @staticmethod
+    def law():
+        beta = Parameter("mmHg", "β", "stiffness", "", 1.0, (0.2, 20.0))
+        return Law("broken", "broken", "p = β (√(A/A₀) − 1)", "3", (beta,), "beta")
+
+    pressure_at = staticmethod(LinearWall.pressure_at)
+    ratio_at = staticmethod(LinearWall.ratio_at)
+    slope_at = staticmethod(LinearWall.slope_at)
+
+    @staticmethod
+    def limits(beta):
+        if np.any(np.asarray(beta) != 50.0):  # at which every law is checked
+            raise ZeroDivisionError("by nothing")
+        return LinearWall.limits(beta)

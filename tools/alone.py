@@ -51,7 +51,7 @@ def tried(part: str, options: list[str]) -> int:
     with tempfile.TemporaryDirectory() as place:
         folder = copied(part, Path(place) / "project")
         (Path(place) / "shared").symlink_to(ROOT.parent / "shared")
-        environment = os.environ | {"PYTHONPATH": str(folder / "src"), "PYTHONSAFEPATH": "1"}
+        environment = os.environ | {"PYTHONPATH": str(folder / "src")}
         work = folder / "work"
         work.mkdir()
         shown = subprocess.run([sys.executable, "-c", example(part)], cwd=work, env=environment, check=False)

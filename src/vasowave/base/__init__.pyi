@@ -1,8 +1,10 @@
 """What every part stands on: errors, findings, settings, units, species, stored files, processes."""
 
 from vasowave.base.accessors import Accessor as Accessor
+from vasowave.base.descriptions import BedLaw as BedLaw
 from vasowave.base.descriptions import Law as Law
 from vasowave.base.descriptions import Parameter as Parameter
+from vasowave.base.descriptions import Quantity as Quantity
 from vasowave.base.errors import InputError as InputError
 from vasowave.base.errors import NumericalError as NumericalError
 from vasowave.base.errors import VasowaveError as VasowaveError

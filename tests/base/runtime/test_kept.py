@@ -32,7 +32,7 @@ def test_the_order_of_a_mapping_and_what_is_not_compared_do_not_count():
 
 
 def test_a_part_of_the_program_a_library_and_the_whole_are_different_programs():
-    some = [program(), program("imaging"), program("", ("cli",)), program("imaging", libraries=("numpy",))]
+    some = [program(), program("base"), program("", ("base/io",)), program("base", libraries=("numpy",))]
     assert len(set(some)) == 4
     assert program("imaging", libraries=("no-such-library",)) not in some
 

@@ -1,14 +1,13 @@
 """A trial point that cannot be is a failed point of its search; a start or a law that fails leaves the others."""
 
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 
-from vasowave.base import Law, NumericalError, Parameter
+from own_laws import Broken
+from vasowave.base import NumericalError
 from vasowave.pulse.calibration import Coordinates, Search, calibrate, parameter_space, starts
 from vasowave.pulse.examples import control_network, virtual_mouse
-from vasowave.pulse.model import LAWS, Blood, LinearWall, Numerics, estimate_nominal, find_law
+from vasowave.pulse.model import LAWS, Blood, Numerics, estimate_nominal, find_law
 
 FAST = Numerics(cell_size=0.3, tolerance=1e-6)
 
@@ -42,27 +41,6 @@ class Edgy(NamedTuple):
             raise OverflowError("too stiff") if worst < 140.0 else FloatingPointError("far too stiff")
         return LinearWall.limits(beta)
 '''
-
-
-class Broken(NamedTuple):
-    """A law that is right until a model is made of it."""
-
-    beta: float
-
-    @staticmethod
-    def law():
-        beta = Parameter("mmHg", "β", "stiffness", "", 1.0, (0.2, 20.0))
-        return Law("broken", "broken", "p = β (√(A/A₀) − 1)", "3", (beta,), "beta")
-
-    pressure_at = staticmethod(LinearWall.pressure_at)
-    ratio_at = staticmethod(LinearWall.ratio_at)
-    slope_at = staticmethod(LinearWall.slope_at)
-
-    @staticmethod
-    def limits(beta):
-        if np.any(np.asarray(beta) != 50.0):  # at which every law is checked
-            raise ZeroDivisionError("by nothing")
-        return LinearWall.limits(beta)
 
 
 @pytest.fixture(scope="module")

@@ -36,7 +36,7 @@ def settings(*walls, **more):
 
 
 def test_a_law_that_fails_leaves_the_others_stored_with_the_reason(animal, tmp_path):
-    result = analyze(animal, settings(f"{__name__}:Broken", "linear"))
+    result = analyze(animal, settings("own_laws:Broken", "linear"))
     assert list(result.laws) == ["linear"]
     (failed,) = AnimalResult.from_datatree(from_bytes(to_bytes(result.to_datatree()))).failures
     assert (failed.animal, failed.group, failed.law, failed.stage) == ("mouse 9", "HPH", "broken", Stage.FIT)
@@ -48,7 +48,7 @@ def test_a_law_that_fails_leaves_the_others_stored_with_the_reason(animal, tmp_p
 
 
 def test_where_every_law_fails_what_was_measured_stays(animal):
-    result = analyze(animal, settings(f"{__name__}:Broken"))
+    result = analyze(animal, settings("own_laws:Broken"))
     assert not result.laws
     assert float(result.measured.quantities["mPAP"]) == pytest.approx(animal.recording.mean_pressure)
     assert [one.stage for one in result.failures] == [Stage.FIT]
@@ -84,7 +84,7 @@ def test_a_failure_says_what_failed_and_an_unforeseen_one_where():
     told = []
     assert attempted(lambda: np.array([1.0])[7], told.append) is None
     assert "unexpected IndexError" in told[0]
-    assert "test_failed_trials.py" in told[0]
+    assert "test_failed_trials_in_a_study.py" in told[0]
     assert Failure("a", "CTL", "", Stage.READING, "a gap").whole
     assert str(Failure("a", "CTL", "", Stage.READING, "a gap")) == "reading: a gap"
 

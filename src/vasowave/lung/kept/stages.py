@@ -247,7 +247,7 @@ def keys_of(image: str, inputs: Given, options: Options) -> Keys:
 
 
 def _key(stage: str, *values: Any) -> str:
-    return digest_of(program("imaging", libraries=_LIBRARIES), stage, *values)
+    return digest_of(program("lung", libraries=_LIBRARIES), stage, *values)
 
 
 def image_key(source: Path, voxel: float | None) -> str | None:

@@ -8,8 +8,8 @@ import subprocess
 
 import numpy as np
 import pytest
-from made_phantom import NETWORK
 
+from made_phantom import NETWORK
 from vasowave.lung import read_places
 from vasowave.lung.revise import read_edits
 
