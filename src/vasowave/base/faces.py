@@ -26,8 +26,13 @@ def attach_face(package: str) -> tuple[Callable[[str], Any], Callable[[], list[s
     def load(name: str) -> Any:
         if name == "__all__":
             return sorted(homes())
-        if name.startswith("__") or name not in homes():
-            raise AttributeError(f"module '{package}' has no attribute '{name}'; it has: {', '.join(sorted(homes()))}")
+        if name.startswith("__"):  # asked for by Python itself
+            raise AttributeError(name)
+        if name not in homes():
+            from vasowave.base.errors import did_you_mean
+
+            hint = did_you_mean(name, homes()) or f"; it has: {', '.join(sorted(homes()))}"
+            raise AttributeError(f"module '{package}' has no attribute '{name}'{hint}")
         module = import_module(homes()[name])
         return getattr(module, name) if hasattr(module, name) else import_module(f"{homes()[name]}.{name}")
 

@@ -1,15 +1,12 @@
 """The command that all commands hang on."""
 
-import dataclasses
-import functools
-import inspect
 import platform
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -55,36 +52,6 @@ app = typer.Typer(
     "animal) did not come out; 130 interrupted. "
     "Example: vasowave fit network.csv recording.txt --output my-mouse",
 )
-
-
-def with_parameters(function: Callable[..., None], parameters: list[inspect.Parameter]) -> Callable[..., None]:
-    """Give a function the parameters that typer makes options of."""
-    function.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    function.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    return function
-
-
-def with_option_groups(command: Callable[..., None]) -> Callable[..., None]:
-    """Let every field of the dataclasses that a command takes be an option, in the order of the fields."""
-    hints = get_type_hints(command, include_extras=True)
-    groups: dict[str, Any] = {name: hint for name, hint in hints.items() if dataclasses.is_dataclass(hint)}
-    parameters = [
-        option.replace(kind=inspect.Parameter.KEYWORD_ONLY)
-        for parameter in inspect.signature(command).parameters.values()
-        for option in (
-            inspect.signature(groups[parameter.name]).parameters.values() if parameter.name in groups else (parameter,)
-        )
-    ]
-
-    @functools.wraps(command)
-    def called(**options: Any) -> None:
-        values = {
-            name: group(**{field.name: options.pop(field.name) for field in dataclasses.fields(group)})
-            for name, group in groups.items()
-        }
-        command(**options, **values)
-
-    return with_parameters(called, parameters)
 
 
 def _show_version(requested: bool) -> None:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vasowave.cli import models
-from vasowave.cli.app import FAILED, app, with_option_groups
+from vasowave.cli.app import FAILED, app
+from vasowave.cli.signatures import with_option_groups
 
 if TYPE_CHECKING:
     from vasowave.pulse.cycle.cycle import Recording

@@ -10,7 +10,7 @@ from typer.main import get_command
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.settings import Setting, settings_of
-from vasowave.cli.app import with_parameters
+from vasowave.cli.signatures import with_parameters
 from vasowave.study.folder.problems import refuse
 from vasowave.study.folder.reading import Document
 
@@ -147,21 +147,21 @@ def _options_of(name: str) -> dict[str, Any]:
 
         return {key: _option(key, setting) for key, setting in settings_of(Options).items()}
     if name == "add":
-        return _row_options(few=False)
+        return _row_options(shortened=False)
     keys = ((section, key, setting) for section, key, setting in _keys() if name != "posterior" or key not in _OF_FITS)
-    options = _row_options(few=True) | {
+    options = _row_options(shortened=True) | {
         key: _option(key, setting, section or "more", key not in _SHOWN) for section, key, setting in keys
     }
     return options | {_SET: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help=_SET_HELP)]}
 
 
-def _row_options(few: bool) -> dict[str, Any]:
+def _row_options(shortened: bool) -> dict[str, Any]:
     from vasowave.study.folder.rows import COLUMNS, field_of
 
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
     plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in _CELLS}
     settings = (several | plain).items()
-    return {name: _option(name, setting, "recording", few and name not in _SHOWN) for name, setting in settings}
+    return {name: _option(name, setting, "recording", shortened and name not in _SHOWN) for name, setting in settings}
 
 
 def _keys() -> list[tuple[str, str, Setting]]:

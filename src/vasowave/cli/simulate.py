@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vasowave.cli import models
-from vasowave.cli.app import app, with_option_groups
+from vasowave.cli.app import app
+from vasowave.cli.signatures import with_option_groups
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -233,14 +233,14 @@ def ends_changer(kinds: Kinds) -> Any:
 
 
 @njit(**OPTIONS)
-def see_faces(d, n, seen, slopes, weight, changes):
+def see_faces(d, n, records, slopes, weight, changes):
     """Changes of pressure and flow at some faces into the first two kinds of waves."""
-    for i in range(len(seen.watched)):
-        f = seen.watched[i]
+    for i in range(len(records.watched)):
+        f = records.watched[i]
         p = slopes.pressure[f] * changes.area[f]
         for k in range(len(weight)):
             p += slopes.wall[k, f] * weight[k, f]
-        seen.waves[0, d, n, i], seen.waves[1, d, n, i] = p, changes.flow[f]
+        records.waves[0, d, n, i], records.waves[1, d, n, i] = p, changes.flow[f]
 
 
 @njit(**OPTIONS)

@@ -49,7 +49,7 @@ class HalfStep(NamedTuple):
     nodes: NodeStates
 
 
-class Seen(NamedTuple):
+class StepRecords(NamedTuple):
     """Where a cycle is recorded."""
 
     watched: np.ndarray  # (face,)
@@ -58,7 +58,7 @@ class Seen(NamedTuple):
     cells: np.ndarray  # (kind, sample, slot), without samples where cells are not asked for
 
 
-class SeenChanges(NamedTuple):
+class RecordChanges(NamedTuple):
     """Where the changes of a cycle are recorded."""
 
     watched: np.ndarray  # (face,)
@@ -66,14 +66,14 @@ class SeenChanges(NamedTuple):
     inlet: np.ndarray  # (direction, step) pressure, mmHg
 
 
-class Step(NamedTuple):
+class StepArguments(NamedTuple):
     """A simulation at one of its steps."""
 
     inflow: np.ndarray  # (step, inlet) ml/s; mmHg of a given pressure, mmHg/ml of a ventricle's elastance
     state: SlotStates
     scheme: Scheme
     half: HalfStep
-    seen: Seen | SeenChanges
+    records: StepRecords | RecordChanges
 
 
 class Tangent(NamedTuple):

@@ -14,7 +14,7 @@ from vasowave.pulse.solver.cells import Faces, FluidConstants, Fluxes
 from vasowave.pulse.solver.failures import left_law, no_balance, too_steep
 from vasowave.pulse.solver.grid import Grid
 from vasowave.pulse.solver.nodes import make_node_states
-from vasowave.pulse.solver.scheme import HalfStep, Scheme, Seen, SlotStates, Step, Walls
+from vasowave.pulse.solver.scheme import HalfStep, Scheme, SlotStates, StepArguments, StepRecords, Walls
 from vasowave.pulse.solver.start import AIM
 from vasowave.pulse.solver.state import State
 from vasowave.pulse.solver.validity import Extreme
@@ -85,8 +85,8 @@ class Stepper:
         """Run one cycle; the waveforms of the last one stay in `stations` and `cells`."""
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
         report = np.zeros(cycles.REPORT)
-        seen = Seen(self.watched, self.watched_waves, self.stations, self.cells)
-        step = Step(self.inflow, SlotStates(area, flow, memory), self.scheme, self.half, seen)
+        records = StepRecords(self.watched, self.watched_waves, self.stations, self.cells)
+        step = StepArguments(self.inflow, SlotStates(area, flow, memory), self.scheme, self.half, records)
         cycles.cycle_kernel(type(self.grid.wall), tuple(map(type, self.terms)))(step, self.terms, report)
         self._check(report, State(area, flow, memory))
         self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)

@@ -1,8 +1,8 @@
 """Physical terms beside pressure, inertia and drag, as values: composed by their classes before a kernel is compiled.
 
 A term is a NamedTuple of arrays. Its methods are named after the places of a step at which they act, and take
-``(step, n)``: the parts of a simulation (`scheme.Step`) and the number of the half step. What a class lacks is left out
-of the kernel. The tangent of a term is a NamedTuple, too, whose field ``base`` is the term; its methods take
+``(step, n)``: the parts of a simulation (`scheme.StepArguments`) and the number of the half step. What a class lacks is
+left out of the kernel. The tangent of a term is a NamedTuple, too, whose field ``base`` is the term; its methods take
 ``(step, tangent, n, d)``: also the parts of the linearized scheme (`scheme.Tangent`), and a direction.
 
 Of a term are asked, in this order:

@@ -16,7 +16,7 @@ _NOTHING = 1e-9  # of the volume in a period is a flow that is none
 
 
 class Heart(NamedTuple):
-    """A ventricle and its state: a term. The inflow of its `Step` is its elastance."""
+    """A ventricle and its state: a term. The inflow of its `StepArguments` is its elastance."""
 
     filled: float  # ml above V0, when contraction begins
     resistance: float  # of the open valve, mmHg s/ml

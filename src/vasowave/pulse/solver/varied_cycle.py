@@ -49,7 +49,7 @@ def _compiled(kinds: Kinds) -> Any:
     @njit(**WHOLE)
     def advance_changes(step, terms, tangent):
         """Run a cycle from its state and the changes of it, which become those of its end."""
-        inflow, (area, flow, memory), scheme, half, seen = step
+        inflow, (area, flow, memory), scheme, half, records = step
         vessels, cells, face_cells, ends, (wall, face_wall, end_wall), fluid, outlet = scheme
         cell_fluxes, faces, fluxes, nodes = half
         (dA, dq), shifted, outlets, in_slots, in_faces, in_ends, cell_slopes, slopes = tangent[:8]
@@ -94,8 +94,8 @@ def _compiled(kinds: Kinds) -> Any:
                 change_inflow(terms, step, tangent, n, d)
                 change_all_ends(ends, nodes, terms, step, tangent, n, d)
                 change_memory(d, outlet, outlets, ends, faces, face_dq)
-                seen.inlet[d, n] = at_nodes.pressure[ends.inlet]
-                see_faces(d, n, seen, slopes, face_weight, changes)
+                records.inlet[d, n] = at_nodes.pressure[ends.inlet]
+                see_faces(d, n, records, slopes, face_weight, changes)
                 record_changes(terms, step, tangent, n, d)
                 change_cells(face_dA, face_dq, cells, to_cells, face_weight, dA[d], dq[d])
                 if in_slots.lengthens[d]:

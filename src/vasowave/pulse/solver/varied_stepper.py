@@ -14,7 +14,7 @@ from vasowave.pulse.solver.changing import Changing, make_changing_tangent
 from vasowave.pulse.solver.direction import Direction
 from vasowave.pulse.solver.node_variations import EndChanges, EndSlopes, OutletChanges
 from vasowave.pulse.solver.result import Run
-from vasowave.pulse.solver.scheme import SeenChanges, SlotStates, Step, Tangent, Walls
+from vasowave.pulse.solver.scheme import RecordChanges, SlotStates, StepArguments, Tangent, Walls
 from vasowave.pulse.solver.start import at_rest
 from vasowave.pulse.solver.state import State
 from vasowave.pulse.solver.stepper import Stepper, make_pulsation
@@ -56,7 +56,7 @@ class VariedStepper:
         )
         watched = np.asarray(faces, dtype=np.uintp)
         waves = np.zeros((len(run.at_inlet), len(directions), run.steps, len(watched)))
-        self.seen = SeenChanges(watched, waves, np.zeros((len(directions), run.steps)))
+        self.records = RecordChanges(watched, waves, np.zeros((len(directions), run.steps)))
 
     def _tangent_of(self, term: Any, directions: Sequence[Direction], rows: int) -> Any:
         """Return the tangent of a term in these directions."""
@@ -87,8 +87,8 @@ class VariedStepper:
 
         The kinds are pressure (mmHg) of the law, flow (ml/s) and, where walls are viscous, viscous pressure.
         """
-        watched_waves = np.moveaxis(self.seen.waves, 1, 0).reshape(len(self.seen.inlet), -1)
-        return np.concatenate([self.seen.inlet, watched_waves], axis=1)
+        watched_waves = np.moveaxis(self.records.waves, 1, 0).reshape(len(self.records.inlet), -1)
+        return np.concatenate([self.records.inlet, watched_waves], axis=1)
 
     def from_rest(self, count: int) -> np.ndarray:
         """Return the `output` in the last of `count` cycles from rest."""
@@ -105,7 +105,7 @@ class VariedStepper:
         changes = [scale.change(row) for row in x]
         changed = SlotStates(*(np.array([getattr(change, name) for change in changes]) for name in SlotStates._fields))
         at_start = SlotStates(state.area, state.flow, state.memory)
-        step = Step(stepper.inflow, at_start, stepper.scheme, stepper.half, self.seen)
+        step = StepArguments(stepper.inflow, at_start, stepper.scheme, stepper.half, self.records)
         kernel = varied_cycle_kernel(type(stepper.grid.wall), tuple(map(type, self.terms)))
         outlets = self.tangent.outlets._replace(memory=changed.memory)
         kernel(step, self.terms, self.tangent._replace(changed=Faces(*changed[:2]), outlets=outlets))

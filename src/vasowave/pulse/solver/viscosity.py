@@ -96,7 +96,7 @@ class Viscous(NamedTuple):
 
     def record(self, step, n):
         """Keep the viscous pressures of this half step."""
-        record_viscous(n, len(step.inflow), step.scheme.vessels, self, step.seen)
+        record_viscous(n, len(step.inflow), step.scheme.vessels, self, step.records)
 
     def in_cells(self, step, n):
         """Let the viscous pressure push the flow."""
@@ -223,21 +223,21 @@ def close_joined(ends, viscous, nodes, faces):
 
 
 @njit(**OPTIONS)
-def record_viscous(n, steps, vessels, viscous, seen):
+def record_viscous(n, steps, vessels, viscous, records):
     """Viscous pressure at the watched faces, the stations and in the cells, where this half step is kept."""
-    of_stations, of_cells = steps // seen.stations.shape[1], steps // max(seen.cells.shape[1], 1)
-    for i in range(len(seen.watched)):
-        seen.waves[2, n, i] = viscous.at_faces[seen.watched[i]]
+    of_stations, of_cells = steps // records.stations.shape[1], steps // max(records.cells.shape[1], 1)
+    for i in range(len(records.watched)):
+        records.waves[2, n, i] = viscous.at_faces[records.watched[i]]
     if n % of_stations == 0:
         for v in range(len(vessels.first)):
             i, k = vessels.first[v], vessels.last[v]
             at_left, at_right = viscous.at_faces[(i + k) // 2], viscous.at_faces[i + k - (i + k) // 2]
-            at_stations = seen.stations[2, n // of_stations, v]
+            at_stations = records.stations[2, n // of_stations, v]
             at_stations[0], at_stations[1] = viscous.at_faces[i], 0.5 * (at_left + at_right)
             at_stations[2] = viscous.at_faces[k]
-    if seen.cells.shape[1] > 0 and n % of_cells == 0:
+    if records.cells.shape[1] > 0 and n % of_cells == 0:
         for j in range(len(viscous.pressure)):
-            seen.cells[2, n // of_cells, j] = viscous.pressure[j]
+            records.cells[2, n // of_cells, j] = viscous.pressure[j]
 
 
 @njit(**OPTIONS)
@@ -271,9 +271,9 @@ class ViscousTangent(NamedTuple):
 
     def record_changes(self, step, tangent, n, d):
         """Keep the changes of the viscous pressure."""
-        seen = step.seen
-        for i in range(len(seen.watched)):
-            seen.waves[2, d, n, i] = self.at_faces[seen.watched[i]]
+        records = step.records
+        for i in range(len(records.watched)):
+            records.waves[2, d, n, i] = self.at_faces[records.watched[i]]
 
     def change_cells(self, step, tangent, n, d):
         """Change the flow in the cells by the viscous pressure, and by what it pushes."""
