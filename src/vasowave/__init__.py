@@ -9,7 +9,7 @@ if sys.argv[:1] == ["-m"] and not sys.flags.safe_path and {"vasowave", "-mvasowa
 from importlib.util import find_spec
 from typing import Any
 
-from vasowave.base import accessors
+from vasowave.base.accessors import on_first_use
 from vasowave.base.faces import attach_face
 
 
@@ -21,7 +21,7 @@ def _register_methods() -> None:
         register_all()
 
 
-accessors.on_first_use(_register_methods)
+on_first_use(_register_methods)
 _load, _names = attach_face(__name__)
 
 
