@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from made_tree import straight
 from test_tubes import walls
 
 from approval import approve, parts
+from made_tree import straight
 from vasowave.base import InputError
 from vasowave.lung import Line, Tree
 from vasowave.lung.exchange import as_extracted

@@ -3,8 +3,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_tree import forked_tree, straight
 
+from made_tree import forked_tree, straight
 from vasowave.base import InputError, VasowaveWarning
 from vasowave.lung import Tree
 from vasowave.lung.measure import Densitometry, filled_at, measured_alone, network_of, taper, with_errors

@@ -4,8 +4,8 @@ import warnings
 
 import numpy as np
 import pytest
-from made_tree import straight
 
+from made_tree import straight
 from vasowave.base import InputError, VasowaveWarning
 from vasowave.lung import Line
 from vasowave.lung.exchange import merging, read_swc

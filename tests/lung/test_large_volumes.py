@@ -4,8 +4,8 @@ import warnings
 
 import numpy as np
 import pytest
-from made_phantom import phantom
 
+from made_phantom import phantom
 from vasowave.lung import Options, extract, histogram_of
 from vasowave.lung.lumen import Smoothed, levels_of, segment, segmentation
 from vasowave.lung.read import Volume

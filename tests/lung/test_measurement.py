@@ -3,8 +3,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_tree import forked_tree, straight
 
+from made_tree import forked_tree, straight
 from phantom import embed, render
 from vasowave.base import InputError, VasowaveWarning
 from vasowave.lung import Line, Options, Tree, check_root, extract

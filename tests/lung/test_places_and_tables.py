@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from made_tree import forked_tree
 
+from made_tree import forked_tree
 from vasowave.base import InputError
 from vasowave.base.io import read_columns
 from vasowave.lung import Frame, Line, parse_place, parse_places, parse_region, places, read_places, written

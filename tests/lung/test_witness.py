@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from made_phantom import NETWORK, phantom
 from made_tree import forked_tree, straight
-
 from vasowave.base import VasowaveWarning
 from vasowave.lung import Line, Tree
 from vasowave.lung.axes import fitted, settled, without_short_vessels
