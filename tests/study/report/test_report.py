@@ -32,10 +32,13 @@ from vasowave.study.report import (
     Fold,
     Paragraph,
     Report,
+    ReportSettings,
     Section,
     SideBySide,
     markup,
     number,
+    report_of,
+    supplement_of,
     write_report,
 )
 from vasowave.study.report.sections import groups_section, methods_section
@@ -233,6 +236,17 @@ def test_recordings_of_the_same_animals_are_not_tested_as_if_they_were_independe
              for each in (cohort, again)]  # fmt: skip
     assert folds[0] == ["Secondary: importance indices of the paper", *folds[1]]
     assert "Mann-Whitney" not in methods_section(again, NOTHING, {}).blocks[0].text
+
+
+def test_no_table_of_the_supplement_takes_the_file_of_one_of_the_first_page():
+    cohort = gathered(made_results({"CTL": 2, "HPH": 2}, walls=("linear",)))
+    weight = Variable.of("weight [g]", {"CTL 1": "21", "CTL 2": "23", "HPH 1": "20", "HPH 2": "22"})
+    cohort = replace(cohort, variables={weight.name: weight})
+    primary = primary_comparison(cohort, ReportSettings(quantities=("mPAP",)))
+    documents = report_of(cohort, primary, ReportSettings()), supplement_of(cohort, primary)
+    names = [table.name for document in documents for table in document.tables()]
+    assert {"Animals", "Columns"} <= set(names)
+    assert len(names) == len(set(names))
 
 
 @pytest.mark.parametrize(("rate", "said"), [(0.0612, 1), (0.06, 0)])

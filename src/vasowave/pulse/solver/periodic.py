@@ -120,6 +120,8 @@ def affine_fixed_point(
     for _ in range(max_cycles):
         end, output = cycle(x)
         change = end - x
+        if not np.all(np.isfinite(change)):  # of which LAPACK complains on the terminal
+            return None
         history.append((change, end, output))
         current = [_differences(of_all_cycles) for of_all_cycles in zip(*history, strict=True)]
         weights = _cancelling(current[0], change)

@@ -146,4 +146,4 @@ def variables(cohort: Cohort) -> list[Table]:
             for result in cohort.results
         ]
     )
-    return [Table.of("Animals", "What the table of animals says of each", rows)]
+    return [Table.of("Columns", "What the table of animals says of each", rows)]
