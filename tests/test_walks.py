@@ -80,3 +80,14 @@ def test_from_a_study_to_its_results_and_to_its_page(study):
     modules = called(lambda: report_study(study))
     steps = drawn("results to page")
     assert [one for one in modules if one in steps] == steps
+
+
+@pytest.mark.parametrize("page", sorted(SOURCE.glob("*/README.md")), ids=lambda page: page.parent.name)
+def test_every_file_that_the_page_of_a_part_names_is_there(page):
+    order = re.search(r"## (?:Rooms|Files) in reading order\n(.*?)\n## ", page.read_text("utf-8"), re.DOTALL)[1]
+    names = {name.rstrip("/").split("/")[-1] for name in re.findall(r"`([a-z_/]+)`", order)}
+    files = {path.stem for path in SOURCE.rglob("*") if path.suffix in ("", ".py") and "__pycache__" not in path.parts}
+    words = {"warn", "plot", "summary", "sample", "report", "recording", "k"}  # what these files hold
+    assert names - files - words == set()
+    rooms = {path.name for path in page.parent.iterdir() if path.is_dir() and (path / "__init__.py").is_file()}
+    assert rooms <= names
