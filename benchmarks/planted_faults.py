@@ -39,7 +39,6 @@ CELLS, NODES, CYCLE = "pulse/solver/cells.py", "pulse/solver/nodes.py", "pulse/s
 VARIATIONS, NODE_VARIATIONS = "pulse/solver/variations.py", "pulse/solver/node_variations.py"
 BEDS, POWERS = "pulse/solver/beds.py", "pulse/solver/powers.py"
 PERIODIC, TUBES = "pulse/solver/periodic.py", "lung/axes/tubes.py"
-STIFFNESS = "lung/axes/tubes.py"
 UNKNOWNS = "pulse/inference/unknowns.py"
 FAULTS = [
     Fault(
@@ -223,7 +222,7 @@ FAULTS = [
     Fault("tubes' free ends slide along their axes", TUBES, (("along * np.sqrt(DENSITY)", "along * 0.0"),)),
     Fault(
         "tubes are as stiff with a wall as without",
-        STIFFNESS,
+        TUBES,
         (("FREE_WEIGHT, HIDDEN_WEIGHT = 0.35", "FREE_WEIGHT, HIDDEN_WEIGHT = 64.0"),),
     ),
     Fault(

@@ -135,7 +135,8 @@ class AnimalRow:
         """What is subtracted from the pressure that was read, mmHg, the factors of pressure and flow, and what is
         subtracted from the flow, ml/s.
         """
-        return self.zero or 0.0, self.pressure_gain or 1.0, self.flow_gain or 1.0, self.flow_zero or 0.0
+        pressure_gain, flow_gain = (1.0 if gain is None else gain for gain in (self.pressure_gain, self.flow_gain))
+        return self.zero or 0.0, pressure_gain, flow_gain, self.flow_zero or 0.0
 
     @property
     def files(self) -> dict[str, Path]:
