@@ -1,11 +1,14 @@
 """Drawings as files, and lines that are drawn through what was measured."""
 
+from xml.etree import ElementTree
+
 import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
 
 from made_cohort import bare_result
+from vasowave.study.animal import FitPlots
 from vasowave.study.figures import (
     as_file,
     lettered,
@@ -79,3 +82,10 @@ def test_a_file_of_settings_that_matplotlib_found_in_a_study_neither_runs_latex_
     expected = drawn()
     with mpl.rc_context({"text.usetex": True, "text.latex.preamble": r"\input{evil}", "font.size": 40}):
         assert drawn() == expected
+
+
+def test_panels_are_saved_side_by_side_in_the_size_of_the_report(cohort_results, tmp_path):
+    path = FitPlots(cohort_results[0]).save(tmp_path / "panels.svg", ["pressure", "impedance"])
+    root = ElementTree.fromstring(path.read_text("utf-8"))
+    assert float(root.get("width").removesuffix("pt")) == pytest.approx(170.0 / 25.4 * 72, rel=1e-4)
+    assert float(root.get("height").removesuffix("pt")) == pytest.approx(60.0 / 25.4 * 72, rel=1e-4)

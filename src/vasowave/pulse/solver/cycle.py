@@ -36,7 +36,7 @@ from vasowave.pulse.solver.cells import (
     worst_slot,
 )
 from vasowave.pulse.solver.nodes import characteristics, gather, nodes_solver
-from vasowave.pulse.solver.terms import Kinds, of_all
+from vasowave.pulse.solver.terms import Kinds, of_all, with_modules_of
 
 DONE, LEFT_LAW, NODE_FAILED = 0, 1, 2
 """How a cycle ended: well; an area outside the wall law; a node whose pressure was not found."""
@@ -93,7 +93,7 @@ PARTS = (
     *(walls, laws, powers, grid, beds, cells, changing, nodes, valve),
     *(viscosity, elimination, scheme, terms),
 )
-"""Modules of which a cycle is compiled."""
+"""Modules of which a cycle is compiled, beside those of its terms."""
 
 
 @njit(**OPTIONS)
@@ -163,7 +163,7 @@ def _compiled(kinds: Kinds) -> Any:
 
 @cache
 def _kernels(kinds: Kinds) -> tuple[Any, Any]:
-    return kept(_compiled(kinds), *PARTS), _compiled(kinds)
+    return kept(_compiled(kinds), *with_modules_of(kinds, *PARTS)), _compiled(kinds)
 
 
 def cycle_kernel(law: type, kinds: Kinds) -> Any:

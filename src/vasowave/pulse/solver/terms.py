@@ -28,8 +28,10 @@ and of its tangent
 A single term may replace how nodes are balanced: ``prepare``, ``solve``, ``worst``, ``moves``, ``change_nodes``.
 """
 
+import sys
 from collections.abc import Callable, Iterator
 from inspect import isfunction
+from types import ModuleType
 from typing import Any
 
 from numba import njit
@@ -38,6 +40,11 @@ from vasowave.pulse.solver.cells import INLINED, JOINED
 
 Kinds = tuple[type, ...]
 """The classes of the terms of a kernel, or of their tangents."""
+
+
+def with_modules_of(kinds: Kinds, *modules: ModuleType) -> tuple[ModuleType, ...]:
+    """Return the modules of which a kernel with terms of these kinds is compiled: those given, and the terms' own."""
+    return tuple(dict.fromkeys((*modules, *(sys.modules[kind.__module__] for kind in kinds))))
 
 
 def _methods(name: str, kinds: Kinds) -> Iterator[tuple[int, bool, Any]]:

@@ -22,7 +22,7 @@ from vasowave.pulse.solver.node_variations import (
     see_faces,
 )
 from vasowave.pulse.solver.nodes import characteristics, gather, nodes_solver
-from vasowave.pulse.solver.terms import Kinds, changes_of_all, of_all
+from vasowave.pulse.solver.terms import Kinds, changes_of_all, of_all, with_modules_of
 from vasowave.pulse.solver.variations import (
     change_cells,
     change_faces,
@@ -113,7 +113,7 @@ def _compiled(kinds: Kinds) -> Any:
 
 @cache
 def _kernels(kinds: Kinds) -> tuple[Any, Any]:
-    return kept(_compiled(kinds), *PARTS, node_variations, variations), _compiled(kinds)
+    return kept(_compiled(kinds), *with_modules_of(kinds, *PARTS, node_variations, variations)), _compiled(kinds)
 
 
 def varied_cycle_kernel(law: type, kinds: Kinds) -> Any:

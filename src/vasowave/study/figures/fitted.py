@@ -58,9 +58,9 @@ PANELS: dict[str, Callable[["Axes", AnimalResult, str, bool], "Axes"]] = {
 class Appearance:
     """Size of a figure (mm) and of its letters (points), their family, and the color of curves, as `FitPlots.save`."""
 
-    width: float
-    height: float
-    font: float
+    width: float = 170.0
+    height: float = 60.0
+    font: float = 8.0
     family: str = "sans-serif"
     color: str | None = None
 
