@@ -205,7 +205,7 @@ class Program:
         if page is not None:
             message["sessionId"] = page.session
         os.write(self.into, json.dumps(message).encode() + b"\0")
-        reply = answer.get(timeout=60)
+        reply = answer.get(timeout=300)
         if "error" in reply:
             raise NotDoneError(f"{method}: {reply['error']}")
         return reply["result"]

@@ -24,7 +24,7 @@ class Asker:
         """Return status, headers and body; `headers` with _ for -, None leaves one out."""
         given = {"Host": f"127.0.0.1:{self.port}"} | ({"Origin": self.origin} if method != "GET" else {})
         given |= {name.replace("_", "-"): value for name, value in headers.items()}
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=600)
         connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
         for name, value in given.items():
             for one in value if isinstance(value, list) else [value]:
