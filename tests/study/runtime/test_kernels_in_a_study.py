@@ -38,15 +38,16 @@ print(sum(doubled.stats.cache_hits.values()), sum(doubled.stats.cache_misses.val
 def installed(folder, writable=True):
     """A copy of what keeps kernels, where nothing can be written beside it unless it is writable."""
     package = folder / "vasowave"
-    (package / "runtime").mkdir(parents=True)
+    (package / "base" / "runtime").mkdir(parents=True)
     modules = ("__init__.py", "kept.py", "kernels.py", "locks.py", "writing.py")
-    root = ("__init__.py", "__init__.pyi", "accessors.py", "errors.py")
-    for name in (*root, *(f"runtime/{module}" for module in modules)):
+    base = ("__init__.py", "__init__.pyi", "accessors.py", "errors.py", "faces.py", "runtime/__init__.pyi")
+    root = ("__init__.py", "__init__.pyi", *(f"base/{file}" for file in base))
+    for name in (*root, *(f"base/runtime/{module}" for module in modules)):
         shutil.copy(Path(vasowave.__file__).parent / name, package / name)
     if not writable:
         (package / "__pycache__").write_text("a file where a folder would have to be")
-        (package / "runtime" / "__pycache__").write_text("a file where a folder would have to be")
-        (package / "runtime").chmod(0o555)
+        (package / "base" / "runtime" / "__pycache__").write_text("a file where a folder would have to be")
+        (package / "base" / "runtime").chmod(0o555)
         package.chmod(0o555)  # for all but the administrator, to whom nothing is forbidden
     return folder
 
