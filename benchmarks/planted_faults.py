@@ -167,16 +167,16 @@ FAULTS = [
     Fault(
         "starts join the best from any valley",
         "pulse/calibration/starts.py",
-        (("_UNEXPLAINED = 0.25", "_UNEXPLAINED = 1e9"),),
+        (("_MAX_UNEXPLAINED_SHARE = 0.25", "_MAX_UNEXPLAINED_SHARE = 1e9"),),
     ),
     Fault(
         "starts are never left",
-        "pulse/calibration/search.py",
+        "pulse/calibration/optimization.py",
         (("if remainder @ remainder > enough", "if remainder @ remainder > np.inf"),),
     ),
     Fault(
         "searches that go on have an old Jacobian",
-        "pulse/calibration/search.py",
+        "pulse/calibration/optimization.py",
         (("gain < self.tolerance * S and", "gain < 0.5 * S and"),),
     ),
     Fault(
@@ -362,7 +362,11 @@ FAULTS = [
         "pulse/inference/mixture.py",
         (("+ np.log(np.mean(component == i))", "+ 3.0 * i"),),
     ),
-    Fault("emulators learn the posterior alone", "pulse/inference/rounds.py", (("_WIDER = 0.6", "_WIDER = 1.0"),)),
+    Fault(
+        "emulators learn the posterior alone",
+        "pulse/inference/rounds.py",
+        (("_LEARNED_POWER = 0.6", "_LEARNED_POWER = 1.0"),),
+    ),
     Fault(
         "draws of a wider density taken for the posterior's",
         "pulse/inference/mixture.py",

@@ -7,6 +7,7 @@ import pytest
 import lines_of_tests
 import load
 import mutants
+import planted_faults
 import robustness_page
 
 
@@ -70,3 +71,11 @@ def test_what_a_test_sets_up_for_its_file_is_recorded_for_all_of_the_file():
 @pytest.mark.parametrize("name", ["inputs", "faults", "kills", "load", "mutants"])
 def test_the_page_of_robustness_has_a_place_for_every_program(name):
     assert robustness_page.PAGE.read_text(encoding="utf-8").count(f"<!-- {name} -->") == 1
+
+
+def test_every_planted_fault_fits_the_source():
+    for fault in planted_faults.FAULTS:
+        text = (planted_faults.ROOT / "src" / "vasowave" / fault.file).read_text(encoding="utf-8")
+        for old, new in fault.edits:
+            assert text.count(old) == 1, f"{fault.name}: write it anew"
+            assert old != new
