@@ -60,9 +60,9 @@ def test_columns_of_ones_own_come_back_typed_from_results_and_stand_in_their_tab
     assert table.loc["CTL 3", ["sex", "mouse", "time", "born"]].tolist() == ["m", "M1", "before", "2024-03-02"]
     assert table["weight [g]"].dtype == float
     cohort = stored.gathered(stored.in_order(), "CTL")
-    (animals,) = [one for one in supplement_of(cohort, primary_comparison(cohort, stored.settings.report)).tables()
-                  if one.name == "Animals"]  # fmt: skip
-    assert animals.data["weight [g]"].tolist() == [20 + place // 2 % 4 for place in range(20)]
+    (columns,) = [one for one in supplement_of(cohort, primary_comparison(cohort, stored.settings.report)).tables()
+                  if one.name == "Columns"]  # fmt: skip
+    assert columns.data["weight [g]"].tolist() == [20 + place // 2 % 4 for place in range(20)]
 
 
 def test_a_change_of_such_a_column_asks_for_no_new_analysis(tmp_path, results):
