@@ -2,6 +2,8 @@
 
 import os
 import pickle
+import shutil
+import stat
 import subprocess
 import sys
 import time
@@ -11,7 +13,113 @@ from typing import NamedTuple
 
 import pytest
 
+import vasowave
 from vasowave.base.runtime import kept
+
+SCRIPT = """
+import sys, time
+from numba import njit
+from numba.extending import overload
+from vasowave.base.runtime import kernels
+kernels.inspect.getsource = lambda module: sys.argv[1]
+
+def twice(x): ...
+
+@overload(twice)
+def compile_twice(x):
+    time.sleep(4.0)  # so that processes that start together meet here
+    return lambda x: 2.0 * x
+
+@kernels.kept
+@njit
+def doubled(x):
+    return twice(x)
+
+assert doubled(3.0) == 6.0
+print(sum(doubled.stats.cache_hits.values()), sum(doubled.stats.cache_misses.values()), doubled.stats.cache_path)
+"""
+
+
+def installed(folder, writable=True):
+    """A copy of what keeps kernels, where nothing can be written beside it unless it is writable."""
+    package = folder / "vasowave"
+    (package / "base" / "runtime").mkdir(parents=True)
+    modules = ("__init__.py", "kept.py", "kernels.py", "locks.py", "writing.py")
+    base = ("__init__.py", "__init__.pyi", "accessors.py", "errors.py", "faces.py", "runtime/__init__.pyi")
+    root = ("__init__.py", "__init__.pyi", *(f"base/{file}" for file in base))
+    for name in (*root, *(f"base/runtime/{module}" for module in modules)):
+        shutil.copy(Path(vasowave.__file__).parent / name, package / name)
+    if not writable:
+        (package / "__pycache__").write_text("a file where a folder would have to be")
+        (package / "base" / "runtime" / "__pycache__").write_text("a file where a folder would have to be")
+        (package / "base" / "runtime").chmod(0o555)
+        package.chmod(0o555)  # for all but the administrator, to whom nothing is forbidden
+    return folder
+
+
+def started(folder, home, source="one", code=SCRIPT, name="script.py", **environment):
+    script = home / name
+    script.write_text(code)
+    variables = {**os.environ, "PYTHONPATH": str(folder), "HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")}
+    variables.pop("NUMBA_CACHE_DIR", None)
+    variables |= {"PYTHONDONTWRITEBYTECODE": "1", **environment}
+    command = [sys.executable, str(script), source]
+    return subprocess.Popen(command, env=variables, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def told(process):
+    out, error = process.communicate(timeout=120)
+    assert process.returncode == 0, error
+    hits, misses, path = out.strip().split(" ", 2)
+    return int(hits), int(misses), Path(path)
+
+
+@pytest.fixture(scope="module")
+def sealed(tmp_path_factory):
+    return installed(tmp_path_factory.mktemp("sealed"), writable=False)
+
+
+@pytest.mark.validation
+def test_a_read_only_installation_compiles_once_for_all_processes_and_anew_for_another_source(sealed, tmp_path):
+    """Two start together: one compiles, the other waits and loads; one of another source meets none of it."""
+    first, second, other = map(told, [started(sealed, tmp_path, source) for source in ("one", "one", "another")])
+    assert sorted([first[:2], second[:2]]) == [(0, 1), (1, 0)]
+    assert other[:2] == (0, 1)
+    assert first[2] == second[2] != other[2]
+    assert (tmp_path / "cache") in first[2].parents
+
+
+@pytest.mark.validation
+def test_kernels_for_other_arguments_are_compiled_at_the_same_time_and_all_kept(sealed, tmp_path):
+    """Each compiles one of two kernels of a function, neither waits for the other, and a third process loads both."""
+    head = SCRIPT.split("assert doubled")[0].replace("time.sleep(4.0)", "time.sleep(4.0); print('slept', time.time())")
+    for code, count in ((head + "doubled(3.0)\n", 1), (head + "doubled(3)\n", 1), (head, 0)):
+        assert code.count("doubled(3") == count
+    pair = [
+        started(sealed, tmp_path, code=head + f"doubled({argument})\n", name=f"{number}.py")
+        for number, argument in enumerate(("3.0", "3"))
+    ]
+    slept = [float(process.communicate(timeout=120)[0].split()[1]) for process in pair]
+    assert abs(slept[0] - slept[1]) < 4.0
+    both = head + "doubled(3.0), doubled(3)\nprint(len(doubled.stats.cache_hits), 0, '.')\n"
+    assert told(started(sealed, tmp_path, code=both))[0] == 2
+
+
+@pytest.mark.validation
+def test_where_nothing_at_all_can_be_written_every_process_compiles(sealed, tmp_path):
+    (tmp_path / "cache").write_text("a file")
+    code = SCRIPT.rsplit("print", 1)[0] + "print(0, 1, doubled._cache.__class__.__name__)\n"
+    assert told(started(sealed, tmp_path, code=code))[2] == Path("NullCache")
+
+
+@pytest.mark.validation
+def test_kernels_lie_in_a_private_folder_of_the_user_also_where_the_package_could_be_written(tmp_path):
+    folder, home = installed(tmp_path / "here"), tmp_path / "home"
+    home.mkdir()
+    place = told(started(folder, home))[2]
+    assert home in place.parents
+    assert stat.S_IMODE(place.stat().st_mode) == 0o700
+    assert {stat.S_IMODE(one.stat().st_mode) for one in place.glob("*.kernel")} == {0o600}
 
 
 @pytest.fixture
@@ -24,6 +132,28 @@ def place_of_kernels(tmp_path, monkeypatch):
         numba.config.reload_config()
         yield tmp_path / "one"
     numba.config.reload_config()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no modes")
+@pytest.mark.parametrize("fault", ["open to a group", "a link", "a file"])
+def test_a_folder_that_others_may_write_to_is_not_used(place_of_kernels, tmp_path, monkeypatch, fault):
+    from numba import njit
+
+    from vasowave.base.runtime import kernels
+
+    def folder():
+        return Path(kernels.kept(njit(lambda x: x)).stats.cache_path)
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "other"))
+    place = folder()
+    assert place.parent == place_of_kernels
+    if fault == "open to a group":
+        place.chmod(0o770)
+    else:
+        place.rmdir()
+        (tmp_path / "elsewhere").mkdir(mode=0o700)
+        place.symlink_to(tmp_path / "elsewhere") if fault == "a link" else place.write_text("")
+    assert folder().parent == tmp_path / "other" / "vasowave"
 
 
 @pytest.fixture

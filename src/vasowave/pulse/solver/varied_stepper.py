@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.base.errors import InputError
+from vasowave.base.errors import InputError, NumericalError
 from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.ventricle import Driven, Ventricle
-from vasowave.pulse.solver.beds import PulsationTangent, bed_steps
+from vasowave.pulse.solver.beds import Pulsation, PulsationTangent, bed_steps
 from vasowave.pulse.solver.cells import Faces, FluidConstants
 from vasowave.pulse.solver.changing import Changing, make_changing_tangent
 from vasowave.pulse.solver.direction import Direction
@@ -67,7 +67,9 @@ class VariedStepper:
         if isinstance(term, Viscous):
             viscosities = np.array([direction.wall_viscosity[grid.vessel] for direction in directions])
             return ViscousTangent(term, viscosities, *np.zeros((3, len(grid.vessel))))
-        return PulsationTangent(term, _moved_behind(self.run, directions))
+        if isinstance(term, Pulsation):
+            return PulsationTangent(term, _moved_behind(self.run, directions))
+        raise NumericalError(f"derivatives of '{type(term).__name__}' are not known: give its tangent here")
 
     @property
     def size(self) -> int:
