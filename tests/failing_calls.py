@@ -261,14 +261,13 @@ def _ready(job: str, place: Path) -> None:
     """Do a job once in this program, which then has loaded what it needs, and knows what was computed and drawn."""
     from concurrent.futures import ThreadPoolExecutor
 
-    import vasowave.base.provenance as provenance
-    import vasowave.study.running.runs.running as running
-
+    import vasowave.base.software as software
     import vasowave.lung.kept.stages as stages
     import vasowave.study.report.blocks as blocks
     import vasowave.study.report.extraction as extraction
     import vasowave.study.report.write as write
     import vasowave.study.running.plan as plan
+    import vasowave.study.running.runs as running
     from vasowave.study.results import Journal, read_journal
 
     known: dict[Any, Any] = {}
@@ -302,7 +301,7 @@ def _ready(job: str, place: Path) -> None:
 
     compute, running.analyzed_bytes, running.process_pool = running.analyzed_bytes, analyzed, here
     keep, stages.Stages.kept = stages.Stages.kept, kept  # type: ignore[method-assign]
-    provenance.datetime = plan.datetime = Then  # type: ignore[attr-defined]
+    software.datetime = plan.datetime = Then  # type: ignore[attr-defined]
     for module, name in ((write, "report_of"), (write, "supplement_of"), (extraction, "extraction_figures")):
         make = getattr(module, name)
         setattr(module, name, lambda *given, name=name, make=make: once(name, lambda: make(*given)))

@@ -52,7 +52,7 @@ def test_stored_results_of_a_pressure_that_entered_give_its_waves_again(tmp_path
     assert np.max(np.abs(pressure - noisy.pressure)) < 0.05
     assert law.residual.attrs["units"] == "ml/s"
     assert law.residual.name == "flow_residual"
-    fit = pulse.calibrate(NETWORK, noisy, "linear", starts=1, enters="pressure")
+    fit = vw.calibrate(NETWORK, noisy, "linear", starts=1, enters="pressure")
     assert fit.plot.residuals().get_ylabel() == "residual flow [ml/s]"
     page = fit.report(tmp_path / "page").parent / "supplement.html"
     assert "the measured pressure entered at the inlet, and the flow was compared" in page.read_text(encoding="utf-8")
