@@ -55,6 +55,12 @@ def test_without_the_key_or_with_one_that_is_nearly_right_there_is_nothing(door)
         assert (status, b"Open the address" in body) == (404, True), path
 
 
+def test_a_browser_that_asks_for_an_icon_before_it_knows_the_key_gets_it_and_nothing_else(door):
+    status, _, body = door.raw("GET", "/favicon.ico")
+    assert (status, body[:4]) == (200, b"<svg")
+    assert door.raw("POST", "/favicon.ico", b"{}")[0] in (403, 404)
+
+
 def test_a_port_that_is_taken_is_named(kept_study, door):
     with pytest.raises(InputError, match=f"port {door.port}: address already in use; give another"):
         server.serve(kept_study, door.port, lambda *opened: None)

@@ -5,6 +5,7 @@ import html
 import secrets
 from asyncio import TimerHandle, wait_for
 from collections.abc import Awaitable, Callable, MutableMapping
+from pathlib import Path
 from time import monotonic
 from typing import Any
 from urllib.parse import quote
@@ -35,6 +36,7 @@ REPORT_POLICY = (
 """A report brings its scripts along; in a sandbox it is no page of the workbench's origin, and can ask it nothing."""
 
 _REPORT = "report/"
+_ICON = Path(__file__).parent / "page" / "mark.svg"
 _HEADERS = {
     "cache-control": "no-store",
     "cross-origin-opener-policy": "same-origin",
@@ -93,6 +95,10 @@ class Guarded:
         elsewhere = self._from_elsewhere(headers)
         if elsewhere is None and scope["method"] == "GET" and (page := self._page_of_ticket(scope["path"])):
             await _plain(send, 200, page, "text/html")
+            return
+        if elsewhere is None and scope["method"] == "GET" and scope["path"] == "/favicon.ico":
+            # A browser asks for it without the key, before it has read which icon the page names.
+            await _plain(send, 200, _ICON.read_text(encoding="utf-8"), "image/svg+xml")
             return
         refused = elsewhere or self._refused(scope, headers)
         if refused is not None:
