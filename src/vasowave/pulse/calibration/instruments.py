@@ -53,6 +53,8 @@ class InstrumentRules:
         Share of a lag that no parameter imitates, below which a first step would not show it.
     bound : float
         Distance of the logarithm of a parameter from its bound, below which it is at it.
+    tolerance : float
+        Relative change of S at which the fit of the simulation ends: three digits are told.
     """
 
     harmonics: int = 20
@@ -66,6 +68,7 @@ class InstrumentRules:
     held: float = 0.5
     imitation_share: float = 0.25
     bound: float = 1e-3
+    tolerance: float = 1e-4
 
 
 RULES = InstrumentRules()
@@ -178,7 +181,8 @@ def _simulated(objective: Objective, best: SearchEnd, start: np.ndarray, method:
     """Return the fit of the simulation with a filter of the pressure."""
     unit = objective.compared.recording.period / (2 * np.pi)
     sd = RULES.held * unit / max(RESPONSE_RULES.held)
-    behind, again = fit_response(objective, best, start, {"pressure_lag": sd}, method)
+    enough = RULES.weak_share * best.S  # more than that is no finding
+    behind, again = fit_response(objective, best, start, {"pressure_lag": sd}, method, RULES.tolerance, enough)
     spectrum = _real(_harmonics(again.residual[: objective.compared.samples], count))
     return Lagged(again.x, behind.compared.response[0] / unit, float(spectrum @ spectrum))
 

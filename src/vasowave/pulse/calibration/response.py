@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 
 from vasowave.base.findings import Finding, note_kind
 from vasowave.pulse.calibration.objective import Objective
-from vasowave.pulse.calibration.optimization import SearchEnd, search
+from vasowave.pulse.calibration.optimization import FINAL_TOLERANCE, SearchEnd, search
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class ResponseRules:
     apart : float
         at responses so far apart, likewise.
     small : float
-        By which the responses of the last two searches may differ, likewise.
+        Difference of the responses of two searches, below which they are the same, likewise.
     searches : int
         At most.
     held : tuple of float
@@ -103,24 +103,34 @@ def in_words(response: Response) -> str:
 
 
 def fit_response(
-    objective: Objective, best: SearchEnd, start: np.ndarray, priors: Mapping[str, float], method: str
+    objective: Objective,
+    best: SearchEnd,
+    start: np.ndarray,
+    priors: Mapping[str, float],
+    method: str,
+    tolerance: float = FINAL_TOLERANCE,
+    enough: float = np.inf,
 ) -> tuple[Objective, SearchEnd]:
     """Return the objective with the likeliest response, whose SD are `priors`, and its optimum.
 
     The search begins at `best`, without a response, or where one from `start` with a lag that is held ends, if that is
-    likelier.
+    likelier; each search from there ends where the relative change of S is below `tolerance`, or where it promises
+    nothing below `enough` (mmHg²).
     """
-    sd, last = _spreads(priors), np.zeros(2)
+    sd, responses = _spreads(priors), np.zeros((1, 2))
     likeliest = objective, best = _begin(objective, best, start, sd, method)
     for _ in range(RULES.searches):
         scores = _likeliest(objective, best.x, sd)
+        *earlier, last = np.abs(scores - responses).max(axis=1)
+        if earlier and min(earlier) < RULES.small:
+            break  # two optima send the search to each other and back
         response = tuple((sd * scores).tolist())
         objective = objective.compared_with(replace(objective.compared, response=response))
-        best = search(objective, best.x, method)
+        best = search(objective, best.x, method, tolerance, enough)
         likeliest = min(likeliest, (objective, best), key=lambda place: _unlikely(place[0], place[1], sd))
-        if np.abs(scores - last).max() < RULES.small:
+        if last < RULES.small:
             break
-        last = scores
+        responses = np.vstack([responses, scores])
     return likeliest
 
 
