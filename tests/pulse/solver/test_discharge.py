@@ -117,4 +117,4 @@ def test_ten_times_the_beds_take_ten_times_the_memory():
         return peak
 
     peak(10)  # what the first call imports
-    assert peak(5_000) < 12 * peak(500)
+    assert peak(2_500) < 12 * peak(250)

@@ -29,10 +29,10 @@ class Discharge:
         Share of every variable of a state in the pressure of the vessels.
     pressure : array, shape (variable,)
         What one mmHg in all vessels is to every variable.
-    modes : int array, shape (part,)
-        Which variables are the two parts of the slow modes, bed by bed.
+    modes : int array, shape (component,)
+        Which variables are the two components of the slow modes, bed by bed.
     relaxation : Relaxation
-        What a cycle leaves of that pressure and of these parts.
+        What a cycle leaves of that pressure and of these components.
     softer : float
         How much softer than at mean pressure the vessels are as a cycle begins.
     """
@@ -64,14 +64,14 @@ def common_discharge(
     volume = np.zeros(len(pressure))
     volume[: len(scale.compliance)] = scale.compliance * np.where(grid.is_cell, grid.spacing, 0.0)[scale.held]
     total = float(volume.sum())
-    slow, parts = _slow_modes(beds, period)
-    modes = len(pressure) - 2 * beds.poles.size + parts
+    slow, components = _slow_modes(beds, period)
+    modes = len(pressure) - 2 * beds.poles.size + components
     relaxing = bed_relaxation(slow, np.inf if held else total, period)
     return Discharge(volume / (volume @ pressure), pressure, modes, relaxing, float(volume @ pressure / total))
 
 
 def _slow_modes(beds: Rational, period: float) -> tuple[Rational, np.ndarray]:
-    """Return beds of slow modes alone, behind what stands before these, and which parts of all modes they are."""
+    """Return beds of slow modes alone, behind what stands before these, and which components of all modes they are."""
     slow = (-beds.poles.real * period < _GONE) & (beds.residues != 0)
     mode_resistance = -(beds.residues / beds.poles).real
     before = beds.direct + np.where(slow, 0.0, mode_resistance).sum(axis=1)
@@ -79,5 +79,5 @@ def _slow_modes(beds: Rational, period: float) -> tuple[Rational, np.ndarray]:
     order = np.argsort(~slow, axis=1, kind="stable")[:, : int(slow.sum(axis=1).max())]
     residues = np.where(slow, beds.residues, 0.0)
     mode = np.arange(len(slow))[:, np.newaxis] * slow.shape[1] + order
-    parts = (2 * mode[..., np.newaxis] + np.arange(2)).ravel()
-    return Rational(before, *(np.take_along_axis(values, order, 1) for values in (beds.poles, residues))), parts
+    components = (2 * mode[..., np.newaxis] + np.arange(2)).ravel()
+    return Rational(before, *(np.take_along_axis(values, order, 1) for values in (beds.poles, residues))), components

@@ -57,7 +57,7 @@ class SlowModes(NamedTuple):
         return np.asarray(self.residues != 0)
 
     def without_flow(self) -> np.ndarray:
-        """Return what a cycle leaves of the two parts of each bed's modes, shape (terminal, part, part)."""
+        """Return what a cycle leaves of each bed's modes, shape (terminal, component, component)."""
         terminals, count = self.poles.shape
         after = np.where(self.present, np.exp(self.poles), 0.0)
         blocks, mode = np.zeros((terminals, count, 2, count, 2)), np.arange(count)
@@ -68,20 +68,20 @@ class SlowModes(NamedTuple):
         return blocks.reshape(terminals, 2 * count, 2 * count)
 
     def responses(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return flow by pressure, (place, terminal), and parts by flow and pressure by parts, (place, terminal, part).
+        """Return flow by pressure, (place, terminal), and by components: that by flow, and pressure by that.
 
-        Bed by bed, at places z of the complex plane.
+        The last two have the shape (place, terminal, component); z are places of the complex plane.
         """
         z = z[:, np.newaxis, np.newaxis]
         direct = np.where(self.present, 1.0 / (z - self.poles), 0.0)
         conjugate = np.where(self.present, 1.0 / (z - self.poles.conj()), 0.0)
         forward, backward = 0.5 * self.residues * direct, 0.5 * self.residues.conj() * conjugate
         turned = np.where(self.poles.imag != 0, -1j * (forward - backward), 0.0)
-        parts = np.stack([forward + backward, turned], axis=-1)
+        components = np.stack([forward + backward, turned], axis=-1)
         pressure = 0.5 * np.stack([direct + conjugate, 1j * (direct - conjugate)], axis=-1)
         admittance = 1.0 / (self.resistance + (forward + backward).sum(axis=-1))
         shape = (*admittance.shape, 2 * self.poles.shape[1])
-        return admittance, parts.reshape(shape), pressure.reshape(shape)
+        return admittance, components.reshape(shape), pressure.reshape(shape)
 
     @property
     def is_reactive(self) -> bool:
@@ -92,13 +92,13 @@ class SlowModes(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Relaxation:
-    """What a cycle leaves of a pressure and, bed by bed, of the parts of modes: diag(0, blocks) + columns @ rows.
+    """What a cycle leaves of a pressure and, bed by bed, of the components of modes: diag(0, blocks) + columns @ rows.
 
     Attributes
     ----------
-    blocks : array, shape (terminal, part, part)
-    columns : array, shape (1 + terminal * part, rank)
-    rows : array, shape (rank, 1 + terminal * part)
+    blocks : array, shape (terminal, component, component)
+    columns : array, shape (1 + terminal * component, rank)
+    rows : array, shape (rank, 1 + terminal * component)
     """
 
     blocks: np.ndarray
@@ -111,10 +111,10 @@ class Relaxation:
         return float(np.trace(self.blocks, axis1=1, axis2=2).sum() + np.einsum("ik,ki->", self.columns, self.rows))
 
     def after(self, x: np.ndarray) -> np.ndarray:
-        """Return what a cycle leaves of x, shape (1 + terminal * part, …)."""
-        left = self.columns @ (self.rows @ x)
-        left[1:] += _by_bed(np.matmul, self.blocks, x)
-        return np.asarray(left)
+        """Return what a cycle leaves of x, shape (1 + terminal * component, …)."""
+        retained = self.columns @ (self.rows @ x)
+        retained[1:] += _by_bed(np.matmul, self.blocks, x)
+        return np.asarray(retained)
 
     def all_to_come(self, x: np.ndarray, softer: float = 1.0) -> np.ndarray:
         """Return the sum of what all cycles to come leave of x, where vessels are `softer` as a cycle begins.
@@ -128,9 +128,9 @@ class Relaxation:
         blocks, rows = self.blocks / spread, self.rows / spread
         rows[:, 0] *= softer
         coming, columns = Relaxation(blocks, self.columns, rows).after(x), self.columns.copy()
-        apart = np.eye(blocks.shape[1]) - blocks
+        remainder = np.eye(blocks.shape[1]) - blocks
         for values in (coming, columns):  # of the cycles to come, if the beds did not meet
-            values[1:] = _by_bed(np.linalg.solve, apart, values)
+            values[1:] = _by_bed(np.linalg.solve, remainder, values)
         return np.asarray(coming + columns @ np.linalg.solve(np.eye(len(rows)) - rows @ columns, rows @ coming))
 
 
@@ -166,8 +166,8 @@ def _integrated(modes: SlowModes, width: float) -> Relaxation:
     chunk = max(1, RULES.at_once // max(1, modes.poles.size))
     for first in range(0, len(places), chunk):
         z, weight = places[first : first + chunk, np.newaxis], weights[first : first + chunk, np.newaxis]
-        admittance, parts, pressure = modes.responses(z[:, 0])
-        moved, flow = admittance[..., np.newaxis] * parts, admittance[..., np.newaxis] * pressure
+        admittance, components, pressure = modes.responses(z[:, 0])
+        moved, flow = admittance[..., np.newaxis] * components, admittance[..., np.newaxis] * pressure
         blocks -= ((weight[..., np.newaxis] * moved).transpose(1, 2, 0) @ pressure.transpose(1, 0, 2)).real
         share = weight / (z + modes.softness * admittance.sum(axis=1, keepdims=True))
         column = share * np.hstack([np.ones_like(z), moved.reshape(len(z), -1)])
@@ -188,6 +188,6 @@ def _contour(width: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _by_bed(operation: Callable[..., np.ndarray], blocks: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Return what an operation makes of the parts of x bed by bed, shape (terminal * part, …)."""
-    parts = x[1:].reshape(*blocks.shape[:2], math.prod(x.shape[1:]))
-    return operation(blocks, parts).reshape(x[1:].shape)
+    """Return what an operation makes of the components of x bed by bed, shape (terminal * component, …)."""
+    components = x[1:].reshape(*blocks.shape[:2], math.prod(x.shape[1:]))
+    return operation(blocks, components).reshape(x[1:].shape)

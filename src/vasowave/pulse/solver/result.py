@@ -192,8 +192,8 @@ def at_samples(signal: np.ndarray, samples: int, axis: int = 0) -> np.ndarray:
         return resample(signal, samples)
     block = max(1, _AT_ONCE * signal.shape[widest] // max(1, signal.size))
     for first in range(0, signal.shape[widest], block):
-        part = (*(slice(None),) * widest, slice(first, first + block))
-        chosen[part] = resample(signal[part], samples)
+        window = (*(slice(None),) * widest, slice(first, first + block))
+        chosen[window] = resample(signal[window], samples)
     return np.moveaxis(chosen, 0, axis)
 
 
