@@ -43,6 +43,7 @@ from vasowave.pulse.model.outlets import Resistance as Resistance
 from vasowave.pulse.model.outlets import Site as Site
 from vasowave.pulse.model.outlets import Windkessel as Windkessel
 from vasowave.pulse.model.per_vessel import one_per_vessel as one_per_vessel
+from vasowave.pulse.model.rational import Rational as Rational
 from vasowave.pulse.model.rational import fitted as fitted
 from vasowave.pulse.model.repairs import tidy as tidy
 from vasowave.pulse.model.shape import Shape as Shape

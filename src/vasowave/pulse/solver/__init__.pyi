@@ -15,6 +15,7 @@ from vasowave.pulse.solver.powers import power as power
 from vasowave.pulse.solver.powers import tangent as tangent
 from vasowave.pulse.solver.practice import PAPER as PAPER
 from vasowave.pulse.solver.ready import compile_kernels as compile_kernels
+from vasowave.pulse.solver.relaxation import bed_relaxation as bed_relaxation
 from vasowave.pulse.solver.result import Run as Run
 from vasowave.pulse.solver.result import difference as difference
 from vasowave.pulse.solver.run import run_cycles as run_cycles

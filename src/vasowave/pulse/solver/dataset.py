@@ -9,7 +9,7 @@ import xarray as xr
 from vasowave.base.errors import VasowaveError
 from vasowave.base.findings import texts
 from vasowave.pulse.model import walls
-from vasowave.pulse.solver.result import Run, with_viscous
+from vasowave.pulse.solver.result import Run, in_blocks, with_viscous
 
 STATIONS = ("inlet", "middle", "outlet")
 
@@ -46,14 +46,17 @@ def as_dataset(run: Run) -> xr.Dataset:
         area, flow = np.moveaxis(run.stations[:2], -1, -2)
         dims = ("time", "vessel", "station")
         coords = {"vessel": ("vessel", np.array(network.name)), "station": ("station", np.array(STATIONS))}
-    elastic = walls.pressure(wall, area, area0)
-    pressure = with_viscous(elastic, run.cells[:, :, run.grid.is_cell]) if per_cell else run.pressure
+    elastic = pressure = run.pressure
+    if per_cell or len(run.recorded) > 2:
+        elastic = in_blocks(lambda values: walls.pressure(wall, values, area0), area)
+    if per_cell:
+        pressure = with_viscous(elastic, run.cells[:, :, run.grid.is_cell])
     values = {
         "pressure": pressure,
         "flow": flow,
         "area": area,
         "velocity": flow / area,
-        "wave_speed": walls.wave_speed(wall, elastic, run.model.blood.inertia),
+        "wave_speed": in_blocks(lambda values: walls.wave_speed(wall, values, run.model.blood.inertia), elastic),
     }
     time = np.arange(len(area)) * (run.period / len(area))
     return xr.Dataset(

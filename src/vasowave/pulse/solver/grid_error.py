@@ -14,6 +14,7 @@ from vasowave.pulse.solver.middles import Middles
 
 _FRONT = 2.0  # cells that a wave passes between two times at which it is judged: cells carry no front within fewer
 _FEWEST = 64  # such times a cycle
+_AT_ONCE = 256  # vessels that are judged together: the waves of more leave the processor's cache
 _ENDLESS = 1e-9  # logarithm of what an echo loses, below which it would never end
 
 
@@ -85,8 +86,10 @@ def _waves_by_cells(
     strides = np.round(_FRONT * through_cell * len(area) / period)
     strides = np.clip(strides, 1, max(1, len(area) // _FEWEST)).astype(int)
     for stride in np.unique(strides):
-        rows = np.flatnonzero(strides == stride)
-        yield rows, _Waves(grid, rows, area[::stride, rows], stride * period / len(area))
+        alike = np.flatnonzero(strides == stride)
+        for first in range(0, len(alike), _AT_ONCE):
+            rows = alike[first : first + _AT_ONCE]
+            yield rows, _Waves(grid, rows, area[::stride, rows], stride * period / len(area))
 
 
 def _as_in_middle(grid: Grid, area: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """A finished simulation as bare arrays."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,6 +27,7 @@ from vasowave.pulse.solver.validity import (
     notes_of_narrowings,
 )
 
+_AT_ONCE = 200_000  # values of a wave that are worked on together: more leave the processor's cache
 _BENT = 0.45  # change of the logarithm of the radius along a vessel up to which waves tell the error of a taper
 
 
@@ -114,7 +116,7 @@ class Run:
     @cached_property
     def largest_pressure(self) -> float:
         """Largest magnitude of the pressure at the output times, mmHg."""
-        return float(np.max(np.abs(self.pressure)))
+        return float(np.maximum(np.max(self.pressure), -np.min(self.pressure)))
 
     @property
     def settled(self) -> bool:
@@ -135,7 +137,8 @@ class Run:
         """Pressure at inlet, middle and outlet, mmHg, shape (sample, station, vessel)."""
         area = np.moveaxis(self.stations[0], 1, -1)
         wall, area0 = self.grid.at_stations
-        return with_viscous(walls.pressure(wall, area, area0), np.moveaxis(self.stations, 2, -1))
+        elastic = in_blocks(lambda values: walls.pressure(wall, values, area0), area)
+        return with_viscous(elastic, np.moveaxis(self.stations, 2, -1))
 
     def inlet_pressure(self, samples: int) -> np.ndarray:
         """Pressure at the root's inlet, mmHg, at `samples` evenly spaced times of the cycle."""
@@ -181,5 +184,23 @@ def with_viscous(pressure: walls.Values, kinds: np.ndarray) -> np.ndarray:
 def at_samples(signal: np.ndarray, samples: int, axis: int = 0) -> np.ndarray:
     """Return what is known at evenly spaced times of a cycle, along an axis, at `samples` others."""
     signal = np.moveaxis(signal, axis, 0)
-    chosen = signal[:: len(signal) // samples] if len(signal) % samples == 0 else resample(signal, samples)
+    if len(signal) % samples == 0:
+        return np.moveaxis(signal[:: len(signal) // samples], 0, axis)
+    chosen = np.empty((samples, *signal.shape[1:]))
+    widest = int(np.argmax(signal.shape[1:])) + 1 if signal.ndim > 1 else 0
+    if not widest:
+        return resample(signal, samples)
+    block = max(1, _AT_ONCE * signal.shape[widest] // max(1, signal.size))
+    for first in range(0, signal.shape[widest], block):
+        window = (*(slice(None),) * widest, slice(first, first + block))
+        chosen[window] = resample(signal[window], samples)
     return np.moveaxis(chosen, 0, axis)
+
+
+def in_blocks(function: Callable[[np.ndarray], walls.Values], values: np.ndarray) -> np.ndarray:
+    """Return a function of values, whose times stand on the first axis, from a few times after another."""
+    result = np.empty_like(values)
+    block = max(1, _AT_ONCE * len(values) // max(1, values.size))
+    for first in range(0, len(values), block):
+        result[first : first + block] = function(values[first : first + block])
+    return result

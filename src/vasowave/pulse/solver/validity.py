@@ -91,12 +91,13 @@ def find_extremes(grid: Grid, period: float, p: np.ndarray, judged: Judged) -> E
     """Return the extremes of the waves of pressure (mmHg, shape (sample, station, vessel)) on a grid, as `judged`."""
     network = grid.model.network
     wall, area0 = grid.at_stations
-    strain = np.asarray(walls.area(wall, p, area0) / walls.area(wall, network.pressure, area0)) - 1.0
+    widest = walls.area(wall, p.max(axis=0), area0)  # a larger pressure is a larger area
+    strain = np.asarray(widest / walls.area(wall, network.pressure, area0)) - 1.0
 
-    def at_samples(values: np.ndarray, sign: float = 1.0) -> Extreme:
-        sample, station, vessel = np.unravel_index(np.argmax(sign * values), values.shape)
-        time = float(sample * period / len(values))
-        return Extreme(float(values[sample, station, vessel]), network.name[vessel], time)
+    def at_stations(values: np.ndarray, samples: np.ndarray, sign: float = 1.0) -> Extreme:
+        station, vessel = np.unravel_index(np.argmax(sign * values), values.shape)
+        time = float(samples[station, vessel] * period / len(p))
+        return Extreme(float(values[station, vessel]), network.name[vessel], time)
 
     def in_vessels(values: np.ndarray, times: np.ndarray) -> Extreme:
         vessel = np.argmax(values)
@@ -104,8 +105,8 @@ def find_extremes(grid: Grid, period: float, p: np.ndarray, judged: Judged) -> E
 
     return Extremes(
         in_vessels(judged.steepness, judged.steepest),
-        at_samples(p, -1.0),
-        at_samples(strain),
+        at_stations(p.min(axis=0), p.argmin(axis=0), -1.0),
+        at_stations(strain, p.argmax(axis=0)),
         in_vessels(judged.error, judged.worst),
     )
 
