@@ -12,7 +12,7 @@ from vasowave.pulse.network.graph import numbered
 
 ROOT_TAKEN = look_kind(
     "network.root-taken",
-    "blood is taken to enter at node '{node}' ({radius:.3g} cm), {why}; {remedy}",
+    "blood is taken to enter at node '{node}' ({radius:.3g} cm), {reason}; {remedy}",
     "if it enters elsewhere, write every vessel the way blood flows, in columns 'from' and 'to'",
 )
 
@@ -50,14 +50,14 @@ def directed_from_root(
         first = float(radius[nodes[:, 0] == root].max())
         if first >= radius[widest]:
             return nodes, []
-        why = f"where the edges begin, though another end is wider ({radius[widest]:.3g} cm)"
-        return nodes, [ROOT_TAKEN(node=label[root], radius=first, why=why)]
+        reason = f"where the edges begin, though another end is wider ({radius[widest]:.3g} cm)"
+        return nodes, [ROOT_TAKEN(node=label[root], radius=first, reason=reason)]
     root = int(nodes[widest][np.argmin(degree[nodes[widest]])])
     graph = coo_array((np.ones(len(nodes)), nodes.T), shape=(len(degree), len(degree)))
     _, above = breadth_first_order(graph.tocsr(), root, directed=False)
     nodes = np.where((above[nodes[:, 1]] == nodes[:, 0])[:, None], nodes, nodes[:, ::-1])
-    why = "the widest end of vessels whose order says no direction"
-    return nodes, [ROOT_TAKEN(node=label[root], radius=float(radius[widest]), why=why)]
+    reason = "the widest end of vessels whose order says no direction"
+    return nodes, [ROOT_TAKEN(node=label[root], radius=float(radius[widest]), reason=reason)]
 
 
 def _require_tree(ends: Sequence[Sequence[str]], nodes: np.ndarray, where: Callable[[int], str]) -> None:

@@ -57,11 +57,16 @@ _NO_RADIUS = {
 
 def canonical_title(title: str) -> tuple[str, str]:
     """Return what a column is called here by its title without a unit in brackets, and the unit at the title's end."""
-    words = re.sub(r"[\W_]+", " ", title.casefold()).split()
+    words = plain_words(title).split()
     unit = words.pop() if len(words) > 1 and is_size_unit(words[-1]) else ""
     plain = " ".join(words)
     name = "daughters" if _DAUGHTER.fullmatch(plain) else _BY_TITLE.get(plain, "")
     return (name, unit) if name else (title, "")
+
+
+def plain_words(title: str) -> str:
+    """Return a title in lower case, its words with one blank between them and no other signs."""
+    return " ".join(re.sub(r"[\W_]+", " ", title.casefold()).split())
 
 
 def is_size_unit(text: str) -> bool:
@@ -101,8 +106,9 @@ def _choose_name(table: Columns, names: list[str]) -> None:
     order = SYNONYMS["name"]
 
     def rank(column: int) -> tuple[int, int]:
-        plain = " ".join(re.sub(r"[\W_]+", " ", table.names[column]).split())
-        return len(references - {row[column] for row in table.cells}), order.index(plain) if plain in order else len(order)
+        plain = plain_words(table.names[column])
+        missing = references - {row[column] for row in table.cells}
+        return len(missing), order.index(plain) if plain in order else len(order)
 
     best = min(candidates, key=rank)
     for column in candidates:
@@ -126,7 +132,7 @@ def require_width(table: Columns, titles: str) -> None:
     if any(name in table.names for name in ("radius", "diameter", "area", "radius start", "diameter start")):
         return
     for name, title in zip(table.names, table.titles or table.names, strict=True):
-        words = " ".join(re.sub(r"[\W_]+", " ", name).split())
+        words = plain_words(name)
         if words in _NO_RADIUS:
             raise InputError(
                 f"{table.source}: no column 'radius'; '{title.strip()}' is {_NO_RADIUS[words]}: then call the column "

@@ -15,11 +15,11 @@ from vasowave.base.io.textfile import read_bytes
 from vasowave.pulse.network.remarks import LEFT_OUT
 from vasowave.pulse.network_formats import NETWORKS, table_format
 
-_LARGEST = 64 << 20  # bytes
+_LARGEST, _MOST = 64 << 20, 1e300  # bytes, and any number
 _KEYS = (b'"zero_d_element_type"', b'"junction_type"', b'"bc_type"', b'"number_of_cardiac_cycles"')
 _ALIKE = 0.05  # share by which radii by resistance and by inertance may differ
-DIAMETER = "vessel_D"
-"""Key of a vessel's diameter, cm, which the solver passes over."""
+DIAMETER, IMAGE_PRESSURE = "vessel_D", "pressure of the image, mmHg"
+"""Key of a vessel's diameter, cm, and of the description; the solver passes over both."""
 
 BY_RESISTANCE = look_kind(
     "network.radii-by-resistance",
@@ -58,9 +58,13 @@ def svzerod_columns(path: Path) -> Columns:
         for name, key, vessel in zip(names, ids, vessels, strict=True)
     )  # fmt: skip
     remarks = (BY_RESISTANCE(elements=" and ".join(sorted(radii.elements))),) if radii.elements else ()
-    titles = ("name", "from", "to", "length", "radius")
+    titles, units = ("name", "from", "to", "length", "radius"), ("", "", "", "cm", "cm")
+    description = config.get("description")
+    if isinstance(description, dict) and IMAGE_PRESSURE in description:
+        pressure = repr(number_of(description, IMAGE_PRESSURE, f"{path}, description"))
+        titles, units, cells = (*titles, "pressure"), (*units, "mmHg"), tuple((*row, pressure) for row in cells)
     lines = tuple(range(1, len(cells) + 1))
-    return Columns(str(path), titles, ("", "", "", "cm", "cm"), cells, lines, remarks, titles, "vessel")
+    return Columns(str(path), titles, units, cells, lines, remarks, titles, "vessel")
 
 
 def read_svzerod_config(path: Path) -> dict[str, Any]:
@@ -84,7 +88,7 @@ def read_svzerod_config(path: Path) -> dict[str, Any]:
 def number_of(values: dict[str, Any], key: str, place: str) -> float:
     """Return a number of an object; `InputError` with its place if it is none."""
     value = values.get(key)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _MOST:
         raise InputError(f"{place}: '{key}' is {'missing' if value is None else 'no finite number'}")
     return float(value)
 
