@@ -52,19 +52,17 @@ def svzerod_columns(path: Path) -> Columns:
     names = [str(vessel.get("vessel_name", name)) for name, vessel in zip(ids, vessels, strict=True)]
     names = names if len(set(names)) == len(names) else ids
     radii = _Radii(path, config)
+    description = config.get("description")
+    description = description if isinstance(description, dict) else {}
+    pressure = repr(number_of({IMAGE_PRESSURE: 0.0} | description, IMAGE_PRESSURE, f"{path}, description"))
     cells = tuple(
         (name, start[key], end[key], repr(number_of(vessel, "vessel_length", f"{path}, vessel '{name}'")),
-         repr(radii.of(vessel, name)))
+         repr(radii.of(vessel, name)), pressure)
         for name, key, vessel in zip(names, ids, vessels, strict=True)
     )  # fmt: skip
     remarks = (BY_RESISTANCE(elements=" and ".join(sorted(radii.elements))),) if radii.elements else ()
-    titles, units = ("name", "from", "to", "length", "radius"), ("", "", "", "cm", "cm")
-    description = config.get("description")
-    if isinstance(description, dict) and IMAGE_PRESSURE in description:
-        pressure = repr(number_of(description, IMAGE_PRESSURE, f"{path}, description"))
-        titles, units, cells = (*titles, "pressure"), (*units, "mmHg"), tuple((*row, pressure) for row in cells)
-    lines = tuple(range(1, len(cells) + 1))
-    return Columns(str(path), titles, units, cells, lines, remarks, titles, "vessel")
+    titles, lines = ("name", "from", "to", "length", "radius", "pressure"), tuple(range(1, len(cells) + 1))
+    return Columns(str(path), titles, ("", "", "", "cm", "cm", "mmHg"), cells, lines, remarks, titles, "vessel")
 
 
 def read_svzerod_config(path: Path) -> dict[str, Any]:
