@@ -3,7 +3,6 @@
 Units are those usual there, cm, g, s: R = 8 μ l/(π r⁴) and L = ρ l/(π r²) for each vessel.
 """
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,11 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import look_kind
 from vasowave.base.io.columns import Columns
 from vasowave.base.io.textfile import read_bytes
+from vasowave.base.stores import parsed
 from vasowave.pulse.network.remarks import LEFT_OUT
 from vasowave.pulse.network_formats import NETWORKS, table_format
 
-_LARGEST, _MOST = 64 << 20, 1e300  # bytes, and any number
+_MOST = 1e300  # any number
 _KEYS = (b'"zero_d_element_type"', b'"junction_type"', b'"bc_type"', b'"number_of_cardiac_cycles"')
 _ALIKE = 0.05  # share by which radii by resistance and by inertance may differ
 DIAMETER, IMAGE_PRESSURE = "vessel_D", "pressure of the image, mmHg"
@@ -67,11 +67,9 @@ def svzerod_columns(path: Path) -> Columns:
 
 def read_svzerod_config(path: Path) -> dict[str, Any]:
     """Return the content of a file of svZeroDSolver, whose lists are there."""
-    if path.stat().st_size > _LARGEST:
-        raise InputError(f"{path}: larger than {_LARGEST >> 20} MB; no file of svZeroDSolver is")
     try:
-        config = json.loads(read_bytes(path))
-    except (ValueError, RecursionError) as error:
+        config = parsed(read_bytes(path))
+    except ValueError as error:
         raise InputError(f"{path}: not JSON ({str(error)[:100]}); damaged or cut off") from None
     config = config if isinstance(config, dict) else {}
     for key in ("vessels", "junctions", "boundary_conditions"):
