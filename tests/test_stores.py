@@ -35,6 +35,7 @@ READ_ELSEWHERE = {
     "study/animal/pipeline.py": "its own settings, in memory",
     "study/figures/rendering.py": "its own drawing, in memory",
     "lung/exchange/markups.py": "a format of others, in the fuzzer as slicer's curves",
+    "pulse/network_formats/svzerod.py": "a format of others, in the fuzzer as svZeroDSolver network",
     "base/io/apart.py": "what a helper that was started here answers",
     "base/runtime/kernels.py": "compiled functions in the user's own folder; benchmarks/faults.py damages them",
     "pulse/selection/criteria.py": "a table of the package",
@@ -70,8 +71,10 @@ def test_every_store_and_every_format_is_in_the_fuzzer():
     assert set(forms.FORMS) == set(STORES)
     known = {"table": "table, commas", "mat": "cycle mat", "svonedsolver": "svOneDSolver network",
              "first blood": "FirstBlood network", "dimensions": "two tables of a network",
-             "dim_mat": "matrices of a network", "tiff": "tif", "nifti": "nii", "metaimage": "mha"}  # fmt: skip
-    without = {"adicht", "other image"}  # refused by name; whatever SimpleITK reads of no format here
+             "dim_mat": "matrices of a network", "tiff": "tif", "nifti": "nii", "metaimage": "mha",
+             "graphml": "GraphML", "spatial graph": "spatial graph of Amira",
+             "svzerod": "svZeroDSolver network"}  # fmt: skip
+    without = {"adicht", "other image", "centerlines"}  # refused by name; whatever SimpleITK reads of no format here
     names = {one.name for registry in (RECORDINGS, NETWORKS, VOLUMES) for one in registry} - without
     assert {known.get(name, name) for name in names} <= set(fuzz.FORMS)
 

@@ -360,7 +360,7 @@ def test_a_fits_folder_brings_all_and_what_is_given_beside_it_is_to_be_left_out(
     [
         (["study", "c.csv"], "leave the recording out"),
         (["study", "--bed", "windkessel"], "leave --bed out"),
-        (["model.yaml", "--wall", "tangent"], "openBF's wall is the linear one"),
+        (["model.yaml", "--wall", "tangent"], "model.yaml: its wall is the linear one"),
         (["n.csv", "c.csv", "--friction", "poisseuille"], "did you mean 'poiseuille'"),
         (["n.csv", "c.csv", "--set", "a=1,2"], "a=1,2: write one number"),
         (["n.csv", "c.csv", "--set", "a"], "'a': write NAME=VALUE, for example beta=60"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vasowave.base import InputError, VasowaveWarning
-from vasowave.lung.exchange import PolyLines, lz4_block, measured_lines, read_centerlines, write_vtp
+from vasowave.lung.exchange import PolyLines, lz4_block, measured_lines, read_centerlines, read_polydata, write_vtp
 from vasowave.lung.measure import network_of
 
 AORTA = Path(__file__).parents[2] / ".." / "shared" / "data" / "vmtk-aorta"
@@ -157,6 +157,18 @@ def test_a_vessel_with_sections_of_an_ellipse_has_the_radius_of_their_area_and_i
     assert measured.network.radius == pytest.approx([0.6], rel=0.01)
     assert measured.inscribed == pytest.approx([0.5], rel=0.01)
     assert measured.network.length == pytest.approx([4.0], rel=0.01)
+
+
+def test_lines_without_radii_of_balls_have_those_of_their_closed_sections_and_this_is_told(tmp_path):
+    tube_of_simvascular(tmp_path / "tube.vtp", 1.0, 2, CenterlineSectionClosed=lambda z: (z % 1 < 0.9).astype(float))
+    data = read_polydata(tmp_path / "tube.vtp")
+    areas = {name: values for name, values in data.fields.items() if name != "MaximumInscribedSphereRadius"}
+    areas["CenterlineSectionArea"] = np.where(areas["CenterlineSectionClosed"] > 0, areas["CenterlineSectionArea"], 0.0)
+    write_vtp(PolyLines(data.points, data.lines, areas), tmp_path / "areas.vtp")
+    with pytest.warns(VasowaveWarning, match=r"no radii of balls: \d+ of \d+ radii are those by the areas"):
+        network = measured_lines(tmp_path / "areas.vtp", 1.0).network
+    assert network.radius == pytest.approx([0.5], rel=0.01)
+    assert network.length == pytest.approx([4.0], rel=0.01)
 
 
 def test_sections_that_are_open_or_of_a_junction_or_in_another_unit_give_no_radius(tmp_path):

@@ -22,6 +22,7 @@ from vasowave.lung.exchange import read_centerlines, read_polydata, write_center
 from vasowave.lung.revise import read_edits
 from vasowave.pulse.network import COUNTED, Network, write_network
 from vasowave.pulse.network_formats import read_network
+from vasowave.study.exchange import read_svzerod
 
 
 def tree() -> Tree:
@@ -152,6 +153,64 @@ def first_blood_table(path: Path) -> None:
     )
 
 
+def edge_list(path: Path) -> None:
+    """Write edges whose order says no direction, with units at the ends of their titles."""
+    rows = [(1, 2, 4.1, 0.94), (3, 2, 4.4, 0.6), (2, 4, 3.7, 0.7), (5, 4, 2.1, 0.5), (4, 6, 2.6, 0.44)]
+    path.write_text("\n".join(["node1,node2,length_mm,diameter_mm", *(",".join(map(str, row)) for row in rows), ""]))
+
+
+def graphml(path: Path) -> None:
+    """Write the same edges, towards their ends, as GraphML."""
+    import networkx
+
+    graph = networkx.DiGraph()
+    for first, last, length, radius in [(1, 2, 4.1, 0.47), (2, 3, 4.4, 0.3), (2, 4, 3.7, 0.35)]:
+        graph.add_edge(first, last, length_mm=length, radius_mm=radius)
+    networkx.write_graphml(graph, path)
+
+
+def spatial_graph(path: Path) -> None:
+    """Write three edges of four points each as Amira does."""
+    ends, nodes = tree().lines, [(0, 1), (1, 2), (1, 3)]
+    points = np.concatenate([line.points[::3] for line in ends[:3]])
+    radii = np.concatenate([line.radius[::3] for line in ends[:3]])
+    arrays = [("VERTEX", "float[3] VertexCoordinates", np.zeros((4, 3))), ("EDGE", "int[2] EdgeConnectivity", nodes),
+              ("EDGE", "int NumEdgePoints", [[4]] * 3), ("POINT", "float[3] EdgePointCoordinates", points),
+              ("POINT", "float thickness", radii[:, None])]  # fmt: skip
+    head = "# AmiraMesh 3D ASCII 3.0\ndefine VERTEX 4\ndefine EDGE 3\ndefine POINT 12\n"
+    head += 'Parameters {\n  Units { Coordinates "mm" }\n  ContentType "HxSpatialGraph"\n}\n'
+    head += "".join(f"{kind} {{ {name} }} @{place}\n" for place, (kind, name, _) in enumerate(arrays, 1))
+    data = "".join(
+        f"@{place}\n" + "".join(" ".join(f"{value:g}" for value in row) + "\n" for row in rows)
+        for place, (_, _, rows) in enumerate(arrays, 1)
+    )
+    path.write_text(head + data)
+
+
+def svzerod_circuit(path: Path) -> None:
+    """Write three vessels of one junction with their beds."""
+    import json
+
+    vessels = [
+        {"vessel_id": row, "vessel_name": f"b{row}", "vessel_length": length, "zero_d_element_type": "BloodVessel",
+         "vessel_D": 0.1 - 0.02 * row, "zero_d_element_values": {"R_poiseuille": 20.0, "C": 1e-8, "L": 1.0},
+         "boundary_conditions": {"outlet": f"OUT{row}"} if row else {"inlet": "INFLOW"}}
+        for row, length in enumerate([0.4, 0.3, 0.2])
+    ]  # fmt: skip
+    beds = [{"bc_name": f"OUT{row}", "bc_type": "RCR", "bc_values": {"Rp": 1e5, "Rd": 1e6, "C": 1e-7, "Pd": 0.0}}
+            for row in (1, 2)]  # fmt: skip
+    flow = {"bc_name": "INFLOW", "bc_type": "FLOW", "bc_values": {"t": [0.0, 0.05, 0.1], "Q": [0.1, 0.3, 0.1]}}
+    junction = {
+        "junction_name": "J0",
+        "junction_type": "NORMAL_JUNCTION",
+        "inlet_vessels": [0],
+        "outlet_vessels": [1, 2],
+    }
+    content = {"simulation_parameters": {"density": 1.06, "viscosity": 0.04}, "vessels": vessels,
+               "junctions": [junction], "boundary_conditions": [flow, *beds]}  # fmt: skip
+    path.write_text(json.dumps(content, indent=1))
+
+
 def matlab_matrices(path: Path) -> None:
     """Write sizes and joints of three vessels as matrices."""
     from scipy.io import savemat
@@ -203,15 +262,29 @@ def _structure(network: Network) -> tuple:
     return tuple(sorted((*met[a].tolist(), *met[b].tolist()) for a, b in network.nodes))
 
 
+_OF_SOUND_FILES = ("no part of a network", "columns were read", "blood is taken")
+
+
 def _without_beds(path: Path, unit: str | None) -> Network:
     """Read a network; that walls and beds of a sound file are left out is no sign of damage."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         network = read_network(path, unit)
     for one in caught:
-        if "no part of a network" not in str(one.message):
+        if not any(text in str(one.message) for text in _OF_SOUND_FILES):
             warnings.warn(one.message, one.category, stacklevel=2)
     return network
+
+
+def _circuit_model(path: Path) -> Any:
+    """Read a model of svZeroDSolver; that its walls are linear is no sign of damage."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        model = read_svzerod(path)[0]
+    for one in caught:
+        if "walls are linear" not in str(one.message):
+            warnings.warn(one.message, one.category, stacklevel=2)
+    return model
 
 
 def _network(
@@ -248,6 +321,20 @@ FORMS = {
     "network workbook": _network(network_workbook, "n.xlsx", inside_zip(mutate_markup, "sheet1.xml")),
     "svOneDSolver network": _network(svonesolver_input, "n.in"),
     "FirstBlood network": _network(first_blood_table, "n.csv"),
+    "edge list": _network(edge_list),
+    "GraphML": _network(graphml, "n.graphml"),
+    "spatial graph of Amira": _network(spatial_graph, "n.am"),
+    "svZeroDSolver network": _network(svzerod_circuit, "n.json"),
+    "svZeroDSolver model": Form(
+        lambda folder: svzerod_circuit(folder / "m.json"),
+        "m.json",
+        "m.json",
+        mutate_text,
+        _circuit_model,
+        lambda model: _structure(model.network),
+        lambda model: [model.network.length, model.network.radius, *map(np.asarray, model.outlets)],
+        text=True,
+    ),
     "matrices of a network": _network(matlab_matrices, "n.mat", mutate_binary, text=False, unit="mm"),
     "two tables of a network": _network(two_tables, "Dimensions.txt", unit="mm"),
     "vtp": _lines("c.vtp", lambda path: write_centerlines(tree(), path, unit=1.0), bombs(bomb, mutate_binary), False),

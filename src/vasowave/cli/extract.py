@@ -239,8 +239,8 @@ def tidy(
     network: Annotated[
         Path,
         typer.Argument(
-            help="Vessel table, MATLAB file (dim_mat, ves_conn), Dimensions.txt with connectivity.txt beside it, input "
-            "of svOneDSolver, or FirstBlood's table of edges."
+            help="Vessel or edge table, GraphML, spatial graph of Amira (.am), MATLAB file (dim_mat, ves_conn), "
+            "Dimensions.txt with connectivity.txt beside it, input of svOneDSolver or svZeroDSolver, FirstBlood table."
         ),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Vessel table to write.")] = Path("tidied.csv"),

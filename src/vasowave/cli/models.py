@@ -1,4 +1,4 @@
-"""The model that a command works on: from network and recording, the folder of a fit, or a file of openBF."""
+"""The model that a command works on: from network and recording, the folder of a fit, or a file of another program."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from vasowave.study.folder.settings import StudyFile
 
 NETWORK = typer.Argument(
-    help="Vessel table (CSV or Excel); or, alone, the folder of a fit or a study: its fitted model; or openBF's YAML."
+    help="Vessel table (CSV or Excel); or, alone, the folder of a fit or a study: its fitted model; or a file of "
+    "openBF or svZeroDSolver."
 )
 RECORDING = typer.Argument(
     help="One averaged cycle (one file, or pressure and flow) or a continuous recording. Only with a vessel table."
@@ -60,7 +61,7 @@ TRUST = typer.Option(
 
 @dataclass(frozen=True)
 class Subject:
-    """What a command works on: a network with a recording, the folder of a fit, or openBF's file."""
+    """What a command works on: a network with a recording, the folder of a fit, or a file of openBF, svZeroDSolver."""
 
     network: Annotated[Path, NETWORK]
     recording: Annotated[list[Path] | None, RECORDING] = None
@@ -90,7 +91,7 @@ class Refinement:
 
 DATA = ".nc"
 """How the name of a netCDF file ends."""
-_OPENBF = (".yaml", ".yml")
+_MODEL_FILES = (".yaml", ".yml", ".json")
 
 
 def trust_programs(study: Path, trust: bool) -> None:
@@ -102,7 +103,7 @@ def trust_programs(study: Path, trust: bool) -> None:
 
 
 def model_from(subject: Subject, choice: ModelChoice, friction: str) -> "tuple[Model, Recording | Inflow]":
-    """Return the nominal model of a network and a cycle, the fitted one of a folder, or openBF's, and what flows in."""
+    """Return the nominal model of a network and a cycle, the fitted one of a folder, or a file's, and what flows in."""
     from vasowave.base.errors import InputError, did_you_mean
     from vasowave.pulse.model.blood import FRICTIONS, Blood
 
@@ -118,13 +119,13 @@ def model_from(subject: Subject, choice: ModelChoice, friction: str) -> "tuple[M
     if choice.bed:
         raise InputError(f"{network} brings its vascular beds along; leave --bed out")
     wall = choice.wall
-    model, flow = _fitted(network, choice.animal, wall) if network.is_dir() else _openbf(network, wall)
+    model, flow = _fitted(network, choice.animal, wall) if network.is_dir() else _model_file(network, wall)
     return (model.changed(blood=blood) if blood else model), flow
 
 
 def brings_its_model(network: Path) -> bool:
-    """Whether what was given for a network is the folder of a fit or openBF's file, which hold the parameters too."""
-    return network.is_dir() or network.suffix.lower() in _OPENBF
+    """Whether what was given for a network brings its parameters: a fit's folder, a file of openBF or svZeroDSolver."""
+    return network.is_dir() or network.suffix.lower() in _MODEL_FILES
 
 
 def narrowed_model(model: "Model", narrow: Sequence[str]) -> "Model":
@@ -162,13 +163,14 @@ def _fitted(folder: Path, animal: str, wall: str) -> "tuple[Model, Recording | I
     return stored_model(result, wall), stored_inflow(result, wall)
 
 
-def _openbf(file: Path, wall: str) -> "tuple[Model, Inflow]":
+def _model_file(file: Path, wall: str) -> "tuple[Model, Inflow]":
     from vasowave.base.errors import InputError
     from vasowave.study.exchange.openbf_reading import read_openbf
+    from vasowave.study.exchange.svzerod_reading import read_svzerod
 
     if wall not in ("", "linear"):
-        raise InputError(f"{file}: openBF's wall is the linear one; leave --wall out")
-    return read_openbf(file)
+        raise InputError(f"{file}: its wall is the linear one; leave --wall out")
+    return read_svzerod(file) if file.suffix.lower() == ".json" else read_openbf(file)
 
 
 def _nominal(subject: Subject, choice: ModelChoice, blood: "Blood") -> "tuple[Model, Recording]":

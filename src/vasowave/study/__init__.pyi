@@ -11,6 +11,7 @@ from vasowave.study.door.fit import Fit as Fit
 from vasowave.study.door.fit import calibrate as calibrate
 from vasowave.study.exchange.export import export_model as export_model
 from vasowave.study.exchange.openbf_reading import read_openbf as read_openbf
+from vasowave.study.exchange.svzerod_reading import read_svzerod as read_svzerod
 from vasowave.study.report.settings import ReportSettings as ReportSettings
 from vasowave.study.report.write import write_report as write_report
 from vasowave.study.results.results import read_results as read_results

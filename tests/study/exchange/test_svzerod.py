@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from programs_by_others import environment_with
-from vasowave.base import MMHG
+from vasowave.base import MMHG, InputError, VasowaveWarning
 from vasowave.pulse.cycle import Inflow
 from vasowave.pulse.examples import control_network
-from vasowave.pulse.model import LinearWall, Model, Numerics, Resistance, linear_solution, windkessels
-from vasowave.study.exchange import solve, write_svzerod
+from vasowave.pulse.model import LinearWall, Model, Numerics, Resistance, linear_solution, walls, windkessels
+from vasowave.pulse.network_formats import read_network
+from vasowave.study.exchange import read_svzerod, solve, write_svzerod
 
 SCRIPT = """
 import json, sys, svzerod
@@ -99,6 +100,111 @@ def test_slow_waves_meet_the_impedance_of_transmission_lines(mouse, tmp_path):
     line = linear_solution(model, slow.inflow).input_impedance[1, network.root]
     ours = input_impedance(circuit_of(slow, tmp_path), 2 * np.pi / slow.inflow.period) / MMHG
     assert abs(ours / line - 1) < 2e-3
+
+
+@pytest.mark.parametrize("bed", ["windkessels", "resistances"])
+def test_a_model_comes_back_with_its_network_its_beds_and_its_inflow(linear, tmp_path, bed):
+    solved = linear
+    if bed == "resistances":
+        bare = linear.model.changed(outlets=Resistance(np.linspace(800, 900, 11)), outlet_pressure=5.0)
+        solved = solve(bare, linear.inflow, Numerics(samples=64))
+    write_svzerod(solved, tmp_path)
+    with pytest.warns(VasowaveWarning, match="walls are linear"):
+        model, inflow = read_svzerod(tmp_path / "svzerod.json")
+    assert model.network.name == solved.network.name
+    for field in ("parent", "length", "radius", "pressure"):
+        np.testing.assert_array_equal(getattr(model.network, field), getattr(solved.network, field))
+    np.testing.assert_allclose(np.array(list(model.outlets)), np.array(list(solved.model.outlets)), rtol=1e-12)
+    np.testing.assert_allclose(model.outlet_pressure, solved.model.outlet_pressure, rtol=1e-12)
+    np.testing.assert_array_equal(inflow.flow, solved.inflow.flow)
+    assert inflow.period == solved.inflow.period
+    assert model.blood.density == solved.model.blood.density
+    assert model.blood.viscosity == pytest.approx(solved.model.blood.viscosity, rel=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")
+def test_the_walls_that_come_back_have_the_compliance_of_the_file(tangent, tmp_path):
+    """C = L dA/dp where the radius was measured, ml/(dyn/cm²)."""
+    values = [one["zero_d_element_values"]["C"] for one in circuit_of(tangent, tmp_path)["vessels"]]
+    model, _ = read_svzerod(tmp_path / "svzerod.json")
+    shown = walls.area_compliance(model.wall, np.full(21, model.network.pressure), model.area0) * model.network.length
+    np.testing.assert_allclose(np.asarray(shown), np.array(values) * MMHG, rtol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")
+@pytest.mark.parametrize("told", ["vessel_D", "R_poiseuille", "L", "R_poiseuille and L"])
+def test_radii_are_told_by_diameters_or_follow_from_the_elements(tmp_path, told):
+    write_circuit(tmp_path / "c.json", told)
+    network = read_network(tmp_path / "c.json")
+    np.testing.assert_allclose(network.radius, [0.05, 0.04, 0.03], rtol=1e-9)
+    np.testing.assert_allclose(network.length, [0.4, 0.3, 0.2], rtol=1e-12)
+    assert network.parent.tolist() == [-1, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"viscosity": None, "density": None}, "'main': no radius: .*'viscosity'.*'vessel_D'"),
+        ({"density": 10.6}, "its radius is .* by R_poiseuille and .* by L; are R, L, viscosity and density in cm"),
+        ({"viscosity": 10**400}, "'viscosity' is no finite number"),
+    ],
+)
+def test_radii_that_nothing_or_two_things_tell_are_refused(tmp_path, change, words):
+    write_circuit(tmp_path / "c.json", "R_poiseuille and L", **change)
+    with pytest.raises(InputError, match=words):
+        read_network(tmp_path / "c.json")
+
+
+@pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda c: c["vessels"][1]["zero_d_element_values"].update(C=0.0), "'left': C is 0"),
+        (
+            lambda c: c["boundary_conditions"][1].update(bc_type="CORONARY"),
+            "outlets are CORONARY, RCR; a model needs",
+        ),
+        (
+            lambda c: c["boundary_conditions"][0].update(bc_type="PRESSURE"),
+            "'INFLOW': is PRESSURE; a model needs",
+        ),
+        (lambda c: c["boundary_conditions"][0]["bc_values"].update(t=[0, "x"]), "t and Q must be numbers"),
+        (lambda c: c["vessels"][1].pop("boundary_conditions"), "'left': no boundary condition at its outlet"),
+        (lambda c: c["simulation_parameters"].update(density=0), "'density' is 0; blood has a positive one"),
+        (lambda c: c["junctions"][0].update(outlet_vessels=[1, 7]), "name vessel '7', which is not in the file"),
+        (lambda c: c.update(vessels=[]), "'vessels' lists none"),
+        (lambda c: c.update(junctions=[3]), "'junctions' is no list of objects"),
+    ],
+)
+def test_circuits_that_are_no_model_are_refused_in_words(tmp_path, change, words):
+    circuit = write_circuit(tmp_path / "c.json", "vessel_D")
+    change(circuit)
+    (tmp_path / "c.json").write_text(json.dumps(circuit))
+    with pytest.raises(InputError, match=words):
+        read_svzerod(tmp_path / "c.json")
+
+
+def write_circuit(path, told, **blood):
+    """Write three vessels whose radii are 0.05, 0.04 and 0.03 cm by what is `told`, and return the content."""
+    blood = {"viscosity": 0.04, "density": 1.06} | blood
+    vessels = []
+    for row, (name, length, radius) in enumerate([("main", 0.4, 0.05), ("left", 0.3, 0.04), ("right", 0.2, 0.03)]):
+        values = {"C": 1e-8}
+        values |= {"R_poiseuille": 8 * 0.04 * length / np.pi / radius**4 if "R" in told or told == "vessel_D" else 0.0}
+        values |= {"L": 1.06 * length / np.pi / radius**2} if "L" in told else {}
+        ends = {"outlet": name} if row else {"inlet": "INFLOW"}
+        vessel = {"vessel_id": row, "vessel_name": name, "vessel_length": length, "zero_d_element_values": values,
+                  "zero_d_element_type": "BloodVessel", "boundary_conditions": ends}  # fmt: skip
+        vessels.append(vessel | ({"vessel_D": 2 * radius} if told == "vessel_D" else {}))
+    beds = [{"bc_name": name, "bc_type": "RCR", "bc_values": {"Rp": 1e5, "Rd": 1e6, "C": 1e-7, "Pd": 0.0}}
+            for name in ("left", "right")]  # fmt: skip
+    inflow = {"bc_name": "INFLOW", "bc_type": "FLOW", "bc_values": {"t": [0.0, 0.05, 0.1], "Q": [0.1, 0.3, 0.1]}}
+    circuit = {"simulation_parameters": {key: value for key, value in blood.items() if value is not None},
+               "vessels": vessels, "boundary_conditions": [inflow, *beds],
+               "junctions": [{"junction_name": "J", "junction_type": "NORMAL_JUNCTION", "inlet_vessels": [0],
+                              "outlet_vessels": [1, 2]}]}  # fmt: skip
+    path.write_text(json.dumps(circuit))
+    return circuit
 
 
 @pytest.mark.validation

@@ -60,6 +60,8 @@ class Columns:
         Why the file may not be whole.
     titles : tuple of str
         Of the columns, as they are written.
+    row_word : str
+        What `lines` counts: "line", or what a file that is no text has in place of it.
     """
 
     source: str
@@ -69,6 +71,7 @@ class Columns:
     lines: tuple[int, ...]
     suspicions: tuple[Finding, ...] = ()
     titles: tuple[str, ...] = ()
+    row_word: str = "line"
 
     def warn(self) -> None:
         """Warn that the file may be truncated."""
@@ -137,10 +140,10 @@ class Columns:
         except ValueError:
             comma = "; is its comma a decimal mark? write a point" if _COMMA.fullmatch(text.strip()) else ""
             fault = f"'{text}' is not a number{comma}" if text.strip() else "the cell is empty"
-            raise InputError(f"{self.source}, line {self.lines[row]}, column '{title}': {fault}") from None
+            raise InputError(f"{self.source}, {self.row_word} {self.lines[row]}, column '{title}': {fault}") from None
         if not math.isfinite(value):
             raise InputError(
-                f"{self.source}, line {self.lines[row]}, column '{title}': {text.strip()} "
+                f"{self.source}, {self.row_word} {self.lines[row]}, column '{title}': {text.strip()} "
                 "is no finite number (a gap?); fill it, or leave out the part that holds it"
             )
         return value

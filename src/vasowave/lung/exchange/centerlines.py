@@ -15,7 +15,16 @@ from vasowave.lung.exchange.formats import LINES, LinesFormat
 from vasowave.lung.exchange.legacy_vtk import PolyLines
 from vasowave.lung.exchange.merging import merged, rooted
 from vasowave.lung.exchange.polydata import read_polydata, write_vtp
-from vasowave.lung.exchange.section_areas import AREA, BRANCHING, CLOSED, Sections, sections_of, with_section_radii
+from vasowave.lung.exchange.section_areas import (
+    AREA,
+    AREAS_ALONE,
+    BRANCHING,
+    CLOSED,
+    Sections,
+    area_radii,
+    sections_of,
+    with_section_radii,
+)
 from vasowave.lung.exchange.swc import LEAST, require_radii
 from vasowave.lung.exchange.triangles import read_surface_points
 from vasowave.lung.measure.measurement import Measurement, measured_alone
@@ -161,6 +170,9 @@ def _warn_of_leaps(path: Path, skeleton: Skeleton) -> None:
 def _polydata(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleton:
     data = read_polydata(path)
     points = _points(path, data, unit)
+    if not {*RADIUS_NAMES} & set(data.fields):
+        closed = int(np.isfinite(area_radii(data)).sum())
+        warn(AREAS_ALONE(closed=closed, points=len(points)).at(str(path)), stacklevel=4)
     if unused := sorted(set(data.fields) - {*_BOOKKEEPING}):
         warn(UNUSED(what=f"arrays {', '.join(unused)}").at(str(path)), stacklevel=4)
     if all(len(line) == 2 for line in data.lines):  # SimVascular: one line for each pair of neighbors
@@ -172,7 +184,7 @@ def _polydata(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Ske
 
 def _sections(path: Path, unit: float) -> Sections | None:
     data = read_polydata(path)
-    return sections_of(data, _points(path, data, unit), unit)
+    return sections_of(data, _points(path, data, unit), unit) if {*RADIUS_NAMES} & set(data.fields) else None
 
 
 def _merged(path: Path, lines: list[Line], cut: Literal["tube", "identical"]) -> Skeleton:
@@ -194,6 +206,11 @@ def _whole_lines(data: PolyLines) -> list[np.ndarray]:
 
 def _points(path: Path, data: PolyLines, unit: float) -> Line:
     name = next((name for name in RADIUS_NAMES if name in data.fields), None)
+    by_area = area_radii(data) if name is None else np.array([])
+    if np.isfinite(by_area).any():
+        places, closed = data.points, np.isfinite(by_area)
+        nearest = cKDTree(places[closed]).query(places)[1]
+        return Line(unit * places[:, ::-1], unit * by_area[closed][nearest])
     if name is None:
         available = ", ".join(sorted(data.fields)) or "none"
         raise InputError(f"{path}: no array {' or '.join(RADIUS_NAMES)} at the points; there are: {available}")

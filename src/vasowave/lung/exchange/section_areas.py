@@ -53,6 +53,12 @@ ONE_RADIUS = note_kind(
     "radii are those by the areas of the sections, {ratio:.3g} times those of the inscribed balls (median of {vessels} "
     "vessels; {low:.3g} to {high:.3g}){left}",
 )
+AREAS_ALONE = look_kind(
+    "lines.section-areas-alone",
+    "the file has no radii of balls: {closed} of {points} radii are those by the areas of closed sections, the others "
+    "those of the nearest such; places of junctions and ends follow from them",
+    "Export the radii of the balls (MaximumInscribedSphereRadius) too.",
+)
 NO_SECTIONS = look_kind(
     "lines.section-areas-unused",
     "the areas of its sections are not used: {percent:.0f} % of them are smaller than the balls in them (their "
@@ -81,14 +87,20 @@ class Sections(NamedTuple):
 
 def sections_of(data: PolyLines, points: Line, unit: float) -> Sections | None:
     """Return the sections that are closed and lie in no junction; None if the file has none."""
+    radius = unit * area_radii(data)
+    valid = np.isfinite(radius)
+    return Sections(points.points[valid], radius[valid], points.radius[valid]) if valid.any() else None
+
+
+def area_radii(data: PolyLines) -> np.ndarray:
+    """Return the radius of the section at every point, NaN where it is open, lies in a junction, or there is none."""
     area = data.fields.get(AREA)
     if area is None or area.ndim != 1:
-        return None
-    radius = unit * np.sqrt(np.maximum(area, 0.0) / np.pi)
-    valid = np.isfinite(radius) & (radius > 0)
+        return np.full(len(data.points), np.nan)
+    valid = np.isfinite(area) & (area > 0)
     valid &= np.asarray(data.fields.get(CLOSED, 1.0)).astype(bool)
     valid &= ~np.asarray(data.fields.get(BRANCHING, 0.0)).astype(bool)
-    return Sections(points.points[valid], radius[valid], points.radius[valid]) if valid.any() else None
+    return np.sqrt(np.where(valid, area, np.nan) / np.pi)
 
 
 def with_section_radii(measured: Measurement, sections: Sections) -> tuple[Measurement, Finding]:

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,25 +11,29 @@ import numpy as np
 
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, look_kind
-from vasowave.base.io.columns import Columns, read_columns, read_titles
+from vasowave.base.io.columns import (
+    Columns,
+    head_of,
+    is_row,
+    read_columns,
+    read_headings,
+    read_titles,
+    separator_of,
+    split_cells,
+)
 from vasowave.base.io.files import write_file
+from vasowave.base.io.textfile import read_lines
 from vasowave.base.units import CANONICAL
+from vasowave.pulse.network.edge_list import directed_from_root
 from vasowave.pulse.network.graph import numbered
 from vasowave.pulse.network.network import Network, image_pressure
 from vasowave.pulse.network.remarks import UNUSED
+from vasowave.pulse.network.titles import canonical_title, require_width, topology_of, understood
 
-_ALIASES = {
-    "radius_end": "radius end",
-    "vessel": "name",
-    "id": "name",
-    "l": "length",
-    "r0": "radius",
-    "r": "radius",
-    "d": "diameter",
-}
 _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
 
 _END = "radius end"
+_WIDTHS = ("area", "radius start", _END, "diameter start", "diameter end")
 _TITLES = "name, parent, length [cm], radius [cm] or diameter [cm]"
 _QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope"}
 
@@ -51,12 +56,39 @@ SINGLE_DAUGHTERS = look_kind(
 
 
 def is_vessel_table(path: Path, start: bytes) -> bool:
-    """Return whether a file is a table with a column `parent`, or with `from` and `to`."""
-    titles = read_titles(path, start)
-    return "parent" in titles or {"from", "to"} <= set(titles)
+    """Return whether a file is a table with a column `parent`, or lengths and others that say what joins vessels."""
+    titles = read_titles(path, start) or _commented_titles(path, start.decode("utf-8", errors="replace").split("\n"))
+    names = {canonical_title(title)[0] for title in titles}
+    topology = topology_of(list(names))
+    return bool(topology) and ("length" in names or topology in (("parent",), ("from", "to")))
 
 
-def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
+def vessel_columns(path: str | Path) -> Columns:
+    """Read a table of vessels as it is; a comment above its first row may hold its titles."""
+    table = read_columns(path)
+    if not table.names and (titles := _commented_titles(Path(path), next(iter(read_lines(path))).texts)):
+        names, column_units = read_headings(path, titles, {})
+        table = replace(table, names=names, units=column_units, titles=titles)
+    if not table.names:
+        raise InputError(f"{path}: no header; the first line must read: {_TITLES}")
+    return table
+
+
+def _commented_titles(path: Path, texts: Sequence[str]) -> tuple[str, ...]:
+    """Return the words of the comment above the first row of a table, if they are as many as its cells."""
+    first = next((line for line, text in enumerate(texts) if is_row(text)), 0)
+    comment = texts[first - 1].strip() if first else ""
+    if not comment.startswith("#"):
+        return ()
+    try:
+        titles = head_of(path, [(first, comment.lstrip("#"))]).titles
+        width = len(split_cells(path, first + 1, texts[first], separator_of(texts[first])))
+    except InputError:
+        return ()
+    return titles if len(titles) == width else ()
+
+
+def read_vessel_table(path: str | Path, scale: float | None = None) -> tuple[Network, list[Finding]]:
     """Read a network from CSV, TSV or Excel, and why it may not be whole.
 
     Columns: ``name, parent, length [cm], radius [cm], radius_sd [cm], taper [cm/cm], taper_sd [cm/cm], pressure [mmHg],
@@ -83,31 +115,48 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
         What looks like lost rows: other numbers than the columns ``vessels``, ``outlets`` and ``inlets`` say, a vessel
         with one daughter, a last line without an end. Columns that are not used.
     """
-    table = read_columns(path, _ALIASES)
-    if not table.names:
-        raise InputError(f"{path}: no header; the first line must read: {_TITLES}")
-    names = [row[table.require("name", titles=_TITLES)] for row in table.cells]
-    length = table.numbers(table.require("length", titles=_TITLES), "length")
-    radius = _radius(table)
+    return network_of(vessel_columns(path), scale)
+
+
+def recognized(table: Columns) -> tuple[Columns, list[Finding]]:
+    """Return a table with our titles and how its own were read; `InputError` unless it has what a network needs."""
+    table, findings = understood(table)
+    topology = topology_of(table.names)
+    if topology in ((), ("parent",), ("daughters",)):  # edges may go without a name
+        table.require("name", titles=_TITLES)
+    table.require("length", titles=_TITLES)
+    require_width(table, _TITLES)
+    if not topology:
+        table.require("parent", titles=_TITLES)
+    return table, findings
+
+
+def network_of(table: Columns, scale: float | None = None) -> tuple[Network, list[Finding]]:
+    """Return the network of a table, and what is to be known of it, as `read_vessel_table`."""
+    table, findings = recognized(table)
 
     def where(row: int) -> str:
-        return f"{path}, line {table.lines[row]}"
+        return f"{table.source}, {table.row_word} {table.lines[row]}"
 
-    parent, nodes = _topology(table, names, where)
-    quantities = {field: _known_in(table, field, quantity) for field, quantity in _QUANTITIES.items()}
-    end = _known_in(table, _END, "length")
+    name, topology = table.find("name"), topology_of(table.names)
+    names = [str(row + 1) if name is None else cells[name] for row, cells in enumerate(table.cells)]
+    length = _size(table, "length", scale)
+    radius, end = _radii(table, scale)
+    spread, taper, taper_sd = (_known_in(table, field, quantity, scale) for field, quantity in _QUANTITIES.items())
     if end is not None:
-        if quantities["taper"] is not None:
-            raise InputError(f"{path}: both '{_END}' and 'taper' say how vessels narrow; keep one of the two columns")
+        if taper is not None:
+            raise InputError(
+                f"{table.source}: both '{_END}' and 'taper' say how vessels narrow; keep one of the two columns"
+            )
         with np.errstate(divide="ignore"):  # a length of zero is refused by its line
-            quantities["taper"] = (radius - end) / length
+            taper = (radius - end) / length
         radius = np.where(np.isnan(end), radius, 0.5 * (radius + end))
+    parent, nodes, rooting = _topology(table, names, radius, where)
     network = Network(
-        tuple(names), parent, length, radius, where, _pressure_in(table, where), nodes=nodes, **quantities
+        tuple(names), parent, length, radius, where, _pressure_in(table, where), spread, taper, taper_sd, nodes
     )
-    topology = ("parent",) if nodes is None else ("from", "to")
-    taken = {"name", *topology, "length", "radius", "diameter", "pressure", _END, *_QUANTITIES, *COUNTED, *_OURS}
-    return network, [*table.suspicions, *_lost(table, network), *_unused(table, taken)]
+    used = {"name", *topology, "length", "radius", "diameter", "pressure", *_WIDTHS, *_QUANTITIES, *COUNTED, *_OURS}
+    return network, [*table.suspicions, *findings, *rooting, *_lost(table, network), *_unused(table, used)]
 
 
 def write_network(network: Network, path: str | Path) -> None:
@@ -151,16 +200,31 @@ def measured_columns(network: Network) -> dict[str, list[str]]:
     return columns
 
 
-def _radius(table: Columns) -> np.ndarray:
-    diameter = table.find("diameter")
-    if diameter is None:
-        return table.numbers(table.require("radius", titles=_TITLES), "length")
-    if table.find("radius") is not None:
-        raise InputError(f"{table.source}: both 'radius' and 'diameter' say how wide vessels are; keep one of them")
-    return 0.5 * table.numbers(diameter, "length")
+def _size(table: Columns, name: str, scale: float | None, quantity: str = "length") -> np.ndarray:
+    """Return a column in cm or cm²; `scale` turns lengths without a unit into cm."""
+    column = table.require(name, titles=_TITLES)
+    if scale is None or table.units[column]:
+        return table.numbers(column, quantity)
+    return table.numbers(column, quantity, CANONICAL[quantity]) * (scale**2 if quantity == "area" else scale)
 
 
-def _known_in(table: Columns, field: str, quantity: str) -> np.ndarray | None:
+def _radii(table: Columns, scale: float | None) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the radius of every vessel, and that at its end where it is known; the first is then that at its inlet."""
+    for width, share in (("radius", 1.0), ("diameter", 0.5)):
+        if f"{width} start" in table.names:
+            return share * _size(table, f"{width} start", scale), share * _size(table, f"{width} end", scale)
+    end = _known_in(table, _END, "length", scale)
+    if table.find("diameter") is not None:
+        if table.find("radius") is not None:
+            raise InputError(f"{table.source}: both 'radius' and 'diameter' say how wide vessels are; keep one of them")
+        return 0.5 * _size(table, "diameter", scale), end
+    if table.find("radius") is None:
+        with np.errstate(invalid="ignore"):  # a negative area has no radius, which its line is refused for
+            return np.sqrt(_size(table, "area", scale, "area") / np.pi), end
+    return _size(table, "radius", scale), end
+
+
+def _known_in(table: Columns, field: str, quantity: str, scale: float | None) -> np.ndarray | None:
     """Return a column whose cells may be empty, NaN where they are; None without the column, or with nothing in it."""
     column = table.find(field)
     filled = [] if column is None else [i for i, row in enumerate(table.cells) if row[column].strip()]
@@ -170,7 +234,7 @@ def _known_in(table: Columns, field: str, quantity: str) -> np.ndarray | None:
         table, cells=tuple(table.cells[i] for i in filled), lines=tuple(table.lines[i] for i in filled)
     )
     values = np.full(len(table.cells), np.nan)
-    values[filled] = filled_rows.numbers(column, quantity)
+    values[filled] = _size(filled_rows, field, scale if quantity == "length" else None, quantity)
     return values
 
 
@@ -216,30 +280,56 @@ def _pressure_in(table: Columns, where: Callable[[int], str]) -> float:
 
 
 def _topology(
-    table: Columns, names: Sequence[str], where: Callable[[int], str]
-) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Return rows of the parents, or numbers of the nodes in the order in which they are first named."""
-    if table.find("from") is None or table.find("to") is None:
-        parents = [row[table.require("parent")] for row in table.cells]
-        return np.array(_parent_rows(names, parents, where)), None
-    if table.find("parent") is not None:
+    table: Columns, names: Sequence[str], radius: np.ndarray, where: Callable[[int], str]
+) -> tuple[np.ndarray | None, np.ndarray | None, list[Finding]]:
+    """Return rows of the parents, or numbers of the nodes, and where blood was taken to enter."""
+    topology = topology_of(table.names)
+    if topology == ("parent",) and "from" in table.names and "to" in table.names:
         raise InputError(f"{table.source}: both 'parent' and 'from', 'to' say what joins the vessels; keep one of them")
-    ends = [table.require("from"), table.require("to")]
-    nodes = [[row[column].strip() for column in ends] for row in table.cells]
-    empty = next((row for row, pair in enumerate(nodes) if not all(pair)), None)
+    if topology == ("daughters",):
+        return np.array(_parent_rows(names, _parents_by_daughters(table, names, where), where)), None, []
+    if topology == ("parent",):
+        parents = [row[table.require("parent")] for row in table.cells]
+        return np.array(_parent_rows(names, parents, where)), None, []
+    columns = [table.require(title) for title in topology]
+    ends = [[row[column].strip() for column in columns] for row in table.cells]
+    empty = next((row for row, pair in enumerate(ends) if not all(pair)), None)
     if empty is not None:
-        raise InputError(f"{where(empty)} (vessel '{names[empty]}'): no node in 'from' or 'to'; every vessel has two")
-    return None, numbered(nodes)
+        raise InputError(
+            f"{where(empty)} (vessel '{names[empty]}'): no node in '{topology[0]}' or '{topology[1]}'; every vessel "
+            "has two"
+        )
+    if topology == ("from", "to"):
+        return None, numbered(ends), []
+    return None, *directed_from_root(ends, radius, where, directed=topology == ("source", "target"))
+
+
+def _parents_by_daughters(table: Columns, names: Sequence[str], where: Callable[[int], str]) -> list[str]:
+    """Return the name of every vessel's parent by the columns that name its daughters."""
+    rows, parents = {name: row for row, name in enumerate(names)}, [""] * len(names)
+    columns = [column for column, name in enumerate(table.names) if name == "daughters"]
+    for row, cells in enumerate(table.cells):
+        for cell in (cells[column].strip() for column in columns):
+            for daughter in [cell] if cell in rows else re.split(r"[\s;,|]+", cell):
+                if daughter in rows and parents[rows[daughter]]:
+                    raise InputError(f"{where(row)}: '{daughter}' is a daughter of two; write nodes, 'from' and 'to'")
+                if daughter in rows:
+                    parents[rows[daughter]] = names[row]
+                elif daughter.lower() not in ("", *_NO_PARENT):
+                    raise InputError(f"{where(row)}: daughter '{daughter}' is not in the table")
+    return parents
 
 
 def _parent_rows(names: Sequence[str], parents: Sequence[str], where: Callable[[int], str]) -> list[int]:
     rows = {name: row for row, name in enumerate(names)}
     numbers = []
     for row, parent in enumerate(parents):
-        if parent and parent not in rows:
+        if parent not in rows and parent.lower() in ("", *_NO_PARENT):
+            numbers.append(-1)
+            continue
+        if parent not in rows:
             twice = next((name for name in names if names.count(name) > 1), None)
             hint = f"; '{twice}' stands there twice, is one of them it?" if twice else did_you_mean(parent, rows)
-            hint = "; leave the root's parent empty" if parent.lower() in _NO_PARENT else hint
             raise InputError(f"{where(row)} (vessel '{names[row]}'): parent '{parent}' is not in the table{hint}")
-        numbers.append(rows[parent] if parent else -1)
+        numbers.append(rows[parent])
     return numbers

@@ -4,21 +4,25 @@ A file is known by what it holds. What a network cannot hold of it (walls, beds,
 """
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
 from vasowave.base.errors import InputError
-from vasowave.base.findings import warn
-from vasowave.base.io.columns import number
+from vasowave.base.findings import Finding, warn
+from vasowave.base.io.columns import Columns, number
 from vasowave.base.io.formats import Format, Registry
 from vasowave.base.io.textfile import regular_file
 from vasowave.base.units import factor
 from vasowave.pulse.network.network import Network
 from vasowave.pulse.network.remarks import implausible_sizes
-from vasowave.pulse.network.vessel_table import is_vessel_table, read_vessel_table
+from vasowave.pulse.network.titles import says_unit
+from vasowave.pulse.network.vessel_table import is_vessel_table, network_of, recognized, vessel_columns
 
+_LINES = (".vtp", ".vtk", ".swc", ".mrk.json")
 _AMOUNT = re.compile(r"\s*(?P<number>[\d.]+(?:e-?\d+)?)?\s*(?P<unit>[^\d\s].*?)\s*", re.IGNORECASE)
 
 
@@ -29,21 +33,54 @@ class NetworkFormat(Format):
     Attributes
     ----------
     read : callable
-        Takes a path and what lengths are multiplied by. Returns the network, and what of it was left out or is odd.
-    has_unit : bool
-        Whether the files say in which unit their lengths are.
+        Takes a path and what lengths are multiplied by, None where the file says its unit. Returns the network, and
+        what of it was left out or is odd.
+    has_unit : bool or callable
+        Whether the files say in which unit their lengths are, or what tells it of a path.
     """
 
-    has_unit: bool = True
+    has_unit: bool | Callable[[Path], bool] = True
+
+    def says_unit(self, path: Path) -> bool:
+        """Return whether a file says the unit of its lengths."""
+        return self.has_unit if isinstance(self.has_unit, bool) else self.has_unit(path)
 
 
 NETWORKS = Registry[NetworkFormat](__name__, "table")
 """Every format of networks."""
 
+
+def table_format(
+    name: str, title: str, suffixes: tuple[str, ...], sniff: Callable[[Path, bytes], bool],
+    columns_of: Callable[[Path], Columns], remarks: tuple[Finding, ...] = (),
+) -> NetworkFormat:  # fmt: skip
+    """Return the format of files whose content is a table of vessels, which `columns_of` a path returns."""
+
+    def read(path: Path, scale: float | None) -> tuple[Network, list[Finding]]:
+        network, findings = network_of(columns_of(path), scale)
+        return network, [*findings, *remarks]
+
+    return NetworkFormat(name, title, suffixes, sniff, read, lambda path: says_unit(recognized(columns_of(path))[0]))
+
+
+NETWORKS.register(
+    table_format(
+        "table", "table of vessels", (".csv", ".tsv", ".txt", ".dat", ".xlsx"), is_vessel_table, vessel_columns
+    )
+)
+
+
+def _refuse_lines(path: Path, scale: float | None = None) -> NoReturn:
+    raise InputError(
+        f"{path}: holds centerlines, of which a network is made first, with their unit of length: `vasowave "
+        "centerlines FILE --unit mm -o FOLDER`; FOLDER/network.csv is the network"
+    )
+
+
 NETWORKS.register(
     NetworkFormat(
-        "table", "table of vessels", (".csv", ".tsv", ".txt", ".dat", ".xlsx"), is_vessel_table,
-        lambda path, scale: read_vessel_table(path),
+        "centerlines", "centerlines", (), lambda path, start: path.name.lower().endswith(_LINES), _refuse_lines,
+        _refuse_lines,
     )
 )  # fmt: skip
 
@@ -54,9 +91,10 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     Parameters
     ----------
     path : path
-        A table (CSV, TSV, Excel) as of `read_vessel_table`; a MATLAB file with ``dim_mat`` and ``ves_conn``;
-        ``Dimensions.txt`` or ``connectivity.txt``, which lie in one folder; the input of svOneDSolver; FirstBlood's
-        table of edges.
+        A table (CSV, TSV, Excel) as of `read_vessel_table`, by the titles that `SYNONYMS` lists; GraphML; a spatial
+        graph of Amira or Avizo (ASCII); a MATLAB file with ``dim_mat`` and ``ves_conn``; ``Dimensions.txt`` or
+        ``connectivity.txt``, which lie in one folder; the input of svOneDSolver or svZeroDSolver; FirstBlood's table of
+        edges.
     unit : str, optional
         Unit of lengths and radii (``mm``, or the edge of a voxel, ``0.0036 cm``), for files that do not say it.
 
@@ -64,12 +102,13 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     ------
     InputError
         As `Network` and `read_vessel_table`; a file that does not say its unit, if none is given, and one that does,
-        if one is; a network with loops.
+        if one is; edges without a direction that close a loop.
 
     Warns
     -----
     VasowaveWarning
-        What a network cannot hold of the file; sizes that look like another unit; see `read_vessel_table`.
+        How columns with other titles were read; where blood is taken to enter edges without a direction; what a network
+        cannot hold of the file; sizes that look like another unit; see `read_vessel_table`.
 
     Examples
     --------
@@ -86,11 +125,12 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     """
     path = regular_file(path)
     form = NETWORKS.of(path)
-    if form.has_unit and unit is not None:
+    has_unit = form.says_unit(path)
+    if has_unit and unit is not None:
         raise InputError(f"{path}: says the unit of its lengths itself; leave out the unit '{unit}'")
-    if not form.has_unit and unit is None:
+    if not has_unit and unit is None:
         raise InputError(unit_wanted(path, form))
-    network, findings = form.read(path, scale_of(unit) if unit is not None else 1.0)
+    network, findings = form.read(path, scale_of(unit) if unit is not None else None)
     for finding in (*findings, *implausible_sizes(network)):
         warn(finding.at(str(path)))
     return network
@@ -114,7 +154,7 @@ def number_in(path: Path, line: int, text: str) -> float:
 def unit_wanted(path: Path, form: NetworkFormat) -> str:
     """Say that a file does not name its unit, and how to give it."""
     return (
-        f"{path}: a {form.title} does not say the unit of its lengths; give it, as mm or as the edge of a voxel: "
+        f"{path}: this {form.title} does not say the unit of its lengths; give it, as mm or as the edge of a voxel: "
         "`vasowave tidy FILE --unit '0.0036 cm' -o network.csv`, or read_network(path, unit='mm')"
     )
 

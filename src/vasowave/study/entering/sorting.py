@@ -112,7 +112,7 @@ def sort_files(
         try:
             network = NETWORKS.known(file)
             if network is not None:
-                if not network.has_unit:
+                if not network.says_unit(file):
                     raise InputError(unit_wanted(file, network))
                 networks.append(file)
                 continue

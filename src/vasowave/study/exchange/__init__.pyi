@@ -13,6 +13,7 @@ from vasowave.study.exchange.paraview import ring_directions as ring_directions
 from vasowave.study.exchange.paraview import write_paraview as write_paraview
 from vasowave.study.exchange.solved import solve as solve
 from vasowave.study.exchange.svzerod import write_svzerod as write_svzerod
+from vasowave.study.exchange.svzerod_reading import read_svzerod as read_svzerod
 from vasowave.study.exchange.tables import write_tables as write_tables
 
 __all__: list[str]

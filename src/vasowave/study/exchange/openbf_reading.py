@@ -342,13 +342,17 @@ def _inlet_file(path: Path, config: Mapping[str, Any], vessel: _Vessel, alone: b
 def _cycle(file: Path) -> tuple[np.ndarray, float]:
     """Return evenly spaced samples of a flow, ml/s, and its period, s."""
     table = _in_order(file, _two_columns(file))
-    time, flow = table[:, 0], 1e6 * table[:, 1]
-    if len(time) < 2 or time[0] != 0 or np.any(np.diff(time) <= 0):
-        raise InputError(f"{file}: times must begin at 0 and increase; its last one is the period")
     if np.abs(table[:, 1]).max() > _MOST_FLOW:
         raise InputError(
             f"{file}: {np.abs(table[:, 1]).max():.3g} m³/s is no flow; vasowave takes a flow into the root"
         )
+    return even_cycle(str(file), table[:, 0], 1e6 * table[:, 1])
+
+
+def even_cycle(place: str, time: np.ndarray, flow: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return evenly spaced samples of a flow over one period, whose last time is its end, and the period, s."""
+    if len(time) < 2 or time[0] != 0 or not np.all(np.diff(time) > 0) or not np.isfinite(time[-1]):
+        raise InputError(f"{place}: times must begin at 0 and increase; its last one is the period")
     steps, period = len(time) - 1, float(time[-1])
     even = np.allclose(np.diff(time), period / steps, rtol=1e-3) and math.isclose(
         flow[-1], flow[0], abs_tol=1e-3 * float(np.ptp(flow)) + 1e-300

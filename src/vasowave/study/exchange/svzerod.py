@@ -13,6 +13,7 @@ import numpy as np
 from vasowave.base.io.files import write_file
 from vasowave.base.units import MMHG
 from vasowave.pulse.model import walls
+from vasowave.pulse.network_formats.svzerod import DIAMETER, IMAGE_PRESSURE
 from vasowave.study.exchange.solved import Solved, circuit, losses, require_elastic
 
 FILE = "svzerod.json"
@@ -22,7 +23,7 @@ _FEWEST_CYCLES, _TIME_CONSTANTS = 10, 8.0  # a Windkessel has then forgotten its
 
 
 def write_svzerod(solved: Solved, folder: Path) -> list[str]:
-    """Write ``svzerod.json`` into `folder` and return what its reader should know.
+    """Write ``svzerod.json`` into `folder` and return what its reader should know; `read_svzerod` reads it back.
 
     Raises
     ------
@@ -35,11 +36,17 @@ def write_svzerod(solved: Solved, folder: Path) -> list[str]:
     longest = float(np.max(distal * compliance))
     cycles = max(_FEWEST_CYCLES, int(np.ceil(_TIME_CONSTANTS * longest / period)))
     content = {
-        "description": {"units": "cm, s, g; pressure dyn/cm^2 (1 mmHg is 1333.22), flow cm^3/s", "made by": "vasowave"},
+        "description": {
+            "units": "cm, s, g; pressure dyn/cm^2 (1 mmHg is 1333.22), flow cm^3/s",
+            "made by": "vasowave",
+            IMAGE_PRESSURE: network.pressure,
+        },
         "simulation_parameters": {
             "number_of_cardiac_cycles": cycles,
             "number_of_time_pts_per_cardiac_cycle": _STEPS + 1,
             "output_all_cycles": False,
+            "density": solved.model.blood.density,
+            "viscosity": solved.model.blood.density * solved.model.blood.viscosity,
         },
         "boundary_conditions": [*_inflows(solved), *_beds(solved)],
         "vessels": _vessels(solved),
@@ -108,6 +115,7 @@ def _vessels(solved: Solved) -> list[dict[str, Any]]:
         values = {"R_poiseuille": (solved.resistance[row] + narrow[row]) * MMHG, "L": inertance[row],
                   "C": compliance[row] / MMHG, "stenosis_coefficient": jets[row]}  # fmt: skip
         vessel: dict[str, Any] = {"vessel_id": row, "vessel_name": name, "vessel_length": float(network.length[row])}
+        vessel[DIAMETER] = 2.0 * float(network.radius[row])
         vessel |= {"zero_d_element_type": "BloodVessel", "zero_d_element_values": values}
         vessels.append(vessel | ({"boundary_conditions": ends} if ends else {}))
     return vessels

@@ -1,0 +1,111 @@
+"""Spatial graphs of Amira and Avizo (.am, ASCII): vessels as edges with points, and a radius at each point."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.base.errors import InputError
+from vasowave.base.io.columns import Columns
+from vasowave.base.io.textfile import read_lines, read_start
+from vasowave.base.units import is_of
+from vasowave.pulse.network.titles import UNDERSTOOD, canonical_title
+from vasowave.pulse.network_formats import NETWORKS, table_format
+
+_COUNT = re.compile(r"define\s+(VERTEX|EDGE|POINT)\s+(\d{1,9})\b")
+_ARRAY = re.compile(r"(VERTEX|EDGE|POINT)\s*\{\s*\w+\s*(?:\[(\d)\])?\s+(\w+)\s*\}\s*=?\s*@(\d+)")
+_UNIT = re.compile(r'Coordinates\s+"([^"]*)"')
+_DATA = re.compile(r"^\s*@(\d+)\s*$", re.MULTILINE)
+_CONNECTIVITY, _POINTS_OF_EDGE, _POINTS = "EdgeConnectivity", "NumEdgePoints", "EdgePointCoordinates"
+_THICKNESS = "thickness"
+"""What Amira's skeletons call the distance from each point to the wall: a radius."""
+
+
+@dataclass(frozen=True)
+class SpatialGraph:
+    """The arrays of a file, by the kind of what they belong to and their name, and the unit of length that it says."""
+
+    arrays: dict[tuple[str, str], np.ndarray]
+    unit: str
+
+
+def is_spatial_graph(path: Path, start: bytes) -> bool:
+    """Return whether a file of Amira is a spatial graph, and no image or surface."""
+    first = start[:40].lower()
+    return (b"amiramesh" in first or b"avizo" in first) and (b"HxSpatialGraph" in start or b"define EDGE" in start)
+
+
+def spatial_graph_columns(path: Path) -> Columns:
+    """Return the edges of a spatial graph as a table: length along the points, mean radius over that length.
+
+    Raises
+    ------
+    InputError
+        A binary file, one that is cut off, or one without radii.
+    """
+    graph = read_spatial_graph(path)
+    nodes = _array(path, graph, "EDGE", _CONNECTIVITY).astype(int)
+    counts = _array(path, graph, "EDGE", _POINTS_OF_EDGE).astype(int).ravel()
+    points = _array(path, graph, "POINT", _POINTS)
+    if nodes.shape[1] != 2 or points.shape[1] != 3 or counts.min(initial=2) < 2 or counts.sum() != len(points):
+        raise InputError(f"{path}: {_POINTS_OF_EDGE} and {_POINTS} do not fit; every edge has two points or more")
+    (kind, title), values = _width(path, graph)
+    cells = []
+    for row, (first, last) in enumerate(zip(np.cumsum(counts) - counts, np.cumsum(counts), strict=True)):
+        step = np.linalg.norm(np.diff(points[first:last], axis=0), axis=1)
+        along = values[first:last] if kind == "POINT" else values[[row, row]]
+        middle = 0.5 * (along[1:] + along[:-1])
+        width = float(np.average(middle, weights=step if kind == "POINT" and step.any() else None))
+        cells.append((*map(str, nodes[row].tolist()), repr(float(step.sum())), repr(width)))
+    width_name = canonical_title(title)[0] if title.lower() != _THICKNESS else "radius"
+    names, units = ("node 1", "node 2", "length", width_name), ("", "", graph.unit, graph.unit)
+    suffix = f" in {graph.unit}" if graph.unit else ""
+    remark = UNDERSTOOD(columns=f"'{title}' ({kind}) → {width_name}{suffix}, '{_POINTS}' → length{suffix}")
+    lines = tuple(range(1, len(cells) + 1))
+    return Columns(str(path), names, units, tuple(cells), lines, (remark,), names, "edge")
+
+
+def read_spatial_graph(path: Path) -> SpatialGraph:
+    """Read the arrays of vertices, edges and points of an ASCII file."""
+    if b"BINARY" in read_start(path, 200).upper():
+        raise InputError(f"{path}: is saved in binary; save it as 'Amira ASCII'")
+    text = "\n".join(line for block in read_lines(path) for line in block.texts)
+    pieces = _DATA.split(text)
+    header, data = pieces[0], dict(zip(pieces[1::2], pieces[2::2], strict=True))
+    counts = {kind: int(count) for kind, count in _COUNT.findall(header)}
+    arrays = {}
+    for kind, width, name, place in _ARRAY.findall(header):
+        try:
+            numbers = np.array(data.get(place, "").split(), dtype=float)
+        except ValueError:
+            raise InputError(f"{path}: {name} (@{place}) holds what is no number") from None
+        size = counts.get(kind, 0) * int(width or 1)
+        if len(numbers) != size or not np.isfinite(numbers).all() or not size:
+            raise InputError(f"{path}: {len(numbers)} finite numbers of {name} where {size} belong; was it cut off?")
+        arrays[kind, name] = numbers.reshape(-1, int(width or 1))
+    unit = (match[1] if (match := _UNIT.search(header)) else "").strip()
+    return SpatialGraph(arrays, unit if is_of(unit, "length") else "")
+
+
+def _array(path: Path, graph: SpatialGraph, kind: str, name: str) -> np.ndarray:
+    if (kind, name) not in graph.arrays:
+        names = ", ".join(f"{name} ({kind})" for kind, name in graph.arrays) or "none"
+        raise InputError(f"{path}: no {name} of {kind}, as spatial graphs have it; its arrays: {names}")
+    return graph.arrays[kind, name]
+
+
+def _width(path: Path, graph: SpatialGraph) -> tuple[tuple[str, str], np.ndarray]:
+    """Return kind and name of the array that says how wide vessels are, and its values; those at points first."""
+    widths = [(kind, name) for kind in ("POINT", "EDGE") for holder, name in graph.arrays
+             if holder == kind and (canonical_title(name)[0] in ("radius", "diameter") or name.lower() == _THICKNESS)
+             and graph.arrays[kind, name].shape[1] == 1]  # fmt: skip
+    if not widths:
+        names = ", ".join(name for _, name in graph.arrays)
+        raise InputError(f"{path}: no radius, diameter or thickness at its points or edges; its arrays: {names}")
+    return widths[0], graph.arrays[widths[0]].ravel()
+
+
+NETWORKS.register(
+    table_format("spatial graph", "spatial graph of Amira", (".am",), is_spatial_graph, spatial_graph_columns)
+)

@@ -1,0 +1,239 @@
+"""Trees as other programs write them, made here with known lengths, radii and connections."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+import vasowave as vw
+from vasowave.base import InputError, VasowaveWarning
+
+TREE = {"MPA": (None, 0.41, 0.047), "LPA": ("MPA", 0.44, 0.030), "RPA": ("MPA", 0.37, 0.035),
+        "L1": ("LPA", 0.21, 0.020), "L2": ("LPA", 0.18, 0.022)}  # fmt: skip
+"""Parent, length and radius of every vessel, cm."""
+NODES = {"MPA": (1, 2), "LPA": (2, 3), "RPA": (2, 4), "L1": (3, 5), "L2": (3, 6)}
+
+
+def written(path, header, row, comment=""):
+    """Write a row a vessel: `row` takes the name, the parent, length and radius in cm, and the two nodes."""
+    rows = [row(name, parent or "", length, radius, *NODES[name]) for name, (parent, length, radius) in TREE.items()]
+    path.write_text("\n".join([comment + header, *rows, ""]), encoding="utf-8")
+    return path
+
+
+def shape(network, row=None):
+    """Return length, radius and daughters of every vessel, whatever the vessels are called."""
+    row = network.root if row is None else row
+    below = sorted(shape(network, daughter) for daughter in network.daughters[row])
+    return (round(float(network.length[row]), 6), round(float(network.radius[row]), 6), below)
+
+
+def expected(name="MPA"):
+    _, length, radius = TREE[name]
+    return (length, radius, sorted(expected(child) for child, (parent, *_) in TREE.items() if parent == name))
+
+
+def daughters(name):
+    """Return the two cells that name the daughters of a vessel."""
+    return ",".join(([child for child, (parent, *_) in TREE.items() if parent == name] + ["", ""])[:2])
+
+
+def read(path, unit=None):
+    """Return a network and the codes of what was found in its file."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", VasowaveWarning)
+        network = vw.read_network(path, unit)
+    return network, {warning.message.finding.code for warning in caught}
+
+
+TABLES = {
+    "parents-and-diameters": ("Segment,Parent segment,Length (mm),Diameter (mm)",
+                              lambda n, p, length, r, a, b: f"{n},{p},{10 * length},{20 * r}"),
+    "decimal-commas": ("ID;Mother;Length [µm];Radius [µm]",
+                       lambda n, p, length, r, a, b: f"{n};{p};{1e4 * length:.1f};{1e4 * r:.1f}".replace(".", ",")),
+    "units-at-the-end-of-titles": ("vessel_id,parent_id,length_um,diameter_um",
+                                   lambda n, p, length, r, a, b: f"{n},{p or -1},{1e4 * length},{2e4 * r}"),
+    "mixed-units": ("branch,parent branch,Length (mm),Diameter (um)",
+                    lambda n, p, length, r, a, b: f"{n},{p or 'NA'},{10 * length},{2e4 * r}"),
+    "daughters": ("Vessel,Daughter 1,Daughter 2,Length (mm),Radius (mm)",
+                  lambda n, p, length, r, a, b: f"{n},{daughters(n)},{10 * length},{10 * r}"),
+    "source-and-target": ("source,target,length_mm,diameter_mm",
+                          lambda n, p, length, r, a, b: f"{a},{b},{10 * length},{20 * r}"),
+    "areas": ("Segment,Parent,Length (mm),Area (mm²)",
+              lambda n, p, length, r, a, b: f"{n},{p},{10 * length},{100 * math.pi * r * r!r}"),
+    "two-diameters": ("name,parent,length_cm,proximal_diameter_cm,distal_diameter_cm",
+                      lambda n, p, length, r, a, b: f"{n},{p},{length},{2.1 * r},{1.9 * r}"),
+    "edges-the-other-way": ("node1,node2,length [mm],radius [mm]",
+                            lambda n, p, length, r, a, b: f"{b},{a},{10 * length},{10 * r}"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", TABLES)
+def test_tables_of_other_programs_are_the_same_tree(tmp_path, form):
+    network, codes = read(written(tmp_path / "tree.csv", *TABLES[form]))
+    assert shape(network) == expected()
+    assert "network.columns" in codes
+
+
+def test_titles_in_a_comment_above_the_numbers_are_read(tmp_path):
+    def row(name, parent, length, radius, first, last):
+        return f"{first} {last} {10 * length} {10 * radius}"
+
+    network, _ = read(written(tmp_path / "tree.txt", "source target length_mm radius_mm", row, "# "))
+    assert shape(network) == expected()
+
+
+def test_titles_of_ours_bring_no_finding_on_columns(tmp_path):
+    vw.write_network(vw.control_network(), tmp_path / "ours.csv")
+    assert not read(tmp_path / "ours.csv")[1]
+
+
+def test_columns_without_a_unit_are_asked_for_it_and_read_in_the_unit_that_is_typed(tmp_path):
+    path = written(
+        tmp_path / "e.csv", "node1,node2,length,radius", lambda n, p, length, r, a, b: f"{a},{b},{10 * length},{10 * r}"
+    )
+    with pytest.raises(InputError, match=r"does not say the unit of its lengths.*--unit"):
+        vw.read_network(path)
+    assert shape(read(path, "mm")[0]) == expected()
+    with pytest.raises(InputError, match="says the unit of its lengths itself"):
+        vw.read_network(written(tmp_path / "mm.csv", *TABLES["source-and-target"]), "um")
+
+
+def test_a_count_of_voxels_is_no_unit(tmp_path):
+    path = written(tmp_path / "e.csv", "source,target,length (px),radius (px)",
+                   lambda n, p, length, r, a, b: f"{a},{b},{length / 0.004},{r / 0.004}")  # fmt: skip
+    with pytest.raises(InputError, match="does not say the unit"):
+        vw.read_network(path)
+    assert shape(read(path, "0.004 cm")[0]) == expected()
+
+
+def test_edges_without_a_direction_begin_at_the_widest_end_and_this_is_told(tmp_path):
+    network, codes = read(written(tmp_path / "tree.csv", *TABLES["edges-the-other-way"]))
+    assert "network.root-taken" in codes
+    assert network.radius[network.root] == pytest.approx(0.047)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [("5,6,2,0.2", "line 7: the edge from '5' to '6' closes a loop"), ("8,9,2,0.2", "2 trees that nothing joins")],
+)
+def test_edges_that_are_no_tree_are_refused_with_their_line(tmp_path, more, words):
+    path = written(tmp_path / "tree.csv", *TABLES["source-and-target"])
+    path.write_text(path.read_text(encoding="utf-8") + more + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        vw.read_network(path)
+
+
+@pytest.mark.parametrize("mark", ["-", "_"])
+def test_the_mean_pixel_value_of_skan_is_no_radius(tmp_path, mark):
+    titles = ["skeleton id", "node id src", "node id dst", "branch distance", "branch type", "mean pixel value"]
+    path = written(tmp_path / "skan.csv", ",".join(title.replace(" ", mark) for title in titles),
+                   lambda n, p, length, r, a, b: f"1,{a},{b},{length},1,{r}")  # fmt: skip
+    with pytest.raises(InputError, match=f"mean{mark}pixel{mark}value.*is the mean of the image.*'radius"):
+        vw.read_network(path)
+    path.write_text(path.read_text().replace(titles[-1].replace(" ", mark), "radius"))
+    assert shape(read(path, "cm")[0]) == expected()
+
+
+def test_the_number_that_holds_the_parents_is_the_name_of_a_vessel(tmp_path):
+    number = {name: row for row, name in enumerate(TREE, 1)}
+    path = written(tmp_path / "t.csv", "Name,ID,Parent,Length (cm),Radius (cm)",
+                   lambda n, p, length, r, a, b: f"{n},{number[n]},{number.get(p, 0)},{length},{r}")  # fmt: skip
+    assert shape(read(path)[0]) == expected()
+
+
+GRAPHML = """<?xml version="1.0" encoding="UTF-8"?>
+<graphml xmlns="http://graphml.graphdrawing.org/xmlns">
+<key id="a" for="edge" attr.name="{length}" attr.type="double"/><key id="b" for="edge" attr.name="{radius}"
+ attr.type="double"/><graph edgedefault="{kind}">{nodes}{edges}</graph></graphml>"""
+
+
+def graphml(path, kind, length, radius):
+    edges = (
+        f'<edge source="n{NODES[name][0]}" target="n{NODES[name][1]}"><data key="a">{10 * size}</data>'
+        f'<data key="b">{10 * width}</data></edge>'
+        for name, (_, size, width) in TREE.items()
+    )
+    nodes = "".join(f'<node id="n{node}"/>' for node in range(6, 0, -1))
+    text = GRAPHML.format(length=length, radius=radius, kind=kind, nodes=nodes, edges="".join(edges))
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_graphml_says_its_unit_in_its_attributes_or_is_asked_for_it(tmp_path):
+    named = graphml(tmp_path / "directed.graphml", "directed", "length_mm", "radius_mm")
+    assert shape(read(named)[0]) == expected()
+    bare = graphml(tmp_path / "bare.graphml", "undirected", "length", "radius_avg")
+    with pytest.raises(InputError, match="this GraphML file does not say the unit"):
+        vw.read_network(bare)
+    network, codes = read(bare, "mm")
+    assert shape(network) == expected()
+    assert "network.root-taken" in codes
+
+
+@pytest.mark.parametrize("damage", [lambda t: t[: len(t) // 2], lambda t: t.replace("<edge", "<ed"),
+                                    lambda t: t.replace('key="b"', 'key="z"')])  # fmt: skip
+def test_damaged_graphml_is_refused_in_words(tmp_path, damage):
+    path = graphml(tmp_path / "a.graphml", "directed", "length_mm", "radius_mm")
+    path.write_text(damage(path.read_text(encoding="utf-8")), encoding="utf-8")
+    with pytest.raises(InputError, match=r"a\.graphml"):
+        vw.read_network(path)
+
+
+def spatial_graph(path, attribute, unit=""):
+    """Write every vessel as five points along a quarter circle, in mm."""
+    angle = np.linspace(0, np.pi / 2, 5)
+    points, widths = [], []
+    for _, length, radius in TREE.values():
+        circle = 10 * length / (8 * np.sin(np.pi / 16))  # its four chords are as long as the vessel
+        points += [(circle * np.cos(a), circle * np.sin(a), 0.0) for a in angle]
+        widths += [9 * radius, *[10 * radius] * 3, 11 * radius]
+
+    def lines(rows):
+        return "".join(" ".join(map(str, np.atleast_1d(row).tolist())) + "\n" for row in rows)
+
+    said = f'  Units {{ Coordinates "{unit}" }}\n' if unit else ""
+    path.write_text(
+        f"# AmiraMesh 3D ASCII 3.0\n\ndefine VERTEX 6\ndefine EDGE 5\ndefine POINT 25\n\nParameters {{\n{said}"
+        '  ContentType "HxSpatialGraph"\n}\n\nVERTEX { float[3] VertexCoordinates } @1\n'
+        "EDGE { int[2] EdgeConnectivity } @2\nEDGE { int NumEdgePoints } @3\n"
+        f"POINT {{ float[3] EdgePointCoordinates }} @4\nPOINT {{ float {attribute} }} @5\n\n# Data section follows\n"
+        f"@1\n{lines(np.zeros((6, 3)))}\n@2\n{lines(np.array(list(NODES.values())) - 1)}\n@3\n{lines([5] * 5)}\n"
+        f"@4\n{lines(points)}\n@5\n{lines(widths)}"
+    )
+    return path
+
+
+@pytest.mark.parametrize("attribute", ["thickness", "radius"])
+def test_spatial_graphs_of_amira_are_measured_along_their_points(tmp_path, attribute):
+    network, codes = read(spatial_graph(tmp_path / "g.am", attribute, "mm"))
+    assert shape(network) == expected()
+    assert {"network.columns", "network.root-taken"} <= codes
+    bare = spatial_graph(tmp_path / "bare.am", attribute)
+    with pytest.raises(InputError, match="this spatial graph of Amira does not say the unit"):
+        vw.read_network(bare)
+    assert shape(read(bare, "mm")[0]) == expected()
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (lambda t: t[:-30], "finite numbers of thickness where 25 belong; was it cut off"),
+        (lambda t: t.replace("ASCII", "BINARY-LITTLE-ENDIAN"), "saved in binary; save it as 'Amira ASCII'"),
+        (lambda t: t.replace("thickness", "curvature"), "no radius, diameter or thickness"),
+        (lambda t: t.replace("@3\n5", "@3\n4"), "do not fit"),
+    ],
+)
+def test_spatial_graphs_that_cannot_be_read_say_why(tmp_path, damage, words):
+    path = spatial_graph(tmp_path / "g.am", "thickness", "mm")
+    path.write_text(damage(path.read_text()))
+    with pytest.raises(InputError, match=words):
+        vw.read_network(path)
+
+
+@pytest.mark.parametrize("name", ["lines.vtp", "lines.swc", "lines.mrk.json"])
+def test_centerlines_in_the_place_of_a_network_are_sent_to_their_command(tmp_path, name):
+    (tmp_path / name).write_text("x")
+    with pytest.raises(InputError, match=f"{name}: holds centerlines.*vasowave centerlines FILE --unit"):
+        vw.read_network(tmp_path / name)
