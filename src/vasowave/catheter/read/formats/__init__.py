@@ -11,7 +11,7 @@ from vasowave.base.findings import Finding
 from vasowave.base.io.formats import Format, Registry
 from vasowave.base.io.textfile import Progress
 from vasowave.catheter.read.choosing import TAKEN, choose
-from vasowave.catheter.signals.channels import Block, without_codes
+from vasowave.catheter.signals.channels import Block, at_their_rates, without_codes
 from vasowave.catheter.signals.signal import Signal, given_unit
 
 Wanted = Mapping[str, str | None]
@@ -46,7 +46,7 @@ RECORDINGS = Registry[RecordingFormat](__name__, "table")
 def read_blocks(path: str | Path, sampling_rate: float | None = None, progress: Progress | None = None) -> list[Block]:
     """Return the blocks of a continuous recording of any format; the arguments are those of `read_raw_recording`."""
     path = Path(path)
-    blocks = [without_codes(block) for block in RECORDINGS.of(path).read(path, sampling_rate, progress)]
+    blocks = [at_their_rates(without_codes(block)) for block in RECORDINGS.of(path).read(path, sampling_rate, progress)]
     if not any(block.channels for block in blocks):
         raise InputError(f"{path}: headers and no samples")
     return blocks
