@@ -26,6 +26,9 @@ from vasowave.catheter.signals.spikes import despiked
 from vasowave.pulse.cycle.averaged import Rejection
 from vasowave.pulse.cycle.cycle import MAX_SAMPLES, MIN_SAMPLES
 
+MIN_BEAT_SAMPLES = 16
+"""Samples of a beat, which carry seven harmonics."""
+
 
 @settings_class
 class Averaging:
@@ -136,11 +139,22 @@ def prepare(raw: RawRecording, options: Averaging, edits: Sequence[BeatEdit] = (
             f"{raw.source}: {len(heartbeats.times) - 1} whole beats found, {options.beats} wanted; record longer or "
             "average fewer"
         )
+    _check_rate(raw, heartbeats)
     cut = cut_all(raw, heartbeats.times, options.samples)
     signals = (raw.pressure, raw.flow, raw.sampling_rate)
     signs = (*spiked, *hum_findings(*signals), *noise_findings(*signals, heartbeats.times - raw.origin))
     observations = (find_plateaus(raw), signs)
     return _compared(raw, options, heartbeats, (), [], cut, observations).with_moves(edits)
+
+
+def _check_rate(raw: RawRecording, heartbeats: Beats) -> None:
+    """Refuse beats of too few samples for the harmonics of a wave."""
+    count = raw.sampling_rate * 60.0 / heartbeats.heart_rate
+    if count < MIN_BEAT_SAMPLES:
+        raise InputError(
+            f"{raw.source}: {raw.sampling_rate:g} samples/s are {count:.3g} a beat at {heartbeats.heart_rate:.0f} "
+            f"beats/min; at least {MIN_BEAT_SAMPLES} are needed; export at the full rate"
+        )
 
 
 def _rates(options: Averaging) -> tuple[float, float]:

@@ -17,6 +17,9 @@ from vasowave.pulse.cycle.averaged import EnsembleAverage
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+MIN_RATE = 20.0
+"""Samples per second that no heart's beats can do with less of; how many a beat has is told when beats are found."""
+
 MIN_DURATION_S = 1.0
 """A shorter recording than this (s) holds too few beats to average."""
 
@@ -56,7 +59,7 @@ class RawRecording:
     Raises
     ------
     InputError
-        Signals of different length, a gap, less than a second, a rate below 250 samples/s.
+        Signals of different length, a gap, less than a second, a rate that no heart's waves can do with.
 
     Examples
     --------
@@ -81,10 +84,10 @@ class RawRecording:
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""
         rate = float(self.sampling_rate)
-        if not (np.isfinite(rate) and rate >= 250.0):
+        if not (np.isfinite(rate) and rate >= MIN_RATE):
             raise InputError(
-                f"{self.source}: {rate:g} samples/s; at least 250 are needed, of any species (1000 or more are usual); "
-                "export at the full rate"
+                f"{self.source}: {rate:g} samples/s; at least {MIN_RATE:g} are needed of the slowest heart (1000 or "
+                "more are usual); export at the full rate"
             )
         object.__setattr__(self, "sampling_rate", rate)
         for name in ("pressure", "flow", "ecg"):

@@ -164,7 +164,7 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
 def read_stretch(row: AnimalRow) -> RawRecording:
     """Return the stretch of a continuous recording that is averaged; raises as its reader."""
     raw = read_raw_recording(
-        row.recordings[0],
+        *row.recordings,
         pressure=row.pressure_channel or None,
         flow=row.flow_channel or None,
         ecg=row.ecg_channel or None,

@@ -10,6 +10,7 @@ import numpy as np
 
 from vasowave.base import units
 from vasowave.base.errors import InputError
+from vasowave.base.io.clocks import is_date
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import Lines, Progress, read_lines
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
@@ -111,11 +112,12 @@ class _TextBlock:
         if remark is not None:
             self._comments.append((self.rows.count if self.rows else 0, cells[remark:]))
             del cells[remark:]
-        width = len(self.rows.titles if self.rows else titles)
-        while len(cells) > width and not cells[-1].strip():
+        while len(cells) > (len(self.rows.titles) if self.rows else len(titles)) and not cells[-1].strip():
             cells.pop()
         if not cells:
             return
+        if len(cells) == len(titles) + 2 and any(map(is_date, cells[:2])):
+            del cells[0 if is_date(cells[0]) else 1]
         if self.rows is None:
             if len(cells) not in (len(titles), len(titles) + 1):
                 raise InputError(f"{self.place}, line {line}: {len(cells)} columns under {len(titles)} channel titles")

@@ -1,6 +1,7 @@
 """A table of continuous signals: one titled column each, read block by block."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
@@ -272,8 +273,14 @@ def read_cycle(path: Path, quantities: Wanted) -> list[Signal]:
 
 
 def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) -> Signal:
-    if not table.names and not (alone and len(table.cells[0]) == 1):
+    width = len(table.cells[0])
+    if not table.names and not (alone and width <= 2):
         raise InputError(f"{table.source}: {_headerless(table)}")
+    if not table.names and width == 2:
+        table = replace(table, names=("time", quantity), units=("s", ""), titles=("time", quantity))
+        timed = _from_table(table, quantity, unit or units.CANONICAL[quantity], alone)
+        assumed = "s" if unit else f"{units.CANONICAL[quantity]}, its times in s"
+        return replace(timed, assumed_unit=assumed)
     column, notes = _column(table, quantity) if table.names else (0, ())
     stated = table.units[column] if table.units else ""
     assumed = "" if table.names or unit else units.CANONICAL[quantity]
