@@ -143,7 +143,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         *baseline_findings(baseline, first, last, raw.every_comment),
         *unsteady(cut.chosen(shaped), np.isin(np.flatnonzero(shaped), used), first, last),
         *saturated(raw, prepared.plateaus, period), *expiration.findings, *prepared.signs,
-        *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, len(used)),
+        *odd_values(cycles[0], cycles[1], period, raw.site), *lost_in_run(reasons, run, len(used)),
         *clocks, *unusual, *passed_over(over, good, len(used), expiration.error),
     ]  # fmt: skip
     errors = [harmonic_error(values[:, :-1]) for values in (chosen.pressure, chosen.flow)]

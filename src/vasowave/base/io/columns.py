@@ -14,6 +14,7 @@ from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, look_kind, warn
 from vasowave.base.io.layout import (
     COMMA,
+    HEAD,
     head_of,
     is_number,
     is_numeric,
@@ -22,6 +23,7 @@ from vasowave.base.io.layout import (
     parts,
     remarks_above,
     split_cells,
+    turned,
 )
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.spreadsheet import is_workbook
@@ -175,6 +177,8 @@ def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], 
         numbered += [(line, text) for line, text in enumerate(block.texts, block.first) if is_row(text)]
         remarks = remarks or remarks_above(block.texts)
         cut = block.cut
+    if over := turned([text for _, text in numbered[:HEAD]]):
+        numbered = list(enumerate(over, 1))
     if not numbered:
         raise InputError(f"{path}: the file is empty")
     head = head_of(path, numbered, remarks)

@@ -22,6 +22,7 @@ _HEADING = re.compile(r"^\s*(?P<name>.*?)\s*(?:[\[(]\s*(?P<unit>[^\])\[(]*)[\])]
 _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 _CLOCK_UNIT = re.compile(r"[hmsdyaHMSDYT:.,/ -]*[:.][hmsHMS:.,/ -]*|date|time|ddd+", re.IGNORECASE)
 _UNDERSCORED = re.compile(r"(?P<name>.+?)_(?P<unit>mmhg|kpa|ml_s|ml_min|l_min|ul_s|ul_min|mv)", re.IGNORECASE)
+_MAX_TURNED, _MIN_TURNED = 64, 50  # rows, and cells in each, of a table with a row a signal
 _EVENT = re.compile(r"event|comment|marker|remark|note|annot|kommentar|commentaire|bemerk|ereign", re.IGNORECASE)
 _RATE = re.compile(
     r"(?:sampl\w*|abtast\w*|acquisition|[eé]chantillon\w*)[ _-]*(?:rate|freq\w*)?"
@@ -289,6 +290,26 @@ def _has_unit(title: str) -> bool:
 def is_row(text: str) -> bool:
     """Whether a line is neither blank nor a comment."""
     return bool(text.strip()) and not text.lstrip().startswith("#")
+
+
+def turned(texts: Sequence[str]) -> list[str] | None:
+    """Return the rows of a table with a row a signal as rows of a table with a column a signal; None if it is none.
+
+    Every row of such a table begins with a title, perhaps with a unit in the next cell, and many numbers follow.
+    """
+    rows = [text for text in texts if is_row(text)]
+    if not 2 <= len(rows) <= _MAX_TURNED or (separator := separator_of(rows[0])) is None:
+        return None
+    cells = [[bare(cell) for cell in row.split(separator)] for row in rows]
+    width = len(cells[0])
+    first = next((i for i, cell in enumerate(cells[0]) if is_numeric(cell)), width)
+    if width < _MIN_TURNED or first not in (1, 2) or any(len(row) != width for row in cells):
+        return None
+    if not all(map(is_numeric, cells[0][first:])) or any(is_numeric(row[0]) for row in cells):
+        return None
+    titles = [row[0] if first == 1 else f"{row[0]} [{row[1]}]" for row in cells]
+    mark = "\t" if separator == "," else separator
+    return [mark.join(titles), *(mark.join(column) for column in zip(*(row[first:] for row in cells), strict=True))]
 
 
 def remarks_above(texts: Sequence[str]) -> list[str]:

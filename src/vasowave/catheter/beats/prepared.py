@@ -18,6 +18,7 @@ from vasowave.catheter.beats.beats import Beats, find_beats
 from vasowave.catheter.beats.cuts import Cuts, beats_beside, cut_again, cut_all, merged
 from vasowave.catheter.beats.edits import BeatEdit, moved
 from vasowave.catheter.beats.rejection import fewest, misshapen_beats
+from vasowave.catheter.signals.damped import with_pulse
 from vasowave.catheter.signals.hum import hum_findings
 from vasowave.catheter.signals.noise_spectrum import noise_findings
 from vasowave.catheter.signals.plateaus import Plateau, find_plateaus
@@ -132,7 +133,7 @@ def prepare(raw: RawRecording, options: Averaging, edits: Sequence[BeatEdit] = (
     lasts = max(stretch.origin + stretch.duration for stretch in (raw, *raw.beside))
     if options.zero_time is not None and options.zero_time > lasts:
         raise InputError(f"zero_time={options.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
-    raw, spiked = despiked(raw)
+    raw, spiked = despiked(with_pulse(raw, _rates(options)[0]))
     heartbeats = find_beats(raw, options.fiducial, _rates(options))
     if len(heartbeats.times) - 1 < fewest(options.beats):
         raise InputError(

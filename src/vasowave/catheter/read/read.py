@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, look_kind, note_kind, warn
+from vasowave.base.sites import PULMONARY, SiteName
 from vasowave.catheter.check.plausibility import (
     check_closure,
     check_flow,
@@ -69,6 +70,7 @@ def read_recording(
     flow_unit: str | None = None,
     wedge_pressure: float = 0.0,
     calibration: tuple[float, float, float, float] = (0.0, 1.0, 1.0, 0.0),
+    site: SiteName = PULMONARY,
 ) -> Recording:
     """Read one averaged cycle from one table, or from one file of pressure and one of flow.
 
@@ -90,6 +92,8 @@ def read_recording(
     calibration : tuple of float
         What is subtracted from the pressure, mmHg, what pressure and flow are then multiplied by, and what is
         subtracted from the flow, ml/s; a gain of the flow of -1 turns that of a probe mounted backward.
+    site : str
+        The artery; titles and pressures of it are then what is looked for.
 
     Raises
     ------
@@ -117,16 +121,19 @@ def read_recording(
     if len(paths) not in (1, 2):
         raise InputError(f"{len(paths)} files given; a recording is one table, or one file of pressure and one of flow")
     if len(paths) == 1:
-        signals = read_signals(paths[0], {"pressure": pressure_unit, "flow": flow_unit})
+        signals = read_signals(paths[0], {"pressure": pressure_unit, "flow": flow_unit}, site)
     else:
-        signals = read_signals(paths[0], {"pressure": pressure_unit}) + read_signals(paths[1], {"flow": flow_unit})
+        signals = [
+            *read_signals(paths[0], {"pressure": pressure_unit}, site),
+            *read_signals(paths[1], {"flow": flow_unit}, site),
+        ]
     zero, gain, flow_gain, flow_zero = calibration
     corrections = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}
     signals = [
         replace(signal, values=(signal.values - corrections[signal.quantity][0]) * corrections[signal.quantity][1])
         for signal in signals
     ]
-    recording = _assemble(signals, period, together=len(paths) == 1)
+    recording = _assemble(signals, period, len(paths) == 1, site)
     notes = (*recording.notes, *calibration_notes(*calibration))
     return replace(recording, wedge_pressure=wedge_pressure, notes=notes)
 
@@ -139,7 +146,7 @@ class _Last(Enum):
     UNTOLD = "one or the other"
 
 
-def _assemble(signals: list[Signal], period: float | None, together: bool) -> Recording:
+def _assemble(signals: list[Signal], period: float | None, together: bool, site: SiteName) -> Recording:
     """Check both signals and make the recording; `together` says that they come from one table."""
     for signal in signals:
         if len(signal.values) < MIN_PHASES:
@@ -184,7 +191,7 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
         if len(cycle) < MIN_SAMPLES:
             cycles[i] = resample(cycle, len(cycle) * -(-MIN_SAMPLES // len(cycle)))
             notes.append(FEW_PHASES(quantity=signal.quantity, count=len(cycle), harmonics=(len(cycle) - 1) // 2))
-    odd = odd_values(cycles[0], cycles[1], periods[0])
+    odd = odd_values(cycles[0], cycles[1], periods[0], site)
     for finding in (*remarks, *odd):
         if finding.severity is Severity.LOOK:
             warn(finding.at(signals[0].file), stacklevel=3)

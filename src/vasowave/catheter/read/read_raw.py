@@ -12,6 +12,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.io.textfile import Progress
 from vasowave.base.settings import given_values, settings_class
+from vasowave.base.sites import PULMONARY, SiteName
 from vasowave.catheter.read.choosing import DIMENSIONS, pick_channels
 from vasowave.catheter.read.formats import read_blocks
 from vasowave.catheter.read.joined import joined_blocks
@@ -64,6 +65,8 @@ class Reading:
     """Its end, s since the start of the block."""
     sampling_rate: float | None = None
     """Samples per second of a table without a time column."""
+    site: SiteName = PULMONARY
+    """The artery: titles that speak of it are preferred, those of other places are passed over."""
 
 
 def read_raw_recording(
@@ -117,7 +120,11 @@ def read_raw_recording(
             warn(suspicion.at(str(path)))
     notes += chosen.suspicions
     picked, guessed = pick_channels(
-        path, chosen.channels, {"pressure": reading.pressure, "flow": reading.flow, "ecg": reading.ecg}
+        path,
+        chosen.channels,
+        {"pressure": reading.pressure, "flow": reading.flow, "ecg": reading.ecg},
+        reading.site,
+        chosen.program,
     )
     notes += guessed
     if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
@@ -152,7 +159,9 @@ def read_raw_recording(
     if wrong:
         raise InputError("\n".join(wrong))
     raw = _between(path, scaled, start, end, rate)
-    raw = replace(raw, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration))
+    raw = replace(
+        raw, site=reading.site, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration)
+    )
     read_span = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
     spans = [
         span for span in free_between([*gaps, read_span], *around) if span.end - span.start > MIN_DURATION_S + 1 / rate

@@ -10,6 +10,7 @@ from vasowave.base.accessors import Accessor
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, note_kind, texts
 from vasowave.base.notebook import card
+from vasowave.base.sites import PULMONARY
 from vasowave.catheter.signals.channels import Comment
 from vasowave.catheter.signals.gaps import Span, free_between
 from vasowave.pulse.cycle.averaged import EnsembleAverage
@@ -55,6 +56,8 @@ class RawRecording:
     beside : tuple of RawRecording
         The other stretches of the same recording, without a gap in themselves. Their beats are not averaged, but they
         show the drift of the pressure since it was zeroed.
+    site : str
+        The artery, see `SiteName`.
 
     Raises
     ------
@@ -80,6 +83,7 @@ class RawRecording:
     comments: tuple[Comment, ...] = ()
     origin: float = 0.0
     beside: tuple["RawRecording", ...] = ()
+    site: str = PULMONARY
 
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""
@@ -169,6 +173,10 @@ class RawRecording:
         neighbours = (*self.beside, *(self._cut(*span) for span in spans))
         stretch = replace(self._cut(start, end), notes=(*self.notes, STRETCH(start=start, end=end)))
         return replace(stretch, beside=tuple(sorted(neighbours, key=lambda recording: recording.origin)))
+
+    def alone(self, start: float, end: float, why: Finding) -> "RawRecording":
+        """Return the stretch from `start` to `end` (s) without what is beside it, which is no part of the same."""
+        return replace(self._cut(start, end), notes=(*self.notes, why))
 
     def calibrated(
         self, zero: float = 0.0, gain: float = 1.0, flow_gain: float = 1.0, flow_zero: float = 0.0

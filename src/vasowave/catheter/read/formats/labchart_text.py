@@ -1,10 +1,9 @@
-"""The text export of ADInstruments LabChart: tab-separated, one header before every block; its own are refused."""
+"""The text export of ADInstruments LabChart: tab-separated, one header before every block."""
 
 import math
 import re
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NoReturn
 
 import numpy as np
 
@@ -31,9 +30,6 @@ _KEYS = (
 )
 _KEY = re.compile(rf"({'|'.join(_KEYS)})=")
 _REMARK = re.compile(r"#(\*|\d+)\s?(.*)")
-
-_BINARY_SUFFIXES = (".adicht", ".adidat", ".adibin")
-"""Suffixes of LabChart's own files."""
 
 
 def is_labchart_text(start: bytes) -> bool:
@@ -222,25 +218,3 @@ RECORDINGS.register(
         lambda path, rate, progress: read_labchart_text(path, progress=progress), continuous=True,
     )
 )  # fmt: skip
-
-
-def _refuse(path: Path, *_: Any) -> NoReturn:
-    """Say how to export such a file."""
-    raise InputError(
-        f"{path}: LabChart's own binary file, which only LabChart opens. In LabChart: open it, select the stretch to "
-        "use (nothing means all), File > Export…, 'Save as type': 'LabChart Text File (*.txt)' or 'MATLAB File "
-        "(*.mat)', Save; in the dialog tick time, comments and the block header, do not downsample. Then read the "
-        "exported file"
-    )
-
-
-RECORDINGS.register(
-    RecordingFormat(
-        "adicht",
-        "LabChart's own file",
-        _BINARY_SUFFIXES,
-        lambda path, start: path.suffix.lower() in _BINARY_SUFFIXES,
-        _refuse,
-        True,
-    )
-)

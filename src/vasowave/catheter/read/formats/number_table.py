@@ -12,9 +12,10 @@ from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding
 from vasowave.base.io.columns import Columns, plain_title, read_columns, read_headings
-from vasowave.base.io.layout import HEAD, Head, head_of, is_row, remarks_above, split_cells
+from vasowave.base.io.layout import HEAD, Head, head_of, is_row, remarks_above, split_cells, turned
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import Lines, Progress, read_lines
+from vasowave.base.sites import PULMONARY
 from vasowave.catheter.read.choosing import TAKEN, choose, with_time
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
 from vasowave.catheter.signals.channels import CUT_OFF, Block, Channel, Comment
@@ -90,6 +91,7 @@ class NumberTable(NamedTuple):
         elif stated_rate is None:
             raise InputError(
                 f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or {NAME_THE_RATE}"
+                f"{_offered(time)}"
             )
         elif np.isnan(stated_rate):  # nobody said yet: what the times are is not known
             return stated_rate, None
@@ -110,6 +112,14 @@ class NumberTable(NamedTuple):
         if stated_rate is not None and abs(stated_rate - measured) > 1e-3 * measured:
             raise InputError(f"{self.path}: the time column has {measured:.6g} samples/s, given are {stated_rate:.6g}")
         return measured, place
+
+
+def _offered(time: np.ndarray) -> str:
+    """Return what to type if times without a unit are seconds, or milliseconds."""
+    step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    if not step > 0:
+        return ""
+    return f". Its steps are {step:.4g}: of seconds, --sampling-rate {1 / step:.6g}; of ms, {1e3 / step:.6g}"
 
 
 def _is_epoch(time: np.ndarray) -> bool:
@@ -151,6 +161,8 @@ def read_number_table(path: Path, sampling_rate: float | None = None, progress: 
 def _parsed(path: Path, progress: Progress | None = None) -> NumberTable:
     table: _Table | None = None
     for lines in read_lines(path, progress):
+        if table is None and (over := turned(lines.texts[: 2 * HEAD])):
+            lines = Lines(1, over, lines.cut)
         table = table or _begin(path, lines)
         if table is not None:
             table.add(lines)
@@ -265,23 +277,24 @@ class ColumnTitle(NamedTuple):
     unit: str
 
 
-def read_cycle(path: Path, quantities: Wanted) -> list[Signal]:
+def read_cycle(path: Path, quantities: Wanted, site: str = PULMONARY) -> list[Signal]:
     """Return the columns that hold the quantities wanted of one cycle; other columns may hold anything."""
     table = read_columns(path, ALIASES)
     table.warn()
-    return [_from_table(table, quantity, unit, alone=len(quantities) == 1) for quantity, unit in quantities.items()]
+    alone = len(quantities) == 1
+    return [_from_table(table, quantity, unit, alone, site) for quantity, unit in quantities.items()]
 
 
-def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) -> Signal:
+def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool, site: str) -> Signal:
     width = len(table.cells[0])
     if not table.names and not (alone and width <= 2):
         raise InputError(f"{table.source}: {_headerless(table)}")
     if not table.names and width == 2:
         table = replace(table, names=("time", quantity), units=("s", ""), titles=("time", quantity))
-        timed = _from_table(table, quantity, unit or units.CANONICAL[quantity], alone)
+        timed = _from_table(table, quantity, unit or units.CANONICAL[quantity], alone, site)
         assumed = "s" if unit else f"{units.CANONICAL[quantity]}, its times in s"
         return replace(timed, assumed_unit=assumed)
-    column, notes = _column(table, quantity) if table.names else (0, ())
+    column, notes = _column(table, quantity, site) if table.names else (0, ())
     stated = table.units[column] if table.units else ""
     assumed = "" if table.names or unit else units.CANONICAL[quantity]
     places = tuple(f"{table.source}, line {line}" for line in table.lines)
@@ -298,11 +311,11 @@ def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) ->
     return Signal(quantity, values, time, quantum, table.source, places, assumed, notes)
 
 
-def _column(table: Columns, quantity: str) -> tuple[int, tuple[Finding, ...]]:
+def _column(table: Columns, quantity: str, site: str) -> tuple[int, tuple[Finding, ...]]:
     """Return the column of a quantity: the one called so, else the one that its title or unit leaves alone, noted."""
     if table.find(quantity) is None:
         columns = [ColumnTitle(i, *pair) for i, pair in enumerate(zip(table.names, table.units, strict=True))]
-        choice = choose(columns, {"pressure": None, "flow": None})
+        choice = choose(columns, {"pressure": None, "flow": None}, site)
         if quantity in choice.picked:
             column, reason = choice.picked[quantity], choice.guessed.get(quantity, "")
             return column.place, (TAKEN(title=column.title, name=quantity, why=reason),) if reason else ()
