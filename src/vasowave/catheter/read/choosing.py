@@ -108,7 +108,7 @@ def pick_channels(
     """
     choice = choose(channels, titles, site)
     if choice.problems:
-        of_whom = f"this is {program}: " if program else ""
+        of_whom = f"this is {program}, {len(channels)} channels: " if program else ""
         present = ", ".join(f"'{c.title}' [{c.unit or 'no unit'}]" for c in channels) or "none"
         raise InputError(f"{path}: {of_whom}{'; '.join(choice.problems)}; it has: {present}; {_HOW_TO_NAME}")
     notes = [TAKEN(title=choice.picked[name].title, name=name, why=reason) for name, reason in choice.guessed.items()]

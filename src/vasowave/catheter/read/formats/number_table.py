@@ -12,7 +12,7 @@ from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding
 from vasowave.base.io.columns import Columns, plain_title, read_columns, read_headings
-from vasowave.base.io.layout import HEAD, Head, head_of, is_row, remarks_above, split_cells, turned
+from vasowave.base.io.layout import HEAD, Head, head_of, is_numeric, is_row, remarks_above, split_cells, turned
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import Lines, Progress, read_lines
 from vasowave.base.sites import PULMONARY
@@ -287,7 +287,7 @@ def read_cycle(path: Path, quantities: Wanted, site: str = PULMONARY) -> list[Si
 
 def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool, site: str) -> Signal:
     width = len(table.cells[0])
-    if not table.names and not (alone and width <= 2):
+    if not table.names and not (alone and (width == 1 or (width == 2 and _times_first(table)))):
         raise InputError(f"{table.source}: {_headerless(table)}")
     if not table.names and width == 2:
         table = replace(table, names=("time", quantity), units=("s", ""), titles=("time", quantity))
@@ -309,6 +309,15 @@ def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool, si
     quantum = written_to([row[column_of_time] for row in table.cells])
     quantum *= units.factor(table.units[column_of_time], "time")
     return Signal(quantity, values, time, quantum, table.source, places, assumed, notes)
+
+
+def _times_first(table: Columns) -> bool:
+    """Whether the first of the columns rises from row to row by one step, as times do."""
+    cells = [row[0] for row in table.cells]
+    if len(cells) < 3 or not all(map(is_numeric, cells)):
+        return False
+    steps = np.diff([float(cell.replace(",", ".")) for cell in cells])
+    return bool(steps.min() > 0 and np.ptp(steps) <= 0.1 * np.median(steps) + written_to(cells))
 
 
 def _column(table: Columns, quantity: str, site: str) -> tuple[int, tuple[Finding, ...]]:
