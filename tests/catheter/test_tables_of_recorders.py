@@ -7,10 +7,7 @@ import numpy as np
 import openpyxl
 import pytest
 
-from vasowave.base import InputError
-from vasowave.base.findings import FindingWarning
-from vasowave.base.sites import SITES, ranges_at
-from vasowave.base.species import SPECIES
+from vasowave.base import SITES, SPECIES, InputError, VasowaveWarning, ranges_at
 from vasowave.catheter import RawRecording, average_beats, describe_recording, read_raw_recording, read_recording
 
 START = datetime(2021, 6, 2, 13, 59, 59, 250_000)
@@ -188,7 +185,9 @@ def test_a_time_without_a_unit_is_asked_for_with_what_to_type(tmp_path):
 def test_channels_without_a_pressure_are_listed_with_the_name_of_their_program(tmp_path):
     t, p, q, e = animal(seconds=2.0)
     (tmp_path / "a.txt").write_text(iox(t, p, q, e).replace("A2-PAP (raw)", "A2-Temp").replace("mmHg", "°C"), "utf-8")
-    with pytest.raises(InputError, match=r"this is emka IOX, 3 channels: no channel says that it holds pressure.*--channel"):
+    with pytest.raises(
+        InputError, match=r"this is emka IOX, 3 channels: no channel says that it holds pressure.*--channel"
+    ):
         read_raw_recording(tmp_path / "a.txt")
 
 
@@ -265,7 +264,7 @@ def test_a_stretch_without_a_pulse_is_left_out_and_named_with_its_times(signal):
     time, p, q, e = animal(seconds=8.0)
     signals = {"pressure": p.copy(), "flow": q.copy()}
     signals[signal][time > 4.5] = signals[signal].mean() / 2
-    with pytest.warns(FindingWarning, match="--start 0 --end 4.4"):
+    with pytest.warns(VasowaveWarning, match="--start 0 --end 4.4"):
         average = average_beats(RawRecording(**signals, sampling_rate=1000.0, ecg=e))
     assert average.recording.pressure.mean() == pytest.approx(15.0, rel=0.01)
     assert average.recording.flow.mean() == pytest.approx(0.16, rel=0.01)

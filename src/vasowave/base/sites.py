@@ -12,7 +12,7 @@ PULMONARY: SiteName = "pulmonary artery"
 
 
 @dataclass(frozen=True)
-class Site:
+class Artery:
     """An artery of the systemic circulation, against the pulmonary artery of the same animal.
 
     Attributes
@@ -34,13 +34,13 @@ SYSTEMIC_PRESSURES: tuple[Range, Range] = (45.0, 180.0), (8.0, 140.0)
 lie near 100 mmHg from mouse to horse (Schmidt-Nielsen 1984, Scaling)."""
 
 SITES = {
-    "aorta": Site(("ao", "aop", "aorta", "aortic", "abp"), ("aort",), (0.3, 1.1), (0.3, 1.5)),
-    "carotid": Site(("carotid", "cca", "ica"), ("carot", "karot"), (0.01, 0.25), (0.05, 0.6)),
-    "brachial": Site(("brachial",), ("brachi",), (0.002, 0.1), (0.05, 0.5)),
-    "radial": Site(("radial",), ("radial",), (0.0005, 0.05), (0.02, 0.3)),
-    "femoral": Site(("femoral",), ("femor",), (0.005, 0.2), (0.05, 0.6)),
-    "renal": Site(("renal", "kidney"), ("renal",), (0.02, 0.3), (0.05, 0.6)),
-    "mesenteric": Site(("mesenteric", "sma"), ("mesent",), (0.01, 0.3), (0.05, 0.6)),
+    "aorta": Artery(("ao", "aop", "aorta", "aortic", "abp"), ("aort",), (0.3, 1.1), (0.3, 1.5)),
+    "carotid": Artery(("carotid", "cca", "ica"), ("carot", "karot"), (0.01, 0.25), (0.05, 0.6)),
+    "brachial": Artery(("brachial",), ("brachi",), (0.002, 0.1), (0.05, 0.5)),
+    "radial": Artery(("radial",), ("radial",), (0.0005, 0.05), (0.02, 0.3)),
+    "femoral": Artery(("femoral",), ("femor",), (0.005, 0.2), (0.05, 0.6)),
+    "renal": Artery(("renal", "kidney"), ("renal",), (0.02, 0.3), (0.05, 0.6)),
+    "mesenteric": Artery(("mesenteric", "sma"), ("mesent",), (0.01, 0.3), (0.05, 0.6)),
 }
 """Systemic arteries; the shares of flow are wide and catch units, not disease."""
 

@@ -50,7 +50,7 @@ class Head(NamedTuple):
         Of its cells; None for blanks.
     first : int
         Which of the rows holds the first data.
-    plan : Plan, optional
+    plan : RowPlan, optional
         How rows become numbers, where clocks, remarks or blanks stand among them.
     rate : float, optional
         Samples per second, if a line above the titles says them.
@@ -61,17 +61,17 @@ class Head(NamedTuple):
     titles: tuple[str, ...]
     separator: str | None
     first: int
-    plan: "Plan | None" = None
+    plan: "RowPlan | None" = None
     rate: float | None = None
     program: str = ""
 
 
 @dataclass
-class Plan:
-    """How the rows of a table become rows of numbers: seconds of its clock first, then the columns that are kept."""
+class RowPlan:
+    """How the rows of a table become rows of numbers: seconds of its clock first, then the columns of numbers."""
 
     width: int
-    kept: tuple[int, ...]
+    numeric: tuple[int, ...]
     events: tuple[int, ...] = ()
     clock: Clock | None = None
 
@@ -79,7 +79,7 @@ class Plan:
         """Return the cells of a row that are numbers, as written; what is missing at its end is empty."""
         padded = [*cells, *[""] * (self.width - len(cells))]
         surplus = [cell for cell in padded[self.width :] if cell.strip()]
-        return [*(bare(padded[i]) for i in self.kept), *surplus]
+        return [*(bare(padded[i]) for i in self.numeric), *surplus]
 
     def event(self, cells: Sequence[str]) -> str:
         """Return what a row remarks."""
@@ -108,7 +108,7 @@ def head_of(path: Path, rows: Sequence[tuple[int, str]], remarks: Sequence[str] 
     body = [split_cells(path, *row, separator) for row in rows[data : data + HEAD]]
     plan = _plan(titles, body)
     if plan is not None:
-        titles = ["time [s]"] * (plan.clock is not None) + [titles[i] if titles else "" for i in plan.kept]
+        titles = ["time [s]"] * (plan.clock is not None) + [titles[i] if titles else "" for i in plan.numeric]
         titles = titles if any(titles) else []
     return Head(tuple(titles), separator, data, plan, _rate(remarks, texts[:data]), program)
 
@@ -158,9 +158,9 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
         row = [title.strip().strip("'").strip() for title in row]
         return row if len(row) in widths and not all(map(_is_value, row)) else []
 
-    near = next((i for i in range(data - 1, -1, -1) if not _is_count(texts[i], separator)), -1)
-    titles = fitting(near)
-    if titles and (upper := fitting(near - 1)) and (merged := _with_unit_row(upper, texts[near], separator)):
+    nearest = next((i for i in range(data - 1, -1, -1) if not _is_count(texts[i], separator)), -1)
+    titles = fitting(nearest)
+    if titles and (upper := fitting(nearest - 1)) and (merged := _with_unit_row(upper, texts[nearest], separator)):
         titles = merged
     elif titles and any(map(is_numeric, titles)):
         titles = []
@@ -211,7 +211,7 @@ def _rate(remarks: Sequence[str], above: Sequence[str]) -> float | None:
     return None
 
 
-def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> Plan | None:
+def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowPlan | None:
     """Return how rows become numbers; None where they are already."""
     width = max(len(titles), len(body[0]))
     columns = [[bare(row[i]) if i < len(row) else "" for row in body] for i in range(width)]
@@ -219,21 +219,21 @@ def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> Plan | None:
     names = [*titles, *[""] * (width - len(titles))]
     clocks = [i for i, cells in enumerate(filled) if cells and all(map(is_clock, cells)) and not _has_unit(names[i])]
     timed = any(_unit_of(names[i], "time") for i in range(width) if i not in clocks)
-    left = {i for i in range(width) if not filled[i] and not names[i].strip()}
+    omitted = {i for i in range(width) if not filled[i] and not names[i].strip()}
     dates, events = list[int](), list[int]()
     if clocks or timed:
         dates = [i for i, cells in enumerate(filled) if cells and all(map(is_date, cells))]
         events = [i for i, cells in enumerate(filled) if _EVENT.search(names[i]) and not all(map(is_numeric, cells))]
         events += [i for i, cells in enumerate(filled) if _EVENT.search(names[i]) and not cells]
-    left |= {*clocks, *dates, *events}
-    kept = tuple(i for i in range(width) if i not in left)
+    omitted |= {*clocks, *dates, *events}
+    numeric = tuple(i for i in range(width) if i not in omitted)
     quoted = any(cell.strip().startswith("'") for cell in body[0])
-    if not (left or quoted) or not kept:
+    if not (omitted or quoted) or not numeric:
         return None
     clock = None
     if clocks and not timed:
         clock = Clock(clocks[0], dates[0] if dates else None).look_at(columns[clocks[0]])
-    return Plan(width, kept, tuple(events), clock)
+    return RowPlan(width, numeric, tuple(events), clock)
 
 
 def _unit_of(title: str, quantity: str) -> bool:

@@ -142,8 +142,10 @@ def _found(free: Sequence[T], name: str, site: str) -> tuple[list[T], str]:
     exact = [c for c in free if c.title.strip().lower() in _CHANNEL_WORDS[name]]
     hits = exact or [c for c in free if quantity_of(c.title, site) == name]
     if len(hits) > 1:
-        there = [c for c in hits if _speaks_of(c.title, site)]
-        return (there, f"of {len(hits)} channels its title speaks of the {site}") if len(there) == 1 else (hits, "")
+        arterial = [c for c in hits if _speaks_of(c.title, site)]
+        return (
+            (arterial, f"of {len(hits)} channels its title speaks of the {site}") if len(arterial) == 1 else (hits, "")
+        )
     if hits:
         return hits, ""
     by_unit = [c for c in free if not quantity_of(c.title, site) and _has_unit(c, name) and c.title.strip()]
@@ -176,8 +178,10 @@ def _of_elsewhere(channels: Sequence[T], name: str, site: str) -> str:
     passed = [c.title for c in channels if _has_unit(c, name) and _is_of_elsewhere(c.title, site)]
     if not passed:
         return ""
-    others = [other for other in (PULMONARY, *SITES) if other != site and any(_speaks_of(c, other) for c in passed)]
-    option = f"; if it is meant: --site '{others[0]}'" if len(others) == 1 else ""
+    arteries = [
+        artery for artery in (PULMONARY, *SITES) if artery != site and any(_speaks_of(c, artery) for c in passed)
+    ]
+    option = f"; if it is meant: --site '{arteries[0]}'" if len(arteries) == 1 else ""
     titles = " and ".join(f"'{title}'" for title in passed)
     return f" ({titles} may be of another place than the {site}, by its title{option})"
 

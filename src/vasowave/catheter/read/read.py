@@ -160,16 +160,16 @@ def _assemble(signals: list[Signal], period: float | None, together: bool, site:
     lasts = _last_samples(signals, period)
     cycles = [signal.values[:-1] if last is _Last.NEXT else signal.values for signal, last in zip(signals, lasts)]
     periods = [_period(signal, len(cycle), period) for signal, cycle in zip(signals, cycles)]
-    differ, apart = abs(periods[0] - periods[1]) / min(periods), list[Finding]()
+    differ, gated = abs(periods[0] - periods[1]) / min(periods), list[Finding]()
     if 0.01 < differ <= _MAX_GATED_DIFFERENCE and not together and min(map(len, cycles)) < _MAX_GATED_PHASES:
-        apart = [PERIODS_DIFFER(pressure=periods[0], flow=periods[1], percent=100 * differ)]
+        gated = [PERIODS_DIFFER(pressure=periods[0], flow=periods[1], percent=100 * differ)]
         periods[1] = periods[0]
     elif differ > 0.01:
         raise InputError(
             f"{signals[0].file} lasts {periods[0]:.5g} s and {signals[1].file} {periods[1]:.5g} s; "
             "pressure and flow must be of one cycle"
         )
-    remarks = [*apart, *_said_of_last(signals, lasts, periods)]
+    remarks = [*gated, *_said_of_last(signals, lasts, periods)]
     beats = beats_within(cycles[0], cycles[1], periods[0])
     if beats > 1:
         if all(signal.time is None for signal in signals):

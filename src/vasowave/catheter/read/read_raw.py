@@ -111,8 +111,8 @@ def read_raw_recording(
     reading = given_values(Reading, None, settings)
     blocks = read_blocks(path, reading.sampling_rate, progress)
     if flow_file is not None:
-        both = [blocks, read_blocks(flow_file, reading.sampling_rate, progress)]
-        blocks = joined_blocks([Path(path), Path(flow_file)], both)
+        of_files = [blocks, read_blocks(flow_file, reading.sampling_rate, progress)]
+        blocks = joined_blocks([Path(path), Path(flow_file)], of_files)
     number, notes = _choose(path, blocks, reading.block)
     chosen = blocks[number]
     for suspicion in chosen.suspicions:

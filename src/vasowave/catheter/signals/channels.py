@@ -118,7 +118,7 @@ def _at_its_rate(channel: Channel) -> Channel:
     places = np.flatnonzero(np.isfinite(channel.values))
     if len(places) < _MIN_SLOW_SAMPLES or places[0] or places[1] == 1:
         return channel
-    every = int(places[1])
-    if np.any(np.diff(places) != every) or len(channel.values) - places[-1] > every:
+    stride = int(places[1])
+    if np.any(np.diff(places) != stride) or len(channel.values) - places[-1] > stride:
         return channel
-    return replace(channel, values=channel.values[::every], sampling_rate=channel.sampling_rate / every)
+    return replace(channel, values=channel.values[::stride], sampling_rate=channel.sampling_rate / stride)

@@ -174,9 +174,9 @@ class RawRecording:
         stretch = replace(self._cut(start, end), notes=(*self.notes, STRETCH(start=start, end=end)))
         return replace(stretch, beside=tuple(sorted(neighbours, key=lambda recording: recording.origin)))
 
-    def alone(self, start: float, end: float, why: Finding) -> "RawRecording":
+    def alone(self, start: float, end: float, finding: Finding) -> "RawRecording":
         """Return the stretch from `start` to `end` (s) without what is beside it, which is no part of the same."""
-        return replace(self._cut(start, end), notes=(*self.notes, why))
+        return replace(self._cut(start, end), notes=(*self.notes, finding))
 
     def calibrated(
         self, zero: float = 0.0, gain: float = 1.0, flow_gain: float = 1.0, flow_zero: float = 0.0

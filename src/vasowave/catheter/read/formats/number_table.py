@@ -178,7 +178,9 @@ def _begin(path: Path, lines: Lines) -> "_Table | None":
         return None
     head = head_of(path, rows, remarks_above(lines.texts))
     line, text = rows[min(head.first, len(rows) - 1)]
-    titles = head.titles or [""] * len(head.plan.kept if head.plan else split_cells(path, line, text, head.separator))
+    titles = head.titles or [""] * len(
+        head.plan.numeric if head.plan else split_cells(path, line, text, head.separator)
+    )
     return _Table(path, line - (head.first < len(rows)), titles, head)
 
 
@@ -232,7 +234,9 @@ class _Table:
             rows = [plan.numbers(row_cells) for row_cells in cells]
             if self._comma(Lines(first, ["\t".join(row_cells) for row_cells in rows])):
                 rows = [[cell.replace(",", ".") for cell in row_cells] for row_cells in rows]
-            rows = [[*plan.time(whole), *row_cells] for whole, row_cells in zip(cells, rows, strict=True)]
+            rows = [
+                [*plan.time(written_cells), *row_cells] for written_cells, row_cells in zip(cells, rows, strict=True)
+            ]
             texts = ["\t".join(cell or "nan" for cell in row_cells) for row_cells in rows]
             if not self.rows.add_block(first, texts, False):
                 for line, row_cells in enumerate(rows, first):
