@@ -139,12 +139,13 @@ def test_prose_above_the_titles_is_left_out_and_units_below_them_are_read(tmp_pa
     np.testing.assert_allclose(read_recording(tmp_path / "c.csv").pressure, MOUSE.pressure, atol=1e-4)
 
 
-def test_clocks_are_named_with_the_cure(tmp_path):
+def test_times_of_day_are_seconds_since_the_first_row(tmp_path):
     rows = [f"{t:.3f},{p:.4f},{q:.5f}" for t, p, q in zip(TIME, *signals())]
     clock = ["time,PAP [mmHg],Flow [ml/s]", *(f"10:01:0{row}" for row in rows), ""]
     (tmp_path / "c.csv").write_text("\n".join(clock), "utf-8")
-    with pytest.raises(InputError, match=r"'10:01:00\.000' is not a number; a time of day is not read: write seconds"):
-        describe_recording(tmp_path / "c.csv")
+    (block,) = describe_recording(tmp_path / "c.csv").blocks
+    assert block.sampling_rate == pytest.approx(1000.0)
+    assert [channel.title for channel in block.channels] == ["PAP", "Flow"]
 
 
 def test_flows_that_rest_at_zero_or_never_rest_are_left_alone():

@@ -37,6 +37,23 @@ def labchart_text(path: Path) -> None:
     path.write_text(head + rows("\t", ".", TIME, *SIGNALS.values()).replace("\n", "\t#* start\n", 1))
 
 
+def clock_table(path: Path) -> None:
+    """Write a recorder's table: prose, titles, units, times of day, decimal commas."""
+    head = "Recorder 4.3\nSampling;1000 Hz\n\nTime;PAP;Flow;Event\nhh:mm:ss,ms;mmHg;ml/s;\n"
+    cells = (f"10:42:{7 + t:06.3f};{p:.4f};{q:.5f};{'wash' * (t == 0.5)}\n"
+             for t, p, q in zip(TIME, SIGNALS["pressure"], SIGNALS["flow"], strict=True))  # fmt: skip
+    path.write_text(head + "".join(cells).replace(".", ","))
+
+
+def spike2_text(path: Path) -> None:
+    head = '"INFORMATION"\n"mouse.smr"\n\n"SUMMARY"\n'
+    units = {"pressure": "mmHg", "flow": "ml/s", "ecg": "mV"}
+    summary = "".join(f'"{i}"\t"Waveform"\t"{name}"\t"{units[name]}"\t"1000"\n' for i, name in enumerate(SIGNALS, 1))
+    sections = (f'\n"CHANNEL"\t"{i}"\n"Waveform"\n"none"\n"{name}"\n"{units[name]}"\n"START"\t0.0\t0.001\n'
+                + rows("", ".", values) for i, (name, values) in enumerate(SIGNALS.items(), 1))  # fmt: skip
+    path.write_text(head + summary + "".join(sections))
+
+
 def labchart_mat(path: Path) -> None:
     ends = COUNT * np.arange(1.0, 4.0)[:, None]
     variables = {
@@ -133,6 +150,8 @@ def said(recording: Any) -> set[str]:
 FORMS = {
     "table, commas": _form("raw.csv", table(",", "."), mutate_text, read_raw_recording, True),
     "table, decimal commas": _form("raw.csv", table(";", ","), mutate_text, read_raw_recording, True),
+    "table, clocks": _form("raw.txt", clock_table, mutate_text, read_raw_recording, True),
+    "spike2 text": _form("raw.txt", spike2_text, mutate_text, read_raw_recording, True),
     "labchart text": _form("raw.txt", labchart_text, mutate_text, read_raw_recording, True),
     "labchart mat": _form("raw.mat", labchart_mat, mutate_mat, read_raw_recording),
     "edf": _form("raw.edf", edf, mutate_edf, read_raw_recording),

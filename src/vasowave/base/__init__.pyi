@@ -23,6 +23,10 @@ from vasowave.base.findings import shared as shared
 from vasowave.base.findings import texts as texts
 from vasowave.base.findings import warn as warn
 from vasowave.base.settings import settings_of as settings_of
+from vasowave.base.sites import PULMONARY as PULMONARY
+from vasowave.base.sites import SITES as SITES
+from vasowave.base.sites import SiteName as SiteName
+from vasowave.base.sites import ranges_at as ranges_at
 from vasowave.base.software import provenance as provenance
 from vasowave.base.species import ANY_HEART_RATES as ANY_HEART_RATES
 from vasowave.base.species import SPECIES as SPECIES

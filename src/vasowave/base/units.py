@@ -88,7 +88,19 @@ def is_unit(text: str) -> bool:
 def _plain(unit: str) -> str:
     """Return `unit` in lower case, without spaces, superscripts, carets and Greek letters."""
     text = unit.strip().lower().replace(" ", "").replace("^", "").replace("**", "")
-    for written, plain in (("µ", "u"), ("μ", "u"), ("²", "2"), ("³", "3"), ("·", ""), ("sec", "s"), ("dynes", "dyn")):
+    for written, plain in (
+        ("µ", "u"),
+        ("μ", "u"),
+        ("²", "2"),
+        ("³", "3"),
+        ("·", ""),
+        ("seconds", "s"),
+        ("second", "s"),
+        ("millis", "ms"),
+        ("sec", "s"),
+        ("dynes", "dyn"),
+        ("volts", "v"),
+    ):
         text = text.replace(written, plain)
     for written, plain in (("cc", "cm3"), ("microl", "ul"), ("micron", "um")):
         if text.startswith(written):

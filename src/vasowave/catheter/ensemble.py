@@ -123,7 +123,9 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
     chosen = chosen._replace(pressure=chosen.pressure - expiration.excess[used, None])
     period = float(np.mean(chosen.ends - chosen.starts))
     lasts = chosen.ends - chosen.starts if "length" in over else None
-    cycles, notes = _mean_cycles({"pressure": chosen.pressure, "flow": chosen.flow}, options.harmonics, lasts)
+    carried = int(prepared.raw.sampling_rate * period / 2)
+    harmonics = None if options.harmonics is None else min(options.harmonics, carried)
+    cycles, notes = _mean_cycles({"pressure": chosen.pressure, "flow": chosen.flow}, harmonics, lasts)
     check_pressure(cycles[0], raw.source)
     check_flow(cycles[1], raw.source)
     delay = foot_delay(cycles[0], cycles[1], period)
@@ -141,7 +143,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         *baseline_findings(baseline, first, last, raw.every_comment),
         *unsteady(cut.chosen(shaped), np.isin(np.flatnonzero(shaped), used), first, last),
         *saturated(raw, prepared.plateaus, period), *expiration.findings, *prepared.signs,
-        *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, len(used)),
+        *odd_values(cycles[0], cycles[1], period, raw.site), *lost_in_run(reasons, run, len(used)),
         *clocks, *unusual, *passed_over(over, good, len(used), expiration.error),
     ]  # fmt: skip
     errors = [harmonic_error(values[:, :-1]) for values in (chosen.pressure, chosen.flow)]

@@ -26,7 +26,7 @@ _OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "mode
 
 _SHOWN = (
     *("channel", "unit", "period", "start", "end", "wedge"),
-    *("species", "walls", "beds", "starts", "inference", "practice", "pdf"),
+    *("species", "site", "walls", "beds", "starts", "inference", "practice", "pdf"),
 )
 """Options that the help of a command with all settings shows; the others work, too; docs/study-file.md lists them."""
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning
 from vasowave.base.findings import Finding, Severity
+from vasowave.base.sites import SiteName
 from vasowave.catheter.beats.edits import BeatEdit, read_edits
 from vasowave.catheter.beats.prepared import Prepared, prepare
 from vasowave.catheter.beats.rejection import cause
@@ -112,20 +113,20 @@ class LoadedRecording:
         key = (row.start, row.end, row.calibration, settings)
         if self.prepared is None or self.prepared[0] != key:
             self.prepared = None  # room for the next
-            self.prepared = key, prepare(self._stretch(row), settings)
+            self.prepared = key, prepare(self._stretch(row, study.settings.site), settings)
         self.prepared = key, self.prepared[1].with_moves(edits)
         return self.prepared[1]
 
-    def _stretch(self, row: AnimalRow) -> RawRecording:
+    def _stretch(self, row: AnimalRow, site: SiteName) -> RawRecording:
         """Return what `read_stretch` does, without the file if it can be."""
         if self.whole is not None and row.start is None and row.end is None:
             return self.whole.calibrated(*row.calibration)
         if self.whole is None or row.start is None or row.end is None:
-            return read_stretch(row)
+            return read_stretch(row, site)
         try:
             stretch = self.whole.between(row.start, row.end)
         except InputError:  # said by the reader in its own words
-            return read_stretch(row)
+            return read_stretch(row, site)
         neighbors = tuple(piece for piece in stretch.beside if piece.duration > MIN_DURATION_S + 1.5 / self.rate)
         return replace(stretch, notes=self.whole.notes, beside=neighbors).calibrated(*row.calibration)
 
@@ -141,24 +142,24 @@ class Recordings:
         """Return a part of one signal, see `Trace.between`."""
         if not (0 < width <= _MAX_PIXELS and np.isfinite([start, end]).all() and start < end):
             raise InputError("a stretch begins before it ends, and a screen has 1 to 4000 pixels")
-        row, _ = row_of(desk, animal)
-        traces = self.opened(row).traces
+        row, study = row_of(desk, animal)
+        traces = self.opened(row, study).traces
         if signal not in traces:
             raise InputError(f"'{signal}' is no signal of this recording; it has: {', '.join(traces)}")
         zero, gain, flow_gain, flow_zero = row.calibration
         above, factor = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}.get(signal, (0.0, 1.0))
         return (traces[signal].between(start, end, width) - above) * factor
 
-    def opened(self, row: AnimalRow) -> LoadedRecording:
+    def opened(self, row: AnimalRow, study: Study) -> LoadedRecording:
         """Return a recording from the start of its block as it was read, gaps and all, whatever is averaged of it."""
         about = row.recordings[0].stat()
         ignored = ("start", "end", "zero", "pressure_gain", "flow_gain", "flow_zero", "beat_edits", "group", "network",
                    "line")  # fmt: skip
-        key = (about.st_mtime_ns, about.st_size,
+        key = (about.st_mtime_ns, about.st_size, study.settings.site,
                tuple(str(value) for name, value in vars(row).items() if name not in ignored))  # fmt: skip
         with self._lock:
             if key not in self._opened:
-                self._opened[key] = _opened(row)
+                self._opened[key] = _opened(row, study.settings.site)
                 while len(self._opened) > _CAPACITY or (len(self._opened) > 1 and self._samples() > _MOST):
                     self._opened.popitem(last=False)
             self._opened.move_to_end(key)
@@ -169,7 +170,7 @@ class Recordings:
 
     def _average(self, row: AnimalRow, study: Study) -> dict[str, Any]:
         """Return beats and average, or why there is none; the same numbers as `vasowave check` and `run`."""
-        edits, opened = read_edits(row.beat_edits) if row.beat_edits else (), self.opened(row)
+        edits, opened = read_edits(row.beat_edits) if row.beat_edits else (), self.opened(row, study)
         with warnings.catch_warnings(), self._averaging:
             warnings.simplefilter("ignore", VasowaveWarning)  # they stand among the findings
             prepared = opened.beats(row, study, edits)
@@ -196,7 +197,7 @@ class Recordings:
         }
         try:
             if description["kind"] == "raw":
-                opened = self.opened(row)
+                opened = self.opened(row, study)
                 description |= opened.channels | {
                     "error": "",
                     "duration": opened.duration,
@@ -235,12 +236,12 @@ def row_of(desk: Desk, animal: str) -> tuple[AnimalRow, Study]:
     return row, study
 
 
-def _opened(row: AnimalRow) -> LoadedRecording:
+def _opened(row: AnimalRow, site: SiteName) -> LoadedRecording:
     as_read = replace(row, zero=None, pressure_gain=None, flow_gain=None, flow_zero=None)
     try:
-        raw = read_stretch(replace(as_read, start=None, end=None))
+        raw = read_stretch(replace(as_read, start=None, end=None), site)
     except InputError:  # a gap: the stretch of the row is whole, and what is beside it
-        raw = read_stretch(as_read)
+        raw = read_stretch(as_read, site)
     pieces = (raw, *raw.beside)
     alone = not raw.beside and raw.origin == 0
     count = max(round((piece.origin + piece.duration) * raw.sampling_rate) for piece in pieces)
@@ -260,11 +261,11 @@ def _opened(row: AnimalRow) -> LoadedRecording:
 
 
 def _channels(row: AnimalRow) -> dict[str, Any]:
-    described = describe_recording(row.recordings[0])
-    channels = used_block(described, row.block).channels
+    described = [describe_recording(file) for file in row.recordings]
+    channels = [channel for of_file in described for channel in used_block(of_file, row.block).channels]
     return {
         "channels": [[channel.title, channel.unit, channel.quantity] for channel in channels],
-        "blocks": len(described.blocks),
+        "blocks": len(described[0].blocks),
     }
 
 

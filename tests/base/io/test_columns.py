@@ -79,8 +79,8 @@ def test_two_columns_that_are_read_as_one_quantity_are_named_as_they_are_written
 
 
 def test_a_column_that_is_missed_is_guessed_at(tmp_path):
-    table = read_columns(file(tmp_path, "Time [s],p_mmhg,q [ml/min]\n1,2.5,60\n3,x,-120\n"))
-    assert said(table.require, "p").partition("a.csv")[2].startswith(": no column 'p'; write 'p_mmhg' as 'p [mmhg]';")
+    table = read_columns(file(tmp_path, "Time [s],p_bar,q [ml/min]\n1,2.5,60\n3,x,-120\n"))
+    assert said(table.require, "p").partition("a.csv")[2].startswith(": no column 'p'; write 'p_bar' as 'p [bar]';")
     assert ": no column 'tme' (did you mean 'time'?); the header has" in said(table.require, "tme")
     assert table.numbers(table.require("q"), "flow") == pytest.approx([1, -2])
 

@@ -1,26 +1,34 @@
 """A text table whose columns carry a name and a unit in the header: ``pressure [mmHg]``."""
 
 import codecs
-import csv
 import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from vasowave.base import units
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, look_kind, warn
+from vasowave.base.io.layout import (
+    COMMA,
+    HEAD,
+    head_of,
+    is_number,
+    is_numeric,
+    is_row,
+    number,
+    parts,
+    remarks_above,
+    split_cells,
+    turned,
+)
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.spreadsheet import is_workbook
 from vasowave.base.io.textfile import read_lines
 
-_HEADING = re.compile(r"^\s*(?P<name>[^\[\](]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*)[\])])?\s*$")
-
-_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
 _POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
 
 NO_END = look_kind(
@@ -31,15 +39,8 @@ NO_END = look_kind(
 """Of a text that may have lost its end."""
 
 
-HEAD = 100
-"""Rows among which the titles of a table are looked for."""
-
-
 class NoRowsError(InputError):
     """A table has a header and nothing below it."""
-
-
-_BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,7 @@ class Columns:
         try:
             value = number(text)
         except ValueError:
-            comma = "; is its comma a decimal mark? write a point" if _COMMA.fullmatch(text.strip()) else ""
+            comma = "; is its comma a decimal mark? write a point" if COMMA.fullmatch(text.strip()) else ""
             fault = f"'{text}' is not a number{comma}" if text.strip() else "the cell is empty"
             raise InputError(f"{self.source}, {self.row_word} {self.lines[row]}, column '{title}': {fault}") from None
         if not math.isfinite(value):
@@ -174,104 +175,34 @@ def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> 
 @remembered
 def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], tuple[int, ...], bool]:
     """Return titles, rows, their lines, and whether the file ends without a line end."""
-    numbered, cut = [], False
+    numbered, cut, remarks = [], False, list[str]()
     for block in read_lines(path):
         numbered += [(line, text) for line, text in enumerate(block.texts, block.first) if is_row(text)]
+        remarks = remarks or remarks_above(block.texts)
         cut = block.cut
+    if over := turned([text for _, text in numbered[:HEAD]]):
+        numbered = list(enumerate(over, 1))
     if not numbered:
         raise InputError(f"{path}: the file is empty")
-    header, separator, first = head_of(path, numbered)
-    numbered = numbered[first:]
+    head = head_of(path, numbered, remarks)
+    header, separator, plan = head.titles, head.separator, head.plan
+    numbered = numbered[head.first :]
     if not numbered:
         raise NoRowsError(f"{path}: a header and no data")
     lines = tuple(line for line, _ in numbered)
     rows = [split_cells(path, line, text, separator) for line, text in numbered]
+    times = [plan.time(row) for row in rows] if plan else [[] for _ in rows]
+    rows = [plan.numbers(row) for row in rows] if plan else rows
     if separator != ",":
         rows = _with_points(path, rows, lines)
+    rows = [[*time, *row] for time, row in zip(times, rows, strict=True)]
     width = len(header) if header else len(rows[0])
     for row, line in zip(rows, lines, strict=True):
         if len(row) != width:
-            comma = separator == "," and len(row) == 2 * width and all(_is_number(cell) for cell in row)
+            comma = separator == "," and len(row) == 2 * width and all(is_number(cell) for cell in row)
             reason = "; if the comma is a decimal mark too, separate the cells with semicolons" if comma else ""
             raise InputError(f"{path}, line {line}: {len(row)} columns where {width} were expected{reason}")
     return header, tuple(map(tuple, rows)), lines, cut
-
-
-class Head(NamedTuple):
-    """What the first rows of a table say: its titles (none where it has none), what separates its cells (None for
-    blanks), and which of the rows holds the first data.
-    """
-
-    titles: tuple[str, ...]
-    separator: str | None
-    first: int
-
-
-def head_of(path: Path, rows: Sequence[tuple[int, str]]) -> Head:
-    """Return the head of a table by its first rows, one at least, each with the number of its line."""
-    texts = [text for _, text in rows[:HEAD]]
-    index = _titles_among(texts)
-    separator = separator_of(texts[index])
-    cells = split_cells(path, *rows[index], separator)
-    if all(map(is_numeric, cells)):
-        return Head((), separator, index)
-    titles, first = _split_titles(texts[index]) if separator is None else cells, index + 1
-    if texts[first:] and (merged := _with_unit_row(titles, texts[first], separator)):
-        titles, first = merged, first + 1
-    if separator is None and texts[first:] and len(texts[first].split()) == 1:
-        titles = cells  # the one title has blanks in it
-    return Head(tuple(titles), separator, first)
-
-
-def _with_unit_row(titles: Sequence[str], below: str, separator: str | None) -> list[str] | None:
-    """Return column titles with the units of the line below them, None if that line names no units or they do."""
-    cells = [cell.strip(' []()"') for cell in below.split(separator)]
-    named = [cell for cell in cells if cell not in ("", "-")]
-    mostly = 2 * sum(map(units.is_unit, named)) > len(named)
-    if len(cells) != len(titles) or not mostly or any(map(is_numeric, named)) or any(map(_has_unit, titles)):
-        return None
-    return [f"{title} [{unit}]" if unit in named else title for title, unit in zip(titles, cells, strict=True)]
-
-
-def _titles_among(rows: Sequence[str]) -> int:
-    """Return which of the first rows holds the titles of a table: the first, unless prose stands above the titles.
-
-    That is so where the numbers have other cells than the first row, and as many as the one or two rows above them.
-    """
-
-    def width(row: str) -> int:
-        return len(_split_titles(row) if separator is None else row.split(separator))
-
-    for data, row in enumerate(rows):
-        separator = separator_of(row)
-        cells = [cell.strip() for cell in row.split(separator)]
-        if len(cells) > 1 and all(map(is_numeric, cells)):
-            fitting = [i for i, above in enumerate(rows[:data]) if width(above) == len(cells)]
-            contiguous = bool(fitting) and fitting == list(range(fitting[0], data))
-            return fitting[0] if contiguous and not any(map(is_numeric, rows[fitting[0]].split(separator))) else 0
-    return 0
-
-
-def _parts(title: str) -> tuple[str, str | None] | None:
-    """Return name and unit of ``name [unit]``, ``name (unit)`` or ``name/unit``; None if it is none of these.
-
-    A stroke is one between name and unit, as standards of quantities write it, only where a unit follows it.
-    """
-    match = _HEADING.match(title)
-    if match is None:
-        return None
-    name, unit = match["name"], match["unit"]
-    prefix, stroke, right = name.partition("/")
-    if unit is not None:
-        return name.removesuffix("/").strip(), unit
-    if stroke and prefix.strip() and not units.is_unit(prefix.strip()) and units.is_unit(right.strip()):
-        return prefix.strip(), right.strip()
-    return name, unit
-
-
-def _has_unit(title: str) -> bool:
-    heading = _parts(title)
-    return heading is not None and heading[1] is not None
 
 
 def read_titles(path: Path, start: bytes) -> tuple[str, ...]:
@@ -288,43 +219,13 @@ def read_titles(path: Path, start: bytes) -> tuple[str, ...]:
         return ()
 
 
-def is_row(text: str) -> bool:
-    """Whether a line is neither blank nor a comment."""
-    return bool(text.strip()) and not text.lstrip().startswith("#")
-
-
-def separator_of(first: str) -> str | None:
-    """Return what separates the cells of a table, by its first line; None for blanks."""
-    return next((mark for mark in ("\t", ";", ",") if mark in first), None)
-
-
-def _split_titles(first: str) -> list[str]:
-    """Return the titles of a table that is separated by blanks: they hold blanks too ("pressure [mmHg]")."""
-    return _BLANK_SEPARATED.findall(first)
-
-
-def split_cells(path: str | Path, line: int, text: str, separator: str | None) -> list[str]:
-    """Return the cells of one line; only numbers are split at blanks."""
-    if separator is None:
-        cells = text.split()
-        return cells if all(map(is_numeric, cells)) else [text.strip()]
-    try:
-        rows = list(csv.reader([text], delimiter=separator, strict=True))
-    except csv.Error:
-        raise InputError(
-            f"{path}, line {line}: a quotation mark is opened and not closed on its line, or a cell has no end; "
-            "remove the mark"
-        ) from None
-    return [cell.strip() for cell in rows[0]]
-
-
 def read_headings(
     path: str | Path, header: Sequence[str], aliases: Mapping[str, str]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return names (lower case, aliases resolved) and units of column titles written as ``name [unit]``."""
     names, column_units = [], []
     for heading in header:
-        name_and_unit = _parts(heading)
+        name_and_unit = parts(heading)
         if name_and_unit is None:
             raise InputError(f"{path}: cannot read the column title '{heading}'; write 'name [unit]'")
         name = name_and_unit[0].strip().lower()
@@ -335,14 +236,14 @@ def read_headings(
 
 def plain_title(heading: str) -> str:
     """Return a column title as it is written, without its unit."""
-    name_and_unit = _parts(heading)
+    name_and_unit = parts(heading)
     return name_and_unit[0].strip() if name_and_unit else heading
 
 
 def _with_points(path: str | Path, rows: list[list[str]], lines: Sequence[int]) -> list[list[str]]:
     """Return the rows with decimal points; both marks in one file would make values a thousandfold."""
     first = {}
-    for mark, form in ((",", _COMMA), (".", _POINT)):
+    for mark, form in ((",", COMMA), (".", _POINT)):
         first[mark] = next((n for row, n in zip(rows, lines) if any(map(form.fullmatch, row))), 0)
     if first[","] and first["."]:
         raise InputError(
@@ -351,7 +252,7 @@ def _with_points(path: str | Path, rows: list[list[str]], lines: Sequence[int]) 
         )
     if not first[","]:
         return rows
-    return [[cell.replace(",", ".") if _COMMA.fullmatch(cell) else cell for cell in row] for row in rows]
+    return [[cell.replace(",", ".") if COMMA.fullmatch(cell) else cell for cell in row] for row in rows]
 
 
 def split_unit(label: str) -> tuple[str, str]:
@@ -360,26 +261,6 @@ def split_unit(label: str) -> tuple[str, str]:
     return (match[1], match[2]) if match else (label, "")
 
 
-def number(text: str) -> float:
-    """Return the number that `text` is; `ValueError` if it is none (Python's own ``1_000`` is none in a table)."""
-    if "_" in text:
-        raise ValueError(text)
-    return float(text)
-
-
 def spreadsheet_cell(text: str) -> str:
     """Return a text as a cell that no spreadsheet runs: with an apostrophe before what it would take for a formula."""
     return f"'{text}" if text.lstrip()[:1] in tuple("=+-@") and not is_numeric(text) else text
-
-
-def is_numeric(text: str) -> bool:
-    """Whether a cell is a number, with either decimal mark."""
-    return _is_number(text) or _COMMA.fullmatch(text) is not None
-
-
-def _is_number(text: str) -> bool:
-    try:
-        number(text)
-    except ValueError:
-        return False
-    return True

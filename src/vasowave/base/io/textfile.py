@@ -16,6 +16,7 @@ LONGEST_LINE = 1_000_000
 """No table has a longer line, in characters."""
 
 _BLOCK = 1 << 20  # letters that are read at a time
+_MAX_EMPTY_ROWS = 100  # of a sheet that are lines as others are
 _START = 1 << 18  # bytes that are looked at; a table of one cycle or of a network is no longer
 
 T = TypeVar("T")
@@ -144,13 +145,15 @@ def read_lines(path: str | Path, progress: Progress | None = None) -> Iterator[L
 
 
 def _sheet(path: Path, progress: Progress | None) -> Iterator[Lines]:
-    """Yield the rows of a workbook as lines; every line has a cell under every title of the first."""
+    """Yield the rows of a workbook as lines; every line has as many cells as the widest above it."""
     width, first, size, texts = 0, 0, 0, list[str]()
     for number, cells in read_sheet(path, progress):
-        width = width or len(cells)
+        width = max(width, len(cells))
         length = sum(map(len, cells))
         if length > LONGEST_LINE:
             raise _too_long(path, number)
+        if texts and number - first - len(texts) <= _MAX_EMPTY_ROWS:
+            texts += [""] * (number - first - len(texts))
         if texts and (number != first + len(texts) or size > _BLOCK):
             yield Lines(first, texts)
             size, texts = 0, []

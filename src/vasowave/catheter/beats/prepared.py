@@ -18,6 +18,7 @@ from vasowave.catheter.beats.beats import Beats, find_beats
 from vasowave.catheter.beats.cuts import Cuts, beats_beside, cut_again, cut_all, merged
 from vasowave.catheter.beats.edits import BeatEdit, moved
 from vasowave.catheter.beats.rejection import fewest, misshapen_beats
+from vasowave.catheter.signals.damped import with_pulse
 from vasowave.catheter.signals.hum import hum_findings
 from vasowave.catheter.signals.noise_spectrum import noise_findings
 from vasowave.catheter.signals.plateaus import Plateau, find_plateaus
@@ -25,6 +26,9 @@ from vasowave.catheter.signals.raw import RawRecording
 from vasowave.catheter.signals.spikes import despiked
 from vasowave.pulse.cycle.averaged import Rejection
 from vasowave.pulse.cycle.cycle import MAX_SAMPLES, MIN_SAMPLES
+
+MIN_BEAT_SAMPLES = 16
+"""Samples of a beat, which carry seven harmonics."""
 
 
 @settings_class
@@ -129,18 +133,29 @@ def prepare(raw: RawRecording, options: Averaging, edits: Sequence[BeatEdit] = (
     lasts = max(stretch.origin + stretch.duration for stretch in (raw, *raw.beside))
     if options.zero_time is not None and options.zero_time > lasts:
         raise InputError(f"zero_time={options.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
-    raw, spiked = despiked(raw)
+    raw, spiked = despiked(with_pulse(raw, _rates(options)[0]))
     heartbeats = find_beats(raw, options.fiducial, _rates(options))
     if len(heartbeats.times) - 1 < fewest(options.beats):
         raise InputError(
             f"{raw.source}: {len(heartbeats.times) - 1} whole beats found, {options.beats} wanted; record longer or "
             "average fewer"
         )
+    _check_rate(raw, heartbeats)
     cut = cut_all(raw, heartbeats.times, options.samples)
     signals = (raw.pressure, raw.flow, raw.sampling_rate)
     signs = (*spiked, *hum_findings(*signals), *noise_findings(*signals, heartbeats.times - raw.origin))
     observations = (find_plateaus(raw), signs)
     return _compared(raw, options, heartbeats, (), [], cut, observations).with_moves(edits)
+
+
+def _check_rate(raw: RawRecording, heartbeats: Beats) -> None:
+    """Refuse beats of too few samples for the harmonics of a wave."""
+    count = raw.sampling_rate * 60.0 / heartbeats.heart_rate
+    if count < MIN_BEAT_SAMPLES:
+        raise InputError(
+            f"{raw.source}: {raw.sampling_rate:g} samples/s are {count:.3g} a beat at {heartbeats.heart_rate:.0f} "
+            f"beats/min; at least {MIN_BEAT_SAMPLES} are needed; export at the full rate"
+        )
 
 
 def _rates(options: Averaging) -> tuple[float, float]:

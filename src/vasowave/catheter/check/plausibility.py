@@ -4,6 +4,7 @@ import numpy as np
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind, note_kind
+from vasowave.base.sites import PULMONARY
 from vasowave.catheter.check.lags import late_pressure
 from vasowave.pulse.cycle.waveform import foot_delay
 
@@ -16,6 +17,7 @@ MEAN_PRESSURES = (4.0, 150.0)
 RODENT_FLOWS = (0.02, 4.0)
 """Mean flows that are plausible above 240 beats/min, ml/s: mice have 0.1 to 0.3, rats 0.5 to 2."""
 
+_MAX_PULMONARY_MEAN = 75.0  # mmHg; above lie the means of systemic arteries
 _REST_CYCLE_SHARE = 0.25
 """The share of a cycle, its flattest, in which the flow of a closed valve rests."""
 
@@ -58,7 +60,7 @@ _UNIT_REMEDY = (
 SYSTEMIC = look_kind(
     "recording.systemic-pressure",
     "mean pressure {mean:.4g} mmHg is systemic, not pulmonary; is the unit right? ({mean:.4g} mmHg = {kPa:.3g} kPa)",
-    "Correct the unit of the pressure, or the channel.",
+    "Correct the unit of the pressure, or the channel; of a systemic artery, name it: --site aorta (a study: `site`).",
 )
 EXCHANGED = look_kind(
     "recording.exchanged",
@@ -150,17 +152,17 @@ def check_flow(flow: np.ndarray, where: str) -> None:
         )
 
 
-def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Finding]:
-    """Return a finding for every value that is possible, yet more likely a slip."""
+def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float, site: str = PULMONARY) -> list[Finding]:
+    """Return a finding for every value that is possible at an artery, yet more likely a slip."""
     if _rests_at_zero(pressure) and flow.min() > _MIN_LOW_FLOW_SHARE * flow.max():
         return [EXCHANGED(level=resting_flow(pressure), lowest=float(flow.min()))]
     findings = []
-    if pressure.mean() > 75:
+    if pressure.mean() > _MAX_PULMONARY_MEAN and site == PULMONARY:
         findings.append(SYSTEMIC(mean=float(pressure.mean()), kPa=float(pressure.mean() / _MMHG_PER_KPA)))
     if pressure.min() < 0:
         findings.append(BELOW_ZERO(lowest=float(pressure.min())))
     slowest, fastest = RODENT_FLOWS
-    if period < 0.25 and not slowest <= flow.mean() <= fastest:
+    if period < 0.25 and site == PULMONARY and not slowest <= flow.mean() <= fastest:
         findings.append(ODD_FLOW(mean=float(flow.mean()), rate=60 / period))
     level, mean = resting_flow(flow), float(flow.mean())
     if _MAX_REST_FLOW_SHARE * mean < abs(level) < _MIN_STEADY_FLOW_SHARE * mean:

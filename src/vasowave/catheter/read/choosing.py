@@ -8,6 +8,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 from vasowave.base import units
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, note_kind
+from vasowave.base.sites import PULMONARY, SITES
 
 DIMENSIONS = {"pressure": "pressure", "flow": "flow", "ecg": "voltage"}
 """What is looked for, and the kind of unit that it has."""
@@ -70,17 +71,19 @@ class Choice(NamedTuple, Generic[T]):
     problems: tuple[str, ...]
 
 
-def choose(channels: Sequence[T], titles: Mapping[str, str | None]) -> Choice[T]:
+def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = PULMONARY) -> Choice[T]:
     """Return the channel of each quantity: the one named, else the one that says so, else the only one with its unit.
 
-    Of several that say so, the one whose title speaks of the pulmonary artery is taken. A missing ECG is no problem.
+    Of several that say so, the one whose title speaks of the `site` is taken. A missing ECG is no problem.
     `titles` names the channels of ``pressure``, ``flow`` and ``ecg``, or says None.
     """
     picked: dict[str, T] = {}
     guessed: dict[str, str] = {}
     problems = []
     for name, title in titles.items():
-        hits, reason = _found(channels, name, title, list(picked.values()), titles)
+        named = [text.strip().lower() for text in titles.values() if text is not None]
+        free = [c for c in channels if c not in picked.values() and c.title.strip().lower() not in named]
+        hits, reason = _named(channels, title) if title is not None else _found(free, name, site)
         if len(hits) == 1:
             picked[name] = hits[0]
             guessed |= {name: reason} if reason else {}
@@ -89,12 +92,12 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None]) -> Choice[T]
         elif title is not None:
             problems.append(f"no channel '{title}'{did_you_mean(title, [c.title for c in channels])}")
         elif name != "ecg":
-            problems.append(f"no channel says that it holds {name}{_of_elsewhere(channels, name)}, name it")
+            problems.append(f"no channel says that it holds {name}{_of_elsewhere(channels, name, site)}, name it")
     return Choice(picked, guessed, tuple(problems))
 
 
 def pick_channels(
-    path: str | Path, channels: Sequence[T], titles: Mapping[str, str | None]
+    path: str | Path, channels: Sequence[T], titles: Mapping[str, str | None], site: str = PULMONARY, program: str = ""
 ) -> tuple[dict[str, T], list[Finding]]:
     """Return what `choose` chooses, and a sentence for each channel that neither the caller nor its title named.
 
@@ -103,10 +106,11 @@ def pick_channels(
     InputError
         All quantities at once for which no channel or several are found, with the channels there are.
     """
-    choice = choose(channels, titles)
+    choice = choose(channels, titles, site)
     if choice.problems:
+        of_whom = f"this is {program}, {len(channels)} channels: " if program else ""
         present = ", ".join(f"'{c.title}' [{c.unit or 'no unit'}]" for c in channels) or "none"
-        raise InputError(f"{path}: {'; '.join(choice.problems)}; it has: {present}; {_HOW_TO_NAME}")
+        raise InputError(f"{path}: {of_whom}{'; '.join(choice.problems)}; it has: {present}; {_HOW_TO_NAME}")
     notes = [TAKEN(title=choice.picked[name].title, name=name, why=reason) for name, reason in choice.guessed.items()]
     return choice.picked, notes
 
@@ -119,54 +123,67 @@ def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, .
     return tuple("time" if i == timed[0] else name for i, name in enumerate(names))
 
 
-def quantity_of(title: str) -> str:
+def quantity_of(title: str, site: str = PULMONARY) -> str:
     """Return the quantity that a channel's title says it holds: pressure, flow, ecg, or empty."""
     plain, title_words = _plain(title), _words(title)
-    if _is_of_elsewhere(title):
+    if _is_of_elsewhere(title, site):
         return ""
     return next((name for name, words in _CHANNEL_WORDS.items() if plain in words or title_words & set(words)), "")
 
 
-def _found(
-    channels: Sequence[T], name: str, title: str | None, taken: Sequence[T], titles: Mapping[str, str | None]
-) -> tuple[list[T], str]:
+def _named(channels: Sequence[T], title: str) -> tuple[list[T], str]:
+    """Return the channels with a title, in its case or in any."""
+    same = [c for c in channels if c.title.strip() == title.strip()]
+    return same or [c for c in channels if c.title.strip().lower() == title.strip().lower()], ""
+
+
+def _found(free: Sequence[T], name: str, site: str) -> tuple[list[T], str]:
     """Return the channels that may hold a quantity, and why, where a title alone did not decide."""
-    if title is not None:
-        same = [c for c in channels if c.title.strip() == title.strip()]
-        return same or [c for c in channels if c.title.strip().lower() == title.strip().lower()], ""
-    named = [text.strip().lower() for text in titles.values() if text is not None]
-    free = [c for c in channels if c not in taken and c.title.strip().lower() not in named]
     exact = [c for c in free if c.title.strip().lower() in _CHANNEL_WORDS[name]]
-    hits = exact or [c for c in free if quantity_of(c.title) == name]
+    hits = exact or [c for c in free if quantity_of(c.title, site) == name]
     if len(hits) > 1:
-        arterial = [c for c in hits if _words(c.title) & set(_PULMONARY_WORDS)]
+        arterial = [c for c in hits if _speaks_of(c.title, site)]
         return (
-            (arterial, f"of {len(hits)} channels its title speaks of the pulmonary artery")
-            if len(arterial) == 1
-            else (hits, "")
+            (arterial, f"of {len(hits)} channels its title speaks of the {site}") if len(arterial) == 1 else (hits, "")
         )
     if hits:
         return hits, ""
-    by_unit = [c for c in free if not quantity_of(c.title) and _has_unit(c, name) and c.title.strip()]
-    by_unit = [c for c in by_unit if not _is_of_elsewhere(c.title)]
+    by_unit = [c for c in free if not quantity_of(c.title, site) and _has_unit(c, name) and c.title.strip()]
+    by_unit = [c for c in by_unit if not _is_of_elsewhere(c.title, site)]
     return (by_unit, "no other has such a unit") if len(by_unit) == 1 else ([], "")
 
 
-def _is_of_elsewhere(title: str) -> bool:
-    """Whether a title speaks of another place than the pulmonary artery."""
+def _speaks_of(title: str, site: str) -> bool:
+    """Whether a title speaks of an artery."""
     words = _words(title)
+    if site not in SITES:
+        return bool(words & set(_PULMONARY_WORDS))
+    return bool(words & set(SITES[site].words)) or any(word.startswith(SITES[site].stems) for word in words)
+
+
+def _is_of_elsewhere(title: str, site: str = PULMONARY) -> bool:
+    """Whether a title speaks of another place than the artery that is looked for."""
+    words = _words(title)
+    if site in SITES:
+        lung = any(word.startswith("pulm") for word in words) or bool(words & set(_PULMONARY_WORDS))
+        return not _speaks_of(title, site) and (lung or _is_of_elsewhere(title))
     stems = any(word.startswith(_OTHER_SITE_STEMS) for word in words) and not any(
         word.startswith("pulm") for word in words
     )
     return stems or bool(words & set(_OTHER_SITE_WORDS))
 
 
-def _of_elsewhere(channels: Sequence[T], name: str) -> str:
+def _of_elsewhere(channels: Sequence[T], name: str, site: str) -> str:
     """Say which channels have the unit of a quantity and are passed over because their titles speak of other places."""
-    titles = [f"'{c.title}'" for c in channels if _has_unit(c, name) and _is_of_elsewhere(c.title)]
-    return (
-        f" ({' and '.join(titles)} may be of another place than the pulmonary artery, by its title)" if titles else ""
-    )
+    passed = [c.title for c in channels if _has_unit(c, name) and _is_of_elsewhere(c.title, site)]
+    if not passed:
+        return ""
+    arteries = [
+        artery for artery in (PULMONARY, *SITES) if artery != site and any(_speaks_of(c, artery) for c in passed)
+    ]
+    option = f"; if it is meant: --site '{arteries[0]}'" if len(arteries) == 1 else ""
+    titles = " and ".join(f"'{title}'" for title in passed)
+    return f" ({titles} may be of another place than the {site}, by its title{option})"
 
 
 def _plain(title: str) -> str:

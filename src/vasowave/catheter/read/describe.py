@@ -120,11 +120,11 @@ def _described(path: Path, progress: Progress | None = None) -> FileDescription:
 def kind_of(recordings: Sequence[Path]) -> Literal["cycle", "raw"]:
     """Return what the files of a recording hold: one averaged cycle, or a continuous recording.
 
-    Two files are the pressure and the flow of one cycle. What cannot be told, or read, is taken for a cycle; its reader
-    says what is wrong.
+    Two files are pressure and flow: continuous if both are. What cannot be told, or read, is taken for a cycle; its
+    reader says what is wrong.
     """
     if len(recordings) > 1:
-        return "cycle"
+        return "raw" if all(kind_of([file]) == "raw" for file in recordings) else "cycle"
     try:
         form, size = RECORDINGS.of(recordings[0]), look(recordings[0]).size
     except InputError:

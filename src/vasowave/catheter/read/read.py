@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, look_kind, note_kind, warn
+from vasowave.base.sites import PULMONARY, SiteName
 from vasowave.catheter.check.plausibility import (
     check_closure,
     check_flow,
@@ -20,8 +21,13 @@ from vasowave.catheter.read.formats import read_signals
 from vasowave.catheter.read.several_beats import beats_within, mean_beat, several_finding
 from vasowave.catheter.signals.raw import calibration_notes
 from vasowave.catheter.signals.signal import Signal, even_step
-from vasowave.pulse.cycle.cycle import MIN_SAMPLES, Recording
+from vasowave.pulse.cycle.cycle import MIN_SAMPLES, Recording, resample
 
+MIN_PHASES = 16
+"""Samples of a cycle below which it is refused: they carry seven harmonics."""
+
+_MAX_GATED_DIFFERENCE = 0.1  # of the period, between signals that were measured one after the other
+_MAX_GATED_PHASES = 64  # of a cycle that a scanner gated
 _CHECKS = {"pressure": check_pressure, "flow": check_flow}
 
 
@@ -44,6 +50,16 @@ IN_DOUBT_UNTIMED = look_kind(
     "further apart; {remedy}",
     "give a column of times beside the period, or remove the sample",
 )
+FEW_PHASES = note_kind(
+    "recording.few-phases",
+    "the cycle of {quantity} has {count} samples, which carry {harmonics} harmonics; between them it was interpolated",
+)
+PERIODS_DIFFER = look_kind(
+    "recording.periods-differ",
+    "pressure and flow were measured apart: the pressure's cycle lasts {pressure:.4g} s, that of the flow {flow:.4g} s "
+    "({percent:.2g} % apart). The flow was put onto the cycle of the pressure, and its mean kept",
+    "Give signals of one heart rate, if there are any.",
+)
 ASSUMED_UNIT = note_kind("recording.assumed-unit", "{quantity} is assumed to be in {unit}; {name} names no unit")
 
 
@@ -54,6 +70,7 @@ def read_recording(
     flow_unit: str | None = None,
     wedge_pressure: float = 0.0,
     calibration: tuple[float, float, float, float] = (0.0, 1.0, 1.0, 0.0),
+    site: SiteName = PULMONARY,
 ) -> Recording:
     """Read one averaged cycle from one table, or from one file of pressure and one of flow.
 
@@ -75,6 +92,8 @@ def read_recording(
     calibration : tuple of float
         What is subtracted from the pressure, mmHg, what pressure and flow are then multiplied by, and what is
         subtracted from the flow, ml/s; a gain of the flow of -1 turns that of a probe mounted backward.
+    site : str
+        The artery; titles and pressures of it are then what is looked for.
 
     Raises
     ------
@@ -102,16 +121,19 @@ def read_recording(
     if len(paths) not in (1, 2):
         raise InputError(f"{len(paths)} files given; a recording is one table, or one file of pressure and one of flow")
     if len(paths) == 1:
-        signals = read_signals(paths[0], {"pressure": pressure_unit, "flow": flow_unit})
+        signals = read_signals(paths[0], {"pressure": pressure_unit, "flow": flow_unit}, site)
     else:
-        signals = read_signals(paths[0], {"pressure": pressure_unit}) + read_signals(paths[1], {"flow": flow_unit})
+        signals = [
+            *read_signals(paths[0], {"pressure": pressure_unit}, site),
+            *read_signals(paths[1], {"flow": flow_unit}, site),
+        ]
     zero, gain, flow_gain, flow_zero = calibration
     corrections = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}
     signals = [
         replace(signal, values=(signal.values - corrections[signal.quantity][0]) * corrections[signal.quantity][1])
         for signal in signals
     ]
-    recording = _assemble(signals, period, together=len(paths) == 1)
+    recording = _assemble(signals, period, len(paths) == 1, site)
     notes = (*recording.notes, *calibration_notes(*calibration))
     return replace(recording, wedge_pressure=wedge_pressure, notes=notes)
 
@@ -124,13 +146,13 @@ class _Last(Enum):
     UNTOLD = "one or the other"
 
 
-def _assemble(signals: list[Signal], period: float | None, together: bool) -> Recording:
+def _assemble(signals: list[Signal], period: float | None, together: bool, site: SiteName) -> Recording:
     """Check both signals and make the recording; `together` says that they come from one table."""
     for signal in signals:
-        if len(signal.values) < MIN_SAMPLES:
+        if len(signal.values) < MIN_PHASES:
             raise InputError(
                 f"{signal.places[-1]}: the file ends after {len(signal.values)} samples of {signal.quantity}; "
-                f"at least {MIN_SAMPLES} a cycle are needed"
+                f"at least {MIN_PHASES} a cycle are needed"
             )
         _check_units(signal, swapped_files=not together)
     if period is not None:
@@ -138,12 +160,16 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
     lasts = _last_samples(signals, period)
     cycles = [signal.values[:-1] if last is _Last.NEXT else signal.values for signal, last in zip(signals, lasts)]
     periods = [_period(signal, len(cycle), period) for signal, cycle in zip(signals, cycles)]
-    if abs(periods[0] - periods[1]) > 0.01 * min(periods):
+    differ, gated = abs(periods[0] - periods[1]) / min(periods), list[Finding]()
+    if 0.01 < differ <= _MAX_GATED_DIFFERENCE and not together and min(map(len, cycles)) < _MAX_GATED_PHASES:
+        gated = [PERIODS_DIFFER(pressure=periods[0], flow=periods[1], percent=100 * differ)]
+        periods[1] = periods[0]
+    elif differ > 0.01:
         raise InputError(
             f"{signals[0].file} lasts {periods[0]:.5g} s and {signals[1].file} {periods[1]:.5g} s; "
             "pressure and flow must be of one cycle"
         )
-    remarks = _said_of_last(signals, lasts, periods)
+    remarks = [*gated, *_said_of_last(signals, lasts, periods)]
     beats = beats_within(cycles[0], cycles[1], periods[0])
     if beats > 1:
         if all(signal.time is None for signal in signals):
@@ -161,7 +187,11 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
         if signal.assumed_unit:
             name = Path(signal.file).name
             notes.append(ASSUMED_UNIT(quantity=signal.quantity, unit=signal.assumed_unit, name=name))
-    odd = odd_values(cycles[0], cycles[1], periods[0])
+    for i, (signal, cycle) in enumerate(zip(signals, cycles)):
+        if len(cycle) < MIN_SAMPLES:
+            cycles[i] = resample(cycle, len(cycle) * -(-MIN_SAMPLES // len(cycle)))
+            notes.append(FEW_PHASES(quantity=signal.quantity, count=len(cycle), harmonics=(len(cycle) - 1) // 2))
+    odd = odd_values(cycles[0], cycles[1], periods[0], site)
     for finding in (*remarks, *odd):
         if finding.severity is Severity.LOOK:
             warn(finding.at(signals[0].file), stacklevel=3)

@@ -12,8 +12,10 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.io.textfile import Progress
 from vasowave.base.settings import given_values, settings_class
+from vasowave.base.sites import PULMONARY, SiteName
 from vasowave.catheter.read.choosing import DIMENSIONS, pick_channels
 from vasowave.catheter.read.formats import read_blocks
+from vasowave.catheter.read.joined import joined_blocks
 from vasowave.catheter.signals.channels import Block, Channel, Comment
 from vasowave.catheter.signals.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.catheter.signals.interventions import comment_findings
@@ -63,16 +65,22 @@ class Reading:
     """Its end, s since the start of the block."""
     sampling_rate: float | None = None
     """Samples per second of a table without a time column."""
+    site: SiteName = PULMONARY
+    """The artery: titles that speak of it are preferred, those of other places are passed over."""
 
 
-def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **settings: Any) -> RawRecording:
-    """Read continuous pressure, flow and (if present) ECG from one file.
+def read_raw_recording(
+    path: str | Path, flow_file: str | Path | None = None, *, progress: Progress | None = None, **settings: Any
+) -> RawRecording:
+    """Read continuous pressure, flow and (if present) ECG from one file, or from two.
 
     Parameters
     ----------
     path : path
         A CSV, TSV or blank-separated table whose header names columns and units (``time [s]``, ``pressure [mmHg]``,
-        ``flow [ml/s]``, ``ecg [mV]``), LabChart's text or MATLAB export, or EDF/EDF+.
+        ``flow [ml/s]``, ``ecg [mV]``), the text export of a recorder, LabChart's text or MATLAB export, or EDF/EDF+.
+    flow_file : path, optional
+        The flow, where `path` holds the pressure alone: both are joined on their clocks.
     progress : callable, optional
         Is called with the fraction of a text file that was read, 0 to 1.
     settings
@@ -102,13 +110,21 @@ def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **
     """
     reading = given_values(Reading, None, settings)
     blocks = read_blocks(path, reading.sampling_rate, progress)
+    if flow_file is not None:
+        of_files = [blocks, read_blocks(flow_file, reading.sampling_rate, progress)]
+        blocks = joined_blocks([Path(path), Path(flow_file)], of_files)
     number, notes = _choose(path, blocks, reading.block)
     chosen = blocks[number]
     for suspicion in chosen.suspicions:
-        warn(suspicion.at(str(path)))
+        if suspicion.severity is Severity.LOOK:
+            warn(suspicion.at(str(path)))
     notes += chosen.suspicions
     picked, guessed = pick_channels(
-        path, chosen.channels, {"pressure": reading.pressure, "flow": reading.flow, "ecg": reading.ecg}
+        path,
+        chosen.channels,
+        {"pressure": reading.pressure, "flow": reading.flow, "ecg": reading.ecg},
+        reading.site,
+        chosen.program,
     )
     notes += guessed
     if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
@@ -143,7 +159,9 @@ def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **
     if wrong:
         raise InputError("\n".join(wrong))
     raw = _between(path, scaled, start, end, rate)
-    raw = replace(raw, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration))
+    raw = replace(
+        raw, site=reading.site, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration)
+    )
     read_span = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
     spans = [
         span for span in free_between([*gaps, read_span], *around) if span.end - span.start > MIN_DURATION_S + 1 / rate

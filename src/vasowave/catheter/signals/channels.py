@@ -17,6 +17,7 @@ MISSING = look_kind(
     "Leave such cells empty, and choose with `start` and `end` a stretch without them.",
 )
 _MISSING_CODES = (-999.0, -9999.0, -99999.0)  # written by programs in place of a sample that is missing
+_MIN_SLOW_SAMPLES = 4  # of a slower channel among blanks
 _MIN_CODE_DISTANCE = 3.0  # times the range of all others below them
 
 
@@ -75,11 +76,17 @@ class Block:
     channels, comments : tuples
     suspicions : tuple of Finding
         What of the file looks as if it were not whole.
+    program : str
+        Whose export it is, empty if nothing tells.
+    start : float, optional
+        What the clock of the file shows at the first sample, s.
     """
 
     channels: tuple[Channel, ...]
     comments: tuple[Comment, ...] = ()
     suspicions: tuple[Finding, ...] = ()
+    program: str = ""
+    start: float | None = None
 
     @property
     def duration(self) -> float:
@@ -100,3 +107,18 @@ def without_codes(block: Block) -> Block:
                 channel = replace(channel, values=np.where(missing, np.nan, channel.values))
         channels.append(channel)
     return replace(block, channels=tuple(channels), suspicions=tuple(suspicions))
+
+
+def at_their_rates(block: Block) -> Block:
+    """Return a block in which a channel that has a sample in every so many rows, and blanks between, has its rate."""
+    return replace(block, channels=tuple(map(_at_its_rate, block.channels)))
+
+
+def _at_its_rate(channel: Channel) -> Channel:
+    places = np.flatnonzero(np.isfinite(channel.values))
+    if len(places) < _MIN_SLOW_SAMPLES or places[0] or places[1] == 1:
+        return channel
+    stride = int(places[1])
+    if np.any(np.diff(places) != stride) or len(channel.values) - places[-1] > stride:
+        return channel
+    return replace(channel, values=channel.values[::stride], sampling_rate=channel.sampling_rate / stride)

@@ -9,15 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.base.errors import InputError
-from vasowave.base.io.columns import number
+from vasowave.base.io.layout import GAPS, number
 from vasowave.base.io.textfile import Lines
 
 _ROWS_PER_CHUNK = 4096
 """Rows that are read cell by cell are stored this many at once."""
 
 
-_GAPS = frozenset({"", "NA", "N/A", "-", "--", "#NV", "#N/A", "#NULL!", "#WERT!", "#VALUE!", "#DIV/0!"})
-"""Cells without a number, as R and spreadsheets write them too."""
 _CLOCK = re.compile(r"\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?")
 _NO_CLOCK = (
     "; a time of day is not read: write seconds since the start, or leave the column out and say how many samples a "
@@ -115,7 +113,7 @@ class NumberRows:
     def _number(self, line: int, cell: str, title: str, comma: bool) -> float:
         text = cell.strip()
         try:
-            value = math.nan if text.upper() in _GAPS else number(text.replace(",", ".") if comma else text)
+            value = math.nan if text.upper() in GAPS else number(text.replace(",", ".") if comma else text)
         except ValueError:
             hint = _NO_CLOCK if _CLOCK.fullmatch(text) else ""
             raise InputError(f"{self.place}, line {line}, column '{title}': '{text}' is not a number{hint}") from None

@@ -10,12 +10,16 @@ from vasowave.base.accessors import Accessor
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, note_kind, texts
 from vasowave.base.notebook import card
+from vasowave.base.sites import PULMONARY
 from vasowave.catheter.signals.channels import Comment
 from vasowave.catheter.signals.gaps import Span, free_between
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+MIN_RATE = 20.0
+"""Samples per second that no heart's beats can do with less of; how many a beat has is told when beats are found."""
 
 MIN_DURATION_S = 1.0
 """A shorter recording than this (s) holds too few beats to average."""
@@ -52,11 +56,13 @@ class RawRecording:
     beside : tuple of RawRecording
         The other stretches of the same recording, without a gap in themselves. Their beats are not averaged, but they
         show the drift of the pressure since it was zeroed.
+    site : str
+        The artery, see `SiteName`.
 
     Raises
     ------
     InputError
-        Signals of different length, a gap, less than a second, a rate below 250 samples/s.
+        Signals of different length, a gap, less than a second, a rate that no heart's waves can do with.
 
     Examples
     --------
@@ -77,14 +83,15 @@ class RawRecording:
     comments: tuple[Comment, ...] = ()
     origin: float = 0.0
     beside: tuple["RawRecording", ...] = ()
+    site: str = PULMONARY
 
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""
         rate = float(self.sampling_rate)
-        if not (np.isfinite(rate) and rate >= 250.0):
+        if not (np.isfinite(rate) and rate >= MIN_RATE):
             raise InputError(
-                f"{self.source}: {rate:g} samples/s; at least 250 are needed, of any species (1000 or more are usual); "
-                "export at the full rate"
+                f"{self.source}: {rate:g} samples/s; at least {MIN_RATE:g} are needed of the slowest heart (1000 or "
+                "more are usual); export at the full rate"
             )
         object.__setattr__(self, "sampling_rate", rate)
         for name in ("pressure", "flow", "ecg"):
@@ -166,6 +173,10 @@ class RawRecording:
         neighbours = (*self.beside, *(self._cut(*span) for span in spans))
         stretch = replace(self._cut(start, end), notes=(*self.notes, STRETCH(start=start, end=end)))
         return replace(stretch, beside=tuple(sorted(neighbours, key=lambda recording: recording.origin)))
+
+    def alone(self, start: float, end: float, finding: Finding) -> "RawRecording":
+        """Return the stretch from `start` to `end` (s) without what is beside it, which is no part of the same."""
+        return replace(self._cut(start, end), notes=(*self.notes, finding))
 
     def calibrated(
         self, zero: float = 0.0, gain: float = 1.0, flow_gain: float = 1.0, flow_zero: float = 0.0

@@ -17,6 +17,8 @@ ALIASES = {
     "zeit": "time",
     "temps": "time",
     "tiempo": "time",
+    "timestamp": "time",
+    "elapsed time": "time",
     "p": "pressure",
     "pap": "pressure",
     "mpap": "pressure",

@@ -97,11 +97,12 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
         animal can have, or a table that cannot be read or written; the table is then as it was.
     """
     path = study_path(Path(study))
-    table = path.parent / _settings(path).animals
+    settings = _settings(path)
+    table = path.parent / settings.animals
     _check_cells(cells or {})
     cells = {title: seen_from(path.parent, Path(text)) if title in FILES and text else text
              for title, text in (cells or {}).items()}  # fmt: skip
-    sorted_files = _sorted(path.parent, table, paths, network, cells)
+    sorted_files = _sorted(path.parent, table, paths, network, cells, settings.site)
     laid_out = partial(
         _laid_out, path, sorted_files, cells, group, groups, network, None if ask is None else cache(ask)
     )
@@ -230,13 +231,14 @@ def _settings(path: Path) -> StudyFile:
     return settings
 
 
-def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | None, cells: Mapping[str, str]
-            ) -> Sorted:  # fmt: skip
+def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | None, cells: Mapping[str, str],
+            site: str) -> Sorted:  # fmt: skip
     """Return what the files are; those of the study's own table and results are not among them."""
     own_files = {file.resolve() for file in (table, *(folder / name for name in (RESULTS, REPORT_FOLDER, ONE_BY_ONE)))}
     titles = {title.removesuffix(" channel"): text for title, text in cells.items() if title.endswith(" channel")}
     files = files_in([*paths, *([network] if network else [])], own_files)
-    sorted_files = sort_files(files, titles, int(cells["block"]) if cells.get("block", "").isdigit() else None)
+    block = int(cells["block"]) if cells.get("block", "").isdigit() else None
+    sorted_files = sort_files(files, titles, block, site)
     if not sorted_files.recordings:
         reasons = "\n".join(f"  {refusal}" for refusal in sorted_files.refused)
         hint = "; give the recordings along with them, or their whole folder" if sorted_files.networks else ""

@@ -226,7 +226,7 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
     values = animal.recording.indices() | {"root radius": float(animal.network.radius[animal.network.root])}
     findings = [
         *(finding for finding in animal.recording.notes if finding.severity is Severity.LOOK),
-        *physiology_findings(values, nominal.time_constant, study.settings.species),
+        *physiology_findings(values, nominal.time_constant, study.settings.species, study.settings.site),
         *_known(row, nominal),
     ]
     problems = [StudyProblem(finding) for finding in dict.fromkeys(finding.placed(place) for finding in findings)]

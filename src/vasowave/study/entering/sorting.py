@@ -9,8 +9,15 @@ from typing import NamedTuple
 from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.io.columns import read_columns
+from vasowave.base.sites import PULMONARY
 from vasowave.catheter.read.choosing import DIMENSIONS, Choice, choose
-from vasowave.catheter.read.describe import BlockDescription, ChannelDescription, FileDescription, describe_recording
+from vasowave.catheter.read.describe import (
+    BlockDescription,
+    ChannelDescription,
+    FileDescription,
+    describe_recording,
+    kind_of,
+)
 from vasowave.catheter.read.formats import RECORDINGS
 from vasowave.catheter.signals.gaps import Span, longest_between
 from vasowave.catheter.signals.raw import MIN_DURATION_S
@@ -94,7 +101,10 @@ def _walked(folder: Path, leave: Collection[Path]) -> Iterator[Path]:
 
 
 def sort_files(
-    files: Iterable[Path], titles: Mapping[str, str | None] | None = None, block: int | None = None
+    files: Iterable[Path],
+    titles: Mapping[str, str | None] | None = None,
+    block: int | None = None,
+    site: str = PULMONARY,
 ) -> Sorted:
     """Tell networks from recordings, and join the pressure and the flow of one averaged cycle.
 
@@ -105,6 +115,8 @@ def sort_files(
         Titles of channels that the user named, by quantity.
     block : int, optional
         The block that the user named, counted from 1.
+    site : str
+        The artery of the study.
     """
     networks, recordings, refused = [], [], []
     halves: list[tuple[str, str, Path]] = []
@@ -125,7 +137,7 @@ def sort_files(
         if half:
             halves.append((stem, half, file))
         else:
-            recordings.append(_recorded(file, described, titles or {}, block))
+            recordings.append(_recorded(file, described, titles or {}, block, site))
     joined, alone = _joined(halves)
     for half, file in alone:
         missing = "flow" if half == "pressure" else "pressure"
@@ -163,17 +175,20 @@ def _joined(halves: Sequence[tuple[str, str, Path]]) -> tuple[list[Recorded], li
             fits = [q for q in fits if q[2].parent == pressure[2].parent] if same_folder else fits
             rivals = [p for p in unpaired if p[1] == "pressure" and p[0] == pressure[0]]
             if len(fits) == 1 and (same_folder or len(rivals) == 1):
-                joined.append(Recorded(pressure[0], (pressure[2], fits[0][2]), "cycle"))
+                pair = (pressure[2], fits[0][2])
+                joined.append(Recorded(pressure[0], pair, kind_of(pair)))
                 unpaired = [candidate for candidate in unpaired if candidate not in (pressure, fits[0])]
     return joined, [(half, file) for _, half, file in unpaired]
 
 
-def _recorded(file: Path, described: FileDescription, titles: Mapping[str, str | None], number: int | None) -> Recorded:
+def _recorded(
+    file: Path, described: FileDescription, titles: Mapping[str, str | None], number: int | None, site: str
+) -> Recorded:
     """Return a recording that one file holds, with what was decided about its channels and gaps."""
     if described.kind == "cycle":
         return Recorded(file.stem, (file,), described.kind)
     block = used_block(described, number)
-    choice = choose(block.channels, {name: titles.get(name) for name in DIMENSIONS})
+    choice = choose(block.channels, {name: titles.get(name) for name in DIMENSIONS}, site)
     remarks = [] if number is not None or len(described.blocks) == 1 else [_longest(described, block)]
     remarks += [
         f"'{choice.picked[name].title}' was taken for {name}: {reason}" for name, reason in choice.guessed.items()

@@ -23,7 +23,7 @@ from vasowave.study.folder.rows import COLUMNS, ERRORS, NUMBERS, REQUIRED_COLUMN
 
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]",
              "beat edits")  # fmt: skip
-_CYCLE_ONLY = ("flow", "period [s]")
+_CYCLE_ONLY = ("period [s]",)
 _MIN_TITLE_SIMILARITY = 0.8  # share of letters in common with a title from which another is a slip
 _SIGNED_COLUMNS = ("zero [mmHg]", "zero after [mmHg]", "flow zero [ml/s]", "flow gain [1]", "pressure delay [s]",
            "flow delay [s]")  # fmt: skip
@@ -250,7 +250,7 @@ def read_row(
 
     kind = cell["kind"].lower() or _implied_kind(cell)
     _check_words(cell, kind, groups, say)
-    files = _files(cell, kind, folder, say)
+    files = _files(cell, folder, say)
     numbers: dict[str, Any] = {field: _number(cell[title], title, say) for title, field in NUMBERS.items()}
     if any(problem.error for problem in wrong):
         return None, wrong
@@ -325,9 +325,9 @@ def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | Non
             report(title, UNREADABLE(text=str(error)))
 
 
-def _files(cell: Mapping[str, str], kind: str, folder: Path, report: Say) -> list[Path]:
+def _files(cell: Mapping[str, str], folder: Path, report: Say) -> list[Path]:
     """Return the files of the network and of the recording."""
-    titles = ["network", "recording", "flow"] if cell["flow"] and kind == "cycle" else ["network", "recording"]
+    titles = ["network", "recording", "flow"] if cell["flow"] else ["network", "recording"]
     files = [folder / cell[title] for title in titles]
     for title in [*titles, "beat edits", "sites", "ventricle", "wedge wave"]:
         file = folder / cell[title]

@@ -21,7 +21,7 @@ COLUMNS = {
     "network": "File of its vessels: name, parent, length [cm], radius [cm]. Animals may share one.",
     "image pressure [mmHg]": "Pressure at which its vessels were imaged, where the network's file does not say it.",
     "recording": "File of its recording: one averaged cycle, or a continuous recording.",
-    "flow": "File of the flow, if the recording holds the pressure only (averaged cycles).",
+    "flow": "File of the flow, if the recording holds the pressure only; continuous ones are joined on their clocks.",
     "kind": "cycle (one averaged cycle) or raw (continuous, beats are found and averaged); empty: told from the file.",
     "period [s]": "Period of a cycle without times; beside times it tells whether the last sample is the next one's.",
     "wedge [mmHg]": "Wedge pressure, or that of the left atrium: what lies behind the vascular beds; empty: 0.",

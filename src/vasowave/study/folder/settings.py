@@ -10,6 +10,7 @@ from annotated_types import Ge, Le, MaxLen, MinLen
 
 from vasowave.base.errors import InputError
 from vasowave.base.settings import Check, Example, Positive, settings_class, settings_of
+from vasowave.base.sites import PULMONARY, SiteName
 from vasowave.base.species import SpeciesName, heart_rates_of
 from vasowave.catheter.beats.prepared import Averaging
 from vasowave.pulse.calibration.fitting import NUMERICS
@@ -90,6 +91,9 @@ class Inputs:
     species: SpeciesName = "mouse"
     """Whose physiology `check` compares with, and whose heart rates are looked for: mouse, rat, rabbit, dog, pig,
     human, or other (no comparison)."""
+    site: SiteName = PULMONARY
+    """The artery that is recorded and modeled: pulmonary artery, aorta, carotid, brachial, radial, femoral, renal or
+    mesenteric. `check` compares with what is plausible there, and channels are chosen by titles that speak of it."""
     groups: Annotated[list[Annotated[Text, Check(checked_name)]], MinLen(1), MaxLen(1000), Check(_distinct)] = field(
         default_factory=lambda: ["CTL", "HPH"]
     )

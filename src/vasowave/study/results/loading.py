@@ -11,6 +11,7 @@ import numpy as np
 from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, of_file
 from vasowave.base.findings import Finding, found_in, look_kind, note_kind, warn
 from vasowave.base.io.textfile import look
+from vasowave.base.sites import PULMONARY, SiteName
 from vasowave.catheter.beats.edits import read_edits
 from vasowave.catheter.check.catheter import (
     Catheter,
@@ -95,6 +96,8 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     inputs["settings"], inputs["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure
     inputs["practice"], inputs["catheter"] = study.practice, study.catheter
     inputs["kind"] = row.kind or kind_of(row.recordings)
+    if study.site != PULMONARY:
+        inputs["site"] = study.site
     if inputs["kind"] == "raw":
         inputs["averaging"] = asdict(averaging_settings(study))
     return key_of(inputs, [(inside(file, folder), file) for file in row.files.values()])
@@ -153,18 +156,20 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
     `load_animal`.
     """
     if (row.kind or kind_of(row.recordings)) == "cycle":
-        cycle = read_recording(*row.recordings, period=row.period, calibration=row.calibration, **_units(row))
+        cycle = read_recording(
+            *row.recordings, period=row.period, calibration=row.calibration, site=study.site, **_units(row)
+        )
         return cycle, None, None
-    raw = read_stretch(row)
+    raw = read_stretch(row, study.site)
     edits = read_edits(row.beat_edits) if row.beat_edits else ()
     beats = average_beats(raw, averaging=averaging_settings(study), edits=edits)
     return beats.recording, beats, raw
 
 
-def read_stretch(row: AnimalRow) -> RawRecording:
+def read_stretch(row: AnimalRow, site: SiteName = PULMONARY) -> RawRecording:
     """Return the stretch of a continuous recording that is averaged; raises as its reader."""
     raw = read_raw_recording(
-        row.recordings[0],
+        *row.recordings,
         pressure=row.pressure_channel or None,
         flow=row.flow_channel or None,
         ecg=row.ecg_channel or None,
@@ -172,6 +177,7 @@ def read_stretch(row: AnimalRow) -> RawRecording:
         start=row.start,
         end=row.end,
         sampling_rate=row.sampling_rate,
+        site=site,
         progress=None,
         **_units(row),
     )

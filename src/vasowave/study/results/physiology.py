@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from vasowave.base.findings import Finding, Severity, from_json, look_kind, warn
+from vasowave.base.sites import PULMONARY, ranges_at
 from vasowave.base.species import SPECIES, Species
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.folder.settings import BloodSection
@@ -19,7 +20,8 @@ _IMPLAUSIBLE_TEXT = (
 IMPLAUSIBLE = look_kind(
     "physiology.implausible",
     _IMPLAUSIBLE_TEXT.format("one whole cycle"),
-    "Correct the unit or the recording, or name the species; `species: other` compares with nothing.",
+    "Correct the unit or the recording, or name the species; `species: other` compares with nothing; of a systemic "
+    "artery, name it (`site: aorta`, --site aorta).",
 )
 IMPLAUSIBLE_RADIUS = look_kind(
     "physiology.implausible-radius",
@@ -54,7 +56,7 @@ def tell_blood(blood: BloodSection) -> None:
         warn(finding, stacklevel=3)
 
 
-def physiology_findings(values: Mapping[str, float], tau: float, species: str) -> list[Finding]:
+def physiology_findings(values: Mapping[str, float], tau: float, species: str, site: str = PULMONARY) -> list[Finding]:
     """Return what is implausible for a species about an animal's indices, ``root radius`` (cm) and τ (s).
 
     If all of them are plausible for another species, its name is said.
@@ -62,14 +64,14 @@ def physiology_findings(values: Mapping[str, float], tau: float, species: str) -
     findings = []
     if species not in SPECIES:
         return []
-    fitting_species = [name for name, species_ranges in SPECIES.items() if _plausible(values, species_ranges)]
+    fitting_species = [name for name in SPECIES if _plausible(values, ranges_at(name, site))]
     fits = ""
     if fitting_species:
         species_names = " or a ".join(fitting_species)
         first = fitting_species[0]
         fits = f" All of them fit a {species_names}: write species: {first} (vasowave fit: --species {first})"
     for name, unit in _UNITS.items():
-        low, high = _range(SPECIES[species], name)
+        low, high = _range(ranges_at(species, site), name)
         value = float(values[name])
         if not low <= value <= high:
             kind = IMPLAUSIBLE_RADIUS if name == "root radius" else IMPLAUSIBLE
@@ -90,11 +92,11 @@ def _plausible(values: Mapping[str, float], species: Species) -> bool:
     return all(low <= float(values[name]) <= high for name in _UNITS for low, high in [_range(species, name)])
 
 
-def looks_of(result: AnimalResult, species: str) -> tuple[Finding, ...]:
+def looks_of(result: AnimalResult, species: str, site: str = PULMONARY) -> tuple[Finding, ...]:
     """Return what asks for a look at an animal: at its recording, and what is implausible for its species."""
     noticed = from_json(result.recording.attrs["findings"])
     measured, network = result.measured.quantities, result.network
     values = {name: float(measured[name]) for name in _UNITS if name in measured}
     values["root radius"] = float(network.radius[network.root])
-    odd = physiology_findings(values, float(measured["tau"]), species)
+    odd = physiology_findings(values, float(measured["tau"]), species, site)
     return *(finding for finding in noticed if finding.severity is Severity.LOOK), *odd

@@ -32,7 +32,9 @@ CHANGED = look_kind(
 
 
 def _warned(stored: Results, results: list[AnimalResult]) -> list[AnimalResult]:
-    return [replace(result, looks=looks_of(result, stored.settings.species)) for result in results]
+    return [
+        replace(result, looks=looks_of(result, stored.settings.species, stored.settings.site)) for result in results
+    ]
 
 
 def report_study(

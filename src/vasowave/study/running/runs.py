@@ -15,7 +15,7 @@ from vasowave.pulse.model.law_files import files_of
 from vasowave.study.animal.failure import Failure, Stage
 from vasowave.study.animal.files import read_result, to_bytes
 from vasowave.study.animal.pipeline import Progress as FitProgress
-from vasowave.study.folder.settings import animal_settings
+from vasowave.study.folder.settings import StudyFile, animal_settings
 from vasowave.study.folder.study import Study
 from vasowave.study.results.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
 from vasowave.study.results.physiology import looks_of, tell_blood
@@ -222,13 +222,13 @@ def run_alone(run: RunRecord, study: Study, progress: FitProgress | None = None)
     return Done(results, computed, () if computed else (row.animal,), failures, warnings)
 
 
-def _told(piece: Path, species: str) -> tuple[tuple[Failure, ...], tuple[Finding, ...]]:
+def _told(piece: Path, settings: StudyFile) -> tuple[tuple[Failure, ...], tuple[Finding, ...]]:
     """Return what failed of an animal that is stored, and what must be looked at; opening its file takes most of it."""
     try:
         result = read_result(piece, laws=False)
     except InputError:  # a file that was damaged since is told by whoever reads it whole
         return (), ()
-    return result.failures, looks_of(result, species)
+    return result.failures, looks_of(result, settings.species, settings.site)
 
 
 def _tell_lost(study: Study) -> None:
@@ -260,7 +260,7 @@ def _write(
         listed = "\n".join(f"  {failure.animal}: {failure.reason}" for failure in lost)
         raise InputError(f"{study.path}: every animal failed\n{listed}")
     stored = {(row.animal, row.group): pieces[row.animal] for row in study.animals if row.animal in pieces}
-    summaries = {name: _told(piece, study.settings.species) for (name, _), piece in stored.items()}
+    summaries = {name: _told(piece, study.settings) for (name, _), piece in stored.items()}
     failures = (*lost, *(failure for failed, _ in summaries.values() for failure in failed))
     index = write_results(study.results, stored, failures, study.settings, study.variables, declare(study))
     return index, failures, {name: looks for name, (_, looks) in summaries.items() if looks}

@@ -10,8 +10,9 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding
 from vasowave.base.io.formats import Format, Registry
 from vasowave.base.io.textfile import Progress
+from vasowave.base.sites import PULMONARY
 from vasowave.catheter.read.choosing import TAKEN, choose
-from vasowave.catheter.signals.channels import Block, without_codes
+from vasowave.catheter.signals.channels import Block, at_their_rates, without_codes
 from vasowave.catheter.signals.signal import Signal, given_unit
 
 Wanted = Mapping[str, str | None]
@@ -31,12 +32,12 @@ class RecordingFormat(Format):
     continuous : bool
         Whether such a file always holds a continuous recording; else its length tells.
     cycle : callable, optional
-        Takes path and the quantities that are wanted of one averaged cycle, returns a signal for each. By default they
-        are taken from what `read` returns.
+        Takes path, the quantities that are wanted of one averaged cycle, and the artery; returns a signal for each. By
+        default they are taken from what `read` returns.
     """
 
     continuous: bool = False
-    cycle: Callable[[Path, Wanted], list[Signal]] | None = None
+    cycle: Callable[[Path, Wanted, str], list[Signal]] | None = None
 
 
 RECORDINGS = Registry[RecordingFormat](__name__, "table")
@@ -46,13 +47,13 @@ RECORDINGS = Registry[RecordingFormat](__name__, "table")
 def read_blocks(path: str | Path, sampling_rate: float | None = None, progress: Progress | None = None) -> list[Block]:
     """Return the blocks of a continuous recording of any format; the arguments are those of `read_raw_recording`."""
     path = Path(path)
-    blocks = [without_codes(block) for block in RECORDINGS.of(path).read(path, sampling_rate, progress)]
+    blocks = [at_their_rates(without_codes(block)) for block in RECORDINGS.of(path).read(path, sampling_rate, progress)]
     if not any(block.channels for block in blocks):
         raise InputError(f"{path}: headers and no samples")
     return blocks
 
 
-def read_signals(path: str | Path, quantities: Wanted) -> list[Signal]:
+def read_signals(path: str | Path, quantities: Wanted, site: str = PULMONARY) -> list[Signal]:
     """Read the `quantities` of one averaged cycle from one file.
 
     Raises
@@ -67,16 +68,16 @@ def read_signals(path: str | Path, quantities: Wanted) -> list[Signal]:
             f"{path}: a continuous recording ({form.title}), not one cycle; in a study, write 'raw' into the column "
             "'kind' (in Python: read_raw_recording, then average_beats)"
         )
-    return form.cycle(path, quantities) if form.cycle is not None else _of_channels(path, form, quantities)
+    return form.cycle(path, quantities, site) if form.cycle is not None else _of_channels(path, form, quantities, site)
 
 
-def _of_channels(path: Path, form: RecordingFormat, quantities: Wanted) -> list[Signal]:
+def _of_channels(path: Path, form: RecordingFormat, quantities: Wanted, site: str) -> list[Signal]:
     """Return the signals of a cycle whose format knows channels only."""
     blocks = form.read(path, np.nan, None)
     if len(blocks) != 1:
         raise InputError(f"{path}: {len(blocks)} blocks, and a cycle is one; export one of them")
     (block,) = blocks
-    choice = choose(block.channels, dict.fromkeys(quantities))
+    choice = choose(block.channels, dict.fromkeys(quantities), site)
     if choice.problems:
         raise InputError(f"{path}: {'; '.join(choice.problems)}")
     signals = []

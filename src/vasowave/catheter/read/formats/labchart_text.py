@@ -1,15 +1,15 @@
-"""The text export of ADInstruments LabChart: tab-separated, one header before every block; its own are refused."""
+"""The text export of ADInstruments LabChart: tab-separated, one header before every block."""
 
 import math
 import re
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NoReturn
 
 import numpy as np
 
 from vasowave.base import units
 from vasowave.base.errors import InputError
+from vasowave.base.io.clocks import is_date
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import Lines, Progress, read_lines
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
@@ -30,9 +30,6 @@ _KEYS = (
 )
 _KEY = re.compile(rf"({'|'.join(_KEYS)})=")
 _REMARK = re.compile(r"#(\*|\d+)\s?(.*)")
-
-_BINARY_SUFFIXES = (".adicht", ".adidat", ".adibin")
-"""Suffixes of LabChart's own files."""
 
 
 def is_labchart_text(start: bytes) -> bool:
@@ -111,11 +108,12 @@ class _TextBlock:
         if remark is not None:
             self._comments.append((self.rows.count if self.rows else 0, cells[remark:]))
             del cells[remark:]
-        width = len(self.rows.titles if self.rows else titles)
-        while len(cells) > width and not cells[-1].strip():
+        while len(cells) > (len(self.rows.titles) if self.rows else len(titles)) and not cells[-1].strip():
             cells.pop()
         if not cells:
             return
+        if len(cells) == len(titles) + 2 and any(map(is_date, cells[:2])):
+            del cells[0 if is_date(cells[0]) else 1]
         if self.rows is None:
             if len(cells) not in (len(titles), len(titles) + 1):
                 raise InputError(f"{self.place}, line {line}: {len(cells)} columns under {len(titles)} channel titles")
@@ -220,25 +218,3 @@ RECORDINGS.register(
         lambda path, rate, progress: read_labchart_text(path, progress=progress), continuous=True,
     )
 )  # fmt: skip
-
-
-def _refuse(path: Path, *_: Any) -> NoReturn:
-    """Say how to export such a file."""
-    raise InputError(
-        f"{path}: LabChart's own binary file, which only LabChart opens. In LabChart: open it, select the stretch to "
-        "use (nothing means all), File > Export…, 'Save as type': 'LabChart Text File (*.txt)' or 'MATLAB File "
-        "(*.mat)', Save; in the dialog tick time, comments and the block header, do not downsample. Then read the "
-        "exported file"
-    )
-
-
-RECORDINGS.register(
-    RecordingFormat(
-        "adicht",
-        "LabChart's own file",
-        _BINARY_SUFFIXES,
-        lambda path, start: path.suffix.lower() in _BINARY_SUFFIXES,
-        _refuse,
-        True,
-    )
-)

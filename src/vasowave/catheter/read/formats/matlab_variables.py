@@ -63,7 +63,7 @@ def _rate(path: str | Path, time: np.ndarray | None, unit: str, stated_rate: flo
     return sampling(time, rounding, str(path), lambda row: f"{path}, time({row + 1})")
 
 
-def read_cycle(path: Path, quantities: Wanted) -> list[Signal]:
+def read_cycle(path: Path, quantities: Wanted, site: str = "") -> list[Signal]:
     """Return the variables that hold the quantities wanted of one cycle."""
     variables = _named(path, read_mat(path))
     return [_from_mat(path, variables, quantity, unit) for quantity, unit in quantities.items()]

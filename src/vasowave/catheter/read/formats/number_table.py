@@ -1,6 +1,8 @@
 """A table of continuous signals: one titled column each, read block by block."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,21 +11,14 @@ import numpy as np
 from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding
-from vasowave.base.io.columns import (
-    HEAD,
-    Columns,
-    head_of,
-    is_row,
-    plain_title,
-    read_columns,
-    read_headings,
-    split_cells,
-)
+from vasowave.base.io.columns import Columns, plain_title, read_columns, read_headings
+from vasowave.base.io.layout import HEAD, Head, head_of, is_numeric, is_row, remarks_above, split_cells, turned
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import Lines, Progress, read_lines
+from vasowave.base.sites import PULMONARY
 from vasowave.catheter.read.choosing import TAKEN, choose, with_time
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
-from vasowave.catheter.signals.channels import CUT_OFF, Block, Channel
+from vasowave.catheter.signals.channels import CUT_OFF, Block, Channel, Comment
 from vasowave.catheter.signals.gaps import with_gaps
 from vasowave.catheter.signals.number_rows import DecimalMark, NumberRows
 from vasowave.catheter.signals.signal import ALIASES, NAME_THE_RATE, UNIT_REPLACED, Signal, sampling, written_to
@@ -45,6 +40,9 @@ class NumberTable(NamedTuple):
     line: Callable[[int], int]
     """Returns the line of the file on which a row stands."""
     suspicions: tuple[Finding, ...]
+    remarks: tuple[tuple[int, str], ...] = ()
+    """What rows remark, by their number."""
+    head: Head = Head((), None, 0)
 
     def block(self, sampling_rate: float | None) -> Block:
         """Return the columns as channels."""
@@ -55,10 +53,25 @@ class NumberTable(NamedTuple):
             for title, name, unit, values in zip(self.titles, self.names, self.units, self.columns, strict=True)
             if name != "time"
         )  # fmt: skip
-        return Block(channels, (), self.suspicions)
+        comments = (Comment(float(row if place is None else place[row]) / rate, text) for row, text in self.remarks)
+        return Block(channels, tuple(comments), self.suspicions, self.head.program, self._start())
+
+    def _start(self) -> float | None:
+        """Return what the clock shows at the first row, s."""
+        clock = self.head.plan.clock if self.head.plan else None
+        if clock is not None or "time" not in self.names:
+            return clock.start if clock else None
+        column = self.names.index("time")
+        return float(self.columns[column][0] * units.factor(self.units[column] or "s", "time"))
+
+    def _timed(self) -> bool:
+        """Whether a column of times says its unit."""
+        return any(name == "time" and unit for name, unit in zip(self.names, self.units, strict=True))
 
     def _rate(self, stated_rate: float | None) -> tuple[float, np.ndarray | None]:
         """Return the samples per second by the times, checked against what was given, and places if times leap."""
+        if self.head.rate and (stated_rate is None or np.isnan(stated_rate)) and not self._timed():
+            stated_rate = self.head.rate
         if "time" not in self.names:
             even = next((pair for pair in zip(self.titles, self.columns, strict=True) if _rises_evenly(pair[1])), None)
             if stated_rate is None:
@@ -73,11 +86,12 @@ class NumberTable(NamedTuple):
             return stated_rate, None
         column = self.names.index("time")
         time, unit = self.columns[column], self.units[column]
-        if unit:
-            scale = units.factor(unit, "time")
+        if unit or _is_epoch(time):
+            scale = units.factor(unit or "s", "time")
         elif stated_rate is None:
             raise InputError(
                 f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or {NAME_THE_RATE}"
+                f"{_offered(time)}"
             )
         elif np.isnan(stated_rate):  # nobody said yet: what the times are is not known
             return stated_rate, None
@@ -98,6 +112,19 @@ class NumberTable(NamedTuple):
         if stated_rate is not None and abs(stated_rate - measured) > 1e-3 * measured:
             raise InputError(f"{self.path}: the time column has {measured:.6g} samples/s, given are {stated_rate:.6g}")
         return measured, place
+
+
+def _offered(time: np.ndarray) -> str:
+    """Return what to type if times without a unit are seconds, or milliseconds."""
+    step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    if not step > 0:
+        return ""
+    return f". Its steps are {step:.4g}: of seconds, --sampling-rate {1 / step:.6g}; of ms, {1e3 / step:.6g}"
+
+
+def _is_epoch(time: np.ndarray) -> bool:
+    """Whether times without a unit are seconds since 1970, of the years 2001 to 2100."""
+    return bool(len(time) and 1e9 < time[0] < 4.1e9 and time[-1] - time[0] < 1e6)
 
 
 def _rises_evenly(values: np.ndarray) -> bool:
@@ -134,6 +161,8 @@ def read_number_table(path: Path, sampling_rate: float | None = None, progress: 
 def _parsed(path: Path, progress: Progress | None = None) -> NumberTable:
     table: _Table | None = None
     for lines in read_lines(path, progress):
+        if table is None and (over := turned(lines.texts[: 2 * HEAD])):
+            lines = Lines(1, over, lines.cut)
         table = table or _begin(path, lines)
         if table is not None:
             table.add(lines)
@@ -144,27 +173,29 @@ def _parsed(path: Path, progress: Progress | None = None) -> NumberTable:
 
 def _begin(path: Path, lines: Lines) -> "_Table | None":
     """Start a table at its titles, or at its first line where it has none; what stands above is left out."""
-    rows = [(line, text) for line, text in enumerate(lines.texts, lines.first) if is_row(text)][: HEAD + 1]
+    rows = [(line, text) for line, text in enumerate(lines.texts, lines.first) if is_row(text)][: 2 * HEAD]
     if not rows:
         return None
-    titles, separator, first = head_of(path, rows)
-    if titles:
-        return _Table(path, rows[first - 1][0], titles, separator)
-    line, text = rows[first]
-    return _Table(path, line - 1, [""] * len(split_cells(path, line, text, separator)), separator)
+    head = head_of(path, rows, remarks_above(lines.texts))
+    line, text = rows[min(head.first, len(rows) - 1)]
+    titles = head.titles or [""] * len(
+        head.plan.numeric if head.plan else split_cells(path, line, text, head.separator)
+    )
+    return _Table(path, line - (head.first < len(rows)), titles, head)
 
 
 class _Table:
     """A table while it is read."""
 
-    def __init__(self, path: Path, line: int, header: Sequence[str], separator: str | None) -> None:
+    def __init__(self, path: Path, line: int, header: Sequence[str], head: Head) -> None:
         self.names, self.units = read_headings(path, header, ALIASES | {"ekg": "ecg"})
         self.names = with_time(self.names, self.units)
         self.titles = tuple(map(plain_title, header))
         if self.names.count("time") > 1:
             raise InputError(f"{path}: two columns are called 'time'; keep one of them")
-        self.path, self.header_line, self.separator = path, line, separator
-        self.rows = NumberRows(str(path), self.names, separator)
+        self.path, self.header_line, self.separator, self.head = path, line, head.separator, head
+        self.rows = NumberRows(str(path), self.names, "\t" if head.plan else head.separator)
+        self.remarks: list[tuple[int, str]] = []
         self.quantum = 0.0
         self.suspicions: tuple[Finding, ...] = ()
         self._marks = DecimalMark(path)
@@ -178,12 +209,41 @@ class _Table:
         if lines.cut and self.rows.count:
             self.suspicions = (CUT_OFF(what="it"),)  # nobody knows whether its last digit was written
             return
+        if self.head.plan is not None:
+            self._add_planned(lines)
+            return
         quick = not lines.hold("#")
         comma = self._comma(lines) if quick else False
         if not (quick and self.rows.add_block(lines.first, lines.texts, comma)):
             self._add_slowly(lines)
         if not self.quantum and "time" in self.names and self.rows.count:
             self.quantum = self._rounding(lines.texts[:2000])
+
+    def _add_planned(self, lines: Lines) -> None:
+        """Take lines of which the plan of the head makes numbers: all that follow each other at once."""
+        plan = self.head.plan
+        assert plan is not None
+        written = list(enumerate(lines.texts, lines.first))
+        for row, run in groupby(written, lambda line: is_row(line[1])):
+            if not row:
+                continue
+            first, texts = (block := list(run))[0][0], [text for _, text in block]
+            cells = [split_cells(self.path, line, text, self.separator) for line, text in block]
+            events = [(self.rows.count + i, plan.event(row_cells)) for i, row_cells in enumerate(cells)]
+            self.remarks += [(i, text) for i, text in events if text]
+            rows = [plan.numbers(row_cells) for row_cells in cells]
+            if self._comma(Lines(first, ["\t".join(row_cells) for row_cells in rows])):
+                rows = [[cell.replace(",", ".") for cell in row_cells] for row_cells in rows]
+            rows = [
+                [*plan.time(written_cells), *row_cells] for written_cells, row_cells in zip(cells, rows, strict=True)
+            ]
+            texts = ["\t".join(cell or "nan" for cell in row_cells) for row_cells in rows]
+            if not self.rows.add_block(first, texts, False):
+                for line, row_cells in enumerate(rows, first):
+                    self.rows.add_row(line, row_cells, False)
+            if not self.quantum and "time" in self.names:
+                column = self.names.index("time")
+                self.quantum = written_to([row_cells[column] for row_cells in rows[:2000]])
 
     def _add_slowly(self, lines: Lines) -> None:
         for number, text in enumerate(lines.texts, lines.first):
@@ -208,7 +268,8 @@ class _Table:
         for values in columns:
             values.setflags(write=False)
         return NumberTable(
-            self.path, self.titles, self.names, self.units, columns, self.quantum, self.rows.line, self.suspicions
+            self.path, self.titles, self.names, self.units, columns, self.quantum, self.rows.line, self.suspicions,
+            tuple(self.remarks), self.head,
         )  # fmt: skip
 
 
@@ -220,17 +281,24 @@ class ColumnTitle(NamedTuple):
     unit: str
 
 
-def read_cycle(path: Path, quantities: Wanted) -> list[Signal]:
+def read_cycle(path: Path, quantities: Wanted, site: str = PULMONARY) -> list[Signal]:
     """Return the columns that hold the quantities wanted of one cycle; other columns may hold anything."""
     table = read_columns(path, ALIASES)
     table.warn()
-    return [_from_table(table, quantity, unit, alone=len(quantities) == 1) for quantity, unit in quantities.items()]
+    alone = len(quantities) == 1
+    return [_from_table(table, quantity, unit, alone, site) for quantity, unit in quantities.items()]
 
 
-def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) -> Signal:
-    if not table.names and not (alone and len(table.cells[0]) == 1):
+def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool, site: str) -> Signal:
+    width = len(table.cells[0])
+    if not table.names and not (alone and (width == 1 or (width == 2 and _times_first(table)))):
         raise InputError(f"{table.source}: {_headerless(table)}")
-    column, notes = _column(table, quantity) if table.names else (0, ())
+    if not table.names and width == 2:
+        table = replace(table, names=("time", quantity), units=("s", ""), titles=("time", quantity))
+        timed = _from_table(table, quantity, unit or units.CANONICAL[quantity], alone, site)
+        assumed = "s" if unit else f"{units.CANONICAL[quantity]}, its times in s"
+        return replace(timed, assumed_unit=assumed)
+    column, notes = _column(table, quantity, site) if table.names else (0, ())
     stated = table.units[column] if table.units else ""
     assumed = "" if table.names or unit else units.CANONICAL[quantity]
     places = tuple(f"{table.source}, line {line}" for line in table.lines)
@@ -247,11 +315,20 @@ def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) ->
     return Signal(quantity, values, time, quantum, table.source, places, assumed, notes)
 
 
-def _column(table: Columns, quantity: str) -> tuple[int, tuple[Finding, ...]]:
+def _times_first(table: Columns) -> bool:
+    """Whether the first of the columns rises from row to row by one step, as times do."""
+    cells = [row[0] for row in table.cells]
+    if len(cells) < 3 or not all(map(is_numeric, cells)):
+        return False
+    steps = np.diff([float(cell.replace(",", ".")) for cell in cells])
+    return bool(steps.min() > 0 and np.ptp(steps) <= 0.1 * np.median(steps) + written_to(cells))
+
+
+def _column(table: Columns, quantity: str, site: str) -> tuple[int, tuple[Finding, ...]]:
     """Return the column of a quantity: the one called so, else the one that its title or unit leaves alone, noted."""
     if table.find(quantity) is None:
         columns = [ColumnTitle(i, *pair) for i, pair in enumerate(zip(table.names, table.units, strict=True))]
-        choice = choose(columns, {"pressure": None, "flow": None})
+        choice = choose(columns, {"pressure": None, "flow": None}, site)
         if quantity in choice.picked:
             column, reason = choice.picked[quantity], choice.guessed.get(quantity, "")
             return column.place, (TAKEN(title=column.title, name=quantity, why=reason),) if reason else ()

@@ -1,0 +1,83 @@
+"""Times of day and dates as recorders write them into the rows of a table."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+_TIME = (
+    r"(?:(?P<hours>\d{1,3}):)?(?P<minutes>\d{1,5}):(?P<seconds>\d{1,2})(?:[.,:](?P<fraction>\d{1,9}))?"
+    r"\s*(?P<half>[apAP]\.?[mM]\.?)?(?:\.(?P<late>\d{1,9}))?(?:Z|[+-]\d\d:?\d\d)?"
+)
+_DATE = (
+    r"(?:\d{1,4}(?P<mark>[./-])\d{1,2}(?P=mark)\d{1,4}|\d{1,2}[ -][A-Za-z]{3,9}\.?[ -]\d{2,4}"
+    r"|[A-Za-z]{3,9}\.? \d{1,2},? \d{4})"
+)
+_CLOCK = re.compile(rf"(?:(?P<date>{_DATE})(?:\s*-\s*|[ T,]\s*))?{_TIME}")
+_DAY = re.compile(_DATE)
+_DAY_S = 86400.0
+_HALF_DAY_S = 43200.0
+
+
+def bare(cell: str) -> str:
+    """Return a cell without blanks and quotation marks around it."""
+    return cell.strip().strip("'\"").strip()
+
+
+def is_clock(cell: str) -> bool:
+    """Whether a cell is a time of day, ``1:02:03.004 PM`` or ``02:03.004``, with or without a date before it."""
+    return _CLOCK.fullmatch(bare(cell)) is not None
+
+
+def is_date(cell: str) -> bool:
+    """Whether a cell is a date alone."""
+    return _DAY.fullmatch(bare(cell)) is not None
+
+
+@dataclass
+class Clock:
+    """A column of times of day, and perhaps one of dates beside it, read row by row as seconds since the first row.
+
+    Attributes
+    ----------
+    column : int
+    dates : int, optional
+        Column of the dates. Only a change of them counts: nobody needs to know whether the day or the month is first.
+    digits : int
+        Decimals of the seconds.
+    start : float, optional
+        Time of day of the first row, s.
+    """
+
+    column: int
+    dates: int | None = None
+    digits: int = 0
+    start: float | None = None
+    _last: float = 0.0
+    _days: int = 0
+    _date: str = field(default="", repr=False)
+
+    def look_at(self, cells: Sequence[str]) -> "Clock":
+        """Return the clock with the decimals that these cells of its column have."""
+        matches = [match for cell in cells if (match := _CLOCK.fullmatch(bare(cell)))]
+        self.digits = max((len(match["fraction"] or match["late"] or "") for match in matches), default=0)
+        return self
+
+    def seconds(self, cells: Sequence[str]) -> str:
+        """Return the seconds of a row since the first one, as a number is written; empty where there is no time."""
+        match = _CLOCK.fullmatch(bare(cells[self.column])) if self.column < len(cells) else None
+        if match is None:
+            return ""
+        time = (
+            60.0 * int(match["minutes"]) + int(match["seconds"]) + float(f"0.{match['fraction'] or match['late'] or 0}")
+        )
+        hours = int(match["hours"] or 0)
+        if match["half"]:
+            hours = hours % 12 + 12 * (match["half"][0] in "pP")
+        time += 3600.0 * hours
+        date = match["date"] or (bare(cells[self.dates]) if self.dates is not None and self.dates < len(cells) else "")
+        if self.start is None:
+            self.start, self._date = time, date
+        elif date != self._date or (not date and time < self._last - _HALF_DAY_S):
+            self._days, self._date = self._days + 1, date
+        self._last = time
+        return f"{self._days * _DAY_S + time - self.start:.{self.digits}f}"
