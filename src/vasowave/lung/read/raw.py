@@ -64,9 +64,7 @@ def header_beside(path: Path) -> Path:
     endings = (".mhd", ".nhdr", ".hdr", *HEADERS)
     header = next((header for ending in endings if (header := path.with_suffix(ending)).exists()), None)
     if header is None:
-        names = (
-            f"{path.stem}.mhd (MetaImage), {path.stem}.nhdr (NRRD) or the scanner's ({', '.join(endings[2:])})"
-        )
+        names = f"{path.stem}.mhd (MetaImage), {path.stem}.nhdr (NRRD) or the scanner's ({', '.join(endings[2:])})"
         raise InputError(f"{path}: RAW says nothing about its size; put its header beside it: {names}")
     return header
 

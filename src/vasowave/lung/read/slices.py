@@ -75,10 +75,10 @@ def stack_of(folder: Path, pictures: list[Path]) -> Stack:
     order = sorted(range(len(columns)), key=lambda k: counting[0][k])
     numbers, files = [int(counting[0][k]) for k in order], [stacks[0][k] for k in order]
     steps = [after - before for before, after in pairwise(numbers)]
-    for k, step in enumerate(steps):
-        if step != min(steps) or step == 0:
-            problem = "slices are missing between" if step > 0 else "one number for"
-            raise InputError(f"{folder}: {problem} {files[k].name} and {files[k + 1].name}; export the stack again")
+    k = next((k for k, step in enumerate(steps) if step == 0 or (min(steps) > 0 and step != min(steps))), None)
+    if k is not None:
+        problem = "slices are missing between" if steps[k] else "one number for"
+        raise InputError(f"{folder}: {problem} {files[k].name} and {files[k + 1].name}; export the stack again")
     if steps[0] > 1:
         raise InputError(
             f"{folder}: only each {steps[0]}th slice is there ({files[0].name}, {files[1].name}); copy all"
