@@ -75,10 +75,7 @@ def _layout(path: Path) -> tuple[RawVoxels, dict[str, str]]:
     spacing, origin, provenance = UNSIZED, np.zeros(3), "its header names no unit of its BoundingBox"
     unit = re.search(r'Units\s*\{[^}]*?Coordinates\s+"([^"]*)"', head)
     length = centimeters(unit[1]) if unit else 0.0
-    try:
-        corners = np.array((box[1] if box else "").split(), dtype=float).reshape(-1, 2)
-    except ValueError:
-        raise InputError(f"{path}: its BoundingBox is damaged; save it again") from None
+    corners = np.array((box[1] if box else "").split(), dtype=float).reshape(-1, 2)
     if corners.shape == (3, 2) and length and min(counts) > 1:
         spacing = (np.diff(corners)[:, 0] / (np.array(counts) - 1))[::-1] * length
         origin, provenance = corners[::-1, 0] * length, "BoundingBox and Units of its header"

@@ -11,7 +11,7 @@ from vasowave.base.io.apart import ReaderAnswer, read_apart
 from vasowave.base.io.textfile import regular_file
 from vasowave.lung.read.findings import VOXEL_TYPED, in_micrometers
 from vasowave.lung.read.folder import resolved
-from vasowave.lung.read.formats import VOLUMES, Contents
+from vasowave.lung.read.formats import VOLUMES, Contents, VolumeFormat
 from vasowave.lung.read.payload import no_voxel_size
 from vasowave.lung.read.raw import DATA, header_beside
 from vasowave.lung.read.volume import VOXELS, Image, Volume
@@ -58,8 +58,7 @@ def read_volume(path: str | Path, spacing: float | Sequence[float] | None = None
     contents = form.check(source) if form.check is not None else Contents(0)
     if contents.unsized and typed is None:
         raise no_voxel_size(source, contents.unsized)
-    image = form.mapped(source) if form.mapped is not None else None
-    image = _read(source, contents.size) if image is None else image
+    image = _mapped(form, source) or _read(source, contents.size)
     is_sized = bool(np.isfinite(image.spacing).all()) and not contents.unsized
     if typed is None and not is_sized:
         raise no_voxel_size(source, image.provenance)
@@ -90,6 +89,16 @@ def image_in(path: Path) -> ReaderAnswer:
     spacing = image.spacing.tolist() if np.isfinite(image.spacing).all() else None
     head = [spacing, image.origin.tolist(), image.axes.tolist(), image.provenance, as_json(image.findings)]
     return ReaderAnswer(head, [image.grey])
+
+
+def _mapped(form: VolumeFormat, path: Path) -> Image | None:
+    """Return an image whose voxels lie in a file as in memory, None if they do not."""
+    try:
+        return form.mapped(path) if form.mapped is not None else None
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(f"{path}: not {form.title} that can be read ({error}); export it again") from None
 
 
 def _read(path: Path, size: int) -> Image:

@@ -99,12 +99,9 @@ def _sizes(path: Path, fields: Mapping[str, str]) -> list[int]:
     text = fields.get("file1/size") or fields.get("representation/size", "")
     plain = {key.rpartition("/")[2]: value for key, value in fields.items()}
     columns = next(([plain[name] for name in row] for row in names if set(row) <= set(plain)), text.split())
-    try:
-        sizes = [int(number) for number in columns]
-        if len(sizes) != 3 or not all(0 < size < 1 << 20 for size in sizes):
-            raise ValueError
-    except ValueError:
-        raise InputError(f"{path}: its header does not say how many voxels there are; export it again") from None
+    sizes = [int(number) for number in columns]
+    if len(sizes) != 3 or not all(0 < size < 1 << 20 for size in sizes):
+        raise InputError(f"{path}: its header does not say how many voxels there are; export it again")
     return sizes
 
 
@@ -129,12 +126,9 @@ def _kind(path: Path, fields: Mapping[str, str], width: float) -> str:
 
 def map_npy(path: Path) -> Image:
     """Return the array of a .npy file, z, y, x; it says nothing of its voxels' size."""
-    try:
-        array = np.load(path, mmap_mode="r", allow_pickle=False)
-        if array.ndim != 3 or array.dtype.kind not in "biuf":
-            raise ValueError
-    except (ValueError, EOFError, OSError):
-        raise InputError(f"{path}: no whole array of three axes and plain numbers; save it with numpy.save") from None
+    array = np.load(path, mmap_mode="r", allow_pickle=False)
+    if array.ndim != 3 or array.dtype.kind not in "biuf":
+        raise InputError(f"{path}: no array of three axes and plain numbers; save it with numpy.save")
     grey = array if array.nbytes > MAPPED_BYTES else np.array(array)
     return Image(grey, UNSIZED, np.zeros(3), provenance="an array says nothing of its voxels")
 

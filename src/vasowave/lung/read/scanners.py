@@ -42,20 +42,14 @@ def map_vff(path: Path) -> Image:
     if not start.startswith(b"ncaa") or end is None:
         raise InputError(f"{path}: not a .vff volume that can be read; export it again")
     fields = dict(re.findall(r"(\w+)\s*=\s*([^;\n]*)", start[: end.start()].decode("latin-1")))
-    try:
-        x, y, z = (int(number) for number in fields["size"].split())
-        kind = np.dtype({"8": "u1", "16": ">i2", "32": ">f4"}[fields["bits"].strip()])
-        if int(fields.get("bands", 1)) != 1 or int(fields.get("rank", 3)) != 3:
-            raise ValueError
-        unit, steps = (
-            float(fields.get("elementsize", "nan")),
-            [float(n) for n in fields.get("spacing", "1 1 1").split()],
-        )
-        spacing = np.array(steps)[::-1] * unit * centimeters("mm")
-        if spacing.shape != (3,) or not (np.isfinite(spacing).all() and spacing.min() > 0):
-            spacing = UNSIZED
-    except (KeyError, ValueError):
-        raise InputError(f"{path}: its header is damaged, or it is no grey-level volume; export it again") from None
+    if int(fields.get("bands", 1)) != 1 or int(fields.get("rank", 3)) != 3:
+        raise InputError(f"{path}: no grey-level volume; export one channel")
+    x, y, z = (int(number) for number in fields["size"].split())
+    kind = np.dtype({"8": "u1", "16": ">i2", "32": ">f4"}[fields["bits"].strip()])
+    steps = np.array(fields.get("spacing", "1 1 1").split()[::-1], dtype=float)
+    spacing = steps * float(fields.get("elementsize", "nan")) * centimeters("mm")
+    if spacing.shape != (3,) or not (np.isfinite(spacing).all() and spacing.min() > 0):
+        spacing = UNSIZED
     provenance = "its header has no elementsize" if spacing is UNSIZED else "elementsize and spacing of its header"
     return RawVoxels(path, end.end(), (z, y, x), kind, spacing, provenance).image()
 
