@@ -1,13 +1,14 @@
 """Volumes in every format that `read_volume` takes, raw and packed."""
 
 import gzip
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from fuzzing.forms import Form, Mutate
-from fuzzing.mutations import bombs, inside_gzip, mutate_binary, packed_zeros, with_header
+from fuzzing.mutations import bombs, inside_gzip, mutate_binary, mutate_text, packed_zeros, with_header
 from vasowave.lung.read import Volume, read_volume
 
 
@@ -39,6 +40,58 @@ def dicom(folder: Path) -> None:
     from phantom import write_dicom_series
 
     write_dicom_series(volume(), folder)
+
+
+def grey() -> np.ndarray:
+    return volume().grey.astype(np.int16)
+
+
+def pictures(folder: Path) -> None:
+    from PIL import Image
+
+    for k, level in enumerate(grey()):
+        Image.fromarray(level.astype(np.uint8)).save(folder / f"v{k:02d}.png")
+    (folder / "v.log").write_text("[Reconstruction]\nPixel Size (um)=100.0\nFirst Section=0\nLast Section=8\n")
+
+
+def scanco(folder: Path) -> None:
+    header = bytearray(512)
+    header[:16] = b"CTDATA-HEADER_V1"
+    header[44:68] = np.array([11, 10, 9, 1100, 1000, 1800], "<i4").tobytes()
+    (folder / "v.isq").write_bytes(bytes(header) + grey().astype("<i2").tobytes())
+
+
+def vff(folder: Path) -> None:
+    header = b"ncaa\nrank=3;\nsize=11 10 9;\nbits=16;\nspacing=1 1 2;\nelementsize=0.1;\n\f\n"
+    (folder / "v.vff").write_bytes(header + grey().astype(">i2").tobytes())
+
+
+def amira(folder: Path) -> None:
+    header = '# AmiraMesh BINARY-LITTLE-ENDIAN 2.1\ndefine Lattice 11 10 9\nParameters { Units { Coordinates "mm" }\n'
+    header += 'BoundingBox 0 1 0 0.9 0 1.6,\nCoordType "uniform" }\nLattice { short Data } @1(HxZip,%d)\n@1\n'
+    packed = zlib.compress(grey().astype("<i2").tobytes())
+    (folder / "v.am").write_bytes((header % len(packed)).encode() + packed)
+
+
+def vgstudio(folder: Path) -> None:
+    header = "[file1]\nSize = 11 10 9\nName = v.vol\nDatatype = signed integer\nBitsPerElement = 16\n"
+    (folder / "v.vgi").write_text(f"{header}[geometry]\nresolution = 0.1 0.1 0.2\nunit = mm\n")
+    (folder / "v.vol").write_bytes(grey().astype("<i2").tobytes())
+
+
+def numpy_array(folder: Path) -> None:
+    np.save(folder / "v.npy", grey())
+
+
+def hdf5(folder: Path) -> None:
+    import netCDF4
+
+    with netCDF4.Dataset(folder / "v.h5", "w") as file:
+        for axis, count in zip("zyx", grey().shape, strict=True):
+            file.createDimension(axis, count)
+        variable = file.createVariable("grey", "i2", tuple("zyx"))
+        variable[:] = grey()
+        variable.element_size_um = [200.0, 100.0, 100.0]
 
 
 def metaimage_bomb(size: int) -> bytes:
@@ -80,4 +133,12 @@ FORMS = {
     "nii.gz": _form("v.nii.gz", itk_file("v.nii.gz", True), bombs(nifti_bomb, inside_gzip(mutate_binary))),
     "tif": _form("v.tif", tiff, mutate_binary, spacing=0.01),
     "dicom": _form("slice0004.dcm", dicom, mutate_binary, "."),
+    "slices": _form("v04.png", pictures, mutate_binary, "."),
+    "slices, log": _form("v.log", pictures, mutate_text, "."),
+    "isq": _form("v.isq", scanco, mutate_binary),
+    "vff": _form("v.vff", vff, with_header(b"\f\n")),
+    "amira": _form("v.am", amira, with_header(b"@1\n")),
+    "raw, vgi": _form("v.vgi", vgstudio, mutate_text),
+    "npy": _form("v.npy", numpy_array, mutate_binary, spacing=0.01),
+    "hdf5": _form("v.h5", hdf5, mutate_binary),
 }

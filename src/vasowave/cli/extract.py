@@ -16,27 +16,33 @@ from vasowave.cli.signatures import with_option_groups
 if TYPE_CHECKING:
     from vasowave.pulse.network.network import Network
 
+_VOLUME = "Folder (DICOM, slices as pictures), or a file: NRRD, NIfTI, MetaImage, TIFF, isq, vff, am, vol …"
+
 
 @app.command(
     epilog="Example: vasowave look scan-folder -o look.html. Then type the command that it ends with.",
 )
 def look(
-    volume: Annotated[Path, typer.Argument(help="DICOM folder, NRRD, NIfTI, MetaImage, RAW with header, TIFF stack.")],
+    volume: Annotated[Path, typer.Argument(help=_VOLUME)],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Page (.html) or .json.")] = None,
     threshold: Annotated[float | None, typer.Option(help="Grey level of the vessel wall; else proposed.")] = None,
     cannula: Annotated[
         float, typer.Option(help="Known inner diameter of the cannula, cm; 0 where there is none.")
     ] = 0.086,
     species: Annotated[str, typer.Option(help="Passed on to `extract`: mouse, rat, human, other …")] = "mouse",
-    voxel: Annotated[float | None, typer.Option(help="Voxel size, cm, in place of the file's.")] = None,
+    voxel: Annotated[
+        str | None, typer.Option(help="Voxel size, cm, in place of the file's: one number, or x,y,z.")
+    ] = None,
 ) -> None:
     """Look at a volume before anything is measured: grey levels, ends, loops, and the command to type next."""
     from vasowave.lung.overview import look as looked
+    from vasowave.lung.places import parse_voxel
     from vasowave.study.report.look import check_look_file, look_text, write_look
 
     if output is not None:
         check_look_file(output)
-    overview = looked(volume, threshold, cannula=cannula, species=cast(Any, species), voxel=voxel)
+    size = None if voxel is None else parse_voxel(voxel)
+    overview = looked(volume, threshold, cannula=cannula, species=cast(Any, species), voxel=size)
     typer.echo(look_text(overview))
     if output is not None:
         typer.echo(f"Look at it: {write_look(overview, output)}")
@@ -47,7 +53,7 @@ def look(
     "Then open mouse-6/review.html, correct with --outlets, --edits or --mask, and run again."
 )
 def extract(
-    volume: Annotated[Path, typer.Argument(help="DICOM folder, NRRD, NIfTI, MetaImage, RAW with header, TIFF stack.")],
+    volume: Annotated[Path, typer.Argument(help=_VOLUME)],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")],
     keep: Annotated[bool, typer.Option(help="Keep stages in OUTPUT/stages: repeating after an edit is quick.")] = True,
     setting_values: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,

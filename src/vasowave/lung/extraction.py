@@ -31,8 +31,9 @@ from vasowave.lung.measure.grey_levels import corrected
 from vasowave.lung.measure.measurement import Measurement, filled_at, measured_in, with_errors
 from vasowave.lung.measure.spread import Elsewhere, elsewhere, with_spread
 from vasowave.lung.options import Options
-from vasowave.lung.places import written, written_in_the_world
+from vasowave.lung.places import VoxelSize, written, written_in_the_world
 from vasowave.lung.read.files import read_volume
+from vasowave.lung.read.plausible import require_plausible
 from vasowave.lung.read.volume import Volume, is_cubic, isotropic
 from vasowave.lung.revise.edits import Edit, edited, edited_alike, with_radii
 from vasowave.lung.revise.junctions import with_junctions_at
@@ -166,6 +167,7 @@ def _extracted(
 ) -> Extraction:
     report("image")
     image, key = _image(source, options.voxel, stages)
+    require_plausible(image, options.species)
     if options.grey is not None:
         image, key = corrected(image, options.grey), f"{key} {options.grey}"
     with written_in_the_world(image.frame):
@@ -238,7 +240,7 @@ def _found_in(image: Volume, key: str, options: Options, report: Callable[[str],
     return Extraction(selection, scale, factor, lumen, image, None, world(root), options, misfit, doubts)
 
 
-def _image(source: Volume | str | Path, voxel: float | None, stages: Stages) -> tuple[Volume, str]:
+def _image(source: Volume | str | Path, voxel: VoxelSize | None, stages: Stages) -> tuple[Volume, str]:
     """Return the image as read and its key, which nobody asks for where nothing is kept."""
     if isinstance(source, Volume):
         return source, volume_key(source) if stages.parent else ""

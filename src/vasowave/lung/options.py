@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, SkipValidation
 from vasowave.base.errors import InputError
 from vasowave.base.settings import settings_class
 from vasowave.base.species import SpeciesName
-from vasowave.lung.places import Place, Places, Region
+from vasowave.lung.places import Place, Places, Region, VoxelSize
 from vasowave.pulse.network.network import HIGHEST
 
 
@@ -72,12 +72,12 @@ class Options:
     threshold then counts on the corrected one."""
     region: Region | None = None
     """Mask file, or box x,y,z:x,y,z; outside is no lumen."""
-    voxel: float | None = None
-    """Voxel size, cm, in place of the file's."""
+    voxel: VoxelSize | None = None
+    """Voxel size, cm, in place of the file's: one number, or x,y,z."""
     cannula: Annotated[float, Ge(0), Lt(2)] = 0.086
     """Known inner diameter of the cannula, cm (PE-90: 0.086); 0 where there is none."""
     species: SpeciesName = "mouse"
-    """Whose main pulmonary artery the voxel size is checked by where there is no cannula; other: not checked."""
+    """Whose size, and main pulmonary artery where there is no cannula, voxels are checked by; other: unchecked."""
     pressure: Annotated[float, Ge(0), Le(HIGHEST)] = 0.0
     """Transmural pressure at which the vessels were filled for the image, mmHg; 0 where it is not known."""
     scale: Literal["file", "cannula"] = "file"

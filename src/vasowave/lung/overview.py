@@ -19,13 +19,15 @@ from vasowave.lung.measure.cannula import NoCannulaError, without_cannula
 from vasowave.lung.measure.grey_levels import corrected
 from vasowave.lung.measure.measurement import Measurement, measured_in
 from vasowave.lung.options import Options
-from vasowave.lung.places import written_in_the_world
-from vasowave.lung.read.files import read_volume
+from vasowave.lung.places import VoxelSize, written_in_the_world
+from vasowave.lung.read.files import read_volume, source_of
 from vasowave.lung.read.formats import VOLUMES
+from vasowave.lung.read.plausible import require_plausible
 from vasowave.lung.read.volume import Volume, isotropic
 from vasowave.lung.tree import Line
 from vasowave.lung.witness.grey import GreyLook, grey_doubts, grey_look, saturation
 from vasowave.lung.witness.loops import Loop, loop_count, loops_of, opening_threshold
+from vasowave.pulse.network.remarks import unlike_the_species
 
 BINS = 256
 _LEAST_CONTRAST = 1.0  # SD of the noise
@@ -73,6 +75,9 @@ UNSEEN = look_kind(
     "vessel begins at that end; {remedy}",
     "if there is one, give --cannula DIAMETER with the root at its outer end",
 )
+
+
+UNLIKE = look_kind("image.unlike-species", "{problem}. {remedy}", "Else check --voxel before anything is measured.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +142,7 @@ def look(
     *,
     cannula: float = 0.086,
     species: SpeciesName = "mouse",
-    voxel: float | None = None,
+    voxel: VoxelSize | None = None,
 ) -> Overview:
     """Return what `scan` shows at a first look, and the options with which to extract its network.
 
@@ -151,8 +156,8 @@ def look(
         Known inner diameter of the cannula, cm; 0 where there is none.
     species : str
         See `Options`.
-    voxel : float, optional
-        Voxel size in place of the file's, cm.
+    voxel : float or sequence of 3 floats, optional
+        Voxel size in place of the file's, cm (z, y, x).
 
     Raises
     ------
@@ -170,8 +175,11 @@ def look(
     >>> round(overview.options.threshold, -1), len(overview.loops)
     (60.0, 0)
     """
-    image = scan if isinstance(scan, Volume) else read_volume(scan, voxel)
-    with written_in_the_world(image.frame), warnings.catch_warnings(record=True) as caught_warnings:
+    with warnings.catch_warnings(record=True) as caught_warnings:
+        warnings.simplefilter("always", VasowaveWarning)
+        image = scan if isinstance(scan, Volume) else read_volume(scan, voxel)
+        require_plausible(image, species)
+    with written_in_the_world(image.frame), warnings.catch_warnings(record=True) as later_warnings:
         warnings.simplefilter("always", VasowaveWarning)
         volume = isotropic(image)
         levels = levels_of(volume)
@@ -181,7 +189,8 @@ def look(
             species=species,
             voxel=voxel,
         )
-        return _seen(scan, image, volume, levels, first, caught_warnings)
+        overview = _seen(scan, image, volume, levels, first, later_warnings)
+    return replace(overview, findings=tuple(dict.fromkeys((*found_in(caught_warnings), *overview.findings))))
 
 
 def _seen(
@@ -216,12 +225,14 @@ def _seen(
     if measured is not None:
         grey = grey_look(measured.tree, volume, lumen, shown.cannula, first.cannula / 2)
     names = () if measured is None else measured.network.name
+    wrong = "" if measured is None or first.cannula else unlike_the_species(measured.network, first.species)
+    unseen += [UNLIKE(problem=wrong)] if wrong else []
     findings = (*unseen, *(doubt.finding for doubt in grey_doubts(grey, names)), *found_in(caught_warnings))
     world = image.frame.world
     ends = tuple(Entrance(world(end.place), end.radius) for end in ends)
     return Overview(
         None if isinstance(scan, Volume) else Path(scan),
-        "arrays" if isinstance(scan, Volume) else VOLUMES.of(Path(scan)).title,
+        "arrays" if isinstance(scan, Volume) else VOLUMES.of(source_of(Path(scan))[0]).title,
         image,
         histogram_of(image),
         levels,

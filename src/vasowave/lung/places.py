@@ -142,6 +142,29 @@ def _read_all(value: Any) -> Any:
     return parse_places(value) if isinstance(value, list) and all(isinstance(text, str) for text in value) else value
 
 
+def parse_voxel(text: str) -> float | tuple[float, float, float]:
+    """Return the edge of cubes in ``"0.002"``, or the edges in ``"x,y,z"`` as z, y, x; cm, or a unit behind them.
+
+    Raises
+    ------
+    InputError
+        Not one or three positive numbers, or a unit that is none of length.
+    """
+    words = text.replace(",", " ").split()
+    unit = units.factor(words.pop(), "length") if words and not _is_number(words[-1]) else 1.0
+    if len(words) not in (1, 3) or not all(_is_number(word) and float(word) > 0 for word in words):
+        raise InputError(
+            f"voxel size '{text}': write one positive number, or three as x,y,z, in cm or with a unit: 20 um"
+        )
+    sizes = [float(word) * unit for word in words]
+    return sizes[0] if len(sizes) == 1 else (sizes[2], sizes[1], sizes[0])
+
+
+def voxel_text(voxel: float | Sequence[float]) -> str:
+    """Return what `parse_voxel` reads."""
+    return ",".join(f"{float(edge):.6g}" for edge in np.atleast_1d(voxel)[::-1])
+
+
 Place = Annotated[Sequence[float], SkipValidation, BeforeValidator(partial(_read, parse=parse_place))]
 Places = Annotated[Sequence[Sequence[float]], SkipValidation, BeforeValidator(_read_all)]
 Region = Annotated[
@@ -149,4 +172,5 @@ Region = Annotated[
     SkipValidation,
     BeforeValidator(partial(_read, parse=parse_region)),
 ]
+VoxelSize = Annotated[float | Sequence[float], SkipValidation, BeforeValidator(partial(_read, parse=parse_voxel))]
 """What is text is read as people write it; arrays are z, y, x, cm."""

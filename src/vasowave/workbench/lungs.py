@@ -21,6 +21,7 @@ from vasowave.lung.extraction import Extraction, extract
 from vasowave.lung.kept.stages import Stages
 from vasowave.lung.lumen.levels import levels_of
 from vasowave.lung.options import Options
+from vasowave.lung.places import VoxelSize, voxel_text
 from vasowave.lung.read.files import read_volume
 from vasowave.lung.read.formats import VOLUMES
 from vasowave.lung.read.volume import Volume
@@ -47,7 +48,7 @@ class Wishes:
     pressure: Annotated[float, Ge(0)] = 0.0
     species: SpeciesName = "mouse"
     open_loops: bool = False
-    voxel: float | None = None
+    voxel: VoxelSize | None = None
 
 
 class Found(NamedTuple):
@@ -103,16 +104,19 @@ class Lungs:
         path, edits = self.image(desk, name), edits_of(desk, name)
         lines = lines_of(edits)
         done = folder_of(desk, name) / SETTINGS
+        wishes = stored_wishes(done)
         return {
             "images": names, "image": name, "file": path.name, "stage": self.stage, "species": [*SPECIES, "other"],
-            "wishes": {wish: getattr(stored_wishes(done), wish) for wish in Wishes.__dataclass_fields__},
+            "wishes": {wish: getattr(wishes, wish) for wish in Wishes.__dataclass_fields__} | {
+                "voxel": None if wishes.voxel is None else voxel_text(wishes.voxel)
+            },
             "edits": [[number, line] for number, line in enumerate(lines, 1) if line.split("#")[0].strip()],
             "root": any(line.split()[:1] == ["root"] for line in lines), "file of edits": edits.name,
             "written": done.is_file(),
             "outdated": done.is_file() and edits.is_file() and edits.stat().st_mtime_ns > done.stat().st_mtime_ns,
         }  # fmt: skip
 
-    def volume(self, desk: Desk, name: str, voxel: float | None = None) -> Volume:
+    def volume(self, desk: Desk, name: str, voxel: VoxelSize | None = None) -> Volume:
         """Return an image as it is read."""
         path = self.image(desk, name)
         key = (path, voxel, _mark(path))
@@ -122,7 +126,7 @@ class Lungs:
                 self._volume = key, read_volume(path, voxel)
             return self._volume[1]
 
-    def reduced(self, desk: Desk, name: str, voxel: float | None = None) -> bytes:
+    def reduced(self, desk: Desk, name: str, voxel: VoxelSize | None = None) -> bytes:
         """Return an image as small as a screen shows: a line of JSON, then grey levels of 16 bits, x fastest."""
         volume = self.volume(desk, name, voxel)
         grey, step = smaller(volume.grey)
@@ -241,7 +245,7 @@ def stored_wishes(settings: Path) -> Wishes:
     rows = _stored(settings)
     try:
         cells = {name: rows[name] for name in ("threshold", "cannula", "pressure", "species", "voxel") if name in rows}
-        values: Any = {name: text if name == "species" else float(text) for name, text in cells.items()}
+        values: Any = {name: text if name in ("species", "voxel") else float(text) for name, text in cells.items()}
         return Wishes(**values, open_loops=rows.get("loops") == "open")
     except (ValueError, VasowaveError):
         return Wishes()

@@ -21,6 +21,7 @@ from vasowave.base.errors import InputError, VasowaveError
 from vasowave.base.io.files import in_words, is_full
 from vasowave.base.runtime.writing import Part, opened
 from vasowave.base.stores import parsed
+from vasowave.lung.places import VoxelSize, parse_voxel
 from vasowave.workbench.access import REPORT_POLICY, App, Guarded, Patient, TooLargeError, TooSlowError
 from vasowave.workbench.actions import act
 from vasowave.workbench.cohorts import Cohorts
@@ -238,11 +239,8 @@ def _is_number(value: Any) -> bool:
     return type(value) in (int, float) and abs(value) <= sys.float_info.max
 
 
-def _size(text: str) -> float | None:
-    try:
-        return float(text) if text else None
-    except ValueError:
-        raise InputError(f"'{text[:40]}' is no size of a voxel in cm") from None
+def _size(text: str) -> VoxelSize | None:
+    return parse_voxel(text) if text else None
 
 
 def _bytes(content: bytes) -> Response:

@@ -42,7 +42,7 @@ class ReaderAnswer(NamedTuple):
 
 
 def read_apart(
-    reader: Callable[[Path], ReaderAnswer], path: Path, kind: str, again: str = "export it again"
+    reader: Callable[[Path], ReaderAnswer], path: Path, kind: str, again: str = "export it again", content: int = 0
 ) -> ReaderAnswer:
     """Return what a reader, a function of a module, finds in a file or folder; it runs in another process.
 
@@ -54,6 +54,8 @@ def read_apart(
         What the file should be, for messages: ``a MATLAB file``.
     again : str
         How to get a sound one.
+    content : int
+        Bytes that its header announces and that may stand elsewhere or packed.
 
     Raises
     ------
@@ -66,6 +68,7 @@ def read_apart(
         if path.is_dir()
         else path.stat().st_size
     )
+    size = max(size, content)
     with _HELPER.lock:
         try:
             return _HELPER.read(reader, path, MEMORY + 8 * size, SECONDS + size / 2e7)

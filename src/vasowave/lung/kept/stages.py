@@ -27,6 +27,7 @@ from vasowave.lung.measure.grey_levels import GreyScale
 from vasowave.lung.measure.profiles import Profile
 from vasowave.lung.measure.spread import Elsewhere
 from vasowave.lung.options import Options
+from vasowave.lung.places import VoxelSize
 from vasowave.lung.read.volume import Volume
 from vasowave.lung.supplied import Given
 from vasowave.lung.tree import Line, Tree
@@ -250,7 +251,7 @@ def _key(stage: str, *values: Any) -> str:
     return digest_of(program("lung", libraries=_LIBRARIES), stage, *values)
 
 
-def image_key(source: Path, voxel: float | None) -> str | None:
+def image_key(source: Path, voxel: VoxelSize | None) -> str | None:
     """Return the digest of the files at `source`, with what they are read as; None where other files belong to it."""
     files = sorted(entry for entry in source.iterdir() if entry.is_file()) if source.is_dir() else [source]
     if not source.is_dir() and not _stands_alone(source):

@@ -3,8 +3,25 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from vasowave.base.io.formats import Format, Registry
+from vasowave.lung.read.volume import Image
+
+
+class Contents(NamedTuple):
+    """What a header announces.
+
+    Attributes
+    ----------
+    size : int
+        Of its voxels, unpacked, bytes.
+    unsized : str
+        Why the size of a voxel is not known; empty where it is.
+    """
+
+    size: int
+    unsized: str = ""
 
 
 @dataclass(frozen=True)
@@ -16,10 +33,17 @@ class VolumeFormat(Format):
     read : callable
         Takes a path, returns an `Image`; it runs in another process.
     check : callable, optional
-        Takes a path and whether the voxel size must be told; refuses a file that does not hold what its header says.
+        Takes a path, returns its `Contents`; refuses a file that does not hold what its header says.
+    mapped : callable, optional
+        Takes a path, returns an `Image` whose voxels lie in a file as in memory, None where they do not; it calls no
+        compiled library and runs in this process.
+    oriented : bool
+        Whether such files say how their axes lie in the world.
     """
 
-    check: Callable[[Path, bool], None] | None = None
+    check: Callable[[Path], Contents] | None = None
+    mapped: Callable[[Path], Image | None] | None = None
+    oriented: bool = True
 
 
 class _Volumes(Registry[VolumeFormat]):

@@ -33,6 +33,8 @@ def read_itk(path: Path) -> Image:
         raise InputError(
             f"{path}: not an image that can be read (NRRD, NIfTI, MetaImage), truncated, or its data file is missing"
         ) from None
+    if image.GetDimension() == 4 and 1 in (image.GetSize()[0], image.GetSize()[3]):
+        image = image[:, :, :, 0] if image.GetSize()[3] == 1 else image[0]
     if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 1:
         raise InputError(f"{path}: not a three-dimensional grey-level image; export one channel of a 3D volume")
     return upright(image, path)
@@ -46,7 +48,11 @@ def upright(image: Any, source: Path) -> Image:
     if not np.allclose(axes, np.eye(3), atol=1e-4):
         image = itk().DICOMOrient(image, "LPS")
         axes = np.array(image.GetDirection()).reshape(3, 3)
-    grey, spacing, origin = itk().GetArrayFromImage(image), np.array(image.GetSpacing()), np.array(image.GetOrigin())
+    grey, spacing, origin = (
+        itk().GetArrayViewFromImage(image).copy(),
+        np.array(image.GetSpacing()),
+        np.array(image.GetOrigin()),
+    )
     return Image(grey, spacing[::-1] / 10, origin[::-1] / 10, axes=axes[::-1, ::-1])
 
 

@@ -1,19 +1,23 @@
 """Masks drawn or edited by hand in ITK-SNAP or 3D Slicer, as labels checked against their image."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
 from scipy import ndimage
 
-from vasowave.base.errors import InputError
+from vasowave.base.errors import InputError, VasowaveWarning
+from vasowave.base.findings import found_in
+from vasowave.lung.places import VoxelSize
 from vasowave.lung.read.files import read_volume
+from vasowave.lung.read.findings import INVERTED
 from vasowave.lung.read.volume import Volume
 
 LUMEN, ROOT = 1, 2
 """Labels of a mask: the lumen, a spot in it where the blood enters; every higher label marks one outlet."""
 
 
-def read_labels(path: str | Path, image: Volume, spacing: float | None = None) -> np.ndarray:
+def read_labels(path: str | Path, image: Volume, spacing: VoxelSize | None = None) -> np.ndarray:
     """Return the labels in a mask file on the grid of `image`, int array, shape (z, y, x).
 
     Parameters
@@ -22,7 +26,7 @@ def read_labels(path: str | Path, image: Volume, spacing: float | None = None) -
         NRRD, NIfTI or MetaImage as ITK-SNAP and 3D Slicer save it, or a TIFF stack.
     image : Volume
         The volume the mask was drawn on, as read (not resampled).
-    spacing : float, optional
+    spacing : float or sequence of 3 floats, optional
         Voxel size, cm, where it replaced the image file's: then the mask file's own is not compared.
 
     Raises
@@ -31,7 +35,11 @@ def read_labels(path: str | Path, image: Volume, spacing: float | None = None) -
         Unreadable or empty file, labels that are not whole numbers, another shape, spacing, origin or
         direction than the image.
     """
-    mask = read_volume(path, spacing if spacing or Path(path).suffix.lower() in (".tif", ".tiff") else None)
+    with warnings.catch_warnings(record=True) as caught_warnings:
+        warnings.simplefilter("always", VasowaveWarning)
+        mask = read_volume(path, spacing)
+    if any(finding.code == INVERTED(source="").code for finding in found_in(caught_warnings)):
+        raise InputError(f"{path}: a mask whose lowest label is white; save it so that 0 is black")
     if mask.grey.shape != image.grey.shape:
         raise InputError(
             f"{path}: the mask has {_size(mask)} voxels, the image {_size(image)}; save it with the image's geometry"

@@ -6,10 +6,9 @@ from pathlib import Path
 
 from vasowave.base.errors import InputError
 from vasowave.base.io.textfile import read_start
-from vasowave.base.units import factor
-from vasowave.lung.read.formats import VOLUMES, VolumeFormat
+from vasowave.lung.read.formats import VOLUMES, Contents, VolumeFormat
 from vasowave.lung.read.itk import read_itk
-from vasowave.lung.read.payload import Packing, data_file, no_voxel_size, require_bytes
+from vasowave.lung.read.payload import Packing, centimeters, data_file, require_bytes
 from vasowave.lung.read.volume import Image
 
 _BYTES = {
@@ -25,17 +24,12 @@ _PACKINGS: dict[str, Packing] = {
     "raw": "raw", "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"
 }  # fmt: skip
 _TEXTS = ("ascii", "text", "txt", "hex")
-_WORDS = {"millimeter": "mm", "millimetre": "mm", "centimeter": "cm", "centimetre": "cm", "meter": "m", "metre": "m",
-          "micrometer": "um", "micrometre": "um"}  # fmt: skip
 _MAX_HEADER_BYTES = 1 << 16
 """No header is longer, bytes."""
 
 
-def require_whole_nrrd(path: Path, sized: bool = False) -> None:
-    """Raise `InputError` unless the voxels that the header announces are there, in its own folder, and no more.
-
-    Nor, if it must be `sized`, without their size.
-    """
+def check_nrrd(path: Path) -> Contents:
+    """Return what a header announces; `InputError` unless just these voxels are there, in its own folder."""
     fields, end = _header(path)
     name = fields.get("datafile", "")
     if name.upper().startswith("LIST") or "%" in name:
@@ -43,12 +37,15 @@ def require_whole_nrrd(path: Path, sized: bool = False) -> None:
     if not name and end < 0:
         raise InputError(f"{path}: not an image that can be read: its header has no end; truncated?")
     holder = data_file(path, name) if name else path
-    _require_voxels(path, fields, holder, 0 if name else end)
-    size = fields.get("spacedirections") or fields.get("spacings") or "none"
-    if sized and any(word in size.lower() for word in ("none", "nan")):
-        raise no_voxel_size(path, "its header has no (or not all) space directions or spacings")
-    if sized and _millimeters(fields) is None:
-        raise no_voxel_size(path, f"its header has lengths in {_units(fields)}, which is no unit of a length")
+    count = _require_voxels(path, fields, holder, 0 if name else end)
+    size = (fields.get("spacedirections") or fields.get("spacings") or "none").lower()
+    words = re.findall(r"\([^)]*\)|[^\s()]+", size)
+    vectors = [word for word in words if not re.search("none|nan", word)]
+    lengths = [int(length) for word, length in zip(words, fields["sizes"].split(), strict=False) if word not in vectors]
+    if len(vectors) != 3 or set(lengths) - {1}:
+        return Contents(count, "its header has no (or not all) space directions or spacings")
+    units = f"its header has lengths in {_units(fields)}, which is no unit of a length"
+    return Contents(count, "" if _millimeters(fields) else units)
 
 
 def _header(path: Path) -> tuple[dict[str, str], int]:
@@ -65,25 +62,24 @@ def _header(path: Path) -> tuple[dict[str, str], int]:
 
 def read_nrrd(path: Path) -> Image:
     """Read an NRRD file as `read_itk` does, with lengths in the unit that it names; mm where it names none."""
-    scale, image = _millimeters(_header(path)[0]) or 1.0, read_itk(path)
-    return image._replace(spacing=image.spacing * scale, origin=image.origin * scale)
+    fields, image = _header(path)[0], read_itk(path)
+    scale, names = _millimeters(fields) or 1.0, "space directions" if "spacedirections" in fields else "spacings"
+    provenance = f"{names} of its header" + ("" if _units(fields) else ", in mm, for it names no unit")
+    return image._replace(spacing=image.spacing * scale, origin=image.origin * scale, provenance=provenance)
 
 
 def _millimeters(fields: dict[str, str]) -> float | None:
     """Return how many mm the unit of a header's lengths is; None if it is not one unit of a length."""
-    named = {word.lower().removesuffix("s") for word in re.findall(r'"([^"]*)"', _units(fields))} - {"", "none"}
-    try:
-        scales = {factor(_WORDS.get(word, word), "length") / factor("mm", "length") for word in named} or {1.0}
-    except InputError:
-        return None
-    return scales.pop() if len(scales) == 1 else None
+    named = set(re.findall(r'"([^"]*)"', _units(fields).lower())) - {"", "none"}
+    scales = {10 * centimeters(word) for word in named} or {1.0}
+    return (scales.pop() or None) if len(scales) == 1 else None
 
 
 def _units(fields: dict[str, str]) -> str:
     return fields.get("spaceunits" if "spacedirections" in fields else "units", "")
 
 
-def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int) -> None:
+def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int) -> int:
     try:
         sizes = [int(size) for size in fields["sizes"].split()]
         count = prod(sizes) * _BYTES[fields["type"].lower()]
@@ -96,13 +92,14 @@ def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int
     except (KeyError, ValueError):
         raise InputError(f"{path}: not an image that can be read: its header is damaged; export it again") from None
     if lines or encoding in _TEXTS:  # the library counts the numbers of a text itself
-        return
+        return count
     packing = _PACKINGS[encoding]
     if packing == "raw":
         last = holder.stat().st_size - count  # where voxels begin that end with the file
         require_bytes(holder, max(start, last) if offset == -1 else start + offset, count)
     else:  # bytes are skipped in what comes out
         require_bytes(holder, start, count + max(offset, 0), packing)
+    return count
 
 
-VOLUMES.register(VolumeFormat("nrrd", "NRRD", (".nrrd", ".nhdr"), None, read_nrrd, require_whole_nrrd))
+VOLUMES.register(VolumeFormat("nrrd", "NRRD", (".nrrd", ".nhdr"), None, read_nrrd, check_nrrd))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Literal
 
+from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.io.textfile import regular_file
 
@@ -23,8 +24,19 @@ def no_voxel_size(path: Path, problem: str) -> InputError:
     """Return the error that a header does not say how large a voxel is: nothing is assumed."""
     return InputError(
         f"{path}: {problem}, so that the size of its voxels is not known; give it in cm (--voxel of "
-        "`vasowave extract`, spacing of `read_volume`)"
+        "`vasowave look` and `extract`: one number, or x,y,z; spacing of `read_volume`)"
     )
+
+
+_WORDS = {"millimeter": "mm", "millimetre": "mm", "centimeter": "cm", "centimetre": "cm", "meter": "m", "metre": "m",
+          "micrometer": "um", "micrometre": "um", "micron": "um", "\\u00b5m": "um"}  # fmt: skip
+
+
+def centimeters(unit: str) -> float:
+    """Return how many cm a unit of length is, as files write it; 0 where it is none, as a pixel."""
+    word = unit.strip(" \t\0\"'").lower()
+    word = _WORDS.get(word, _WORDS.get(word.removesuffix("s"), word))
+    return units.factor(word, "length") if units.is_of(word, "length") else 1e-7 if word == "nm" else 0.0
 
 
 def data_file(header: Path, name: str) -> Path:

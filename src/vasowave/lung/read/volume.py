@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.base.errors import InputError
+from vasowave.base.findings import Finding
 from vasowave.lung.places import Frame
 
 SKEWED = 1e-2
@@ -19,13 +20,23 @@ MOST_VOXELS = 2**33
 """No volume is resampled to more: 32 GiB of grey levels, for which no machine of a lab has the memory."""
 
 
+UNSIZED = np.full(3, np.nan)
+"""Spacing of an image whose file does not say it."""
+
+
 class Image(NamedTuple):
-    """What a file holds: grey levels in their own type, spacing, origin, what is odd about it, axes; see `Volume`."""
+    """What a file holds: grey levels in their own type, spacing, origin, axes and provenance as `Volume`.
+
+    Where a file does not say the size of a voxel, the spacing is `UNSIZED` and the provenance is why. Findings tell
+    what is odd.
+    """
 
     grey: np.ndarray
     spacing: np.ndarray
     origin: np.ndarray
     axes: np.ndarray = np.eye(3)
+    provenance: str = ""
+    findings: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +53,8 @@ class Volume:
         Position of voxel (0, 0, 0), z, y, x, cm.
     axes : float array, shape (3, 3)
         Directions of the image's axes in the world, see `Frame`; the identity where it lies straight.
+    provenance : str
+        What says the size of a voxel; empty for an image of arrays.
 
     Raises
     ------
@@ -54,6 +67,7 @@ class Volume:
     spacing: np.ndarray
     origin: np.ndarray
     axes: np.ndarray = field(default_factory=lambda: np.eye(3))
+    provenance: str = ""
 
     def __post_init__(self) -> None:
         """Check the grid and the grey levels once, and freeze them."""
@@ -97,7 +111,7 @@ def part_of(volume: Volume, low: np.ndarray, high: np.ndarray) -> Volume:
     """Return the voxels from `low` up to `high` (z, y, x), as far as there are any, without a copy."""
     low = np.maximum(low, 0)
     grey = volume.grey[tuple(map(slice, low, high))]
-    return Volume(grey, volume.spacing, volume.origin + low * volume.spacing, volume.axes)
+    return Volume(grey, volume.spacing, volume.origin + low * volume.spacing, volume.axes, volume.provenance)
 
 
 def is_cubic(volume: Volume) -> bool:
@@ -130,4 +144,4 @@ def isotropic(volume: Volume) -> Volume:
             "to larger voxels, or cut out a part"
         )
     grey = affine_transform(volume.grey, step, output_shape=tuple(counts), order=1, mode="nearest", output=np.float32)
-    return Volume(grey, np.full(3, smallest), volume.origin, volume.axes)
+    return Volume(grey, np.full(3, smallest), volume.origin, volume.axes, volume.provenance)

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from vasowave.base.settings import settings_of
 from vasowave.base.software import provenance
 from vasowave.lung.options import Options, grey_text
 from vasowave.lung.overview import Overview
-from vasowave.lung.places import written
+from vasowave.lung.places import voxel_text, written
 from vasowave.study.figures.look import grey_scale_figure, histogram_figure, projections_figure
 from vasowave.study.report.blocks import Drawing
 from vasowave.study.report.environment import templates
@@ -30,6 +31,8 @@ _CAPTIONS = {
     "the blood may enter, the widest first (magenta squares), and where loops are thinnest (circles).",
 }
 
+_WRITTEN: dict[str, Callable[[Any], str]] = {"root": written, "grey": grey_text, "voxel": voxel_text}
+
 
 def command(overview: Overview) -> str:
     """Return the command to type next."""
@@ -40,7 +43,7 @@ def command(overview: Overview) -> str:
         value = getattr(overview.options, key)
         if value is None or (key != "root" and value == defaults[key].default):
             continue
-        text = written(value) if key == "root" else grey_text(value) if key == "grey" else f"{value}"
+        text = _WRITTEN.get(key, str)(value)
         # A root whose first coordinate is negative would be taken for an option.
         words.append(f"--{key}={text.removesuffix('.0')}")
     return " ".join(words)
@@ -56,7 +59,7 @@ def facts(overview: Overview) -> list[tuple[str, str]]:
     bits = overview.histogram.bits
     return [
         ("image", f"{overview.kind}, {size} voxels (x, y, z), {span} cm"),
-        ("voxel", f"{spacing} µm"),
+        ("voxel", f"{spacing} µm" + (f", by {image.provenance}" if image.provenance else "")),
         (
             "grey levels",
             f"{low:.5g} to {high:.5g}, {f'whole numbers, {bits} bits' if bits else 'decimal numbers'}",
@@ -151,6 +154,7 @@ def look_json(overview: Overview) -> str:
         "kind": overview.kind,
         "size": overview.image.grey.shape[::-1],
         "spacing [cm]": overview.image.spacing[::-1].tolist(),
+        "spacing by": overview.image.provenance,
         "bits": overview.histogram.bits,
         "histogram": {"edges": overview.histogram.edges.tolist(), "counts": overview.histogram.counts.tolist()},
         "background": overview.levels.background,

@@ -11,7 +11,7 @@ from vasowave.base.findings import texts
 from vasowave.lung.extraction import Extraction
 from vasowave.lung.measure.measurement import taper
 from vasowave.lung.options import grey_text
-from vasowave.lung.places import written
+from vasowave.lung.places import voxel_text, written
 from vasowave.lung.witness.doubts import Doubt, Grade, gravest
 from vasowave.lung.witness.witness import UNEVEN
 from vasowave.study.report.environment import templates
@@ -188,12 +188,16 @@ def settings_rows(extraction: Extraction) -> list[tuple[str, str]]:
         ("root used (x,y,z, cm)", written(extraction.root)),
         ("scale factor", f"{extraction.factor:.5g}"),
     ]
+    if extraction.image.provenance:
+        rows.append(("voxel size by", extraction.image.provenance))
     for entry in fields(extraction.options):
         value = getattr(extraction.options, entry.name)
         if value is None or entry.name == "root":
             continue
         if entry.name == "grey":
             value = grey_text(value)
+        elif entry.name == "voxel":
+            value = voxel_text(value)
         elif isinstance(value, tuple | list | np.ndarray):
             value = "; ".join(written(point) for point in np.atleast_2d(value))
         rows.append((entry.name.replace("_", " "), str(value)))

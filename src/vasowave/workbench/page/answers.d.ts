@@ -233,7 +233,7 @@ export interface Wishes {
     threshold: number | null;
     cannula: number | null;
     pressure: number | null;
-    voxel: number | null;
+    voxel: string | null;
     species: string;
     open_loops: boolean;
 }

@@ -6,7 +6,7 @@
 import { act } from "./ask.js";
 import { button, choice, fill, formatted, h, input, labelled, rowOf, typedNumber } from "./dom.js";
 
-/** @typedef {"threshold" | "cannula" | "pressure" | "voxel"} NumberWish */
+/** @typedef {"threshold" | "cannula" | "pressure"} NumberWish */
 
 /**
  * @typedef {object} Acts what the row does
@@ -32,6 +32,10 @@ export function wishesIn(place, state, { changed, search, write }) {
             }),
         );
     };
+    const voxel = input({ type: "text", size: 9, value: wishes.voxel ?? "", data: { key: "voxel" } }, (element) => {
+        wishes.voxel = element.value.trim() || null;
+        changed("voxel");
+    });
     const species = choice(lung.species, wishes.species, (value) => {
         wishes.species = value;
         changed("species");
@@ -54,7 +58,7 @@ export function wishesIn(place, state, { changed, search, write }) {
             number("cannula", "cannula, inner ⌀ [cm]", 0.001),
             number("pressure", "filled at [mmHg]", "any"),
             labelled("species", species),
-            number("voxel", "voxel [cm], else the file's", "any"),
+            labelled("voxel [cm] (or x,y,z), else the file's", voxel),
             labelled(loops, "open loops"),
             finder,
             button("Write the network", write, { id: "write", disabled, data: { key: "write" } }),

@@ -1,0 +1,105 @@
+"""What scanners write beside an image as text: keys, values, and among them the size of a voxel."""
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.base.errors import InputError
+from vasowave.base.io.textfile import read_start
+from vasowave.lung.read.payload import centimeters
+
+SIDECARS = (".log", ".txt", ".pca", ".pcr", ".vgi", ".xtekct", ".info", ".nfo", ".ini")
+"""Endings of texts that scanners and reconstructions write beside slices."""
+_MAX_BYTES = 1 << 20
+"""Nothing beyond is looked at."""
+_ENTRY = re.compile(r"(.+?)\s*(?:=|:|\t|\s{2,})\s*(.*)")
+_NAMED = r"(?:pixel|voxel)[ _]?size"
+_IN_UNIT = r"(?:[ _]?[\[(]?([µμa-z]+)[\])]?)?"
+RANKS = (
+    r"voxelsizerec", r"geometry/resolution", r"el_size_mm", r"[xyz]?voxelsize[xyz]?", rf"{_NAMED}{_IN_UNIT}",
+    rf"(?:image|reconstructed|result) {_NAMED}{_IN_UNIT}", rf"scaled image {_NAMED}{_IN_UNIT}",
+)  # fmt: skip
+"""Keys that hold the size of a voxel, what was reconstructed before what was acquired (datos|x; VGStudio; Scanco;
+Nikon, datos|x, MicroView and PyHST; NRecon and others)."""
+
+
+def read_fields(path: Path) -> dict[str, str]:
+    """Return the entries of a text as keys, in lower case, with their section before a slash, and values."""
+    fields: dict[str, str] = {}
+    section = ""
+    for line in read_start(path, _MAX_BYTES).decode("latin-1").replace("\xc2\xb5", "µ").splitlines():
+        line = line.strip().removeprefix("!>").strip()
+        if heading := re.fullmatch(r"\[(.+)\]", line):
+            section = f"{heading[1].strip().lower()}/"
+        elif entry := _ENTRY.fullmatch(line):
+            fields.setdefault(f"{section}{re.sub(' +', ' ', entry[1].strip().lower())}", entry[2].strip())
+    return fields
+
+
+def voxel_size_in(texts: Iterable[Mapping[str, str]], source: Path) -> tuple[np.ndarray, str] | None:
+    """Return a voxel's size, z, y, x, cm, and the keys that say it; None where none does.
+
+    Raises
+    ------
+    InputError
+        Two entries of the same rank contradict each other.
+    """
+    entries = [(key, value, fields) for fields in texts for key, value in fields.items()]
+    for rule in RANKS:
+        sizes = [
+            (size, key)
+            for key, value, fields in entries
+            if (match := re.fullmatch(rule, key if "/" in rule else key.rpartition("/")[2]))
+            and (size := _size(match, key, value, fields)) is not None
+        ]
+        if not sizes:
+            continue
+        merged = _merged([size for size, _ in sizes], source)
+        if np.isfinite(merged).all():
+            step = next((float(value) for key, value, _ in entries if key.endswith("section to section step")), 1.0)
+            name = ", ".join(dict.fromkeys(key.rpartition("/")[2] for _, key in sizes))
+            return merged[::-1] * [step, 1, 1], f"'{name}' beside it"
+    return None
+
+
+def _merged(sizes: list[np.ndarray], source: Path) -> np.ndarray:
+    """Return one size, x, y, z, of several that may each leave axes open."""
+    merged = np.full(3, np.nan)
+    for size in sizes:
+        shared = np.isfinite(merged) & np.isfinite(size)
+        if not np.allclose(merged[shared], size[shared], rtol=1e-3):
+            first, second = (", ".join(f"{1e4 * length:.6g}" for length in row) for row in (merged, size))
+            raise InputError(
+                f"{source}: the texts beside it name two sizes of a voxel ({first} and {second} µm); keep the right "
+                "one, or give it (--voxel)"
+            )
+        merged = np.where(np.isfinite(size), size, merged)
+    is_flat = np.isfinite(merged[:2]).all() and np.isnan(merged[2]) and np.isclose(merged[0], merged[1], rtol=1e-3)
+    return np.append(merged[:2], merged[0]) if is_flat else merged  # cone beams reconstruct cubes
+
+
+def _size(match: re.Match[str], key: str, value: str, fields: Mapping[str, str]) -> np.ndarray | None:
+    """Return the size that an entry says, x, y, z, cm, NaN for axes that it leaves open."""
+    numbers = [float(word) for word in re.findall(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", value)]
+    if len(numbers) not in (1, 3) or not all(0 < number < 1e6 for number in numbers):
+        return None
+    name = key.rpartition("/")[2]
+    trailing = re.search(r"([µμa-z]+)\s*$", value.lower())
+    if "resolution" in name:
+        unit = centimeters(fields.get("geometry/unit", ""))
+    elif name.startswith("voxelsize") and any(field.endswith("num_x") for field in fields):
+        unit = centimeters("um")  # PyHST
+    elif re.fullmatch("voxelsizerec|el_size_mm|[xyz]?voxelsize[xyz]?", name):
+        unit = centimeters("mm")
+    else:
+        unit = centimeters((match[1] if match.lastindex else "") or (trailing[1] if trailing else ""))
+    if not unit:
+        return None
+    axis = re.fullmatch("([xyz])voxelsize|voxelsize([xyz])", name)
+    if axis is None:
+        return np.broadcast_to(np.array(numbers) * unit, 3)
+    size = np.full(3, np.nan)
+    size["xyz".index(axis[1] or axis[2])] = numbers[0] * unit
+    return size

@@ -1,0 +1,181 @@
+"""Volumes of scanners and programs: landmarks lie where they are, and the size of a voxel is told or asked for."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import wrapped_volumes as wrapped
+from vasowave.base import InputError
+from vasowave.base.findings import FindingWarning
+from vasowave.lung import Volume, extract, look, read_volume
+from vasowave.lung.places import parse_voxel, voxel_text
+from vasowave.lung.read import read_labels
+
+
+def opened(path, spacing=None):
+    """Return a volume and the codes of what was told of it."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        volume = read_volume(path, spacing)
+    assert all(issubclass(warning.category, FindingWarning) for warning in caught)
+    return volume, [warning.message.finding.code for warning in caught]
+
+
+def assert_landmarks(volume, size):
+    """The four brightest voxels lie as those of the phantom do, in the world, from the first of them."""
+    brightest = np.argsort(volume.grey, axis=None)[::-1][: len(wrapped.LANDMARKS)]
+    indices = np.column_stack(np.unravel_index(brightest, volume.grey.shape))
+    places = volume.frame.world(indices * volume.spacing + volume.origin)
+    expected = np.array(list(wrapped.LANDMARKS)) * size
+    np.testing.assert_allclose(places - places[0], expected - expected[0], rtol=1e-3, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", wrapped.WRAPPINGS)
+def test_a_volume_is_read_with_the_size_that_its_files_say(tmp_path, name):
+    write, size = wrapped.WRAPPINGS[name]
+    volume, codes = opened(write(tmp_path))
+    assert_landmarks(volume, size)
+    assert (codes, bool(volume.provenance)) == ([], True)
+
+
+UNSIZED = {
+    "pictures": wrapped.pictures,
+    "an array": wrapped.numpy_array,
+    "a TIFF": wrapped.tiff,
+    "pixels": lambda folder: wrapped.tiff(folder, **wrapped.imagej("pixel", 1)),
+    "NIfTI without unit": lambda folder: wrapped.nifti(folder, unit=0),
+    "NIfTI of two sizes": lambda folder: wrapped.nifti(folder, sform=1.5 * wrapped.QFORM),
+    "Amira without unit": lambda folder: wrapped.amira(folder, unit=""),
+    "MetaImage of unknown unit": lambda folder: wrapped.metaimage(folder, "DistanceUnits = ?\n"),
+}
+
+
+@pytest.mark.parametrize("name", UNSIZED)
+def test_where_no_file_says_the_size_it_is_asked_for_and_three_numbers_are_taken(tmp_path, name):
+    path = UNSIZED[name](tmp_path)
+    with pytest.raises(InputError, match=r"is not known; give it in cm \(--voxel of .* one number, or x,y,z"):
+        read_volume(path)
+    volume, codes = opened(path, wrapped.SIZE)
+    np.testing.assert_array_equal(volume.spacing, wrapped.SIZE)
+    assert codes in ([], ["image.two-frames"])
+
+
+@pytest.mark.parametrize(("typed", "codes"), [(wrapped.SIZE, []), (0.002, ["image.voxel-typed"])])
+def test_a_size_that_is_typed_against_the_files_own_is_told(tmp_path, typed, codes):
+    path = wrapped.imagej_millimeters(tmp_path)
+    volume, told = opened(path, typed)
+    assert told == codes
+    np.testing.assert_array_equal(volume.spacing, np.broadcast_to(typed, 3))
+
+
+def test_what_is_stored_with_black_and_white_exchanged_is_inverted_and_told(tmp_path):
+    folders = [tmp_path / name for name in ("dicom", "stack", "slices")]
+    for folder in folders:
+        folder.mkdir()
+    white = {"PhotometricInterpretation": "MONOCHROME1", "BitsStored": 8, "HighBit": 7}
+    wrapped.dicom_slices(folders[0], 255 - wrapped.GREY, **white)
+    stack = wrapped.tiff(folders[1], 255 - wrapped.GREY, photometric="miniswhite")
+    for path, size in ((folders[0], None), (stack, wrapped.SIZE)):
+        volume, codes = opened(path, size)
+        assert codes == ["image.inverted"]
+        assert_landmarks(volume, wrapped.SIZE)
+        np.testing.assert_array_equal(volume.grey, wrapped.GREY)
+    with pytest.raises(InputError, match="a mask whose lowest label is white"):
+        read_labels(stack, volume, wrapped.SIZE)
+
+
+def test_transforms_that_differ_are_told(tmp_path):
+    assert opened(wrapped.nifti(tmp_path, sform=wrapped.QFORM * [[-1], [1], [1]]))[1] == ["image.two-frames"]
+
+
+def removed(folder, name):
+    (folder / name).unlink()
+
+
+def renamed(folder, name, new):
+    (folder / name).rename(folder / new)
+
+
+SPOILED = {
+    "a slice is missing": (lambda folder: removed(folder, "slice_004.png"), "slices are missing between slice_003.png"),
+    "a number twice": (lambda folder: renamed(folder, "slice_009.png", "slice_8.png"), "one number for slice_008.png"),
+    "two stacks": (lambda folder: wrapped.pictures(folder, "b%d.png"), "more than one stack of slices"),
+    "another size": (lambda folder: wrapped.pictures(folder, grey=wrapped.GREY[:1, :5], first=10), "differ in size"),
+    "two numbers": (lambda folder: renamed(folder, "slice_001.png", "slice_001_2.png"), "slices are missing"),
+    "a volume beside": (wrapped.metaimage_in_a_folder, r"holds more than one image: volumes \(a.mhd\); slices"),
+    "a series beside": (wrapped.dicom_slices, "holds more than one image: DICOM files"),
+    "a picture that is none": (
+        lambda folder: wrapped.put(folder, "slice_003.png", b"\x89PNG"),
+        "no.* readable picture",
+    ),
+    "a store": (wrapped.zarr, "Zarr stores cannot be read; save it as OME-TIFF"),
+}
+
+
+@pytest.mark.parametrize("name", SPOILED)
+def test_a_folder_that_is_not_one_whole_image_is_refused_by_the_names_in_it(tmp_path, name):
+    spoil, said = SPOILED[name]
+    wrapped.pictures(tmp_path)
+    spoil(tmp_path)
+    with pytest.raises(InputError, match=said):
+        read_volume(tmp_path, wrapped.SIZE)
+
+
+def test_a_log_that_counts_other_slices_and_files_that_are_no_slices_are_told(tmp_path):
+    wrapped.skyscan(tmp_path)
+    removed(tmp_path, "lung__rec00000109.bmp")
+    wrapped.pictures(tmp_path, "preview%d.bmp", wrapped.GREY[:1])
+    assert opened(tmp_path)[1] == ["image.left-out", "image.slices-cropped"]
+
+
+def test_texts_that_name_two_sizes_are_refused(tmp_path):
+    wrapped.zeiss_slices(tmp_path)
+    wrapped.put(tmp_path, "notes.txt", "Voxel size: 25 um\n")
+    with pytest.raises(InputError, match=r"name two sizes of a voxel .*20, 20, 20 and 25, 25, 25|25, 25, 25 and 20"):
+        read_volume(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["scanco", "vff", "vgstudio", "amira_bytes", "amira_packed", "hdf5", "nikon"])
+def test_a_volume_that_was_cut_is_refused(tmp_path, name):
+    path = wrapped.WRAPPINGS[name][0](tmp_path)
+    path.write_bytes(path.read_bytes()[:-700])
+    with pytest.raises(InputError, match=r"truncated|damaged|not clear"):
+        read_volume(path)
+
+
+def test_a_voxel_size_is_written_as_it_is_read():
+    assert parse_voxel("0.002") == 0.002
+    assert parse_voxel("20, 30, 50 um") == pytest.approx(tuple(wrapped.SIZE))
+    assert parse_voxel(voxel_text(wrapped.SIZE)) == pytest.approx(tuple(wrapped.SIZE))
+    for text in ("", "0", "1,2", "a", "1,2,3 s", "-1,2,3"):
+        with pytest.raises(InputError):
+            parse_voxel(text)
+
+
+@pytest.mark.parametrize("first_look", [look, lambda volume, **options: extract(volume, root=(0, 0, 0), **options)])
+def test_an_image_that_no_animal_of_the_species_has_is_refused_at_the_first_look(first_look):
+    tube = 100.0 * (np.hypot(*(np.indices((20, 20, 20))[1:] - 9.5)) < 4) + np.indices((20, 20, 20))[0]
+    volume = Volume(tube, np.full(3, 1.0), np.zeros(3))  # µm taken for mm taken for cm
+    with pytest.raises(InputError, match=r"measures 20 × 20 × 20 cm .* no mouse is like that; .*--voxel"):
+        first_look(volume, species="mouse")
+
+
+def test_an_image_that_needs_more_memory_than_there_is_is_refused_before_anything_is_computed():
+    grey = np.indices((40, 40, 40))[0]
+    with pytest.raises(InputError, match=r"2.56e\+10 voxels .* takes about 115 GB of memory, and this machine has"):
+        look(Volume(grey, np.array([4, 1e-5, 1e-5]), np.zeros(3)), species="other")
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize(("slices", "turned"), [(700, True), (2200, False)])
+def test_voxels_in_a_file_of_their_own_may_be_long(tmp_path, slices, turned):
+    """One image is read in another process, the other stays on the disk."""
+    more = "TransformMatrix = 0 1 0 1 0 0 0 0 1\n" if turned else ""
+    header = wrapped.metaimage(tmp_path, more, "0.02 0.02 0.02")
+    header.write_text(header.read_text().replace("18 14 10", f"1000 1000 {slices}"))
+    with (tmp_path / "a.raw").open("r+b") as file:
+        file.truncate(1000 * 1000 * slices)  # sparse
+    volume = read_volume(header)
+    assert volume.grey.shape == (slices, 1000, 1000)
+    assert np.array_equal(np.sort(volume.grey[0], axis=None)[-4:], [160, 180, 200, 220])
