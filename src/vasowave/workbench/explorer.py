@@ -18,8 +18,9 @@ from vasowave.pulse.analysis.operating import operating_point
 from vasowave.pulse.analysis.waves import wave_intensity
 from vasowave.pulse.cycle.cycle import Recording, resample
 from vasowave.pulse.model import walls
-from vasowave.pulse.model.laws import bed_factors, parameter_names
+from vasowave.pulse.model.laws import bed_factors, parameter_names, wall_parameters
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.names import joined
 from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.outlets import Bed
 from vasowave.pulse.model.walls import WALL_VISCOSITY
@@ -47,7 +48,7 @@ _PANELS = {
 _COLORS = ("mean pressure [mmHg]", "pulse pressure [mmHg]", "mean flow [ml/s]", "wave speed [cm/s]")  # of vessels
 _MOVING_COLORS = ("pressure [mmHg]", "flow [ml/s]")  # of vessels at an instant
 
-_SIZES = ("radius", "length")  # factors of the network's
+_SIZES: dict[Any, str] = {"radius": "factor of all radii", "length": "factor of all lengths"}
 _CURVE_SAMPLES = 128  # samples of a curve
 _HARMONICS = 10
 _SLIDER_FACTOR = 3.0  # a slider reaches so many times down and up from the fit
@@ -194,15 +195,11 @@ def waves_of(run: Run, model: Model, recording: Recording) -> tuple[dict[str, li
 def _knobs(result: AnimalResult, model: Model, law: str) -> list[dict[str, Any]]:
     """Return every parameter with its fitted value, its interval, and how far it can be moved."""
     quantities, beds = result.laws[law].quantities, model.outlets
-    parameters = dict(zip(parameter_names(type(model.wall)), model.wall.law().parameters, strict=True))
-    fitted = parameters_of(model)
-    units = {name: parameter.unit for name, parameter in parameters.items()}
-    meanings = {name: parameter.meaning for name, parameter in parameters.items()}
-    if isinstance(beds, Bed):
-        units |= beds.knobs()
-    units |= {"radius": "1", "length": "1"}
-    fitted |= dict.fromkeys(_SIZES, 1.0)
-    meanings |= {"radius": "factor of all radii", "length": "factor of all lengths"}
+    parameters = wall_parameters(type(model.wall))
+    walls = {name: parameter.unit for name, parameter in parameters.items()}
+    units = joined(walls, beds.knobs() if isinstance(beds, Bed) else {}, dict.fromkeys(_SIZES, "1"))
+    fitted = parameters_of(model) | dict.fromkeys(_SIZES, 1.0)
+    meanings = {name: parameter.meaning for name, parameter in parameters.items()} | _SIZES
     knobs = []
     for name, value in fitted.items():
         attrs = quantities[name].attrs if name in quantities else {}

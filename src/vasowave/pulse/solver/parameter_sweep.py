@@ -9,12 +9,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.base.errors import InputError, VasowaveError, did_you_mean
+from vasowave.base.errors import InputError, VasowaveError
 from vasowave.base.findings import texts
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording, resample
-from vasowave.pulse.model.laws import parameter_names
+from vasowave.pulse.model.laws import parameter_names, wall_parameters
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.names import joined, resolved
 from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.outlets import Bed
 from vasowave.pulse.model.ventricle import Driven
@@ -89,7 +90,7 @@ def sweep(
     >>> bool(pulse.sel(beta=80.0) > pulse.sel(beta=40.0))
     True
     """
-    axes = {name: _checked(model, name, sequence) for name, sequence in values.items()}
+    axes = _checked_values(model, values)
     if not axes:
         raise InputError(
             "nothing to sweep; name a parameter and its values, as in {'beta': [40, 60, 80]} or `--vary beta=40,60,80`"
@@ -129,12 +130,12 @@ def sweep_table(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.concat([pd.DataFrame(grid, columns=titles), rows], axis=1)
 
 
-def _checked(model: Model, name: str, sequence: Sequence[float]) -> np.ndarray:
-    names = tuple(_units(model))
-    if name not in names:
-        raise InputError(
-            f"'{name}' is no parameter of this model{did_you_mean(name, names)}; there are: {', '.join(names)}"
-        )
+def _checked_values(model: Model, values: Mapping[str, Sequence[float] | float]) -> dict[str, np.ndarray]:
+    named = resolved(values, _units(model), "this model")
+    return {name: _checked(name, numbers) for name, numbers in named.items()}
+
+
+def _checked(name: str, sequence: Sequence[float] | float) -> np.ndarray:
     values = np.atleast_1d(np.asarray(sequence, dtype=float))
     allowed = np.isfinite(values) & ((values > 0) | ((values == 0) & (name == WALL_VISCOSITY)))  # 0: an elastic wall
     if values.ndim != 1 or not len(values) or not np.all(allowed):
@@ -170,7 +171,7 @@ def changed_model(model: Model, values: Mapping[str, float]) -> Model:
     InputError
         An unknown parameter, a value that is not positive, or a model that cannot be.
     """
-    values = {name: float(_checked(model, name, [value])[0]) for name, value in values.items()}
+    values = {name: float(numbers[0]) for name, numbers in _checked_values(model, values).items()}
     network, beds = model.network, model.outlets
     sizes = {name: getattr(network, name) * values[name] for name in _SIZES if name in values}
     fields = zip(parameter_names(type(model.wall)), model.wall._fields, strict=True)
@@ -229,7 +230,6 @@ def _labelled(
 
 
 def _units(model: Model) -> dict[str, str]:
-    units = (parameter.unit for parameter in model.wall.law().parameters)
+    walls = {name: parameter.unit for name, parameter in wall_parameters(type(model.wall)).items()}
     beds = model.outlets.knobs() if isinstance(model.outlets, Bed) else {}
-    units_by_name = dict(zip(parameter_names(type(model.wall)), units, strict=True)) | beds | _SIZES
-    return units_by_name | {WALL_VISCOSITY: VISCOSITY.unit}
+    return joined(walls, beds, _SIZES, {WALL_VISCOSITY: VISCOSITY.unit})
