@@ -10,8 +10,7 @@ import vasowave as vw
 from vasowave.base import InputError, Parameter
 from vasowave.pulse.calibration import ParameterLimits, fitted_parameters, parameter_space
 from vasowave.pulse.inference import Priors, Unknowns
-from vasowave.pulse.model import BEDS, LAWS, LinearWall, Numerics, ParameterName, estimate_nominal
-from vasowave.pulse.solver import changed_model
+from vasowave.pulse.model import BEDS, LAWS, LinearWall, Numerics, ParameterName, changed_model, estimate_nominal
 from vasowave.study.animal import quantities_of
 
 COARSE = Numerics(cell_size=0.3, samples=64)

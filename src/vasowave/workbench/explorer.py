@@ -18,13 +18,13 @@ from vasowave.pulse.analysis.operating import operating_point
 from vasowave.pulse.analysis.waves import wave_intensity
 from vasowave.pulse.cycle.cycle import Recording, resample
 from vasowave.pulse.model import walls
-from vasowave.pulse.model.laws import bed_factors, parameter_names, wall_parameters
+from vasowave.pulse.model.laws import parameter_names, wall_parameters
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.names import joined
 from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.outlets import Bed
+from vasowave.pulse.model.parameters import changed_model, model_values, with_parameters
 from vasowave.pulse.model.walls import WALL_VISCOSITY
-from vasowave.pulse.solver.parameter_sweep import changed_model
 from vasowave.pulse.solver.result import Run
 from vasowave.pulse.solver.simulation import simulate_run, simulate_runs
 from vasowave.study.animal.law_result import PosteriorResult
@@ -251,19 +251,9 @@ def models_around(model: Model, fit: xr.Dataset) -> list[Model]:
     moved[:, loose] = normal * np.sqrt(np.maximum(sizes, 0.0)) @ axes.T
     drawn = np.clip(value * np.exp(moved), low, high) / value
     names = [str(name) for name in free["parameter"].values]
-    return [_scaled(model, dict(zip(names, factors, strict=True))) for factors in drawn]
-
-
-def _scaled(model: Model, factors: Mapping[str, float]) -> Model:
-    """Return a model whose fitted parameters are multiplied by factors."""
-    fields = zip(parameter_names(type(model.wall)), model.wall._fields, strict=True)
-    wall = model.wall._replace(**{field: np.asarray(getattr(model.wall, field)) * factors[name]
-                                  for name, field in fields if name in factors})  # fmt: skip
-    beds = model.outlets
-    if isinstance(beds, Bed):
-        beds = beds.scaled(*(factors.get(name, 1.0) for name in bed_factors(type(beds))))
-    viscosity = model.wall_viscosity * factors.get(WALL_VISCOSITY, 1.0)
-    return model.changed(wall=wall, outlets=beds, wall_viscosity=viscosity)
+    fitted: dict[Any, Any] = model_values(model)
+    return [with_parameters(model, {name: fitted[name] * factor for name, factor in zip(names, factors, strict=True)})
+            for factors in drawn]  # fmt: skip
 
 
 def total_of(beds: Bed, name: str) -> float:

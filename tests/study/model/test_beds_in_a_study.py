@@ -10,8 +10,8 @@ import pytest
 import vasowave as vw
 from vasowave.base import InputError
 from vasowave.pulse.cycle import Recording
-from vasowave.pulse.model import BEDS, Model, Numerics, Site, bed_quantities, find_bed
-from vasowave.pulse.solver import changed_model, simulate
+from vasowave.pulse.model import BEDS, Model, Numerics, Site, bed_quantities, changed_model, find_bed
+from vasowave.pulse.solver import simulate
 from vasowave.study.report import write_report
 
 OWN = "our_beds:StiffTenth"

@@ -19,6 +19,7 @@ from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.names import ParameterName, joined, resolved
 from vasowave.pulse.model.nominal import Nominal
 from vasowave.pulse.model.outlets import Bed
+from vasowave.pulse.model.parameters import model_fields
 from vasowave.pulse.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.pulse.network.network import Network
 
@@ -101,11 +102,9 @@ class ParameterSpace:
 
     def model(self, values: np.ndarray) -> Model:
         """Return the model that all parameters together make."""
-        named = dict(zip(self.names, values, strict=True))
-        wall, factors = ([named[name] for name in self.names_of(owner)] for owner in ("wall", "bed"))
-        outlets, viscosity = self.outlets.scaled(*factors), named.get(WALL_VISCOSITY, 0.0)
-        return Model(self.network, self.law(*wall), outlets, self.blood, self.outlet_pressure,
-                     wall_viscosity=viscosity, outlet_pulsation=self.outlet_pulsation)  # fmt: skip
+        fields = model_fields(dict(zip(self.names, values, strict=True)), self.law, self.outlets)
+        return Model(self.network, blood=self.blood, outlet_pressure=self.outlet_pressure,
+                     outlet_pulsation=self.outlet_pulsation, **fields)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.names import ParameterName, joined, resolved
 from vasowave.pulse.model.nominal import Nominal
 from vasowave.pulse.model.outlets import Site
+from vasowave.pulse.model.parameters import model_fields
 from vasowave.pulse.model.shape import Shape
-from vasowave.pulse.model.walls import WALL_VISCOSITY
 from vasowave.pulse.network.network import Network, measured_falls
 
 
@@ -177,24 +177,20 @@ class Unknowns:
                 length=network.length * np.exp(0.0 if lengths is None else lengths),
             )
         stiffer = (network.radius / network.radius[network.root]) ** -value["k"]
-        law = self.space.law
-        wall = law(*(value[name] * self.space.parameters[name].scale(stiffer) for name in self.space.names_of("wall")))
+        # the wall's material is one, however thick it is
+        values = {name: value[name] * parameter.scale(stiffer) for name, parameter in self.space.parameters.items()}
         nominal, blood = self.nominal, observed.blood
         site = Site(nominal.total_resistance, nominal.time_constant, nominal.beta, blood)
         beds = type(self.space.outlets).of(network, site)
-        factors = (float(value[name]) for name in self.space.names_of("bed"))
-        # the wall's material is one, however thick it is
-        viscosity = value[WALL_VISCOSITY] * stiffer if WALL_VISCOSITY in value else 0.0
-        outlets, behind = beds.scaled(*factors), float(value["wedge"])
-        constants: dict[str, Any] = {"wall_viscosity": viscosity, "outlet_pulsation": self.space.outlet_pulsation}
+        fields = model_fields(values, self.space.law, beds) | {
+            "blood": blood, "outlet_pressure": float(value["wedge"]), "outlet_pulsation": self.space.outlet_pulsation
+        }  # fmt: skip
         untold = float(value["taper"])
         if not self.fall.any():
             shape = Shape.falling(np.full(len(network), untold)) if untold else None
-            return Model(network, wall, outlets, blood, behind, shape, **constants), observed.recording
+            return Model(network, shape=shape, **fields), observed.recording
         fall = untold + value["taper_scale"] * (self.fall + (0.0 if falls is None else falls))
-        shape = Shape.falling(fall)
-        model = Model(network, wall, outlets, blood, behind, shape, junctions="total", **constants)
-        return model, observed.recording
+        return Model(network, shape=Shape.falling(fall), junctions="total", **fields), observed.recording
 
     @cached_property
     def own_errors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

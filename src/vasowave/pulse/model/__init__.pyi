@@ -46,6 +46,9 @@ from vasowave.pulse.model.outlets import ReflectionCoefficient as ReflectionCoef
 from vasowave.pulse.model.outlets import Resistance as Resistance
 from vasowave.pulse.model.outlets import Site as Site
 from vasowave.pulse.model.outlets import Windkessel as Windkessel
+from vasowave.pulse.model.parameters import changed_model as changed_model
+from vasowave.pulse.model.parameters import model_values as model_values
+from vasowave.pulse.model.parameters import with_parameters as with_parameters
 from vasowave.pulse.model.per_vessel import one_per_vessel as one_per_vessel
 from vasowave.pulse.model.rational import fitted as fitted
 from vasowave.pulse.model.repairs import tidy as tidy

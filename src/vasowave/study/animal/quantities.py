@@ -22,6 +22,7 @@ from vasowave.pulse.model.laws import bed_factors, parameter_name, parameter_nam
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.names import ParameterName, joined
 from vasowave.pulse.model.nominal import Nominal
+from vasowave.pulse.model.parameters import with_parameters
 from vasowave.pulse.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.pulse.quantities import ACROSS_LAWS, COUPLING, QUANTITIES, SHARES, derived
 from vasowave.pulse.selection.averaging import averaged, law_weights
@@ -172,7 +173,8 @@ def _most_resistance(fit: CalibratedModel, settings: Settings) -> float:
 
 def derived_of(fit: CalibratedModel, values: Mapping[str, float], diastolic: np.ndarray) -> dict[str, float]:
     """Return the parameters `values` of a fit's model, and what follows from them without a simulation."""
-    derived_values = derived(model_of(fit, values), fit.recording.mean_pressure, diastolic)
+    model = with_parameters(fit.model, values, fit.nominal.outlets)
+    derived_values = derived(model, fit.recording.mean_pressure, diastolic)
     return _with_ratio(type(fit.model.wall), values) | derived_values
 
 
@@ -180,14 +182,6 @@ def _with_ratio(law: Any, values: Mapping[str, float]) -> dict[str, float]:
     """Return parameters, and the ratio of those of the wall that its law names."""
     ratio, wall = law.law().ratio, [values[name] for name in parameter_names(law)]
     return {**values, **({parameter_name(law, ratio[0]): wall[0] / wall[1]} if ratio else {})}
-
-
-def model_of(fit: CalibratedModel, values: Mapping[str, float]) -> Model:
-    """Return the model of a fit with other values of its parameters."""
-    law = type(fit.model.wall)
-    wall = law(*(values[name] for name in parameter_names(law)))
-    outlets = fit.nominal.outlets.scaled(*(values[name] for name in bed_factors(type(fit.nominal.outlets))))
-    return fit.model.changed(wall=wall, outlets=outlets, wall_viscosity=values.get(WALL_VISCOSITY, 0.0))
 
 
 def errors_of(
