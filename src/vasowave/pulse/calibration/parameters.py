@@ -129,7 +129,7 @@ def parameter_space(
     """
     law, parameters = find_law(wall), fitted_parameters(wall, type(nominal.outlets), limits.viscous)
     owner = f"the {law.law().name} wall"
-    bounds, fixed = (resolved(values, parameters, owner) for values in (limits.bounds, limits.fixed))
+    bounds, fixed = resolved(limits.bounds, parameters, owner), resolved(limits.fixed, parameters, owner)
     spans = {
         name: bounds.get(name) or _span(parameter, nominal, limits.paper_bounds)
         for name, parameter in parameters.items()
@@ -137,9 +137,9 @@ def parameter_space(
     for name, (low, high) in spans.items():
         if not 0 < low < high < math.inf:
             raise InputError(f"bounds of {name}: {low:g} to {high:g}; they must be positive and ordered")
-    for name, value in fixed.items():
+    for held, value in fixed.items():
         if not (math.isfinite(value) and value > 0):
-            raise InputError(f"{name} cannot be held at {value:g}; it must be positive")
+            raise InputError(f"{held} cannot be held at {value:g}; it must be positive")
     free = np.array(
         [name not in fixed and (not parameter.held or name in bounds) for name, parameter in parameters.items()]
     )
