@@ -2,8 +2,6 @@
 the data allow: drawn about a fit from its errors, or the draws of its posterior.
 """
 
-import threading
-from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,6 +11,7 @@ import xarray as xr
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import texts
+from vasowave.base.io.remembered import remembered
 from vasowave.pulse.analysis.impedance_spectrum import fourier_series
 from vasowave.pulse.analysis.operating import operating_point
 from vasowave.pulse.analysis.waves import wave_intensity
@@ -27,6 +26,7 @@ from vasowave.pulse.model.parameters import changed_model, model_values, with_pa
 from vasowave.pulse.model.walls import WALL_VISCOSITY
 from vasowave.pulse.solver.result import Run
 from vasowave.pulse.solver.simulation import simulate_run, simulate_runs
+from vasowave.study.animal.files import read_result
 from vasowave.study.animal.law_result import PosteriorResult
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.animal.stored import stored_law, stored_model, stored_recording
@@ -53,7 +53,6 @@ _CURVE_SAMPLES = 128  # samples of a curve
 _HARMONICS = 10
 _SLIDER_FACTOR = 3.0  # a slider reaches so many times down and up from the fit
 _MAX_FACTOR, _MAX_SIZE_FACTOR = 1000.0, 10.0  # times; a value beyond is a slip, and a vessel as long takes minutes
-_MAX_MODELS = 8  # models in memory
 _FRAMES = 32  # instants of the tree
 _DRAWS = 40  # models about a fit
 _MAX_WALKED_DRAWS = 100  # draws of a posterior, of all that there are
@@ -65,25 +64,18 @@ class _Fitted(NamedTuple):
     recording: Recording
 
 
-class Explorer:
-    """Fitted models that were looked at last."""
+@remembered
+def _fitted_in(path: Path, law: str) -> _Fitted:
+    result = read_result(path)
+    return _Fitted(result, stored_model(result, law), stored_recording(result))
 
-    def __init__(self) -> None:
-        self._fitted: OrderedDict[Any, _Fitted] = OrderedDict()
-        self._lock = threading.Lock()
+
+class Explorer:
+    """Fitted models of a study."""
 
     def fitted(self, desk: Desk, animal: str, law: str) -> _Fitted:
         """Return the stored result of an animal with its model."""
-        with self._lock:
-            path = _file(desk, animal)
-            key = (str(path), path.stat().st_mtime_ns, law)
-            if key not in self._fitted:
-                result = desk.stored()[animal]
-                self._fitted[key] = _Fitted(result, stored_model(result, law), stored_recording(result))
-                while len(self._fitted) > _MAX_MODELS:
-                    self._fitted.popitem(last=False)
-            self._fitted.move_to_end(key)
-            return self._fitted[key]
+        return _fitted_in(_file(desk, animal), law)
 
     def described(self, desk: Desk, animal: str, law: str) -> dict[str, Any]:
         """Return the model of an animal: what can be moved and how far, what was measured, its tree."""
