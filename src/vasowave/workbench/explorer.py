@@ -26,12 +26,12 @@ from vasowave.pulse.model.parameters import changed_model, model_values, with_pa
 from vasowave.pulse.model.walls import WALL_VISCOSITY
 from vasowave.pulse.solver.result import Run
 from vasowave.pulse.solver.simulation import simulate_run, simulate_runs
-from vasowave.study.animal.files import read_result
 from vasowave.study.animal.law_result import PosteriorResult
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.animal.stored import stored_law, stored_model, stored_recording
 from vasowave.study.figures.matplotlib_style import color_stops
 from vasowave.study.figures.network import axes_in_space
+from vasowave.study.results.results import read_results
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.values import INDEX_UNITS, number, numbers
 
@@ -65,8 +65,8 @@ class _Fitted(NamedTuple):
 
 
 @remembered
-def _fitted_in(path: Path, law: str) -> _Fitted:
-    result = read_result(path)
+def _fitted_in(_: Path, folder: Path, animal: str, law: str) -> _Fitted:
+    result = read_results(folder)[animal]
     return _Fitted(result, stored_model(result, law), stored_recording(result))
 
 
@@ -75,7 +75,7 @@ class Explorer:
 
     def fitted(self, desk: Desk, animal: str, law: str) -> _Fitted:
         """Return the stored result of an animal with its model."""
-        return _fitted_in(_file(desk, animal), law)
+        return _fitted_in(_file(desk, animal), desk.stored().folder, animal, law)
 
     def described(self, desk: Desk, animal: str, law: str) -> dict[str, Any]:
         """Return the model of an animal: what can be moved and how far, what was measured, its tree."""
