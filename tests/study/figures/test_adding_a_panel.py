@@ -2,6 +2,7 @@
 
 import pytest
 
+from made_cohort import bare_result
 from vasowave.base import InputError
 from vasowave.study.animal import FitPlots
 from vasowave.study.figures import PANELS, fit_panel
@@ -9,9 +10,8 @@ from vasowave.workbench import figures as desk
 
 
 @pytest.fixture
-def rhythm(monkeypatch):
+def rhythm():
     """Return a further panel, which is forgotten afterwards."""
-    monkeypatch.setattr("vasowave.study.figures.fit.PANELS", PANELS)
     before = dict(PANELS)
 
     @fit_panel("rhythm", "rhythm of the heart", "Rhythm", "What a heart does.")
@@ -25,17 +25,17 @@ def rhythm(monkeypatch):
     PANELS.update(before)
 
 
-def test_a_new_panel_is_drawn_saved_and_offered(rhythm, cohort_results, tmp_path):
-    result = cohort_results[0]
+def test_a_new_panel_is_drawn_saved_and_offered(rhythm, tmp_path):
+    result = bare_result()
     assert result.plot.rhythm().get_title() == result.name
     assert "rhythm" in dir(result.plot)
     assert result.plot.panels()["rhythm"] == "Draw a rhythm."
-    assert result.plot.save(tmp_path / "two.svg", ["pressure", "rhythm"]).stat().st_size > 1000
+    assert result.plot.save(tmp_path / "two.svg", ["rhythm", "rhythm"]).stat().st_size > 1000
     assert desk.Wish(animal=result.name, panels=["rhythm"]).panels == ["rhythm"]
 
 
-def test_a_panel_that_there_is_none_of_is_named(cohort_results):
-    plots = FitPlots(cohort_results[0])
+def test_a_panel_that_there_is_none_of_is_named():
+    plots = FitPlots(bare_result())
     with pytest.raises(AttributeError, match="there is no panel 'presure'"):
         _ = plots.presure
     with pytest.raises(InputError, match=r"no panel 'presure' \(did you mean 'pressure'\?\)"):
