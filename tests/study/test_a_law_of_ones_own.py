@@ -83,7 +83,7 @@ def test_a_stored_law_is_swept_and_exported(result, tmp_path):
     assert (found["failure"] == "").all()
     pulse = found["pulse_pressure"].sel(vessel="1").values
     assert pulse[1] != pytest.approx(pulse[0], rel=1e-3)
-    with pytest.raises(InputError, match=r"'k' is no parameter of this model.*exponential\.k"):
+    with pytest.raises(InputError, match=r"this model has no parameter 'k'.*exponential\.k"):
         vw.sweep(model, cycle, {"k": [1.0]}, COARSE)
     for program in ("matlab", "openbf", "svzerod", "tables", "paraview"):
         vw.export_model(model, cycle, program, tmp_path / program, numerics=COARSE)

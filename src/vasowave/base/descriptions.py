@@ -1,7 +1,7 @@
 """Descriptions of numbers, wall laws and beds: units, symbols, words, equations; where a fit starts and may go."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 LEVEL = 0.95
 """Level of all intervals."""
@@ -45,6 +45,10 @@ class Quantity(NamedTuple):
         The meaning in a few words, where `meaning` is long.
     formula : callable, optional
         Returns the number for a model, see `quantities.At`.
+    rests_on : str
+        The parameters that it rests on: those of the ``wall``, of the ``bed``; empty: all.
+    comparatives : (str, str, str)
+        How a higher and a lower value are called, and of what where that is not the quantity itself.
     """
 
     unit: str
@@ -53,6 +57,8 @@ class Quantity(NamedTuple):
     equation: str = ""
     words: str = ""
     formula: Callable[[Any], Any] | None = None
+    rests_on: Literal["", "wall", "bed"] = ""
+    comparatives: tuple[str, str, str] = ("higher", "lower", "")
 
 
 class Parameter(NamedTuple):

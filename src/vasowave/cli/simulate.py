@@ -43,11 +43,12 @@ def simulate(
     from vasowave.base.io.files import check_file
     from vasowave.cli.progress import waiting
     from vasowave.pulse import solver
+    from vasowave.pulse.model import changed_model
 
     check_file(output, models.DATA)
     models.trust_programs(subject.network, refinement.trust)
     model, cycle = models.model_from(subject, choice, refinement.friction)
-    model = models.narrowed_model(solver.changed_model(model, _pairs(values or [])), refinement.narrow or [])
+    model = models.narrowed_model(changed_model(model, _pairs(values or [])), refinement.narrow or [])
     with waiting("simulating"):
         result = solver.simulate(model, cycle, models.numerics_from(refinement))
     _write(result, output)

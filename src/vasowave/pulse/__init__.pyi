@@ -60,6 +60,7 @@ from vasowave.pulse.quantities import ACROSS_LAWS as ACROSS_LAWS
 from vasowave.pulse.quantities import COUPLING as COUPLING
 from vasowave.pulse.quantities import QUANTITIES as QUANTITIES
 from vasowave.pulse.quantities import derived as derived
+from vasowave.pulse.quantities import described as described
 from vasowave.pulse.selection.compare import Comparing as Comparing
 from vasowave.pulse.selection.compare import compare_models as compare_models
 from vasowave.pulse.solver.circulation import Circulation as Circulation

@@ -44,6 +44,29 @@ QUESTIONS = {
 }
 """What a quantity tells of; a quantity that is none of these tells of itself."""
 
+PRIMARY = (
+    "mPAP", "CO", "PVR", "measured_Z_c", "pPAP_over_SV", "stiffness", "wave_speed", "measured_C_T", "C_p", "tau",
+    "a", "measured_I_R", "I_R",
+)  # fmt: skip
+"""Quantities that groups are compared by if a study names no others: a few for each question."""
+
+OF_ONE_ANIMAL = ("stiffness", "wave_speed", "R_T", "C_p", "tau", "a", "I_R")
+"""Quantities of a model that the page of a single animal tells."""
+
+COMPARED = ("R_T", "C_T", "C_v", "C_p", "tau", "I_R", "a")
+"""Quantities of a model that are compared beside the stiffness of its wall law: the paper's "ParAll_change"."""
+
+OPTIMIZED = ("wave_speed", "R_T", "C_T", "C_p_over_C_T", "tau", "I_R", "a", "S", "RMSE")
+"""Quantities that stand beside the parameters in the table of fits."""
+
+MEANS = ("R_T", "C_T", "C_p_over_C_T", "tau", "a"), ("wave_speed", "I_R", "S")
+"""Quantities whose means are drawn before and behind the stiffness: the paper's "ParOpt"."""
+
+OF_NETWORK = ("C_v", "C_v_plain")
+"""Quantities that are sums over vessels at their diastolic pressure, and stand with these."""
+
+_STIFFER, _STRONGER = ("stiffer", "softer", "large arteries"), ("stronger", "weaker", "")
+_LONGER = "longer", "shorter", ""
 _RESISTANCE, _COMPLIANCE, _ELASTANCE = "mmHg s/ml", "ml/mmHg", "mmHg/ml"
 
 
@@ -83,45 +106,59 @@ QUANTITIES: dict[str, Quantity] = {
     ),
     "Z_c": Quantity(_RESISTANCE, "Z_c", "characteristic impedance, up-slope", "8"),
     "Z_0": Quantity(_RESISTANCE, "Z_0", "impedance at zero frequency, mean pressure over mean flow", "19"),
-    "I_R": Quantity("1", "I_R", "wave reflection coefficient", "17", "model wave reflection"),
+    "I_R": Quantity(
+        "1", "I_R", "wave reflection coefficient", "17", "model wave reflection",
+        comparatives=_STRONGER,
+    ),
     "E_es": Quantity(_ELASTANCE, "E_es", "end-systolic elastance of the ventricle", "", "elastance of the ventricle"),
     "E_a": Quantity(
         _ELASTANCE, "E_a", "effective elastance of the artery, end-systolic pressure over stroke volume", "",
         "elastance of the artery",
     ),
     "coupling": Quantity("1", "E_es/E_a", "coupling of ventricle and artery", "", "coupling of ventricle and artery"),
-    "beta": Quantity("mmHg", "β", "wall stiffness", "3"),
+    "beta": Quantity(
+        "mmHg", "β", "wall stiffness", "3",
+        comparatives=_STIFFER,
+    ),
     "stiffness": Quantity(
         "mmHg", "β(0)", "stiffness β of the linear law with the same slope at zero pressure", "24", "wall stiffness",
         lambda point: stiffness(point.wall),
+        rests_on="wall", comparatives=_STIFFER,
     ),
     "wave_speed": Quantity(
         "cm/s", "c", "wave speed in the root at the measured mean pressure", "31, 32", "wave speed",
         lambda point: wave_speed(point.wall, point.mean, point.model.blood.inertia),
+        rests_on="wall", comparatives=("faster", "slower", "waves"),
     ),
     "area_compliance": Quantity(
         "cm2/mmHg", "dA/dp", "area compliance of the root at the measured mean pressure", "26, 27", "",
         lambda point: area_compliance(point.wall, point.mean, point.model.area0[point.model.network.root]),
+        rests_on="wall",
     ),
     "R_T": Quantity(
         _RESISTANCE, "R_T", "total resistance of the vascular beds", "11", "resistance of the beds",
         lambda point: point.model.outlets.total_resistance(),
+        rests_on="bed",
     ),
     "a": Quantity(
         "1", "a = R_1/R_T", "resistance ratio", "7", "proximal resistance share",
         lambda point: point.model.outlets.resistance_ratio(),
+        rests_on="bed", comparatives=("larger", "smaller", ""),
     ),
     "C_p": Quantity(
         _COMPLIANCE, "C_p", "weighted compliance of the vascular beds", "30", "compliance of the beds",
         lambda point: np.sum(point.model.outlets.weighted_compliance()),
+        rests_on="bed",
     ),
     "C_v": Quantity(
         _COMPLIANCE, "C_v", "compliance of the network, series/parallel rule", "28, 29", "compliance of the network",
         lambda point: point.diastole.network_published,
+        rests_on="wall",
     ),
     "C_v_plain": Quantity(
         _COMPLIANCE, "ΣC", "compliance of the network, sum over vessels", "25", "",
         lambda point: point.diastole.network_sum,
+        rests_on="wall",
     ),
     "C_T": Quantity(
         _COMPLIANCE, "C_T", "total compliance, with C_v by the series/parallel rule", "30", "total compliance",
@@ -143,10 +180,12 @@ QUANTITIES: dict[str, Quantity] = {
         "s", "R_T C_T", "time constant R_T C_T of a model, with C_v by the series/parallel rule", "12",
         "model time constant",
         lambda point: point.diastole.time_constant(),
+        comparatives=_LONGER,
     ),
     "tau_plain": Quantity(
         "s", "R_T C_T (sum)", "time constant R_T C_T, with the sum over vessels", "12", "",
         lambda point: point.diastole.time_constant(published=False),
+        comparatives=_LONGER,
     ),
     "measured_Z_c": Quantity(
         _RESISTANCE, "Z_c (measured)", "characteristic impedance of the recording, up-slope", "8",
@@ -158,13 +197,25 @@ QUANTITIES: dict[str, Quantity] = {
     ),
     "measured_tau": Quantity("s", "τ (measured)", "time constant of the diastolic decay", "12", "time constant"),
     "measured_I_R": Quantity(
-        "1", "I_R (measured)", "wave reflection coefficient of the recording", "17", "wave reflection"
+        "1", "I_R (measured)", "wave reflection coefficient of the recording", "17", "wave reflection",
+        comparatives=_STRONGER,
     ),
     "pressure_drop": Quantity("mmHg", "Δp", "fall of the mean pressure to the terminals, their average"),
     "S": Quantity("mmHg2", "S", "objective at the optimum", "14"),
     "RMSE": Quantity("mmHg", "RMSE", "root-mean-square residual"),
 }  # fmt: skip
 """All quantities by the name of their variable, in the order of tables."""
+
+
+def described(name: str) -> Quantity:
+    """Return the description of a quantity; of a parameter, which its law describes, an empty one."""
+    return QUANTITIES.get(name, Quantity("", "", ""))
+
+
+def network_sums(diastole: Compliance) -> dict[str, float]:
+    """Return the quantities `OF_NETWORK`."""
+    point = At(None, None, np.nan, diastole)  # type: ignore[arg-type]
+    return {name: formula(point) for name in OF_NETWORK if (formula := QUANTITIES[name].formula) is not None}
 
 
 def question_of(name: str) -> str:

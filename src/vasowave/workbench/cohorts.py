@@ -1,6 +1,5 @@
 """What the Explorer shows of all animals: every number with its interval, and the mean of each group."""
 
-import threading
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +10,13 @@ from vasowave.study.animal.files import read_result
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.comparison import group_means
 from vasowave.study.figures.matplotlib_style import group_looks, source_looks
-from vasowave.study.results.results import Results
+from vasowave.study.results.results import INDEX, read_results
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.values import number, numbers
 
 
 class Cohorts:
     """Numbers of the animals that have results."""
-
-    def __init__(self) -> None:
-        self._gathered: tuple[Results, Cohort] | None = None
-        self._lock = threading.Lock()
 
     def animals(self, desk: Desk) -> dict[str, Any]:
         """Return who has results, and the numbers of every animal and law."""
@@ -52,12 +47,7 @@ class Cohorts:
         InputError
             No animal has this quantity; the file of an animal is missing or damaged.
         """
-        with self._lock:
-            stored = desk.stored()
-            if self._gathered is None or self._gathered[0] is not stored:
-                results = stored.in_order(whole=False)
-                self._gathered = stored, stored.gathered(results, results[0].group if results else None)
-            cohort = self._gathered[1]
+        cohort = _cohort_of(desk.stored().folder / INDEX)
         if name not in cohort.symbols:
             raise InputError(f"no animal has a quantity '{name[:80]}'")
         means_by_source = {source: group_means(cohort, source, name) for source in cohort.sources}
@@ -65,6 +55,14 @@ class Cohorts:
             source: {group: numbers(mean) for group, mean in means.items()}
             for source, means in means_by_source.items() if means
         }  # fmt: skip
+
+
+@remembered
+def _cohort_of(index: Path) -> Cohort:
+    """Return the animals of results, whose index changes with every one of them."""
+    stored = read_results(index.parent)
+    results = stored.in_order(whole=False)
+    return stored.gathered(results, results[0].group if results else None)
 
 
 @remembered

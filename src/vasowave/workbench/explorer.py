@@ -2,8 +2,6 @@
 the data allow: drawn about a fit from its errors, or the draws of its posterior.
 """
 
-import threading
-from collections import OrderedDict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,17 +11,19 @@ import xarray as xr
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import texts
+from vasowave.base.io.remembered import remembered
 from vasowave.pulse.analysis.impedance_spectrum import fourier_series
 from vasowave.pulse.analysis.operating import operating_point
 from vasowave.pulse.analysis.waves import wave_intensity
 from vasowave.pulse.cycle.cycle import Recording, resample
 from vasowave.pulse.model import walls
-from vasowave.pulse.model.laws import bed_factors, parameter_names
+from vasowave.pulse.model.laws import parameter_names, wall_parameters
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.names import joined
 from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.outlets import Bed
+from vasowave.pulse.model.parameters import changed_model, model_values, with_parameters
 from vasowave.pulse.model.walls import WALL_VISCOSITY
-from vasowave.pulse.solver.parameter_sweep import changed_model
 from vasowave.pulse.solver.result import Run
 from vasowave.pulse.solver.simulation import simulate_run, simulate_runs
 from vasowave.study.animal.law_result import PosteriorResult
@@ -31,6 +31,7 @@ from vasowave.study.animal.result import AnimalResult
 from vasowave.study.animal.stored import stored_law, stored_model, stored_recording
 from vasowave.study.figures.matplotlib_style import color_stops
 from vasowave.study.figures.network import axes_in_space
+from vasowave.study.results.results import read_results
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.values import INDEX_UNITS, number, numbers
 
@@ -47,12 +48,11 @@ _PANELS = {
 _COLORS = ("mean pressure [mmHg]", "pulse pressure [mmHg]", "mean flow [ml/s]", "wave speed [cm/s]")  # of vessels
 _MOVING_COLORS = ("pressure [mmHg]", "flow [ml/s]")  # of vessels at an instant
 
-_SIZES = ("radius", "length")  # factors of the network's
+_SIZES: dict[Any, str] = {"radius": "factor of all radii", "length": "factor of all lengths"}
 _CURVE_SAMPLES = 128  # samples of a curve
 _HARMONICS = 10
 _SLIDER_FACTOR = 3.0  # a slider reaches so many times down and up from the fit
 _MAX_FACTOR, _MAX_SIZE_FACTOR = 1000.0, 10.0  # times; a value beyond is a slip, and a vessel as long takes minutes
-_MAX_MODELS = 8  # models in memory
 _FRAMES = 32  # instants of the tree
 _DRAWS = 40  # models about a fit
 _MAX_WALKED_DRAWS = 100  # draws of a posterior, of all that there are
@@ -64,25 +64,18 @@ class _Fitted(NamedTuple):
     recording: Recording
 
 
-class Explorer:
-    """Fitted models that were looked at last."""
+@remembered
+def _fitted_in(_: Path, folder: Path, animal: str, law: str) -> _Fitted:
+    result = read_results(folder)[animal]
+    return _Fitted(result, stored_model(result, law), stored_recording(result))
 
-    def __init__(self) -> None:
-        self._fitted: OrderedDict[Any, _Fitted] = OrderedDict()
-        self._lock = threading.Lock()
+
+class Explorer:
+    """Fitted models of a study."""
 
     def fitted(self, desk: Desk, animal: str, law: str) -> _Fitted:
         """Return the stored result of an animal with its model."""
-        with self._lock:
-            path = _file(desk, animal)
-            key = (str(path), path.stat().st_mtime_ns, law)
-            if key not in self._fitted:
-                result = desk.stored()[animal]
-                self._fitted[key] = _Fitted(result, stored_model(result, law), stored_recording(result))
-                while len(self._fitted) > _MAX_MODELS:
-                    self._fitted.popitem(last=False)
-            self._fitted.move_to_end(key)
-            return self._fitted[key]
+        return _fitted_in(_file(desk, animal), desk.stored().folder, animal, law)
 
     def described(self, desk: Desk, animal: str, law: str) -> dict[str, Any]:
         """Return the model of an animal: what can be moved and how far, what was measured, its tree."""
@@ -194,15 +187,11 @@ def waves_of(run: Run, model: Model, recording: Recording) -> tuple[dict[str, li
 def _knobs(result: AnimalResult, model: Model, law: str) -> list[dict[str, Any]]:
     """Return every parameter with its fitted value, its interval, and how far it can be moved."""
     quantities, beds = result.laws[law].quantities, model.outlets
-    parameters = dict(zip(parameter_names(type(model.wall)), model.wall.law().parameters, strict=True))
-    fitted = parameters_of(model)
-    units = {name: parameter.unit for name, parameter in parameters.items()}
-    meanings = {name: parameter.meaning for name, parameter in parameters.items()}
-    if isinstance(beds, Bed):
-        units |= beds.knobs()
-    units |= {"radius": "1", "length": "1"}
-    fitted |= dict.fromkeys(_SIZES, 1.0)
-    meanings |= {"radius": "factor of all radii", "length": "factor of all lengths"}
+    parameters = wall_parameters(type(model.wall))
+    walls = {name: parameter.unit for name, parameter in parameters.items()}
+    units = joined(walls, beds.knobs() if isinstance(beds, Bed) else {}, dict.fromkeys(_SIZES, "1"))
+    fitted = parameters_of(model) | dict.fromkeys(_SIZES, 1.0)
+    meanings = {name: parameter.meaning for name, parameter in parameters.items()} | _SIZES
     knobs = []
     for name, value in fitted.items():
         attrs = quantities[name].attrs if name in quantities else {}
@@ -254,19 +243,9 @@ def models_around(model: Model, fit: xr.Dataset) -> list[Model]:
     moved[:, loose] = normal * np.sqrt(np.maximum(sizes, 0.0)) @ axes.T
     drawn = np.clip(value * np.exp(moved), low, high) / value
     names = [str(name) for name in free["parameter"].values]
-    return [_scaled(model, dict(zip(names, factors, strict=True))) for factors in drawn]
-
-
-def _scaled(model: Model, factors: Mapping[str, float]) -> Model:
-    """Return a model whose fitted parameters are multiplied by factors."""
-    fields = zip(parameter_names(type(model.wall)), model.wall._fields, strict=True)
-    wall = model.wall._replace(**{field: np.asarray(getattr(model.wall, field)) * factors[name]
-                                  for name, field in fields if name in factors})  # fmt: skip
-    beds = model.outlets
-    if isinstance(beds, Bed):
-        beds = beds.scaled(*(factors.get(name, 1.0) for name in bed_factors(type(beds))))
-    viscosity = model.wall_viscosity * factors.get(WALL_VISCOSITY, 1.0)
-    return model.changed(wall=wall, outlets=beds, wall_viscosity=viscosity)
+    fitted: dict[Any, Any] = model_values(model)
+    return [with_parameters(model, {name: fitted[name] * factor for name, factor in zip(names, factors, strict=True)})
+            for factors in drawn]  # fmt: skip
 
 
 def total_of(beds: Bed, name: str) -> float:

@@ -7,24 +7,19 @@ from typing import Annotated, Literal
 from annotated_types import Ge, Le, MaxLen, MinLen
 
 from vasowave.base.errors import InputError
-from vasowave.base.settings import settings_class
-from vasowave.study.figures.fitted import Appearance, figure_bytes
+from vasowave.base.settings import Check, settings_class
+from vasowave.study.figures.fit import PANELS
+from vasowave.study.figures.fitted import Appearance, checked_panel, figure_bytes
 from vasowave.study.figures.matplotlib_style import CTL
 from vasowave.workbench.desk import Desk
 
 _drawing = threading.Lock()  # matplotlib's look is one for the whole process
-PANELS = {
-    "pressure": "pressure",
-    "flow": "flow",
-    "residuals": "residuals",
-    "autocorrelation": "their autocorrelation",
-    "pressure_area": "pressure and area",
-    "impedance": "impedance",
-}
-"""The panels, and what they are called on the page."""
-
 KINDS = {"svg": "image/svg+xml", "pdf": "application/pdf", "png": "image/png"}
-CHOICES = {"panels": PANELS, "families": ("sans-serif", "serif", "monospace"), "formats": tuple(KINDS)}
+CHOICES = {
+    "panels": {name: panel.title for name, panel in PANELS.items()},
+    "families": ("sans-serif", "serif", "monospace"),
+    "formats": tuple(KINDS),
+}
 """What the page offers."""
 
 
@@ -34,11 +29,9 @@ class Wish:
 
     animal: str = ""
     group: str = ""
-    panels: Annotated[
-        list[Literal["pressure", "flow", "residuals", "autocorrelation", "pressure_area", "impedance"]],
-        MinLen(1),
-        MaxLen(6),
-    ] = field(default_factory=lambda: ["pressure"])
+    panels: Annotated[list[Annotated[str, Check(checked_panel)]], MinLen(1), MaxLen(len(PANELS))] = field(
+        default_factory=lambda: ["pressure"]
+    )
     width: Annotated[float, Ge(20), Le(400)] = 170.0
     height: Annotated[float, Ge(20), Le(400)] = 60.0
     font: Annotated[float, Ge(4), Le(24)] = 8.0

@@ -21,7 +21,7 @@ from vasowave.pulse.model import (
     Numerics,
     bed_factors,
     estimate_nominal,
-    full_name,
+    parameter_name,
     parameter_names,
     windkessels,
 )
@@ -56,7 +56,7 @@ def test_a_parameter_of_a_law_and_a_number_of_the_image_have_two_names():
     assert {*kinds(), "wedge", "taper_scale"} == STRUCTURE
     parameters = {name for law in LAWS.values() for name in parameter_names(law)}
     assert not STRUCTURE & (parameters | {name for bed in BEDS.values() for name in bed_factors(bed)})
-    assert full_name(LinearWall, "k") == "linear.k"
+    assert parameter_name(LinearWall, "k") == "linear.k"
 
 
 def test_harmonics_are_those_of_the_simulated_pressure(whole):
@@ -163,7 +163,7 @@ def test_smaller_vessels_are_stiffer_and_more_viscous_by_the_exponent_that_is_un
 
 
 def test_a_prior_of_something_else_is_an_error_that_names_what_there_is():
-    with pytest.raises(InputError, match=r"prior of 'betta' \(did you mean 'beta'\?\); parameters are: beta, r1"):
+    with pytest.raises(InputError, match=r"no parameter 'betta' \(did you mean 'beta'\?\); it has: beta, r1"):
         problem(Priors(parameters={"betta": (50.0, 0.3)}))
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from vasowave.base import InputError, NumericalError
 from vasowave.pulse.examples import control_network, virtual_mouse
-from vasowave.pulse.model import LinearWall, Model, windkessels
-from vasowave.pulse.solver import changed_model, simulate, sweep
+from vasowave.pulse.model import LinearWall, Model, changed_model, windkessels
+from vasowave.pulse.solver import simulate, sweep
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,6 @@ from threading import Lock, RLock
 from typing import Any, NamedTuple, TypeVar, cast
 from weakref import WeakValueDictionary
 
-import numpy as np
-
 MOST = 256 << 20
 """Bytes that are remembered of all files together; what was found last is kept, whatever its size."""
 
@@ -78,8 +76,8 @@ def _mark(path: Path) -> tuple[int, ...] | None:
 
 def _size(value: Any) -> int:
     """Return about how many bytes a value takes."""
-    if isinstance(value, np.ndarray):
-        return value.nbytes
+    if isinstance(size := getattr(value, "nbytes", None), int):  # of an array or a dataset
+        return size
     if isinstance(value, (str, bytes)):
         return 50 + len(value)
     if isinstance(value, dict):

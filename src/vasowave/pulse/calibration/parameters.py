@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 
 from vasowave.base.descriptions import Parameter
-from vasowave.base.errors import InputError, NumericalError, VasowaveError, did_you_mean
+from vasowave.base.errors import InputError, NumericalError, VasowaveError
 from vasowave.pulse.model.blood import Blood
-from vasowave.pulse.model.laws import bed_factors, find_bed, find_law, full_name, parameter_names
+from vasowave.pulse.model.laws import bed_factors, find_bed, find_law, parameter_name, wall_parameters
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.names import ParameterName, joined, resolved
 from vasowave.pulse.model.nominal import Nominal
 from vasowave.pulse.model.outlets import Bed
+from vasowave.pulse.model.parameters import model_fields
 from vasowave.pulse.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.pulse.network.network import Network
 
@@ -27,17 +29,16 @@ IMPOSSIBLE_ERRORS = (VasowaveError, ArithmeticError, ValueError)
 
 def fitted_parameters(
     wall: str | type, bed: str | type = "windkessel", viscous: bool | None = None
-) -> dict[str, Parameter]:
+) -> dict[ParameterName, Parameter]:
     """Return every parameter of a fit by its name: the wall law's, the factors of the beds, the wall's viscosity.
 
     Raises
     ------
     InputError
-        An unknown wall law or bed.
+        An unknown wall law or bed, or two parameters of one name.
     """
-    law = find_law(wall)
-    parameters = dict(zip(parameter_names(law), law.law().parameters, strict=True)) | bed_factors(find_bed(bed))
-    return parameters | ({WALL_VISCOSITY: VISCOSITY} if viscous else {})
+    viscosity = {WALL_VISCOSITY: VISCOSITY} if viscous else {}
+    return joined(wall_parameters(find_law(wall)), bed_factors(find_bed(bed)), viscosity)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +49,7 @@ class ParameterSpace:
     ----------
     law : type
         Class of the wall law.
-    parameters : dict of str to Parameter
+    parameters : dict of ParameterName to Parameter
         All of them: the wall's, the outlets' factors and, where walls are viscous, their viscosity.
     nominal, lower, upper : array, shape (parameter,)
         In the units of the parameters.
@@ -57,7 +58,7 @@ class ParameterSpace:
     """
 
     law: Any
-    parameters: dict[str, Parameter]
+    parameters: dict[ParameterName, Parameter]
     nominal: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
@@ -69,29 +70,22 @@ class ParameterSpace:
     outlet_pulsation: np.ndarray | None = None
 
     @property
-    def names(self) -> tuple[str, ...]:
+    def names(self) -> tuple[ParameterName, ...]:
         """Names of all parameters."""
         return tuple(self.parameters)
 
-    @property
-    def wall_names(self) -> tuple[str, ...]:
-        """Names of the wall law's parameters, in the order of its fields."""
-        return self.names[: len(self.law._fields)]
+    def names_of(self, owner: str) -> tuple[ParameterName, ...]:
+        """Names of the parameters of the ``wall``, in the order of its fields, or of the factors of the ``bed``."""
+        return tuple(name for name in self.names if name.owner == owner)
 
     @property
-    def factor_names(self) -> tuple[str, ...]:
-        """Names of the factors of the beds."""
-        count = len(self.law._fields)
-        return tuple(name for name in self.names[count:] if name != WALL_VISCOSITY)
-
-    @property
-    def shared(self) -> tuple[str, ...]:
+    def shared(self) -> tuple[ParameterName, ...]:
         """The two factors of the beds between which the recording splits one resistance, if there are two."""
         bed = type(self.outlets)
-        return tuple(full_name(bed, name) for name in bed.bed().shared or ())
+        return tuple(parameter_name(bed, name) for name in bed.bed().shared or ())
 
     @property
-    def free_names(self) -> tuple[str, ...]:
+    def free_names(self) -> tuple[ParameterName, ...]:
         """Names of the free parameters."""
         return tuple(name for name, free in zip(self.names, self.free, strict=True) if free)
 
@@ -108,11 +102,9 @@ class ParameterSpace:
 
     def model(self, values: np.ndarray) -> Model:
         """Return the model that all parameters together make."""
-        named = dict(zip(self.names, values, strict=True))
-        wall, factors = ([named[name] for name in names] for names in (self.wall_names, self.factor_names))
-        outlets, viscosity = self.outlets.scaled(*factors), named.get(WALL_VISCOSITY, 0.0)
-        return Model(self.network, self.law(*wall), outlets, self.blood, self.outlet_pressure,
-                     wall_viscosity=viscosity, outlet_pulsation=self.outlet_pulsation)  # fmt: skip
+        fields = model_fields(dict(zip(self.names, values, strict=True)), self.law, self.outlets)
+        return Model(self.network, blood=self.blood, outlet_pressure=self.outlet_pressure,
+                     outlet_pulsation=self.outlet_pulsation, **fields)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -135,14 +127,9 @@ def parameter_space(
     InputError
         An unknown wall or parameter, bounds that are not positive and ordered, or nothing left to fit.
     """
-    bounds, fixed = limits.bounds, limits.fixed
     law, parameters = find_law(wall), fitted_parameters(wall, type(nominal.outlets), limits.viscous)
-    for name in (*bounds, *fixed):
-        if name not in parameters:
-            raise InputError(
-                f"the {law.law().name} wall has no parameter '{name}'{did_you_mean(name, parameters)}; it has: "
-                f"{', '.join(parameters)}"
-            )
+    owner = f"the {law.law().name} wall"
+    bounds, fixed = resolved(limits.bounds, parameters, owner), resolved(limits.fixed, parameters, owner)
     spans = {
         name: bounds.get(name) or _span(parameter, nominal, limits.paper_bounds)
         for name, parameter in parameters.items()
@@ -150,9 +137,9 @@ def parameter_space(
     for name, (low, high) in spans.items():
         if not 0 < low < high < math.inf:
             raise InputError(f"bounds of {name}: {low:g} to {high:g}; they must be positive and ordered")
-    for name, value in fixed.items():
+    for held, value in fixed.items():
         if not (math.isfinite(value) and value > 0):
-            raise InputError(f"{name} cannot be held at {value:g}; it must be positive")
+            raise InputError(f"{held} cannot be held at {value:g}; it must be positive")
     free = np.array(
         [name not in fixed and (not parameter.held or name in bounds) for name, parameter in parameters.items()]
     )

@@ -1,6 +1,7 @@
 """Profile likelihood: how much worse the best fit becomes as one parameter moves away from its optimum."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -109,7 +110,7 @@ def _grid(fit: CalibratedModel, name: str, best: float, points: int, span: float
 def _dataset(name: str, ends: Sequence[Optimum], metric: Whiten) -> xr.Dataset:
     chi2 = np.array([float(np.sum(metric(end.residual) ** 2)) for end in ends])
     deviance = chi2 - chi2.min()
-    values = {key: np.array([end.values[key] for end in ends]) for key in ends[0].space.names}
+    values: dict[Any, np.ndarray] = {key: np.array([end.values[key] for end in ends]) for key in ends[0].space.names}
     lower, upper = _crossings(np.log(values[name]), deviance)
     variables = {key: ("point", value, {"units": ends[0].space.parameters[key].unit}) for key, value in values.items()}
     S = np.array([float(end.residual @ end.residual) for end in ends])

@@ -50,7 +50,7 @@ RULES = ScreeningRules()
 
 def knows(space: ParameterSpace) -> bool:
     """Whether the linear model knows all that the parameters of the wall do: their first is its stiffness."""
-    return not set(space.wall_names[1:]) & set(space.free_names)
+    return not set(space.names_of("wall")[1:]) & set(space.free_names)
 
 
 def screened(

@@ -230,10 +230,10 @@ class Problem:
         space, law, names = self.unknowns.space, self.unknowns.space.law, list(self.unknowns.all)
         values, coordinates = self.unknowns.values(points), np.array(points)
         stiffer: Any = self._usual_radius ** -values["k"]
-        parameters = [values[name] * space.parameters[name].scale(stiffer) for name in space.wall_names]
+        parameters = [values[name] * space.parameters[name].scale(stiffer) for name in space.names_of("wall")]
         mean = self.recording.mean_pressure
         shown = (law.slope_at(mean, *parameters), law.ratio_at(mean, *parameters) - 1.0)
-        for name, quantity in zip(space.wall_names, shown, strict=False):
+        for name, quantity in zip(space.names_of("wall"), shown, strict=False):
             if name in names:
                 coordinates[:, names.index(name)] = np.log(np.maximum(quantity, _MIN_LOG_ARGUMENT))
         return coordinates

@@ -23,6 +23,7 @@ from vasowave.pulse.inference.result import Diagnostics, Posterior
 from vasowave.pulse.inference.reweighting import smoothed
 from vasowave.pulse.inference.starts import Screened
 from vasowave.pulse.inference.wording import meanings, trust, zero_unseen
+from vasowave.pulse.model.names import joined
 from vasowave.pulse.quantities import OF_PARAMETERS, QUANTITIES
 
 _MIN_PRIOR_VARIANCE = 1e-24  # variance before of a quantity that held parameters leave no freedom: rounding
@@ -87,16 +88,17 @@ def _values(problem: Problem, points: np.ndarray, outputs: np.ndarray, zeros: np
     """Return unknowns and derived quantities at points with their outputs and zeros, shape (point,) each."""
     unknowns = problem.unknowns
     values = {name: value for name, value in unknowns.values(points).items() if name in unknowns.all}
-    return values | problem.quantities(points, outputs, zeros)
+    return joined(values, problem.quantities(points, outputs, zeros))
 
 
 def _units(problem: Problem) -> dict[str, tuple[str, str]]:
     """Return unit and meaning of every variable."""
     units = {name: (unknown.unit, unknown.meaning) for name, unknown in problem.unknowns.all.items()}
-    units |= {
+    derived = {
         name: (QUANTITIES[name].unit, QUANTITIES[name].meaning) for name in (*OF_PARAMETERS, *_FURTHER_QUANTITIES)
     }
-    return units | {"discrepancy": ("mmHg", "standard deviation of what no parameters of the model explain")}
+    deviation = {"discrepancy": ("mmHg", "standard deviation of what no parameters of the model explain")}
+    return joined(units, derived, deviation)
 
 
 def _summary(

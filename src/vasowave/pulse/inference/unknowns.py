@@ -3,20 +3,21 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.errors import InputError
 from vasowave.pulse.calibration.parameters import ParameterSpace
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.inference.known_errors import Seen, kinds
 from vasowave.pulse.inference.priors import Priors
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.names import ParameterName, joined, resolved
 from vasowave.pulse.model.nominal import Nominal
 from vasowave.pulse.model.outlets import Site
+from vasowave.pulse.model.parameters import model_fields
 from vasowave.pulse.model.shape import Shape
-from vasowave.pulse.model.walls import WALL_VISCOSITY
 from vasowave.pulse.network.network import Network, measured_falls
 
 
@@ -76,13 +77,7 @@ class Unknowns:
     zero_enters: bool = False
 
     def __post_init__(self) -> None:
-        """Check that priors speak of parameters that there are."""
-        for name in self.priors.parameters:
-            if name not in self.space.names:
-                valid_names = ", ".join(self.space.names)
-                raise InputError(
-                    f"prior of '{name}'{did_you_mean(name, self.space.names)}; parameters are: {valid_names}"
-                )
+        """Check that priors speak of parameters that there are, and that something is unknown."""
         if not self.all:
             raise InputError("every parameter is held and every prior has no width: nothing is unknown")
 
@@ -92,37 +87,39 @@ class Unknowns:
         return self.space.network
 
     @cached_property
-    def all(self) -> dict[str, Unknown]:
+    def all(self) -> dict[ParameterName, Unknown]:
         """Every unknown by its name."""
-        parameters, structure = self._parameters(), self._structure()
-        if clash := ", ".join(sorted(parameters.keys() & structure.keys())):
-            raise InputError(f"{clash}: a parameter of the law has the name of another number; rename its field")
-        unknowns = parameters | structure
+        unknowns = joined(self._parameters(), self._structure())
         return {name: unknown for name, unknown in unknowns.items() if unknown.spread > 0}
 
-    def _parameters(self) -> dict[str, Unknown]:
+    def _parameters(self) -> dict[ParameterName, Unknown]:
         parameters, values = {}, dict(zip(self.space.names, self.space.nominal, strict=True))
+        priors = resolved(self.priors.parameters, self.space.names, "the model of these priors")
         for name in self.space.free_names:
             parameter = self.space.parameters[name]
-            center, spread = self.priors.parameters.get(name, (values[name], parameter.spread))
+            center, spread = priors.get(name, (values[name], parameter.spread))
             parameters[name] = Unknown(
                 parameter.unit, parameter.meaning, float(center), float(spread), True, "recording"
             )
         return parameters
 
-    def _structure(self) -> dict[str, Unknown]:
-        priors, structure = self.priors, dict[str, Unknown]()
+    def _structure(self) -> dict[ParameterName, Unknown]:
+        priors, structure = self.priors, dict[ParameterName, Unknown]()
         for name, kind in kinds().items():
             center = float(kind.center(self._seen))
             if (name != "zero" or self.zero_enters) and not (kind.positive and center == 0):
-                structure[name] = Unknown(kind.unit, kind.meaning, center, priors.sd(name), kind.positive, kind.source)
+                structure[ParameterName(kind.source, name)] = Unknown(
+                    kind.unit, kind.meaning, center, priors.sd(name), kind.positive, kind.source
+                )
         behind = self.space.outlet_pressure
-        structure["wedge"] = Unknown(
+        structure[ParameterName("recording", "wedge")] = Unknown(
             "mmHg", "pressure behind the vascular beds", behind, priors.wedge, False, "recording"
         )
         if self.fall.any():
             meaning = "factor of all measured tapers"
-            structure["taper_scale"] = Unknown("1", meaning, 1.0, priors.taper_scale, False, "image")
+            structure[ParameterName("image", "taper_scale")] = Unknown(
+                "1", meaning, 1.0, priors.taper_scale, False, "image"
+            )
         return structure
 
     def values(self, scores: np.ndarray) -> dict[str, np.ndarray]:
@@ -180,24 +177,20 @@ class Unknowns:
                 length=network.length * np.exp(0.0 if lengths is None else lengths),
             )
         stiffer = (network.radius / network.radius[network.root]) ** -value["k"]
-        law = self.space.law
-        wall = law(*(value[name] * self.space.parameters[name].scale(stiffer) for name in self.space.wall_names))
+        # the wall's material is one, however thick it is
+        values = {name: value[name] * parameter.scale(stiffer) for name, parameter in self.space.parameters.items()}
         nominal, blood = self.nominal, observed.blood
         site = Site(nominal.total_resistance, nominal.time_constant, nominal.beta, blood)
         beds = type(self.space.outlets).of(network, site)
-        factors = (float(value[name]) for name in self.space.factor_names)
-        # the wall's material is one, however thick it is
-        viscosity = value[WALL_VISCOSITY] * stiffer if WALL_VISCOSITY in value else 0.0
-        outlets, behind = beds.scaled(*factors), float(value["wedge"])
-        constants: dict[str, Any] = {"wall_viscosity": viscosity, "outlet_pulsation": self.space.outlet_pulsation}
+        fields = model_fields(values, self.space.law, beds) | {
+            "blood": blood, "outlet_pressure": float(value["wedge"]), "outlet_pulsation": self.space.outlet_pulsation
+        }  # fmt: skip
         untold = float(value["taper"])
         if not self.fall.any():
             shape = Shape.falling(np.full(len(network), untold)) if untold else None
-            return Model(network, wall, outlets, blood, behind, shape, **constants), observed.recording
+            return Model(network, shape=shape, **fields), observed.recording
         fall = untold + value["taper_scale"] * (self.fall + (0.0 if falls is None else falls))
-        shape = Shape.falling(fall)
-        model = Model(network, wall, outlets, blood, behind, shape, junctions="total", **constants)
-        return model, observed.recording
+        return Model(network, shape=Shape.falling(fall), junctions="total", **fields), observed.recording
 
     @cached_property
     def own_errors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,6 +1,7 @@
 """What a posterior means, as findings a physiologist acts on."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -67,7 +68,7 @@ SOURCE_FINDINGS = {
 """By the source that most of the variance comes from."""
 
 
-def meanings(summary: pd.DataFrame, scores: pd.Series, unknowns: dict[str, Unknown]) -> Iterator[Finding]:
+def meanings(summary: pd.DataFrame, scores: pd.Series, unknowns: Mapping[Any, Unknown]) -> Iterator[Finding]:
     """Yield what the numbers mean; `scores` are the medians of the unknowns in SD of their priors."""
     untold = (summary["contraction"] < _MIN_CONTRACTION) & summary.index.isin(list(unknowns))
     wider = summary["contraction"] < -_MIN_CONTRACTION

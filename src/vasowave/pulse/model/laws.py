@@ -18,10 +18,11 @@ from vasowave.base.descriptions import BedLaw, Law, Parameter, Quantity
 from vasowave.base.errors import InputError, VasowaveError, did_you_mean
 from vasowave.pulse.model.blood import Blood
 from vasowave.pulse.model.law_files import file_behind, in_words, module_of, named, plain
+from vasowave.pulse.model.names import ParameterName
 from vasowave.pulse.model.outlets import BUILT_IN as CIRCUITS
 from vasowave.pulse.model.outlets import Bed, Site
 from vasowave.pulse.model.structured_tree import BloodTree, StructuredTree
-from vasowave.pulse.model.walls import BUILT_IN
+from vasowave.pulse.model.walls import BUILT_IN, WALL_VISCOSITY
 from vasowave.pulse.network.network import Network
 
 ENTRY_POINTS = "vasowave.walls"
@@ -44,6 +45,11 @@ STRUCTURE = frozenset({
     "flow_zero", "pressure_lag", "pressure_inertia", "flow_lag", "pressure_gain", "viscosity", "wedge",
 })  # fmt: skip
 """Numbers of a model that belong to no law: of the image, the instruments, the blood and the tree."""
+
+_NOT_OF_WALLS = STRUCTURE | {"R_T", "tau", "a", "radius", "length", WALL_VISCOSITY}.union(
+    *((*bed.bed().factors, *bed.bed().quantities) for bed in OUR_BEDS)
+)
+"""Short names that no parameter of a wall has: those of beds, and of what a sweep changes beside them."""
 
 _NEEDED = ("law", "pressure_at", "ratio_at", "slope_at", "limits")
 _PRESSURES = np.array([0.05, 0.3, 1.0, 2.0])  # at which a foreign law is tried, in units of 20 mmHg
@@ -127,33 +133,45 @@ def described(kind: Any) -> Any:
 
 def identity(kind: Any) -> str:
     """Return the name by which a law or bed (its class) is found again: ``linear``, or file or module, and class."""
-    ours = kind in (*BUILT_IN, *OUR_BEDS)
-    return described(kind).name if ours else f"{file_behind(kind.__module__)}:{kind.__qualname__}"
+    return described(kind).name if _is_ours(kind) else f"{file_behind(kind.__module__)}:{kind.__qualname__}"
 
 
-def full_name(kind: Any, name: str) -> str:
+def parameter_name(kind: Any, field: str) -> ParameterName:
     """Return the name that a parameter of a law or bed (its class) has in fits, results and commands.
 
-    It is the short one where nothing else of a model can have it. What comes from elsewhere, and what is called like a
-    number of the image, the instruments or the tree, lends the name of its law: ``exponential.k``.
+    Its text is the field where nothing else of a model can have it. What comes from elsewhere, and what is called like
+    another number of a model, lends the name of its law: ``exponential.k``.
     """
-    ours = kind in (*BUILT_IN, *OUR_BEDS)
-    return name if ours and name not in STRUCTURE else f"{described(kind).name}.{name}"
+    owner, taken = ("bed", STRUCTURE) if issubclass(kind, Bed) else ("wall", _NOT_OF_WALLS)
+    alone = _is_ours(kind) and field not in taken
+    return ParameterName(owner, field, field if alone else f"{described(kind).name}.{field}")
 
 
-def bed_factors(bed: Any) -> dict[str, Parameter]:
-    """Return the factors of a kind of beds (its class) that are fitted, by their full names."""
-    return {full_name(bed, name): parameter for name, parameter in bed.bed().factors.items()}
+def _is_ours(kind: Any) -> bool:
+    return kind in LAWS.values() or kind in BEDS.values()
 
 
-def bed_quantities(bed: Any) -> dict[str, Quantity]:
-    """Return what the fields of a kind of beds (its class) are, by their full names, in the order of the fields."""
-    return {full_name(bed, name): quantity for name, quantity in bed.bed().quantities.items()}
+def bed_factors(bed: Any) -> dict[ParameterName, Parameter]:
+    """Return the factors of a kind of beds (its class) that are fitted, by their names."""
+    return {parameter_name(bed, name): parameter for name, parameter in bed.bed().factors.items()}
 
 
-def parameter_names(law: Any) -> tuple[str, ...]:
-    """Return the full names of all parameters of a law (its class), in the order of its fields."""
-    return tuple(full_name(law, field) for field in law._fields)
+def bed_quantities(bed: Any) -> dict[ParameterName, Quantity]:
+    """Return what the fields of a kind of beds (its class) are, by their names, in the order of the fields."""
+    return {parameter_name(bed, name): quantity for name, quantity in bed.bed().quantities.items()}
+
+
+def wall_parameters(law: Any) -> dict[ParameterName, Parameter]:
+    """Return the parameters of a law (its class) by their names, in the order of its fields."""
+    return {
+        parameter_name(law, field): parameter
+        for field, parameter in zip(law._fields, law.law().parameters, strict=True)
+    }
+
+
+def parameter_names(law: Any) -> tuple[ParameterName, ...]:
+    """Return the names of all parameters of a law (its class), in the order of its fields."""
+    return tuple(parameter_name(law, field) for field in law._fields)
 
 
 def _imported(name: str, kind: str) -> Any:

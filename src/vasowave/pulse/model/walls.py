@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from vasowave.base.descriptions import Law, Parameter, Quantity
+from vasowave.pulse.model.names import ParameterName
 
 Values = float | np.ndarray
 
@@ -319,7 +320,7 @@ def _parameters(wall: Wall) -> tuple[np.ndarray, ...]:
     return tuple(np.asarray(value, dtype=float) for value in wall)  # type: ignore[attr-defined]
 
 
-WALL_VISCOSITY = "wall_viscosity"
+WALL_VISCOSITY = ParameterName("model", "wall_viscosity")
 """Name by which the viscosity of walls is fitted."""
 
 VISCOSITY = Parameter("mmHg s", "η_w", "viscosity of the wall", "", 0.002, (1e-6, 1.0), spread=2.0)

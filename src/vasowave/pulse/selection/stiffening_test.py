@@ -10,7 +10,7 @@ import xarray as xr
 from vasowave.base.descriptions import NORMAL
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.calibration.uncertainty import MAX_INTERVAL_RATIO, undetermined
-from vasowave.pulse.model.laws import full_name
+from vasowave.pulse.model.laws import parameter_name
 from vasowave.pulse.model.walls import LinearWall
 
 CAVEAT = (
@@ -61,7 +61,7 @@ def _linear_at(fit: CalibratedModel) -> Any:
     """Return the parameter that says how the wall stiffens, and where its law is the linear one; "" if none does."""
     law = type(fit.model.wall)
     name, linear_value = law.law().linear_at or ("", 0.0)
-    return name and full_name(law, name), linear_value
+    return name and parameter_name(law, name), linear_value
 
 
 def stiffening(fit: CalibratedModel) -> xr.Dataset | None:

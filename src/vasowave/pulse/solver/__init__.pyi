@@ -4,7 +4,6 @@ from vasowave.pulse.solver.accuracy import run_to_accuracy as run_to_accuracy
 from vasowave.pulse.solver.circulation import Circulation as Circulation
 from vasowave.pulse.solver.direction import direction_between as direction_between
 from vasowave.pulse.solver.grid import make_grid as make_grid
-from vasowave.pulse.solver.parameter_sweep import changed_model as changed_model
 from vasowave.pulse.solver.parameter_sweep import sweep as sweep
 from vasowave.pulse.solver.parameter_sweep import sweep_table as sweep_table
 from vasowave.pulse.solver.places import QUANTITIES as QUANTITIES

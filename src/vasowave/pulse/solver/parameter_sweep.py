@@ -1,7 +1,6 @@
 """One model over a grid of parameter values: what each value does to pressure and flow, in bounded memory."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import islice, product
 from typing import Any
 
@@ -9,20 +8,17 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.base.errors import InputError, VasowaveError, did_you_mean
+from vasowave.base.errors import InputError, VasowaveError
 from vasowave.base.findings import texts
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording, resample
-from vasowave.pulse.model.laws import parameter_names
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.numerics import Numerics
-from vasowave.pulse.model.outlets import Bed
+from vasowave.pulse.model.parameters import changeable, changed_model, checked_values
 from vasowave.pulse.model.ventricle import Driven
-from vasowave.pulse.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.pulse.solver.result import Run
 from vasowave.pulse.solver.simulation import driving, simulate_runs
 
-_SIZES = {"radius": "1", "length": "1"}
 _AT_ONCE = 64  # models whose waves are in memory together
 _MIDDLE = 1  # station in the middle of a vessel
 
@@ -89,7 +85,7 @@ def sweep(
     >>> bool(pulse.sel(beta=80.0) > pulse.sel(beta=40.0))
     True
     """
-    axes = {name: _checked(model, name, sequence) for name, sequence in values.items()}
+    axes = checked_values(model, values)
     if not axes:
         raise InputError(
             "nothing to sweep; name a parameter and its values, as in {'beta': [40, 60, 80]} or `--vary beta=40,60,80`"
@@ -129,22 +125,6 @@ def sweep_table(dataset: xr.Dataset) -> pd.DataFrame:
     return pd.concat([pd.DataFrame(grid, columns=titles), rows], axis=1)
 
 
-def _checked(model: Model, name: str, sequence: Sequence[float]) -> np.ndarray:
-    names = tuple(_units(model))
-    if name not in names:
-        raise InputError(
-            f"'{name}' is no parameter of this model{did_you_mean(name, names)}; there are: {', '.join(names)}"
-        )
-    values = np.atleast_1d(np.asarray(sequence, dtype=float))
-    allowed = np.isfinite(values) & ((values > 0) | ((values == 0) & (name == WALL_VISCOSITY)))  # 0: an elastic wall
-    if values.ndim != 1 or not len(values) or not np.all(allowed):
-        listed = ", ".join(f"{value:g}" for value in values.ravel()) or "none"
-        raise InputError(f"{name}: give positive numbers, not {listed}")
-    if name == "a" and values.max() >= 1:
-        raise InputError(f"a: {values.max():g}; R1 is a part of the total resistance, so a lies below 1")
-    return values
-
-
 def _outcomes(
     model: Model,
     inflow: Driven,
@@ -160,27 +140,6 @@ def _outcomes(
         good = [outcome for outcome in models if isinstance(outcome, Model)]
         runs = simulate_runs(good, inflow, numerics)
         yield [next(runs) if isinstance(outcome, Model) else outcome for outcome in models]
-
-
-def changed_model(model: Model, values: Mapping[str, float]) -> Model:
-    """Return a model with other values of the parameters that `sweep` names.
-
-    Raises
-    ------
-    InputError
-        An unknown parameter, a value that is not positive, or a model that cannot be.
-    """
-    values = {name: float(_checked(model, name, [value])[0]) for name, value in values.items()}
-    network, beds = model.network, model.outlets
-    sizes = {name: getattr(network, name) * values[name] for name in _SIZES if name in values}
-    fields = zip(parameter_names(type(model.wall)), model.wall._fields, strict=True)
-    wall = model.wall._replace(**{field: values[name] for name, field in fields if name in values})
-    if sizes:
-        network = replace(network, **sizes)
-    if isinstance(beds, Bed) and (totals := {name: values[name] for name in beds.knobs() if name in values}):
-        beds = beds.with_totals(network.flow_fraction[network.terminals], totals)
-    viscosity = values.get(WALL_VISCOSITY, model.wall_viscosity)
-    return model.changed(network=network, wall=wall, outlets=beds, wall_viscosity=viscosity)
 
 
 def _made(model: Model, values: Mapping[str, float], after: Callable[[Model], Model] | None) -> Model | VasowaveError:
@@ -213,7 +172,7 @@ def _reduced(outcome: Run | VasowaveError, model: Model, samples: int) -> dict[s
 def _labelled(
     records: Sequence[Mapping[str, Any]], model: Model, inflow: Driven, axes: Mapping[str, np.ndarray], samples: int
 ) -> xr.Dataset:
-    shape, units = tuple(len(axis) for axis in axes.values()), _units(model)
+    shape, units = tuple(len(axis) for axis in axes.values()), changeable(model)
     extra_dims = {"root_pressure": ("time",), "mean_pressure": ("vessel",), "pulse_pressure": ("vessel",),
             "mean_flow": ("vessel",)}  # fmt: skip
     variables: dict[str, Any] = {}
@@ -226,10 +185,3 @@ def _labelled(
     coords["time"] = ("time", np.arange(samples) * (inflow.period / samples), {"units": "s"})
     coords["vessel"] = ("vessel", np.array(model.network.name))
     return xr.Dataset(variables, coords)
-
-
-def _units(model: Model) -> dict[str, str]:
-    units = (parameter.unit for parameter in model.wall.law().parameters)
-    beds = model.outlets.knobs() if isinstance(model.outlets, Bed) else {}
-    units_by_name = dict(zip(parameter_names(type(model.wall)), units, strict=True)) | beds | _SIZES
-    return units_by_name | {WALL_VISCOSITY: VISCOSITY.unit}

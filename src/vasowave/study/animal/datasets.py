@@ -19,7 +19,8 @@ from vasowave.pulse.cycle.cycle import Recording, resample
 from vasowave.pulse.cycle.ventricular import VentricularPressure
 from vasowave.pulse.inference.known_errors import SOURCES
 from vasowave.pulse.inference.result import Posterior
-from vasowave.pulse.model.laws import bed_quantities, full_name, identity, parameter_names
+from vasowave.pulse.model.laws import bed_quantities, identity, parameter_name, wall_parameters
+from vasowave.pulse.model.names import joined
 from vasowave.pulse.model.nominal import Nominal
 from vasowave.pulse.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.pulse.network.network import Network
@@ -126,16 +127,14 @@ def _fitted(fit: CalibratedModel) -> xr.Dataset:
     wall, kind, law, compared = fit.model.wall, type(fit.model.wall), fit.model.wall.law(), fit.compared
     walls = {
         name: labelled("vessel", value, quantity.unit, quantity.meaning)
-        for name, value, quantity in zip(parameter_names(kind), wall, law.parameters, strict=True)
+        for (name, quantity), value in zip(wall_parameters(kind).items(), wall, strict=True)
     }
     if np.any(fit.model.wall_viscosity):
         viscosity = np.broadcast_to(fit.model.wall_viscosity, len(fit.model.network))
         walls[WALL_VISCOSITY] = labelled("vessel", viscosity, VISCOSITY.unit, VISCOSITY.meaning)
     return xr.Dataset(
         {
-            **walls,
-            **_outlets(fit.model.outlets),
-            **scalars(fit),
+            **joined(walls, _outlets(fit.model.outlets), scalars(fit)),
             f"{compared.what}_residual": labelled(
                 "time", fit.residual / compared.scale, compared.unit, f"measured minus simulated {compared.what}"
             ),
@@ -153,7 +152,7 @@ def _fitted(fit: CalibratedModel) -> xr.Dataset:
             "formula": law.formula,
             "equation": law.equation,
             **_bed(type(fit.model.outlets)),
-            "stiffness": law.stiffness if law.stiffness == "stiffness" else full_name(kind, law.stiffness),
+            "stiffness": law.stiffness if law.stiffness == "stiffness" else parameter_name(kind, law.stiffness),
             "findings": as_json(fit.findings),
             **_blood(fit),
         },
@@ -213,7 +212,7 @@ def _bed(kind: Any) -> dict[str, str]:
     """Return what is stored of the kind of beds: by what it is found again, and what it is in words."""
     description = kind.bed()
     fitted = (
-        f"{field} = {full_name(kind, factor)}·{field}⁰"
+        f"{field} = {parameter_name(kind, factor)}·{field}⁰"
         for field, factor in zip(description.fitted or description.quantities, description.factors, strict=True)
     )
     return {

@@ -104,7 +104,7 @@ def effects_on_fit(fit: CalibratedModel, settings: Settings, derive: Derive) -> 
     if not spreads:
         return FitEffects()
     problem = _problem(fit, settings, spreads)
-    unknowns, names = problem.unknowns, list(problem.unknowns.all)
+    unknowns, names = problem.unknowns, list[str](problem.unknowns.all)
     values = {str(name): float(row["value"]) for name, row in fit.parameters.iterrows()}
     fitted = {
         name: response.value for name, response in fit.response.items()

@@ -11,16 +11,18 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.base.descriptions import LEVEL, NORMAL, Quantity
+from vasowave.base.descriptions import LEVEL, NORMAL, Parameter, Quantity
 from vasowave.base.errors import InputError
 from vasowave.pulse.analysis.ventricle_coupling import Coupling
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.cycle.harmonics import harmonic_errors
 from vasowave.pulse.inference.known_errors import SHARED_SOURCES, Seen, kinds
-from vasowave.pulse.model.laws import bed_factors, full_name, parameter_names
+from vasowave.pulse.model.laws import bed_factors, parameter_name, parameter_names, wall_parameters
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.names import ParameterName, joined
 from vasowave.pulse.model.nominal import Nominal
+from vasowave.pulse.model.parameters import with_parameters
 from vasowave.pulse.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.pulse.quantities import ACROSS_LAWS, COUPLING, QUANTITIES, SHARES, derived
 from vasowave.pulse.selection.averaging import averaged, law_weights
@@ -37,16 +39,19 @@ _MAX_LOG_DISTANCE = 200.0  # in the logarithm: an endless interval stays a finit
 def quantities_of(law: Any, bed: Any, viscous: bool = False) -> dict[str, Quantity]:
     """Return all quantities of a model with the wall law and the beds (classes), in the order of tables."""
     described = law.law()
-    law_quantities = {
-        name: Quantity(*quantity[:4]) for name, quantity in zip(parameter_names(law), described.parameters, strict=True)
-    }
-    law_quantities |= {full_name(law, described.ratio[0]): described.ratio[1]} if described.ratio else {}
-    law_quantities |= {WALL_VISCOSITY: Quantity(*VISCOSITY[:4])} if viscous else {}
-    factors = {name: Quantity(*quantity[:4]) for name, quantity in bed_factors(bed).items()}
-    ordered: dict[str, Quantity] = {}
+    ratio = {parameter_name(law, described.ratio[0]): described.ratio[1]} if described.ratio else {}
+    viscosity = {WALL_VISCOSITY: Quantity(*VISCOSITY[:4])} if viscous else {}
+    walls = joined(_as_quantities(wall_parameters(law)), ratio, viscosity)
+    beds, ordered = _as_quantities(bed_factors(bed)), dict[str, Quantity]()
     for name, quantity in QUANTITIES.items():  # the wall's parameters stand where β does, the beds' before Δp
-        ordered |= law_quantities if name == "beta" else (factors if name == "pressure_drop" else {}) | {name: quantity}
-    return ordered | law_quantities
+        ordered = joined(
+            ordered, beds if name == "pressure_drop" else {}, walls if name == "beta" else {name: quantity}
+        )
+    return ordered
+
+
+def _as_quantities(parameters: Mapping[ParameterName, Parameter]) -> dict[str, Quantity]:
+    return {name: Quantity(*parameter[:4]) for name, parameter in parameters.items()}
 
 
 def measured_values(
@@ -168,22 +173,15 @@ def _most_resistance(fit: CalibratedModel, settings: Settings) -> float:
 
 def derived_of(fit: CalibratedModel, values: Mapping[str, float], diastolic: np.ndarray) -> dict[str, float]:
     """Return the parameters `values` of a fit's model, and what follows from them without a simulation."""
-    derived_values = derived(model_of(fit, values), fit.recording.mean_pressure, diastolic)
+    model = with_parameters(fit.model, values, fit.nominal.outlets)
+    derived_values = derived(model, fit.recording.mean_pressure, diastolic)
     return _with_ratio(type(fit.model.wall), values) | derived_values
 
 
 def _with_ratio(law: Any, values: Mapping[str, float]) -> dict[str, float]:
     """Return parameters, and the ratio of those of the wall that its law names."""
     ratio, wall = law.law().ratio, [values[name] for name in parameter_names(law)]
-    return {**values, **({full_name(law, ratio[0]): wall[0] / wall[1]} if ratio else {})}
-
-
-def model_of(fit: CalibratedModel, values: Mapping[str, float]) -> Model:
-    """Return the model of a fit with other values of its parameters."""
-    law = type(fit.model.wall)
-    wall = law(*(values[name] for name in parameter_names(law)))
-    outlets = fit.nominal.outlets.scaled(*(values[name] for name in bed_factors(type(fit.nominal.outlets))))
-    return fit.model.changed(wall=wall, outlets=outlets, wall_viscosity=values.get(WALL_VISCOSITY, 0.0))
+    return {**values, **({parameter_name(law, ratio[0]): wall[0] / wall[1]} if ratio else {})}
 
 
 def errors_of(

@@ -13,8 +13,9 @@
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -351,34 +352,26 @@ class FitPlots:
     shaded: bool = True
 
     @Accessor
-    def pressure(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw measured and fitted pressure at the inlet over one cycle."""
+    def panels(self) -> dict[str, str]:
+        """Return the names of all panels, and what each shows."""
         raise NotImplementedError
 
     @Accessor
-    def flow(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw measured and simulated flow at the inlet over one cycle."""
+    def draw(self, name: str, ax: "Axes | None" = None) -> "Axes":
+        """Draw the panel of a name; ``result.plot.pressure(ax)`` does it with that of ``pressure``."""
         raise NotImplementedError
 
-    @Accessor
-    def residuals(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw measured minus simulated pressure over one cycle."""
-        raise NotImplementedError
+    def __getattr__(self, name: str) -> Callable[..., "Axes"]:
+        """Return what draws the panel of a name."""
+        if name.startswith("_") or name not in (names := self.panels()):
+            raise AttributeError(f"there is no panel '{name}'; `panels()` lists them", name=name, obj=self)
+        drawn = partial(self.draw, name)
+        drawn.__doc__ = names[name]
+        return drawn
 
-    @Accessor
-    def autocorrelation(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the autocorrelation of the residuals."""
-        raise NotImplementedError
-
-    @Accessor
-    def pressure_area(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw pressure against area at the middle of the root vessel, and the wall law."""
-        raise NotImplementedError
-
-    @Accessor
-    def impedance(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the modulus of the measured impedance by harmonic."""
-        raise NotImplementedError
+    def __dir__(self) -> list[str]:
+        """Return the names of methods and panels."""
+        return [*super().__dir__(), *self.panels()]
 
     @Accessor
     def save(

@@ -7,7 +7,7 @@ from vasowave.pulse.analysis.compliances import compliance
 from vasowave.pulse.analysis.tree import pressure_drop, wave_speeds
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.model import walls
-from vasowave.pulse.quantities import QUANTITIES
+from vasowave.pulse.quantities import QUANTITIES, network_sums
 from vasowave.study.animal.labelled import labelled, table_dataset
 from vasowave.study.animal.quantities import quantities_dataset
 
@@ -36,7 +36,7 @@ def vessels_dataset(fit: CalibratedModel) -> xr.Dataset:
         "compliance": labelled(per, at_diastole.vessel, "ml/mmHg", "volume compliance at diastolic pressure (eq. 25)"),
     }
     dataset = xr.merge([speeds.assign(vessel_values), drops], combine_attrs="override", join="exact")
-    sums = quantities_dataset({"C_v": at_diastole.network_published, "C_v_plain": at_diastole.network_sum}, QUANTITIES)
+    sums = quantities_dataset(network_sums(at_diastole), QUANTITIES)
     return dataset.merge(sums).merge(_law_curve(fit))
 
 

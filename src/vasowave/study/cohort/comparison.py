@@ -11,7 +11,7 @@ import pandas as pd
 
 from vasowave.base.descriptions import LEVEL
 from vasowave.base.errors import InputError
-from vasowave.pulse.quantities import INDICES
+from vasowave.pulse.quantities import COMPARED, INDICES
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.estimates import Estimates
 from vasowave.study.cohort.independent import known_values
@@ -24,9 +24,6 @@ from vasowave.study.cohort.two_groups import (
     leave_one_out,
     pairwise_contrasts,
 )
-
-PARAMETERS = ("R_T", "C_T", "C_v", "C_p", "tau", "I_R", "a")
-"""Quantities of a model that are compared beside the stiffness of its wall law: the paper's "ParAll_change"."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +47,7 @@ class SourceComparison:
 
 def family(cohort: Cohort, source: str) -> tuple[str, ...]:
     """Return the quantities of a source that are compared between groups."""
-    return INDICES if source == "measured" else (cohort.law(source).stiffness, *PARAMETERS)
+    return INDICES if source == "measured" else (cohort.law(source).stiffness, *COMPARED)
 
 
 def compare(cohort: Cohort, source: str) -> SourceComparison:

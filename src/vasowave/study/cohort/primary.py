@@ -10,7 +10,7 @@ from annotated_types import Ge, Le
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding
 from vasowave.base.settings import settings_class
-from vasowave.pulse.quantities import MEASURED, question_of
+from vasowave.pulse.quantities import MEASURED, PRIMARY, question_of
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.designed import Modeled, covariate_effects, design_effects, design_estimates, modeled
 from vasowave.study.cohort.effects import ContrastEstimate, CovariateEffect, Effect, as_table
@@ -34,10 +34,7 @@ class Family:
     law: str | None = None
     """Wall law whose quantities are primary. Empty: the first of `calibration.walls`, by default the law with the
     fewest parameters, which recordings determine best; the other laws stand beside it without a p."""
-    quantities: tuple[str, ...] = (
-        "mPAP", "CO", "PVR", "measured_Z_c", "pPAP_over_SV", "stiffness", "wave_speed", "measured_C_T", "C_p", "tau",
-        "a", "measured_I_R", "I_R",
-    )  # fmt: skip
+    quantities: tuple[str, ...] = PRIMARY
     """Of the recording (HR, CO, mPAP, …, measured_Z_c, measured_C_T, measured_tau, measured_I_R, pPAP_over_SV) and of
     the model, one family for one p. By default a few for each question (pressure and flow, large arteries, small
     vessels, waves), by the recording alone, which needs no image of vessels, and by the model."""

@@ -11,7 +11,8 @@ from vasowave.study.animal.datasets import recording_dataset
 from vasowave.study.animal.result import FitPlots
 from vasowave.study.cohort.planning import Plan
 from vasowave.study.figures.compared import planned_figure
-from vasowave.study.figures.fitted import PANELS, plot_panel, save_panels
+from vasowave.study.figures.fit import PANELS
+from vasowave.study.figures.fitted import plot_panel, save_panels
 from vasowave.study.figures.signals import draw_average, draw_cycle, draw_network, draw_raw
 
 
@@ -26,5 +27,5 @@ def register_all() -> None:
     Model.simulate.register(simulate)
     Plan.figure.register(planned_figure)
     FitPlots.save.register(save_panels)
-    for name in PANELS:
-        getattr(FitPlots, name).register(lambda panels, ax=None, name=name: plot_panel(panels, name, ax))
+    FitPlots.draw.register(plot_panel)
+    FitPlots.panels.register(lambda _: {name: panel.draw.__doc__ or panel.title for name, panel in PANELS.items()})

@@ -3,6 +3,8 @@
 from vasowave.study.figures.compared import importance_figure as importance_figure
 from vasowave.study.figures.compared import means_figure as means_figure
 from vasowave.study.figures.fit import ON_A_SHEET as ON_A_SHEET
+from vasowave.study.figures.fit import PANELS as PANELS
+from vasowave.study.figures.fit import fit_panel as fit_panel
 from vasowave.study.figures.fit import plot_autocorrelation as plot_autocorrelation
 from vasowave.study.figures.fit import plot_flow as plot_flow
 from vasowave.study.figures.fit import plot_modulus as plot_modulus
@@ -13,7 +15,6 @@ from vasowave.study.figures.fit import plot_residuals as plot_residuals
 from vasowave.study.figures.fit import sheet_figure as sheet_figure
 from vasowave.study.figures.fit import sheets as sheets
 from vasowave.study.figures.fit import unwrapped as unwrapped
-from vasowave.study.figures.fitted import PANELS as PANELS
 from vasowave.study.figures.fitted import Appearance as Appearance
 from vasowave.study.figures.fitted import figure_bytes as figure_bytes
 from vasowave.study.figures.forest import WIDE as WIDE

@@ -1,7 +1,7 @@
 """Measured and fitted at the inlet: waveforms, residuals, spectra, how walls stiffen; many animals at one glance."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    Draw = Callable[..., Axes]
+
 ON_A_SHEET = 48  # animals
 _ABREAST = 6  # fits in a row of a sheet
 _POINTS = 128  # of a curve of 2.5 cm
@@ -41,12 +43,45 @@ _PANEL = 2.7  # cm, height of a panel with its title
 _FITTED_RESPONSES = {"fit.lag", "fit.inertia"}
 
 
+class FitPanel(NamedTuple):
+    """A panel of a fit.
+
+    Attributes
+    ----------
+    draw : callable
+        Draws a result into axes, in a color, with laws told by its shades or by dashes alone.
+    title, figure, caption : str
+        What the workbench calls it; name and caption of its figure in the report, empty where that has none.
+    """
+
+    draw: "Draw"
+    title: str
+    figure: str = ""
+    caption: str = ""
+
+
+PANELS: dict[str, FitPanel] = {}
+"""The panels of a fit by name, in the order of the workbench."""
+
+
+def fit_panel(name: str, title: str, figure: str = "", caption: str = "") -> Callable[["Draw"], "Draw"]:
+    """Make a function that draws a fit a panel of notebooks, workbench and, with a caption, report."""
+
+    def register(draw: "Draw") -> "Draw":
+        PANELS[name] = FitPanel(draw, title, figure, caption)
+        return draw
+
+    return register
+
+
+@fit_panel("pressure", "pressure")
 def plot_pressure(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw measured pressure, and each wall law's at the inlet of the root vessel, over one cycle."""
     _plot_inlet(ax, result, "pressure", color, shaded).legend()
     return ax
 
 
+@fit_panel("flow", "flow")
 def plot_flow(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw measured flow, and each wall law's at the inlet of the root vessel, over one cycle.
 
@@ -73,6 +108,7 @@ def _as_recorded(result: AnimalResult, wall: str, quantity: str) -> "xr.DataArra
     return measured.copy(data=resample(compared, measured.size))
 
 
+@fit_panel("residuals", "residuals")
 def plot_residuals(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw measured minus simulated pressure over one cycle, or flow, where the pressure entered the model."""
     ax.axhline(0.0, color=FAINT, linewidth=0.8)
@@ -86,6 +122,7 @@ def plot_residuals(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: b
     return label_axes(ax, "time [s]", f"residual {quantity} [{unit}]")
 
 
+@fit_panel("autocorrelation", "their autocorrelation")
 def plot_autocorrelation(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw the circular autocorrelation of the residuals up to half a period, and the 95 % band of white noise."""
     lines = wall_lines(result.laws, color, shaded)
@@ -100,6 +137,13 @@ def plot_autocorrelation(ax: "Axes", result: AnimalResult, color: str = CTL, sha
     return label_axes(ax, "lag [s]", "autocorrelation [1]")
 
 
+@fit_panel(
+    "pressure_area",
+    "pressure and area",
+    "PAsim",
+    "Pressure against area at the middle of the root vessel over one cycle (thick), and the wall law from zero "
+    "pressure on (thin, if the results hold it).",
+)
 def plot_pressure_area(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw pressure against area at the middle of the root vessel over the cycle, and thinly the law, if stored."""
     vessels, root = result.network, result.root
@@ -190,6 +234,12 @@ def plot_modulus(ax: "Axes", spectrum: "xr.Dataset", error: np.ndarray | None = 
     ax.set_yscale("log")
     plain_log(ax.yaxis)
     return label_axes(ax, "frequency [Hz]", "|Z| [mmHg s/ml]")
+
+
+@fit_panel("impedance", "impedance")
+def plot_impedance(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
+    """Draw the modulus of the measured impedance by harmonic."""
+    return plot_modulus(ax, result.measured.impedance)
 
 
 def plot_phase(ax: "Axes", spectrum: "xr.Dataset", error: np.ndarray | None = None, **line: Any) -> "Axes":

@@ -1,6 +1,6 @@
 """The panels of one fit, for a notebook: ``fit.plot.residuals()``."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING, Any
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.io.files import check_file, write_file
 from vasowave.study.animal.result import AnimalResult, FitPlots
-from vasowave.study.figures.fit import (
-    plot_autocorrelation,
-    plot_flow,
-    plot_modulus,
-    plot_pressure,
-    plot_pressure_area,
-    plot_residuals,
-)
+from vasowave.study.figures.fit import PANELS
 from vasowave.study.figures.matplotlib_style import CTL, new_figure, shown_figure, style
 from vasowave.study.figures.rendering import as_file
 
@@ -25,7 +18,15 @@ if TYPE_CHECKING:
 
 def plot_panel(panels: FitPlots, name: str, ax: "Axes | None" = None) -> "Axes":
     """Draw a panel into axes, or a new figure; returns the axes."""
-    return PANELS[name](ax or shown_figure(12, 7.5).subplots(), panels.result, panels.color or CTL, panels.shaded)
+    draw = PANELS[checked_panel(name)].draw
+    return draw(ax or shown_figure(12, 7.5).subplots(), panels.result, panels.color or CTL, panels.shaded)
+
+
+def checked_panel(name: str) -> str:
+    """Return the name of a panel; `InputError` if there is none."""
+    if name not in PANELS:
+        raise InputError(f"there is no panel '{name}'{did_you_mean(name, PANELS)}; there are: {', '.join(PANELS)}")
+    return name
 
 
 def save_panels(shown: FitPlots, path: str | Path, panels: Sequence[str], **appearance: Any) -> Path:
@@ -37,21 +38,6 @@ def save_panels(shown: FitPlots, path: str | Path, panels: Sequence[str], **appe
 
 _FAMILIES = ("sans-serif", "serif", "monospace")
 """Fonts that are everywhere."""
-
-
-def _plot_impedance(ax: "Axes", result: AnimalResult, color: str, shaded: bool) -> "Axes":
-    return plot_modulus(ax, result.measured.impedance)
-
-
-PANELS: dict[str, Callable[["Axes", AnimalResult, str, bool], "Axes"]] = {
-    "pressure": plot_pressure,
-    "flow": plot_flow,
-    "residuals": plot_residuals,
-    "autocorrelation": plot_autocorrelation,
-    "pressure_area": plot_pressure_area,
-    "impedance": _plot_impedance,
-}
-"""The panels of a fit, by the names of `FitPlots`."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +57,7 @@ def figure_bytes(result: AnimalResult, panels: Sequence[str], kind: str, appeara
 
     if not panels:
         raise InputError(f"a figure needs a panel; there are: {', '.join(PANELS)}")
-    for name in panels:
-        if name not in PANELS:
-            raise InputError(f"there is no panel '{name}'{did_you_mean(name, PANELS)}; there are: {', '.join(PANELS)}")
+    drawn = [PANELS[checked_panel(name)] for name in panels]
     font, color = appearance.font, appearance.color
     _check_look(appearance.family, color or CTL)
     letters: dict[str, object] = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize"), font)
@@ -81,8 +65,8 @@ def figure_bytes(result: AnimalResult, panels: Sequence[str], kind: str, appeara
     letters["font.family"] = appearance.family
     with style(), matplotlib.rc_context(letters):  # type: ignore[arg-type]
         figure = new_figure(appearance.width / 10, appearance.height / 10)
-        for ax, name in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
-            PANELS[name](ax, result, color or CTL, color is None)
+        for ax, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], drawn, strict=True):
+            panel.draw(ax, result, color or CTL, color is None)
         return as_file(figure, kind)
 
 

@@ -12,12 +12,12 @@ from vasowave.study.animal.reading import impedance_error, largest_waves
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.figures.fit import (
+    FitPanel,
     plot_autocorrelation,
     plot_flow,
     plot_modulus,
     plot_phase,
     plot_pressure,
-    plot_pressure_area,
     plot_residuals,
 )
 from vasowave.study.figures.matplotlib_style import (
@@ -84,9 +84,9 @@ def vessels_figure(result: AnimalResult, color: str = CTL) -> "Figure":
     return figure
 
 
-def pressure_area_figure(cohort: Cohort) -> "Figure":
-    """Pressure against area at the middle of the root vessel ("PAsim")."""
-    return shown_figure(cohort, [plot_pressure_area], 7.5)
+def panel_figure(cohort: Cohort, panel: FitPanel) -> "Figure":
+    """One panel of a fit, for the shown animal of each group."""
+    return shown_figure(cohort, [panel.draw], 7.5)
 
 
 def residuals_figure(cohort: Cohort) -> "Figure":

@@ -11,6 +11,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Place, Severity, texts
 from vasowave.base.io.files import check_writable
 from vasowave.pulse.network_formats import NETWORKS
+from vasowave.pulse.quantities import OF_ONE_ANIMAL
 from vasowave.study.animal.law_result import LawResult
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import gathered
@@ -33,7 +34,7 @@ from vasowave.study.results.loading import file_hashes
 from vasowave.study.results.results import INDEX, read_results
 
 _FOLDER = "is a folder; name one file of it, or make a study of all with `vasowave new` and `vasowave add`"
-SENTENCE_QUANTITIES = Family(quantities=("stiffness", "wave_speed", "R_T", "C_p", "tau", "a", "I_R"))
+SENTENCE_QUANTITIES = Family(quantities=OF_ONE_ANIMAL)
 
 
 def animal_alone(

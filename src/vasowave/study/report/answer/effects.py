@@ -5,7 +5,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from vasowave.pulse.quantities import QUANTITIES, question_of
+from vasowave.pulse.quantities import QUANTITIES, described, question_of
 from vasowave.study.cohort.effects import ContrastEstimate, ContrastLabel, Effect, grouped
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.answer.marks import Mark
@@ -16,14 +16,6 @@ SMALL = 0.8, 1.25
 """Ratios between which an effect is small: those that count as equivalent between two drugs."""
 Called = Callable[[str], str]
 """Returns a quantity in words with its symbol."""
-
-_COMPARATIVES = {
-    "stiffness": ("stiffer", "softer", "large arteries"), "beta": ("stiffer", "softer", "large arteries"),
-    "wave_speed": ("faster", "slower", "waves"),
-    "I_R": ("stronger", "weaker", ""), "measured_I_R": ("stronger", "weaker", ""),
-    "tau": ("longer", "shorter", ""), "tau_plain": ("longer", "shorter", ""), "a": ("larger", "smaller", ""),
-}  # fmt: skip
-"""How a higher and a lower value are called, and of what where that is not the quantity itself."""
 
 
 class EffectVerdict(StrEnum):
@@ -80,7 +72,7 @@ def comparatives(effects: Sequence[Effect], called: Called, sized: bool = False)
     """Return what is higher and lower, ``higher mean pressure and cardiac output, stiffer large arteries``."""
     subjects_by_comparative: dict[str, list[str]] = {}
     for effect in effects:
-        higher, less, noun = _COMPARATIVES.get(effect.quantity, ("higher", "lower", ""))
+        higher, less, noun = described(effect.quantity).comparatives
         whence = "" if effect.source == "measured" else " by the model"
         size = f" (× {_size(effect)}{whence})" if sized else ""
         subjects_by_comparative.setdefault(higher if effect.ratio > 1 else less, []).append(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from vasowave.base.descriptions import AT_BOUND, FORBIDDEN
+from vasowave.pulse.quantities import described
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.effects import Effect
@@ -15,8 +16,6 @@ from vasowave.study.report.wording import listed, some_of
 Mark = Callable[[Effect], str]
 """Returns what stands behind the number of an effect."""
 
-_OF_WALL = ("stiffness", "wave_speed", "area_compliance", "C_v", "C_v_plain")
-_OF_BEDS = ("R_T", "a", "C_p")
 _MAX_NAMES = 4  # animals named in a sentence
 
 
@@ -86,9 +85,8 @@ def stopped_at(result: AnimalResult, law: str, quantity: str = "") -> list[str]:
         return []
     fit, walls = result.laws[law].calibration, result.laws[law].parameters
     names = [str(name) for name in fit["parameter"].values[fit["at_bound"].values.astype(bool)]]
-    if quantity in _OF_WALL or quantity in walls:
-        return [name for name in names if name in walls]
-    return [name for name in names if name not in walls] if quantity in _OF_BEDS else names
+    rests_on = "wall" if quantity in walls else described(quantity).rests_on
+    return [name for name in names if not rests_on or (name in walls) == (rests_on == "wall")]
 
 
 def _some(names: list[str]) -> str:

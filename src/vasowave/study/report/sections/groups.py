@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from vasowave.pulse.quantities import INDICES
+from vasowave.pulse.quantities import COMPARED, INDICES
 from vasowave.study.cohort.cohort import Cohort
-from vasowave.study.cohort.comparison import PARAMETERS, SourceComparison, importance
+from vasowave.study.cohort.comparison import SourceComparison, importance
 from vasowave.study.cohort.primary import Primary
 from vasowave.study.figures.compared import importance_figure, ratios_figure
 from vasowave.study.report.answer.problem_list import missing_text
@@ -67,7 +67,7 @@ def _secondary(comparisons: Mapping[str, SourceComparison], written: dict[str, s
 
 def _importance(cohort: Cohort, written: Mapping[str, str]) -> Drawing:
     measured = importance(cohort, "measured", {name: name for name in INDICES})
-    called = {name: written.get(name, name) for name in PARAMETERS}
+    called = {name: written.get(name, name) for name in COMPARED}
     stiffness = {wall: cohort.law(wall).stiffness for wall in cohort.walls}
     modeled = [importance(cohort, wall, {stiffness[wall]: "stiffness"} | called) for wall in cohort.walls]
     stiffness_text = listed([f"{written.get(name, name)} of the {wall} wall" for wall, name in stiffness.items()])

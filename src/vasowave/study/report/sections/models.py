@@ -7,12 +7,14 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.pulse.quantities import MEANS
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.primary import Primary
 from vasowave.study.cohort.table import column, rows_of
 from vasowave.study.figures import modeled as figures
 from vasowave.study.figures.compared import means_figure
+from vasowave.study.figures.fit import PANELS
 from vasowave.study.figures.matplotlib_style import color_stops, group_looks, short, source_looks
 from vasowave.study.figures.modeled import sites_figure, sites_of
 from vasowave.study.figures.network import axes_in_space
@@ -22,7 +24,6 @@ from vasowave.study.report.tables.models import misfit_table, preference_table, 
 from vasowave.study.report.wording import column_label, listed, probability
 
 _SAME = 1e-9  # logarithms that differ by less are equal but for rounding
-_BEDS = ("R_T", "C_T", "C_p_over_C_T", "tau", "a")
 _P = (
     " p: primary comparison, all its rows together; none where animals of a group share an image whose error is not "
     "known."
@@ -73,8 +74,8 @@ def _waveforms(cohort: Cohort) -> list[Block]:
         *(Drawing(f"PQsim-{place}", f"Pressure and flow at the middle of chosen vessels of {cohort.name(group)}, "
                   "each with its share of the mean flow.", figures.vessels_figure(result, looks[group].color))
           for place, (group, result) in enumerate(cohort.shown.items(), start=1)),
-        Drawing("PAsim", "Pressure against area at the middle of the root vessel over one cycle (thick), and the wall "
-                "law from zero pressure on (thin, if the results hold it).", figures.pressure_area_figure(cohort)),
+        *(Drawing(panel.figure, panel.caption, figures.panel_figure(cohort, panel))
+          for panel in PANELS.values() if panel.caption),
         Drawing("Tree", "Wave speed at mean pressure in every vessel (eqs. 31, 32), and fall of the mean pressure "
                 "from the inlet to the end of every terminal vessel.", figures.along_network_figure(cohort)),
     ]  # fmt: skip
@@ -99,7 +100,7 @@ def _means(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list
         return []
     laws = [cohort.law(wall) for wall in cohort.walls]
     parameters = (name for law in laws for name in law.parameters)
-    names = (*parameters, *_BEDS, *(law.stiffness for law in laws), "wave_speed", "I_R", "S")
+    names = (*parameters, *MEANS[0], *(law.stiffness for law in laws), *MEANS[1])
     caption = (
         "Optimized parameters and what follows from them, and the least-squares error S of \"PQsim\" (eq. 14). "
     )  # fmt: skip

@@ -9,7 +9,7 @@ import xarray as xr
 from vasowave.base.descriptions import AT_BOUND, MOST_LEFT, OPEN, parameter_mark
 from vasowave.base.io.columns import split_unit
 from vasowave.pulse.analysis.waves import WAVES
-from vasowave.pulse.quantities import QUANTITIES
+from vasowave.pulse.quantities import OPTIMIZED, QUANTITIES
 from vasowave.study.animal.law_result import LawResult
 from vasowave.study.animal.reading import largest_waves
 from vasowave.study.cohort.cohort import Cohort
@@ -21,7 +21,6 @@ from vasowave.study.report.blocks import Table
 from vasowave.study.report.tables.cells import mean_sd, span, symbols, who, with_unit
 from vasowave.study.report.wording import Row, column_label, number, with_interval
 
-_DERIVED = ("wave_speed", "R_T", "C_T", "C_p_over_C_T", "tau", "I_R", "a", "S", "RMSE")
 MARKS = (
     f"{AT_BOUND} at a bound of its search; {OPEN} not determined by the data (the ends of its 95 % interval differ by "
     "more than a factor of 4)."
@@ -65,7 +64,7 @@ def bounds(cohort: Cohort) -> Table:
 def parameters(cohort: Cohort, wall: str) -> Table:
     """Optimized values of every animal with one wall law ("Parameters")."""
     law, written = cohort.law(wall), symbols(cohort)
-    names = dict.fromkeys((*law.parameters, law.stiffness, *_DERIVED))
+    names = dict.fromkeys((*law.parameters, law.stiffness, *OPTIMIZED))
     table = cohort.table[cohort.table["source"] == wall]
     labels = [label for label in columns(table, tuple(names)) if table[label].notna().any()]
     header = ("animal", "group", *(with_unit(label, written) for label in labels))
