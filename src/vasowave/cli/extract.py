@@ -222,12 +222,12 @@ def _stages() -> Iterator[Callable[[str], None]]:
     with Progress(SpinnerColumn(finished_text="✓"), TextColumn("{task.description}"), TimeElapsedColumn(),
                   console=console) as progress:  # fmt: skip
 
-        def say(stage: str) -> None:
+        def begin_stage(stage: str) -> None:
             for task in progress.tasks:
                 progress.update(task.id, total=1, completed=1)
             progress.add_task(stage, total=None)
 
-        yield say
+        yield begin_stage
         for task in progress.tasks:
             progress.update(task.id, total=1, completed=1)
 

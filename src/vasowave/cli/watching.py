@@ -96,7 +96,7 @@ class ProgressRows:
 
     def step(self, step: Progress) -> None:
         """Tell that an animal is done."""
-        remaining = _left(step)
+        remaining = _remaining_text(step)
         self.finished.add(step.name)
         self.idle = "writing the results" if step.done == step.count else self.idle
         if step.name in self.rows:
@@ -152,5 +152,5 @@ def _bars(console: Console, count: int) -> Bars:
     return bars
 
 
-def _left(step: Progress) -> str:
+def _remaining_text(step: Progress) -> str:
     return "" if step.left is None or step.done == step.count else time_left(step.left)

@@ -227,7 +227,7 @@ def test_recordings_of_one_animal_are_one_voice_and_are_never_tested_as_animals(
     mice = {result.name: f"mouse {place // 2}" for place, result in enumerate(results)}
     gaps = np.array([1.0, 2.0, 5.0, 7.0, 3.0, 3.5])
     cohort = compared(results, gaps)
-    again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": Variable.of("mouse", mice)})
+    again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": Variable.from_cells("mouse", mice)})
     assert (again.repeated, cohort.repeated) == (True, False)
     (row,) = differences(again.ballots, "linear").to_dict("records")
     means = gaps.reshape(3, 2).mean(axis=1)
@@ -240,7 +240,7 @@ def test_recordings_of_one_animal_are_one_voice_and_are_never_tested_as_animals(
 def test_exponents_are_pooled_over_animals_and_not_over_their_recordings():
     cohort = exponents([0.4, 1.1, 0.9, 1.4, 0.7, 2.0])
     mice = {result.name: f"mouse {place // 2}" for place, result in enumerate(cohort.results)}
-    again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": Variable.of("mouse", mice)})
+    again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": Variable.from_cells("mouse", mice)})
     firsts = exponent_of(again, "power")
     alone = exponent_of(gathered(cohort.results[::2]), "power")
     assert firsts.animals == 3

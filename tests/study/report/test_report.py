@@ -230,7 +230,7 @@ def test_the_methods_say_of_how_many_recordings_a_drift_was_removed():
 def test_recordings_of_the_same_animals_are_not_tested_as_if_they_were_independent():
     """Two recordings of each of two mice: the paper's tests would count four."""
     cohort = gathered(made_results({"CTL": 2, "HPH": 2}, walls=("linear",)))
-    mice = Variable.of("mouse", {"CTL 1": "A", "CTL 2": "A", "HPH 1": "B", "HPH 2": "B"})
+    mice = Variable.from_cells("mouse", {"CTL 1": "A", "CTL 2": "A", "HPH 1": "B", "HPH 2": "B"})
     again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": mice})
     folds = [[one.title for one in groups_section(each, NOTHING, {}, {}).blocks if isinstance(one, Fold)]
              for each in (cohort, again)]  # fmt: skip
@@ -240,7 +240,7 @@ def test_recordings_of_the_same_animals_are_not_tested_as_if_they_were_independe
 
 def test_no_table_of_the_supplement_takes_the_file_of_one_of_the_first_page():
     cohort = gathered(made_results({"CTL": 2, "HPH": 2}, walls=("linear",)))
-    weight = Variable.of("weight [g]", {"CTL 1": "21", "CTL 2": "23", "HPH 1": "20", "HPH 2": "22"})
+    weight = Variable.from_cells("weight [g]", {"CTL 1": "21", "CTL 2": "23", "HPH 1": "20", "HPH 2": "22"})
     cohort = replace(cohort, variables={weight.name: weight})
     primary = primary_comparison(cohort, ReportSettings(quantities=("mPAP",)))
     documents = report_of(cohort, primary, ReportSettings()), supplement_of(cohort, primary)

@@ -95,12 +95,12 @@ def _walls() -> list[str]:
 def _is_law(find: Callable[[str], Any], names: Callable[[], Iterable[str]]) -> Check:
     """Return the condition that `find` knows a name; an editor is told the `names`, or that it is module:Class."""
 
-    def known(name: str) -> str:
+    def checked(name: str) -> str:
         if not is_unread(name):
             find(name)
         return name
 
-    return Check(known, lambda: {"anyOf": [{"enum": [*names()]}, {"pattern": ":"}]})
+    return Check(checked, lambda: {"anyOf": [{"enum": [*names()]}, {"pattern": ":"}]})
 
 
 def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:

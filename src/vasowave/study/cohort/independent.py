@@ -68,7 +68,7 @@ class GroupContrast(NamedTuple):
 
     def ratio(self, selection: np.ndarray | slice = slice(None), level: float = LEVEL) -> Ratio:
         """Return the pooled ratio of the second group over the first, of the animals kept."""
-        estimates, in_second = self.estimates.of(selection), self.in_second[selection]
+        estimates, in_second = self.estimates.selected(selection), self.in_second[selection]
         reference = estimates.logs[~in_second], estimates.errors[~in_second]
         return pooled_ratio(
             reference,
@@ -180,7 +180,7 @@ def _effect(label: ContrastLabel, contrast: GroupContrast, statement: tuple[floa
         contrast=label, quantity=contrast.name, source=contrast.source, n_reference=sizes[0], n_group=sizes[1],
         mean_reference=ratio.reference, mean_group=ratio.other, unit=contrast.unit, ratio=ratio.value, low=ratio.low,
         high=ratio.high, standard_error=ratio.error, freedom=ratio.freedom, p=p, untested=contrast.untested,
-        smallest_p=smallest_p(sizes, pairs), apart=_apart(contrast), origin=contrast.estimates.origin,
+        smallest_p=smallest_p(sizes, pairs), apart=_disjoint(contrast), origin=contrast.estimates.origin,
         tipping_radius=tipping_radius(ratio.low, ratio.high, float(contrast.estimates.per_radius.mean())),
         tipping_lung_sd=contrast.tipping_lung_sd(critical), fits_ratio=fits_ratio, fits_low=fits_low,
         fits_high=fits_high, without=without, ratio_without=ratio_without,
@@ -302,7 +302,7 @@ def _assurance(tested: Sequence[GroupContrast], together: Simultaneous) -> Assur
     return Assurance(together.rate, 1 - together.critical, float(np.exp(log_ratio)), smallest)
 
 
-def _apart(contrast: GroupContrast) -> bool:
+def _disjoint(contrast: GroupContrast) -> bool:
     """Return whether every animal of one group lies above every animal of the other."""
     x, y = contrast.estimates.logs[~contrast.in_second], contrast.estimates.logs[contrast.in_second]
     return bool(x.max() < y.min() or y.max() < x.min())

@@ -91,7 +91,7 @@ class Primary:
     adjusted: tuple[CovariateEffect, ...] = ()
     lungs: LungDifferences | None = None
 
-    def of(self, group: str) -> "Primary":
+    def of_group(self, group: str) -> "Primary":
         """Return what is said of one group; intervals and p still hold for all groups at once."""
         return replace(
             self,

@@ -21,7 +21,7 @@ from vasowave.study.entering.grouping import (
 )
 from vasowave.study.entering.grouping import words as words_of
 from vasowave.study.entering.sorting import Recorded, Sorted, files_in, sort_files
-from vasowave.study.entering.table import Known, read_rows, seen_from, written_rows
+from vasowave.study.entering.table import RecordingIndex, read_rows, seen_from, written_rows
 from vasowave.study.entering.template import with_groups
 from vasowave.study.folder.animals import read_row
 from vasowave.study.folder.names import plain_name
@@ -123,7 +123,7 @@ def _laid_out(
     table = path.parent / settings.animals
     before = read_rows(table)
     networks = _networks(path.parent, sorted_files.networks, before.rows, network)
-    lookup, had = Known(path.parent, before.rows), {row["group"] for row in before.rows}
+    lookup, had = RecordingIndex(path.parent, before.rows), {row["group"] for row in before.rows}
     recorded_rows = [
         _Row(recorded, _cells(recorded, path.parent, cells), lookup.row_of(recorded))
         for recorded in sorted_files.recordings
@@ -206,7 +206,7 @@ class _Row:
     old: dict[str, str] | None
 
 
-def _without_copies(new: Sequence[_Row], lookup: Known) -> tuple[list[_Row], list[str]]:
+def _without_copies(new: Sequence[_Row], lookup: RecordingIndex) -> tuple[list[_Row], list[str]]:
     """Return the recordings without those that hold the bytes of another, and what to say of these.
 
     Of two files the one with the shorter name is taken for the original: "mouse 1", not "mouse 1 (copy)"; of files with
@@ -288,13 +288,13 @@ def _grouped(
             raise InputError(f"'{group}' is not a group of the study{hint}; its groups: {', '.join(marks)}")
         marks = ({} if free else marks) | {group: (group,)}
 
-    def tell() -> list[_Row]:
+    def assign() -> list[_Row]:
         for entry in rows:
             candidates = (told_group(entry.recorded.files[0], path.parent, by) for by in (requested_groups, marks))
             entry.cells["group"] = group or next(filter(None, candidates), "")
         return [entry for entry in rows if not (entry.cells["group"] or (entry.old and entry.old.get("group")))]
 
-    lost = tell()
+    lost = assign()
     proposal = (
         proposed_groups([entry.recorded.files[0] for entry in lost], path.parent)
         if lost and not requested_groups
@@ -306,7 +306,7 @@ def _grouped(
         label: label_marks for label, label_marks in marks.items() if label in used or len(lost) < len(rows)
     }
     if ask is not None:
-        marks = marks_in_use | _asked(proposal, ask)
+        marks = marks_in_use | _confirmed_groups(proposal, ask)
     elif free and not marks_in_use:
         marks = dict(proposal.marks)
     else:
@@ -315,7 +315,7 @@ def _grouped(
         example = shlex.quote(",".join(f"{label}={word}" for label, word in zip(marks, words)))
         return marks, [f"{proposal}, which are no groups of the study ({', '.join(marks)}). Say which is which: "
                        f"--groups {example}"]  # fmt: skip
-    tell()
+    assign()
     return marks, [] if ask else [f"groups: {proposal}. If that is not right: --groups ONE,OTHER, the reference first"]
 
 
@@ -332,7 +332,7 @@ def _regrouped(
     return {label: requested_groups.get(label, (label,)) for label in [*labels, *requested_groups]}
 
 
-def _asked(proposal: Proposal, ask: Ask) -> dict[str, tuple[str, ...]]:
+def _confirmed_groups(proposal: Proposal, ask: Ask) -> dict[str, tuple[str, ...]]:
     """Return the groups that a person confirms or gives; a label that was proposed keeps its mark."""
     answer = ask(f"{str(proposal).capitalize()}. Groups, the reference first", ",".join(proposal.marks))
     return {label: proposal.marks.get(label, label_marks) for label, label_marks in parsed_groups(answer).items()}

@@ -69,7 +69,7 @@ def _title(written: str) -> str:
     return exact.get(written.strip().casefold(), written.strip())
 
 
-class Known:
+class RecordingIndex:
     """The recordings that the table has, by place, by the name of a file that is gone, and by content."""
 
     def __init__(self, folder: Path, rows: Sequence[dict[str, str]]) -> None:

@@ -106,7 +106,9 @@ def several_groups(study: Study) -> list[StudyProblem]:
     differing_row = next(row for row in first if row.group != first[0].group)
     finding = SEVERAL_GROUPS(subject=str(design.subject), rows=some_of(places, _MAX_NAMED_ANIMALS))
     return [
-        _at(study, finding, differing_row.line, str(design.subject), (row for rows in mixed.values() for row in rows))
+        _placed(
+            study, finding, differing_row.line, str(design.subject), (row for rows in mixed.values() for row in rows)
+        )
     ]
 
 
@@ -121,7 +123,7 @@ def _odd(study: Study, place: Place) -> Iterator[StudyProblem]:
     of_all += _few_degrees(study, layout)
     yield from (StudyProblem(finding.placed(place)) for finding in of_all)
     if design.subject and not design.occasion and not layout.repeated:
-        yield _at(study, SUBJECT_ONCE(subject=design.subject), 0, design.subject)
+        yield _placed(study, SUBJECT_ONCE(subject=design.subject), 0, design.subject)
     if design.subject and design.occasion:
         yield from _odd_occasions(study, design.subject, design.occasion)
     yield from subject_problems(study)
@@ -163,13 +165,13 @@ def _odd_occasions(study: Study, subject: str, occasion: str) -> Iterator[StudyP
             if row.animal in when:
                 times.setdefault((name, when[row.animal]), []).append(row)
     if len({name for name, _ in times}) == len(times):
-        yield _at(study, ONE_OCCASION(subject=subject, occasion=occasion), 0, occasion)
+        yield _placed(study, ONE_OCCASION(subject=subject, occasion=occasion), 0, occasion)
     again = {key: rows for key, rows in times.items() if len(rows) > 1}
     if again:
         places = [f"'{name}' stands at {occasion} {time} in {_lines(rows)}" for (name, time), rows in again.items()]
         finding = SAME_OCCASION(subject=subject, occasion=occasion, rows=some_of(places, _MAX_NAMED_ANIMALS))
         second = next(iter(again.values()))[1]
-        yield _at(study, finding, second.line, occasion, (row for rows in again.values() for row in rows))
+        yield _placed(study, finding, second.line, occasion, (row for rows in again.values() for row in rows))
 
 
 def _by(rows: Sequence[AnimalRow], attribute: str) -> dict[str, list[AnimalRow]]:
@@ -183,7 +185,7 @@ def _lines(rows: Sequence[AnimalRow]) -> str:
     return f"line{'s' if len(rows) > 1 else ''} {listed([str(row.line) for row in rows])}"
 
 
-def _at(study: Study, finding: Finding, line: int, column: str, rows: Iterable[AnimalRow] = ()) -> StudyProblem:
+def _placed(study: Study, finding: Finding, line: int, column: str, rows: Iterable[AnimalRow] = ()) -> StudyProblem:
     location = f"column '{column}'"
     return StudyProblem(finding.at(str(study.table), line=line, part=location), also=tuple(row.animal for row in rows))
 

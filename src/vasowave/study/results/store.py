@@ -231,7 +231,7 @@ class Journal:
         self.path, self._lock = path, threading.Lock()
         self.known = {(end.wall, end.stage, end.start): _search_end(end) for end in read_journal(path)}
 
-    def of(self, wall: str, starts: int) -> "WallEnds":
+    def searches(self, wall: str, starts: int) -> "WallEnds":
         """Return where the ends of the searches of one wall law are found and kept."""
         return WallEnds(self, wall, starts)
 

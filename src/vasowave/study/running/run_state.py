@@ -206,7 +206,7 @@ class RunRecord:
     @contextmanager
     def watched(self) -> Iterator[None]:
         """Look, while the block goes on, whether somebody asks the run to stop; write how it ended."""
-        watcher = threading.Thread(target=self._look, args=(is_heard(),), daemon=True)
+        watcher = threading.Thread(target=self._watch, args=(is_heard(),), daemon=True)
         watcher.start()
         ended, message, by = Ended.FINISHED, "", ""
         try:
@@ -222,7 +222,7 @@ class RunRecord:
             watcher.join()
             self.write(ended=ended, message=message or self.status.message, stopped_by=by, left=None)
 
-    def _look(self, heard: bool) -> None:
+    def _watch(self, heard: bool) -> None:
         while not self._over.wait(_REPEAT_AFTER_S if self._asked.is_set() else _LOOK_INTERVAL_S):
             if self._asked.is_set() or _read(self.results)[1]:
                 self._asked.set()

@@ -71,7 +71,7 @@ def _failed(cohort: Cohort) -> str:
     """Name every animal that was lost, and every law, posterior or comparison that an animal lacks."""
     animals_by_failure: dict[str, list[str]] = {}
     for failure in cohort.failures:
-        animals_by_failure.setdefault(failure.what, []).append(failure.animal)
+        animals_by_failure.setdefault(failure.scope, []).append(failure.animal)
     text = "; ".join(f"{listed(names)} ({label})" for label, names in animals_by_failure.items())
     return f" Failed: {text}; reasons stand in the table Failures." if text else ""
 
