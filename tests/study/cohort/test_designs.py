@@ -16,6 +16,7 @@ from vasowave.study.cohort import (
     Design,
     Family,
     Fitted,
+    Omission,
     Structure,
     Variable,
     degrees_left,
@@ -547,7 +548,7 @@ def test_a_cohort_of_a_design_has_the_rows_of_its_effects_and_names_who_is_left_
     np.testing.assert_allclose(level, level[0])
     assert level[0] < 0.05
     row = designed(blocks=("litter",))
-    assert row.left_out["CTL 4"] == "its cell of 'litter' is empty"
+    assert Omission("its cell of 'litter' is empty", animal="CTL 4") in row.left_out
     assert {effect.n_reference for effect in row.effects} == {5}
 
 

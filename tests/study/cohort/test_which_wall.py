@@ -8,11 +8,10 @@ import xarray as xr
 from scipy import stats
 
 from made_cohort import made_results, voting
-from vasowave.pulse.inference import laws
+from vasowave.base import CLEAR_EVIDENCE_RATIO
 from vasowave.pulse.selection import UNDECIDED, aicc
 from vasowave.study.animal import PosteriorResult
 from vasowave.study.cohort import (
-    CLEAR_EVIDENCE_RATIO,
     DECISIVE_AICC_DIFFERENCE,
     Design,
     Evidence,
@@ -129,7 +128,6 @@ def test_small_ratios_of_many_animals_and_animals_that_differ_decide_nothing(coh
     assert split.startswith("The animals differ between the linear and the tangent wall")
     assert "for the linear law in 2 of 3 animals and for the tangent law in 1 of 3 animals" in split
     assert Evidence("tangent", {"a": CLEAR_EVIDENCE_RATIO, "b": 0.9}, []).side == 0  # together just not clear
-    assert CLEAR_EVIDENCE_RATIO == laws.CLEAR_EVIDENCE_RATIO
 
 
 def test_a_posterior_that_cannot_be_trusted_is_named_and_leaves_the_residuals_to_answer(cohort_results):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vasowave.base import InputError
-from vasowave.base.io import STUDY_LOCK, alone_in
+from vasowave.base.io import FOLDER_LOCK, alone_in
 from vasowave.base.runtime import append
 from vasowave.pulse.calibration import SearchEnd
 from vasowave.study.folder import StudyFile
@@ -60,7 +60,7 @@ def test_a_journal_that_is_no_file_of_its_own_is_neither_read_nor_added_to(tmp_p
 @pytest.mark.parametrize("kind", KINDS)
 def test_locks_are_refused_in_words_where_something_else_stands_in_their_place(tmp_path, mine, kind):
     study = tmp_path / "study"
-    planted(kind, study / STUDY_LOCK, mine)
+    planted(kind, study / FOLDER_LOCK, mine)
     with pytest.raises(InputError, match=r"\.vasowave\.lock: cannot be written: .*(remove it|name of a file)"), \
             alone_in(study):  # fmt: skip
         pass

@@ -15,7 +15,7 @@ from vasowave.pulse.quantities import MEASURED
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.designed import Values
-from vasowave.study.cohort.effects import ContrastEstimate, ContrastLabel, GroupEffect, Untested
+from vasowave.study.cohort.effects import ContrastEstimate, ContrastLabel, GroupEffect, Omission, Untested
 from vasowave.study.cohort.estimates import Estimates, estimates_of, image_unknown, shared_error
 from vasowave.study.cohort.lungs import tipping_radius
 from vasowave.study.cohort.pooling import Ratio, pooled_ratio
@@ -164,8 +164,8 @@ def secondary_estimates(
         for further in cohort.walls
         if further != law
         for contrast in usable_contrasts(
-            cohort, [contrast.name for contrast in of_group if contrast.source == law], further, group, {}
-        )
+            cohort, [contrast.name for contrast in of_group if contrast.source == law], further, group
+        )[0]
         for ratio in [contrast.ratio(level=LEVEL if contrast.untested else 1 - critical)]
     ]  # fmt: skip
 
@@ -197,16 +197,16 @@ def _by_fits(contrast: GroupContrast, critical: float) -> tuple[float, float, fl
 
 
 def usable_contrasts(
-    cohort: Cohort, names: Sequence[str], law: str, group: str, left_out: dict[str, str]
-) -> list[GroupContrast]:
-    """Return the quantities that can be compared; `left_out` gets the others with the reason."""
-    usable = []
+    cohort: Cohort, names: Sequence[str], law: str, group: str
+) -> tuple[list[GroupContrast], list[Omission]]:
+    """Return the quantities that can be compared, and the others with the reason."""
+    usable, left_out = [], []
     for name in names:
         try:
             usable.append(_contrast(cohort, source_of(name, law), name, group))
         except InputError as error:
-            left_out[f"{name} ({group})"] = str(error)
-    return usable
+            left_out.append(Omission(str(error), name, group))
+    return usable, left_out
 
 
 def _contrast(cohort: Cohort, source: str, name: str, group: str) -> GroupContrast:

@@ -92,7 +92,7 @@ class Comparison:
     def _figure(self, make: Callable[[float, float], "Figure"]) -> "Figure":
         if not self.primary.effects:
             omissions = not_told(self.primary, caller(self.cohort))
-            omissions += [f"{quantity} ({reason})" for quantity, reason in self.primary.left_out.items()]
+            omissions += [f"{omission.describe()} ({omission.reason})" for omission in self.primary.left_out]
             hint = " (all in `.primary.left_out`)" if len(omissions) > _NAMED else ""
             raise InputError(
                 f"{self.group} and {self.reference} could not be compared by {some_of(omissions, _NAMED)}{hint}; "
@@ -117,7 +117,7 @@ class Comparison:
 
     def _repr_html_(self) -> str:
         facts = dict(self._items)
-        omissions = [f"{quantity}: {reason}" for quantity, reason in self.primary.left_out.items()]
+        omissions = [f"{omission.describe()}: {omission.reason}" for omission in self.primary.left_out]
         omissions += not_told(self.primary, caller(self.cohort))
         return card(f"{self.group} against {self.reference}", facts, omissions)
 

@@ -1,12 +1,14 @@
 """The first page: answers beside the forest plot, the waveforms and the network, what is not known, what is wrong."""
 
 from collections.abc import Mapping
+from operator import attrgetter
 
 import numpy as np
 
 from vasowave.base.io.columns import split_unit
 from vasowave.pulse.quantities import question_of
 from vasowave.study.cohort.cohort import Cohort
+from vasowave.study.cohort.effects import grouped
 from vasowave.study.cohort.primary import Family, Primary
 from vasowave.study.cohort.table import column, rows_of
 from vasowave.study.figures.forest import NARROW, WIDE, forest_figure
@@ -76,11 +78,9 @@ def _with_decay(answers: list[tuple[str, str]], cohort: Cohort, law: str, family
 
 
 def _not_compared(primary: Primary, called: Called) -> list[tuple[str, str]]:
-    reasons: dict[str, list[str]] = {}
-    for label, reason in primary.left_out.items():
-        name, place, pair = label.partition(" (")
-        reasons.setdefault(reason, []).append(short(f"{called(name)}{place}{pair}", 60))
-    clauses = [*not_told(primary, called), *(f"{', '.join(names)}: {reason}" for reason, names in reasons.items())]
+    clauses = not_told(primary, called)
+    for reason, omissions in grouped(primary.left_out, attrgetter("reason")).items():
+        clauses.append(f"{', '.join(short(omission.describe(called), 60) for omission in omissions)}: {reason}")
     return [("Not compared", f"{'; '.join(clauses)}.")] if clauses else []
 
 
