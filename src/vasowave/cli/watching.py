@@ -61,7 +61,10 @@ def event(event: str, /, **facts: Any) -> None:
 
 
 class JsonLines:
-    """Every step as a line of JSON on the standard output."""
+    """Every step as a line of JSON on the standard output.
+
+    Holds state because a count is told only where it is more than what was told before.
+    """
 
     def __init__(self) -> None:
         self.said: dict[tuple[str, str], int] = {}
@@ -85,7 +88,10 @@ class JsonLines:
 
 
 class ProgressRows:
-    """A bar for the study and a row for every animal that is being computed; lines where there is no terminal."""
+    """A bar for the study and a row for every animal that is being computed; lines where there is no terminal.
+
+    Holds state because rows appear and go as animals begin and end.
+    """
 
     def __init__(self, console: Console, bars: Bars) -> None:
         self.console, self.bars = console, bars

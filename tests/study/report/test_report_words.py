@@ -316,7 +316,7 @@ EFFECT = GroupEffect(
 
 
 def primary_of(*changes):
-    return Primary("linear", tuple(replace(EFFECT, **change) for change in changes), (), {})
+    return Primary("linear", tuple(replace(EFFECT, **change) for change in changes), (), ())
 
 
 def test_effects_stand_by_direction_and_those_that_are_not_shown_apart():

@@ -1,7 +1,7 @@
 """Entering animals: files sorted into a table, groups, templates, checks."""
 
+from vasowave.study.entering.added_rows import told_network as told_network
 from vasowave.study.entering.adding import add_files as add_files
-from vasowave.study.entering.adding import told_network as told_network
 from vasowave.study.entering.checking import check_study as check_study
 from vasowave.study.entering.grouping import is_reference as is_reference
 from vasowave.study.entering.grouping import parsed_groups as parsed_groups

@@ -60,7 +60,9 @@ KEY_TWICE = error_kind("yaml.key-twice", "'{key}' stands a second time (first in
 
 @dataclass(eq=False)
 class Document:
-    """The content of a YAML file; filled while it is read.
+    """The content of a YAML file.
+
+    Holds state because places and problems are collected while it is read, and while its values are checked.
 
     Attributes
     ----------
@@ -166,7 +168,10 @@ def _place(name: str, line: int, column: int) -> Place:
 
 
 class _Builder:
-    """Turns nodes into values; keeps their places and what is wrong with them."""
+    """Turns nodes into values; keeps their places and what is wrong with them.
+
+    Holds state because a node that was met before is an alias.
+    """
 
     def __init__(self, document: Document) -> None:
         self.document = document

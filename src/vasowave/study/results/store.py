@@ -221,6 +221,8 @@ class JournalEnd:
 class Journal:
     """The file of one animal; made when the first search ends.
 
+    Holds state because searches of several threads write into it, one at a time.
+
     Parameters
     ----------
     path : Path

@@ -119,7 +119,10 @@ def run_jobs(
 
 
 class _Run:
-    """The state of one run: what is done, what failed, since when."""
+    """One run.
+
+    Holds state because what is done, what failed, and how long it took change with every job that ends.
+    """
 
     def __init__(
         self,

@@ -183,6 +183,8 @@ def _value(text: str, kind: Any) -> Any:
 class RunRecord:
     """What a run that goes on here writes of itself; what cannot be written is not, and the run goes on.
 
+    Holds state because only what has changed is told, and a run may be asked to stop.
+
     Attributes
     ----------
     status : RunStatus

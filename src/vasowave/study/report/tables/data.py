@@ -10,14 +10,13 @@ from vasowave.pulse.quantities import INDICES
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.table import columns, describe
+from vasowave.study.cohort.unused import Role, role_of
 from vasowave.study.cohort.variables import Variable
 from vasowave.study.report.blocks import Table
 from vasowave.study.report.tables.cells import animal_cells, mean_sd, named, symbols, with_unit
-from vasowave.study.report.wording import with_error
+from vasowave.study.report.wording import Row, with_error
 
 _FIRST = ("HR", "mPAP", "CO", "PVR")
-_TOLD = ("weight", "body weight", "body mass", "mass", "sex", "gender", "age", "strain")
-"""Columns of a lab's table that describe its animals in the first table of a paper."""
 _NOMINAL = {"Z_c": "Z_c", "beta": "β₀", "R_T": "R_T0", "tau": "τ₀"}
 
 
@@ -28,13 +27,17 @@ def hemodynamics(cohort: Cohort) -> Table:
     groups = [f"{cell} ({cohort.count(cell)})" for cell in cohort.cells]
     header = ("index", *(["measured"] if cohort.single else groups))
     meanings = cohort.meanings
-    cells = [
+    note = "; ".join(f"{name}: {meanings[name]}" for name in INDICES if name in meanings)
+    caption = "Hemodynamic indices" if cohort.single else "Hemodynamic indices, mean ± SD"
+    return Table("HemoStats", caption, header, _means(cohort, data), f"{note}.", data)
+
+
+def _means(cohort: Cohort, data: pd.DataFrame) -> list[Row]:
+    """Return a row for each quantity of `describe`: its symbol, and mean ± SD of every group."""
+    return [
         (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in quantity_rows.iterrows()))
         for label, quantity_rows in data.groupby("quantity", sort=False)
     ]
-    note = "; ".join(f"{name}: {meanings[name]}" for name in INDICES if name in meanings)
-    caption = "Hemodynamic indices" if cohort.single else "Hemodynamic indices, mean ± SD"
-    return Table("HemoStats", caption, header, cells, f"{note}.", data)
 
 
 def animals_table(cohort: Cohort) -> list[Table]:
@@ -43,17 +46,14 @@ def animals_table(cohort: Cohort) -> list[Table]:
         return []
     rows = cohort.described[cohort.described["source"] == "measured"]
     data = describe(rows, columns(rows, _FIRST))
-    cells = [
-        (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in quantity_rows.iterrows()))
-        for label, quantity_rows in data.groupby("quantity", sort=False)
-    ]
-    shown = [variable for variable in cohort.variables.values() if variable.name.lower() in _TOLD]
+    shown = [variable for variable in cohort.variables.values()
+             if role_of(variable.name) is Role.COVARIATE and variable.kind != "date"]  # fmt: skip
     first = [
         (variable.label, *(_summary(variable, cell.results) for cell in cohort.cells.values())) for variable in shown
     ]
     header = ("mean ± SD", *(f"{cell} ({cohort.count(cell)})" for cell in cohort.cells))
     note = "Arithmetic means; the answer compares geometric ones."
-    return [Table("Animals", "Table 1. The animals", header, [*first, *cells], note, data)]
+    return [Table("Animals", "Table 1. The animals", header, [*first, *_means(cohort, data)], note, data)]
 
 
 def _summary(variable: Variable, results: Sequence[AnimalResult]) -> str:
