@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from vasowave.base.species import SPECIES
 from vasowave.cli.app import app
 from vasowave.cli.signatures import with_option_groups
 
@@ -17,9 +18,7 @@ if TYPE_CHECKING:
     from vasowave.pulse.network.network import Network
 
 
-@app.command(
-    epilog="Example: vasowave look scan-folder -o look.html. Then type the command that it ends with.",
-)
+@app.command(epilog="Example: vasowave look scan-folder -o look.html. Then type the command that it ends with.")
 def look(
     volume: Annotated[Path, typer.Argument(help="DICOM folder, NRRD, NIfTI, MetaImage, RAW with header, TIFF stack.")],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Page (.html) or .json.")] = None,
@@ -122,7 +121,7 @@ def centerlines(
     limits: PartLimits,
     pressure: Annotated[float, typer.Option(help="Pressure at which the vessels were imaged, mmHg; 0: unknown.")] = 0.0,
     species: Annotated[
-        str, typer.Option(help="Whose root the unit is checked by: mouse, rat, rabbit, dog, pig, human, other.")
+        str, typer.Option(help=f"Whose root the unit is checked by: {', '.join(SPECIES)}, other.")
     ] = "mouse",
 ) -> None:
     """Turn the centerlines of another program into a vessel network, for ParaView and the authors' tables too."""

@@ -65,7 +65,7 @@ def samples(
 def new(
     folder: Annotated[Path, typer.Argument(help="Folder to make.")],
     groups: Annotated[str, typer.Option(help="Group labels, the reference first.")] = "CTL,HPH",
-    species: Annotated[str, typer.Option(help="mouse, rat, rabbit, dog, pig, human or other.")] = "mouse",
+    species: Annotated[str, typer.Option(help=f"{models.SPECIES_NAMES}.")] = "mouse",
 ) -> None:
     """Make a study: a commented study.yaml, an empty animals.csv, and folders for the files."""
     from vasowave.study.entering.template import new_study

@@ -313,10 +313,7 @@ def posterior_result(drawn: Posterior) -> PosteriorResult:
     table["left_out_k_hat"] = ("block", blocks["k_hat"].to_numpy(), {"units": "1"})
     for name, value in drawn.diagnostics._asdict().items():
         table[name] = ((), float(value), {"units": "1"})
-    table.attrs = {
-        "trusted": int(drawn.diagnostics.trusted),
-        "findings": as_json(drawn.findings),
-    }
+    table.attrs = {"trusted": int(drawn.diagnostics.trusted), "findings": as_json(drawn.findings)}
     return PosteriorResult(table, {str(name): _plain(node.to_dataset()) for name, node in drawn.data.children.items()})
 
 

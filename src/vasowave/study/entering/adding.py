@@ -106,18 +106,18 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
              for title, text in (cells or {}).items()}  # fmt: skip
     files = _sorted(path.parent, table, paths, network, cells)
     parsed = parsed_groups(groups) if groups else {}
-    wishes = Wishes(group, parsed, network, cells, None if ask is None else cache(ask))
+    options = AddingOptions(group, parsed, network, cells, None if ask is None else cache(ask))
     contents_before = {file: content_of(file) for file in (table, path)}
-    plan = plan_rows(path, files, wishes)
+    plan = plan_rows(path, files, options)
     with alone_in(path.parent):  # for milliseconds: neither reading recordings nor a person's answer holds others up
         if (now := {file: content_of(file) for file in contents_before}) != contents_before:
-            plan = plan_rows(path, files, wishes)
+            plan = plan_rows(path, files, options)
         write_files(plan.contents, now)
     return plan.added
 
 
 @dataclass(frozen=True)
-class Wishes:
+class AddingOptions:
     """What a person says of all files that are added; see `add_files`."""
 
     group: str
@@ -133,50 +133,50 @@ class Wishes:
 
 
 @dataclass(frozen=True)
-class Plan:
+class RowPlan:
     """What is to be written, by file, and the outcome that this will have."""
 
     contents: dict[Path, str]
     added: Added
 
 
-def plan_rows(path: Path, files: Sorted, wishes: Wishes) -> Plan:
+def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     """Return what table and study file are to hold with the files, and what is said of it; nothing is written."""
     settings = _settings(path)
     table, folder = path.parent / settings.animals, path.parent
     before = read_rows(table)
-    networks = networks_of(folder, files.networks, before.rows, wishes.network)
+    networks = networks_of(folder, files.networks, before.rows, options.network)
     lookup, had = RecordingIndex(folder, before.rows), {row["group"] for row in before.rows}
     entries = [
-        AddedRow(recorded, cells_of(recorded, folder, wishes.cells), lookup.row_of(recorded))
+        AddedRow(recorded, cells_of(recorded, folder, options.cells), lookup.row_of(recorded))
         for recorded in files.recordings
     ]
     touched = [entry for entry in entries if entry.old is not None]
     new, copies = without_copies([entry for entry in entries if entry.old is None], lookup)
-    marks, remarks = _grouped([*new, *touched], before.rows, path, settings, wishes)
-    serves_all = wishes.network is not None or not files.refused
+    marks, remarks = _grouped([*new, *touched], before.rows, path, settings, options)
+    serves_all = options.network is not None or not files.refused
     for entry in [*new, *touched]:
         group = entry.cells["group"] or (entry.old or {}).get("group", "")
-        file = wishes.network or told_network(entry.recorded.name, group, marks, networks, folder, serves_all)
+        file = options.network or told_network(entry.recorded.name, group, marks, networks, folder, serves_all)
         entry.cells["network"] = seen_from(folder, file) if file else ""
-    remarks += [*kept_networks(touched, networks), *kept_groups(touched, wishes.group)]
+    remarks += [*kept_networks(touched, networks), *kept_groups(touched, options.group)]
     name_animals(new, [row["animal"] for row in before.rows])
-    updated = [entry for entry in touched if fill_row(entry, wishes.columns)]
+    updated = [entry for entry in touched if fill_row(entry, options.columns)]
     rows = [entry.cells for entry in new]
     concerned = [*rows, *(entry.old for entry in touched if entry.old is not None)]
     in_use = {*settings.groups, *(row["group"] for row in concerned)}
-    marks = {label: words for label, words in marks.items() if label != wishes.group or label in in_use}
-    marks = _settled(marks, wishes.groups, {row["group"] for row in [*before.rows, *rows]}, had)
+    marks = {label: words for label, words in marks.items() if label != options.group or label in in_use}
+    marks = _settled(marks, options.groups, {row["group"] for row in [*before.rows, *rows]}, had)
     contents = {table: written_rows(before, rows)}
     if list(marks) != settings.groups:
         contents[path] = with_groups(path, list(marks))
-        remarks.append(_of_groups(path, marks, settings, wishes.group))
+        remarks.append(_of_groups(path, marks, settings, options.group))
     remarks += missing_cells(concerned, marks, networks, bool(files.refused))
     if (unchanged := len(touched) - len(updated)) > 0:
         remarks.append(f"{unchanged} of these recordings are in the table already, with all this")
-    said = dict.fromkeys([*copies, *shared_remarks([*new, *updated]), *remarks])
+    sentences = dict.fromkeys([*copies, *shared_remarks([*new, *updated]), *remarks])
     names = tuple(entry.old["animal"] for entry in updated if entry.old)
-    return Plan(contents, Added(table, tuple(rows), names, tuple(said), files.refused))
+    return RowPlan(contents, Added(table, tuple(rows), names, tuple(sentences), files.refused))
 
 
 def _settled(marks: MarksOf, requested: MarksOf, used: set[str], had: set[str]) -> MarksOf:
@@ -232,13 +232,13 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
 
 
 def _grouped(
-    rows: Sequence[AddedRow], before: Sequence[dict[str, str]], path: Path, settings: StudyFile, wishes: Wishes
+    rows: Sequence[AddedRow], before: Sequence[dict[str, str]], path: Path, settings: StudyFile, options: AddingOptions
 ) -> tuple[MarksOf, list[str]]:
     """Fill the column `group` of what was found; return the groups of the study with their marks, and what to say."""
     used = {row.get("group", "") for row in before} & set(settings.groups)
     free = not used and settings.groups == StudyFile().groups
     marks: MarksOf = {label: (label,) for label in settings.groups}
-    group, requested_groups = wishes.group, wishes.groups
+    group, requested_groups = options.group, options.groups
     if requested_groups:
         marks = _regrouped([] if free else settings.groups, used, requested_groups)
     elif group and group not in marks:
@@ -263,8 +263,8 @@ def _grouped(
     marks_in_use = {
         label: label_marks for label, label_marks in marks.items() if label in used or len(lost) < len(rows)
     }
-    if wishes.ask is not None:
-        marks = marks_in_use | _confirmed_groups(proposal, wishes.ask)
+    if options.ask is not None:
+        marks = marks_in_use | _confirmed_groups(proposal, options.ask)
     elif free and not marks_in_use:
         marks = dict(proposal.marks)
     else:
@@ -274,7 +274,7 @@ def _grouped(
         return marks, [f"{proposal}, which are no groups of the study ({', '.join(marks)}). Say which is which: "
                        f"--groups {example}"]  # fmt: skip
     assign()
-    return marks, [] if wishes.ask else [
+    return marks, [] if options.ask else [
         f"groups: {proposal}. If that is not right: --groups ONE,OTHER, the reference first"
     ]
 

@@ -97,9 +97,7 @@ SAME_CYCLE = error_kind(
     "check.same-cycle", "its averaged cycle is that of '{other}' (line {at}); {remedy}", _ONE_OF_TWO
 )
 SAME_SIGNAL = error_kind(
-    "check.same-signal",
-    "its pressure is in that of '{other}' (line {at}), written anew; {remedy}",
-    _ONE_OF_TWO,
+    "check.same-signal", "its pressure is in that of '{other}' (line {at}), written anew; {remedy}", _ONE_OF_TWO
 )
 DOUBLED_CODES = tuple(kind.code for kind in (SAME_RECORDING, SAME_VENTRICLE, SAME_CYCLE, SAME_SIGNAL))
 """Codes of what is mended by removing one of two rows, or by saying that both are meant."""

@@ -100,10 +100,7 @@ def write_cohort_report(
     _check_free(folder)
     with style():
         primary = primary_comparison(cohort, report_settings)
-        documents = (
-            report_of(cohort, primary, report_settings, title),
-            supplement_of(cohort, primary, title),
-        )
+        documents = (report_of(cohort, primary, report_settings, title), supplement_of(cohort, primary, title))
     _place(documents, folder, report_settings.pdf, mapper)
     if on_answers is not None:
         on_answers(documents[0].answers())

@@ -29,15 +29,7 @@ import numpy as np
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import look_kind, warn
-from vasowave.base.io.files import (
-    check_home,
-    in_words,
-    made_inside,
-    make_folder,
-    remove_file,
-    remove_parts,
-    write_file,
-)
+from vasowave.base.io.files import check_home, in_words, made_inside, make_folder, remove_file, remove_parts, write_file
 from vasowave.base.io.textfile import look, read_bytes
 from vasowave.base.runtime.kept import digest_of, program
 from vasowave.base.runtime.locks import lock_open_file
