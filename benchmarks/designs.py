@@ -265,7 +265,7 @@ def layout_of(one: Kind) -> Layout:
     """Return the layout of a kind of study."""
     names = [str(row) for row in one.table.index]
     variables = {
-        str(label): Variable.of(str(label), dict(zip(names, map(str, one.table[label]), strict=True)))
+        str(label): Variable.from_cells(str(label), dict(zip(names, map(str, one.table[label]), strict=True)))
         for label in one.table.columns if label != "group"
     }  # fmt: skip
     members = dict(zip(names, one.table["group"], strict=True))

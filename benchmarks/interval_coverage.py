@@ -21,9 +21,10 @@ from scipy.stats import beta
 
 from known_animals import ROWS, animal, image_of, priors_of
 from robustness_page import put
+from vasowave.base import CLEAR_EVIDENCE_RATIO
 from vasowave.pulse import derived
 from vasowave.pulse.calibration import Search, calibrate
-from vasowave.pulse.inference import CLEAR_EVIDENCE_RATIO, MAX_PARETO_K, posterior
+from vasowave.pulse.inference import MAX_PARETO_K, posterior
 from vasowave.study.animal import derived_of, errors_of
 
 METHODS = ("fit", "posterior")

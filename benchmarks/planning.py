@@ -72,9 +72,9 @@ def layout(size: int, kind: str) -> Layout:
     pair = {name: f"P{int(name) % size}" for name in names}
     if "litters" in kind:
         groups = {name: "B" if int(name) >= size else "A" for name in names}
-        return laid_out(Design(blocks=("litter",)), {"litter": Variable.of("litter", pair)}, groups, ["A", "B"])
+        return laid_out(Design(blocks=("litter",)), {"litter": Variable.from_cells("litter", pair)}, groups, ["A", "B"])
     time = {name: "after" if int(name) >= size else "before" for name in names}
-    variables = {"mouse": Variable.of("mouse", pair), "time": Variable.of("time", time)}
+    variables = {"mouse": Variable.from_cells("mouse", pair), "time": Variable.from_cells("time", time)}
     return laid_out(Design(subject="mouse", occasion="time"), variables, dict.fromkeys(names, "A"), ["A"])
 
 
@@ -114,7 +114,7 @@ def found_twice(size: int, effect: float, studies: int, draws: int) -> np.ndarra
     names = [str(row) for row in range(4 * size)]
     animal = {name: f"M{int(name) % (2 * size)}" for name in names}
     groups = {name: "B" if int(name) % (2 * size) >= size else "A" for name in names}
-    what = laid_out(Design(subject="mouse"), {"mouse": Variable.of("mouse", animal)}, groups, ["A", "B"])
+    what = laid_out(Design(subject="mouse"), {"mouse": Variable.from_cells("mouse", animal)}, groups, ["A", "B"])
     second = np.tile(np.arange(2 * size) >= size, 2)
     (contrast,) = [(one.second - one.first) @ what.means for one in what.contrasts]
     for number in range(studies):

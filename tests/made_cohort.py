@@ -124,5 +124,5 @@ def crossed_cohort(mice=3, walls=("linear",), levels=("vor", "nach"), groups=("K
                 for name, cell in cells.items():
                     columns[name][result.name] = cell
     design = Design(covariates=("sex",), subject="mouse", occasion="time")
-    known = [Variable.of(name, cells) for name, cells in columns.items()]
+    known = [Variable.from_cells(name, cells) for name, cells in columns.items()]
     return gathered(results, groups[0], variables=known, design=design)

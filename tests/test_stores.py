@@ -154,7 +154,9 @@ def fitted(tmp_path_factory):
 def _fit(path):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", VasowaveWarning)
-        fit = calibrate(control_network(), virtual_mouse(), search=Search(starts=2), ends=Journal(path).of("linear", 2))
+        fit = calibrate(
+            control_network(), virtual_mouse(), search=Search(starts=2), ends=Journal(path).searches("linear", 2)
+        )
     return fit, [one.message.finding.code for one in caught]
 
 

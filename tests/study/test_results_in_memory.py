@@ -26,7 +26,7 @@ def stored(folder, results, groups, variables=(), design=None):
 
 @pytest.fixture(scope="module")
 def made(cohort_results, tmp_path_factory):
-    sexes = Variable.of("sex", {"CTL 1": "f", "HPH 1": "m"})
+    sexes = Variable.from_cells("sex", {"CTL 1": "f", "HPH 1": "m"})
     return stored(tmp_path_factory.mktemp("made"), cohort_results, ["CTL", "HPH"], (sexes,))
 
 
@@ -78,8 +78,8 @@ def test_a_plan_is_made_of_the_first_recording_of_each_subject_and_knows_how_occ
     cohort = crossed_cohort(2, ())
     names = [one.name for one in cohort.results]
     variables = [
-        Variable.of("mouse", {name: name.rpartition(" ")[0] for name in names}),
-        Variable.of("time", {name: name.rpartition(" ")[2] for name in names}),
+        Variable.from_cells("mouse", {name: name.rpartition(" ")[0] for name in names}),
+        Variable.from_cells("time", {name: name.rpartition(" ")[2] for name in names}),
     ]
     design = Design(subject="mouse", occasion="time")
     study = stored(tmp_path, cohort.results, cohort.groups, tuple(variables), design)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from vasowave.base import InputError, Place
-from vasowave.study.entering import Known, Rows, read_rows, seen_from, write_virtual_study, written_rows
+from vasowave.study.entering import RecordingIndex, Rows, read_rows, seen_from, write_virtual_study, written_rows
 from vasowave.study.folder import read_row
 
 
@@ -17,7 +17,7 @@ def test_a_recording_that_was_moved_is_known_by_its_name_and_its_bytes(tmp_path)
     for name in ("gone.txt", "flow.txt", "third.txt"):
         (tmp_path / "new" / name).write_text(name)
     rows = [{"animal": "a", "recording": "here.txt"}, {"animal": "b", "recording": "old/gone.txt", "flow": "old/f.txt"}]
-    known = Known(tmp_path, rows)
+    known = RecordingIndex(tmp_path, rows)
 
     def recorded(*names):
         return SimpleNamespace(files=[tmp_path / name for name in names])

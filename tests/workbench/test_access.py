@@ -13,7 +13,7 @@ import pytest
 from served import served
 
 from vasowave.base import InputError
-from vasowave.base.io import STUDY_LOCK
+from vasowave.base.io import FOLDER_LOCK
 from vasowave.workbench import Desk, access, in_a_browser, server
 
 PAGE = Path(server.__file__).parent / "page"
@@ -238,7 +238,7 @@ BODIES = [*NO_MESSAGES, *(json.dumps(one).encode() for one in MALFORMED)]
 
 
 def content(folder):
-    files = (path for path in folder.rglob("*") if path.is_file() and path.name != STUDY_LOCK)
+    files = (path for path in folder.rglob("*") if path.is_file() and path.name != FOLDER_LOCK)
     return {path: path.read_bytes() for path in files}
 
 

@@ -37,7 +37,7 @@ POINTS = np.random.default_rng(0).standard_normal((40, 3))
 def _journal(folder: Path) -> None:
     journal = Journal(folder / "key.jsonl")
     for start in range(5):
-        journal.of("linear", 5).keep("scout", start, END)
+        journal.searches("linear", 5).keep("scout", start, END)
 
 
 def _simulations(folder: Path) -> None:

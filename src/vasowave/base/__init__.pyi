@@ -1,6 +1,7 @@
 """What every part stands on: errors, findings, settings, units, species, stored files, processes."""
 
 from vasowave.base.accessors import Accessor as Accessor
+from vasowave.base.descriptions import CLEAR_EVIDENCE_RATIO as CLEAR_EVIDENCE_RATIO
 from vasowave.base.descriptions import BedLaw as BedLaw
 from vasowave.base.descriptions import Law as Law
 from vasowave.base.descriptions import Parameter as Parameter

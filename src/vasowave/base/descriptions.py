@@ -15,6 +15,12 @@ TAILS = (0.025, 0.5, 0.975)
 MOST_LEFT = 0.1
 """Share of the pulse pressure; a model that leaves more of it as root-mean-square residual misses its data."""
 
+CLEAR_EVIDENCE_RATIO = 20.0
+"""Ratio of two evidences from which one law is called clearly likelier: with equal chances before, 95 % after."""
+
+MAX_LOG_DISTANCE = 200.0
+"""Farthest end of an interval, in the logarithm: an endless interval stays a finite number."""
+
 FORBIDDEN, AT_BOUND, OPEN = "*", "†", "‡"
 """Marks behind a number that must not be used, that rests on a parameter at a bound of its search, or that the data do
 not determine."""

@@ -18,7 +18,7 @@ Read = TypeVar("Read", bound=Callable[..., Any])
 
 
 class FileKind(NamedTuple):
-    """One kind of file: what it is called, the names of its files in a study or a fit, and who reads it."""
+    """One kind of file: what it is called, the names of its files, and who reads it."""
 
     name: str
     files: str

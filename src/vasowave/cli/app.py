@@ -38,7 +38,7 @@ class Commands(TyperGroup):
         """Run a command; with --verbose say with what, for how long, and where in the program an error arose."""
         if not ctx.params.get("verbose"):
             return super().invoke(ctx)
-        with told():
+        with verbose_report():
             return super().invoke(ctx)
 
 
@@ -75,7 +75,7 @@ def options(
 
 
 @contextmanager
-def told() -> Iterator[None]:
+def verbose_report() -> Iterator[None]:
     """Say versions before what is done inside, and afterwards time, memory and the place of an error."""
     from vasowave.base.runtime.thread_limits import threads
     from vasowave.base.software import versions

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from vasowave.base.species import SPECIES
 from vasowave.cli.app import app
 from vasowave.cli.signatures import with_option_groups
 
@@ -19,9 +20,7 @@ if TYPE_CHECKING:
 _VOLUME = "Folder (DICOM, slices as pictures), or a file: NRRD, NIfTI, MetaImage, TIFF, isq, vff, am, vol …"
 
 
-@app.command(
-    epilog="Example: vasowave look scan-folder -o look.html. Then type the command that it ends with.",
-)
+@app.command(epilog="Example: vasowave look scan-folder -o look.html. Then type the command that it ends with.")
 def look(
     volume: Annotated[Path, typer.Argument(help=_VOLUME)],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Page (.html) or .json.")] = None,
@@ -128,7 +127,7 @@ def centerlines(
     limits: PartLimits,
     pressure: Annotated[float, typer.Option(help="Pressure at which the vessels were imaged, mmHg; 0: unknown.")] = 0.0,
     species: Annotated[
-        str, typer.Option(help="Whose root the unit is checked by: mouse, rat, rabbit, dog, pig, human, other.")
+        str, typer.Option(help=f"Whose root the unit is checked by: {', '.join(SPECIES)}, other.")
     ] = "mouse",
 ) -> None:
     """Turn the centerlines of another program into a vessel network, for ParaView and the authors' tables too."""
@@ -228,12 +227,12 @@ def _stages() -> Iterator[Callable[[str], None]]:
     with Progress(SpinnerColumn(finished_text="✓"), TextColumn("{task.description}"), TimeElapsedColumn(),
                   console=console) as progress:  # fmt: skip
 
-        def say(stage: str) -> None:
+        def begin_stage(stage: str) -> None:
             for task in progress.tasks:
                 progress.update(task.id, total=1, completed=1)
             progress.add_task(stage, total=None)
 
-        yield say
+        yield begin_stage
         for task in progress.tasks:
             progress.update(task.id, total=1, completed=1)
 

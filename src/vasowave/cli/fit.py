@@ -49,7 +49,7 @@ def fit(
 
 def _fit(study: "Study") -> None:
     from vasowave.base.runtime.interrupts import interruptible
-    from vasowave.cli.progress import alive, tell
+    from vasowave.cli.progress import alive, print_text
     from vasowave.cli.watching import watched
     from vasowave.study.running.reporting import report_study
     from vasowave.study.running.run_state import running
@@ -64,7 +64,7 @@ def _fit(study: "Study") -> None:
             page = report_study(study.folder)
     typer.echo(f"Report: {page}")
     for failure in done.failures:
-        tell(f"failed: {failure}", err=True)
+        print_text(f"failed: {failure}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)
 
 
@@ -112,7 +112,8 @@ def posterior(
 
     check_file(output, models.DATA)
     models.trust_programs(network, trust)
-    (name, law), vessels, cycle, sites, settings = _known(network, recording or [], choice, dict(setting_values or {}))
+    inputs = _fit_inputs(network, recording or [], choice, dict(setting_values or {}))
+    (name, law), vessels, cycle, sites, settings = inputs
     made = [0]
     typer.echo(f"Posterior under the {name} wall. The first simulation compiles the solver.")
 
@@ -125,12 +126,12 @@ def posterior(
             search=settings.search(law), numerics=settings.numerics, draws=draws, seed=settings.seed, progress=count,
         )  # fmt: skip
     result.to_netcdf(output)
-    _say(result)
+    _print_posterior(result)
     typer.echo(f"Draws: {output}")
     raise typer.Exit(0 if result.diagnostics.trusted else FAILED)
 
 
-def _known(network: Path, recording: list[Path], choice: LawChoice, options: dict[str, Any]
+def _fit_inputs(network: Path, recording: list[Path], choice: LawChoice, options: dict[str, Any]
            ) -> "tuple[tuple[str, Any], Network, Recording, tuple[Observation, ...], Settings]":  # fmt: skip
     """Return the law (name, class), vessels, cycle, sites, settings: of files and options, or all of a fit's folder."""
     from dataclasses import replace
@@ -157,9 +158,9 @@ def _known(network: Path, recording: list[Path], choice: LawChoice, options: dic
     return (law.law().name, law), loaded.network, loaded.recording, loaded.sites, chosen
 
 
-def _say(result: "Posterior") -> None:
+def _print_posterior(result: "Posterior") -> None:
     """Print the table of a posterior, its diagnostics, and what a reader must know."""
-    from vasowave.cli.progress import tell
+    from vasowave.cli.progress import print_text
     from vasowave.study.results.overview import aligned
 
     rows = [("", "median", "95 % interval", "prior 95 %", "unit")]
@@ -172,11 +173,11 @@ def _say(result: "Posterior") -> None:
         typer.echo(line)
     diagnostics = result.diagnostics
     trusted = "The sampling succeeded" if diagnostics.trusted else "Do not believe these numbers"
-    tell(
+    print_text(
         f"{trusted}: Pareto k {diagnostics.k_hat:.2f}, "
         f"{diagnostics.effective:.0f} of {diagnostics.draws} draws effective, "
         f"{diagnostics.simulations} simulations, {diagnostics.harmonics} harmonics compared, "
         f"ln evidence {diagnostics.log_evidence:.2f} ± {diagnostics.log_evidence_error:.2f}"
     )
     for note in result.findings:
-        tell(f"note: {note}")
+        print_text(f"note: {note}")

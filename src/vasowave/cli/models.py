@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vasowave.base.species import SPECIES as SPECIES_RANGES
+
 if TYPE_CHECKING:
     from vasowave.pulse.cycle.cycle import Inflow, Recording
     from vasowave.pulse.model.blood import Blood
@@ -36,7 +38,8 @@ def _not_empty(context: typer.Context, option: typer.CallbackParam, value: str) 
 
 
 PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
-SPECIES = typer.Option(help="mouse, rat, rabbit, dog, pig, human or other: at which heart rates beats are looked for.")
+SPECIES_NAMES = f"{', '.join(SPECIES_RANGES)} or other"
+SPECIES = typer.Option(help=f"{SPECIES_NAMES}: at which heart rates beats are looked for.")
 ANIMAL = typer.Option(help="Animal of a study.")
 WALL = typer.Option(
     help="Wall law by name (another word lists them), or module:Class; of a fit, the first fitted.", callback=_not_empty

@@ -47,10 +47,7 @@ _CELLS = (
 )
 """Columns of the table of animals that are options too."""
 
-_CELLS_OF = {
-    "channel": ("pressure", "flow", "ecg"),
-    "unit": ("pressure", "flow"),
-}
+_CELLS_OF = {"channel": ("pressure", "flow", "ecg"), "unit": ("pressure", "flow")}
 _MEANINGS = {
     "channel": "Title of the channel of pressure, flow or ecg, where titles and units leave more than one answer; may "
     "be repeated: --channel pressure='PA 2'.",

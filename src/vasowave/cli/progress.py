@@ -33,7 +33,7 @@ def show_read(read: "Sequence[AnimalRead]", settings: "StudyFile") -> None:
     minutes = expected_seconds(read, settings, cores()) / 60
     walls, starts = settings.calibration.walls, settings.calibration.starts
     rows = "Recordings" if settings.design.subject else "Animals"
-    tell(
+    print_text(
         f"{rows} {len(read)}; wall laws {', '.join(map(plain, walls))}; {starts} starts of each fit: roughly "
         f"{max(1, round(minutes))} min to compute here ({cores()} cores), less where results are kept."
     )
@@ -44,7 +44,7 @@ def terminal_width() -> int:
     return shutil.get_terminal_size((80, 24)).columns
 
 
-def tell(text: str, err: bool = False) -> None:
+def print_text(text: str, err: bool = False) -> None:
     """Print a sentence in lines that a terminal does not break within words; whole where there is no terminal."""
     console, text = Console(stderr=err), printable(text)
     lines = textwrap.wrap(text, max(20, terminal_width()), subsequent_indent="  ", break_long_words=False,
@@ -86,12 +86,12 @@ def alive(doing: str | Callable[[], str], interval: float = SAY) -> Iterator[Non
         return
     begun, ended = time.monotonic(), threading.Event()
 
-    def say() -> None:
+    def repeat() -> None:
         while not ended.wait(interval):
             text = doing if isinstance(doing, str) else doing()
             typer.echo(f"{(time.monotonic() - begun) / 60:.0f} min: {text}", err=True)
 
-    teller = threading.Thread(target=say, daemon=True)
+    teller = threading.Thread(target=repeat, daemon=True)
     teller.start()
     try:
         yield

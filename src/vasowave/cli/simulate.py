@@ -155,21 +155,13 @@ def _write_sweep(result: "xr.Dataset", output: Path) -> None:
 
 
 def _draw(result: "xr.Dataset", plot: Path) -> None:
-    import io
-
     from vasowave.base.io.files import write_file
     from vasowave.study.figures.matplotlib_style import style
-    from vasowave.study.figures.rendering import svg
+    from vasowave.study.figures.rendering import as_file
     from vasowave.study.figures.sweep import sweep_figure
 
     with style():
-        figure = sweep_figure(result)
-        if plot.suffix.lower() == ".svg":
-            write_file(plot, svg(figure))
-            return
-        content = io.BytesIO()
-        figure.savefig(content, format=plot.suffix.lower()[1:], transparent=False)
-    write_file(plot, content.getvalue())
+        write_file(plot, as_file(sweep_figure(result), plot.suffix.lower()[1:]))
 
 
 def _split(texts: Sequence[str]) -> list[tuple[str, str]]:

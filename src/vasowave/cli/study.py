@@ -14,7 +14,7 @@ import typer
 from vasowave.base.runtime.thread_limits import cores
 from vasowave.cli import models
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
-from vasowave.cli.progress import alive, show_read, tell, waiting
+from vasowave.cli.progress import alive, print_text, show_read, waiting
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,18 +65,20 @@ def samples(
 def new(
     folder: Annotated[Path, typer.Argument(help="Folder to make.")],
     groups: Annotated[str, typer.Option(help="Group labels, the reference first.")] = "CTL,HPH",
-    species: Annotated[str, typer.Option(help="mouse, rat, rabbit, dog, pig, human or other.")] = "mouse",
+    species: Annotated[str, typer.Option(help=f"{models.SPECIES_NAMES}.")] = "mouse",
 ) -> None:
     """Make a study: a commented study.yaml, an empty animals.csv, and folders for the files."""
     from vasowave.study.entering.template import new_study
 
     labels = [(label.partition("=")[0] or label).strip() for label in groups.split(",")]
     if labels != [label.strip() for label in groups.split(",")]:
-        tell("note: groups are called by what stands before '='; say the whole to `vasowave add --groups`, too")
+        print_text("note: groups are called by what stands before '='; say the whole to `vasowave add --groups`, too")
     for path in new_study(folder, labels, species):
         typer.echo(f"  {path}")
     if len(labels) == 1:
-        tell(f"note: '{labels[0]}' is one group, and nothing is compared with it; commas separate groups: CTL,HPH")
+        print_text(
+            f"note: '{labels[0]}' is one group, and nothing is compared with it; commas separate groups: CTL,HPH"
+        )
     typer.echo(
         f"Next: vasowave add {_typed(folder)} FILES… (or put the files into {folder / 'networks'} and "
         f"{folder / 'recordings'} and one row per animal into {folder / 'animals.csv'}; then vasowave check "
@@ -112,28 +114,28 @@ def add(
                       ask=_ask if sys.stdin.isatty() and sys.stdout.isatty() else None)  # fmt: skip
     names = {row["animal"] for row in added.rows}
     suffix = f", {_counted(len(added.updated), 'row')} updated" if added.updated else ""
-    tell(f"{added.table}: {_counted(len(names), 'new row')}{suffix}")
+    print_text(f"{added.table}: {_counted(len(names), 'new row')}{suffix}")
     problems, read, settings, _ = check_study(place)
     new = [animal for animal in read if animal.animal in names | set(added.updated)]
     if settings is not None and new:
         show_read(new, settings)
     for remark in added.said:
-        tell(f"note: {remark}")
+        print_text(f"note: {remark}")
     touched = names | set(added.updated)
     added_problems = [problem for problem in problems if not problem.animals or touched & set(problem.animals)]
     _tell_problems(added_problems)
     for reason in added.refused:
-        tell(f"error: not added: {reason}")
+        print_text(f"error: not added: {reason}")
     errors = sum(problem.error for problem in problems)
     if len(added_problems) < len(problems):
-        tell(f"{_counted(len(problems) - len(added_problems), 'finding')} of animals that were there: see vasowave "
-             f"check {_typed(place)}")  # fmt: skip
+        count = _counted(len(problems) - len(added_problems), "finding")
+        print_text(f"{count} of animals that were there: see vasowave check {_typed(place)}")
     if errors:
-        tell(f"{_counted(errors, 'error')} to mend in the study: see vasowave check {_typed(place)}")
+        print_text(f"{_counted(errors, 'error')} to mend in the study: see vasowave check {_typed(place)}")
     else:
-        tell(f"The study can run: vasowave run {_typed(place)}")
+        print_text(f"The study can run: vasowave run {_typed(place)}")
     if added.refused:
-        tell(
+        print_text(
             f"{_counted(len(added.refused), 'file')} of these could not be read: no row of the table holds such a file"
         )
     if added.refused or any(problem.finding.code == UNREADABLE.code for problem in added_problems):
@@ -143,7 +145,7 @@ def add(
 
 def _tell_problems(problems: "Sequence[StudyProblem]") -> None:
     for problem in problems:
-        tell(f"{'error' if problem.error else 'warning'}: {problem}")
+        print_text(f"{'error' if problem.error else 'warning'}: {problem}")
 
 
 def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
@@ -234,18 +236,20 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
         refuse(errors)
     animals, runner, run = study_status(plan) if plan is not None else alone or ((), None, None)
     for animal in animals:
-        tell(f"{animal.animal}: {animal}")
+        print_text(f"{animal.animal}: {animal}")
     done, lost = (sum(animal.state == state for animal in animals) for state in ("done", "failed"))
-    tell(
+    print_text(
         f"{done} of {_counted(len(animals), _row_of(plan))} done; "
         + (f"{lost} failed; " if lost else "")
         + (f"being run by {runner}" if runner else "not being run")
         + (f": {run.stage}" if run is not None and run.ended is None else "")
     )
     if run is not None and (run.ended or run.stopped_by):
-        tell(str(run))
+        print_text(str(run))
     if plan is not None and not errors and (earlier := _earlier(plan)):
-        tell(f"The results are of an earlier {earlier}; vasowave run {_typed(study)} writes them anew, with the report")
+        print_text(
+            f"The results are of an earlier {earlier}; vasowave run {_typed(study)} writes them anew, with the report"
+        )
     _tell_problems(errors + [problem for problem in problems if problem.finding.code == NOT_RUN.code])
     raise typer.Exit(1 if errors else 0)
 
@@ -317,7 +321,7 @@ def _run(
     else:
         for name, findings in done.warnings.items():
             for warning in findings:
-                tell(f"warning: {name}: {warning}")
+                print_text(f"warning: {name}: {warning}")
     for failure in done.failures:
         typer.echo(f"failed: {failure.animal}: {failure}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)
@@ -384,7 +388,7 @@ def plan(
     from vasowave.study.report.planned import plan_texts, write_plan
     from vasowave.study.running.planning import plan as planned
 
-    tell("Studies of every size are drawn and tested; this takes about a minute.", err=True)
+    print_text("Studies of every size are drawn and tested; this takes about a minute.", err=True)
     with waiting("planning"):
         study_plan = planned(
             study, effect=effect, power=power, occasions=occasions, pairs=pairs, littermates=littermates

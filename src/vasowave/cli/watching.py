@@ -61,7 +61,10 @@ def event(event: str, /, **facts: Any) -> None:
 
 
 class JsonLines:
-    """Every step as a line of JSON on the standard output."""
+    """Every step as a line of JSON on the standard output.
+
+    Holds state because a count is told only where it is more than what was told before.
+    """
 
     def __init__(self) -> None:
         self.said: dict[tuple[str, str], int] = {}
@@ -85,7 +88,10 @@ class JsonLines:
 
 
 class ProgressRows:
-    """A bar for the study and a row for every animal that is being computed; lines where there is no terminal."""
+    """A bar for the study and a row for every animal that is being computed; lines where there is no terminal.
+
+    Holds state because rows appear and go as animals begin and end.
+    """
 
     def __init__(self, console: Console, bars: Bars) -> None:
         self.console, self.bars = console, bars
@@ -96,7 +102,7 @@ class ProgressRows:
 
     def step(self, step: Progress) -> None:
         """Tell that an animal is done."""
-        remaining = _left(step)
+        remaining = _remaining_text(step)
         self.finished.add(step.name)
         self.idle = "writing the results" if step.done == step.count else self.idle
         if step.name in self.rows:
@@ -152,5 +158,5 @@ def _bars(console: Console, count: int) -> Bars:
     return bars
 
 
-def _left(step: Progress) -> str:
+def _remaining_text(step: Progress) -> str:
     return "" if step.left is None or step.done == step.count else time_left(step.left)

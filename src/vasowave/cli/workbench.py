@@ -44,12 +44,12 @@ def open_workbench(
 
     files: list[Path | None] = []
 
-    def tell(address: str, guard: Guarded) -> None:
+    def announce(address: str, guard: Guarded) -> None:
         typer.echo(f"Workbench: {address}{desk}\nCtrl-C ends it. The address carries a key; give it to nobody.")
         if browser:
             files.append(in_a_browser(address, desk, guard))
 
-    goes_on = serve(folder, port, tell, image)
+    goes_on = serve(folder, port, announce, image)
     for file in filter(None, files):  # of a browser that never came
         remove(file)
     typer.echo("Ended." + (f" The run goes on; see vasowave status {folder}" if goes_on else ""))

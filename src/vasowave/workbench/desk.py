@@ -29,7 +29,10 @@ class Step(NamedTuple):
 
 
 class Change:
-    """What is being done to some files of a study; of each it knows what it holds now, if nobody else wrote into it."""
+    """What is being done to some files of a study.
+
+    Holds state because of each it knows what it holds now, if nobody else wrote into it.
+    """
 
     def __init__(self, folder: Path, files: tuple[Path, ...]) -> None:
         self.folder = folder
@@ -55,6 +58,8 @@ class Change:
 
 class Desk:
     """A study that is open.
+
+    Holds state because what was done can be undone, and done again.
 
     Parameters
     ----------

@@ -19,7 +19,10 @@ from vasowave.workbench.desk import Desk
 
 
 class Runs:
-    """The run that was begun here, if there is one."""
+    """The run that was begun here, if there is one.
+
+    Holds state because it is a program that goes on beside this one and may be stopped.
+    """
 
     def __init__(self) -> None:
         self.program: subprocess.Popen[bytes] | None = None

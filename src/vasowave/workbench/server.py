@@ -47,7 +47,10 @@ _LAST_WORD = 1  # s that answers under way have when the workbench ends
 
 
 class Workbench:
-    """One study that is open, and the application that answers for it."""
+    """One study that is open, and the application that answers for it.
+
+    Holds state because desks, runs and what was read last outlive a request.
+    """
 
     def __init__(self, folder: Path, image: Path | None = None) -> None:
         self.desk, self.recordings, self.runs, self.explorer = Desk(folder), Recordings(), Runs(), Explorer()

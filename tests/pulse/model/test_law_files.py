@@ -85,7 +85,6 @@ SLIPS = {
     "bounds exchanged": ("(0.1, 40.0)", "(40.0, 0.1)", "parameter 'm': .*bounds positive and ordered"),
     "another unit": ('Parameter("mmHg"', 'Parameter("kPa"', "write mmHg for a pressure"),
     "no description": ('return Law("exponential"', 'return ("exponential"', r"law\(\) must return"),
-    "a name that is taken": ('Law("exponential"', 'Law("network"', "a part of every result has this name"),
     "an unknown function": ("np.log(np.max", "np.logg(np.max", r"line 18: AttributeError.*logg"),
     "too many arguments": ("def slope_at(p, k, m)", "def slope_at(p, k, m, n)", "TypeError.*missing 1 required"),
     "one number": ("return 0.0 * k, 0.0 * k + np.inf", "return 0.0 * k", "not a wall law|limits"),

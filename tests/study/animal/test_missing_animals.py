@@ -32,7 +32,7 @@ def results():
 
 def said_of(cohort, law):
     """Return the problems on the page where the primary comparison is by a law."""
-    return problems(cohort, Primary(law, (), (), {}, missing=missing_animals(cohort, law)))
+    return problems(cohort, Primary(law, (), (), (), missing=missing_animals(cohort, law)))
 
 
 LOST = Failure("HPH 9", "HPH", "", Stage.COMPUTING, "its process died", 99.5)

@@ -42,7 +42,7 @@ def test_a_law_that_fails_leaves_the_others_stored_with_the_reason(animal, tmp_p
     assert (failed.animal, failed.group, failed.law, failed.stage) == ("mouse 9", "HPH", "broken", Stage.FIT)
     assert "by nothing" in failed.reason
     assert failed.mean_pressure == pytest.approx(animal.recording.mean_pressure)
-    assert not failed.whole
+    assert not failed.is_total
     write_result(result, tmp_path / "a.nc")
     assert failures_in(tmp_path / "a.nc") == (failed,)
 
@@ -85,7 +85,7 @@ def test_a_failure_says_what_failed_and_an_unforeseen_one_where():
     assert attempted(lambda: np.array([1.0])[7], told.append) is None
     assert "unexpected IndexError" in told[0]
     assert "test_failed_trials_in_a_study.py" in told[0]
-    assert Failure("a", "CTL", "", Stage.READING, "a gap").whole
+    assert Failure("a", "CTL", "", Stage.READING, "a gap").is_total
     assert str(Failure("a", "CTL", "", Stage.READING, "a gap")) == "reading: a gap"
 
 

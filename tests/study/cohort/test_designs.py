@@ -16,6 +16,7 @@ from vasowave.study.cohort import (
     Design,
     Family,
     Fitted,
+    Omission,
     Structure,
     Variable,
     degrees_left,
@@ -34,7 +35,7 @@ def variables(table):
     """Return the columns of a table, `group` left out, by name."""
     names = [f"mouse {row}" for row in range(len(table))]
     return {
-        label: Variable.of(label, dict(zip(names, map(str, table[label]), strict=True)))
+        label: Variable.from_cells(label, dict(zip(names, map(str, table[label]), strict=True)))
         for label in table
         if label != "group"
     }
@@ -68,7 +69,7 @@ def test_two_groups_of_a_model_without_errors_are_welchs():
 
 def test_an_empty_design_is_the_comparison_of_independent_groups_exactly():
     results = made_results({"CTL": 4, "HPH": 4}, walls=())
-    one = Variable.of("sex", {result.name: "fm"[place % 2] for place, result in enumerate(results)})
+    one = Variable.from_cells("sex", {result.name: "fm"[place % 2] for place, result in enumerate(results)})
     plain, designed = (
         primary_comparison(gathered(results, **more)).table() for more in ({}, {"variables": [one], "design": Design()})
     )
@@ -529,8 +530,9 @@ def designed(**design):
     """Return a primary comparison of 6 + 6 animals of two litters each, measured values only."""
     results = made_results({"CTL": 6, "HPH": 6}, walls=())
     of = {result.name: place for place, result in enumerate(results)}
-    columns = [Variable.of("sex", {name: "fmm"[place % 3] for name, place in of.items()}),
-               Variable.of("litter", {name: f"L{place % 4}" for name, place in of.items() if place != 3})]  # fmt: skip
+    columns = [Variable.from_cells("sex", {name: "fmm"[place % 3] for name, place in of.items()}),
+               Variable.from_cells("litter", {name: f"L{place % 4}" for name, place in of.items()
+                                              if place != 3})]  # fmt: skip
     return primary_comparison(gathered(results, variables=columns, design=Design(**design)))
 
 
@@ -546,16 +548,17 @@ def test_a_cohort_of_a_design_has_the_rows_of_its_effects_and_names_who_is_left_
     np.testing.assert_allclose(level, level[0])
     assert level[0] < 0.05
     row = designed(blocks=("litter",))
-    assert row.left_out["CTL 4"] == "its cell of 'litter' is empty"
+    assert Omission("its cell of 'litter' is empty", animal="CTL 4") in row.left_out
     assert {effect.n_reference for effect in row.effects} == {5}
 
 
 def test_a_cohort_whose_sex_is_its_group_says_what_cannot_be_compared_once_and_why_and_keeps_the_rest():
     results = made_results({"CTL": 8, "HPH": 8}, walls=())
     names = [result.name for result in results]
-    columns = [Variable.of("mouse", {name: f"M{place // 2}" for place, name in enumerate(names)}),
-               Variable.of("time", {name: ("vor", "nach")[place % 2] for place, name in enumerate(names)}),
-               Variable.of("sex", {result.name: "mf"[result.group == "HPH"] for result in results})]  # fmt: skip
+    columns = [Variable.from_cells("mouse", {name: f"M{place // 2}" for place, name in enumerate(names)}),
+               Variable.from_cells("time", {name: ("vor", "nach")[place % 2] for place, name in enumerate(names)}),
+               Variable.from_cells("sex", {result.name: "mf"[result.group == "HPH"]
+                                           for result in results})]  # fmt: skip
     cohort = gathered(results, variables=columns, design=_BY_TIME)
     found = primary_comparison(cohort)
     assert {effect.contrast.kind for effect in found.effects} == {"factor", "interaction"}
@@ -581,7 +584,7 @@ def test_the_recordings_of_one_mouse_have_its_own_image_and_no_shared_one(images
         number = {"of each mouse": place // 2, "of each group": place // 8, "one": 0}[images]
         network = results[0].network
         seen.append(replace(result, network=replace(network, length=network.length * (1 + 0.01 * number))))
-    columns = [Variable.of("mouse", mice), Variable.of("time", times)]
+    columns = [Variable.from_cells("mouse", mice), Variable.from_cells("time", times)]
     design = Design(subject="mouse", occasion="time")
     rows = primary_comparison(gathered(seen, variables=columns, design=design)).table()
     rows = rows[rows["source"] == "linear"].set_index(["quantity", "what"])
@@ -596,7 +599,7 @@ def test_the_effect_of_a_covariate_is_that_of_weighted_least_squares_in_other_co
     names = [result.name for result in results]
     sex = {name: "fmd"[place % 3] for place, name in enumerate(names)}
     weight = {name: f"{22 + 3 * rng.standard_normal():.2f}" for name in names}
-    known = [Variable.of("sex", sex), Variable.of("weight [g]", weight)]
+    known = [Variable.from_cells("sex", sex), Variable.from_cells("weight [g]", weight)]
     cohort = gathered(results, variables=known, design=Design(covariates=("sex", "weight")))
     effects = primary_comparison(cohort, Family(quantities=("CO",))).adjusted
     fit = modeled(cohort, known_values(cohort, "measured", "CO", ["CTL", "HPH"])).fit
@@ -617,7 +620,7 @@ def test_the_effect_of_a_covariate_is_that_of_weighted_least_squares_in_other_co
 
 def test_a_covariate_that_says_what_groups_say_has_no_effect_of_its_own():
     results = made_results({"CTL": 5, "HPH": 5}, walls=())
-    same = Variable.of("chip", {result.name: result.group for result in results})
+    same = Variable.from_cells("chip", {result.name: result.group for result in results})
     cohort = gathered(results, variables=[same], design=Design(covariates=("chip",)))
     assert primary_comparison(cohort, Family(quantities=("CO",))).adjusted == ()
 

@@ -20,7 +20,7 @@ GROUPS = {"CTL": 7, "HPH": 5}
 
 def columns(sizes, **cells):
     members = {f"{group} {number}": group for group, size in sizes.items() for number in range(1, 1 + size)}
-    return members, {name: Variable.of(name, dict(zip(members, map(str, column), strict=True)))
+    return members, {name: Variable.from_cells(name, dict(zip(members, map(str, column), strict=True)))
                      for name, column in cells.items()}  # fmt: skip
 
 

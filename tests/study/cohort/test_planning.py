@@ -111,7 +111,7 @@ def test_repeated_recordings_that_are_judged_by_thousands_are_judged_as_the_mode
     rng, size = np.random.default_rng(5), 6
     names = [str(row) for row in range(4 * size)]
     members = {name: "AB"[int(name) // (2 * size)] for name in names}
-    mouse = Variable.of("mouse", {name: f"M{int(name) // 2}" for name in names})
+    mouse = Variable.from_cells("mouse", {name: f"M{int(name) // 2}" for name in names})
     what = laid_out(Design(subject="mouse"), {"mouse": mouse}, members, ["A", "B"])
     (contrast,) = [(one.second - one.first) @ what.means for one in what.contrasts]
     own, each = rng.normal(size=(20, 2, size, 1)), rng.normal(size=(20, 2, size, 2))
@@ -161,7 +161,7 @@ def test_what_an_animal_differs_between_occasions_is_taken_from_what_animals_dif
     for result in results:
         value = float(np.exp(level[mouse[result.name]] + 0.1 * rng.standard_normal()))
         result.measured.quantities["mPAP"].values[...] = 15 * value
-    columns = [Variable.of("mouse", mouse)]
+    columns = [Variable.from_cells("mouse", mouse)]
     cohort = gathered(results, variables=columns, design=Design(subject="mouse"))
     logs = {name: [] for name in level}
     for result in results:

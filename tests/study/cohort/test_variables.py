@@ -9,7 +9,7 @@ ANIMALS = {f"m{i}": "CTL" for i in range(8)}
 
 
 def column(title, *cells):
-    return Variable.of(title, dict(zip(ANIMALS, cells, strict=False)))
+    return Variable.from_cells(title, dict(zip(ANIMALS, cells, strict=False)))
 
 
 def codes(one):

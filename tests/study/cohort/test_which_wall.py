@@ -8,11 +8,10 @@ import xarray as xr
 from scipy import stats
 
 from made_cohort import made_results, voting
-from vasowave.pulse.inference import laws
+from vasowave.base import CLEAR_EVIDENCE_RATIO
 from vasowave.pulse.selection import UNDECIDED, aicc
 from vasowave.study.animal import PosteriorResult
 from vasowave.study.cohort import (
-    CLEAR_EVIDENCE_RATIO,
     DECISIVE_AICC_DIFFERENCE,
     Design,
     Evidence,
@@ -129,7 +128,6 @@ def test_small_ratios_of_many_animals_and_animals_that_differ_decide_nothing(coh
     assert split.startswith("The animals differ between the linear and the tangent wall")
     assert "for the linear law in 2 of 3 animals and for the tangent law in 1 of 3 animals" in split
     assert Evidence("tangent", {"a": CLEAR_EVIDENCE_RATIO, "b": 0.9}, []).side == 0  # together just not clear
-    assert CLEAR_EVIDENCE_RATIO == laws.CLEAR_EVIDENCE_RATIO
 
 
 def test_a_posterior_that_cannot_be_trusted_is_named_and_leaves_the_residuals_to_answer(cohort_results):
@@ -227,7 +225,7 @@ def test_recordings_of_one_animal_are_one_voice_and_are_never_tested_as_animals(
     mice = {result.name: f"mouse {place // 2}" for place, result in enumerate(results)}
     gaps = np.array([1.0, 2.0, 5.0, 7.0, 3.0, 3.5])
     cohort = compared(results, gaps)
-    again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": Variable.of("mouse", mice)})
+    again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": Variable.from_cells("mouse", mice)})
     assert (again.repeated, cohort.repeated) == (True, False)
     (row,) = differences(again.ballots, "linear").to_dict("records")
     means = gaps.reshape(3, 2).mean(axis=1)
@@ -240,7 +238,7 @@ def test_recordings_of_one_animal_are_one_voice_and_are_never_tested_as_animals(
 def test_exponents_are_pooled_over_animals_and_not_over_their_recordings():
     cohort = exponents([0.4, 1.1, 0.9, 1.4, 0.7, 2.0])
     mice = {result.name: f"mouse {place // 2}" for place, result in enumerate(cohort.results)}
-    again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": Variable.of("mouse", mice)})
+    again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": Variable.from_cells("mouse", mice)})
     firsts = exponent_of(again, "power")
     alone = exponent_of(gathered(cohort.results[::2]), "power")
     assert firsts.animals == 3

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vasowave.base import InputError
-from vasowave.base.io import STUDY_LOCK, alone_in
+from vasowave.base.io import FOLDER_LOCK, alone_in
 from vasowave.base.runtime import append
 from vasowave.pulse.calibration import SearchEnd
 from vasowave.study.folder import StudyFile
@@ -52,7 +52,7 @@ def test_a_journal_that_is_no_file_of_its_own_is_neither_read_nor_added_to(tmp_p
         append(place, b"line")
     assert caught.value.errno in {errno.ELOOP, errno.EMLINK, errno.ENXIO, errno.EISDIR}
     assert read_journal(place) == []
-    Journal(place).of("linear", 1).keep("scout", 0, END)
+    Journal(place).searches("linear", 1).keep("scout", 0, END)
     assert mine.read_bytes() == MINE
 
 
@@ -60,7 +60,7 @@ def test_a_journal_that_is_no_file_of_its_own_is_neither_read_nor_added_to(tmp_p
 @pytest.mark.parametrize("kind", KINDS)
 def test_locks_are_refused_in_words_where_something_else_stands_in_their_place(tmp_path, mine, kind):
     study = tmp_path / "study"
-    planted(kind, study / STUDY_LOCK, mine)
+    planted(kind, study / FOLDER_LOCK, mine)
     with pytest.raises(InputError, match=r"\.vasowave\.lock: cannot be written: .*(remove it|name of a file)"), \
             alone_in(study):  # fmt: skip
         pass
@@ -78,7 +78,7 @@ def test_a_folder_that_becomes_a_link_while_a_study_runs_is_not_written_through(
     for folder in ("results/animals", "results/searches"):
         (tmp_path / "study" / folder).mkdir(parents=True)
         (elsewhere / folder.removeprefix(name).strip("/")).mkdir(parents=True, exist_ok=True)
-    store, searches = ResultStore(results), Journal(results / "searches" / "a.jsonl").of("linear", 4)
+    store, searches = ResultStore(results), Journal(results / "searches" / "a.jsonl").searches("linear", 4)
     (elsewhere / "cache").mkdir()
     piece = store.keep("a", b"a")
     content = piece.read_bytes()

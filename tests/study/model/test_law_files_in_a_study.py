@@ -31,9 +31,16 @@ def test_another_process_is_given_the_source_and_needs_no_file(folder):
     (folder / "our_laws.py").unlink()
     with ProcessPoolExecutor(1, get_context("spawn"), learn, (files,)) as pool:
         assert pool.submit(_symbols, wall).result() == ["k", "m"]
-    with pytest.raises(InputError, match=r"our_laws:ExponentialWall.*read the study that names it"):
+    with pytest.raises(InputError, match=r"our_laws:ExponentialWall.*begin where its file lies"):
         find_law("our_laws@0000000000000000:ExponentialWall")
 
 
 def _symbols(wall):
     return [one.symbol for one in find_law(wall).law().parameters]
+
+
+@pytest.mark.parametrize("group", ["network", "ventricle", "laws"])
+def test_a_law_that_is_called_like_a_group_of_the_stored_results_is_refused(folder, group):
+    (folder / "our_laws.py").write_text(EXPONENTIAL.replace('Law("exponential"', f'Law("{group}"'), "utf-8")
+    with pytest.raises(InputError, match=f"'{group}': a part of every result has this name"):
+        Settings(walls=(NAME,))

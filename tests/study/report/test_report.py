@@ -42,9 +42,9 @@ from vasowave.study.report import (
     write_report,
 )
 from vasowave.study.report.sections import groups_section, methods_section
-from vasowave.study.report.tables import groups, median_iqr, models
+from vasowave.study.report.tables import data, groups, median_iqr, models
 
-NOTHING = Primary("linear", (), (), {})
+NOTHING = Primary("linear", (), (), ())
 
 
 class Tables(HTMLParser):
@@ -230,7 +230,7 @@ def test_the_methods_say_of_how_many_recordings_a_drift_was_removed():
 def test_recordings_of_the_same_animals_are_not_tested_as_if_they_were_independent():
     """Two recordings of each of two mice: the paper's tests would count four."""
     cohort = gathered(made_results({"CTL": 2, "HPH": 2}, walls=("linear",)))
-    mice = Variable.of("mouse", {"CTL 1": "A", "CTL 2": "A", "HPH 1": "B", "HPH 2": "B"})
+    mice = Variable.from_cells("mouse", {"CTL 1": "A", "CTL 2": "A", "HPH 1": "B", "HPH 2": "B"})
     again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": mice})
     folds = [[one.title for one in groups_section(each, NOTHING, {}, {}).blocks if isinstance(one, Fold)]
              for each in (cohort, again)]  # fmt: skip
@@ -240,13 +240,26 @@ def test_recordings_of_the_same_animals_are_not_tested_as_if_they_were_independe
 
 def test_no_table_of_the_supplement_takes_the_file_of_one_of_the_first_page():
     cohort = gathered(made_results({"CTL": 2, "HPH": 2}, walls=("linear",)))
-    weight = Variable.of("weight [g]", {"CTL 1": "21", "CTL 2": "23", "HPH 1": "20", "HPH 2": "22"})
+    weight = Variable.from_cells("weight [g]", {"CTL 1": "21", "CTL 2": "23", "HPH 1": "20", "HPH 2": "22"})
     cohort = replace(cohort, variables={weight.name: weight})
     primary = primary_comparison(cohort, ReportSettings(quantities=("mPAP",)))
     documents = report_of(cohort, primary, ReportSettings()), supplement_of(cohort, primary)
     names = [table.name for document in documents for table in document.tables()]
     assert {"Animals", "Columns"} <= set(names)
     assert len(names) == len(set(names))
+
+
+def test_the_first_table_describes_the_animals_by_what_their_lab_writes_in_its_language():
+    cohort = gathered(made_results({"CTL": 2, "HPH": 2}, walls=()))
+    cells = {"Gewicht [g]": ("21", "23", "20", "22"), "sexo": ("m", "f", "m", "m"), "chip": ("a", "b", "c", "d"),
+             "born": ("2024-01-01", "2024-01-02", "2024-01-03", "2024-01-04")}  # fmt: skip
+    animals = ("CTL 1", "CTL 2", "HPH 1", "HPH 2")
+    columns = [Variable.from_cells(title, dict(zip(animals, texts, strict=True))) for title, texts in cells.items()]
+    (table,) = data.animals_table(replace(cohort, variables={column.name: column for column in columns}))
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert rows["Gewicht [g]"] == ("22.0 ± 1.4", "21.0 ± 1.4")
+    assert rows["sexo"] == ("1 m, 1 f", "2 m")
+    assert not {"chip", "born"} & {*rows}
 
 
 @pytest.mark.parametrize(("rate", "said"), [(0.0612, 1), (0.06, 0)])

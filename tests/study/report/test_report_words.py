@@ -176,12 +176,12 @@ def test_a_value_at_a_bound_of_the_search_is_marked_beside_each_number_that_rest
     assert marks == {"mPAP": "", "stiffness": "", "tau": "†", "I_R": "†"}
     drawn = {row.label: row.effect for row in group_rows(cohort, primary, str, Marks(cohort, "linear").of_effect)}
     assert {name for name, text in drawn.items() if text.endswith("]†")} == {"tau", "I_R"}
-    assert Marks(cohort, "linear").of("tau", cohort_results[:3]) == ""
+    assert Marks(cohort, "linear").of_quantity("tau", cohort_results[:3]) == ""
     said = dict(answers_of(results, family))
     meant = "† rests on a value at a bound of the search (c₁ (factor of the nominal C of all beds) in 1 of 6)"
     assert said["What do marks mean?"].startswith(meant)
     drawn = [with_posterior(result) for result in results]
-    assert Marks(gathered(drawn), "linear").of("tau", drawn) == ""  # draws do not stop at a search's bound
+    assert Marks(gathered(drawn), "linear").of_quantity("tau", drawn) == ""  # draws do not stop at a search's bound
 
 
 def answers_of(results, family):
@@ -316,7 +316,7 @@ EFFECT = GroupEffect(
 
 
 def primary_of(*changes):
-    return Primary("linear", tuple(replace(EFFECT, **change) for change in changes), (), {})
+    return Primary("linear", tuple(replace(EFFECT, **change) for change in changes), (), ())
 
 
 def test_effects_stand_by_direction_and_those_that_are_not_shown_apart():

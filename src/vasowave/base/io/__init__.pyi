@@ -2,7 +2,7 @@
 
 from vasowave.base.io.columns import NoRowsError as NoRowsError
 from vasowave.base.io.columns import read_columns as read_columns
-from vasowave.base.io.files import STUDY_LOCK as STUDY_LOCK
+from vasowave.base.io.files import FOLDER_LOCK as FOLDER_LOCK
 from vasowave.base.io.files import alone_in as alone_in
 from vasowave.base.io.files import check_file as check_file
 from vasowave.base.io.files import check_folder as check_folder

@@ -1,7 +1,7 @@
 """The one way into files and folders: whole or not at all, and only where nobody else wrote meanwhile.
 
 What is written stands first under a hidden name beside its place, is flushed to the disk, and then takes its place by
-renaming (see `runtime.writing`). A link is replaced, never written through. Whoever writes into a study is alone in it
+renaming (see `runtime.writing`). A link is replaced, never written through. Whoever writes into a folder is alone in it
 (`alone_in`), and what was read before is compared with what is there, for an editor takes no lock.
 """
 
@@ -19,13 +19,13 @@ from vasowave.base.errors import InputError
 from vasowave.base.runtime.locks import lock_open_file
 from vasowave.base.runtime.writing import PART, Part, flush, open_regular, opened, put
 
-STUDY_LOCK = ".vasowave.lock"
-"""A file in a study, locked by whoever writes into its table, its settings or its edits."""
+FOLDER_LOCK = ".vasowave.lock"
+"""A file in a folder of files that belong together, locked by whoever writes into them."""
 
 _HELD = "held"  # a file in an unfinished folder, locked by the program that fills it
 _FORGOTTEN = 3600.0  # s; an unfinished piece that is older belongs to no program that still runs
 _BEGUN = 2.0  # s; a file that is younger may be about to be locked
-_PATIENCE_SECONDS = 10.0  # to wait for another program that writes into the same study
+_PATIENCE_SECONDS = 10.0  # to wait for another program that writes into the same folder
 _POLL_SECONDS = 0.005  # between two tries
 _FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 _REASONS = {
@@ -169,7 +169,7 @@ _TURNS: dict[Path, _Turn] = {}
 
 @contextmanager
 def alone_in(folder: Path | None) -> Iterator[None]:
-    """Be the only thread, and the only program, that writes into a study, if there is one; within itself it is one.
+    """Be the only thread, and the only program, that writes into a folder, if one is named; within itself it is one.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def alone_in(folder: Path | None) -> Iterator[None]:
 
 @contextmanager
 def _program_alone(folder: Path) -> Iterator[None]:
-    path, ends = folder / STUDY_LOCK, time.monotonic() + _PATIENCE_SECONDS
+    path, ends = folder / FOLDER_LOCK, time.monotonic() + _PATIENCE_SECONDS
     with in_words(path):
         try:
             handle = open_regular(path, os.O_RDWR | os.O_CREAT)
@@ -201,7 +201,7 @@ def _program_alone(folder: Path) -> Iterator[None]:
     try:
         while not _is_locked(handle):
             if time.monotonic() > ends:
-                raise InputError(f"{folder}: another program is writing into this study; try again")
+                raise InputError(f"{folder}: another program is writing into it; try again")
             time.sleep(_POLL_SECONDS)
         remove_parts(folder, _FORGOTTEN)
         yield

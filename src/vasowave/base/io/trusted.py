@@ -1,7 +1,7 @@
-"""Which programs of which studies a user has allowed to run: a record in a folder of the user's own, not in the study.
+"""Which programs a user has allowed to run, and for which folders: a record in a folder of the user's own.
 
-Each permission is one file, named by the SHA-256 of the study's folder and of the program, so that a study that moves,
-or a program that changes by a byte, is asked about anew.
+Each permission is one file, named by the SHA-256 of the folder and of the program, so that a folder that moves, or a
+program that changes by a byte, is asked about anew.
 """
 
 import hashlib
@@ -33,23 +33,23 @@ def state_folder() -> Path | None:
     return place / "vasowave" if place.is_absolute() else None
 
 
-def is_allowed(study: Path, program: bytes) -> bool:
-    """Whether a program, its bytes, may run for the study in a folder."""
-    name, place = _permission(study, program), state_folder()
+def is_allowed(folder: Path, program: bytes) -> bool:
+    """Whether a program, its bytes, may run for what lies in a folder."""
+    name, place = _permission(folder, program), state_folder()
     return name in _ALLOWED or (place is not None and (place / "trusted" / name).is_file())
 
 
-def allow(study: Path, program: bytes, title: str) -> None:
-    """Let a program run for the study in a folder, from now on; `title` is what a person calls it.
+def allow(folder: Path, program: bytes, title: str) -> None:
+    """Let a program run for what lies in a folder, from now on; `title` is what a person calls it.
 
     Warns
     -----
     VasowaveWarning
         It cannot be recorded, and holds for this process alone.
     """
-    name, place = _permission(study, program), state_folder()
+    name, place = _permission(folder, program), state_folder()
     _ALLOWED.add(name)
-    statement = f"{title}\nSHA-256 {hashlib.sha256(program).hexdigest()}\nof the study {study.resolve()}\n"
+    statement = f"{title}\nSHA-256 {hashlib.sha256(program).hexdigest()}\nfor {folder.resolve()}\n"
     try:
         if place is None:
             raise InputError("there is no folder of your own")
@@ -58,6 +58,6 @@ def allow(study: Path, program: bytes, title: str) -> None:
         warn(NOT_RECORDED(program=title, why=str(error)))
 
 
-def _permission(study: Path, program: bytes) -> str:
+def _permission(folder: Path, program: bytes) -> str:
     digest = hashlib.sha256(program).hexdigest()
-    return hashlib.sha256(os.fsencode(study.resolve()) + b"\0" + digest.encode()).hexdigest()
+    return hashlib.sha256(os.fsencode(folder.resolve()) + b"\0" + digest.encode()).hexdigest()

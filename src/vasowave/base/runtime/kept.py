@@ -65,7 +65,7 @@ def program(folder: str = "", without: tuple[str, ...] = (), libraries: tuple[st
     folder : str
         The folder of the package that counts; by default all of it.
     without : tuple of str
-        Folders in it that do not count, such as ``study/report``.
+        Folders in it that do not count, such as ``part/room``.
     libraries : tuple of str
     """
     root, digest = PACKAGE / folder, hashlib.sha256()

@@ -1,6 +1,6 @@
 """The one place that opens, moves and removes files for writing; all that stands above writes through it.
 
-A study from elsewhere may hold a link, a pipe or a device where a file is to be: none of them is followed or opened. A
+A folder from elsewhere may hold a link, a pipe or a device where a file is to be: none of them is followed or opened. A
 file appears whole, by renaming, or not at all. It keeps the mode of the file that it replaces, else it has that of the
 user's mask.
 """

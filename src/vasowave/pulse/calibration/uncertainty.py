@@ -6,14 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from vasowave.base.descriptions import NORMAL
+from vasowave.base.descriptions import MAX_LOG_DISTANCE, NORMAL
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.pulse.calibration.compared import Compared
 from vasowave.pulse.calibration.parameters import ParameterSpace
 from vasowave.pulse.model.outlets import OF_DROP
 from vasowave.pulse.noise.spectrum import Beside, known_variance, least_squares_covariance, likely_spectra
 
-_MAX_LOG_DISTANCE = 200.0  # in the logarithm: an endless interval stays a finite number
 _BOUND_DISTANCE = 1e-3  # in the logarithm
 MAX_INTERVAL_RATIO = 4.0
 """A parameter is determined if the ends of its 95 % interval differ by at most this factor."""
@@ -135,7 +134,7 @@ def parameter_table(space: ParameterSpace, x: np.ndarray, spread: ParameterSprea
     independent, correlated = (np.full(len(values), np.nan) for _ in range(2))
     independent[space.free] = spread.independent
     correlated[space.free] = np.sqrt(np.diag(spread.covariance))
-    reach = np.minimum(NORMAL * correlated, _MAX_LOG_DISTANCE)
+    reach = np.minimum(NORMAL * correlated, MAX_LOG_DISTANCE)
     low, high = space.log_bounds
     at_bound = np.zeros(len(values), dtype=bool)
     at_bound[space.free] = (x - low < _BOUND_DISTANCE) | (high - x < _BOUND_DISTANCE)

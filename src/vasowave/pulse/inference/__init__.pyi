@@ -18,7 +18,6 @@ from vasowave.pulse.inference.known_errors import KnownErrors as KnownErrors
 from vasowave.pulse.inference.known_errors import Seen as Seen
 from vasowave.pulse.inference.known_errors import columns as columns
 from vasowave.pulse.inference.known_errors import kinds as kinds
-from vasowave.pulse.inference.laws import CLEAR_EVIDENCE_RATIO as CLEAR_EVIDENCE_RATIO
 from vasowave.pulse.inference.laws import compare_laws as compare_laws
 from vasowave.pulse.inference.mixture import explore as explore
 from vasowave.pulse.inference.mixture import separate as separate

@@ -5,13 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
+from vasowave.base.descriptions import CLEAR_EVIDENCE_RATIO
 from vasowave.base.errors import InputError
 from vasowave.pulse.inference.result import Posterior
 from vasowave.pulse.quantities import ACROSS_LAWS
 from vasowave.pulse.selection.averaging import averaged_draws
-
-CLEAR_EVIDENCE_RATIO = 20.0
-"""Ratio of two evidences from which one law is called clearly likelier: with equal chances before, 95 % after."""
 
 
 def compare_laws(posteriors: Sequence[Posterior]) -> xr.Dataset:

@@ -1,9 +1,9 @@
 """A wall law in a file of a user's own: read once, named by its content, and run from the bytes that were named.
 
-A study may come from anybody, so nothing that lies beside it is ever on the path of imports. Only the file of a law
-that it names is run: ``our_laws:Class`` is the class in ``our_laws.py`` beside the study, and from then on is called
+A file that names a law may come from anybody, so nothing that lies beside it is ever on the path of imports. Only the
+file of a law that it names is run: ``our_laws:Class`` is the class in ``our_laws.py`` beside it, from then on called
 ``our_laws@0123456789abcdef:Class``, by the beginning of the file's SHA-256. Other processes get the source, not the
-place: a worker on another machine runs the same law. What a study names runs only where its user has allowed it.
+place: a worker on another machine runs the same law. What a file names runs only where its user has allowed it.
 """
 
 import hashlib
@@ -26,7 +26,7 @@ from vasowave.base.io.trusted import is_allowed
 from vasowave.base.runtime.kept import BY_CONTENT
 
 ALLOW = "read it, then allow it with --trust, with `vasowave.trust_study`, or on the page of the workbench"
-"""What to do about a program that a study names."""
+"""What to do about a program that nobody has allowed to run."""
 
 _INSTALLED = "@installed"
 _LARGEST = 1 << 20  # bytes; no law is longer
@@ -63,8 +63,8 @@ class Where(NamedTuple):
     folder : Path or None
         Where their files lie; None: no file is looked for, and nothing is run for a name.
     typed : bool
-        Whether a person has typed them: whoever names a program in a command or a script has asked for it. What a study
-        or its results name runs where it is allowed only, see `io.trusted`.
+        Whether a person has typed them: whoever names a program in a command or a script has asked for it. What files
+        or stored results name runs where it is allowed only, see `io.trusted`.
     """
 
     folder: Path | None
@@ -73,14 +73,14 @@ class Where(NamedTuple):
 
 _TYPED = Where(Path(), typed=True)
 _known: dict[str, LawFile] = {}
-_studies: dict[str, set[Path]] = {}  # folders of the studies that name a file, by its name
+_folders: dict[str, set[Path]] = {}  # where a file of laws is named, by its name
 _typed: set[bytes] = set()  # programs that a person has named
 _where: ContextVar[Where] = ContextVar("where", default=_TYPED)
 
 
 @contextmanager
 def looking_in(folder: Path | None) -> Iterator[None]:
-    """Understand names of laws as those of the study in `folder`, or of results (None), not as typed ones."""
+    """Understand names of laws as those that files in `folder` name, or results (None), not as typed ones."""
     token = _where.set(Where(folder))
     try:
         yield
@@ -91,7 +91,7 @@ def looking_in(folder: Path | None) -> Iterator[None]:
 def named(wall: str) -> str:
     """Return a law's name with that of its file, if it has one here: ``our_laws@0123456789abcdef:Class``.
 
-    In a study, the class of an installed module is called ``package.module@installed:Class``.
+    Unless typed, the class of an installed module is called ``package.module@installed:Class``.
     """
     if not isinstance(wall, str):
         raise InputError(f"{wall!r} is no name; write one name")
@@ -108,9 +108,7 @@ def named(wall: str) -> str:
     elif where.typed or not stem:
         return wall
     elif where.folder is not None and not _is_installed(module):
-        raise InputError(
-            f"'{wall}': no such module is installed, and there is no {module}.py in the folder of the study"
-        )
+        raise InputError(f"'{wall}': no such module is installed, and there is no {where.folder / module}.py")
     else:
         file = _installed(module)
     _know(file, where.folder)
@@ -121,11 +119,11 @@ def named(wall: str) -> str:
 
 def _know(file: LawFile, folder: Path | None) -> None:
     _known[file.name] = file
-    _studies.setdefault(file.name, set()).update([] if folder is None else [folder.absolute()])
+    _folders.setdefault(file.name, set()).update([] if folder is None else [folder.absolute()])
 
 
 def _installed(module: str) -> LawFile:
-    """Return what stands for an installed module that a study, or its results, name."""
+    """Return what stands for an installed module that files or stored results name."""
     return LawFile(f"{module}{_INSTALLED}", f"the installed module {module}", f"import {module}\n".encode())
 
 
@@ -137,15 +135,15 @@ def _is_installed(module: str) -> bool:
 
 
 def may_run(name: str) -> bool:
-    """Whether the program of a law, by the name of its file, was typed by a person or is allowed for its study.
+    """Whether the program of a law, by the name of its file, was typed by a person or is allowed where it is named.
 
-    Of a study that is being read it must be allowed for this one.
+    Of a folder that is being read it must be allowed for this one.
     """
     file, origin = _known.get(name), _where.get()
     if file is None:
         return False
-    studies = _studies[name] if origin.typed or origin.folder is None else {origin.folder}
-    return file.source in _typed or any(is_allowed(study, file.source) for study in studies)
+    folders = _folders[name] if origin.typed or origin.folder is None else {origin.folder}
+    return file.source in _typed or any(is_allowed(folder, file.source) for folder in folders)
 
 
 def is_unread(wall: str) -> bool:
@@ -212,13 +210,11 @@ def module_of(name: str, wall: str) -> ModuleType:
     if file is None:
         raise InputError(
             f"'{plain(wall)}': its file {name.partition('@')[0]}.py, as it was when it was used, is not here. "
-            "What is stored can be read; to simulate or fit with the law, read the study that names it, or put the "
+            "What is stored can be read; to simulate or fit with the law, begin where its file lies, or put the "
             "file into the folder you are in"
         )
     if not may_run(name):
-        raise InputError(
-            f"'{plain(wall)}' is a program that a study names, {file.path}, and nobody has allowed it to run; {ALLOW}"
-        )
+        raise InputError(f"'{plain(wall)}' is a program, {file.path}, and nobody has allowed it to run; {ALLOW}")
     if name.endswith(_INSTALLED):
         try:
             return import_module(name.removesuffix(_INSTALLED))

@@ -56,7 +56,6 @@ _PRESSURES = np.array([0.05, 0.3, 1.0, 2.0])  # at which a foreign law is tried,
 _TOLERANCE = 1e-5  # relative, of identities between the equations of a law
 _MOST_PARAMETERS = 4  # that the kernels can hand over
 _UNITS = ("mmHg", "1")
-_STORED = ("averages", "beats", "laws", "measured", "network", "nominal", "recording", "selection")  # beside the laws
 _LONGEST = 40  # letters of a law's name, which names what is stored
 
 
@@ -67,8 +66,8 @@ def find_law(wall: str | type) -> Any:
     ----------
     wall : str or class
         ``linear``, ``tangent``, … (`LAWS`); the name of an entry point; ``our_laws:Class`` for the class in
-        ``our_laws.py`` in the folder of the study or, without a study, in the one you are in; ``package.module:Class``
-        of an installed module; or a law's class.
+        ``our_laws.py`` beside the file that names it or, typed, in the folder you are in; ``package.module:Class`` of
+        an installed module; or a law's class.
 
     Raises
     ------
@@ -186,8 +185,7 @@ def _imported(name: str, kind: str) -> Any:
         except Exception as error:
             reason = "no such module is installed" if isinstance(error, ModuleNotFoundError) else repr(error)
             raise InputError(
-                f"{kind} '{name}': {reason}, and there is no {module}.py in the folder of the study (or, without a "
-                "study, in the one you are in)"
+                f"{kind} '{name}': {reason}, and there is no {module}.py in the folder you are in"
             ) from None
     law = getattr(namespace, attribute, None) if attribute else None
     if law is None:
@@ -330,8 +328,6 @@ def check_description(law: Any, description: Any) -> None:
             f"wall law {description.name!r}: its name must be one word of at most {_LONGEST} letters, and title, "
             "formula, equation and stiffness texts"
         )
-    if description.name in _STORED:
-        raise InputError(f"wall law '{description.name}': a part of every result has this name; take another")
     fields, parameters = law._fields, description.parameters
     if not isinstance(parameters, tuple) or not 0 < len(fields) == len(parameters) <= _MOST_PARAMETERS:
         raise InputError(

@@ -28,6 +28,7 @@ from vasowave.pulse.model.laws import BEDS, ENTRY_POINTS, LAWS, find_bed, find_l
 from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.network.network import Network
 from vasowave.pulse.noise.fitting import NOISE, Name
+from vasowave.study.animal.result import check_law_names
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +96,12 @@ def _walls() -> list[str]:
 def _is_law(find: Callable[[str], Any], names: Callable[[], Iterable[str]]) -> Check:
     """Return the condition that `find` knows a name; an editor is told the `names`, or that it is module:Class."""
 
-    def known(name: str) -> str:
+    def checked(name: str) -> str:
         if not is_unread(name):
             find(name)
         return name
 
-    return Check(known, lambda: {"anyOf": [{"enum": [*names()]}, {"pattern": ":"}]})
+    return Check(checked, lambda: {"anyOf": [{"enum": [*names()]}, {"pattern": ":"}]})
 
 
 def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -171,6 +172,7 @@ class Settings(Analysis, Calibration):
         names = [find_law(wall).law().name for wall in self.walls if not is_unread(wall)]
         if len(set(names)) < len(names):
             raise InputError(f"{', '.join(names)}: two of these wall laws have one name; give each law() its own")
+        check_law_names(names)
         known_names = known_parameters(self.walls, self.beds, self.viscous) if self.bounds or self.fixed else []
         unread = any(map(is_unread, (*self.walls, self.beds)))  # whose parameters nobody knows
         for name in (*self.bounds, *self.fixed):

@@ -244,8 +244,8 @@ def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Data
         "kept": labelled(
             "beat", np.array([beat.averaged for beat in beats], dtype=np.int8), "1", "part of the average"
         ),
-        "reason": _why(beats, str, "why it was rejected"),
-        "cause": _why(beats, cause, "the same in one word"),
+        "reason": _rejection_texts(beats, str, "why it was rejected"),
+        "cause": _rejection_texts(beats, cause, "the same in one word"),
         "level": labelled("beat", baseline.level[indices], "mmHg", "diastolic level of the beat"),
         "drift": labelled(
             "beat", baseline.trend[indices], "mmHg", "drift of the level since the zero of the transducer"
@@ -291,7 +291,7 @@ def _excerpt(average: EnsembleAverage, raw: RawRecording) -> xr.Dataset:
     return xr.Dataset(traces, coords={"trace_time": labelled("trace_time", raw.time[window], "s", "time")})
 
 
-def _why(beats: Sequence[Beat], text: Callable[[Finding], str], meaning: str) -> xr.Variable:
+def _rejection_texts(beats: Sequence[Beat], text: Callable[[Finding], str], meaning: str) -> xr.Variable:
     words = [text(beat.rejected) if beat.rejected else "" for beat in beats]
     return xr.Variable("beat", np.array(words, dtype=object), {"long_name": meaning})
 
@@ -312,10 +312,7 @@ def posterior_result(drawn: Posterior) -> PosteriorResult:
     table["left_out_k_hat"] = ("block", blocks["k_hat"].to_numpy(), {"units": "1"})
     for name, value in drawn.diagnostics._asdict().items():
         table[name] = ((), float(value), {"units": "1"})
-    table.attrs = {
-        "trusted": int(drawn.diagnostics.trusted),
-        "findings": as_json(drawn.findings),
-    }
+    table.attrs = {"trusted": int(drawn.diagnostics.trusted), "findings": as_json(drawn.findings)}
     return PosteriorResult(table, {str(name): _plain(node.to_dataset()) for name, node in drawn.data.children.items()})
 
 

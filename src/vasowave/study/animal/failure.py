@@ -51,18 +51,18 @@ class Failure:
     mean_pressure: float | None = None
 
     @property
-    def whole(self) -> bool:
+    def is_total(self) -> bool:
         """Whether the animal has no result at all."""
         return self.stage in (Stage.READING, Stage.COMPUTING)
 
     @property
-    def what(self) -> str:
+    def scope(self) -> str:
         """The part that failed: ``tangent wall, fit``."""
         return f"{self.law} wall, {self.stage}" if self.law else str(self.stage)
 
     def __str__(self) -> str:
         """Return what failed, and why."""
-        return f"{self.what}: {self.reason}"
+        return f"{self.scope}: {self.reason}"
 
 
 def as_plain(failures: Iterable[Failure]) -> list[dict[str, Any]]:

@@ -127,7 +127,7 @@ def effects_on_fit(fit: CalibratedModel, settings: Settings, derive: Derive) -> 
     open_ = fit.parameters["free"] & ~fit.parameters["at_bound"]
     parameters = [i for i, name in enumerate(names) if name in fitted or (name in open_.index and open_[name])]
 
-    def at(place: int, zero: float = 0.0) -> pd.Series:
+    def effect_at(place: int, zero: float = 0.0) -> pd.Series:
         at_point = unknowns.values(points[place])
         parameter_values = {name: float(value) for name, value in at_point.items() if name in values}
         mean = fit.recording.mean_pressure - float(at_point.get("zero", 0.0)) - zero
@@ -135,7 +135,7 @@ def effects_on_fit(fit: CalibratedModel, settings: Settings, derive: Derive) -> 
         model, recorded = unknowns.posed(points[place])
         return _logs(derive(parameter_values, model, mean) | _simulated(problem, model, recorded, waves[place], mean))
 
-    ends = zip(names, map(at, ups), map(at, downs), up + down, strict=True)
+    ends = zip(names, map(effect_at, ups), map(effect_at, downs), up + down, strict=True)
     direct = pd.DataFrame({name: (after - before) / distance for name, after, before, distance in ends})
     inverse = np.linalg.pinv(slopes[:, parameters])
     by_parameter = direct.iloc[:, parameters].to_numpy()
@@ -144,7 +144,7 @@ def effects_on_fit(fit: CalibratedModel, settings: Settings, derive: Derive) -> 
         if name == "zero" and name not in names:
             moved = np.zeros(problem.samples)
             moved[0] = sd * np.sqrt(problem.samples)  # which the pressure of the animal does not have
-            effect = ((at(-1, sd * _LOG_STEP) - at(-1, -sd * _LOG_STEP)) / (2 * _LOG_STEP)).to_numpy()
+            effect = ((effect_at(-1, sd * _LOG_STEP) - effect_at(-1, -sd * _LOG_STEP)) / (2 * _LOG_STEP)).to_numpy()
         elif name in names and name not in fitted:
             moved, effect = slopes[:, names.index(name)], direct[name].to_numpy()
         else:

@@ -59,10 +59,10 @@ Progress = Callable[[str, int, int, float], None]
 """Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²)."""
 
 
-class Kept(Protocol):
+class OpenWork(Protocol):
     """The place where the unfinished work on one animal is kept."""
 
-    def of(self, wall: str, starts: int) -> SearchCache:
+    def searches(self, wall: str, starts: int) -> SearchCache:
         """Return where the ends of the searches with one wall law are kept."""
         ...
 
@@ -74,14 +74,14 @@ class Kept(Protocol):
 def teller(animal: Animal, law: str, stage: Stage, failures: list[Failure]) -> Callable[[str], None]:
     """Return what adds a failure for its reason."""
 
-    def tell(reason: str) -> None:
+    def record(reason: str) -> None:
         failures.append(Failure(animal.name, animal.group, law, stage, reason, animal.recording.mean_pressure))
 
-    return tell
+    return record
 
 
 def fits_of(
-    animal: Animal, settings: Settings, progress: Progress | None, journal: Kept | None, failures: list[Failure]
+    animal: Animal, settings: Settings, progress: Progress | None, journal: OpenWork | None, failures: list[Failure]
 ) -> tuple[list[CalibratedModel], bool]:
     """Return the fits of all wall laws, or what had finished when it was interrupted, and whether it was."""
     fits: list[CalibratedModel] = []
@@ -101,9 +101,9 @@ def fits_of(
 
 
 def _calibrated(
-    animal: Animal, settings: Settings, wall: str, progress: Progress | None, journal: Kept | None
+    animal: Animal, settings: Settings, wall: str, progress: Progress | None, journal: OpenWork | None
 ) -> CalibratedModel:
-    def say(done: int, count: int, best: float) -> None:
+    def report(done: int, count: int, best: float) -> None:
         if progress is not None:
             progress(wall, done, count, best)
 
@@ -118,13 +118,17 @@ def _calibrated(
         numerics=settings.numerics,
         pressure_lag_sd=settings.pressure_lag_sd or 0.0,
         pressure_inertia_sd=settings.pressure_inertia_sd or 0.0,
-        progress=say,
-        ends=journal.of(wall, settings.starts) if journal is not None else None,
+        progress=report,
+        ends=journal.searches(wall, settings.starts) if journal is not None else None,
     )
 
 
 def posteriors_of(
-    animal: Animal, fits: Sequence[CalibratedModel], settings: Settings, journal: Kept | None, failures: list[Failure]
+    animal: Animal,
+    fits: Sequence[CalibratedModel],
+    settings: Settings,
+    journal: OpenWork | None,
+    failures: list[Failure],
 ) -> dict[str, Posterior]:
     """Return the posterior of every fitted wall law that has one, if it is asked for."""
     if settings.inference != "posterior":
@@ -146,7 +150,7 @@ def posteriors_of(
 
 
 def analyze(
-    animal: Animal, settings: Settings | None = None, progress: Progress | None = None, kept: Kept | None = None
+    animal: Animal, settings: Settings | None = None, progress: Progress | None = None, kept: OpenWork | None = None
 ) -> AnimalResult:
     """Return everything about one animal as one labelled result.
 
@@ -156,7 +160,7 @@ def analyze(
     settings : Settings, optional
     progress : callable, optional
         Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²).
-    kept : Kept, optional
+    kept : OpenWork, optional
         Where unfinished work is kept and found again (see `calibrate` and `posterior`).
 
     Returns

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.base.descriptions import LEVEL, NORMAL, Parameter, Quantity
+from vasowave.base.descriptions import LEVEL, MAX_LOG_DISTANCE, NORMAL, Parameter, Quantity
 from vasowave.base.errors import InputError
 from vasowave.pulse.analysis.ventricle_coupling import Coupling
 from vasowave.pulse.calibration.result import CalibratedModel
@@ -33,7 +33,6 @@ from vasowave.study.animal.signals import Station
 
 _LOG_STEP = 1e-4  # of the central differences, in the logarithm of a parameter
 _RADII = "radius_scale"  # error of all radii
-_MAX_LOG_DISTANCE = 200.0  # in the logarithm: an endless interval stays a finite number
 
 
 def quantities_of(law: Any, bed: Any, viscous: bool = False) -> dict[str, Quantity]:
@@ -251,7 +250,7 @@ def quantities_dataset(
             if spread := known_effects.attrs.get("sd", {}).get(_RADII):
                 attrs["per_radius"] = float(known_effects[_RADII][name]) / spread
         if np.isfinite(error) and np.isfinite(reach):
-            factor = float(np.exp(min(reach, _MAX_LOG_DISTANCE)))
+            factor = float(np.exp(min(reach, MAX_LOG_DISTANCE)))
             attrs |= {"standard_error": value * error, "interval_low": value / factor, "interval_high": value * factor}
             attrs["interval_level"] = LEVEL
         variables[name] = xr.Variable((), value, attrs)

@@ -13,7 +13,7 @@
 """
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -53,6 +53,7 @@ _ATTRIBUTES = ("title", "Conventions", "animal", "group", "synthetic", "interrup
 _REQUIRED_GROUPS = ("recording", "nominal")  # groups of an animal that are a field of the same name
 _OPTIONAL_GROUPS = {"beats": "beats", "ventricle": "ventricle", "evidence": "laws", "selection": "selection",
              "averages": "averages"}  # field: group  # fmt: skip
+_OTHER_GROUPS = {"network", "measured", *_REQUIRED_GROUPS, *_OPTIONAL_GROUPS.values()}
 _LAW_GROUPS = {"calibration": "calibration", "simulation": "simulation", "waves": "waves", "impedance": "impedance",
            "vessels": "tree", "quantities": "quantities"}  # fmt: skip
 _OPTIONAL_LAW_GROUPS = ("stiffening", "sites")  # parts of a law that not every one has, and their groups
@@ -140,6 +141,10 @@ class AnimalResult:
     origin: Mapping[str, str] = field(default_factory=dict)
     assumed_errors: tuple[AssumedError, ...] = ()
     looks: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a law whose group another part has."""
+        check_law_names(self.laws)
 
     def __repr__(self) -> str:
         walls = ", ".join(f"{name} wall" for name in self.laws) or "no wall law"
@@ -253,6 +258,13 @@ class AnimalResult:
             origin={str(key): value for key, value in attrs.items() if key not in _ATTRIBUTES},
             **fields,
         )
+
+
+def check_law_names(names: Iterable[str]) -> None:
+    """Raise `InputError` for the name of a wall law whose group another part of every result has."""
+    for name in names:
+        if name in _OTHER_GROUPS:
+            raise InputError(f"wall law '{name}': a part of every result has this name; take another")
 
 
 def as_chosen(laws: Mapping[str, LawResult], walls: Sequence[str]) -> dict[str, LawResult]:

@@ -22,6 +22,7 @@ from vasowave.study.cohort.effects import ContrastEstimate as ContrastEstimate
 from vasowave.study.cohort.effects import ContrastLabel as ContrastLabel
 from vasowave.study.cohort.effects import DesignEstimate as DesignEstimate
 from vasowave.study.cohort.effects import GroupEffect as GroupEffect
+from vasowave.study.cohort.effects import Omission as Omission
 from vasowave.study.cohort.effects import Untested as Untested
 from vasowave.study.cohort.effects import as_table as as_table
 from vasowave.study.cohort.estimates import Estimates as Estimates
@@ -82,7 +83,6 @@ from vasowave.study.cohort.votes import ballots as ballots
 from vasowave.study.cohort.votes import differences as differences
 from vasowave.study.cohort.votes import misfits as misfits
 from vasowave.study.cohort.votes import stored as stored
-from vasowave.study.cohort.walls import CLEAR_EVIDENCE_RATIO as CLEAR_EVIDENCE_RATIO
 from vasowave.study.cohort.walls import Evidence as Evidence
 from vasowave.study.cohort.walls import evidences as evidences
 from vasowave.study.cohort.walls import exponent_of as exponent_of

@@ -204,14 +204,14 @@ class Cohort:
     @cached_property
     def symbols(self) -> dict[str, str]:
         """Symbol of every quantity, as stored."""
-        return self._said("symbol") | {name: QUANTITIES[name].symbol for name in RECORDED}
+        return self._descriptions("symbol") | {name: QUANTITIES[name].symbol for name in RECORDED}
 
     @cached_property
     def meanings(self) -> dict[str, str]:
         """What every quantity is, in words; a model's go before those of a measured index, which are special."""
-        return {name: QUANTITIES[name].meaning for name in RECORDED} | self._said("long_name")
+        return {name: QUANTITIES[name].meaning for name in RECORDED} | self._descriptions("long_name")
 
-    def _said(self, attribute: str) -> dict[str, str]:
+    def _descriptions(self, attribute: str) -> dict[str, str]:
         texts: dict[str, str] = {}
         for result in self.results:
             for source in reversed(result.sources.values()):

@@ -71,7 +71,7 @@ def modeled(cohort: Cohort, values: Values) -> Modeled:
     layout = laid_out(cohort.design, cohort.variables, members, list(cohort.groups))
     selected = np.array([result.name in layout.animals for result in values.results])
     subset = values._replace(results=[result for result, keep in zip(values.results, selected, strict=True) if keep],
-                          estimates=values.estimates.of(selected))  # fmt: skip
+                          estimates=values.estimates.selected(selected))  # fmt: skip
     if not np.all(np.isfinite(subset.estimates.logs)):
         raise InputError("a value is not positive; a ratio needs positive values")
     if len(layout.animals) < layout.fixed.shape[1] + _MIN_SPARE_ROWS:
@@ -207,10 +207,10 @@ def _influence(model: Modeled, contrast: Contrast, fit: ContrastFit) -> tuple[st
 
 def covariate_effects(cohort: Cohort, models: Sequence[Modeled]) -> list[CovariateEffect]:
     """Return the effect of every covariate on every quantity."""
-    return [effect for model in models for effect in _of(cohort, model)]
+    return [effect for model in models for effect in _covariate_effects(cohort, model)]
 
 
-def _of(cohort: Cohort, model: Modeled) -> Iterator[CovariateEffect]:
+def _covariate_effects(cohort: Cohort, model: Modeled) -> Iterator[CovariateEffect]:
     layout, covariates = model.layout, [cohort.variables[name] for name in cohort.design.covariates]
     columns = [covariate_columns(variable, layout.animals) for variable in covariates]
     coded = np.column_stack([column for block in columns for column in block] or [np.zeros(len(layout.animals))])

@@ -52,6 +52,20 @@ class ContrastLabel(NamedTuple):
         return f"{self.change}: {text}" if self.change else text
 
 
+@dataclass(frozen=True)
+class Omission:
+    """A quantity, in a group, or an animal that a comparison leaves out, and why."""
+
+    reason: str
+    quantity: str = ""
+    group: str = ""
+    animal: str = ""
+
+    def describe(self, called: Callable[[str], str] = str) -> str:
+        """Return what is left out, the quantity as it is `called`: ``mPAP (HPH)``."""
+        return self.animal or called(self.quantity) + (f" ({self.group})" if self.group else "")
+
+
 @dataclass(frozen=True, kw_only=True)
 class RatioEstimate:
     """A ratio of one quantity by one source, with the ends of its 95 % interval; `columns` are those of its table."""

@@ -64,7 +64,7 @@ class Estimates(NamedTuple):
         """Return the same estimates with the `typical_errors` of the cell (group, occasion) of each animal."""
         return self._replace(errors=typical_errors(self.errors, cell))
 
-    def of(self, selection: np.ndarray | slice) -> "Estimates":
+    def selected(self, selection: np.ndarray | slice) -> "Estimates":
         """Return the estimates of some animals."""
         shared, label = self.shared[:, selection], self.label[:, selection]
         logs, errors, slopes = self.logs[selection], self.errors[selection], self.per_radius[selection]

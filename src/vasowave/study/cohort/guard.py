@@ -98,14 +98,14 @@ def doubts_of(layout: Layout, quantities: int, rules: GuardRules = RULES) -> tup
     doubts = []
     for shape, ratios in ((PopulationShape.SKEWED, rules.spread_ratios), (PopulationShape.RESPONDERS, (1.0,))):
         side = _worst_side(layout, shape, max(ratios))
-        rates = tuple(_Population.of(layout, side, ratio, rules).rate(quantities, shape) for ratio in ratios)
+        rates = tuple(_Population.with_spread(layout, side, ratio, rules).rate(quantities, shape) for ratio in ratios)
         doubts.append(FalsePositives(shape, tuple(layout.cells[cell] for cell in side), rates))
     return tuple(doubt for doubt in doubts if max(doubt.rates) > rules.tolerable)
 
 
 def rate_of_blocks(layout: Layout, levels: Sequence[str], quantities: int, rules: GuardRules = RULES) -> float:
     """Return the false positives of a design that does not know that animals of one level (their litter) are alike."""
-    usual, share = _Population.of(layout, (), 1.0, rules), rules.block_share
+    usual, share = _Population.with_spread(layout, (), 1.0, rules), rules.block_share
     effects = [effect._replace(size=effect.size * np.sqrt(1 - share)) for effect in usual.effects]
     litters = _RandomEffect(_numbers(levels), np.full(len(levels), np.sqrt(share)))
     return usual.rate(quantities, PopulationShape.NORMAL, [*effects, litters])
@@ -150,7 +150,7 @@ class _Population(NamedTuple):
     rules: GuardRules
 
     @classmethod
-    def of(cls, layout: Layout, side: Sequence[int], ratio: float, rules: GuardRules) -> "_Population":
+    def with_spread(cls, layout: Layout, side: Sequence[int], ratio: float, rules: GuardRules) -> "_Population":
         """Return animals of which those of some cells vary `ratio` times as much."""
         inside, subject = np.isin(layout.cell, side), _numbers(layout.subject)
         spread, block = np.where(inside, ratio, 1.0), rules.block_share / (1 - rules.block_share)
@@ -166,7 +166,7 @@ class _Population(NamedTuple):
             if not of_animals:
                 level = np.unique(random, axis=0, return_inverse=True)[1].ravel()
                 effects.append(_RandomEffect(level, np.sqrt(block) * rows))
-        return cls(effects, _Test.of(layout, np.array(components)), rules)
+        return cls(effects, _Test.from_layout(layout, np.array(components)), rules)
 
     def rate(self, quantities: int, shape: PopulationShape, effects: Sequence[_RandomEffect] = ()) -> float:
         """Return the share of cohorts of a shape with a p as one in twenty of normal animals has it."""
@@ -224,7 +224,7 @@ class _Test(NamedTuple):
     spread: np.ndarray  # (component, component): covariance of the components over the given ones
 
     @classmethod
-    def of(cls, layout: Layout, components: np.ndarray) -> "_Test":
+    def from_layout(cls, layout: Layout, components: np.ndarray) -> "_Test":
         random = np.array([*layout.random.values()])
         inverse = np.linalg.inv(np.tensordot(components, random, axes=1))
         weighted = inverse @ layout.fixed

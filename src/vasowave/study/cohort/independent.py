@@ -15,7 +15,7 @@ from vasowave.pulse.quantities import MEASURED
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.designed import Values
-from vasowave.study.cohort.effects import ContrastEstimate, ContrastLabel, GroupEffect, Untested
+from vasowave.study.cohort.effects import ContrastEstimate, ContrastLabel, GroupEffect, Omission, Untested
 from vasowave.study.cohort.estimates import Estimates, estimates_of, image_unknown, shared_error
 from vasowave.study.cohort.lungs import tipping_radius
 from vasowave.study.cohort.pooling import Ratio, pooled_ratio
@@ -68,7 +68,7 @@ class GroupContrast(NamedTuple):
 
     def ratio(self, selection: np.ndarray | slice = slice(None), level: float = LEVEL) -> Ratio:
         """Return the pooled ratio of the second group over the first, of the animals kept."""
-        estimates, in_second = self.estimates.of(selection), self.in_second[selection]
+        estimates, in_second = self.estimates.selected(selection), self.in_second[selection]
         reference = estimates.logs[~in_second], estimates.errors[~in_second]
         return pooled_ratio(
             reference,
@@ -164,8 +164,8 @@ def secondary_estimates(
         for further in cohort.walls
         if further != law
         for contrast in usable_contrasts(
-            cohort, [contrast.name for contrast in of_group if contrast.source == law], further, group, {}
-        )
+            cohort, [contrast.name for contrast in of_group if contrast.source == law], further, group
+        )[0]
         for ratio in [contrast.ratio(level=LEVEL if contrast.untested else 1 - critical)]
     ]  # fmt: skip
 
@@ -180,7 +180,7 @@ def _effect(label: ContrastLabel, contrast: GroupContrast, statement: tuple[floa
         contrast=label, quantity=contrast.name, source=contrast.source, n_reference=sizes[0], n_group=sizes[1],
         mean_reference=ratio.reference, mean_group=ratio.other, unit=contrast.unit, ratio=ratio.value, low=ratio.low,
         high=ratio.high, standard_error=ratio.error, freedom=ratio.freedom, p=p, untested=contrast.untested,
-        smallest_p=smallest_p(sizes, pairs), apart=_apart(contrast), origin=contrast.estimates.origin,
+        smallest_p=smallest_p(sizes, pairs), apart=_disjoint(contrast), origin=contrast.estimates.origin,
         tipping_radius=tipping_radius(ratio.low, ratio.high, float(contrast.estimates.per_radius.mean())),
         tipping_lung_sd=contrast.tipping_lung_sd(critical), fits_ratio=fits_ratio, fits_low=fits_low,
         fits_high=fits_high, without=without, ratio_without=ratio_without,
@@ -197,16 +197,16 @@ def _by_fits(contrast: GroupContrast, critical: float) -> tuple[float, float, fl
 
 
 def usable_contrasts(
-    cohort: Cohort, names: Sequence[str], law: str, group: str, left_out: dict[str, str]
-) -> list[GroupContrast]:
-    """Return the quantities that can be compared; `left_out` gets the others with the reason."""
-    usable = []
+    cohort: Cohort, names: Sequence[str], law: str, group: str
+) -> tuple[list[GroupContrast], list[Omission]]:
+    """Return the quantities that can be compared, and the others with the reason."""
+    usable, left_out = [], []
     for name in names:
         try:
             usable.append(_contrast(cohort, source_of(name, law), name, group))
         except InputError as error:
-            left_out[f"{name} ({group})"] = str(error)
-    return usable
+            left_out.append(Omission(str(error), name, group))
+    return usable, left_out
 
 
 def _contrast(cohort: Cohort, source: str, name: str, group: str) -> GroupContrast:
@@ -302,7 +302,7 @@ def _assurance(tested: Sequence[GroupContrast], together: Simultaneous) -> Assur
     return Assurance(together.rate, 1 - together.critical, float(np.exp(log_ratio)), smallest)
 
 
-def _apart(contrast: GroupContrast) -> bool:
+def _disjoint(contrast: GroupContrast) -> bool:
     """Return whether every animal of one group lies above every animal of the other."""
     x, y = contrast.estimates.logs[~contrast.in_second], contrast.estimates.logs[contrast.in_second]
     return bool(x.max() < y.min() or y.max() < x.min())

@@ -69,11 +69,11 @@ def missing_animals(cohort: Cohort, law: str) -> tuple[Missing, ...]:
         *cohort.groups,
         *dict.fromkeys(failure.group for failure in cohort.lost if failure.group not in cohort.groups),
     ]
-    by_group = [_of(cohort, group, law) for group in groups]
+    by_group = [_missing_of(cohort, group, law) for group in groups]
     return tuple(missing for missing in by_group if missing.animals)
 
 
-def _of(cohort: Cohort, group: str, law: str) -> Missing:
+def _missing_of(cohort: Cohort, group: str, law: str) -> Missing:
     lost = [failure for failure in cohort.lost if failure.group == group]
     members = cohort.groups.get(group, [])
     without = [result for result in members if law and law not in result.laws]

@@ -28,13 +28,6 @@ class Structure(NamedTuple):
     random: Sequence[np.ndarray]
     error_covariance: np.ndarray
 
-    def of(self, rows: np.ndarray) -> "Structure":
-        """Return the structure of some rows."""
-        block = np.ix_(rows, rows)
-        return Structure(
-            self.fixed[rows], [component[block] for component in self.random], self.error_covariance[block]
-        )
-
 
 class ContrastFit(NamedTuple):
     """A contrast of the coefficients, its standard error, and the degrees of freedom of that."""

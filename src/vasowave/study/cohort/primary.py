@@ -13,7 +13,7 @@ from vasowave.base.settings import settings_class
 from vasowave.pulse.quantities import MEASURED, PRIMARY, question_of
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.designed import Modeled, covariate_effects, design_effects, design_estimates, modeled
-from vasowave.study.cohort.effects import ContrastEstimate, CovariateEffect, Effect, as_table
+from vasowave.study.cohort.effects import ContrastEstimate, CovariateEffect, Effect, Omission, as_table
 from vasowave.study.cohort.independent import (
     Assurance,
     GroupContrast,
@@ -63,8 +63,8 @@ class Primary:
         One per pair of groups and quantity; with a design one per contrast and quantity.
     others : tuple of ContrastEstimate
         The same effects by the other laws, their intervals to the same level, without a test.
-    left_out : dict of str to str
-        Quantities and groups that could not be compared, and why.
+    left_out : tuple of Omission
+        Quantities (of groups) that could not be compared, animals that a design does not know, and why.
     assurance : Assurance, optional
         How far p and intervals can be relied on; none without a tested effect.
     missing : tuple of Missing
@@ -81,14 +81,14 @@ class Primary:
     law: str
     effects: tuple[Effect, ...]
     others: tuple[ContrastEstimate, ...]
-    left_out: dict[str, str]
+    left_out: tuple[Omission, ...]
     assurance: Assurance | None = None
     missing: tuple[Missing, ...] = ()
     untold: tuple[Missed, ...] = ()
     adjusted: tuple[CovariateEffect, ...] = ()
     lungs: LungDifferences | None = None
 
-    def of(self, group: str) -> "Primary":
+    def of_group(self, group: str) -> "Primary":
         """Return what is said of one group; intervals and p still hold for all groups at once."""
         return replace(
             self,
@@ -120,8 +120,9 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
 
 def _by_groups(cohort: Cohort, law: str, names: Sequence[str]) -> Primary:
     """Compare groups of independent animals by pooled ratios."""
-    left_out: dict[str, str] = {}
-    contrasts = {group: usable_contrasts(cohort, names, law, group, left_out) for group in list(cohort.groups)[1:]}
+    usable = {group: usable_contrasts(cohort, names, law, group) for group in list(cohort.groups)[1:]}
+    contrasts = {group: of_group for group, (of_group, _) in usable.items()}
+    left_out = tuple(omission for _, omissions in usable.values() for omission in omissions)
     effects, critical, assurance = group_effects(cohort, contrasts)
     secondary = secondary_estimates(cohort, law, contrasts, critical)
     return Primary(law, tuple(effects), tuple(secondary), left_out, assurance)
@@ -137,42 +138,29 @@ def comparable(cohort: Cohort, family: Family) -> list[GroupContrast]:
     cohort = with_lungs(cohort, family)
     law, groups = primary_law(cohort, family), list(cohort.groups)[1:2]
     names = [name for name in family.quantities if law or name in MEASURED]
-    return [contrast for group in groups for contrast in usable_contrasts(cohort, names, law, group, {})]
+    return [contrast for group in groups for contrast in usable_contrasts(cohort, names, law, group)[0]]
 
 
 def _by_design(cohort: Cohort, law: str, names: Sequence[str]) -> Primary:
     """Compare by the model of the design."""
-    left_out: dict[str, str] = {}
-    findings: dict[Finding, list[str]] = {}
-    models = _models(cohort, names, law, left_out, findings)
+    models, left_out, untold = _models(cohort, names, law)
     effects, critical = design_effects(models)
     tested = [model.values.name for model in models if model.values.source == law]
     secondary = [
         estimate
         for further in cohort.walls
         if further != law
-        for estimate in design_estimates(_models(cohort, tested, further, {}, {}), critical)
+        for estimate in design_estimates(_models(cohort, tested, further)[0], critical)
     ]
-    left_out |= {
-        animal: f"its cell of '{column}' is empty"
-        for model in models
-        for animal, column in model.layout.left_out.items()
-    }
-    return Primary(
-        law, tuple(effects), tuple(secondary), left_out,
-        untold=tuple(Missed(finding, tuple(quantities)) for finding, quantities in findings.items()),
-        adjusted=tuple(covariate_effects(cohort, models)),
-    )  # fmt: skip
+    columns = {animal: column for model in models for animal, column in model.layout.left_out.items()}
+    left_out += [Omission(f"its cell of '{column}' is empty", animal=animal) for animal, column in columns.items()]
+    adjusted = tuple(covariate_effects(cohort, models))
+    return Primary(law, tuple(effects), tuple(secondary), tuple(left_out), untold=untold, adjusted=adjusted)
 
 
-def _models(
-    cohort: Cohort, names: Sequence[str], law: str, left_out: dict[str, str], untold: dict[Finding, list[str]]
-) -> list[Modeled]:
-    """Return the models of the quantities that have one.
-
-    `left_out` gets the others with the reason, and `untold` the effects that cannot be told, and of which quantities.
-    """
-    models = []
+def _models(cohort: Cohort, names: Sequence[str], law: str) -> tuple[list[Modeled], list[Omission], tuple[Missed, ...]]:
+    """Return the models of the quantities that have one, the others with the reason, and effects that are not told."""
+    models, left_out, untold = [], [], dict[Finding, list[str]]()
     for name in names:
         values = known_values(cohort, source_of(name, law), name, list(cohort.groups))
         try:
@@ -180,12 +168,12 @@ def _models(
                 raise InputError("no animal has it")
             model = modeled(cohort, values)
         except InputError as error:
-            left_out[name] = str(error)
+            left_out.append(Omission(str(error), name))
             continue
         for effect in model.layout.untold:
             untold.setdefault(effect.finding, []).append(name)
         models += [model] if model.contrasts else []
-    return models
+    return models, left_out, tuple(Missed(finding, tuple(quantities)) for finding, quantities in untold.items())
 
 
 def primary_law(cohort: Cohort, family: Family) -> str:

@@ -111,13 +111,13 @@ def _drawn(rows: Sequence[ComparedQuantity], draws: int, seed: int, depth: int) 
     """Return what was observed, and the least p of cohorts each drawn from the one before, sorted (depth, draws)."""
     rng = np.random.default_rng(seed)
     size = 1 + max(int(row.animals.max()) for row in rows), 1 + max(row.quantity for row in rows)
-    observed = _NullCohorts.of(rows, [row.logs[np.newaxis] for row in rows], size)
+    observed = _NullCohorts.from_logs(rows, [row.logs[np.newaxis] for row in rows], size)
     chunk = max(1, _MAX_NUMBERS // (50 * size[0]))
     chains = []
     for first in range(0, draws, chunk):
         cohorts, chain = observed, []
         for _ in range(depth):
-            cohorts = _NullCohorts.of(rows, cohorts.draw(rows, min(chunk, draws - first), rng), size)
+            cohorts = _NullCohorts.from_logs(rows, cohorts.draw(rows, min(chunk, draws - first), rng), size)
             chain.append(cohorts.least_p)
         chains.append(chain)
     return observed, np.sort(np.concatenate(chains, axis=1), axis=1)
@@ -158,7 +158,9 @@ class _NullCohorts(NamedTuple):
         return np.asarray(self.p.min(axis=0))
 
     @classmethod
-    def of(cls, rows: Sequence[ComparedQuantity], logs: Sequence[np.ndarray], size: tuple[int, int]) -> "_NullCohorts":
+    def from_logs(
+        cls, rows: Sequence[ComparedQuantity], logs: Sequence[np.ndarray], size: tuple[int, int]
+    ) -> "_NullCohorts":
         """Return cohorts whose rows have these values, each of shape (cohort, animal)."""
         residuals = np.zeros((len(logs[0]), *size))
         p, spreads = [], []

@@ -13,6 +13,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind
 from vasowave.pulse.inference.known_errors import SHARED_SOURCES
 from vasowave.study.cohort.design import Design, laid_out
+from vasowave.study.cohort.effects import grouped
 from vasowave.study.cohort.guard import RULES, rate_of_blocks
 from vasowave.study.cohort.variables import Variable
 
@@ -168,9 +169,7 @@ def _is_label(role: Role | None, variable: Variable) -> bool:
 
 def _again(variable: Variable) -> Iterator[Finding]:
     """Yield which words of a column stand in several rows."""
-    rows: dict[str, list[str]] = {}
-    for row, word in variable.levels.items():
-        rows.setdefault(word, []).append(row)
+    rows = grouped(variable.levels, variable.levels.__getitem__)
     again = [f"'{word}' in {', '.join(names)}" for word, names in rows.items() if len(names) > 1]
     if again:
         ellipsis = ["…"] if len(again) > COLUMNS.words else []

@@ -60,7 +60,7 @@ class Variable:
     Examples
     --------
     >>> import vasowave as vw
-    >>> vw.Variable.of("weight [g]", {"CTL 1": "24.1", "CTL 2": "22", "HPH 1": ""}).values
+    >>> vw.Variable.from_cells("weight [g]", {"CTL 1": "24.1", "CTL 2": "22", "HPH 1": ""}).values
     {'CTL 1': 24.1, 'CTL 2': 22.0}
     """
 
@@ -70,7 +70,7 @@ class Variable:
     values: Mapping[str, Any]
 
     @classmethod
-    def of(cls, title: str, cells: Mapping[str, str]) -> "Variable":
+    def from_cells(cls, title: str, cells: Mapping[str, str]) -> "Variable":
         """Return the column of a title and the text of every animal's cell.
 
         A title with a unit, or most of whose cells are numbers, is one of numbers; likewise of dates (YYYY-MM-DD).
@@ -169,7 +169,7 @@ class Variable:
             return findings
         for value in rare:
             ((subject, animal),) = owners[value].items()
-            match = _near(value, [candidate for candidate in counts if counts[candidate] > 1])
+            match = _likely_word(value, [candidate for candidate in counts if counts[candidate] > 1])
             alone = ALONE(value=value, animal=subject)
             slip = MISSPELT(rare=value, animal=subject, common=match, count=counts[match]) if match else alone
             findings.append(slip.at(animal=animal))
@@ -189,7 +189,7 @@ def _plain(word: str) -> str:
     return "".join(word.casefold().split())
 
 
-def _near(word: str, candidates: Sequence[str]) -> str:
+def _likely_word(word: str, candidates: Sequence[str]) -> str:
     """Return the word that is meant perhaps: one of nearly the same letters, or one that it lengthens or cuts."""
     originals = {_plain(candidate): candidate for candidate in candidates}
     plain = _plain(word)

@@ -5,14 +5,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from vasowave.base.descriptions import NORMAL, TAILS
+from vasowave.base.descriptions import CLEAR_EVIDENCE_RATIO, NORMAL, TAILS
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.estimates import Estimates, estimates_of
 from vasowave.study.cohort.pooling import pooled_mean
 
-CLEAR_EVIDENCE_RATIO = 20.0
-"""Ratio of two evidences from which one law is called clearly likelier: with equal chances before, 95 % after."""
 _GRID_MEANS, _GRID_SPREADS = 801, 41  # of the grid on which the likelihood is maximized
 _GRID_REACH = 8.0  # of the grid beyond the outermost values, in scales of the animals and their errors
 

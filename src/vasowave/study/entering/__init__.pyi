@@ -1,14 +1,14 @@
 """Entering animals: files sorted into a table, groups, templates, checks."""
 
+from vasowave.study.entering.added_rows import told_network as told_network
 from vasowave.study.entering.adding import add_files as add_files
-from vasowave.study.entering.adding import told_network as told_network
 from vasowave.study.entering.checking import check_study as check_study
 from vasowave.study.entering.grouping import is_reference as is_reference
 from vasowave.study.entering.grouping import parsed_groups as parsed_groups
 from vasowave.study.entering.grouping import proposed_groups as proposed_groups
 from vasowave.study.entering.grouping import told_group as told_group
 from vasowave.study.entering.sorting import files_in as files_in
-from vasowave.study.entering.table import Known as Known
+from vasowave.study.entering.table import RecordingIndex as RecordingIndex
 from vasowave.study.entering.table import Rows as Rows
 from vasowave.study.entering.table import read_rows as read_rows
 from vasowave.study.entering.table import seen_from as seen_from

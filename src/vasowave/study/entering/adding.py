@@ -1,38 +1,41 @@
 """Put files into a study: rows of its table, written from what the files and their names tell."""
 
-import os
 import shlex
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.io.files import alone_in, content_of, write_files
-from vasowave.study.entering.grouping import (
-    Marks,
-    Proposal,
-    is_reference,
-    parsed_groups,
-    proposed_groups,
-    told_group,
-    within,
+from vasowave.study.entering.added_rows import (
+    AddedRow,
+    cells_of,
+    fill_row,
+    kept_groups,
+    kept_networks,
+    missing_cells,
+    name_animals,
+    networks_of,
+    shared_remarks,
+    told_network,
+    without_copies,
 )
-from vasowave.study.entering.grouping import words as words_of
-from vasowave.study.entering.sorting import Recorded, Sorted, files_in, sort_files
-from vasowave.study.entering.table import Known, read_rows, seen_from, written_rows
+from vasowave.study.entering.grouping import Proposal, is_reference, parsed_groups, proposed_groups, told_group
+from vasowave.study.entering.sorting import Sorted, files_in, sort_files
+from vasowave.study.entering.table import RecordingIndex, read_rows, seen_from, written_rows
 from vasowave.study.entering.template import with_groups
 from vasowave.study.folder.animals import read_row
-from vasowave.study.folder.names import plain_name
 from vasowave.study.folder.reading import read_settings, study_path
 from vasowave.study.folder.rows import FILES
 from vasowave.study.folder.settings import StudyFile
 from vasowave.study.folder.study import RESULTS
-from vasowave.study.report.wording import some_of
 from vasowave.study.running.reporting import ONE_BY_ONE, REPORT_FOLDER
 
-_MAX_NAMED_FILES = 3  # files, in a sentence
+MarksOf = dict[str, tuple[str, ...]]
+"""Labels of groups in their order, and what names that belong to them hold."""
+
 Ask = Callable[[str, str], str]
 """Asks a person a question, with the answer that is proposed; returns what was answered."""
 
@@ -102,79 +105,94 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     _check_cells(cells or {})
     cells = {title: seen_from(path.parent, Path(text)) if title in FILES and text else text
              for title, text in (cells or {}).items()}  # fmt: skip
-    sorted_files = _sorted(path.parent, table, paths, network, cells, settings.site)
-    laid_out = partial(
-        _laid_out, path, sorted_files, cells, group, groups, network, None if ask is None else cache(ask)
-    )
+    files = _sorted(path.parent, table, paths, network, cells, settings.site)
+    parsed = parsed_groups(groups) if groups else {}
+    options = AddingOptions(group, parsed, network, cells, None if ask is None else cache(ask))
     contents_before = {file: content_of(file) for file in (table, path)}
-    contents, added = laid_out()
+    plan = plan_rows(path, files, options)
     with alone_in(path.parent):  # for milliseconds: neither reading recordings nor a person's answer holds others up
         if (now := {file: content_of(file) for file in contents_before}) != contents_before:
-            contents, added = laid_out()
-        write_files(contents, now)
-    return added
+            plan = plan_rows(path, files, options)
+        write_files(plan.contents, now)
+    return plan.added
 
 
-def _laid_out(
-    path: Path, sorted_files: Sorted, cells: Mapping[str, str], group: str, groups: str, network: Path | None,
-    ask: Ask | None,
-) -> tuple[dict[Path, str], Added]:  # fmt: skip
+@dataclass(frozen=True)
+class AddingOptions:
+    """What a person says of all files that are added; see `add_files`."""
+
+    group: str
+    groups: dict[str, tuple[str, ...]]
+    network: Path | None
+    cells: Mapping[str, str]
+    ask: Ask | None
+
+    @property
+    def columns(self) -> set[str]:
+        """The columns that were said, whose cells replace what stands in a row."""
+        return {*self.cells, *(["group"] if self.groups else []), *(["network"] if self.network else [])}
+
+
+@dataclass(frozen=True)
+class RowPlan:
+    """What is to be written, by file, and the outcome that this will have."""
+
+    contents: dict[Path, str]
+    added: Added
+
+
+def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     """Return what table and study file are to hold with the files, and what is said of it; nothing is written."""
     settings = _settings(path)
-    table = path.parent / settings.animals
+    table, folder = path.parent / settings.animals, path.parent
     before = read_rows(table)
-    networks = _networks(path.parent, sorted_files.networks, before.rows, network)
-    lookup, had = Known(path.parent, before.rows), {row["group"] for row in before.rows}
-    recorded_rows = [
-        _Row(recorded, _cells(recorded, path.parent, cells), lookup.row_of(recorded))
-        for recorded in sorted_files.recordings
+    networks = networks_of(folder, files.networks, before.rows, options.network)
+    lookup, had = RecordingIndex(folder, before.rows), {row["group"] for row in before.rows}
+    entries = [
+        AddedRow(recorded, cells_of(recorded, folder, options.cells), lookup.row_of(recorded))
+        for recorded in files.recordings
     ]
-    touched = [entry for entry in recorded_rows if entry.old is not None]
-    new, messages = _without_copies([entry for entry in recorded_rows if entry.old is None], lookup)
-    requested_groups = parsed_groups(groups) if groups else {}
-    marks, remarks = _grouped([*new, *touched], before.rows, path, settings, group, requested_groups, ask)
-    serves_all = len(networks) == 1 and (network is not None or not sorted_files.refused)
+    touched = [entry for entry in entries if entry.old is not None]
+    new, copies = without_copies([entry for entry in entries if entry.old is None], lookup)
+    marks, remarks = _grouped([*new, *touched], before.rows, path, settings, options)
+    serves_all = options.network is not None or not files.refused
     for entry in [*new, *touched]:
-        group_of_it = entry.cells["group"] or (entry.old or {}).get("group", "")
-        network_file = network or told_network(
-            entry.recorded.name, group_of_it, marks, networks, path.parent, serves_all
-        )
-        entry.cells["network"] = seen_from(path.parent, network_file) if network_file else ""
-    remarks += _kept_networks(touched, networks)
-    _name(new, [row["animal"] for row in before.rows])
-    explicit = {*cells, *(["group"] if groups else []), *(["network"] if network else [])}
-    remarks += _kept_groups(touched, group)
-    updated = [entry for entry in touched if _filled(entry, explicit)]
+        group = entry.cells["group"] or (entry.old or {}).get("group", "")
+        file = options.network or told_network(entry.recorded.name, group, marks, networks, folder, serves_all)
+        entry.cells["network"] = seen_from(folder, file) if file else ""
+    remarks += [*kept_networks(touched, networks), *kept_groups(touched, options.group)]
+    name_animals(new, [row["animal"] for row in before.rows])
+    updated = [entry for entry in touched if fill_row(entry, options.columns)]
     rows = [entry.cells for entry in new]
-    all_new = [*rows, *(entry.old for entry in touched if entry.old is not None)]
-    in_use = {*settings.groups, *(row["group"] for row in all_new)}
-    marks = {
-        label: label_marks for label, label_marks in marks.items() if label != group or label in in_use
-    }  # no row takes it
-    if requested_groups:
-        remaining_labels = {
-            row["group"] for row in [*before.rows, *rows]
-        } | requested_groups.keys()  # not what rows were called until now
-        marks = {
-            label: label_marks for label, label_marks in marks.items() if label in remaining_labels or label not in had
-        }
-        marks = requested_groups if marks.keys() == requested_groups.keys() else marks
-    settings_text = with_groups(path, list(marks)) if list(marks) != settings.groups else ""
+    concerned = [*rows, *(entry.old for entry in touched if entry.old is not None)]
+    in_use = {*settings.groups, *(row["group"] for row in concerned)}
+    marks = {label: words for label, words in marks.items() if label != options.group or label in in_use}
+    marks = _settled(marks, options.groups, {row["group"] for row in [*before.rows, *rows]}, had)
     contents = {table: written_rows(before, rows)}
-    if settings_text:
-        contents[path] = settings_text
-        added = f"; --group adds '{group}'" if group and group not in settings.groups else ""
-        remarks.append(f"{path.name}: groups are [{', '.join(marks)}] now, the first is the reference{added}")
-    messages = [
-        *messages,
-        *_once([*new, *updated]),
-        *remarks,
-        *_missing(all_new, marks, networks, bool(sorted_files.refused)),
-    ]
-    if len(updated) < len(touched):
-        messages.append(f"{len(touched) - len(updated)} of these recordings are in the table already, with all this")
+    if list(marks) != settings.groups:
+        contents[path] = with_groups(path, list(marks))
+        remarks.append(_of_groups(path, marks, settings, options.group))
+    remarks += missing_cells(concerned, marks, networks, bool(files.refused))
+    if (unchanged := len(touched) - len(updated)) > 0:
+        remarks.append(f"{unchanged} of these recordings are in the table already, with all this")
+    sentences = dict.fromkeys([*copies, *shared_remarks([*new, *updated]), *remarks])
     names = tuple(entry.old["animal"] for entry in updated if entry.old)
-    return contents, Added(table, tuple(rows), names, tuple(dict.fromkeys(messages)), sorted_files.refused)
+    return RowPlan(contents, Added(table, tuple(rows), names, tuple(sentences), files.refused))
+
+
+def _settled(marks: MarksOf, requested: MarksOf, used: set[str], had: set[str]) -> MarksOf:
+    """Return the groups of a study where some are named anew: without those that rows had until now and none has."""
+    if not requested:
+        return marks
+    remaining = used | requested.keys()
+    marks = {label: words for label, words in marks.items() if label in remaining or label not in had}
+    return requested if marks.keys() == requested.keys() else marks
+
+
+def _of_groups(path: Path, marks: MarksOf, settings: StudyFile, group: str) -> str:
+    """Say which groups the study has now."""
+    added = f"; --group adds '{group}'" if group and group not in settings.groups else ""
+    return f"{path.name}: groups are [{', '.join(marks)}] now, the first is the reference{added}"
 
 
 def _check_cells(cells: Mapping[str, str]) -> None:
@@ -187,37 +205,6 @@ def _check_cells(cells: Mapping[str, str]) -> None:
     start, end = (float(cells.get(title) or default) for title, default in (("start [s]", 0), ("end [s]", "inf")))
     if start >= end:
         raise InputError(f"the stretch from {start:g} to {end:g} s ends before it begins; nothing was added")
-
-
-def _once(rows: Sequence["_Row"]) -> list[str]:
-    """Return what was decided of recordings, each decision once with the files it is about."""
-    files_by_remark: dict[str, list[str]] = {}
-    for row in rows:
-        for remark in row.recorded.remarks:
-            files_by_remark.setdefault(remark, []).append(row.recorded.files[0].name)
-    return [f"{some_of(files, _MAX_NAMED_FILES)}: {remark}" for remark, files in files_by_remark.items()]
-
-
-@dataclass(frozen=True)
-class _Row:
-    """A recording, the cells that it tells, and its row in the table if it has one."""
-
-    recorded: Recorded
-    cells: dict[str, str]
-    old: dict[str, str] | None
-
-
-def _without_copies(new: Sequence[_Row], lookup: Known) -> tuple[list[_Row], list[str]]:
-    """Return the recordings without those that hold the bytes of another, and what to say of these.
-
-    Of two files the one with the shorter name is taken for the original: "mouse 1", not "mouse 1 (copy)"; of files with
-    one name, that in the upper folder.
-    """
-    by_name = sorted(new, key=lambda row: (len(row.recorded.name), len(row.recorded.files[0].parts)))
-    twins = {row.recorded.files: lookup.twin_of(row.recorded) for row in by_name}
-    messages = [f"{files[0]}: holds the same bytes as the recording of {twin}; left out"
-            for files, twin in twins.items() if twin]  # fmt: skip
-    return [row for row in new if not twins[row.recorded.files]], messages
 
 
 def _settings(path: Path) -> StudyFile:
@@ -246,43 +233,14 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
     return sorted_files
 
 
-def _networks(
-    folder: Path, networks: Sequence[Path], rows: Sequence[dict[str, str]], network: Path | None
-) -> tuple[Path, ...]:
-    """Return the networks an animal can have: the one that is wished, those given, or those the study has."""
-    if network is not None:
-        return (network,)
-    if networks:
-        return tuple(networks)
-    named = {os.path.normpath(folder / row["network"]) for row in rows if row.get("network")}
-    place = folder / "networks"
-    folder_networks = sort_files(files_in([place])).networks if place.is_dir() and any(place.iterdir()) else ()
-    return tuple(dict.fromkeys([*(Path(name) for name in sorted(named)), *folder_networks]))
-
-
-def _cells(recorded: Recorded, folder: Path, option_cells: Mapping[str, str]) -> dict[str, str]:
-    """Return the cells that a recording tells, and those that were given."""
-    cells = {"animal": "", "group": "", "network": "", "recording": seen_from(folder, recorded.files[0])}
-    cells |= {"kind": "cycle" if option_cells.get("period [s]") and recorded.kind != "raw" else recorded.kind}
-    if len(recorded.files) == 2:
-        cells["flow"] = seen_from(folder, recorded.files[1])
-    cells |= {f"{quantity} channel": title for quantity, title in recorded.channels}
-    if recorded.stretch is not None and not (option_cells.get("start [s]") or option_cells.get("end [s]")):
-        cells |= {"start [s]": f"{recorded.stretch.start:g}", "end [s]": f"{recorded.stretch.end:g}"}
-    applicable_cells = {
-        title: text for title, text in option_cells.items() if not (title == "period [s]" and recorded.kind == "raw")
-    }
-    return cells | applicable_cells
-
-
 def _grouped(
-    rows: Sequence[_Row], before: Sequence[dict[str, str]], path: Path, settings: StudyFile, group: str,
-    requested_groups: dict[str, tuple[str, ...]], ask: Ask | None,
-) -> tuple[dict[str, tuple[str, ...]], list[str]]:  # fmt: skip
+    rows: Sequence[AddedRow], before: Sequence[dict[str, str]], path: Path, settings: StudyFile, options: AddingOptions
+) -> tuple[MarksOf, list[str]]:
     """Fill the column `group` of what was found; return the groups of the study with their marks, and what to say."""
     used = {row.get("group", "") for row in before} & set(settings.groups)
     free = not used and settings.groups == StudyFile().groups
-    marks: dict[str, tuple[str, ...]] = {label: (label,) for label in settings.groups}
+    marks: MarksOf = {label: (label,) for label in settings.groups}
+    group, requested_groups = options.group, options.groups
     if requested_groups:
         marks = _regrouped([] if free else settings.groups, used, requested_groups)
     elif group and group not in marks:
@@ -290,13 +248,13 @@ def _grouped(
             raise InputError(f"'{group}' is not a group of the study{hint}; its groups: {', '.join(marks)}")
         marks = ({} if free else marks) | {group: (group,)}
 
-    def tell() -> list[_Row]:
+    def assign() -> list[AddedRow]:
         for entry in rows:
             candidates = (told_group(entry.recorded.files[0], path.parent, by) for by in (requested_groups, marks))
             entry.cells["group"] = group or next(filter(None, candidates), "")
         return [entry for entry in rows if not (entry.cells["group"] or (entry.old and entry.old.get("group")))]
 
-    lost = tell()
+    lost = assign()
     proposal = (
         proposed_groups([entry.recorded.files[0] for entry in lost], path.parent)
         if lost and not requested_groups
@@ -307,8 +265,8 @@ def _grouped(
     marks_in_use = {
         label: label_marks for label, label_marks in marks.items() if label in used or len(lost) < len(rows)
     }
-    if ask is not None:
-        marks = marks_in_use | _asked(proposal, ask)
+    if options.ask is not None:
+        marks = marks_in_use | _confirmed_groups(proposal, options.ask)
     elif free and not marks_in_use:
         marks = dict(proposal.marks)
     else:
@@ -317,13 +275,13 @@ def _grouped(
         example = shlex.quote(",".join(f"{label}={word}" for label, word in zip(marks, words)))
         return marks, [f"{proposal}, which are no groups of the study ({', '.join(marks)}). Say which is which: "
                        f"--groups {example}"]  # fmt: skip
-    tell()
-    return marks, [] if ask else [f"groups: {proposal}. If that is not right: --groups ONE,OTHER, the reference first"]
+    assign()
+    return marks, [] if options.ask else [
+        f"groups: {proposal}. If that is not right: --groups ONE,OTHER, the reference first"
+    ]
 
 
-def _regrouped(
-    before: Sequence[str], used: Collection[str], requested_groups: dict[str, tuple[str, ...]]
-) -> dict[str, tuple[str, ...]]:
+def _regrouped(before: Sequence[str], used: Collection[str], requested_groups: MarksOf) -> MarksOf:
     """Return the groups of a study in which some are named anew, the reference first.
 
     A list that names all groups in use decides the order; another adds to the groups that were there.
@@ -334,88 +292,7 @@ def _regrouped(
     return {label: requested_groups.get(label, (label,)) for label in [*labels, *requested_groups]}
 
 
-def _asked(proposal: Proposal, ask: Ask) -> dict[str, tuple[str, ...]]:
+def _confirmed_groups(proposal: Proposal, ask: Ask) -> MarksOf:
     """Return the groups that a person confirms or gives; a label that was proposed keeps its mark."""
     answer = ask(f"{str(proposal).capitalize()}. Groups, the reference first", ",".join(proposal.marks))
     return {label: proposal.marks.get(label, label_marks) for label, label_marks in parsed_groups(answer).items()}
-
-
-def told_network(
-    name: str, group: str, marks: Marks, networks: Sequence[Path], folder: Path, serves_all: bool = True
-) -> Path | None:
-    """Return the network that carries an animal's name, its beginning or its group, or the only one if it `serves_all`.
-
-    The name of a recording may begin with that of the animal: ``Süd 1 before`` has the network ``Süd 1``.
-    """
-    called = words_of(name)
-    of_name = [file for file in networks if within(called, words_of(file.stem))]
-    groups = {file: told_group(file, folder, marks) for file in networks}
-    begun = {file: len(words_of(file.stem)) for file in networks
-             if words_of(file.stem) == called[: len(words_of(file.stem))] and groups[file] in ("", group)}  # fmt: skip
-    longest = [file for file, length in begun.items() if 0 < length == max(begun.values())]
-    of_group = [file for file in networks if group and groups[file] == group]
-    unnamed = [file for file in networks if groups[file] in ("", group)]  # not one that is called like another group
-    candidate_lists = (of_name, longest, of_group, unnamed if serves_all and len(networks) == 1 else [])
-    return next((candidates[0] for candidates in candidate_lists if len(candidates) == 1), None)
-
-
-def _kept_networks(touched: Sequence[_Row], networks: Sequence[Path]) -> list[str]:
-    """Return what to say of rows that name another network than the one which their name or group tells now."""
-    conflicting_rows = [row for row in touched if row.old and row.old.get("network") and row.cells["network"]
-             and os.path.normpath(row.old["network"]) != os.path.normpath(row.cells["network"])]  # fmt: skip
-    if len(networks) < 2 or not conflicting_rows:
-        return []
-    pairs = dict.fromkeys(f"{row.old['network']} (not {row.cells['network']})" for row in conflicting_rows if row.old)
-    names = some_of([row.old["animal"] for row in conflicting_rows if row.old], _MAX_NAMED_FILES)
-    return [f"{names}: the table keeps {', '.join(pairs)}; to change that, empty the cells 'network' or give --network"]
-
-
-def _kept_groups(touched: Sequence[_Row], group: str) -> list[str]:
-    """Return what to say of animals that were there and keep a group which is not that of the files being added."""
-    animals = [row.old["animal"] for row in touched if group and row.old and row.old.get("group") not in ("", group)]
-    if not animals:
-        return []
-    return [f"{some_of(animals, _MAX_NAMED_FILES)}: in the table already, with another group than {group}, and stays "
-            "there; to change it, write it into the column 'group'"]  # fmt: skip
-
-
-def _name(new: Sequence[_Row], taken: Sequence[str]) -> None:
-    """Call the animals like their files; those whose files are called alike get their folder's name before it."""
-    stems = [row.recorded.name.casefold() for row in new]
-    names = {name.casefold() for name in taken}
-    for row in new:
-        stem, folder = row.recorded.name, row.recorded.files[0].absolute().parent.name
-        alike = stems.count(stem.casefold()) > 1 or plain_name(stem).casefold() in names
-        name = plain_name(f"{folder} {stem}" if alike else stem)
-        numbered = (name if n == 1 else f"{name} ({n})" for n in range(1, len(names) + 2))
-        row.cells["animal"] = next(candidate for candidate in numbered if candidate.casefold() not in names)
-        names.add(row.cells["animal"].casefold())
-
-
-def _filled(row: _Row, explicit: set[str]) -> bool:
-    """Fill the empty cells of a row that was there, and those that were given; return whether anything changed."""
-    assert row.old is not None
-    cells_before, cells = dict(row.old), row.cells
-    if row.old.get("start [s]") or row.old.get("end [s]") or row.old.get("block"):
-        cells = {title: text for title, text in cells.items() if title in explicit or title not in
-                 ("start [s]", "end [s]")}  # fmt: skip
-    for title, text in cells.items():
-        if title not in ("animal", "recording") and text and (title in explicit or not row.old.get(title)):
-            row.old[title] = text
-    return row.old != cells_before
-
-
-def _missing(rows: Sequence[dict[str, str]], groups: Marks, networks: Sequence[Path], refused: bool) -> list[str]:
-    messages = []
-    if lost := [row["animal"] for row in rows if not row.get("group")]:
-        messages.append(
-            f"neither name nor folder tells the group of {', '.join(lost)}; the study has {', '.join(groups)}: "
-            "give --group or --groups, or write it into the column 'group'"
-        )
-    if lost := [row["animal"] for row in rows if not row.get("network")]:
-        reason = f"none of {len(networks)} networks carries their name or group" if networks else "there is no network"
-        if len(networks) == 1:
-            unread = ", and some files could not be read" if refused else ""
-            reason = f"{networks[0].name} carries neither their name nor their group{unread}"
-        messages.append(f"{reason}: {', '.join(lost)}; give --network, or write it into the column 'network'")
-    return messages

@@ -97,9 +97,7 @@ SAME_CYCLE = error_kind(
     "check.same-cycle", "its averaged cycle is that of '{other}' (line {at}); {remedy}", _ONE_OF_TWO
 )
 SAME_SIGNAL = error_kind(
-    "check.same-signal",
-    "its pressure is in that of '{other}' (line {at}), written anew; {remedy}",
-    _ONE_OF_TWO,
+    "check.same-signal", "its pressure is in that of '{other}' (line {at}), written anew; {remedy}", _ONE_OF_TWO
 )
 DOUBLED_CODES = tuple(kind.code for kind in (SAME_RECORDING, SAME_VENTRICLE, SAME_CYCLE, SAME_SIGNAL))
 """Codes of what is mended by removing one of two rows, or by saying that both are meant."""
@@ -189,7 +187,7 @@ def _settings(study: Study, document: Document) -> list[StudyProblem]:
     """Return what is odd about the settings by themselves."""
     calibration, problems = study.settings.calibration, []
 
-    def say(finding_kind: FindingKind, *keys: str, **values: Value) -> None:
+    def note(finding_kind: FindingKind, *keys: str, **values: Value) -> None:
         problems.append(StudyProblem(finding_kind(key=".".join(keys), **values).placed(document.place(keys, key=True))))
 
     laws = " and ".join(map(plain, calibration.walls))
@@ -197,22 +195,22 @@ def _settings(study: Study, document: Document) -> list[StudyProblem]:
     names = {name for wall in calibration.walls for name in fitted_parameters(wall, *kind)}
     for section, section_values in (("bounds", calibration.bounds), ("fixed", calibration.fixed)):
         for name in sorted(set(section_values) - names):
-            say(NO_PARAMETER, "calibration", section, name, laws=laws)
+            note(NO_PARAMETER, "calibration", section, name, laws=laws)
     for name in sorted(set(calibration.bounds) & set(calibration.fixed)):
-        say(BOUNDS_OF_FIXED, "calibration", "bounds", name)
+        note(BOUNDS_OF_FIXED, "calibration", "bounds", name)
     law, walls = study.settings.report.law, list(map(plain, calibration.walls))
     if law and law not in {*calibration.walls, *walls, *(find_law(wall).law().name for wall in calibration.walls)}:
-        say(NOT_FITTED, "report", "law", law=law, walls=", ".join(walls))
+        note(NOT_FITTED, "report", "law", law=law, walls=", ".join(walls))
     known_names = names | set(QUANTITIES) | set(INDICES)
     for name in study.settings.report.quantities:
         if name not in known_names and question_of(name) == name:
-            say(NO_QUANTITY, "report", "quantities", name=name, hint=did_you_mean(name, known_names))
+            note(NO_QUANTITY, "report", "quantities", name=name, hint=did_you_mean(name, known_names))
     if calibration.paper_bounds:
-        say(PAPER_BOUNDS, "calibration", "paper_bounds")
+        note(PAPER_BOUNDS, "calibration", "paper_bounds")
     if study.settings.model_selection and len(calibration.walls) < 2:
-        say(ONE_LAW, "model_selection")
+        note(ONE_LAW, "model_selection")
     if calibration.starts < 10 and "tangent" in calibration.walls:
-        say(FEW_STARTS, "calibration", "starts", starts=calibration.starts)
+        note(FEW_STARTS, "calibration", "starts", starts=calibration.starts)
     for finding in blood_findings(study.settings.blood):
         place = document.place(("blood", str(dict(finding.values)["quantity"])), key=True)
         problems.append(StudyProblem(finding.placed(place)))
@@ -227,7 +225,7 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
     findings = [
         *(finding for finding in animal.recording.notes if finding.severity is Severity.LOOK),
         *physiology_findings(values, nominal.time_constant, study.settings.species, study.settings.site),
-        *_known(row, nominal),
+        *_known_values(row, nominal),
     ]
     problems = [StudyProblem(finding) for finding in dict.fromkeys(finding.placed(place) for finding in findings)]
     for name, wrong in _bounds(row.animal, animal, nominal, settings).items():
@@ -236,7 +234,7 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
     return problems
 
 
-def _known(row: AnimalRow, nominal: Nominal) -> list[Finding]:
+def _known_values(row: AnimalRow, nominal: Nominal) -> list[Finding]:
     """Compare what is known from elsewhere with the recording: an exponent slip shows at once."""
     R_T, tau = nominal.total_resistance, nominal.time_constant
     pairs = [

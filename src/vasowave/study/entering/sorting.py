@@ -193,7 +193,7 @@ def _recorded(
     remarks += [
         f"'{choice.picked[name].title}' was taken for {name}: {reason}" for name, reason in choice.guessed.items()
     ]
-    stretch = _whole(block, choice)
+    stretch = _unbroken_stretch(block, choice)
     if stretch is not None:
         remarks.append(
             f"samples are missing; the longest stretch without a gap is read, {stretch.start:g} to {stretch.end:g} s"
@@ -218,7 +218,7 @@ def _longest(described: FileDescription, used: BlockDescription) -> str:
     )
 
 
-def _whole(block: BlockDescription, choice: Choice[ChannelDescription]) -> Span | None:
+def _unbroken_stretch(block: BlockDescription, choice: Choice[ChannelDescription]) -> Span | None:
     """Return the longest stretch without a gap in the channels that are read, None if all is or too little is."""
     gaps = [gap for channel in choice.picked.values() for gap in channel.gaps]
     if not gaps:

@@ -70,8 +70,11 @@ def _title(written: str) -> str:
     return exact.get(written.strip().casefold(), written.strip())
 
 
-class Known:
-    """The recordings that the table has, by place, by the name of a file that is gone, and by content."""
+class RecordingIndex:
+    """The recordings that the table has, by place, by the name of a file that is gone, and by content.
+
+    Holds state because a recording that was looked up counts as one that the table has.
+    """
 
     def __init__(self, folder: Path, rows: Sequence[dict[str, str]]) -> None:
         self.folder = folder

@@ -108,7 +108,7 @@ def with_value(path: Path, key: Sequence[str], value: str) -> str:
     rest_is_same = _without(after.values, key) == _without(before.values, key)
     if not after.problems and rest_is_same:
         refuse(parse_settings(changed.encode(), str(path))[1])
-    if after.problems or not rest_is_same or _at(after.values, key) != wished.values.get("value"):
+    if after.problems or not rest_is_same or _value_of(after.values, key) != wished.values.get("value"):
         raise InputError(f"{path}: '{'.'.join(key)}' is written over several lines; write there: {line.lstrip()}")
     return changed
 
@@ -125,7 +125,7 @@ def _remark(line: str) -> str:
     return line[max(ends) :].rstrip()
 
 
-def _at(values: Any, key: Sequence[str]) -> Any:
+def _value_of(values: Any, key: Sequence[str]) -> Any:
     for name in key:
         values = values.get(name) if isinstance(values, dict) else None
     return values

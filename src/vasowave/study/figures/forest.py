@@ -112,7 +112,7 @@ def forest_figure(
     places = _places(rows, lanes, form.above)
     bottom = places[-1] - max(_LEAST, lanes[-1].height + _CLEARANCE) if rows else 0.0
     figure = make(form.width, 2.7 + _LANE * (_TITLES - _HEADING + form.above - bottom))
-    middle = _beside(figure, places, rows, columns) if form is WIDE else _above(figure, places, rows, columns)
+    middle = _side_texts(figure, places, rows, columns) if form is WIDE else _above(figure, places, rows, columns)
     for y, row, row_lanes in zip(places, rows, lanes, strict=True):
         _draw(middle, y, row, row_lanes, groups, sources, limits)
         top, end = (y + 1, y - row_lanes.height - _CLEARANCE) if form.above else (4.5, bottom - 0.5)
@@ -125,7 +125,9 @@ def forest_figure(
     return figure
 
 
-def _beside(figure: "Figure", places: Sequence[float], rows: Sequence[ForestRow], columns: tuple[str, str]) -> "Axes":
+def _side_texts(
+    figure: "Figure", places: Sequence[float], rows: Sequence[ForestRow], columns: tuple[str, str]
+) -> "Axes":
     """Write the words of the rows left and right of a panel, and return the panel."""
     widths = [5.1, 6.1, 5.0] if columns[1] else [5.1, 5.1, 6.0]  # values with their units are long
     left_panel, middle, right_panel = figure.subplots(1, 3, sharey=True, width_ratios=widths)

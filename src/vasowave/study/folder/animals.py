@@ -147,7 +147,9 @@ def variables_of(rows: Sequence[AnimalRow]) -> tuple[Variable, ...]:
         A column of numbers or dates holds something else.
     """
     titles = dict.fromkeys(title for row in rows for title in row.lab_cells)
-    return tuple(Variable.of(title, {row.animal: row.lab_cells.get(title, "") for row in rows}) for title in titles)
+    return tuple(
+        Variable.from_cells(title, {row.animal: row.lab_cells.get(title, "") for row in rows}) for title in titles
+    )
 
 
 def _slips(path: Path, rows: Sequence[AnimalRow], subject: str) -> list[StudyProblem]:
@@ -158,7 +160,7 @@ def _slips(path: Path, rows: Sequence[AnimalRow], subject: str) -> list[StudyPro
         if title in SHARED_SOURCES:  # animals that share nothing are no slip
             continue
         try:
-            variable = Variable.of(title, {row.animal: row.lab_cells.get(title, "") for row in rows})
+            variable = Variable.from_cells(title, {row.animal: row.lab_cells.get(title, "") for row in rows})
             findings = variable.slips(groups, {} if title == subject else subjects)
         except InputError as error:
             findings = [WRONG_TYPE(text=str(error))]
@@ -245,13 +247,13 @@ def read_row(
     cell |= {title: unicodedata.normalize("NFC", cell[title]) for title in ("animal", "group")}
     wrong: list[StudyProblem] = []
 
-    def say(title: str, finding: Finding) -> None:
+    def note(title: str, finding: Finding) -> None:
         wrong.append(StudyProblem(finding.placed(place(title)), also=(cell["animal"],)))
 
     kind = cell["kind"].lower() or _implied_kind(cell)
-    _check_words(cell, kind, groups, say)
-    files = _files(cell, folder, say)
-    numbers: dict[str, Any] = {field: _number(cell[title], title, say) for title, field in NUMBERS.items()}
+    _check_words(cell, kind, groups, note)
+    files = _files(cell, folder, note)
+    numbers: dict[str, Any] = {field: _number(cell[title], title, note) for title, field in NUMBERS.items()}
     if any(problem.error for problem in wrong):
         return None, wrong
     texts: dict[str, Any] = {field_of(title): cell[title] for title in COLUMNS if title.endswith((" unit", " channel"))}
@@ -263,20 +265,20 @@ def read_row(
         known_errors.setdefault("zero_sd", abs(drift) / math.sqrt(12))
     for signal in ("pressure", "flow"):
         if numbers[f"{signal}_damping"] and not numbers[f"{signal}_cutoff"]:
-            say(f"{signal} damping [1]", NO_FREQUENCY(signal=signal))
+            note(f"{signal} damping [1]", NO_FREQUENCY(signal=signal))
             return None, wrong
     try:
         KnownErrors(**known_errors)
         relative_to_usual(numbers["hematocrit"], numbers["temperature"])
     except InputError as error:
-        say("animal", UNREADABLE(text=str(error)))
+        note("animal", UNREADABLE(text=str(error)))
         return None, wrong
     row = AnimalRow(
         cell["animal"], cell["group"], files[0], tuple(files[1:]), line, cast(Literal["", "cycle", "raw"], kind),
         synthetic=cell["synthetic"].lower() == "yes", shared_recording=cell["shared recording"].lower() == "yes",
-        block=None if block is None else int(block), beat_edits=_beside(cell["beat edits"], folder),
-        errors=known_errors, sites=_beside(cell["sites"], folder), ventricle=_beside(cell["ventricle"], folder),
-        wedge_wave=_beside(cell["wedge wave"], folder),
+        block=None if block is None else int(block), beat_edits=_file_in(cell["beat edits"], folder),
+        errors=known_errors, sites=_file_in(cell["sites"], folder), ventricle=_file_in(cell["ventricle"], folder),
+        wedge_wave=_file_in(cell["wedge wave"], folder),
         **texts, **numbers,
     )  # fmt: skip
     return row, wrong
@@ -339,7 +341,7 @@ def _files(cell: Mapping[str, str], folder: Path, report: Say) -> list[Path]:
     return files
 
 
-def _beside(name: str, folder: Path) -> Path | None:
+def _file_in(name: str, folder: Path) -> Path | None:
     return folder / name if name else None
 
 

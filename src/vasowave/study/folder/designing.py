@@ -4,6 +4,7 @@ Also what the rows of one animal say of it: a property that differs between them
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from operator import attrgetter
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Place, error_kind, look_kind
@@ -11,6 +12,7 @@ from vasowave.base.settings import AT_ODDS
 from vasowave.study.cohort.contrast import MIN_FREEDOM, untold_findings
 from vasowave.study.cohort.degrees import degrees_left
 from vasowave.study.cohort.design import Layout
+from vasowave.study.cohort.effects import grouped
 from vasowave.study.cohort.unused import unused_columns
 from vasowave.study.cohort.variables import BASELINE_WORDS
 from vasowave.study.folder.problems import StudyProblem
@@ -98,15 +100,18 @@ def several_groups(study: Study) -> list[StudyProblem]:
     mixed = {name: rows for name, rows in rows_of_subjects(study).items() if len({row.group for row in rows}) > 1}
     if not mixed or design.crossover:
         return []
+    members = {name: grouped(rows, attrgetter("group")).items() for name, rows in mixed.items()}
     places = [
-        f"'{name}' is in {listed([f'{group} ({_lines(members)})' for group, members in _by(rows, 'group').items()])}"
-        for name, rows in mixed.items()
+        f"'{name}' is in {listed([f'{group} ({_lines(rows)})' for group, rows in by_group])}"
+        for name, by_group in members.items()
     ]
     first = next(iter(mixed.values()))
     differing_row = next(row for row in first if row.group != first[0].group)
     finding = SEVERAL_GROUPS(subject=str(design.subject), rows=some_of(places, _MAX_NAMED_ANIMALS))
     return [
-        _at(study, finding, differing_row.line, str(design.subject), (row for rows in mixed.values() for row in rows))
+        _placed(
+            study, finding, differing_row.line, str(design.subject), (row for rows in mixed.values() for row in rows)
+        )
     ]
 
 
@@ -121,7 +126,7 @@ def _odd(study: Study, place: Place) -> Iterator[StudyProblem]:
     of_all += _few_degrees(study, layout)
     yield from (StudyProblem(finding.placed(place)) for finding in of_all)
     if design.subject and not design.occasion and not layout.repeated:
-        yield _at(study, SUBJECT_ONCE(subject=design.subject), 0, design.subject)
+        yield _placed(study, SUBJECT_ONCE(subject=design.subject), 0, design.subject)
     if design.subject and design.occasion:
         yield from _odd_occasions(study, design.subject, design.occasion)
     yield from subject_problems(study)
@@ -129,11 +134,8 @@ def _odd(study: Study, place: Place) -> Iterator[StudyProblem]:
 
 def _unused(study: Study) -> Iterator[StudyProblem]:
     """Yield what stands in columns that look like units or confounders and that the design does not name."""
-    columns, members = (
-        {variable.name: variable for variable in study.variables},
-        {row.animal: row.group for row in study.animals},
-    )
-    for finding in unused_columns(columns, study.settings.design, members, study.settings.groups):
+    members = {row.animal: row.group for row in study.animals}
+    for finding in unused_columns(study.lab_columns, study.settings.design, members, study.settings.groups):
         yield StudyProblem(finding.at(str(study.table)))
 
 
@@ -156,41 +158,34 @@ def _few_degrees(study: Study, layout: Layout) -> Iterator[Finding]:
 
 def _odd_occasions(study: Study, subject: str, occasion: str) -> Iterator[StudyProblem]:
     """Yield what is odd of subjects and their occasions."""
-    when = {variable.name: variable for variable in study.variables}[occasion].levels
+    when = study.lab_columns[occasion].levels
     times: dict[tuple[str, str], list[AnimalRow]] = {}
     for name, rows in rows_of_subjects(study).items():
         for row in rows:
             if row.animal in when:
                 times.setdefault((name, when[row.animal]), []).append(row)
     if len({name for name, _ in times}) == len(times):
-        yield _at(study, ONE_OCCASION(subject=subject, occasion=occasion), 0, occasion)
+        yield _placed(study, ONE_OCCASION(subject=subject, occasion=occasion), 0, occasion)
     again = {key: rows for key, rows in times.items() if len(rows) > 1}
     if again:
         places = [f"'{name}' stands at {occasion} {time} in {_lines(rows)}" for (name, time), rows in again.items()]
         finding = SAME_OCCASION(subject=subject, occasion=occasion, rows=some_of(places, _MAX_NAMED_ANIMALS))
         second = next(iter(again.values()))[1]
-        yield _at(study, finding, second.line, occasion, (row for rows in again.values() for row in rows))
-
-
-def _by(rows: Sequence[AnimalRow], attribute: str) -> dict[str, list[AnimalRow]]:
-    groups: dict[str, list[AnimalRow]] = {}
-    for row in rows:
-        groups.setdefault(getattr(row, attribute), []).append(row)
-    return groups
+        yield _placed(study, finding, second.line, occasion, (row for rows in again.values() for row in rows))
 
 
 def _lines(rows: Sequence[AnimalRow]) -> str:
     return f"line{'s' if len(rows) > 1 else ''} {listed([str(row.line) for row in rows])}"
 
 
-def _at(study: Study, finding: Finding, line: int, column: str, rows: Iterable[AnimalRow] = ()) -> StudyProblem:
+def _placed(study: Study, finding: Finding, line: int, column: str, rows: Iterable[AnimalRow] = ()) -> StudyProblem:
     location = f"column '{column}'"
     return StudyProblem(finding.at(str(study.table), line=line, part=location), also=tuple(row.animal for row in rows))
 
 
 def _first_word(study: Study) -> str:
     """Say which level others are compared with where they are words, whose order is that of the table."""
-    second = next((variable for variable in study.variables if variable.name == study.settings.design.second), None)
+    second = study.lab_columns.get(study.settings.design.second or "")
     if second is None or second.kind != "category":
         return ""
     first = second.order[0]
@@ -225,14 +220,9 @@ NO_OCCASION = look_kind(
 
 def rows_of_subjects(study: Study) -> dict[str, list[AnimalRow]]:
     """Return the rows of each subject; none where the design names no subject or the table has no such column."""
-    subjects = next(
-        (variable.levels for variable in study.variables if variable.name == study.settings.design.subject), {}
-    )
-    rows_by_subject: dict[str, list[AnimalRow]] = {}
-    for row in study.animals:
-        if row.animal in subjects:
-            rows_by_subject.setdefault(subjects[row.animal], []).append(row)
-    return rows_by_subject
+    column = study.lab_columns.get(study.settings.design.subject or "")
+    subjects = {} if column is None else column.levels
+    return grouped((row for row in study.animals if row.animal in subjects), lambda row: subjects[row.animal])
 
 
 def subject_problems(study: Study) -> list[StudyProblem]:
@@ -268,16 +258,14 @@ def _varying(study: Study, rows_by_subject: Mapping[str, Sequence[AnimalRow]]) -
 def _missing(study: Study, rows_by_subject: Mapping[str, Sequence[AnimalRow]]) -> Iterator[StudyProblem]:
     """Yield animals without an occasion that others of their group have, a problem for each occasion."""
     design = study.settings.design
-    times = {variable.name: variable for variable in study.variables}.get(design.occasion or "")
+    times = study.lab_columns.get(design.occasion or "")
     if times is None:
         return
     levels = {name: {times.levels.get(row.animal) for row in rows} for name, rows in rows_by_subject.items()}
     if max(map(len, levels.values()), default=0) < 2:
         return
     for level in times.order:
-        if (
-            sum(level in occasions for occasions in levels.values()) < 2
-        ):  # a word that stands alone is a slip of its own
+        if sum(level in occasions for occasions in levels.values()) < 2:  # a word that stands alone is a slip itself
             continue
         groups = {row.group for name, rows in rows_by_subject.items() if level in levels[name] for row in rows}
         lacking = [

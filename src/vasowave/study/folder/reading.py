@@ -60,7 +60,9 @@ KEY_TWICE = error_kind("yaml.key-twice", "'{key}' stands a second time (first in
 
 @dataclass(eq=False)
 class Document:
-    """The content of a YAML file; filled while it is read.
+    """The content of a YAML file.
+
+    Holds state because places and problems are collected while it is read, and while its values are checked.
 
     Attributes
     ----------
@@ -93,7 +95,7 @@ class Document:
                 return _place(self.name, *mark)
         return Place(self.name)
 
-    def say(self, finding: Finding, place: Place) -> None:
+    def note(self, finding: Finding, place: Place) -> None:
         """Add what was found at a place to the problems."""
         self.problems.append(StudyProblem(finding.placed(place)))
 
@@ -129,16 +131,16 @@ def parse_document(raw: bytes, name: str) -> Document:
 
     document = Document(name)
     if len(raw) > _MAX_FILE_BYTES:
-        document.say(TOO_LARGE(), Place(name))
+        document.note(TOO_LARGE(), Place(name))
         return document
     try:
         root = yaml.compose(raw.decode("utf-8-sig"), Loader=yaml.SafeLoader)
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
-        document.say(NOT_UTF8(), Place(name, line))
+        document.note(NOT_UTF8(), Place(name, line))
         return document
     except RecursionError:
-        document.say(TOO_DEEP(), Place(name))
+        document.note(TOO_DEEP(), Place(name))
         return document
     except yaml.YAMLError as error:
         _say_syntax(document, error)
@@ -149,7 +151,7 @@ def parse_document(raw: bytes, name: str) -> Document:
     if isinstance(values, dict):
         document.values = values
     elif not document.problems:
-        document.say(NO_MAPPING(), Place(name, 1))
+        document.note(NO_MAPPING(), Place(name, 1))
     return document
 
 
@@ -158,7 +160,7 @@ def _say_syntax(document: Document, error: Exception) -> None:
     where = _place(document.name, mark.line + 1, mark.column + 1) if mark else Place(document.name)
     problem = getattr(error, "problem", None) or getattr(error, "reason", None) or "cannot be understood"
     tab = mark and mark.buffer and mark.buffer[mark.pointer] == "\t"
-    document.say((TAB if tab else SYNTAX)(what=problem), where)
+    document.note((TAB if tab else SYNTAX)(what=problem), where)
 
 
 def _place(name: str, line: int, column: int) -> Place:
@@ -166,7 +168,10 @@ def _place(name: str, line: int, column: int) -> Place:
 
 
 class _Builder:
-    """Turns nodes into values; keeps their places and what is wrong with them."""
+    """Turns nodes into values; keeps their places and what is wrong with them.
+
+    Holds state because a node that was met before is an alias.
+    """
 
     def __init__(self, document: Document) -> None:
         self.document = document
@@ -176,12 +181,12 @@ class _Builder:
         import yaml
 
         if id(node) in self.seen:  # the node stands elsewhere, so its place is that of the key
-            self.document.say(ALIAS(), self.document.place(path))
+            self.document.note(ALIAS(), self.document.place(path))
             return node.value if isinstance(node, yaml.ScalarNode) else None
         self.seen.add(id(node))
         self.document._values[path] = _mark(node)
         if len(path) > _MAX_NESTING:
-            self.document.say(TOO_DEEP(), self.document.place(path))
+            self.document.note(TOO_DEEP(), self.document.place(path))
             return None
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, path)
@@ -198,14 +203,14 @@ class _Builder:
             key_path = (*path, key.value if isinstance(key, yaml.ScalarNode) else "?")
             if not isinstance(key, yaml.ScalarNode):
                 self.document._values.setdefault(key_path, _mark(key))
-                self.document.say(NO_KEY(), self.document.place(key_path))
+                self.document.note(NO_KEY(), self.document.place(key_path))
                 continue
             if value.start_mark.index == key.end_mark.index:  # {HPH, drug: 1} are two names, the first without a value
-                self.document.say(NO_VALUE(key=key.value), _place(self.document.name, *_mark(key)))
+                self.document.note(NO_VALUE(key=key.value), _place(self.document.name, *_mark(key)))
                 continue
             if key.value in mapping:
                 first = self.document._keys[key_path][0]
-                self.document.say(KEY_TWICE(key=key.value, first=first), _place(self.document.name, *_mark(key)))
+                self.document.note(KEY_TWICE(key=key.value, first=first), _place(self.document.name, *_mark(key)))
                 continue
             self.document._keys[key_path] = _mark(key)
             mapping[key.value] = self.build(value, key_path)
@@ -233,9 +238,9 @@ def read_settings(path: Path) -> tuple[StudyFile | None, Document]:
     with looking_in(path.parent):
         settings = validated(document)
     if settings is not None and not lies_inside(path.parent, settings.animals):
-        document.say(TABLE_OUTSIDE(name=settings.animals), document.place(("animals",)))
+        document.note(TABLE_OUTSIDE(name=settings.animals), document.place(("animals",)))
     if (length := too_long(path.parent)) is not None:
-        document.say(PATH_TOO_LONG(length=length), Place(str(path)))
+        document.note(PATH_TOO_LONG(length=length), Place(str(path)))
     return None if document.problems else settings, document
 
 
@@ -270,7 +275,7 @@ def validated(document: Document) -> StudyFile | None:
     settings = read_values(StudyFile, {key: value for key, value in document.values.items() if key not in empty})
     if isinstance(settings, list):
         for keys, of_key, wrong in settings:
-            document.say(wrong, document.place(keys, key=of_key))
+            document.note(wrong, document.place(keys, key=of_key))
         return None
     return None if document.problems else settings
 

@@ -15,15 +15,7 @@ from vasowave.base.species import SpeciesName, heart_rates_of
 from vasowave.catheter.beats.prepared import Averaging
 from vasowave.pulse.calibration.fitting import NUMERICS
 from vasowave.pulse.inference.known_errors import KnownErrors
-from vasowave.pulse.model.blood import (
-    FRICTIONS,
-    Blood,
-    BoundaryLayer,
-    Fluid,
-    FrictionName,
-    PowerLaw,
-    relative_to_usual,
-)
+from vasowave.pulse.model.blood import FRICTIONS, Blood, BoundaryLayer, Fluid, FrictionName, PowerLaw, relative_to_usual
 from vasowave.pulse.model.numerics import Numerics, Resolution
 from vasowave.pulse.network.network import HIGHEST
 from vasowave.pulse.noise.fitting import OF_PAPER

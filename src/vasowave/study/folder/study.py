@@ -46,15 +46,16 @@ class Study:
         return variables_of(self.animals)
 
     @cached_property
+    def lab_columns(self) -> dict[str, Variable]:
+        """The same by name."""
+        return {variable.name: variable for variable in self.variables}
+
+    @cached_property
     def layout(self) -> Layout | None:
         """The design applied to the animals, None where groups of independent animals are compared; see `laid_out`."""
         design, members = self.settings.design, {row.animal: row.group for row in self.animals}
         groups = [group for group in self.settings.groups if group in members.values()]
-        return (
-            None
-            if design.plain
-            else laid_out(design, {variable.name: variable for variable in self.variables}, members, groups)
-        )
+        return None if design.plain else laid_out(design, self.lab_columns, members, groups)
 
     @property
     def results(self) -> Path:

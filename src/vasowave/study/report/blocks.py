@@ -95,7 +95,7 @@ class Table:
     kind: str = "table"
 
     @classmethod
-    def of(cls, name: str, caption: str, data: pd.DataFrame, note: str = "", digits: int = 3) -> "Table":
+    def from_frame(cls, name: str, caption: str, data: pd.DataFrame, note: str = "", digits: int = 3) -> "Table":
         """Return the table of a data frame, its numbers written as people do."""
         return cls(name, caption, *table_rows(data, digits), note, data)
 

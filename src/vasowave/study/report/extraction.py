@@ -77,7 +77,7 @@ def write_extraction(extraction: Extraction, folder: Path) -> Path:
         stored = {
             "settings": dict(settings_rows(extraction)),
             "notes": texts(extraction.notes),
-            "doubts": _told(extraction),
+            "doubts": _stored_doubts(extraction),
             "provenance": origin,
         }
         write_file(fresh / SETTINGS, json.dumps(stored, indent=1, ensure_ascii=False) + "\n")
@@ -147,7 +147,7 @@ def network_figure(network: Network) -> "Figure":
     return graph
 
 
-def _told(extraction: Extraction) -> list[dict[str, Any]]:
+def _stored_doubts(extraction: Extraction) -> list[dict[str, Any]]:
     """Return the doubts as they are stored, the gravest first; places are x, y, z in cm, in the world."""
     return [
         {

@@ -60,10 +60,7 @@ def facts(overview: Overview) -> list[tuple[str, str]]:
     return [
         ("image", f"{overview.kind}, {size} voxels (x, y, z), {span} cm"),
         ("voxel", f"{spacing} µm" + (f", by {image.provenance}" if image.provenance else "")),
-        (
-            "grey levels",
-            f"{low:.5g} to {high:.5g}, {f'whole numbers, {bits} bits' if bits else 'decimal numbers'}",
-        ),
+        ("grey levels", f"{low:.5g} to {high:.5g}, {f'whole numbers, {bits} bits' if bits else 'decimal numbers'}"),
         ("background, lumen", f"{levels.background:.4g}, {levels.lumen:.4g}; noise {overview.lumen.noise:.3g} (SD)"),
         ("threshold", f"{overview.options.threshold:.4g}{' on the corrected scale' if overview.options.grey else ''}"),
         ("saturation", f"{overview.grey.saturated:.1%} of the lumen's voxels have its highest level"),

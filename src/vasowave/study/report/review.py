@@ -66,11 +66,11 @@ def proposals(extraction: Extraction) -> Proposals:
             point = ends[row] if action == "remove" else tree.lines[row].points[len(tree.lines[row]) // 2]
             lines.append(f"# {action} {written(point).replace(',', ' ')}   # vessel {names[row]}")
         fresh = [line for line in lines if line not in edits]
-        edits += [f"# {_why(doubt)}", *fresh] if fresh else []
+        edits += [f"# {_shortened(doubt)}", *fresh] if fresh else []
     return Proposals(edits, np.array(outlets).reshape(-1, 3))
 
 
-def _why(doubt: Doubt) -> str:
+def _shortened(doubt: Doubt) -> str:
     return doubt.text if len(doubt.text) < 110 else f"{doubt.text[:108]} …"
 
 

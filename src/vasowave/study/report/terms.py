@@ -75,7 +75,7 @@ def explained(entries: Mapping[str, str]) -> Callable[[str], str]:
     def abbreviated(sign: str) -> Markup:
         return Markup(f'<abbr tabindex="0" title="{escape(entries[sign])}">{escape(sign)}</abbr>')
 
-    def of(text: str) -> str:
+    def marked(text: str) -> str:
         # A table's first column and its header may hold single letters: they are whole cells.
         match = re.fullmatch(r"(\S+)( = \S+)?( \[.*\])?", text)
         if match and match[1] in entries:
@@ -83,4 +83,4 @@ def explained(entries: Mapping[str, str]) -> Callable[[str], str]:
         pieces = pattern.split(text) if pattern else [text]  # every second one is a symbol
         return Markup("").join(abbreviated(piece) if place % 2 else escape(piece) for place, piece in enumerate(pieces))
 
-    return of
+    return marked

@@ -100,10 +100,7 @@ def write_cohort_report(
     _check_free(folder)
     with style():
         primary = primary_comparison(cohort, report_settings)
-        documents = (
-            report_of(cohort, primary, report_settings, title),
-            supplement_of(cohort, primary, title),
-        )
+        documents = (report_of(cohort, primary, report_settings, title), supplement_of(cohort, primary, title))
     _place(documents, folder, report_settings.pdf, mapper)
     if on_answers is not None:
         on_answers(documents[0].answers())
@@ -117,13 +114,13 @@ def _place(documents: Sequence[Report], folder: Path, pdf: bool, mapper: Each) -
             write_tables(document.tables(), document.records, fresh / TABLES)
         typeset = pdf and write_pdf(documents, fresh, fresh / FIGURES)
         for document in reversed(documents):
-            write_file(fresh / f"{document.name}.html", page(document, _others(document, typeset)))
+            write_file(fresh / f"{document.name}.html", page(document, _links(document, typeset)))
     if not typeset:
         for name in PDFS:
             remove_file(folder / name)  # an earlier one would contradict the page
 
 
-def _others(document: Report, typeset: bool) -> dict[str, str]:
+def _links(document: Report, typeset: bool) -> dict[str, str]:
     """Return the files that a document leads to, by what a link calls them."""
     first = document.name == REPORT
     links = {"Supplement": f"{SUPPLEMENT}.html"} if first else {"The result on one page": PAGE}

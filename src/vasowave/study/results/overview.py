@@ -50,18 +50,9 @@ class AnimalRead(NamedTuple):
 
 
 HEADER = (
-    ("animal", ""),
-    ("group", ""),
-    ("vessels", ""),
-    ("kind", ""),
-    ("length", "s"),
-    ("beats", "used"),
-    ("HR", "1/min"),
-    ("mPAP", "mmHg"),
-    ("CO", "ml/s"),
-    ("drift", "mmHg"),
-)
-"""Fmt: skip."""
+    ("animal", ""), ("group", ""), ("vessels", ""), ("kind", ""), ("length", "s"), ("beats", "used"), ("HR", "1/min"),
+    ("mPAP", "mmHg"), ("CO", "ml/s"), ("drift", "mmHg"),
+)  # fmt: skip
 """Titles of the columns, and below them units."""
 
 _WORD_COLUMNS = (0, 1, 3)  # columns of words

@@ -152,7 +152,7 @@ class Results(Mapping[str, AnimalResult]):
     @property
     def lost(self) -> tuple[Failure, ...]:
         """The failures of the animals that have no result."""
-        return tuple(failure for failure in self.failures if failure.whole)
+        return tuple(failure for failure in self.failures if failure.is_total)
 
     def __iter__(self) -> Iterator[str]:
         """Go through the names of the animals."""
@@ -242,7 +242,7 @@ class Results(Mapping[str, AnimalResult]):
             raise InputError(f"no group '{group}' to compare with {cohort.reference}"
                              f"{did_you_mean(group, [*cohort.groups][1:])}; there are: {group_names}")  # fmt: skip
         primary = primary_comparison(cohort, given_values(ReportSettings, self.settings.report, family))
-        return Comparison(group, cohort, primary.of(group))
+        return Comparison(group, cohort, primary.of_group(group))
 
     def gathered(self, results: Sequence[AnimalResult], reference: str | None = None) -> Cohort:
         """Return results of these animals in their groups, with what the lab knows of them and the study's design."""

@@ -29,15 +29,7 @@ import numpy as np
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import look_kind, warn
-from vasowave.base.io.files import (
-    check_home,
-    in_words,
-    made_inside,
-    make_folder,
-    remove_file,
-    remove_parts,
-    write_file,
-)
+from vasowave.base.io.files import check_home, in_words, made_inside, make_folder, remove_file, remove_parts, write_file
 from vasowave.base.io.textfile import look, read_bytes
 from vasowave.base.runtime.kept import digest_of, program
 from vasowave.base.runtime.locks import lock_open_file
@@ -221,6 +213,8 @@ class JournalEnd:
 class Journal:
     """The file of one animal; made when the first search ends.
 
+    Holds state because searches of several threads write into it, one at a time.
+
     Parameters
     ----------
     path : Path
@@ -231,7 +225,7 @@ class Journal:
         self.path, self._lock = path, threading.Lock()
         self.known = {(end.wall, end.stage, end.start): _search_end(end) for end in read_journal(path)}
 
-    def of(self, wall: str, starts: int) -> "WallEnds":
+    def searches(self, wall: str, starts: int) -> "WallEnds":
         """Return where the ends of the searches of one wall law are found and kept."""
         return WallEnds(self, wall, starts)
 

@@ -119,7 +119,10 @@ def run_jobs(
 
 
 class _Run:
-    """The state of one run: what is done, what failed, since when."""
+    """One run.
+
+    Holds state because what is done, what failed, and how long it took change with every job that ends.
+    """
 
     def __init__(
         self,
@@ -169,7 +172,7 @@ class _Run:
         try:
             return job.load()
         except Exception as error:
-            self.failed(job, _why(error))
+            self.failed(job, _reason(error))
             return None
 
     def finish(self, job: Job, future: Future[Any]) -> None:
@@ -182,26 +185,26 @@ class _Run:
             except VasowaveError:
                 raise
             except Exception as unforeseen:
-                self.failed(job, _why(unforeseen))
+                self.failed(job, _reason(unforeseen))
             else:
-                self.tell(job, "computed")
+                self.advance(job, "computed")
         elif is_full(error):
             raise InputError(f"{job.name}: no space left where it was computed; make room and run again") from error
         else:
-            self.failed(job, _why(error))
+            self.failed(job, _reason(error))
 
     def failed(self, job: Job, reason: str) -> None:
         self.failures[job.name] = reason
-        self.tell(job, "failed", reason)
+        self.advance(job, "failed", reason)
 
-    def tell(self, job: Job, state: str, message: str = "") -> None:
+    def advance(self, job: Job, state: str, message: str = "") -> None:
         self.done += 1
         began = self.began.pop(job.name, None)
         if began is not None:
             self.lasted.append(time.monotonic() - began)
-        self.progress(Progress(job.name, state, self.done, self.count, self.left(), message))
+        self.progress(Progress(job.name, state, self.done, self.count, self.remaining(), message))
 
-    def left(self) -> float | None:
+    def remaining(self) -> float | None:
         """Return the time left, s, if the animals that are not done take as long as those that are, on average."""
         if not self.lasted:
             return None
@@ -238,7 +241,7 @@ def perform(function: Callable[..., Any], arguments: tuple[Any, ...], threads: i
     return Performed(piece, time.monotonic() - began - (seconds_compiling() - before))
 
 
-def _why(error: BaseException) -> str:
+def _reason(error: BaseException) -> str:
     """Return why a piece failed, in words; for a failure that nobody foresaw, also where."""
     if isinstance(error, VasowaveError):
         return str(error)

@@ -95,7 +95,10 @@ def side_by_side(workers: int, animals: int) -> Iterator["Each"]:
 
 
 class _Pool(ProcessPoolExecutor):
-    """A pool that breaks when one of its own threads dies of a lack of memory; by itself it would wait for ever."""
+    """A pool that breaks when one of its own threads dies of a lack of memory; by itself it would wait for ever.
+
+    Holds state because what was submitted must end when such a thread is lost.
+    """
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)

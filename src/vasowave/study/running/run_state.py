@@ -183,6 +183,8 @@ def _value(text: str, kind: Any) -> Any:
 class RunRecord:
     """What a run that goes on here writes of itself; what cannot be written is not, and the run goes on.
 
+    Holds state because only what has changed is told, and a run may be asked to stop.
+
     Attributes
     ----------
     status : RunStatus
@@ -206,7 +208,7 @@ class RunRecord:
     @contextmanager
     def watched(self) -> Iterator[None]:
         """Look, while the block goes on, whether somebody asks the run to stop; write how it ended."""
-        watcher = threading.Thread(target=self._look, args=(is_heard(),), daemon=True)
+        watcher = threading.Thread(target=self._watch, args=(is_heard(),), daemon=True)
         watcher.start()
         ended, message, by = Ended.FINISHED, "", ""
         try:
@@ -222,7 +224,7 @@ class RunRecord:
             watcher.join()
             self.write(ended=ended, message=message or self.status.message, stopped_by=by, left=None)
 
-    def _look(self, heard: bool) -> None:
+    def _watch(self, heard: bool) -> None:
         while not self._over.wait(_REPEAT_AFTER_S if self._asked.is_set() else _LOOK_INTERVAL_S):
             if self._asked.is_set() or _read(self.results)[1]:
                 self._asked.set()

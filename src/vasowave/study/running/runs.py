@@ -64,7 +64,7 @@ class Done:
     @property
     def lost(self) -> tuple[Failure, ...]:
         """The failures of whole animals."""
-        return tuple(failure for failure in self.failures if failure.whole)
+        return tuple(failure for failure in self.failures if failure.is_total)
 
 
 def run_study(
@@ -149,7 +149,7 @@ def analyze_study(
     kept_names = tuple(pieces)
     begun = {job.name for job in jobs if read_journal(study.results / SEARCHES / f"{job.key}.jsonl")}
 
-    def say(step: Progress) -> None:
+    def show(step: Progress) -> None:
         over = step.done == step.count
         run.write(stage="writing the results" if over else "computing", done=step.done, left=step.left)
         if progress is not None:
@@ -160,10 +160,10 @@ def analyze_study(
         pieces[job.name] = store.keep(job.key, content)
 
     def shifted(step: Progress) -> None:
-        say(replace(step, done=len(kept_names) + step.done, count=len(study.animals)))
+        show(replace(step, done=len(kept_names) + step.done, count=len(study.animals)))
 
     for number, name in enumerate(kept_names, 1):
-        say(Progress(name, "kept", number, len(study.animals)))
+        show(Progress(name, "kept", number, len(study.animals)))
     if jobs:
         laws = study.settings.calibration.walls
         run.write(stage="computing")
@@ -222,7 +222,7 @@ def run_alone(run: RunRecord, study: Study, progress: FitProgress | None = None)
     return Done(results, computed, () if computed else (row.animal,), failures, warnings)
 
 
-def _told(piece: Path, settings: StudyFile) -> tuple[tuple[Failure, ...], tuple[Finding, ...]]:
+def _outcome(piece: Path, settings: StudyFile) -> tuple[tuple[Failure, ...], tuple[Finding, ...]]:
     """Return what failed of an animal that is stored, and what must be looked at; opening its file takes most of it."""
     try:
         result = read_result(piece, laws=False)
@@ -260,7 +260,7 @@ def _write(
         listed = "\n".join(f"  {failure.animal}: {failure.reason}" for failure in lost)
         raise InputError(f"{study.path}: every animal failed\n{listed}")
     stored = {(row.animal, row.group): pieces[row.animal] for row in study.animals if row.animal in pieces}
-    summaries = {name: _told(piece, study.settings) for (name, _), piece in stored.items()}
+    summaries = {name: _outcome(piece, study.settings) for (name, _), piece in stored.items()}
     failures = (*lost, *(failure for failed, _ in summaries.values() for failure in failed))
     index = write_results(study.results, stored, failures, study.settings, study.variables, declare(study))
     return index, failures, {name: looks for name, (_, looks) in summaries.items() if looks}

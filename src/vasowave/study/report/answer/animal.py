@@ -32,7 +32,9 @@ def animal_answers(
         present = [name for name in dict.fromkeys((*companions, *names)) if name in quantities]
         if present:
             soft = _softness(quantities["stiffness"]) if "stiffness" in present else ""
-            text = _listed(present, quantities, called, [marks.of(name, [result]) if marks else "" for name in present])
+            text = _listed(
+                present, quantities, called, [marks.of_quantity(name, [result]) if marks else "" for name in present]
+            )
             answers.append((question, f"{text} ({result.laws[law].origin}).{soft}"))
     return answers
 

@@ -92,7 +92,7 @@ class Comparison:
     def _figure(self, make: Callable[[float, float], "Figure"]) -> "Figure":
         if not self.primary.effects:
             omissions = not_told(self.primary, caller(self.cohort))
-            omissions += [f"{quantity} ({reason})" for quantity, reason in self.primary.left_out.items()]
+            omissions += [f"{omission.describe()} ({omission.reason})" for omission in self.primary.left_out]
             hint = " (all in `.primary.left_out`)" if len(omissions) > _NAMED else ""
             raise InputError(
                 f"{self.group} and {self.reference} could not be compared by {some_of(omissions, _NAMED)}{hint}; "
@@ -101,10 +101,10 @@ class Comparison:
         return groups_figure(self.cohort, self.primary, WIDE, make)
 
     def __repr__(self) -> str:
-        return "\n".join(f"{question}: {answer}" for question, answer in self._said) or "nothing could be compared"
+        return "\n".join(f"{question}: {answer}" for question, answer in self._items) or "nothing could be compared"
 
     @property
-    def _said(self) -> list[tuple[str, str]]:
+    def _items(self) -> list[tuple[str, str]]:
         """Questions and answers, how the animals were compared, and what must not be used; empty without a row."""
         marks = Marks(self.cohort, self.primary.law)
         sure = doubts_text(self.cohort, self.primary)
@@ -116,8 +116,8 @@ class Comparison:
                 *design_answer(self.cohort), *marks.legend(answers, defined(self.cohort))]  # fmt: skip
 
     def _repr_html_(self) -> str:
-        facts = dict(self._said)
-        omissions = [f"{quantity}: {reason}" for quantity, reason in self.primary.left_out.items()]
+        facts = dict(self._items)
+        omissions = [f"{omission.describe()}: {omission.reason}" for omission in self.primary.left_out]
         omissions += not_told(self.primary, caller(self.cohort))
         return card(f"{self.group} against {self.reference}", facts, omissions)
 

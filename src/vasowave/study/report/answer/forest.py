@@ -50,7 +50,7 @@ def _group_row(cohort: Cohort, primary: Primary, effect: Effect, called: Called,
     tip = f"{called(name)}: {effect.contrast} {size} ({effect.source}), {p_tip}"
     point = Point(effect.ratio, effect.low, effect.high, effect.source, tip)
     further = [
-        _beside(estimate, called)
+        _other_law(estimate, called)
         for estimate in primary.others
         if (estimate.contrast, estimate.quantity) == (effect.contrast, name)
     ]
@@ -76,7 +76,7 @@ def _heading(effect: Effect, several: bool) -> str:
     return "\n".join(wrap(text, _MAX_LETTERS, break_long_words=False))
 
 
-def _beside(estimate: ContrastEstimate, called: Called) -> Point:
+def _other_law(estimate: ContrastEstimate, called: Called) -> Point:
     size = ratio_with_interval(estimate.ratio, estimate.low, estimate.high)
     tip = f"{called(estimate.quantity)}: {size} times ({estimate.source} wall)"
     return Point(estimate.ratio, estimate.low, estimate.high, estimate.source, tip)
@@ -89,7 +89,7 @@ def animal_rows(result: AnimalResult, law: str, family: Family, called: Called, 
     present = [name for name in names if name not in INDICES and name in data]
     questions = list(dict.fromkeys([*map(question_of, family.quantities), *map(question_of, present)]))
     present.sort(key=lambda name: questions.index(question_of(name)))
-    rows = [(_animal_row(result, law, name, called), marks.of(name, [result])) for name in present]
+    rows = [(_animal_row(result, law, name, called), marks.of_quantity(name, [result])) for name in present]
     return [row._replace(effect=row.effect + mark) for row, mark in rows]
 
 

@@ -208,7 +208,7 @@ def _few_degrees(effects: Sequence[Effect]) -> list[str]:
     ]
 
 
-def beside(primary: Primary, called: Called) -> list[str]:
+def sensitivity(primary: Primary, called: Called) -> list[str]:
     """Say what one animal, the fits in place of posteriors, and other wall laws would change."""
     return [*influence(primary, called), *by_fits(primary, called), *other_laws(primary, called)]
 

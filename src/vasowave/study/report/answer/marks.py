@@ -16,7 +16,7 @@ from vasowave.study.report.wording import listed, some_of
 Mark = Callable[[Effect], str]
 """Returns what stands behind the number of an effect."""
 
-_MAX_NAMES = 4  # animals named in a sentence
+MAX_NAMES = 4  # animals named in a sentence
 
 
 def unmarked(effect: Effect) -> str:
@@ -43,9 +43,9 @@ class Marks:
         if effect.source == "measured":
             return ""
         sides = {effect.contrast.reference, effect.contrast.group} & {*self.cohort.groups} or {*self.cohort.groups}
-        return self.of(effect.quantity, [result for group in sides for result in self.cohort.groups[group]])
+        return self.of_quantity(effect.quantity, [result for group in sides for result in self.cohort.groups[group]])
 
-    def of(self, name: str, results: list[AnimalResult]) -> str:
+    def of_quantity(self, name: str, results: list[AnimalResult]) -> str:
         """Return the marks of a quantity of the law in some animals."""
         whose = {result.name for result in results}
         forbidden = whose & {result.name for result in self._forbidden}
@@ -56,7 +56,7 @@ class Marks:
         """Say what the marks mean that stand in answers."""
         sentences, shown = [], " ".join(text for _, text in answers)
         if FORBIDDEN in shown and self._forbidden:
-            whom = "this animal" if self.cohort.single else _some([result.name for result in self._forbidden])
+            whom = "this animal" if self.cohort.single else shortened([result.name for result in self._forbidden])
             sentences.append(
                 f"{FORBIDDEN} rests on the {self.law} wall's numbers of {whom}, and these must not be used: "
                 "see Problems."
@@ -89,5 +89,6 @@ def stopped_at(result: AnimalResult, law: str, quantity: str = "") -> list[str]:
     return [name for name in names if not rests_on or (name in walls) == (rests_on == "wall")]
 
 
-def _some(names: list[str]) -> str:
-    return some_of([short(name, 40) for name in names], _MAX_NAMES)
+def shortened(names: list[str]) -> str:
+    """Return animals as a sentence names them: a few, each cut where it is long, and how many more there are."""
+    return some_of([short(name, 40) for name in names], MAX_NAMES)

@@ -1,12 +1,14 @@
 """The first page: answers beside the forest plot, the waveforms and the network, what is not known, what is wrong."""
 
 from collections.abc import Mapping
+from operator import attrgetter
 
 import numpy as np
 
 from vasowave.base.io.columns import split_unit
 from vasowave.pulse.quantities import question_of
 from vasowave.study.cohort.cohort import Cohort
+from vasowave.study.cohort.effects import grouped
 from vasowave.study.cohort.primary import Family, Primary
 from vasowave.study.cohort.table import column, rows_of
 from vasowave.study.figures.forest import NARROW, WIDE, forest_figure
@@ -18,7 +20,7 @@ from vasowave.study.report.answer.comparison import groups_figure
 from vasowave.study.report.answer.design import design_answer
 from vasowave.study.report.answer.effects import Called
 from vasowave.study.report.answer.forest import animal_rows
-from vasowave.study.report.answer.groups import THE_ANSWER, beside, doubts_text, group_answer, not_told, tested
+from vasowave.study.report.answer.groups import THE_ANSWER, doubts_text, group_answer, not_told, sensitivity, tested
 from vasowave.study.report.answer.limits import model_limits, no_wedge, shared_images
 from vasowave.study.report.answer.marks import Marks
 from vasowave.study.report.answer.problem_list import overstrained, problem_blocks
@@ -76,11 +78,9 @@ def _with_decay(answers: list[tuple[str, str]], cohort: Cohort, law: str, family
 
 
 def _not_compared(primary: Primary, called: Called) -> list[tuple[str, str]]:
-    reasons: dict[str, list[str]] = {}
-    for label, reason in primary.left_out.items():
-        name, place, pair = label.partition(" (")
-        reasons.setdefault(reason, []).append(short(f"{called(name)}{place}{pair}", 60))
-    clauses = [*not_told(primary, called), *(f"{', '.join(names)}: {reason}" for reason, names in reasons.items())]
+    clauses = not_told(primary, called)
+    for reason, omissions in grouped(primary.left_out, attrgetter("reason")).items():
+        clauses.append(f"{', '.join(short(omission.describe(called), 60) for omission in omissions)}: {reason}")
     return [("Not compared", f"{'; '.join(clauses)}.")] if clauses else []
 
 
@@ -183,7 +183,7 @@ def _entered(cohort: Cohort, law: str) -> str:
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
     statements = [*no_wedge(cohort), *model_limits(cohort, primary.law, written)]
     statements += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
-    statements += beside(primary, called)
+    statements += sensitivity(primary, called)
     blocks: list[Block] = [Bullets(statements)] if statements else []
     return [SideBySide(blocks, problem_blocks(cohort, primary))]
 
@@ -195,14 +195,14 @@ def decay(cohort: Cohort, law: str) -> str:
     if not groups:
         return ""
 
-    def of(cell: str) -> str:
+    def place(cell: str) -> str:
         group, level, _ = cohort.cells[cell]
         return "" if cohort.single else f" in {short(group, 40)}{f' ({short(level, 40)})' if level else ''}"
 
-    def each(values: Mapping[str, float]) -> str:
-        return listed([f"{number(values[group])} s{of(group)}" for group in groups if group in values])
+    def times(values: Mapping[str, float]) -> str:
+        return listed([f"{number(values[group])} s{place(group)}" for group in groups if group in values])
 
-    text = f"The measured pressure falls in diastole with τ = {each(measured)}."
+    text = f"The measured pressure falls in diastole with τ = {times(measured)}."
     if not any(abs(modeled[group] / measured[group] - 1) > UNLIKE for group in groups):
         return text
     return f"{text} The model's R_T C_T is not the time of this decay."

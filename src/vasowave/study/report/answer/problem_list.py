@@ -12,11 +12,11 @@ from vasowave.study.cohort.primary import Primary
 from vasowave.study.cohort.unused import unused_columns
 from vasowave.study.cohort.votes import MAX_RESIDUAL_RATIO, is_lone
 from vasowave.study.figures.matplotlib_style import short
+from vasowave.study.report.answer.marks import MAX_NAMES, shortened
 from vasowave.study.report.blocks import Block, Notice, Remarks
 from vasowave.study.report.tables.cells import span
-from vasowave.study.report.wording import OF_FLOW, number, some_of
+from vasowave.study.report.wording import OF_FLOW, number
 
-_MAX_NAMES = 4  # animals named in a sentence
 _MAX_FAILURES = 8  # told one by one
 
 
@@ -38,7 +38,7 @@ def problems(cohort: Cohort, primary: Primary) -> list[str]:
         sentences += [missing_text(missing, primary.law, cohort.repeated) for missing in primary.missing]
     interrupted = [result.name for result in cohort.results if result.interrupted]
     if interrupted:
-        sentences.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
+        sentences.append(f"Interrupted: not all fits of {shortened(interrupted)} had finished.")
     if differing := cohort.differing_settings:
         sentences.append(f"The animals were not all analyzed with the same settings: {', '.join(differing)}.")
     return [*sentences, *_sites(cohort), *of_models(cohort, [primary.law])]
@@ -65,15 +65,15 @@ def overstrained(cohort: Cohort, walls: Sequence[str]) -> list[str]:
     table = cohort.misfits
     table = table[table["wall"].isin(list(walls)) & table["growth"].notna()]
     return [
-        f"By the {wall} wall vessels of {_some(rows['animal'].tolist())} are strained beyond what an artery survives: "
-        f"an area grows by up to {number(float(rows['growth'].max()))} %. Do not use its numbers there."
+        f"By the {wall} wall vessels of {shortened(rows['animal'].tolist())} are strained beyond what an artery "
+        f"survives: an area grows by up to {number(float(rows['growth'].max()))} %. Do not use its numbers there."
         for wall, rows in table.groupby("wall", sort=False)
     ]
 
 
 def missing_text(missing: Missing, law: str, repeated: bool) -> str:
     """Say who is missing from the comparison of the groups, and what that may do to it; `repeated`: of recordings."""
-    many, names = len(missing.animals) > 1, _some(list(missing.animals))
+    many, names = len(missing.animals) > 1, shortened(list(missing.animals))
     scope = f"by the {law} wall" if law and not missing.lost else "of the groups"
     return (
         f"The comparison {scope} misses {len(missing.animals)} of {missing.count} "
@@ -141,11 +141,11 @@ def _looks(warned: Mapping[str, Sequence[Finding]]) -> list[str]:
             of_kind.setdefault(finding.code, []).append((short(name, 40), str(finding)))
     sentences = []
     for pairs in of_kind.values():
-        if len(pairs) <= _MAX_NAMES:
+        if len(pairs) <= MAX_NAMES:
             sentences += [f"{name}: {text}" for name, text in pairs]
         else:
             sentences.append(
-                f"{_some(list(dict.fromkeys(name for name, _ in pairs)))}; of {pairs[0][0]}: {pairs[0][1]}"
+                f"{shortened(list(dict.fromkeys(name for name, _ in pairs)))}; of {pairs[0][0]}: {pairs[0][1]}"
             )
     return sentences
 
@@ -168,7 +168,7 @@ def _miss(wall: str, rows: pd.DataFrame, of_flow: str) -> str:
         else f"{number(100 * float(worst['share']), 2)} % of the pulse pressure"
     )
     return (
-        f"The {wall} wall misses the data of {_some(rows['animal'].tolist())}: it leaves up to "
+        f"The {wall} wall misses the data of {shortened(rows['animal'].tolist())}: it leaves up to "
         f"{number(float(worst['RMSE']), 2)} mmHg{of_flow}, {against}. Do not use its "
         "numbers there: answer by another law, or leave such animals out and say so."
     )
@@ -181,11 +181,7 @@ def _alone(cohort: Cohort) -> list[str]:
         names = [result.name for result in cohort.calibrated(wall) if is_lone(result.laws[wall].calibration)]
         if names:
             sentences.append(
-                f"Only one start reached the best optimum ({wall} wall): {_some(names)}. Others may be better: raise "
-                "`starts`."
+                f"Only one start reached the best optimum ({wall} wall): {shortened(names)}. Others may be better: "
+                "raise `starts`."
             )
     return sentences
-
-
-def _some(names: list[str]) -> str:
-    return some_of([short(name, 40) for name in names], _MAX_NAMES)

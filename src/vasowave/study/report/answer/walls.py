@@ -3,9 +3,10 @@
 import numpy as np
 import pandas as pd
 
+from vasowave.base.descriptions import CLEAR_EVIDENCE_RATIO
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.votes import differences
-from vasowave.study.cohort.walls import CLEAR_EVIDENCE_RATIO, Evidence, Exponent, evidences, exponent_of
+from vasowave.study.cohort.walls import Evidence, Exponent, evidences, exponent_of
 from vasowave.study.report.wording import listed, number, with_interval
 
 _LOOKS_LIKE = "Errors of the geometry, a taper or a stiffness that changes along the tree can look like curvature."

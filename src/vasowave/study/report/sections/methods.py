@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from operator import attrgetter
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from vasowave.pulse.model.blood import boundary_layer
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.comparison import SourceComparison
 from vasowave.study.cohort.declared import AnimalChanges, Declaration
-from vasowave.study.cohort.effects import Effect
+from vasowave.study.cohort.effects import Effect, grouped
 from vasowave.study.cohort.primary import Primary
 from vasowave.study.cohort.simultaneous_intervals import DRAWS
 from vasowave.study.cohort.two_groups import MAX_EXACT_ANIMALS
@@ -24,10 +25,7 @@ from vasowave.study.report.wording import ERROR_OF_DRAWS, LIMIT, friction_words,
 
 _NAMED = 6  # animals, in a sentence
 _FIDUCIALS = {"ecg": "the R wave of the ECG", "pressure": "the foot of the pressure"}
-_SEARCHES = {
-    "least-squares": "bounded least squares (trust region)",
-    "sqp": "sequential quadratic programming",
-}
+_SEARCHES = {"least-squares": "bounded least squares (trust region)", "sqp": "sequential quadratic programming"}
 
 
 def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, SourceComparison]) -> Section:
@@ -69,10 +67,8 @@ def _counted(cohort: Cohort) -> str:
 
 def _failed(cohort: Cohort) -> str:
     """Name every animal that was lost, and every law, posterior or comparison that an animal lacks."""
-    animals_by_failure: dict[str, list[str]] = {}
-    for failure in cohort.failures:
-        animals_by_failure.setdefault(failure.what, []).append(failure.animal)
-    text = "; ".join(f"{listed(names)} ({label})" for label, names in animals_by_failure.items())
+    failures = grouped(cohort.failures, attrgetter("scope"))
+    text = "; ".join(f"{listed([failure.animal for failure in alike])} ({scope})" for scope, alike in failures.items())
     return f" Failed: {text}; reasons stand in the table Failures." if text else ""
 
 

@@ -49,7 +49,7 @@ def estimates(result: AnimalResult, wall: str, written: dict[str, str]) -> Table
     shown = data.assign(parameter=symbols, unit=data["unit"].map(unit))
     shown = shown.drop(columns=["symbol", "meaning"], errors="ignore")
     shown.columns = shown.columns.str.replace("_", " ")
-    return Table.of("", f"{wall.capitalize()} wall: the parameters and their search", shown)
+    return Table.from_frame("", f"{wall.capitalize()} wall: the parameters and their search", shown)
 
 
 def posterior(wall: str, posterior_result: PosteriorResult, written: dict[str, str]) -> Table:
@@ -91,7 +91,7 @@ def correlations(result: AnimalResult, wall: str, written: dict[str, str]) -> Ta
 
 def starts(result: AnimalResult, wall: str) -> Table:
     """Return where every start of the search ended."""
-    return Table.of("", f"{wall.capitalize()} wall: starts of the search", starts_frame(result, wall), digits=4)
+    return Table.from_frame("", f"{wall.capitalize()} wall: starts of the search", starts_frame(result, wall), digits=4)
 
 
 def numerics(result: AnimalResult) -> Table:

@@ -23,7 +23,7 @@ def _symbol(text: str) -> str:
     return text
 
 
-def who(result: AnimalResult) -> dict[str, object]:
+def animal_cells(result: AnimalResult) -> dict[str, object]:
     """Return the first two cells of a row about an animal."""
     return {"animal": result.name, "group": result.group}
 

@@ -10,14 +10,13 @@ from vasowave.pulse.quantities import INDICES
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.table import columns, describe
+from vasowave.study.cohort.unused import Role, role_of
 from vasowave.study.cohort.variables import Variable
 from vasowave.study.report.blocks import Table
-from vasowave.study.report.tables.cells import mean_sd, named, symbols, who, with_unit
-from vasowave.study.report.wording import with_error
+from vasowave.study.report.tables.cells import animal_cells, mean_sd, named, symbols, with_unit
+from vasowave.study.report.wording import Row, with_error
 
 _FIRST = ("HR", "mPAP", "CO", "PVR")
-_TOLD = ("weight", "body weight", "body mass", "mass", "sex", "gender", "age", "strain")
-"""Columns of a lab's table that describe its animals in the first table of a paper."""
 _NOMINAL = {"Z_c": "Z_c", "beta": "β₀", "R_T": "R_T0", "tau": "τ₀"}
 
 
@@ -28,13 +27,17 @@ def hemodynamics(cohort: Cohort) -> Table:
     groups = [f"{cell} ({cohort.count(cell)})" for cell in cohort.cells]
     header = ("index", *(["measured"] if cohort.single else groups))
     meanings = cohort.meanings
-    cells = [
+    note = "; ".join(f"{name}: {meanings[name]}" for name in INDICES if name in meanings)
+    caption = "Hemodynamic indices" if cohort.single else "Hemodynamic indices, mean ± SD"
+    return Table("HemoStats", caption, header, _means(cohort, data), f"{note}.", data)
+
+
+def _means(cohort: Cohort, data: pd.DataFrame) -> list[Row]:
+    """Return a row for each quantity of `describe`: its symbol, and mean ± SD of every group."""
+    return [
         (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in quantity_rows.iterrows()))
         for label, quantity_rows in data.groupby("quantity", sort=False)
     ]
-    note = "; ".join(f"{name}: {meanings[name]}" for name in INDICES if name in meanings)
-    caption = "Hemodynamic indices" if cohort.single else "Hemodynamic indices, mean ± SD"
-    return Table("HemoStats", caption, header, cells, f"{note}.", data)
 
 
 def animals_table(cohort: Cohort) -> list[Table]:
@@ -43,17 +46,14 @@ def animals_table(cohort: Cohort) -> list[Table]:
         return []
     rows = cohort.described[cohort.described["source"] == "measured"]
     data = describe(rows, columns(rows, _FIRST))
-    cells = [
-        (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in quantity_rows.iterrows()))
-        for label, quantity_rows in data.groupby("quantity", sort=False)
-    ]
-    shown = [variable for variable in cohort.variables.values() if variable.name.lower() in _TOLD]
+    shown = [variable for variable in cohort.variables.values()
+             if role_of(variable.name) is Role.COVARIATE and variable.kind != "date"]  # fmt: skip
     first = [
         (variable.label, *(_summary(variable, cell.results) for cell in cohort.cells.values())) for variable in shown
     ]
     header = ("mean ± SD", *(f"{cell} ({cohort.count(cell)})" for cell in cohort.cells))
     note = "Arithmetic means; the answer compares geometric ones."
-    return [Table("Animals", "Table 1. The animals", header, [*first, *cells], note, data)]
+    return [Table("Animals", "Table 1. The animals", header, [*first, *_means(cohort, data)], note, data)]
 
 
 def _summary(variable: Variable, results: Sequence[AnimalResult]) -> str:
@@ -83,7 +83,7 @@ def failures(cohort: Cohort) -> list[Table]:
         "Reading and computing: the animal has no result. Fit, analysis: it has none with this law. Posterior, "
         "comparison: all else is there. mPAP as measured, whatever failed."
     )
-    return [Table.of("Failures", "What failed, and why", data, note)]
+    return [Table.from_frame("Failures", "What failed, and why", data, note)]
 
 
 def networks(cohort: Cohort) -> list[Table]:
@@ -108,7 +108,7 @@ def _network(name: str, results: dict[str, AnimalResult], single: bool) -> Table
         data[f"r0{label} [cm]"], data[f"L{label} [cm]"] = vessels.radius, vessels.length
     whose = "" if single else f" of {' and '.join(results)} (animals {named(list(results.values()))})"
     note = "– marks a terminal vessel; the first one is the root."
-    return Table.of(name, f"Dimensions of the vessels{whose}", data, note)
+    return Table.from_frame(name, f"Dimensions of the vessels{whose}", data, note)
 
 
 def nominal(cohort: Cohort) -> Table:
@@ -117,9 +117,9 @@ def nominal(cohort: Cohort) -> Table:
     for result in cohort.results:
         start = result.nominal
         values = {f"{label} [{start[name].attrs['units']}]": float(start[name]) for name, label in _NOMINAL.items()}
-        rows.append(who(result) | values)
+        rows.append(animal_cells(result) | values)
     note = "Every wall law starts at the stiffness β₀ (eqs. 9, 10), all vascular beds at a = R₁/R_T = 0.2."
-    return Table.of("ParNom", "Nominal parameters", pd.DataFrame(rows), note)
+    return Table.from_frame("ParNom", "Nominal parameters", pd.DataFrame(rows), note)
 
 
 def characteristic_impedances(cohort: Cohort) -> Table:
@@ -128,11 +128,11 @@ def characteristic_impedances(cohort: Cohort) -> Table:
     for result in cohort.results:
         spectrum = result.measured.impedance
         values = zip(spectrum["estimator"].values, spectrum["Z_c"].values, strict=True)
-        rows.append(who(result) | {f"{name} [mmHg s/ml]": float(value) for name, value in values})
+        rows.append(animal_cells(result) | {f"{name} [mmHg s/ml]": float(value) for name, value in values})
     note = (
         "The nominal stiffness follows from the up-slope; where estimators disagree, reflections or delays are at work."
     )
-    return Table.of("Zc", "Characteristic impedance by several estimators, measured", pd.DataFrame(rows), note)
+    return Table.from_frame("Zc", "Characteristic impedance by several estimators, measured", pd.DataFrame(rows), note)
 
 
 def variables(cohort: Cohort) -> list[Table]:
@@ -142,8 +142,8 @@ def variables(cohort: Cohort) -> list[Table]:
     labels = {variable.label: variable.values for variable in cohort.variables.values()}
     rows = pd.DataFrame(
         [
-            who(result) | {label: values.get(result.name) for label, values in labels.items()}
+            animal_cells(result) | {label: values.get(result.name) for label, values in labels.items()}
             for result in cohort.results
         ]
     )
-    return [Table.of("Columns", "What the table of animals says of each", rows)]
+    return [Table.from_frame("Columns", "What the table of animals says of each", rows)]

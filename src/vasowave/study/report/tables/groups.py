@@ -71,7 +71,7 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     table = Table("Primary", caption, header, cells, note, primary.table())
     if designed:
         table = table.hiding("smallest p by ranks", "groups apart")
-    return [table, _others(primary, written)] if len(primary.others) else [table]
+    return [table, _other_laws(primary, written)] if len(primary.others) else [table]
 
 
 def covariates_table(primary: Primary, written: Mapping[str, str]) -> Table:
@@ -129,7 +129,7 @@ def _influence(effect: Effect) -> str:
     return f"{number(effect.ratio_without)} ({effect.without})" if effect.without else "–"
 
 
-def _others(primary: Primary, written: Mapping[str, str]) -> Table:
+def _other_laws(primary: Primary, written: Mapping[str, str]) -> Table:
     cells = [
         (written.get(estimate.quantity, estimate.quantity), estimate.source, str(estimate.contrast), _ratio(estimate))
         for estimate in primary.others

@@ -18,7 +18,7 @@ from vasowave.study.cohort.votes import DECISIVE_AICC_DIFFERENCE, MAX_RESIDUAL_R
 from vasowave.study.cohort.walls import evidences
 from vasowave.study.figures.modeled import sites_of
 from vasowave.study.report.blocks import Table
-from vasowave.study.report.tables.cells import mean_sd, span, symbols, who, with_unit
+from vasowave.study.report.tables.cells import animal_cells, mean_sd, span, symbols, with_unit
 from vasowave.study.report.wording import Row, column_label, number, with_interval
 
 MARKS = (
@@ -58,7 +58,7 @@ def bounds(cohort: Cohort) -> Table:
                 }
             )  # fmt: skip
     ranges = "" if cohort.single else "; ranges over the animals"
-    return Table.of("Bounds", f"Bounds of the search{ranges}", pd.DataFrame(rows))
+    return Table.from_frame("Bounds", f"Bounds of the search{ranges}", pd.DataFrame(rows))
 
 
 def parameters(cohort: Cohort, wall: str) -> Table:
@@ -80,14 +80,14 @@ def starts(cohort: Cohort) -> Table:
     """The number of starts of every calibration that found its optimum."""
     rows = []
     for result in cohort.results:
-        row = who(result)
+        row = animal_cells(result)
         for wall in result.laws:
             fit = result.laws[wall].calibration
             row[f"{wall}: starts"] = int(fit.sizes["start"])
             row[f"{wall}: agree"] = int(fit["start_agrees"].values.astype(bool).sum())
             row[f"{wall}: simulations"] = int(fit["start_simulations"].values.sum())
         rows.append(row)
-    return Table.of("Starts", "Starts of every calibration, and how many found its optimum", pd.DataFrame(rows))
+    return Table.from_frame("Starts", "Starts of every calibration, and how many found its optimum", pd.DataFrame(rows))
 
 
 def waves(cohort: Cohort) -> Table:
@@ -95,7 +95,7 @@ def waves(cohort: Cohort) -> Table:
     rows = []
     for cell, (_, _, results) in cohort.cells.items():
         for result in results:
-            row = who(result) | {"group": cell}
+            row = animal_cells(result) | {"group": cell}
             for source, source_result in result.sources.items():
                 rows += [row | {"source": source} | wave for wave in _largest_waves(source_result.waves)]
     data = pd.DataFrame(rows)
@@ -182,7 +182,12 @@ def sites_table(cohort: Cohort) -> Table:
                     for condition in ("", "_without")
                 ]
                 cells.append((result.name, wall, name, number(ratio, 3), number(misfit, 2), *intervals))
-                labels = who(result) | {"wall law": wall, "site": name, "ratio [1]": ratio, "misfit [1]": misfit}
+                labels = animal_cells(result) | {
+                    "wall law": wall,
+                    "site": name,
+                    "ratio [1]": ratio,
+                    "misfit [1]": misfit,
+                }
                 rows += [
                     labels | _site_row(site_data.sel(quantity=quantity), units) for quantity in data["quantity"].values
                 ]
@@ -215,13 +220,13 @@ def _site_interval(data: xr.Dataset, suffix: str) -> str:
 def selection_table(cohort: Cohort) -> Table:
     """AICc and BIC of the wall laws under every noise model, for every animal, likeliest noise model first."""
     pairs = zip(cohort.ballots, cohort.compared, strict=True)
-    tables = [ballots.table.assign(**who(result)) for ballots, result in pairs]  # type: ignore[arg-type]
+    tables = [ballots.table.assign(**animal_cells(result)) for ballots, result in pairs]  # type: ignore[arg-type]
     data = pd.concat(tables, ignore_index=True)
     data = data[["animal", "group", *(label for label in data.columns if label not in ("animal", "group"))]]
     selection = cohort.compared[0].selection
     verdict = selection["AICc_verdict"].attrs.get("long_name", "") if selection is not None else ""
     note = f"Prefers: {verdict}. {_SELECTION_NOTE}" if verdict else _SELECTION_NOTE
-    return Table.of("AICcBIC", "AICc and BIC of the wall laws; the lower score is better", data, note)
+    return Table.from_frame("AICcBIC", "AICc and BIC of the wall laws; the lower score is better", data, note)
 
 
 def preference_table(cohort: Cohort, law: str) -> Table:

@@ -10,7 +10,7 @@ from vasowave.pulse.inference.known_errors import SOURCES
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.report.tables.animal import estimates_frame, starts_frame
-from vasowave.study.report.tables.cells import who
+from vasowave.study.report.tables.cells import animal_cells
 
 
 def records(cohort: Cohort) -> dict[str, pd.DataFrame]:
@@ -39,7 +39,7 @@ def _by_law(cohort: Cohort, table: Callable[[AnimalResult, str], pd.DataFrame]) 
 
 
 def _labelled(table: pd.DataFrame, result: AnimalResult, **labels: str) -> pd.DataFrame:
-    label_columns = who(result) | labels
+    label_columns = animal_cells(result) | labels
     return table.assign(**label_columns)[[*label_columns, *table.columns]]  # type: ignore[arg-type]
 
 

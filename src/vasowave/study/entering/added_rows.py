@@ -1,0 +1,157 @@
+"""The rows that recordings are to have in the table of animals: their cells, names and networks, and what is said."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vasowave.study.entering.grouping import Marks, told_group, within
+from vasowave.study.entering.grouping import words as words_of
+from vasowave.study.entering.sorting import Recorded, files_in, sort_files
+from vasowave.study.entering.table import RecordingIndex, seen_from
+from vasowave.study.folder.names import plain_name
+from vasowave.study.report.wording import some_of
+
+_MAX_NAMED_FILES = 3  # files, in a sentence
+
+
+@dataclass(frozen=True)
+class AddedRow:
+    """A recording, the cells that it tells, and its row in the table if it has one."""
+
+    recorded: Recorded
+    cells: dict[str, str]
+    old: dict[str, str] | None
+
+
+def without_copies(new: Sequence[AddedRow], lookup: RecordingIndex) -> tuple[list[AddedRow], list[str]]:
+    """Return the recordings without those that hold the bytes of another, and what to say of these.
+
+    Of two files the one with the shorter name is taken for the original: "mouse 1", not "mouse 1 (copy)"; of files with
+    one name, that in the upper folder.
+    """
+    by_name = sorted(new, key=lambda row: (len(row.recorded.name), len(row.recorded.files[0].parts)))
+    twins = {row.recorded.files: lookup.twin_of(row.recorded) for row in by_name}
+    messages = [f"{files[0]}: holds the same bytes as the recording of {twin}; left out"
+            for files, twin in twins.items() if twin]  # fmt: skip
+    return [row for row in new if not twins[row.recorded.files]], messages
+
+
+def cells_of(recorded: Recorded, folder: Path, option_cells: Mapping[str, str]) -> dict[str, str]:
+    """Return the cells that a recording tells, and those that were given."""
+    cells = {"animal": "", "group": "", "network": "", "recording": seen_from(folder, recorded.files[0])}
+    cells |= {"kind": "cycle" if option_cells.get("period [s]") and recorded.kind != "raw" else recorded.kind}
+    if len(recorded.files) == 2:
+        cells["flow"] = seen_from(folder, recorded.files[1])
+    cells |= {f"{quantity} channel": title for quantity, title in recorded.channels}
+    if recorded.stretch is not None and not (option_cells.get("start [s]") or option_cells.get("end [s]")):
+        cells |= {"start [s]": f"{recorded.stretch.start:g}", "end [s]": f"{recorded.stretch.end:g}"}
+    applicable_cells = {
+        title: text for title, text in option_cells.items() if not (title == "period [s]" and recorded.kind == "raw")
+    }
+    return cells | applicable_cells
+
+
+def networks_of(
+    folder: Path, networks: Sequence[Path], rows: Sequence[dict[str, str]], network: Path | None
+) -> tuple[Path, ...]:
+    """Return the networks an animal can have: the one that is wished, those given, or those the study has."""
+    if network is not None:
+        return (network,)
+    if networks:
+        return tuple(networks)
+    named = {os.path.normpath(folder / row["network"]) for row in rows if row.get("network")}
+    place = folder / "networks"
+    folder_networks = sort_files(files_in([place])).networks if place.is_dir() and any(place.iterdir()) else ()
+    return tuple(dict.fromkeys([*(Path(name) for name in sorted(named)), *folder_networks]))
+
+
+def told_network(
+    name: str, group: str, marks: Marks, networks: Sequence[Path], folder: Path, serves_all: bool = True
+) -> Path | None:
+    """Return the network that carries an animal's name, its beginning or its group, or the only one if it `serves_all`.
+
+    The name of a recording may begin with that of the animal: ``Süd 1 before`` has the network ``Süd 1``.
+    """
+    called = words_of(name)
+    of_name = [file for file in networks if within(called, words_of(file.stem))]
+    groups = {file: told_group(file, folder, marks) for file in networks}
+    begun = {file: len(words_of(file.stem)) for file in networks
+             if words_of(file.stem) == called[: len(words_of(file.stem))] and groups[file] in ("", group)}  # fmt: skip
+    longest = [file for file, length in begun.items() if 0 < length == max(begun.values())]
+    of_group = [file for file in networks if group and groups[file] == group]
+    unnamed = [file for file in networks if groups[file] in ("", group)]  # not one that is called like another group
+    candidate_lists = (of_name, longest, of_group, unnamed if serves_all and len(networks) == 1 else [])
+    return next((candidates[0] for candidates in candidate_lists if len(candidates) == 1), None)
+
+
+def name_animals(new: Sequence[AddedRow], taken: Sequence[str]) -> None:
+    """Call the animals like their files; those whose files are called alike get their folder's name before it."""
+    stems = [row.recorded.name.casefold() for row in new]
+    names = {name.casefold() for name in taken}
+    for row in new:
+        stem, folder = row.recorded.name, row.recorded.files[0].absolute().parent.name
+        alike = stems.count(stem.casefold()) > 1 or plain_name(stem).casefold() in names
+        name = plain_name(f"{folder} {stem}" if alike else stem)
+        numbered = (name if n == 1 else f"{name} ({n})" for n in range(1, len(names) + 2))
+        row.cells["animal"] = next(candidate for candidate in numbered if candidate.casefold() not in names)
+        names.add(row.cells["animal"].casefold())
+
+
+def fill_row(row: AddedRow, explicit: set[str]) -> bool:
+    """Fill the empty cells of a row that was there, and those that were given; return whether anything changed."""
+    assert row.old is not None
+    cells_before, cells = dict(row.old), row.cells
+    if row.old.get("start [s]") or row.old.get("end [s]") or row.old.get("block"):
+        cells = {title: text for title, text in cells.items() if title in explicit or title not in
+                 ("start [s]", "end [s]")}  # fmt: skip
+    for title, text in cells.items():
+        if title not in ("animal", "recording") and text and (title in explicit or not row.old.get(title)):
+            row.old[title] = text
+    return row.old != cells_before
+
+
+def shared_remarks(rows: Sequence[AddedRow]) -> list[str]:
+    """Return what was decided of recordings, each decision once with the files it is about."""
+    files_by_remark: dict[str, list[str]] = {}
+    for row in rows:
+        for remark in row.recorded.remarks:
+            files_by_remark.setdefault(remark, []).append(row.recorded.files[0].name)
+    return [f"{some_of(files, _MAX_NAMED_FILES)}: {remark}" for remark, files in files_by_remark.items()]
+
+
+def kept_networks(touched: Sequence[AddedRow], networks: Sequence[Path]) -> list[str]:
+    """Return what to say of rows that name another network than the one which their name or group tells now."""
+    conflicting_rows = [row for row in touched if row.old and row.old.get("network") and row.cells["network"]
+             and os.path.normpath(row.old["network"]) != os.path.normpath(row.cells["network"])]  # fmt: skip
+    if len(networks) < 2 or not conflicting_rows:
+        return []
+    pairs = dict.fromkeys(f"{row.old['network']} (not {row.cells['network']})" for row in conflicting_rows if row.old)
+    names = some_of([row.old["animal"] for row in conflicting_rows if row.old], _MAX_NAMED_FILES)
+    return [f"{names}: the table keeps {', '.join(pairs)}; to change that, empty the cells 'network' or give --network"]
+
+
+def kept_groups(touched: Sequence[AddedRow], group: str) -> list[str]:
+    """Return what to say of animals that were there and keep a group which is not that of the files being added."""
+    animals = [row.old["animal"] for row in touched if group and row.old and row.old.get("group") not in ("", group)]
+    if not animals:
+        return []
+    return [f"{some_of(animals, _MAX_NAMED_FILES)}: in the table already, with another group than {group}, and stays "
+            "there; to change it, write it into the column 'group'"]  # fmt: skip
+
+
+def missing_cells(rows: Sequence[dict[str, str]], groups: Marks, networks: Sequence[Path], refused: bool) -> list[str]:
+    """Return what to say of rows whose group or network is still to be filled in."""
+    messages = []
+    if lost := [row["animal"] for row in rows if not row.get("group")]:
+        messages.append(
+            f"neither name nor folder tells the group of {', '.join(lost)}; the study has {', '.join(groups)}: "
+            "give --group or --groups, or write it into the column 'group'"
+        )
+    if lost := [row["animal"] for row in rows if not row.get("network")]:
+        reason = f"none of {len(networks)} networks carries their name or group" if networks else "there is no network"
+        if len(networks) == 1:
+            unread = ", and some files could not be read" if refused else ""
+            reason = f"{networks[0].name} carries neither their name nor their group{unread}"
+        messages.append(f"{reason}: {', '.join(lost)}; give --network, or write it into the column 'network'")
+    return messages
