@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import wrapped_volumes as wrapped
-from vasowave.base import InputError
-from vasowave.base.findings import FindingWarning
-from vasowave.lung import Volume, extract, look, read_volume
-from vasowave.lung.places import parse_voxel, voxel_text
+from vasowave.base import InputError, VasowaveWarning
+from vasowave.lung import Volume, extract, look, parse_voxel, read_volume, voxel_text
 from vasowave.lung.read import read_labels
 
 
@@ -18,7 +16,7 @@ def opened(path, spacing=None):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         volume = read_volume(path, spacing)
-    assert all(issubclass(warning.category, FindingWarning) for warning in caught)
+    assert all(issubclass(warning.category, VasowaveWarning) for warning in caught)
     return volume, [warning.message.finding.code for warning in caught]
 
 

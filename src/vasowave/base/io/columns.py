@@ -20,9 +20,9 @@ from vasowave.base.io.layout import (
     is_numeric,
     is_row,
     number,
-    parts,
     remarks_above,
     split_cells,
+    split_title,
     turned,
 )
 from vasowave.base.io.remembered import remembered
@@ -225,7 +225,7 @@ def read_headings(
     """Return names (lower case, aliases resolved) and units of column titles written as ``name [unit]``."""
     names, column_units = [], []
     for heading in header:
-        name_and_unit = parts(heading)
+        name_and_unit = split_title(heading)
         if name_and_unit is None:
             raise InputError(f"{path}: cannot read the column title '{heading}'; write 'name [unit]'")
         name = name_and_unit[0].strip().lower()
@@ -236,7 +236,7 @@ def read_headings(
 
 def plain_title(heading: str) -> str:
     """Return a column title as it is written, without its unit."""
-    name_and_unit = parts(heading)
+    name_and_unit = split_title(heading)
     return name_and_unit[0].strip() if name_and_unit else heading
 
 

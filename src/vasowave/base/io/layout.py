@@ -50,7 +50,7 @@ class Head(NamedTuple):
         Of its cells; None for blanks.
     first : int
         Which of the rows holds the first data.
-    plan : RowPlan, optional
+    plan : RowLayout, optional
         How rows become numbers, where clocks, remarks or blanks stand among them.
     rate : float, optional
         Samples per second, if a line above the titles says them.
@@ -61,13 +61,13 @@ class Head(NamedTuple):
     titles: tuple[str, ...]
     separator: str | None
     first: int
-    plan: "RowPlan | None" = None
+    plan: "RowLayout | None" = None
     rate: float | None = None
     program: str = ""
 
 
 @dataclass
-class RowPlan:
+class RowLayout:
     """How the rows of a table become rows of numbers: seconds of its clock first, then the columns of numbers."""
 
     width: int
@@ -211,7 +211,7 @@ def _rate(remarks: Sequence[str], above: Sequence[str]) -> float | None:
     return None
 
 
-def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowPlan | None:
+def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowLayout | None:
     """Return how rows become numbers; None where they are already."""
     width = max(len(titles), len(body[0]))
     columns = [[bare(row[i]) if i < len(row) else "" for row in body] for i in range(width)]
@@ -233,11 +233,11 @@ def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowPlan | Non
     clock = None
     if clocks and not timed:
         clock = Clock(clocks[0], dates[0] if dates else None).look_at(columns[clocks[0]])
-    return RowPlan(width, numeric, tuple(events), clock)
+    return RowLayout(width, numeric, tuple(events), clock)
 
 
 def _unit_of(title: str, quantity: str) -> bool:
-    heading = parts(title)
+    heading = split_title(title)
     return heading is not None and heading[1] is not None and units.is_of(heading[1], quantity)
 
 
@@ -262,7 +262,7 @@ def _with_unit_row(titles: Sequence[str], below: str, separator: str | None) -> 
             for title, unit in zip(titles, cells, strict=True)]  # fmt: skip
 
 
-def parts(title: str) -> tuple[str, str | None] | None:
+def split_title(title: str) -> tuple[str, str | None] | None:
     """Return name and unit of ``name [unit]``, ``name (unit)``, ``name/unit`` or ``name_mmHg``; None if it is none.
 
     A stroke is one between name and unit, as standards of quantities write it, only where a unit follows it. Of two
@@ -283,7 +283,7 @@ def parts(title: str) -> tuple[str, str | None] | None:
 
 
 def _has_unit(title: str) -> bool:
-    heading = parts(title)
+    heading = split_title(title)
     return heading is not None and heading[1] is not None and units.is_unit(heading[1])
 
 

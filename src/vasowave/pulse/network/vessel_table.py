@@ -11,17 +11,9 @@ import numpy as np
 
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, look_kind
-from vasowave.base.io.columns import (
-    Columns,
-    head_of,
-    is_row,
-    read_columns,
-    read_headings,
-    read_titles,
-    separator_of,
-    split_cells,
-)
+from vasowave.base.io.columns import Columns, read_columns, read_headings, read_titles
 from vasowave.base.io.files import write_file
+from vasowave.base.io.layout import head_of, is_row, separator_of, split_cells
 from vasowave.base.io.textfile import read_lines
 from vasowave.base.units import CANONICAL
 from vasowave.pulse.network.edge_list import directed_from_root

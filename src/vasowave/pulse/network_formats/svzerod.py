@@ -57,7 +57,7 @@ def svzerod_columns(path: Path) -> Columns:
     pressure = repr(number_of({IMAGE_PRESSURE: 0.0} | description, IMAGE_PRESSURE, f"{path}, description"))
     cells = tuple(
         (name, start[key], end[key], repr(number_of(vessel, "vessel_length", f"{path}, vessel '{name}'")),
-         repr(radii.of(vessel, name)), pressure)
+         repr(radii.radius(vessel, name)), pressure)
         for name, key, vessel in zip(names, ids, vessels, strict=True)
     )  # fmt: skip
     remarks = (BY_RESISTANCE(elements=" and ".join(sorted(radii.elements))),) if radii.elements else ()
@@ -106,7 +106,7 @@ class _Radii:
         self.path, self.blood = path, blood if isinstance(blood, dict) else {}
         self.elements: set[str] = set()
 
-    def of(self, vessel: dict[str, Any], name: str) -> float:
+    def radius(self, vessel: dict[str, Any], name: str) -> float:
         """Return the radius of a vessel, cm."""
         place = f"{self.path}, vessel '{name}'"
         if DIAMETER in vessel:

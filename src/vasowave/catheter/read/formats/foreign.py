@@ -54,18 +54,18 @@ FOREIGN = (
 )  # fmt: skip
 
 
-def _of(path: Path) -> Foreign | None:
+def _recognized(path: Path) -> Foreign | None:
     return next((form for form in FOREIGN if path.suffix.lower() in form.suffixes), None)
 
 
 def _is_foreign(path: Path, start: bytes) -> bool:
-    form = _of(path)
+    form = _recognized(path)
     return form is not None and (form is FOREIGN[0] or b"\0" in start[:4096])
 
 
 def _refuse(path: Path, *arguments: Any) -> list[Block]:
     """Say how to export such a file; text that is called so is a table."""
-    form = _of(path) or FOREIGN[0]
+    form = _recognized(path) or FOREIGN[0]
     if not _is_foreign(path, RECORDINGS.start(path)):
         return RECORDINGS["table"].read(path, *arguments)
     raise InputError(
