@@ -4,6 +4,7 @@
 Inner faces are eliminated vessel by vessel, then the ends, and the pressures of the nodes are left.
 """
 
+from heapq import heapify, heappop, heappush
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,15 +56,20 @@ def _elimination(count: int, pairs: list[frozenset[int]]) -> tuple[list[int], li
         neighbors[b].add(a)
     order: list[int] = []
     later: list[list[int]] = []
-    remaining = set(range(count))
-    while remaining:
-        eliminated = min(remaining, key=lambda k: (len(neighbors[k]), k))
-        remaining.remove(eliminated)
+    queue = [(len(neighbors[k]), k) for k in range(count)]
+    heapify(queue)
+    eliminable = [True] * count
+    while queue:
+        degree, eliminated = heappop(queue)
+        if degree != len(neighbors[eliminated]) or not eliminable[eliminated]:
+            continue  # the entry is older than a change of its neighbors
+        eliminable[eliminated] = False
         order.append(eliminated)
         later.append(sorted(neighbors[eliminated]))
         for neighbor in neighbors[eliminated]:
             neighbors[neighbor] |= neighbors[eliminated] - {neighbor}
             neighbors[neighbor].discard(eliminated)
+            heappush(queue, (len(neighbors[neighbor]), neighbor))
     return order, later
 
 
