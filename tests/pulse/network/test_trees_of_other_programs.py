@@ -100,6 +100,12 @@ def test_columns_without_a_unit_are_asked_for_it_and_read_in_the_unit_that_is_ty
         vw.read_network(written(tmp_path / "mm.csv", *TABLES["source-and-target"]), "um")
 
 
+def test_areas_in_the_square_of_the_unit_that_is_typed_are_radii(tmp_path):
+    path = written(tmp_path / "a.csv", "name,mother,length,cross-sectional area",
+                   lambda n, p, length, r, a, b: f"{n},{p or 0},{10 * length},{100 * math.pi * r * r!r}")  # fmt: skip
+    assert shape(read(path, "mm")[0]) == expected()
+
+
 def test_a_count_of_voxels_is_no_unit(tmp_path):
     path = written(tmp_path / "e.csv", "source,target,length (px),radius (px)",
                    lambda n, p, length, r, a, b: f"{a},{b},{length / 0.004},{r / 0.004}")  # fmt: skip
