@@ -90,7 +90,7 @@ def _plain(unit: str) -> str:
     text = unit.strip().lower().replace(" ", "").replace("^", "").replace("**", "")
     for written, plain in (("µ", "u"), ("μ", "u"), ("²", "2"), ("³", "3"), ("·", ""), ("sec", "s"), ("dynes", "dyn")):
         text = text.replace(written, plain)
-    for written, plain in (("cc", "cm3"), ("microl", "ul"), ("micron", "um")):
+    for written, plain in (("cc", "cm3"), ("microl", "ul"), ("microns", "um"), ("micron", "um")):
         if text.startswith(written):
             text = plain + text[len(written) :]
     return text
