@@ -18,9 +18,9 @@ SYNONYMS: dict[str, str] = {
     "area": "area",
     "start": "start begin proximal inlet in top",
     "end": "end distal outlet out bottom bot",
-    "node": "node vertex",
-    "": "vessel segment branch edge artery id no nr number index name label mean average avg inner lumen internal "
-    "cross sectional section arc path",
+    "node": "node vertex n",
+    "": "vessel segment seg branch edge artery id no nr number index name label mean average avg inner lumen internal "
+    "cross sectional section arc path curve centerline equivalent",
 }
 """The words that are known of each part of a title; those of the last row say nothing more."""
 
@@ -29,6 +29,7 @@ _COLUMNS = {
     "area": "area", "radius start": "radius start", "end radius": "radius end", "diameter start": "diameter start",
     "diameter end": "diameter end", "radius sd": "radius_sd", "sd taper": "taper_sd", "source": "source",
     "target": "target", "start": "source", "end": "target", "node start": "source", "end node": "target",
+    "node parent": "source", "daughter node": "target",
     "node source": "source", "node target": "target", "from node": "source", "node to": "target", "src": "node 1",
     "node src": "node 1", "1 node": "node 1", "u": "node 1", "dst": "node 2", "dst node": "node 2",
     "2 node": "node 2", "v": "node 2",
@@ -45,9 +46,9 @@ TOPOLOGIES = (("parent",), ("from", "to"), ("source", "target"), ("node 1", "nod
 
 UNDERSTOOD = note_kind("network.columns", "columns were read as {columns}")
 
-_PARTS = {word: part for part, words in SYNONYMS.items() for word in words.split()}
+_CONCEPTS = {word: concept for concept, words in SYNONYMS.items() for word in words.split()}
 _NAMES = ("vessel", "segment", "branch", "edge", "artery", "id", "name", "label", "no", "nr")
-_JOINED = "|".join(sorted((word for word in [*_PARTS, "upstream"] if len(word) > 1), key=len, reverse=True))
+_JOINED = "|".join(sorted((word for word in [*_CONCEPTS, "upstream"] if len(word) > 1), key=len, reverse=True))
 _BRANCH_DISTANCE = ("branch distance", "branchdistance")  # skan's length along a branch
 _VOXELS = ("px", "pixel", "pixels", "voxel", "voxels", "vox")
 _NO_RADIUS = {
@@ -64,19 +65,19 @@ def canonical_title(title: str) -> tuple[str, str]:
     if " ".join(words) in _BRANCH_DISTANCE:
         return "length", unit
     words = [piece for word in words for piece in _pieces(word)]
-    parts = sorted(part for word in words if (part := _PARTS.get(word, word)))
-    if "daughter" in parts and set(parts) <= {"daughter", "left", "right", "first", "second", "1", "2", "3"}:
+    concepts = sorted(concept for word in words if (concept := _CONCEPTS.get(word, word)))
+    if "daughter" in concepts and set(concepts) <= {"daughter", "left", "right", "first", "second", "1", "2", "3"}:
         name = "daughters"
     else:
-        name = _COLUMNS.get(" ".join(parts), "")
-    if not parts and any(word in _NAMES for word in words):
+        name = _COLUMNS.get(" ".join(concepts), "")
+    if not concepts and any(word in _NAMES for word in words):
         name = "name"
     return (name, unit) if name else (title, "")
 
 
 def _pieces(word: str) -> list[str]:
     """Return the known words and numbers that a word is made of, as ``node1id``; itself, if it is not."""
-    if word in _PARTS or not re.fullmatch(rf"(?:{_JOINED}|\d+)+", word):
+    if word in _CONCEPTS or not re.fullmatch(rf"(?:{_JOINED}|\d+)+", word):
         return [word]
     return re.findall(rf"{_JOINED}|\d+", word)
 
