@@ -102,7 +102,7 @@ def _plain(unit: str) -> str:
         ("volts", "v"),
     ):
         text = text.replace(written, plain)
-    for written, plain in (("cc", "cm3"), ("microl", "ul"), ("micron", "um")):
+    for written, plain in (("cc", "cm3"), ("microl", "ul"), ("microns", "um"), ("micron", "um")):
         if text.startswith(written):
             text = plain + text[len(written) :]
     return text

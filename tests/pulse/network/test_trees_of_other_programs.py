@@ -62,6 +62,14 @@ TABLES = {
                           lambda n, p, length, r, a, b: f"{a},{b},{10 * length},{20 * r}"),
     "areas": ("Segment,Parent,Length (mm),Area (mm²)",
               lambda n, p, length, r, a, b: f"{n},{p},{10 * length},{100 * math.pi * r * r!r}"),
+    "numbers-and-strokes": ("Vessel No.;Parent No.;Length/mm;Radius/mm",
+                            lambda n, p, length, r, a, b: f"{n};{p};{10 * length};{10 * r}"),
+    "words-without-blanks": ("segmentID,parentID,segmentLength_mm,segmentDiameter_mm",
+                             lambda n, p, length, r, a, b: f"{n},{p or 0},{10 * length},{20 * r}"),
+    "top-and-bottom": ("Artery,Parent,L (cm),r_top (cm),r_bot (cm)",
+                       lambda n, p, length, r, a, b: f"{n},{p},{length},{1.05 * r},{0.95 * r}"),
+    "units-in-words": ("edge_id,node_start,node_end,Length in microns,Radius in mm",
+                       lambda n, p, length, r, a, b: f"{n},{a},{b},{1e4 * length},{10 * r}"),
     "two-diameters": ("name,parent,length_cm,proximal_diameter_cm,distal_diameter_cm",
                       lambda n, p, length, r, a, b: f"{n},{p},{length},{2.1 * r},{1.9 * r}"),
     "edges-the-other-way": ("node1,node2,length [mm],radius [mm]",
@@ -98,6 +106,12 @@ def test_columns_without_a_unit_are_asked_for_it_and_read_in_the_unit_that_is_ty
     assert shape(read(path, "mm")[0]) == expected()
     with pytest.raises(InputError, match="says the unit of its lengths itself"):
         vw.read_network(written(tmp_path / "mm.csv", *TABLES["source-and-target"]), "um")
+
+
+def test_areas_in_the_square_of_the_unit_that_is_typed_are_radii(tmp_path):
+    path = written(tmp_path / "a.csv", "name,mother,length,cross-sectional area",
+                   lambda n, p, length, r, a, b: f"{n},{p or 0},{10 * length},{100 * math.pi * r * r!r}")  # fmt: skip
+    assert shape(read(path, "mm")[0]) == expected()
 
 
 def test_a_count_of_voxels_is_no_unit(tmp_path):

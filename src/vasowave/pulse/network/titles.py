@@ -9,32 +9,32 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, note_kind
 from vasowave.base.io.columns import Columns
 
-SYNONYMS: dict[str, tuple[str, ...]] = {
-    "name": ("name", "vessel", "vessel id", "vessel name", "segment", "segment id", "segment name", "branch",
-             "branch id", "branch name", "id", "label", "edge", "edge id"),
-    "parent": ("parent", "parent id", "parent name", "parent vessel", "parent vessel id", "parent segment",
-               "parent segment id", "parent branch", "parent branch id", "mother", "mother id", "mother vessel",
-               "mother segment", "father", "father id", "upstream vessel", "upstream segment"),
-    "source": ("source", "source node", "from node", "start node", "begin node", "proximal node", "inlet node",
-               "upstream node", "tail"),
-    "target": ("target", "target node", "to node", "end node", "distal node", "outlet node", "downstream node", "head"),
-    "node 1": ("node 1", "node1", "node1id", "node1 id", "node a", "node id src", "src", "vertex 1", "n1"),
-    "node 2": ("node 2", "node2", "node2id", "node2 id", "node b", "node id dst", "dst", "vertex 2", "n2"),
-    "length": ("length", "l", "branch length", "branch distance", "segment length", "vessel length", "edge length"),
-    "radius": ("radius", "r", "r0", "mean radius", "radius mean", "avg radius", "average radius", "radius avg",
-               "avgradiusavg", "vessel radius", "segment radius", "branch radius"),
-    "diameter": ("diameter", "d", "d0", "mean diameter", "diameter mean", "avg diameter", "average diameter",
-                 "diameter avg", "vessel diameter", "vessel d", "segment diameter", "branch diameter"),
-    "area": ("area", "mean area", "cross sectional area", "cross section area", "cross section", "lumen area",
-             "sectional area", "avgcrosssection"),
-    "radius start": ("radius start", "start radius", "proximal radius", "inlet radius", "radius in"),
-    "radius end": ("radius end", "end radius", "distal radius", "outlet radius", "radius out"),
-    "diameter start": ("diameter start", "start diameter", "proximal diameter", "inlet diameter", "diameter in"),
-    "diameter end": ("diameter end", "end diameter", "distal diameter", "outlet diameter", "diameter out"),
-    "radius_sd": ("radius sd", "sd radius", "std radius", "radius std"),
-    "taper_sd": ("taper sd",),
+SYNONYMS: dict[str, str] = {
+    "parent": "parent mother father",
+    "daughter": "daughter daughters child children",
+    "length": "length len l",
+    "radius": "radius rad r r0",
+    "diameter": "diameter diam d d0",
+    "area": "area",
+    "start": "start begin proximal inlet in top",
+    "end": "end distal outlet out bottom bot",
+    "node": "node vertex n",
+    "": "vessel segment seg branch edge artery id no nr number index name label mean average avg inner lumen internal "
+    "cross sectional section arc path curve centerline equivalent",
+}
+"""The words that are known of each part of a title; those of the last row say nothing more."""
+
+_COLUMNS = {
+    "parent": "parent", "upstream": "parent", "length": "length", "radius": "radius", "diameter": "diameter",
+    "area": "area", "radius start": "radius start", "end radius": "radius end", "diameter start": "diameter start",
+    "diameter end": "diameter end", "radius sd": "radius_sd", "sd taper": "taper_sd", "source": "source",
+    "target": "target", "start": "source", "end": "target", "node start": "source", "end node": "target",
+    "node parent": "source", "daughter node": "target",
+    "node source": "source", "node target": "target", "from node": "source", "node to": "target", "src": "node 1",
+    "node src": "node 1", "1 node": "node 1", "u": "node 1", "dst": "node 2", "dst node": "node 2",
+    "2 node": "node 2", "v": "node 2",
 }  # fmt: skip
-"""The titles that are known of each column, without unit, signs and capitals: nothing else is read as it.
+"""What columns are called here, by the parts of their titles in the order of the alphabet.
 
 Of pairs of nodes, ``from`` and ``to`` are the way of the blood, ``source`` and ``target`` are if they make one, and
 ``node 1`` and ``node 2`` are not.
@@ -46,8 +46,10 @@ TOPOLOGIES = (("parent",), ("from", "to"), ("source", "target"), ("node 1", "nod
 
 UNDERSTOOD = note_kind("network.columns", "columns were read as {columns}")
 
-_BY_TITLE = {title: name for name, titles in SYNONYMS.items() for title in titles}
-_DAUGHTER = re.compile(r"((left|right|first|second) )?(daughter|child)( ?(id )?\d)?|daughters|children")
+_CONCEPTS = {word: concept for concept, words in SYNONYMS.items() for word in words.split()}
+_NAMES = ("vessel", "segment", "branch", "edge", "artery", "id", "name", "label", "no", "nr")
+_JOINED = "|".join(sorted((word for word in [*_CONCEPTS, "upstream"] if len(word) > 1), key=len, reverse=True))
+_BRANCH_DISTANCE = ("branch distance", "branchdistance")  # skan's length along a branch
 _VOXELS = ("px", "pixel", "pixels", "voxel", "voxels", "vox")
 _NO_RADIUS = {
     "mean pixel value": "the mean of the image that skan was given; it is a radius if that was a map of distances, in "
@@ -59,9 +61,25 @@ def canonical_title(title: str) -> tuple[str, str]:
     """Return what a column is called here by its title without a unit in brackets, and the unit at the title's end."""
     words = plain_words(title).split()
     unit = words.pop() if len(words) > 1 and is_size_unit(words[-1]) else ""
-    plain = " ".join(words)
-    name = "daughters" if _DAUGHTER.fullmatch(plain) else _BY_TITLE.get(plain, "")
+    words = words[:-1] if unit and words[-1] == "in" and len(words) > 1 else words
+    if " ".join(words) in _BRANCH_DISTANCE:
+        return "length", unit
+    words = [piece for word in words for piece in _pieces(word)]
+    concepts = sorted(concept for word in words if (concept := _CONCEPTS.get(word, word)))
+    if "daughter" in concepts and set(concepts) <= {"daughter", "left", "right", "first", "second", "1", "2", "3"}:
+        name = "daughters"
+    else:
+        name = _COLUMNS.get(" ".join(concepts), "")
+    if not concepts and any(word in _NAMES for word in words):
+        name = "name"
     return (name, unit) if name else (title, "")
+
+
+def _pieces(word: str) -> list[str]:
+    """Return the known words and numbers that a word is made of, as ``node1id``; itself, if it is not."""
+    if word in _CONCEPTS or not re.fullmatch(rf"(?:{_JOINED}|\d+)+", word):
+        return [word]
+    return re.findall(rf"{_JOINED}|\d+", word)
 
 
 def plain_words(title: str) -> str:
@@ -91,26 +109,19 @@ def understood(table: Columns) -> tuple[Columns, list[Finding]]:
     readings = [
         f"'{title.strip()}' → {name}{f' in {unit}' if unit else ''}"
         for title, name, unit in zip(table.titles, names, column_units, strict=True)
-        if name in (*SYNONYMS, "from", "to", "daughters")
+        if name in (*_COLUMNS.values(), "name", "from", "to", "daughters")
     ]
     return renamed, [UNDERSTOOD(columns=", ".join(readings))] if tuple(names) != table.names else []
 
 
 def _choose_name(table: Columns, names: list[str]) -> None:
-    """Leave one column that is the name: that which holds all parents, or the first by `SYNONYMS`."""
+    """Leave one column that is the name: that which holds all parents, or the first."""
     candidates = [column for column, name in enumerate(names) if name == "name"]
     if len(candidates) < 2 or len({table.names[column] for column in candidates}) < len(candidates):
         return
     referring = [column for column, name in enumerate(names) if name in ("parent", "daughters")]
     references = {row[column] for row in table.cells for column in referring}
-    order = SYNONYMS["name"]
-
-    def rank(column: int) -> tuple[int, int]:
-        plain = plain_words(table.names[column])
-        missing = references - {row[column] for row in table.cells}
-        return len(missing), order.index(plain) if plain in order else len(order)
-
-    best = min(candidates, key=rank)
+    best = min(candidates, key=lambda column: len(references - {row[column] for row in table.cells}))
     for column in candidates:
         if column != best:
             names[column] = "second name" if table.names[column] == "name" else table.names[column]

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,13 +15,10 @@ from vasowave.base.io.files import write_file
 from vasowave.base.io.layout import head_of, is_row, separator_of, split_cells
 from vasowave.base.io.textfile import read_lines
 from vasowave.base.units import CANONICAL
-from vasowave.pulse.network.edge_list import directed_from_root
-from vasowave.pulse.network.graph import numbered
 from vasowave.pulse.network.network import Network, image_pressure
 from vasowave.pulse.network.remarks import UNUSED
 from vasowave.pulse.network.titles import canonical_title, require_width, topology_of, understood
-
-_NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
+from vasowave.pulse.network.topology import joined_vessels
 
 _END = "radius end"
 _WIDTHS = ("area", "radius start", _END, "diameter start", "diameter end")
@@ -80,36 +76,6 @@ def _commented_titles(path: Path, texts: Sequence[str]) -> tuple[str, ...]:
     return titles if len(titles) == width else ()
 
 
-def read_vessel_table(path: str | Path, scale: float | None = None) -> tuple[Network, list[Finding]]:
-    """Read a network from CSV, TSV or Excel, and why it may not be whole.
-
-    Columns: ``name, parent, length [cm], radius [cm], radius_sd [cm], taper [cm/cm], taper_sd [cm/cm], pressure [mmHg],
-    vessels, outlets``; where vessels form loops or have several inlets, ``from, to`` in place of ``parent``, and
-    ``inlets`` beside ``outlets``.
-
-    The root's parent is empty. ``from`` and ``to`` name the nodes in which a vessel begins and ends, in any words;
-    vessels with a node in common meet there. Sizes and pressure may be in any unit that the header names. The pressure
-    is that of the image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and
-    ``taper_sd`` are those of `Network`; their columns may be left out, and their cells be empty. In place of a taper,
-    ``radius end`` may hold the radius at the outlet: ``radius`` is then that at the inlet. ``diameter`` may stand in
-    place of ``radius``. Other columns are not used, and named.
-
-    Raises
-    ------
-    InputError
-        As `Network`, with the line of the file; also for a missing column, a missing unit, one of another quantity,
-        pressures that differ, tapers or topology that are given twice.
-
-    Returns
-    -------
-    network : Network
-    found : list of Finding
-        What looks like lost rows: other numbers than the columns ``vessels``, ``outlets`` and ``inlets`` say, a vessel
-        with one daughter, a last line without an end. Columns that are not used.
-    """
-    return network_of(vessel_columns(path), scale)
-
-
 def recognized(table: Columns) -> tuple[Columns, list[Finding]]:
     """Return a table with our titles and how its own were read; `InputError` unless it has what a network needs."""
     table, findings = understood(table)
@@ -124,7 +90,34 @@ def recognized(table: Columns) -> tuple[Columns, list[Finding]]:
 
 
 def network_of(table: Columns, scale: float | None = None) -> tuple[Network, list[Finding]]:
-    """Return the network of a table, and what is to be known of it, as `read_vessel_table`."""
+    """Return the network of a table, with titles as in `SYNONYMS`, and why it may not be whole.
+
+    `scale` turns lengths without a unit into cm; without it, every column of sizes must have one.
+
+    Columns: ``name, parent, length [cm], radius [cm], radius_sd [cm], taper [cm/cm], taper_sd [cm/cm], pressure [mmHg],
+    vessels, outlets``; where vessels form loops or have several inlets, ``from, to`` in place of ``parent``, and
+    ``inlets`` beside ``outlets``.
+
+    The root's parent is empty. ``from`` and ``to`` name the nodes in which a vessel begins and ends, in any words;
+    vessels with a node in common meet there. Sizes and pressure may be in any unit that the header names. The pressure
+    is that of the image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and
+    ``taper_sd`` are those of `Network`; their columns may be left out, and their cells be empty. In place of a taper,
+    ``radius end`` may hold the radius at the outlet: ``radius`` is then that at the inlet. ``diameter`` may stand in
+    place of ``radius``, as may ``area``. Other columns are not used, and named.
+
+    Raises
+    ------
+    InputError
+        As `Network`, with the line of the file; also for a missing column, a missing unit, one of another quantity,
+        pressures that differ, tapers or topology that are given twice.
+
+    Returns
+    -------
+    network : Network
+    found : list of Finding
+        What looks like lost rows: other numbers than the columns ``vessels``, ``outlets`` and ``inlets`` say, a vessel
+        with one daughter, a last line without an end. Columns that are not used.
+    """
     table, findings = recognized(table)
 
     def where(row: int) -> str:
@@ -143,7 +136,7 @@ def network_of(table: Columns, scale: float | None = None) -> tuple[Network, lis
         with np.errstate(divide="ignore"):  # a length of zero is refused by its line
             taper = (radius - end) / length
         radius = np.where(np.isnan(end), radius, 0.5 * (radius + end))
-    parent, nodes, rooting = _topology(table, names, radius, where)
+    parent, nodes, rooting = joined_vessels(table, names, radius, where)
     network = Network(
         tuple(names), parent, length, radius, where, _pressure_in(table, where), spread, taper, taper_sd, nodes
     )
@@ -269,59 +262,3 @@ def _pressure_in(table: Columns, where: Callable[[int], str]) -> float:
         return image_pressure(float(values[0]))
     except InputError as error:
         raise InputError(f"{where(0)}: {error}") from None
-
-
-def _topology(
-    table: Columns, names: Sequence[str], radius: np.ndarray, where: Callable[[int], str]
-) -> tuple[np.ndarray | None, np.ndarray | None, list[Finding]]:
-    """Return rows of the parents, or numbers of the nodes, and where blood was taken to enter."""
-    topology = topology_of(table.names)
-    if topology == ("parent",) and "from" in table.names and "to" in table.names:
-        raise InputError(f"{table.source}: both 'parent' and 'from', 'to' say what joins the vessels; keep one of them")
-    if topology == ("daughters",):
-        return np.array(_parent_rows(names, _parents_by_daughters(table, names, where), where)), None, []
-    if topology == ("parent",):
-        parents = [row[table.require("parent")] for row in table.cells]
-        return np.array(_parent_rows(names, parents, where)), None, []
-    columns = [table.require(title) for title in topology]
-    ends = [[row[column].strip() for column in columns] for row in table.cells]
-    empty = next((row for row, pair in enumerate(ends) if not all(pair)), None)
-    if empty is not None:
-        raise InputError(
-            f"{where(empty)} (vessel '{names[empty]}'): no node in '{topology[0]}' or '{topology[1]}'; every vessel "
-            "has two"
-        )
-    if topology == ("from", "to"):
-        return None, numbered(ends), []
-    return None, *directed_from_root(ends, radius, where, directed=topology == ("source", "target"))
-
-
-def _parents_by_daughters(table: Columns, names: Sequence[str], where: Callable[[int], str]) -> list[str]:
-    """Return the name of every vessel's parent by the columns that name its daughters."""
-    rows, parents = {name: row for row, name in enumerate(names)}, [""] * len(names)
-    columns = [column for column, name in enumerate(table.names) if name == "daughters"]
-    for row, cells in enumerate(table.cells):
-        for cell in (cells[column].strip() for column in columns):
-            for daughter in [cell] if cell in rows else re.split(r"[\s;,|]+", cell):
-                if daughter in rows and parents[rows[daughter]]:
-                    raise InputError(f"{where(row)}: '{daughter}' is a daughter of two; write nodes, 'from' and 'to'")
-                if daughter in rows:
-                    parents[rows[daughter]] = names[row]
-                elif daughter.lower() not in ("", *_NO_PARENT):
-                    raise InputError(f"{where(row)}: daughter '{daughter}' is not in the table")
-    return parents
-
-
-def _parent_rows(names: Sequence[str], parents: Sequence[str], where: Callable[[int], str]) -> list[int]:
-    rows = {name: row for row, name in enumerate(names)}
-    numbers = []
-    for row, parent in enumerate(parents):
-        if parent not in rows and parent.lower() in ("", *_NO_PARENT):
-            numbers.append(-1)
-            continue
-        if parent not in rows:
-            twice = next((name for name in names if names.count(name) > 1), None)
-            hint = f"; '{twice}' stands there twice, is one of them it?" if twice else did_you_mean(parent, rows)
-            raise InputError(f"{where(row)} (vessel '{names[row]}'): parent '{parent}' is not in the table{hint}")
-        numbers.append(rows[parent])
-    return numbers

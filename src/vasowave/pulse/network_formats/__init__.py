@@ -33,8 +33,7 @@ class NetworkFormat(Format):
     Attributes
     ----------
     read : callable
-        Takes a path and what lengths are multiplied by, None where the file says its unit. Returns the network, and
-        what of it was left out or is odd.
+        Takes a path and what lengths are multiplied by. Returns the network, and what of it was left out or is odd.
     has_unit : bool or callable
         Whether the files say in which unit their lengths are, or what tells it of a path.
     """
@@ -56,11 +55,14 @@ def table_format(
 ) -> NetworkFormat:  # fmt: skip
     """Return the format of files whose content is a table of vessels, which `columns_of` a path returns."""
 
-    def read(path: Path, scale: float | None) -> tuple[Network, list[Finding]]:
-        network, findings = network_of(columns_of(path), scale)
+    def read(path: Path, scale: float) -> tuple[Network, list[Finding]]:
+        network, findings = network_of(columns_of(path), None if has_unit(path) else scale)
         return network, [*findings, *remarks]
 
-    return NetworkFormat(name, title, suffixes, sniff, read, lambda path: says_unit(recognized(columns_of(path))[0]))
+    def has_unit(path: Path) -> bool:
+        return says_unit(recognized(columns_of(path))[0])
+
+    return NetworkFormat(name, title, suffixes, sniff, read, has_unit)
 
 
 NETWORKS.register(
@@ -91,7 +93,7 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     Parameters
     ----------
     path : path
-        A table (CSV, TSV, Excel) as of `read_vessel_table`, by the titles that `SYNONYMS` lists; GraphML; a spatial
+        A table (CSV, TSV, Excel) as of `network_of`, by the titles that `SYNONYMS` lists; GraphML; a spatial
         graph of Amira or Avizo (ASCII); a MATLAB file with ``dim_mat`` and ``ves_conn``; ``Dimensions.txt`` or
         ``connectivity.txt``, which lie in one folder; the input of svOneDSolver or svZeroDSolver; FirstBlood's table of
         edges.
@@ -101,14 +103,14 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     Raises
     ------
     InputError
-        As `Network` and `read_vessel_table`; a file that does not say its unit, if none is given, and one that does,
+        As `Network` and `network_of`; a file that does not say its unit, if none is given, and one that does,
         if one is; edges without a direction that close a loop.
 
     Warns
     -----
     VasowaveWarning
         How columns with other titles were read; where blood is taken to enter edges without a direction; what a network
-        cannot hold of the file; sizes that look like another unit; see `read_vessel_table`.
+        cannot hold of the file; sizes that look like another unit; see `network_of`.
 
     Examples
     --------
@@ -130,7 +132,7 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
         raise InputError(f"{path}: says the unit of its lengths itself; leave out the unit '{unit}'")
     if not has_unit and unit is None:
         raise InputError(unit_wanted(path, form))
-    network, findings = form.read(path, scale_of(unit) if unit is not None else None)
+    network, findings = form.read(path, scale_of(unit) if unit is not None else 1.0)
     for finding in (*findings, *implausible_sizes(network)):
         warn(finding.at(str(path)))
     return network

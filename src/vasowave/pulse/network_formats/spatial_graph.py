@@ -1,7 +1,6 @@
 """Spatial graphs of Amira and Avizo (.am, ASCII): vessels as edges with points, and a radius at each point."""
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -22,12 +21,8 @@ _THICKNESS = "thickness"
 """What Amira's skeletons call the distance from each point to the wall: a radius."""
 
 
-@dataclass(frozen=True)
-class SpatialGraph:
-    """The arrays of a file, by the kind of what they belong to and their name, and the unit of length that it says."""
-
-    arrays: dict[tuple[str, str], np.ndarray]
-    unit: str
+Arrays = dict[tuple[str, str], np.ndarray]
+"""The arrays of a file, by the kind of what they belong to and their name."""
 
 
 def is_spatial_graph(path: Path, start: bytes) -> bool:
@@ -44,7 +39,7 @@ def spatial_graph_columns(path: Path) -> Columns:
     InputError
         A binary file, one that is cut off, or one without radii.
     """
-    graph = read_spatial_graph(path)
+    graph, unit = read_spatial_graph(path)
     nodes = _array(path, graph, "EDGE", _CONNECTIVITY).astype(int)
     counts = _array(path, graph, "EDGE", _POINTS_OF_EDGE).astype(int).ravel()
     points = _array(path, graph, "POINT", _POINTS)
@@ -59,15 +54,15 @@ def spatial_graph_columns(path: Path) -> Columns:
         width = float(np.average(middle, weights=step if kind == "POINT" and step.any() else None))
         cells.append((*map(str, nodes[row].tolist()), repr(float(step.sum())), repr(width)))
     width_name = canonical_title(title)[0] if title.lower() != _THICKNESS else "radius"
-    names, units = ("node 1", "node 2", "length", width_name), ("", "", graph.unit, graph.unit)
-    suffix = f" in {graph.unit}" if graph.unit else ""
+    names, units = ("node 1", "node 2", "length", width_name), ("", "", unit, unit)
+    suffix = f" in {unit}" if unit else ""
     remark = UNDERSTOOD(columns=f"'{title}' ({kind}) → {width_name}{suffix}, '{_POINTS}' → length{suffix}")
     lines = tuple(range(1, len(cells) + 1))
     return Columns(str(path), names, units, tuple(cells), lines, (remark,), names, "edge")
 
 
-def read_spatial_graph(path: Path) -> SpatialGraph:
-    """Read the arrays of vertices, edges and points of an ASCII file."""
+def read_spatial_graph(path: Path) -> tuple[Arrays, str]:
+    """Return the arrays of an ASCII file, and the unit of length that it says, which may be empty."""
     if b"BINARY" in read_start(path, 200).upper():
         raise InputError(f"{path}: is saved in binary; save it as 'Amira ASCII'")
     text = "\n".join(line for block in read_lines(path) for line in block.texts)
@@ -85,25 +80,25 @@ def read_spatial_graph(path: Path) -> SpatialGraph:
             raise InputError(f"{path}: {len(numbers)} finite numbers of {name} where {size} belong; was it cut off?")
         arrays[kind, name] = numbers.reshape(-1, int(width or 1))
     unit = (match[1] if (match := _UNIT.search(header)) else "").strip()
-    return SpatialGraph(arrays, unit if is_of(unit, "length") else "")
+    return arrays, unit if is_of(unit, "length") else ""
 
 
-def _array(path: Path, graph: SpatialGraph, kind: str, name: str) -> np.ndarray:
-    if (kind, name) not in graph.arrays:
-        names = ", ".join(f"{name} ({kind})" for kind, name in graph.arrays) or "none"
+def _array(path: Path, graph: Arrays, kind: str, name: str) -> np.ndarray:
+    if (kind, name) not in graph:
+        names = ", ".join(f"{name} ({kind})" for kind, name in graph) or "none"
         raise InputError(f"{path}: no {name} of {kind}, as spatial graphs have it; its arrays: {names}")
-    return graph.arrays[kind, name]
+    return graph[kind, name]
 
 
-def _width(path: Path, graph: SpatialGraph) -> tuple[tuple[str, str], np.ndarray]:
+def _width(path: Path, graph: Arrays) -> tuple[tuple[str, str], np.ndarray]:
     """Return kind and name of the array that says how wide vessels are, and its values; those at points first."""
-    widths = [(kind, name) for kind in ("POINT", "EDGE") for holder, name in graph.arrays
+    widths = [(kind, name) for kind in ("POINT", "EDGE") for holder, name in graph
              if holder == kind and (canonical_title(name)[0] in ("radius", "diameter") or name.lower() == _THICKNESS)
-             and graph.arrays[kind, name].shape[1] == 1]  # fmt: skip
+             and graph[kind, name].shape[1] == 1]  # fmt: skip
     if not widths:
-        names = ", ".join(name for _, name in graph.arrays)
+        names = ", ".join(name for _, name in graph)
         raise InputError(f"{path}: no radius, diameter or thickness at its points or edges; its arrays: {names}")
-    return widths[0], graph.arrays[widths[0]].ravel()
+    return widths[0], graph[widths[0]].ravel()
 
 
 NETWORKS.register(
