@@ -41,10 +41,10 @@ def set_stretch(workplace: Workplace, animal: Name, start: Time | None = None, e
 @action("set-zero")
 def set_zero(workplace: Workplace, animal: Name, start: Time | None = None, end: Time | None = None) -> str:
     """Take the mean pressure of a stretch for the transducer's zero; without a stretch, none."""
-    row, _ = row_of(workplace.desk, animal)
+    row, study = row_of(workplace.desk, animal)
     if start is None or end is None:
         return set_cells(workplace, animal, {"zero [mmHg]": ""})
-    read = mean_between(workplace.recordings.opened(row).traces, "pressure", start, end)
+    read = mean_between(workplace.recordings.opened(row, study).traces, "pressure", start, end)
     return set_cells(workplace, animal, {"zero [mmHg]": f"{read:.4g}"})
 
 
@@ -54,11 +54,11 @@ def set_gain(
     end: Time | None = None, known: Annotated[float, Gt(0)] | None = None,
 ) -> str:  # fmt: skip
     """Say what the mean of a stretch was known to be, mmHg or ml/s: a point of calibration; without one, none."""
-    row, _ = row_of(workplace.desk, animal)
+    row, study = row_of(workplace.desk, animal)
     title = f"{signal} gain [1]"
     if start is None or end is None or known is None:
         return set_cells(workplace, animal, {title: ""})
-    read = mean_between(workplace.recordings.opened(row).traces, signal, start, end)
+    read = mean_between(workplace.recordings.opened(row, study).traces, signal, start, end)
     above = read - row.calibration[0 if signal == "pressure" else 3]
     if not (above if signal == "pressure" else abs(above)) > _MIN_SHARE * abs(read):  # a probe may be mounted backward
         raise InputError(f"the {signal} that was read here, {above:.3g} above zero, is not above the zero; "
