@@ -29,7 +29,7 @@ def is_spike2_text(start: bytes) -> bool:
     return start[:64].decode(encoding, errors="replace").lstrip().startswith('"INFORMATION"')
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Section:
     """A channel while it is read: what its head says, and its stretches, each with start and interval, s."""
 
