@@ -54,7 +54,7 @@ def test_all_slips_are_named_at_once_with_line_column_and_nearest_key():
     )
     assert sorted(said(text)) == [
         "study.yaml, line 1, column 1: unknown key 'speces' (did you mean 'species'?); known here: "
-        "title, animals, species, groups, image_pressure, catheter, practice, averaging, calibration, "
+        "title, animals, species, site, groups, image_pressure, catheter, practice, averaging, calibration, "
         "radius_scale_sd, length_scale_sd, k_sd, taper_sd, image_pressure_sd, flow_gain_sd, flow_delay_sd, zero_sd, "
         "flow_zero_sd, pressure_lag_sd, pressure_inertia_sd, flow_lag_sd, pressure_gain_sd, "
         "viscosity_sd, model_selection, noise_models, waves_at, inference, blood, numerics, design, report",

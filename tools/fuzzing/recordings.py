@@ -40,7 +40,7 @@ def labchart_text(path: Path) -> None:
 def clock_table(path: Path) -> None:
     """Write a recorder's table: prose, titles, units, times of day, decimal commas."""
     head = "Recorder 4.3\nSampling;1000 Hz\n\nTime;PAP;Flow;Event\nhh:mm:ss,ms;mmHg;ml/s;\n"
-    cells = (f"10:42:{7 + t:06.3f};{p:.4f};{q:.5f};{'wash' * (t == 0.5)}\n"
+    cells = (f"10:42:{7 + t:06.3f};{p:.4f};{q:.5f};{'wash' * bool(t == 0.5)}\n"
              for t, p, q in zip(TIME, SIGNALS["pressure"], SIGNALS["flow"], strict=True))  # fmt: skip
     path.write_text(head + "".join(cells).replace(".", ","))
 

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 _TIME = (
     r"(?:(?P<hours>\d{1,3}):)?(?P<minutes>\d{1,5}):(?P<seconds>\d{1,2})(?:[.,:](?P<fraction>\d{1,9}))?"
@@ -33,28 +32,23 @@ def is_date(cell: str) -> bool:
     return _DAY.fullmatch(bare(cell)) is not None
 
 
-@dataclass
 class Clock:
-    """A column of times of day, and perhaps one of dates beside it, read row by row as seconds since the first row.
+    """A column of times of day, and perhaps one of dates, read row by row as seconds since the first row.
 
-    Attributes
+    Parameters
     ----------
     column : int
     dates : int, optional
         Column of the dates. Only a change of them counts: nobody needs to know whether the day or the month is first.
-    digits : int
-        Decimals of the seconds.
-    start : float, optional
-        Time of day of the first row, s.
     """
 
-    column: int
-    dates: int | None = None
-    digits: int = 0
-    start: float | None = None
-    _last: float = 0.0
-    _days: int = 0
-    _date: str = field(default="", repr=False)
+    def __init__(self, column: int, dates: int | None = None) -> None:
+        self.column, self.dates = column, dates
+        self.start: float | None = None
+        """Time of day of the first row, s."""
+        self.digits = 0
+        """Decimals of the seconds."""
+        self._last, self._days, self._date = 0.0, 0, ""
 
     def look_at(self, cells: Sequence[str]) -> "Clock":
         """Return the clock with the decimals that these cells of its column have."""

@@ -66,7 +66,7 @@ class Head(NamedTuple):
     program: str = ""
 
 
-@dataclass
+@dataclass(frozen=True)
 class RowLayout:
     """How the rows of a table become rows of numbers: seconds of its clock first, then the columns of numbers."""
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from vasowave.base.findings import look_kind
 from vasowave.catheter.signals.gaps import Span, free_between, gaps_in, longest_between
+from vasowave.catheter.signals.plateaus import find_plateaus
 from vasowave.catheter.signals.raw import MIN_DURATION_S, RawRecording
 
 
@@ -23,12 +24,15 @@ class DampedRules:
         Of the usual pulse, below which there is none. A wedged balloon leaves less than a third.
     min_share : float
         Of the recording: less of it is left to the rejection of beats.
+    max_zero : float
+        mmHg; a transducer that rests below it was open to air, which tells its zero and is no damped pulse.
     """
 
     window_beats: float = 2.0
     typical_quantile: float = 0.8
     low_share: float = 0.35
     min_share: float = 0.15
+    max_zero: float = 4.0
 
 
 RULES = DampedRules()
@@ -57,6 +61,10 @@ def with_pulse(raw: RawRecording, slowest: float, rules: DampedRules = RULES) ->
     spans = {
         name: _without_pulse(getattr(raw, name), raw.sampling_rate, window, rules) for name in ("pressure", "flow")
     }
+    zeros = [plateau for plateau in find_plateaus(raw) if abs(plateau.level) < rules.max_zero]
+    spans["pressure"] = [
+        span for span in spans["pressure"] if not any(_shared(span, raw.origin, *p[:2]) for p in zeros)
+    ]
     low = [span for of_signal in spans.values() for span in of_signal]
     free = free_between(low, 0.0, raw.duration)
     share = 1.0 - sum(span.end - span.start for span in free) / raw.duration
@@ -71,6 +79,12 @@ def with_pulse(raw: RawRecording, slowest: float, rules: DampedRules = RULES) ->
         start=start, end=end,
     )  # fmt: skip
     return raw.alone(start, end, finding)
+
+
+def _shared(span: Span, origin: float, start: float, end: float) -> bool:
+    """Whether a stretch is mostly that from `start` to `end`, s since the start of the recording."""
+    common = min(span.end + origin, end) - max(span.start + origin, start)
+    return common > 0.5 * (span.end - span.start)
 
 
 def _without_pulse(values: np.ndarray, rate: float, window: int, rules: DampedRules) -> list[Span]:

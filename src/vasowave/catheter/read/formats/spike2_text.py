@@ -7,11 +7,19 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.base.errors import InputError
+from vasowave.base.findings import Finding, look_kind
+from vasowave.base.io.layout import is_number
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import Progress, read_lines
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
-from vasowave.catheter.signals.channels import Block, Channel
+from vasowave.catheter.signals.channels import CUT_OFF, Block, Channel
 
+_MAX_RATE_DIFFERENCE = 0.01  # between the summary, which is rounded, and the interval of a channel
+UNEQUAL = look_kind(
+    "recording.unequal-channels",
+    "'{title}' has {count} samples, another channel at its rate {usual}: lines may be missing, or doubled",
+    "Export the file again, all channels over one stretch.",
+)
 _MAX_SAMPLES = 1 << 28  # of a channel with its gaps
 
 
@@ -21,7 +29,7 @@ def is_spike2_text(start: bytes) -> bool:
     return start[:64].decode(encoding, errors="replace").lstrip().startswith('"INFORMATION"')
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Section:
     """A channel while it is read: what its head says, and its stretches, each with start and interval, s."""
 
@@ -41,7 +49,11 @@ def read_spike2_text(path: Path, progress: Progress | None = None) -> list[Block
     """
     summary: dict[str, list[str]] = {}
     sections: list[_Section] = []
+    cut = False
     for lines in read_lines(path, progress):
+        cut = lines.cut
+        if cut:
+            break  # nobody knows whether the last digit was written
         for line, text in enumerate(lines.texts, lines.first):
             cells = [cell.strip().strip('"').strip() for cell in text.split("\t")]
             if any(cells):
@@ -51,7 +63,20 @@ def read_spike2_text(path: Path, progress: Progress | None = None) -> list[Block
         raise InputError(
             f"{path}: a text export of Spike2 without a waveform; tick the waveform channels and export it"
         )
-    return [Block(tuple(channels), program="Spike2")]
+    return [Block(tuple(channels), (), (*([CUT_OFF(what="it")] if cut else []), *_unequal(channels)), "Spike2")]
+
+
+def _unequal(channels: Sequence[Channel]) -> list[Finding]:
+    """Return a finding for every channel that has not as many samples as the longest at its rate."""
+    longest: dict[float, int] = {}
+    for channel in channels:
+        rate = channel.sampling_rate
+        longest[rate] = max(longest.get(rate, 0), len(channel.values))
+    return [
+        UNEQUAL(title=channel.title, count=len(channel.values), usual=longest[channel.sampling_rate])
+        for channel in channels
+        if len(channel.values) < longest[channel.sampling_rate]
+    ]
 
 
 def _take(place: str, cells: Sequence[str], summary: dict[str, list[str]], sections: list[_Section]) -> None:
@@ -84,6 +109,9 @@ def _channel(path: Path, section: _Section, summary: dict[str, list[str]]) -> Ch
     row = summary.get(section.number, ["", "", *(cells[0] for cells in section.head[2:4])])
     title, unit = (*row[2:4], "", "")[:2]
     place = f"{path}, channel '{title}'"
+    stated = float(row[4]) if len(row) > 4 and is_number(row[4]) else 0.0
+    if stated > 0 and abs(stated * interval - 1.0) > _MAX_RATE_DIFFERENCE:
+        raise InputError(f"{place}: {1 / interval:.6g} samples/s, and the summary says {stated:.6g}; export it again")
     starts = [round((start - first) / interval) for start, _, _ in section.stretches]
     count = max(start + len(values) for start, (_, _, values) in zip(starts, section.stretches, strict=True))
     if min(starts) < 0 or not count <= _MAX_SAMPLES or any(step != interval for _, step, _ in section.stretches):
