@@ -8,8 +8,7 @@ import pytest
 import wrapped_volumes as wrapped
 from vasowave.base import InputError
 from vasowave.base.findings import FindingWarning
-from vasowave.lung import Volume, extract, look, read_volume
-from vasowave.lung.places import parse_voxel, voxel_text
+from vasowave.lung import Volume, extract, look, parse_voxel, read_volume, voxel_text
 from vasowave.lung.read import read_labels
 
 

@@ -19,7 +19,9 @@ from vasowave.lung.places import Frame as Frame
 from vasowave.lung.places import parse_place as parse_place
 from vasowave.lung.places import parse_places as parse_places
 from vasowave.lung.places import parse_region as parse_region
+from vasowave.lung.places import parse_voxel as parse_voxel
 from vasowave.lung.places import read_places as read_places
+from vasowave.lung.places import voxel_text as voxel_text
 from vasowave.lung.places import written as written
 from vasowave.lung.read.files import read_volume as read_volume
 from vasowave.lung.read.itk import write_volume as write_volume

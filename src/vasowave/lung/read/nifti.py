@@ -85,6 +85,8 @@ def _header(path: Path) -> bytes:
 
 def _frames(header: bytes) -> list[np.ndarray]:
     """Return the transforms from voxels i, j, k to places that a header names, shape (3, 4): qform, sform."""
+    if _size(header)[1] == 348 and not header.startswith((b"n+1", b"ni1"), 344):
+        return []  # Analyze, which has no transforms
     codes, affine = _field(header, "codes"), np.reshape(_field(header, "affine"), (3, 4))
     b, c, d = _field(header, "turn")
     (side,), first, sizes = _field(header, "side"), _field(header, "first"), np.array(_field(header, "sizes"))
