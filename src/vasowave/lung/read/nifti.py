@@ -72,7 +72,7 @@ def read_nifti(path: Path) -> Image:
     frames, corners = _frames(header), np.eye(4) * [*_field(header, "dim")[1:4], 1]
     corners[:3, 3] = 1
     shift = np.abs((frames[0] - frames[-1]) @ corners.T).max() if frames else 0.0
-    if shift <= 0.5 * min(_field(header, "sizes")):
+    if not 0 < min(_field(header, "sizes")) < 2 * shift:  # without sizes there is no qform
         return image
     used = "sform" if _field(header, "codes")[1] == _SCANNER else "qform"
     return image._replace(findings=(TWO_FRAMES(used=used),))
