@@ -5,7 +5,7 @@ steep and small where it is flat: the noise at a level is the slope of the scale
 sections of one vessel at the same place of the section, so neither the wall nor the vessel's axis counts as noise.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -74,9 +74,7 @@ def corrected(volume: Volume, pairs: tuple[tuple[float, float], ...]) -> Volume:
     measured, linear = np.array(pairs).T
     slope = np.diff(linear) / np.diff(measured)
     segment = np.clip(np.searchsorted(measured, volume.grey, side="right") - 1, 0, len(slope) - 1)
-    return Volume(
-        linear[segment] + slope[segment] * (volume.grey - measured[segment]), volume.spacing, volume.origin, volume.axes
-    )
+    return replace(volume, grey=linear[segment] + slope[segment] * (volume.grey - measured[segment]))
 
 
 def grey_scale(tree: Tree, volume: Volume) -> GreyScale | None:

@@ -52,8 +52,10 @@ def surveyed(folder: Path) -> Survey:
             survey.volumes.append(path)
         elif name.endswith(SIDECARS):
             survey.texts.append(path)
-        elif path.suffix.lower() not in DATA:
+        else:
             survey.unlike.append(path)
+    if survey.volumes:  # whose voxels these are
+        survey.unlike[:] = [path for path in survey.unlike if path.suffix.lower() not in (*DATA, ".zraw")]
     return survey
 
 
@@ -61,6 +63,8 @@ def is_dicom(path: Path) -> bool:
     """Whether a file is DICOM by its ending or its first bytes."""
     if path.suffix.lower() in _DICOM_ENDINGS:
         return True
+    if path.suffix.lower() in PICTURES:
+        return False
     start = read_start(path, 132)
     has_ending = bool(re.fullmatch(r"\.[A-Za-z]\w{1,5}", path.suffix))
     return start[128:] == b"DICM" or (not has_ending and start.startswith(_DICOM_STARTS))

@@ -72,7 +72,7 @@ def read_nifti(path: Path) -> Image:
     frames, corners = _frames(header), np.eye(4) * [*_field(header, "dim")[1:4], 1]
     corners[:3, 3] = 1
     shift = np.abs((frames[0] - frames[-1]) @ corners.T).max() if frames else 0.0
-    if shift <= 0.5 * min(_field(header, "sizes")):
+    if not 0 < min(_field(header, "sizes")) < 2 * shift:  # without sizes there is no qform
         return image
     used = "sform" if _field(header, "codes")[1] == _SCANNER else "qform"
     return image._replace(findings=(TWO_FRAMES(used=used),))
@@ -85,6 +85,8 @@ def _header(path: Path) -> bytes:
 
 def _frames(header: bytes) -> list[np.ndarray]:
     """Return the transforms from voxels i, j, k to places that a header names, shape (3, 4): qform, sform."""
+    if _size(header)[1] == 348 and not header.startswith((b"n+1", b"ni1"), 344):
+        return []  # Analyze, which has no transforms
     codes, affine = _field(header, "codes"), np.reshape(_field(header, "affine"), (3, 4))
     b, c, d = _field(header, "turn")
     (side,), first, sizes = _field(header, "side"), _field(header, "first"), np.array(_field(header, "sizes"))
