@@ -73,7 +73,7 @@ class StepArguments(NamedTuple):
     state: SlotStates
     scheme: Scheme
     half: HalfStep
-    records: StepRecords | RecordChanges
+    records: StepRecords
 
 
 class Tangent(NamedTuple):
@@ -92,3 +92,4 @@ class Tangent(NamedTuple):
     lines: EndSlopes
     at_nodes: EndChanges
     faces: Faces  # changes in one direction
+    records: RecordChanges

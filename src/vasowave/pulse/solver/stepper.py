@@ -76,6 +76,11 @@ class Stepper:
         """What was seen at the root's inlet at every step of the last cycle, shape (kind, step); see `Run`."""
         return np.ascontiguousarray(self.watched_waves[:, :, 0])
 
+    @property
+    def records(self) -> StepRecords:
+        """Where a cycle is recorded."""
+        return StepRecords(self.watched, self.watched_waves, self.stations, self.cells)
+
     def allows(self, state: State) -> bool:
         """Whether all areas lie within the wall law."""
         cells = self.scheme.cells
@@ -85,8 +90,7 @@ class Stepper:
         """Run one cycle; the waveforms of the last one stay in `stations` and `cells`."""
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
         report = np.zeros(cycles.REPORT)
-        records = StepRecords(self.watched, self.watched_waves, self.stations, self.cells)
-        step = StepArguments(self.inflow, SlotStates(area, flow, memory), self.scheme, self.half, records)
+        step = StepArguments(self.inflow, SlotStates(area, flow, memory), self.scheme, self.half, self.records)
         cycles.cycle_kernel(type(self.grid.wall), tuple(map(type, self.terms)))(step, self.terms, report)
         self._check(report, State(area, flow, memory))
         self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)

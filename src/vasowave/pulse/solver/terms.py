@@ -30,6 +30,7 @@ A single term may replace how nodes are balanced: ``prepare``, ``solve``, ``wors
 
 import sys
 from collections.abc import Callable, Iterator
+from functools import cache
 from inspect import isfunction
 from types import ModuleType
 from typing import Any
@@ -47,13 +48,19 @@ def with_modules_of(kinds: Kinds, *modules: ModuleType) -> tuple[ModuleType, ...
     return tuple(dict.fromkeys((*modules, *(sys.modules[kind.__module__] for kind in kinds))))
 
 
+@cache
+def _compiled(method: Callable[..., Any]) -> Any:
+    """Return a method, compiled once for all kernels in which it is called with the same types."""
+    return njit(**JOINED)(method)
+
+
 def _methods(name: str, kinds: Kinds) -> Iterator[tuple[int, bool, Any]]:
     """Go through the terms that have a method: their place, whether their base has it, and the method, compiled."""
     for place, kind in enumerate(kinds):
         of_base = not isfunction(getattr(kind, name, None))  # a field may have the name of a method
         method = getattr(kind.__annotations__.get("base") if of_base else kind, name, None)
         if isfunction(method):
-            yield place, of_base, njit(**JOINED)(method)
+            yield place, of_base, _compiled(method)
 
 
 def _called(place: int, of_base: bool, method: Any) -> Callable[..., Any]:

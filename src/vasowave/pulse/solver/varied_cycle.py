@@ -49,11 +49,11 @@ def _compiled(kinds: Kinds) -> Any:
     @njit(**WHOLE)
     def advance_changes(step, terms, tangent):
         """Run a cycle from its state and the changes of it, which become those of its end."""
-        inflow, (area, flow, memory), scheme, half, records = step
+        inflow, (area, flow, memory), scheme, half, _ = step
         vessels, cells, face_cells, ends, (wall, face_wall, end_wall), fluid, outlet = scheme
         cell_fluxes, faces, fluxes, nodes = half
         (dA, dq), shifted, outlets, in_slots, in_faces, in_ends, cell_slopes, slopes = tangent[:8]
-        to_faces, to_cells, lines, at_nodes, changes = tangent[8:]
+        to_faces, to_cells, lines, at_nodes, changes, records = tangent[8:]
         face_dA, face_dq, before = changes.area, changes.flow, outlets.before
         begin(terms, step, 0)
         for n in range(len(inflow)):

@@ -39,6 +39,9 @@ class VariedStepper:
         self.weights = _weights(directions, run.grid.places)
         changed = int(self.weights[0].rows.max())
         self.terms = tuple(self._tangent_of(term, directions, rows) for term in self.stepper.terms)
+        watched = np.asarray(faces, dtype=np.uintp)
+        waves = np.zeros((len(run.at_inlet), len(directions), run.steps, len(watched)))
+        self.records = RecordChanges(watched, waves, np.zeros((len(directions), run.steps)))
         self.tangent = Tangent(
             Faces(run.end.area, run.end.flow),
             Walls(*map(_beside, scheme.walls)),
@@ -53,10 +56,8 @@ class VariedStepper:
             _ones(EndSlopes, [*15 * [(count,)], *2 * [(rows, count)], (nodes,)]),
             _ones(EndChanges, [*3 * [(count,)], *2 * [(nodes,)]]),
             Faces(*np.zeros((2, slots))),
+            self.records,
         )
-        watched = np.asarray(faces, dtype=np.uintp)
-        waves = np.zeros((len(run.at_inlet), len(directions), run.steps, len(watched)))
-        self.records = RecordChanges(watched, waves, np.zeros((len(directions), run.steps)))
 
     def _tangent_of(self, term: Any, directions: Sequence[Direction], rows: int) -> Any:
         """Return the tangent of a term in these directions."""
@@ -107,7 +108,7 @@ class VariedStepper:
         changes = [scale.change(row) for row in x]
         changed = SlotStates(*(np.array([getattr(change, name) for change in changes]) for name in SlotStates._fields))
         at_start = SlotStates(state.area, state.flow, state.memory)
-        step = StepArguments(stepper.inflow, at_start, stepper.scheme, stepper.half, self.records)
+        step = StepArguments(stepper.inflow, at_start, stepper.scheme, stepper.half, stepper.records)
         kernel = varied_cycle_kernel(type(stepper.grid.wall), tuple(map(type, self.terms)))
         outlets = self.tangent.outlets._replace(memory=changed.memory)
         kernel(step, self.terms, self.tangent._replace(changed=Faces(*changed[:2]), outlets=outlets))

@@ -271,7 +271,7 @@ class ViscousTangent(NamedTuple):
 
     def record_changes(self, step, tangent, n, d):
         """Keep the changes of the viscous pressure."""
-        records = step.records
+        records = tangent.records
         for i in range(len(records.watched)):
             records.waves[2, d, n, i] = self.at_faces[records.watched[i]]
 
