@@ -109,14 +109,18 @@ FAULTS = [
     Fault(
         "discharge of vessels alone",
         "pulse/solver/discharge.py",
-        (("slow & (beds.poles.imag", "0 * slow & (beds.poles.imag"), ("np.stack([slow,", "np.stack([0 * slow > 0,")),
+        (("(-beds.poles.real * period < _GONE) & (beds", "(beds.poles.real > 0) & (beds"),),
     ),
-    Fault("discharge into nothing", "pulse/solver/discharge.py", (("into[0] = -1.0 / C_v", "into[0] = -2.0 / C_v"),)),
+    Fault(
+        "discharge into nothing",
+        "pulse/solver/relaxation.py",
+        (("weight / (z + modes.softness * adm", "weight / (z + 2 * modes.softness * adm"),),
+    ),
     Fault("discharge not awaited", PERIODIC, ((" + to_come(change - weights @ combined[0])", ""),)),
     Fault(
         "solver's samples are those of steps",
         "pulse/solver/result.py",
-        (("else resample(signal, samples)", "else signal[:samples]"),),
+        (("= resample(signal[window], samples)", "= signal[window][:samples]"),),
     ),
     Fault(
         "solver takes more steps than allowed",
