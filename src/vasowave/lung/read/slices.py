@@ -42,7 +42,9 @@ def read_slices(folder: Path) -> Image:
         )
     texts = [read_fields(path) for path in survey.texts]
     size = voxel_size_in(texts, folder)
-    spacing, provenance = (UNSIZED, "neither slices nor texts beside them say it") if size is None else size
+    spacing, provenance = (
+        (UNSIZED, "no slice holds a size of voxels, and no text beside them") if size is None else size
+    )
     findings = [*dict.fromkeys(finding for picture in pictures for finding in picture.findings)]
     if stack.singles:
         names = ", ".join(path.name for path in stack.singles)
