@@ -24,6 +24,7 @@ def test_settings_that_an_earlier_version_stored_are_read_and_lead_to_the_same_k
     study = StudyFile(**EARLIER["dump"])
     said = json.loads(json.dumps(asdict(study)))
     assert said.pop("design") == json.loads(json.dumps(asdict(vw.Design())))  # which it did not know of
+    assert said.pop("site") == "pulmonary artery"  # nor of others
     assert said["calibration"].pop("viscous") is None  # nor of this
     assert said["report"].pop("lung_sd") is None  # nor of this
     assert said["calibration"].pop("enters") is None  # nor of this

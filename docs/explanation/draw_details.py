@@ -1,6 +1,7 @@
 """Draw figures of the reference pages, named like functions below, as SVG: `python draw_details.py wedge`."""
 
 import sys
+import warnings
 from dataclasses import replace
 
 import draw
@@ -10,6 +11,7 @@ from draw import fitted, known
 from scipy.stats import t as student
 
 import vasowave as vw
+from vasowave.catheter import synthetic_raw_recording
 from vasowave.catheter.check import Catheter
 from vasowave.pulse.analysis import operating_point
 from vasowave.pulse.cycle import harmonic_errors
@@ -330,6 +332,21 @@ def ringing():
     axes[1].set(xlabel="frequency [Hz]", ylabel="recorded over true [1]", ylim=(0, None))
     for ax in axes:
         label(ax)
+    return figure
+
+
+def stretch():
+    """What is averaged of a recording whose catheter wedges after six of twelve seconds."""
+    raw = synthetic_raw_recording(vw.virtual_mouse(), np.random.default_rng(1), duration=12.0).raw
+    wedged = np.where(raw.time < 6.0, raw.pressure, 8.0 + 0.03 * (raw.pressure - raw.pressure.mean()))
+    with warnings.catch_warnings(record=True):
+        cut = vw.average_beats(replace(raw, pressure=wedged)).beats
+    used = (raw.time >= cut[0].start) & (raw.time <= cut[-1].end)
+    figure, ax = panels(1)
+    ax.plot(raw.time, wedged, color="0.6", lw=0.6, label="recorded")
+    ax.plot(raw.time[used], wedged[used], color="black", lw=0.6, label="cut into beats")
+    ax.set(xlabel="time [s]", ylabel="pressure [mmHg]", xlim=(0, 12))
+    label(ax, loc="upper right")
     return figure
 
 

@@ -23,7 +23,7 @@ def test_columns_stand_below_each_other_and_a_sampling_that_failed_is_not_to_be_
     made = made_posterior("linear", -12.345, 57.0)
     diagnostics = made.diagnostics._replace(k_hat=k_hat, even=0.1)
     notes = (OTHER(text="the wall is stiff"),)
-    fit._say(replace(made, summary=table, diagnostics=diagnostics, findings=notes))
+    fit._print_posterior(replace(made, summary=table, diagnostics=diagnostics, findings=notes))
     said = capsys.readouterr().out
     assert said.splitlines()[:3] == [
         "      median  95 % interval   prior 95 %  unit",

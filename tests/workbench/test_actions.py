@@ -560,11 +560,11 @@ def test_a_stretch_out_of_memory_is_the_stretch_that_is_read(study):
     plan = read_study(study)
     for start, end in ((None, None), (1.0, 7.0), (0.4, 8.9), (2.5, 7.25)):
         row = replace(plan.animals[0], start=start, end=end)
-        ours, read = recordings.opened(row).beats(row, plan, ()).raw, read_stretch(row)
+        ours, read = recordings.opened(row, plan).beats(row, plan, ()).raw, read_stretch(row)
         pairs = zip((ours, *ours.beside), (read, *read.beside), strict=True)
         assert all(np.array_equal(one.pressure, other.pressure) and np.array_equal(one.flow, other.flow)
                    and one.origin == other.origin for one, other in pairs)  # fmt: skip
         assert ours.notes == read.notes
     row = replace(plan.animals[0], start=2.0, end=99.0)
     with pytest.raises(InputError, match="does not lie in"):
-        recordings.opened(row).beats(row, plan, ())
+        recordings.opened(row, plan).beats(row, plan, ())

@@ -39,7 +39,7 @@ def table(folder, rows, header=HEADER):
         ("1,2\n3,4\n", r"no header; the first line must read: name, parent, length \[cm\], radius \[cm\]"),
         ("name,parent,length [mmHg],radius [cm]\na,,1,1\n", "column 'length'.*mmHg"),
         ("name,parent,length [cm],radius\na,,1,1\n", "column 'radius' has no unit"),
-        ("name,parent,length_mm,radius_mmHg\na,,4,1\n", r"write 'radius_mmhg' as 'radius \[mmhg\]'"),
+        ("name,parent,length_mm,radius_mmHg\na,,4,1\n", "'mmHg' is not a unit of length"),
         ("gefäß,eltern,länge,radius\na,,1,1\n", r"no column 'name'; .*gefäß.*the titles name, parent, length \[cm\]"),
         ("name,parent,length [mm],diameter [mm],radius [mm]\na,,4,1,0.5\n", "both 'radius' and 'diameter'"),
         ("name,from,to,parent,length [cm],radius [cm]\na,1,2,,1,0.1\n", "both 'parent' and 'from', 'to' say"),

@@ -240,7 +240,7 @@ def test_an_interrupted_fit_ends_the_fits_and_keeps_those_before_it():
     class Interrupted(dict):
         """Kept searches whose second law is interrupted before it begins."""
 
-        def of(self, wall, starts):
+        def searches(self, wall, starts):
             if wall == "tangent":
                 raise KeyboardInterrupt
             return self

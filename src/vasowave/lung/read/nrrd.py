@@ -38,6 +38,8 @@ def check_nrrd(path: Path) -> Contents:
         raise InputError(f"{path}: not an image that can be read: its header has no end; truncated?")
     holder = data_file(path, name) if name else path
     count = _require_voxels(path, fields, holder, 0 if name else end)
+    if int(fields["dimension"]) < 3:
+        raise InputError(f"{path}: not a three-dimensional grey-level image; export a 3D volume")
     size = (fields.get("spacedirections") or fields.get("spacings") or "none").lower()
     words = re.findall(r"\([^)]*\)|[^\s()]+", size)
     vectors = [word for word in words if not re.search("none|nan", word)]

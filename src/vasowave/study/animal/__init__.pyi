@@ -32,6 +32,7 @@ from vasowave.study.animal.reading import from_foot as from_foot
 from vasowave.study.animal.reading import impedance_error as impedance_error
 from vasowave.study.animal.result import AnimalResult as AnimalResult
 from vasowave.study.animal.result import FitPlots as FitPlots
+from vasowave.study.animal.result import check_law_names as check_law_names
 from vasowave.study.animal.result import network_dataset as network_dataset
 from vasowave.study.animal.result import network_of as network_of
 from vasowave.study.animal.signals import Station as Station
