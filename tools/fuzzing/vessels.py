@@ -22,7 +22,6 @@ from vasowave.lung.exchange import read_centerlines, read_polydata, write_center
 from vasowave.lung.revise import read_edits
 from vasowave.pulse.network import COUNTED, Network, write_network
 from vasowave.pulse.network_formats import read_network
-from vasowave.study.exchange import read_svzerod
 
 
 def tree() -> Tree:
@@ -278,6 +277,8 @@ def _without_beds(path: Path, unit: str | None) -> Network:
 
 def _circuit_model(path: Path) -> Any:
     """Read a model of svZeroDSolver; that its walls are linear is no sign of damage."""
+    from vasowave.study.exchange import read_svzerod  # where the lung is tried alone there is no study
+
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         model = read_svzerod(path)[0]
