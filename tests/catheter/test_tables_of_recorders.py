@@ -121,8 +121,34 @@ def since_1970(t, p, q, e):
     return lines(head, lambda a, b, c, d: f"{1653049200 + a:.3f},{b:.4f},{60 * c:.4f},{d:.4f}", t, p, q, e)
 
 
+def labview(t, p, q, e):
+    head = ["LabVIEW Measurement\t", "Separator\tTab", "Decimal_Separator\t.", "Time\t14:22:31.5554330",
+            "***End_of_Header***\t", "\t", "Channels\t3\t\t\t", "Y_Unit_Label\tmmHg\tml/min\tmV\t",
+            "X_Dimension\tTime\tTime\tTime\t", "Delta_X\t1.0E-3\t1.0E-3\t1.0E-3\t", "***End_of_Header***\t\t\t\t",
+            "X_Value\tPAP\tPA Flow\tECG\tComment"]  # fmt: skip
+    return lines(head, lambda a, b, c, d: f"{a:.6f}\t{b:.4f}\t{60 * c:.4f}\t{d:.4f}\t", t, p, q, e)
+
+
+def physionet_with_dates(t, p, q, e):
+    head = ["'Time and date','PAP','Flow','ECG'", "'hh:mm:ss.mmm dd/mm/yyyy','mmHg','L/min','mV'"]
+    return lines(head, lambda a, b, c, d: f"'[{clock(a)} 02/06/2021]',{b:.4f},{0.06 * c:.8f},{d:.4f}", t, p, q, e)
+
+
+def units_behind_underscores(t, p, q, e):
+    head = ["t_ms,p_Pa,q_mm3_s,ecg_mV"]
+    return lines(head, lambda a, b, c, d: f"{1e3 * a:.0f},{133.322 * b:.2f},{1e3 * c:.3f},{d:.4f}", t, p, q, e)
+
+
+def labchart_with_commas(t, p, q, e):
+    head = ["Interval=\t0,001 s", "TimeFormat=\tTimeOfDay", "DateFormat=\tdd.MM.yyyy", "ChannelTitle=\tPAP\tFlow\tECG",
+            "Range=\t10 V\t10 V\t10 V", "UnitName=\tmmHg\tml/s\tmV"]  # fmt: skip
+    rows = lines([], lambda a, b, c, d: f"{clock(a)}\t%\t{b:.4f}\t{c:.6f}\t{d:.4f}", t, p, q, e, comma=True)
+    return "\n".join([*head, rows.replace("%", "02.06.2021")])
+
+
 FORMS = (iox, notocord, ponemah, elapsed_beside_a_date, acqknowledge, wfdb, dates_apart, a_row_a_signal,
-         counted_samples, spike2, labchart_with_dates, slower_flow, since_1970)  # fmt: skip
+         counted_samples, spike2, labchart_with_dates, slower_flow, since_1970,
+         labview, physionet_with_dates, units_behind_underscores, labchart_with_commas)  # fmt: skip
 
 
 @pytest.mark.parametrize("form", FORMS)

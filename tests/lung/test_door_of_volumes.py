@@ -127,6 +127,21 @@ def test_a_log_that_counts_other_slices_and_files_that_are_no_slices_are_told(tm
     assert opened(tmp_path)[1] == ["image.left-out", "image.slices-cropped"]
 
 
+@pytest.mark.parametrize(("apart", "codes"), [(2, []), (1, ["image.slices-step"])])
+def test_slices_that_a_log_says_lie_two_voxels_apart_do_and_numbers_that_count_them_otherwise_are_told(
+    tmp_path, apart, codes
+):
+    last = f"Last Section={100 + 2 * (len(wrapped.GREY) - 1)}"
+    log = wrapped.NRECON.replace("Last Section=109", last) + "Section to Section Step=2\r\n"
+    wrapped.put(tmp_path, "lung__rec.log", log)
+    for number, level in enumerate(wrapped.GREY):
+        wrapped.pictures(tmp_path, "lung__rec%08d.bmp", [level], first=100 + apart * number)
+    volume, found = opened(tmp_path)
+    np.testing.assert_allclose(volume.spacing, [0.004, 0.002, 0.002])
+    assert "Step' of 2" in volume.provenance
+    assert found == codes
+
+
 def test_texts_that_name_two_sizes_are_refused(tmp_path):
     wrapped.zeiss_slices(tmp_path)
     wrapped.put(tmp_path, "notes.txt", "Voxel size: 25 um\n")

@@ -96,6 +96,31 @@ def test_pressure_and_flow_in_files_of_their_own_are_one_animal(tmp_path):
     assert any("p_C7.dat" in one and "flow is not among these" in one for one in added.refused)
 
 
+def test_files_of_a_type_that_nothing_reads_are_named(lab, tmp_path):
+    for name in ("old.xls", "notes.md"):
+        (tmp_path / name).write_text("x", encoding="utf-8")
+    (tmp_path / "M1.txt").write_bytes((lab / "normoxia" / "M11.txt").read_bytes())
+    new_study(tmp_path / "study")
+    said = add_files(tmp_path / "study", [tmp_path / "M1.txt", tmp_path]).said
+    assert [text for text in said if text.startswith("passed over")] == [
+        "passed over, for no reader has their type: old.xls"
+    ]
+
+
+def test_the_phases_of_a_gated_flow_may_be_numbered_beside_it(tmp_path):
+    mouse = virtual_mouse()
+    time = mouse.period * np.arange(25) / 25
+    flow = np.interp(time, mouse.time, mouse.flow)
+    rows = [f"{i + 1},{1e3 * t:.2f},{q:.5f}" for i, (t, q) in enumerate(zip(time, flow, strict=True))]
+    (tmp_path / "m_flow.csv").write_text("\n".join(["Phase,Trigger delay [ms],PA flow [ml/s]", *rows, ""]), "utf-8")
+    rows = [f"{t:.6f},{p:.4f}" for t, p in zip(mouse.time, mouse.pressure, strict=True)]
+    (tmp_path / "m_pressure.csv").write_text("\n".join(["time [s],pressure [mmHg]", *rows, ""]), "utf-8")
+    new_study(tmp_path / "study")
+    added = add_files(tmp_path / "study", sorted(tmp_path.glob("m_*.csv")))
+    assert [row["animal"] for row in added.rows] == ["m"]
+    assert not added.refused
+
+
 def test_what_nothing_tells_is_said_and_left_empty_and_what_is_no_recording_is_named(lab, tmp_path):
     study = tmp_path / "s"
     CliRunner().invoke(app, ["new", str(study)])

@@ -11,19 +11,21 @@ _DATE = (
     r"(?:\d{1,4}(?P<mark>[./-])\d{1,2}(?P=mark)\d{1,4}|\d{1,2}[ -][A-Za-z]{3,9}\.?[ -]\d{2,4}"
     r"|[A-Za-z]{3,9}\.? \d{1,2},? \d{4})"
 )
-_CLOCK = re.compile(rf"(?:(?P<date>{_DATE})(?:\s*-\s*|[ T,]\s*))?{_TIME}")
+_DATE_AFTER = _DATE.replace("mark", "mark_after")
+_CLOCK = re.compile(rf"(?:(?P<date>{_DATE})(?:\s*-\s*|[ T,]\s*))?{_TIME}(?:\s+(?P<date_after>{_DATE_AFTER}))?")
 _DAY = re.compile(_DATE)
 _DAY_S = 86400.0
 _HALF_DAY_S = 43200.0
 
 
 def bare(cell: str) -> str:
-    """Return a cell without blanks and quotation marks around it."""
-    return cell.strip().strip("'\"").strip()
+    """Return a cell without blanks and quotation marks around it, and without brackets around a time of day."""
+    text = cell.strip().strip("'\"").strip()
+    return text[1:-1].strip() if text[:1] == "[" and text[-1:] == "]" and ":" in text else text
 
 
 def is_clock(cell: str) -> bool:
-    """Whether a cell is a time of day, ``1:02:03.004 PM`` or ``02:03.004``, with or without a date before it."""
+    """Whether a cell is a time of day, ``1:02:03.004 PM`` or ``02:03.004``, with or without a date beside it."""
     return _CLOCK.fullmatch(bare(cell)) is not None
 
 
@@ -68,7 +70,11 @@ class Clock:
         if match["half"]:
             hours = hours % 12 + 12 * (match["half"][0] in "pP")
         time += 3600.0 * hours
-        date = match["date"] or (bare(cells[self.dates]) if self.dates is not None and self.dates < len(cells) else "")
+        date = (
+            match["date"]
+            or match["date_after"]
+            or (bare(cells[self.dates]) if self.dates is not None and self.dates < len(cells) else "")
+        )
         if self.start is None:
             self.start, self._date = time, date
         elif date != self._date or (not date and time < self._last - _HALF_DAY_S):

@@ -21,7 +21,11 @@ COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
 _HEADING = re.compile(r"^\s*(?P<name>.*?)\s*(?:[\[(]\s*(?P<unit>[^\])\[(]*)[\])])?\s*$")
 _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 _CLOCK_UNIT = re.compile(r"[hmsdyaHMSDYT:.,/ -]*[:.][hmsHMS:.,/ -]*|date|time|ddd+", re.IGNORECASE)
-_UNDERSCORED = re.compile(r"(?P<name>.+?)_(?P<unit>mmhg|kpa|ml_s|ml_min|l_min|ul_s|ul_min|mv)", re.IGNORECASE)
+_UNDERSCORED = re.compile(
+    r"(?P<name>.+?)_(?P<unit>mmhg|kpa|(?-i:Pa)|ml_s|ml_min|l_min|ul_s|ul_min|(?:cm|mm)3_(?:s|min)|mv"
+    r"|(?<=^t_)(?:m?s|min)|(?<=^time_)(?:m?s|min))",
+    re.IGNORECASE,
+)
 _MAX_TURNED, _MIN_TURNED = 64, 50  # rows, and cells in each, of a table with a row a signal
 _EVENT = re.compile(r"event|comment|marker|remark|note|annot|kommentar|commentaire|bemerk|ereign", re.IGNORECASE)
 _RATE = re.compile(
@@ -30,11 +34,12 @@ _RATE = re.compile(
     r"|(?:sampl\w*|acquisition)[ _-]*(?:rate|freq\w*)\W*(?P<plain>\d+(?:[.,]\d+)?)\s*(?:/ ?s\w*|samples.*)?$",
     re.IGNORECASE,
 )
+_STEP = re.compile(r"delta_x\s+([\d.,eE+-]+)(?:\s|$)", re.IGNORECASE)  # LabVIEW, s
 _PER_SAMPLE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(usec|msec|sec|min)/sample", re.IGNORECASE)
 _NUMBERED = re.compile(r"#?\s*col(?:umn)?\.?\s*(\d+)\s*[:=]\s*(.+)", re.IGNORECASE)
 _PROGRAMS = {
     "emka technologies": "emka IOX", "iox version": "emka IOX", "notocord": "Notocord-hem", "ponemah": "Ponemah",
-    "/sample": "AcqKnowledge", "labchart": "LabChart",
+    "/sample": "AcqKnowledge", "labview measurement": "LabVIEW", "labchart": "LabChart",
 }  # fmt: skip
 """What recorders write above their tables, lower case, and their names."""
 
@@ -164,10 +169,19 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
         titles = merged
     elif titles and any(map(is_numeric, titles)):
         titles = []
+    titles = _with_unit_labels(titles, texts[:data], separator)
     listed = _listed_titles(texts[:data], titles, len(list(_stripped(cells)))) or (
         [] if titles else _remarked(remarks, separator, len(cells))
     )
     return (listed or titles), bool(listed or titles)
+
+
+def _with_unit_labels(titles: Sequence[str], above: Sequence[str], separator: str | None) -> list[str]:
+    """Return titles with the units that LabVIEW writes above them, one for each column behind that of the times."""
+    rows = (text.split(separator) for text in above if text.startswith("Y_Unit_Label"))
+    labels = dict(enumerate(cell.strip() for cell in next(rows, [])))
+    return [f"{title} [{labels[i]}]" if i and units.is_unit(labels.get(i, "")) and not _has_unit(title) else title
+            for i, title in enumerate(titles)]  # fmt: skip
 
 
 def _is_count(text: str, separator: str | None) -> bool:
@@ -206,6 +220,8 @@ def _rate(remarks: Sequence[str], above: Sequence[str]) -> float | None:
         line = re.sub(r"[\t;]", " ", text)
         if match := _PER_SAMPLE.search(line):
             return scale[match[2].lower()] / max(float(match[1].replace(",", ".")), 1e-9)
+        if (match := _STEP.match(line)) and is_numeric(match[1]):
+            return 1.0 / max(float(match[1].replace(",", ".")), 1e-9)
         if match := _RATE.search(line):
             return float((match["rate"] or match["plain"]).replace(",", ".")) * (1e3 if match["k"] else 1.0) or None
     return None

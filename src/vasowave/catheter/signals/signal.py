@@ -19,6 +19,7 @@ ALIASES = {
     "tiempo": "time",
     "timestamp": "time",
     "elapsed time": "time",
+    "x_value": "time",
     "p": "pressure",
     "pap": "pressure",
     "mpap": "pressure",

@@ -18,6 +18,12 @@ LEFT_OUT = look_kind(
     "image.left-out", "{count} files of the folder are no part of the image: {names}. {remedy}",
     "Make sure that none is a slice.",
 )  # fmt: skip
+STEP = look_kind(
+    "image.slices-step",
+    "its log says that slices lie {step} voxels apart, which is used, but their numbers do not ({first}, {second}). "
+    "{remedy}",
+    "Make sure that slices were numbered anew, or give the size of a voxel with --voxel.",
+)
 CROPPED = look_kind(
     "image.slices-cropped",
     "there are slices {first} to {last}, but {source} says {wanted_first} to {wanted_last}. {remedy}",

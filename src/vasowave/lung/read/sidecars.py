@@ -1,7 +1,7 @@
 """What scanners write beside an image as text: keys, values, and among them the size of a voxel."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +38,7 @@ def read_fields(path: Path) -> dict[str, str]:
     return fields
 
 
-def voxel_size_in(texts: Iterable[Mapping[str, str]], source: Path) -> tuple[np.ndarray, str] | None:
+def voxel_size_in(texts: Sequence[Mapping[str, str]], source: Path) -> tuple[np.ndarray, str] | None:
     """Return a voxel's size, z, y, x, cm, and the keys that say it; None where none does.
 
     Raises
@@ -58,10 +58,17 @@ def voxel_size_in(texts: Iterable[Mapping[str, str]], source: Path) -> tuple[np.
             continue
         merged = _merged([size for size, _ in sizes], source)
         if np.isfinite(merged).all():
-            step = next((float(value) for key, value, _ in entries if key.endswith("section to section step")), 1.0)
+            step = section_step(texts)
             name = ", ".join(dict.fromkeys(key.rpartition("/")[2] for _, key in sizes))
-            return merged[::-1] * [step, 1, 1], f"'{name}' beside it"
+            steps = f" and its 'Section to Section Step' of {step}" if step > 1 else ""
+            return merged[::-1] * [step, 1, 1], f"'{name}' beside it{steps}"
     return None
+
+
+def section_step(texts: Sequence[Mapping[str, str]]) -> int:
+    """Return how many voxels lie between a slice and the next: NRecon may write each second one, or fewer."""
+    values = (value for fields in texts for key, value in fields.items() if key.endswith("section to section step"))
+    return next((int(value) for value in values if value.isdigit() and int(value) > 0), 1)
 
 
 def _merged(sizes: list[np.ndarray], source: Path) -> np.ndarray:

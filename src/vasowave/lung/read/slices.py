@@ -10,10 +10,10 @@ import numpy as np
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding
-from vasowave.lung.read.findings import CROPPED, FLAT_SCALE, LEFT_OUT
+from vasowave.lung.read.findings import CROPPED, FLAT_SCALE, LEFT_OUT, STEP
 from vasowave.lung.read.folder import surveyed
 from vasowave.lung.read.formats import VOLUMES, VolumeFormat
-from vasowave.lung.read.sidecars import read_fields, voxel_size_in
+from vasowave.lung.read.sidecars import read_fields, section_step, voxel_size_in
 from vasowave.lung.read.tiff import read_tiff
 from vasowave.lung.read.volume import UNSIZED, Image
 
@@ -41,7 +41,13 @@ def read_slices(folder: Path) -> Image:
             f"{folder}: {stack.files[0].name} and {stack.files[unlike].name} differ in size; keep one stack"
         )
     texts = [read_fields(path) for path in survey.texts]
-    size = voxel_size_in(texts, folder)
+    size, step = voxel_size_in(texts, folder), section_step(texts)
+    counted = stack.numbers[1] - stack.numbers[0]
+    if counted not in (1, step):
+        raise InputError(
+            f"{folder}: {stack.files[0].name} is followed by {stack.files[1].name}, and no text beside them says that "
+            "slices lie so far apart; copy all, or number them one by one and give the size of a voxel (--voxel)"
+        )
     spacing, provenance = (
         (UNSIZED, "no slice holds a size of voxels, and no text beside them") if size is None else size
     )
@@ -49,6 +55,8 @@ def read_slices(folder: Path) -> Image:
     if stack.singles:
         names = ", ".join(path.name for path in stack.singles)
         findings.append(LEFT_OUT(count=len(stack.singles), names=names))
+    if step > 1 and counted == 1:
+        findings.append(STEP(step=step, first=stack.numbers[0], second=stack.numbers[1]))
     findings += _contradictions(stack, texts, pictures[0], spacing)
     grey = np.stack([picture.grey for picture in pictures])
     return Image(grey, spacing, np.zeros(3), provenance=provenance, findings=tuple(findings))
@@ -81,10 +89,6 @@ def stack_of(folder: Path, pictures: list[Path]) -> Stack:
     if k is not None:
         problem = "slices are missing between" if steps[k] else "one number for"
         raise InputError(f"{folder}: {problem} {files[k].name} and {files[k + 1].name}; export the stack again")
-    if steps[0] > 1:
-        raise InputError(
-            f"{folder}: only each {steps[0]}th slice is there ({files[0].name}, {files[1].name}); copy all"
-        )
     return Stack(files, numbers, [path for group in groups.values() if group is not stacks[0] for path in group])
 
 
@@ -120,8 +124,10 @@ def _contradictions(stack: Stack, texts: list[dict[str, str]], first: Image, spa
     for fields in texts:
         plain = {key.rpartition("/")[2]: value for key, value in fields.items()}
         ends = [plain.get(f"{end} section", "") for end in ("first", "last")]
-        if all(end.isdigit() for end in ends) and int(ends[1]) - int(ends[0]) + 1 != len(stack.files):
-            counted = dict(zip(("wanted_first", "wanted_last"), map(int, ends), strict=True))
+        if not all(end.isdigit() for end in ends):
+            continue
+        counted = dict(zip(("wanted_first", "wanted_last"), map(int, ends), strict=True))
+        if (int(ends[1]) - int(ends[0])) // section_step([fields]) + 1 != len(stack.files):
             findings.append(CROPPED(first=stack.numbers[0], last=stack.numbers[-1], source="the log", **counted))
     scale = first.spacing[1:]
     if np.isfinite([*scale, *spacing]).all() and not np.allclose(scale, spacing[1:], rtol=5e-3):

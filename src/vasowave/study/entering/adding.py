@@ -23,7 +23,7 @@ from vasowave.study.entering.added_rows import (
     without_copies,
 )
 from vasowave.study.entering.grouping import Proposal, is_reference, parsed_groups, proposed_groups, told_group
-from vasowave.study.entering.sorting import Sorted, files_in, sort_files
+from vasowave.study.entering.sorting import Sorted, files_in, passed_over, sort_files
 from vasowave.study.entering.table import RecordingIndex, read_rows, seen_from, written_rows
 from vasowave.study.entering.template import with_groups
 from vasowave.study.folder.animals import read_row
@@ -32,6 +32,8 @@ from vasowave.study.folder.rows import FILES
 from vasowave.study.folder.settings import StudyFile
 from vasowave.study.folder.study import RESULTS
 from vasowave.study.running.reporting import ONE_BY_ONE, REPORT_FOLDER
+
+_MAX_NAMES = 4  # files named in a sentence
 
 MarksOf = dict[str, tuple[str, ...]]
 """Labels of groups in their order, and what names that belong to them hold."""
@@ -155,6 +157,7 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     touched = [entry for entry in entries if entry.old is not None]
     new, copies = without_copies([entry for entry in entries if entry.old is None], lookup)
     marks, remarks = _grouped([*new, *touched], before.rows, path, settings, options)
+    remarks += files.remarks
     serves_all = options.network is not None or not files.refused
     for entry in [*new, *touched]:
         group = entry.cells["group"] or (entry.old or {}).get("group", "")
@@ -226,6 +229,11 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
     files = files_in([*paths, *([network] if network else [])], own_files)
     block = int(cells["block"]) if cells.get("block", "").isdigit() else None
     sorted_files = sort_files(files, titles, block, site)
+    if unread := passed_over(paths, own_files):
+        names = ", ".join(unread[:_MAX_NAMES]) + (
+            f" and {surplus} more" if (surplus := len(unread) - _MAX_NAMES) > 0 else ""
+        )
+        sorted_files = sorted_files._replace(remarks=(f"passed over, for no reader has their type: {names}",))
     if not sorted_files.recordings:
         reasons = "\n".join(f"  {refusal}" for refusal in sorted_files.refused)
         hint = "; give the recordings along with them, or their whole folder" if sorted_files.networks else ""

@@ -23,6 +23,12 @@ from vasowave.catheter.signals.gaps import Span, longest_between
 from vasowave.catheter.signals.raw import MIN_DURATION_S
 from vasowave.pulse.network_formats import NETWORKS, unit_wanted
 
+_NO_DATA = frozenset({
+    ".bmp", ".dcm", ".docx", ".gif", ".htm", ".html", ".ima", ".ini", ".jpeg", ".jpg", ".json", ".log", ".md", ".mha",
+    ".mhd", ".nhdr", ".nii", ".nrrd", ".odt", ".pdf", ".png", ".pptx", ".py", ".raw", ".rtf", ".sh", ".svg", ".tif",
+    ".tiff", ".vtp", ".xml", ".yaml", ".yml", ".zip",
+})  # fmt: skip
+"""Endings of images, texts and programs, which lie beside recordings without a word."""
 _SIGNAL_WORDS = {"pressure": ("pressure", "press", "pap", "p"), "flow": ("flow", "q")}
 
 
@@ -57,6 +63,7 @@ class Sorted(NamedTuple):
     networks: tuple[Path, ...]
     recordings: tuple[Recorded, ...]
     refused: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
 
 
 def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
@@ -85,6 +92,13 @@ def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
     if not files:
         raise InputError(f"{', '.join(map(str, paths))}: no file there ends in {', '.join(sorted(suffixes))}")
     return list(files.values())
+
+
+def passed_over(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[str]:
+    """Return the names of files in the folders named whose type is neither a table's, a recorder's nor a picture's."""
+    suffixes = {*RECORDINGS.suffixes, *NETWORKS.suffixes, *_NO_DATA}
+    files = [file for path in paths if path.is_dir() for file in _walked(path, leave)]
+    return [file.name for file in files if file.suffix and file.suffix.lower() not in suffixes]
 
 
 def _walked(folder: Path, leave: Collection[Path]) -> Iterator[Path]:
@@ -227,9 +241,16 @@ def _unbroken_stretch(block: BlockDescription, choice: Choice[ChannelDescription
     return stretch if stretch.end - stretch.start >= MIN_DURATION_S else None
 
 
+def _counts(channel: ChannelDescription) -> bool:
+    """Whether a column numbers or times the phases of a gated flow."""
+    return bool(re.match(r"phase|frame|image|trigger|slice", channel.title, re.IGNORECASE)) and not (
+        channel.unit and any(units.is_of(channel.unit, quantity) for quantity in ("pressure", "flow"))
+    )
+
+
 def _half(file: Path, block: BlockDescription) -> tuple[str, str]:
     """Return whether a file holds the pressure or the flow of a cycle alone, and what its name says beside that."""
-    signals = [channel for channel in block.channels if channel.quantity != "time"]
+    signals = [channel for channel in block.channels if channel.quantity != "time" and not _counts(channel)]
     if len(signals) != 1:
         return "", ""
     words, folder = re.split(r"([^\W_]+)", file.stem), file.parent.name.casefold()

@@ -177,8 +177,9 @@ def _best(wall: str, law: LawResult) -> str:
     values = ", ".join(_parameter(data.sel(parameter=name)) for name in data["parameter"].values)
     S, count, agree = float(data["S"]), int(data["N"]), int(np.sum(data["start_agrees"].values))
     meaning = [f" {text}" for text in MARKS.removesuffix(".").split("; ") if text[0] in values]
+    agreeing = "1 start agrees" if agree == 1 else f"{agree} starts agree"
     return (
-        f"best fit, {wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {law.rmse:.3g} mmHg, {agree} starts agree"
+        f"best fit, {wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {law.rmse:.3g} mmHg, {agreeing}"
         f"{';' if meaning else ''}{','.join(meaning)}"
     )
 

@@ -57,7 +57,7 @@ def read_labchart_text(path: str | Path, progress: Progress | None = None) -> li
         if lines.cut and blocks and blocks[-1].rows is not None and not _KEY.match(lines.texts[0]):
             blocks[-1].cut = True  # nobody knows whether the row's last digit was written
             continue
-        quick = not (lines.cut or lines.hold("=") or lines.hold("#"))
+        quick = not (lines.cut or lines.hold("=") or lines.hold("#") or (blocks and blocks[-1].has_clock))
         comma = marks.comma(lines) if quick else False
         if quick and blocks and blocks[-1].add_block(lines, comma):
             continue
@@ -75,7 +75,8 @@ def _add_line(path: str | Path, blocks: "list[_TextBlock]", number: int, text: s
     if key is None and not blocks:
         raise InputError(f"{path}, line {number}: a LabChart text export starts with 'Interval='; export it again")
     if key is None:
-        numbers = text.partition("#")[0]
+        cells = text.partition("#")[0].split("\t")
+        numbers = "\t".join(cell for cell in cells if not is_date(cell.strip()))  # whose points are no decimal marks
         blocks[-1].add_row(number, text.split("\t"), marks.comma(Lines(number, [numbers])))
         return
     if key[1] == "Interval":
@@ -94,11 +95,11 @@ class _TextBlock:
         self.header: dict[str, list[str]] = {}
         self.rows: NumberRows | None = None
         self._comments: list[tuple[int, list[str]]] = []
-        self._clock = False  # the times are times of day: the interval alone counts
+        self.has_clock = False  # the times are times of day: the interval alone counts
         self.cut = False
 
     def add_block(self, lines: Lines, comma: bool) -> bool:
-        if self.rows is None or self._clock:
+        if self.rows is None or self.has_clock:
             return False
         return self.rows.add_block(lines.first, lines.texts, comma)
 
@@ -119,8 +120,8 @@ class _TextBlock:
                 raise InputError(f"{self.place}, line {line}: {len(cells)} columns under {len(titles)} channel titles")
             times = ["time"] * (len(cells) > len(titles))
             self.rows = NumberRows(self.place, [*times, *titles], "\t")
-            self._clock = bool(times) and ":" in cells[0]
-        if self._clock and len(cells) == len(self.rows.titles):
+            self.has_clock = bool(times) and ":" in cells[0]
+        if self.has_clock and len(cells) == len(self.rows.titles):
             cells[0] = ""
         self.rows.add_row(line, cells, comma)
 

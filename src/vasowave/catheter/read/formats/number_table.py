@@ -346,7 +346,7 @@ def _headerless(table: Columns) -> str:
 
 RECORDINGS.register(
     RecordingFormat(
-        "table", "table", (".csv", ".tsv", ".txt", ".dat", ".xlsx"), None,
+        "table", "table", (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tab", ".lvm", ".xlsx"), None,
         lambda path, rate, progress: [read_number_table(path, rate, progress)], cycle=read_cycle,
     )
 )  # fmt: skip
