@@ -7,7 +7,7 @@ from vasowave.base import InputError
 from vasowave.study.animal import FitPlots
 from vasowave.study.figures import PANELS, fit_panel
 
-desk = pytest.importorskip("vasowave.workbench", reason="a study alone has no workbench").figures
+desk = pytest.importorskip("vasowave.workbench.figures", reason="a study alone has no workbench")
 
 
 @pytest.fixture
