@@ -152,10 +152,10 @@ class Recordings:
 
     def opened(self, row: AnimalRow, study: Study) -> LoadedRecording:
         """Return a recording from the start of its block as it was read, gaps and all, whatever is averaged of it."""
-        about = row.recordings[0].stat()
+        states = [file.stat() for file in row.recordings]
         ignored = ("start", "end", "zero", "pressure_gain", "flow_gain", "flow_zero", "beat_edits", "group", "network",
                    "line")  # fmt: skip
-        key = (about.st_mtime_ns, about.st_size, study.settings.site,
+        key = (*((state.st_mtime_ns, state.st_size) for state in states), study.settings.site,
                tuple(str(value) for name, value in vars(row).items() if name not in ignored))  # fmt: skip
         with self._lock:
             if key not in self._opened:

@@ -34,6 +34,12 @@ def is_date(cell: str) -> bool:
     return _DAY.fullmatch(bare(cell)) is not None
 
 
+def decimals(cells: Sequence[str]) -> int:
+    """Return how many decimals the seconds of times of day have."""
+    matches = [match for cell in cells if (match := _CLOCK.fullmatch(bare(cell)))]
+    return max((len(match["fraction"] or match["late"] or "") for match in matches), default=0)
+
+
 class Clock:
     """A column of times of day, and perhaps one of dates, read row by row as seconds since the first row.
 
@@ -42,21 +48,17 @@ class Clock:
     column : int
     dates : int, optional
         Column of the dates. Only a change of them counts: nobody needs to know whether the day or the month is first.
+    digits : int
+        Decimals of the seconds; see `decimals`.
+
+    Holds state because midnight is where the time of a row falls behind that of the row before.
     """
 
-    def __init__(self, column: int, dates: int | None = None) -> None:
-        self.column, self.dates = column, dates
+    def __init__(self, column: int, dates: int | None, digits: int) -> None:
+        self.column, self.dates, self.digits = column, dates, digits
         self.start: float | None = None
         """Time of day of the first row, s."""
-        self.digits = 0
-        """Decimals of the seconds."""
         self._last, self._days, self._date = 0.0, 0, ""
-
-    def look_at(self, cells: Sequence[str]) -> "Clock":
-        """Return the clock with the decimals that these cells of its column have."""
-        matches = [match for cell in cells if (match := _CLOCK.fullmatch(bare(cell)))]
-        self.digits = max((len(match["fraction"] or match["late"] or "") for match in matches), default=0)
-        return self
 
     def seconds(self, cells: Sequence[str]) -> str:
         """Return the seconds of a row since the first one, as a number is written; empty where there is no time."""

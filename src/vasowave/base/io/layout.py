@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from vasowave.base import units
 from vasowave.base.errors import InputError
-from vasowave.base.io.clocks import Clock, bare, is_clock, is_date
+from vasowave.base.io.clocks import Clock, bare, decimals, is_clock, is_date
 
 HEAD = 100
 """Rows among which the titles of a table are looked for."""
@@ -34,7 +34,7 @@ _RATE = re.compile(
     r"|(?:sampl\w*|acquisition)[ _-]*(?:rate|freq\w*)\W*(?P<plain>\d+(?:[.,]\d+)?)\s*(?:/ ?s\w*|samples.*)?$",
     re.IGNORECASE,
 )
-_STEP = re.compile(r"delta_x\s+([\d.,eE+-]+)(?:\s|$)", re.IGNORECASE)  # LabVIEW, s
+_DELTA_X = re.compile(r"delta_x\s+([\d.,eE+-]+)(?:\s|$)", re.IGNORECASE)  # LabVIEW, s
 _PER_SAMPLE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(usec|msec|sec|min)/sample", re.IGNORECASE)
 _NUMBERED = re.compile(r"#?\s*col(?:umn)?\.?\s*(\d+)\s*[:=]\s*(.+)", re.IGNORECASE)
 _PROGRAMS = {
@@ -220,7 +220,7 @@ def _rate(remarks: Sequence[str], above: Sequence[str]) -> float | None:
         line = re.sub(r"[\t;]", " ", text)
         if match := _PER_SAMPLE.search(line):
             return scale[match[2].lower()] / max(float(match[1].replace(",", ".")), 1e-9)
-        if (match := _STEP.match(line)) and is_numeric(match[1]):
+        if (match := _DELTA_X.match(line)) and is_numeric(match[1]):
             return 1.0 / max(float(match[1].replace(",", ".")), 1e-9)
         if match := _RATE.search(line):
             return float((match["rate"] or match["plain"]).replace(",", ".")) * (1e3 if match["k"] else 1.0) or None
@@ -248,7 +248,7 @@ def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowLayout | N
         return None
     clock = None
     if clocks and not timed:
-        clock = Clock(clocks[0], dates[0] if dates else None).look_at(columns[clocks[0]])
+        clock = Clock(clocks[0], dates[0] if dates else None, decimals(columns[clocks[0]]))
     return RowLayout(width, numeric, tuple(events), clock)
 
 

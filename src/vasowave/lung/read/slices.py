@@ -42,8 +42,8 @@ def read_slices(folder: Path) -> Image:
         )
     texts = [read_fields(path) for path in survey.texts]
     size, step = voxel_size_in(texts, folder), section_step(texts)
-    counted = stack.numbers[1] - stack.numbers[0]
-    if counted not in (1, step):
+    number_step = stack.numbers[1] - stack.numbers[0]
+    if number_step not in (1, step):
         raise InputError(
             f"{folder}: {stack.files[0].name} is followed by {stack.files[1].name}, and no text beside them says that "
             "slices lie so far apart; copy all, or number them one by one and give the size of a voxel (--voxel)"
@@ -55,7 +55,7 @@ def read_slices(folder: Path) -> Image:
     if stack.singles:
         names = ", ".join(path.name for path in stack.singles)
         findings.append(LEFT_OUT(count=len(stack.singles), names=names))
-    if step > 1 and counted == 1:
+    if step > 1 and number_step == 1:
         findings.append(STEP(step=step, first=stack.numbers[0], second=stack.numbers[1]))
     findings += _contradictions(stack, texts, pictures[0], spacing)
     grey = np.stack([picture.grey for picture in pictures])
