@@ -1,6 +1,7 @@
 """One namespace of parameters: a law of ours may call a field as it likes, and a clash that is left is an error."""
 
 import pickle
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -130,5 +131,8 @@ def test_a_law_of_ours_with_a_field_k_is_fitted_sampled_and_stands_on_the_page(o
     drawn = spring.sample(draws=40, numerics=COARSE)
     assert drawn.summary.loc["spring.k", "unit"] == "mmHg"
     assert drawn.summary.loc["k", "unit"] == "1"  # the exponent along the tree
-    page = spring.report(tmp_path / "report").read_text("utf-8")
-    assert "spring.k" in page or "β" in page
+    page = spring.report(tmp_path / "report")
+    text = re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", page.read_text("utf-8")))
+    told = re.search(r"stiffness β\(0\): ([\d.]+) \[[\d.]+, [\d.]+\] mmHg \(spring wall\)", text)
+    assert told is not None
+    assert float(told[1]) == pytest.approx(float(spring.parameters.loc["spring.k", "value"]), rel=0.02)
