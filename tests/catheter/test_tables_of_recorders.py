@@ -256,6 +256,29 @@ def test_a_fast_heart_of_few_samples_a_beat_is_refused_with_their_number():
         average_beats(RawRecording(p, q, 125.0))
 
 
+@pytest.mark.parametrize(("rows", "told"), [
+    ([k for k in range(0, 100, 5) if k != 20], "line 6, column 'phase': 25 follows 15, where the others follow by 5"),
+    (range(0, 105, 5), "at phase 100, is the first of the next cycle"), (range(0, 100, 5), ""),
+])  # fmt: skip
+def test_phases_that_are_missing_are_refused_and_one_that_comes_twice_is_left_out(tmp_path, rows, told):
+    flow = [0.13 * (1.0 + np.cos(2 * np.pi * k / 100 + 1.0)) for k in rows]
+    lines_ = [f"{k},{q:.5f}" for k, q in zip(rows, flow, strict=True)]
+    (tmp_path / "q.csv").write_text("\n".join(["Phase,flow [ml/s]", *lines_, ""]), "utf-8")
+    time = 0.002 * np.arange(58)
+    pressure = [f"{t:.3f},{15 + 5 * np.sin(2 * np.pi * t / 0.116):.4f}" for t in time]
+    (tmp_path / "p.csv").write_text("\n".join(["time [s],pressure [mmHg]", *pressure, ""]), "utf-8")
+    if told.startswith("line"):
+        with pytest.raises(InputError, match=told):
+            read_recording(tmp_path / "p.csv", tmp_path / "q.csv", period=0.116)
+        return
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)  # of the waves, which are cosines
+        recording = read_recording(tmp_path / "p.csv", tmp_path / "q.csv", period=0.116)
+    assert recording.cardiac_output == pytest.approx(0.13, rel=1e-3)
+    assert any(told in str(finding) for finding in recording.notes)
+    assert ("next cycle" in "".join(map(str, recording.notes))) == bool(told)
+
+
 @pytest.mark.parametrize("phases", [20, 25])
 def test_a_gated_flow_of_few_phases_joins_a_pressure_of_many(tmp_path, phases):
     period = 0.84
@@ -303,7 +326,7 @@ def test_an_aorta_is_no_odd_pulmonary_artery_once_it_is_named(tmp_path):
     t, p, q, _ = animal(250.0, 30.0, 66.0, 96.0, 85.0)
     text = lines(["time [s],AoP [mmHg],flow [ml/s]"], lambda a, b, c: f"{a:.3f},{b:.4f},{c:.4f}", t, p, q)
     (tmp_path / "a.csv").write_text(text, "utf-8")
-    with pytest.raises(InputError, match="if it is meant: --site 'aorta'"):
+    with pytest.raises(InputError, match="if it is meant: `site: aorta` in study"):
         read_raw_recording(tmp_path / "a.csv")
     raw = read_raw_recording(tmp_path / "a.csv", site="aorta")
     average = average_beats(raw, heart_rates=SPECIES["human"].heart_rates)

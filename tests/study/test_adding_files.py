@@ -103,7 +103,7 @@ def test_files_of_a_type_that_nothing_reads_are_named(lab, tmp_path):
     new_study(tmp_path / "study")
     said = add_files(tmp_path / "study", [tmp_path / "M1.txt", tmp_path]).said
     assert [text for text in said if text.startswith("passed over")] == [
-        "passed over, for no reader has their type: old.xls"
+        "passed over, for no reader has their type (save as .xlsx or CSV): old.xls"
     ]
 
 

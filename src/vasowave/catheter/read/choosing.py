@@ -181,7 +181,8 @@ def _of_elsewhere(channels: Sequence[T], name: str, site: str) -> str:
     arteries = [
         artery for artery in (PULMONARY, *SITES) if artery != site and any(_speaks_of(c, artery) for c in passed)
     ]
-    option = f"; if it is meant: --site '{arteries[0]}'" if len(arteries) == 1 else ""
+    cure = f"`site: {arteries[0]}` in study.yaml (vasowave fit: --site '{arteries[0]}')" if len(arteries) == 1 else ""
+    option = f"; if it is meant: {cure}" if cure else ""
     titles = " and ".join(f"'{title}'" for title in passed)
     return f" ({titles} may be of another place than the {site}, by its title{option})"
 

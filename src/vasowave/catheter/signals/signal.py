@@ -24,9 +24,15 @@ ALIASES = {
     "pap": "pressure",
     "mpap": "pressure",
     "press": "pressure",
+    "druck": "pressure",
+    "pression": "pressure",
+    "presion": "pressure",
     "q": "flow",
     "flow rate": "flow",
     "flowrate": "flow",
+    "fluss": "flow",
+    "debit": "flow",
+    "flujo": "flow",
 }
 """Other titles of the columns, lower case."""
 

@@ -233,7 +233,8 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
         names = ", ".join(unread[:_MAX_NAMES]) + (
             f" and {surplus} more" if (surplus := len(unread) - _MAX_NAMES) > 0 else ""
         )
-        sorted_files = sorted_files._replace(remarks=(f"passed over, for no reader has their type: {names}",))
+        remark = f"passed over, for no reader has their type (save as .xlsx or CSV): {names}"
+        sorted_files = sorted_files._replace(remarks=(remark,))
     if not sorted_files.recordings:
         reasons = "\n".join(f"  {refusal}" for refusal in sorted_files.refused)
         hint = "; give the recordings along with them, or their whole folder" if sorted_files.networks else ""

@@ -29,7 +29,10 @@ _NO_DATA = frozenset({
     ".tiff", ".vtp", ".xml", ".yaml", ".yml", ".zip",
 })  # fmt: skip
 """Endings of images, texts and programs, which lie beside recordings without a word."""
-_SIGNAL_WORDS = {"pressure": ("pressure", "press", "pap", "p"), "flow": ("flow", "q")}
+_SIGNAL_WORDS = {
+    "pressure": ("pressure", "press", "druck", "pression", "presion", "pap", "p"),
+    "flow": ("flow", "fluss", "debit", "flujo", "q"),
+}
 
 
 class Recorded(NamedTuple):

@@ -1,5 +1,6 @@
 """A table of continuous signals: one titled column each, read block by block."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import groupby
@@ -10,7 +11,7 @@ import numpy as np
 
 from vasowave.base import units
 from vasowave.base.errors import InputError
-from vasowave.base.findings import Finding
+from vasowave.base.findings import Finding, look_kind
 from vasowave.base.io.columns import Columns, plain_title, read_columns, read_headings
 from vasowave.base.io.layout import HEAD, Head, head_of, is_numeric, is_row, remarks_above, split_cells, turned
 from vasowave.base.io.remembered import remembered
@@ -23,6 +24,11 @@ from vasowave.catheter.signals.gaps import with_gaps
 from vasowave.catheter.signals.number_rows import DecimalMark, NumberRows
 from vasowave.catheter.signals.signal import ALIASES, NAME_THE_RATE, UNIT_REPLACED, Signal, sampling, written_to
 
+PHASE_REPEATED = look_kind(
+    "recording.phase-repeated",
+    "the last row, at phase {phase:g}, is the first of the next cycle and was left out. {remedy}",
+    "If phases are counted otherwise, take their column out.",
+)
 _HEADER = "the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"
 
 
@@ -308,11 +314,40 @@ def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool, si
     named = with_time(table.names, table.units)
     column_of_time = named.index("time") if "time" in named else None
     if column_of_time is None:
-        return Signal(quantity, values, None, 0.0, table.source, places, assumed, notes)
+        count, repeated = _phases(table)
+        return Signal(quantity, values[:count], None, 0.0, table.source, places[:count], assumed, (*notes, *repeated))
     time = table.numbers(column_of_time, "time")
     quantum = written_to([row[column_of_time] for row in table.cells])
     quantum *= units.factor(table.units[column_of_time], "time")
     return Signal(quantity, values, time, quantum, table.source, places, assumed, notes)
+
+
+def _phases(table: Columns) -> tuple[int, tuple[Finding, ...]]:
+    """Return how many rows are of one cycle by a column that counts its phases, all without one, and a finding.
+
+    Raises
+    ------
+    InputError
+        Line of a phase that does not follow the one before by the step of the others.
+    """
+    column = next((i for i, name in enumerate(table.names) if re.match(r"phase|frame", name, re.IGNORECASE)), None)
+    if column is None or not all(is_numeric(row[column]) for row in table.cells):
+        return len(table.cells), ()
+    phase = np.array([float(row[column].replace(",", ".")) for row in table.cells])
+    steps = np.diff(phase)
+    step = float(np.median(steps)) if len(steps) else 0.0
+    rounding = min(written_to([row[column] for row in table.cells]), 0.5 * abs(step))
+    uneven = np.flatnonzero(np.abs(steps - step) > rounding * (1.0 + 1e-6))
+    if step and len(uneven):
+        row = int(uneven[0]) + 1
+        raise InputError(
+            f"{table.source}, line {table.lines[row]}, column '{table.names[column]}': {phase[row]:g} follows "
+            f"{phase[row - 1]:g}, where the others follow by {step:g}; fill in what is missing, or take the column out "
+            "if it does not count the phases of the cycle"
+        )
+    if phase[0] == 0 and any(np.isclose(phase[-1], cycle) for cycle in (1.0, 100.0, 360.0)):
+        return len(phase) - 1, (PHASE_REPEATED(phase=float(phase[-1])),)
+    return len(phase), ()
 
 
 def _times_first(table: Columns) -> bool:
