@@ -173,9 +173,13 @@ def spatial_graph(path: Path) -> None:
     ends, nodes = tree().lines, [(0, 1), (1, 2), (1, 3)]
     points = np.concatenate([line.points[::3] for line in ends[:3]])
     radii = np.concatenate([line.radius[::3] for line in ends[:3]])
-    arrays = [("VERTEX", "float[3] VertexCoordinates", np.zeros((4, 3))), ("EDGE", "int[2] EdgeConnectivity", nodes),
-              ("EDGE", "int NumEdgePoints", [[4]] * 3), ("POINT", "float[3] EdgePointCoordinates", points),
-              ("POINT", "float thickness", radii[:, None])]  # fmt: skip
+    arrays = [
+        ("VERTEX", "float[3] VertexCoordinates", np.zeros((4, 3))),
+        ("EDGE", "int[2] EdgeConnectivity", np.array(nodes)),
+        ("EDGE", "int NumEdgePoints", np.full((3, 1), 4)),
+        ("POINT", "float[3] EdgePointCoordinates", points),
+        ("POINT", "float thickness", radii[:, None]),
+    ]
     head = "# AmiraMesh 3D ASCII 3.0\ndefine VERTEX 4\ndefine EDGE 3\ndefine POINT 12\n"
     head += 'Parameters {\n  Units { Coordinates "mm" }\n  ContentType "HxSpatialGraph"\n}\n'
     head += "".join(f"{kind} {{ {name} }} @{place}\n" for place, (kind, name, _) in enumerate(arrays, 1))
