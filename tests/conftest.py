@@ -10,7 +10,10 @@ from zlib import crc32
 import numpy as np
 import pytest
 
+from alone import BELOW
+
 SHARED = Path(__file__).parents[1] / ".." / "shared" / "data"
+PARTS = (*BELOW, "cli", "workbench")
 
 # Where bytecode is not written, each of some hundred processes compiles everything that it imports.
 sys.dont_write_bytecode = False
@@ -20,18 +23,45 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 def pytest_collection_modifyitems(items):
     """Mark what is `fast`: all but validation, weekly and the files and tests that `slow.txt` names.
 
-    Where `VASOWAVE_TENTH` is set, keep the tests of a tenth of the files, files and tests in random order.
+    Where `VASOWAVE_SHARE` is "3/20", keep the tests of a twentieth of the files, files and tests in random order; where
+    it is "first", the first fast test of each folder.
     """
-    if tenth := os.environ.get("VASOWAVE_TENTH"):
-        items[:] = [item for item in items if crc32(item.path.name.encode()) % 10 == int(tenth)]
-        chance = random.Random(tenth)
-        place = {path: chance.random() for path in sorted({str(item.path) for item in items})}
-        items.sort(key=lambda item: (place[str(item.path)], chance.random()))
     slow = set((Path(__file__).parent / "slow.txt").read_text(encoding="utf-8").split("\n"))
     for item in items:
         names = {item.nodeid.partition("::")[0], item.nodeid.partition("[")[0]}
         if not names & slow and not any(map(item.get_closest_marker, ("validation", "weekly"))):
             item.add_marker(pytest.mark.fast)
+    share = os.environ.get("VASOWAVE_SHARE", "")
+    if share == "first":
+        items[:] = {item.path.parent: item for item in reversed(items) if item.get_closest_marker("fast")}.values()
+    elif share:
+        number, count = map(int, share.split("/"))
+        items[:] = [item for item in items if crc32(item.path.name.encode()) % count == number]
+        chance = random.Random(share)
+        place = {path: chance.random() for path in sorted({str(item.path) for item in items})}
+        items.sort(key=lambda item: (place[str(item.path)], chance.random()))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """Let nothing above a part be there while its tests run, whatever was imported for others; see `tools/alone.py`.
+
+    A file that needs more, and is skipped where that is absent, names it in ABOVE.
+    """
+    part = item.path.relative_to(Path(__file__).parent).parts[0]
+    there = {part, *BELOW.get(part, PARTS), *getattr(item.module, "ABOVE", ())}
+    absent = tuple(f"vasowave.{name}" for name in PARTS if name not in there)
+    hidden = {name: sys.modules.pop(name) for name in [*sys.modules] if name.startswith(absent)} if absent else {}
+    package = vars(sys.modules.get("vasowave", sys))
+    attributes = {name: package.pop(name) for name in PARTS if f"vasowave.{name}" in absent and name in package}
+    sys.modules.update(dict.fromkeys(absent))  # a module that is None there cannot be imported
+    try:
+        return (yield)
+    finally:
+        for name in absent:
+            del sys.modules[name]
+        sys.modules.update(hidden)
+        package.update(attributes)
 
 
 def pytest_make_parametrize_id(val, argname):

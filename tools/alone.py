@@ -1,8 +1,11 @@
-"""Try each part alone: copy it with what it stands on, run the example of its README and its tests there.
+"""Try each part alone: copy it with what it stands on, run the example of its README and tests of it there.
 
-uv run python tools/alone.py              every part, one after the other
+uv run python tools/alone.py              every part, one after the other: the first quick test of each folder
 uv run python tools/alone.py pulse        one of them
 uv run python tools/alone.py pulse -m "not validation"      its tests with options of pytest
+
+Whether any other test of a part needs what stands above, every run of the tests sees: `tests/conftest.py` takes that
+away while they run. What is seen only here: files that are missing, and what is imported as the tests are collected.
 """
 
 import os
@@ -11,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -22,7 +26,7 @@ BELOW = {
     "study": ("base", "pulse", "catheter", "lung", "cli", "__main__.py"),
 }
 """What stands below a part; the study brings its commands. The workbench stands on all, so that all tests try it."""
-SELECTION = ["-m", "fast", "-n", "2"]  # the others run with all tests
+SELECTION, FIRST_OF_EACH_FOLDER = ["-m", "fast", "-n", "0"], {"VASOWAVE_SHARE": "first"}
 
 
 def copied(part: str, folder: Path) -> Path:
@@ -46,26 +50,42 @@ def example(part: str) -> str:
     return "\n".join(blocks)
 
 
-def tried(part: str, options: list[str]) -> int:
-    """Run the example and the tests of a part where nothing above it exists; return the exit status."""
+def tried(part: str, options: list[str]) -> tuple[int, str]:
+    """Run the example and tests of a part where nothing above it exists; return the exit status and what they print."""
     with tempfile.TemporaryDirectory() as place:
         folder = copied(part, Path(place) / "project")
         (Path(place) / "shared").symlink_to(ROOT.parent / "shared")
-        environment = os.environ | {"PYTHONPATH": str(folder / "src")}
+        environment = os.environ | {"PYTHONPATH": str(folder / "src")} | ({} if options else FIRST_OF_EACH_FOLDER)
         work = folder / "work"
         work.mkdir()
-        shown = subprocess.run([sys.executable, "-c", example(part)], cwd=work, env=environment, check=False)
-        if shown.returncode:
-            return shown.returncode
-        command = [sys.executable, "-m", "pytest", "-q", "--no-header", "-p", "no:cacheprovider", f"tests/{part}"]
-        return subprocess.run([*command, *(options or SELECTION)], cwd=folder, env=environment, check=False).returncode
+        tests = [
+            "-m",
+            "pytest",
+            "-q",
+            "--no-header",
+            "-p",
+            "no:cacheprovider",
+            f"tests/{part}",
+            *(options or SELECTION),
+        ]
+        shown = f"== {part}\n"
+        for command, where in ((["-c", example(part)], work), (tests, folder)):
+            run = subprocess.run([sys.executable, *command], cwd=where, env=environment, check=False, text=True,
+                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)  # fmt: skip
+            shown += run.stdout
+            if run.returncode:
+                break
+        return run.returncode, shown
 
 
 def main(arguments: list[str]) -> int:
-    """Try the parts that are named, or all; return 1 where something fails."""
-    names = [name for name in arguments if name in BELOW]
-    options = [argument for argument in arguments if argument not in names]
-    failed = [name for name in names or BELOW if print(f"== {name}", flush=True) or tried(name, options)]
+    """Try the parts that are named, or all, two at a time; return 1 where something fails."""
+    names = [name for name in arguments if name in BELOW] or [*BELOW]
+    options, failed = [argument for argument in arguments if argument not in BELOW], []
+    with ThreadPoolExecutor(2) as both:
+        for name, (status, shown) in zip(names, both.map(lambda name: tried(name, options), names)):
+            print(shown, flush=True)
+            failed += [name] if status else []
     return print(f"alone, these fail: {', '.join(failed)}") or 1 if failed else 0
 
 

@@ -12,6 +12,7 @@ import vasowave
 
 ROOT = Path(vasowave.__file__).parent
 STUBS = sorted(ROOT.rglob("*/__init__.pyi"))
+ABOVE = {stub.relative_to(ROOT).parts[0] for stub in STUBS}
 
 
 @pytest.mark.parametrize("stub", STUBS, ids=lambda stub: ".".join(stub.parent.relative_to(ROOT).parts))

@@ -21,6 +21,7 @@ from vasowave.pulse.examples import virtual_mouse
 from vasowave.pulse.network import Network
 
 pytest.importorskip("vasowave.workbench", reason="a study alone has no workbench")
+ABOVE = ("workbench",)
 pytestmark = pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="this system does not name open files")
 STEPS = {"run": 1, "report": 40, "add": 1, "open": 1, "extract": 40}
 """Every so many calls are tried in the validation; what lies between writes one more file in the same way."""

@@ -8,6 +8,7 @@ from vasowave.study.animal import FitPlots
 from vasowave.study.figures import PANELS, fit_panel
 
 desk = pytest.importorskip("vasowave.workbench.figures", reason="a study alone has no workbench")
+ABOVE = ("workbench",)
 
 
 @pytest.fixture
