@@ -4,7 +4,7 @@ uv run python benchmarks/load.py                  10 and 100 animals: a few minu
 uv run python benchmarks/load.py 10 100 200 1000  as in docs/robustness.md
 uv run python benchmarks/load.py 3 6 --docs
 
-Six virtual mice are analyzed; every animal of a larger study has one of their stored results under its own name, and a
+Six virtual mice are analyzed, or fewer where the smallest study has fewer; every animal of a larger study has one of their stored results under its own name, and a
 recording of its own. So nothing is solved here: what is measured is to write the results, to run again where
 everything is kept, and to make the report, each in a process of its own.
 """
@@ -71,9 +71,9 @@ def write_study(folder: Path, count: int) -> Study:
     return read_study(folder)
 
 
-def solved(folder: Path) -> list:
+def solved(folder: Path, count: int) -> list:
     """Return the results of the mice that are analyzed."""
-    study = write_study(folder, SOLVED)
+    study = write_study(folder, count)
     with ThreadPoolExecutor(1) as here:
         vw.run_study(study, executor=here)
     results = vw.read_results(folder)
@@ -131,7 +131,7 @@ def main() -> int:
     arguments = parser.parse_args()
     costs: dict[str, dict[int, Cost]] = {step: {} for step in STEPS}
     with tempfile.TemporaryDirectory() as name:
-        results = solved(Path(name) / "solved")
+        results = solved(Path(name) / "solved", min(SOLVED, *arguments.counts))
         for count in arguments.counts:
             study = write_study(Path(name) / str(count), count)
             fill_store(study, results)

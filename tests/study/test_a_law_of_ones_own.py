@@ -11,6 +11,7 @@ from small_study import SETTINGS, make_study_in
 from typer.testing import CliRunner
 
 import vasowave as vw
+from own_laws import printed_law
 from vasowave.base import InputError
 from vasowave.pulse.calibration import ParameterLimits, parameter_space
 from vasowave.pulse.inference import Unknowns, posterior
@@ -20,13 +21,6 @@ from vasowave.study.report import write_report
 
 NAME, STORED = "our_laws:ExponentialWall", "exponential"
 COARSE = Numerics(cell_size=0.3, samples=64)
-PAGE = Path(__file__).parents[2] / "docs" / "walls.md"
-
-
-def printed_law() -> str:
-    """Return the program that the page on walls prints."""
-    (program,) = re.findall(r"```python\n(from typing.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
-    return program
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,6 @@
 """Columns of a lab's own in the table of animals, and a design of them: from the file to results, tables and pages."""
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -51,17 +52,46 @@ def results():
     return made_results({"CTL": 10, "HPH": 10}, walls=())
 
 
-def test_columns_of_ones_own_come_back_typed_from_results_and_stand_in_their_tables(tmp_path, results):
-    stored = run(make(tmp_path, results), results)
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory, results):
+    """Return what a run of the study stored."""
+    return run(make(tmp_path_factory.mktemp("columns"), results), results)
+
+
+@pytest.fixture
+def ran(stored, tmp_path):
+    """Return a copy of the study that was run."""
+    return read_study(shutil.copytree(stored.folder.parent, tmp_path / "ran"))
+
+
+@pytest.fixture(scope="module")
+def cohort(stored):
+    return stored.gathered(stored.in_order(), "CTL")
+
+
+@pytest.fixture(scope="module")
+def primary(cohort, stored):
+    return primary_comparison(cohort, stored.settings.report)
+
+
+@pytest.fixture(scope="module")
+def report(cohort, primary, stored):
+    return report_of(cohort, primary, stored.settings.report)
+
+
+@pytest.fixture(scope="module")
+def supplement(cohort, primary):
+    return supplement_of(cohort, primary)
+
+
+def test_columns_of_ones_own_come_back_typed_from_results_and_stand_in_their_tables(stored, supplement):
     kinds = {one.label: one.kind for one in stored.variables}
     assert kinds == {"sex": "category", "litter": "category", "mouse": "category", "time": "category",
                      "weight [g]": "number", "born": "date"}  # fmt: skip
     table = stored.table().query("quantity == 'mPAP'").set_index("animal")
     assert table.loc["CTL 3", ["sex", "mouse", "time", "born"]].tolist() == ["m", "M1", "before", "2024-03-02"]
     assert table["weight [g]"].dtype == float
-    cohort = stored.gathered(stored.in_order(), "CTL")
-    (columns,) = [one for one in supplement_of(cohort, primary_comparison(cohort, stored.settings.report)).tables()
-                  if one.name == "Columns"]  # fmt: skip
+    (columns,) = [one for one in supplement.tables() if one.name == "Columns"]
     assert columns.data["weight [g]"].tolist() == [20 + place // 2 % 4 for place in range(20)]
 
 
@@ -75,11 +105,8 @@ def test_a_change_of_such_a_column_asks_for_no_new_analysis(tmp_path, results):
     assert [animal_key(row, again.settings, again.folder) for row in again.animals] == keys
 
 
-def test_the_page_says_what_the_design_says(tmp_path, results):
-    stored = run(make(tmp_path, results), results)
-    cohort = stored.gathered(stored.in_order(), "CTL")
-    primary = primary_comparison(cohort, stored.settings.report)
-    said = dict(report_of(cohort, primary, stored.settings.report).answers())
+def test_the_page_says_what_the_design_says(stored, report, supplement):
+    said = dict(report.answers())
     assert said["How were animals compared?"] == (
         "Ratios and means of groups are adjusted for sex: they are those of groups with the same mean of it (of a "
         "category: with as many animals of each kind); animals of one "
@@ -91,13 +118,10 @@ def test_the_page_says_what_the_design_says(tmp_path, results):
     assert "between HPH and CTL" in said["Pressure and flow"] or "in HPH than in CTL" in said["Pressure and flow"]
     assert "after/before" in said["Pressure and flow"]
     assert "time after and time before on average over the groups" in said["Pressure and flow"]
-    assert (
-        report_of(cohort, primary, stored.settings.report).subtitle
-        == "20 recordings of 10 animals in 2 groups: CTL, HPH"
-    )
+    assert report.subtitle == "20 recordings of 10 animals in 2 groups: CTL, HPH"
     rows = stored.compare("HPH").table
     assert set(rows["what"]) == {"groups", "interaction"}
-    methods = " ".join(block.text for block in walk(supplement_of(cohort, primary)) if block.kind == "paragraph")
+    methods = " ".join(block.text for block in walk(supplement) if block.kind == "paragraph")
     assert "Kenward and Roger" in methods
     assert "They were not changed since." in methods
 
@@ -123,10 +147,7 @@ def test_what_is_declared_is_kept_with_its_time_and_a_later_change_is_said_in_me
     stored = run(after, results)
     assert [one.seen for one in stored.declared] == [False, True]
     assert stored.declared[1].changes(stored.declared[0]) == ["quantities"]
-    cohort = stored.gathered(stored.in_order(), "CTL")
-    supplement = supplement_of(cohort, primary_comparison(cohort, stored.settings.report))
-    methods = " ".join(block.text for block in walk(supplement) if block.kind == "paragraph")
-    assert "when results were there already: quantities." in methods
+    assert "when results were there already: quantities." in methods_of(stored)
     (tmp_path / RECORD).write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match=r"declared\.json: damaged"):
         declare(study)
@@ -155,13 +176,12 @@ def methods_of(stored):
         ),
     ],
 )
-def test_a_row_that_changes_once_results_are_there_is_said_in_methods(tmp_path, results, change, words):
-    study = make(tmp_path, results)
-    stored = run(study, results)
-    assert "Groups, family, law, design and animals were declared on" in methods_of(stored)
-    assert "They were not changed since." in methods_of(stored)
-    change(study)
-    after = read_study(tmp_path)
+def test_a_row_that_changes_once_results_are_there_is_said_in_methods(ran, supplement, results, change, words):
+    before = " ".join(block.text for block in walk(supplement) if block.kind == "paragraph")
+    assert "Groups, family, law, design and animals were declared on" in before
+    assert "They were not changed since." in before
+    change(ran)
+    after = read_study(ran.folder)
     of = {row.animal: row.group for row in after.animals}
     said = methods_of(run(after, [replace(one, group=of[one.name]) for one in results if one.name in of]))
     assert f", when results were there already: {words}" in said
@@ -402,11 +422,8 @@ def test_litters_that_the_design_does_not_name_are_told_by_check_and_on_the_page
     assert "name it under blocks" in text
 
 
-def test_the_page_says_how_often_few_animals_show_what_is_not_there(tmp_path, results):
-    stored = run(make(tmp_path, results), results)
-    cohort = stored.gathered(stored.in_order(), "CTL")
-    primary = primary_comparison(cohort, stored.settings.report)
-    text = dict(report_of(cohort, primary, stored.settings.report).answers())["How sure is this?"]
+def test_the_page_says_how_often_few_animals_show_what_is_not_there(cohort, report):
+    text = dict(report.answers())["How sure is this?"]
     layout = laid_out(cohort.design, cohort.variables, cohort.members, ["CTL", "HPH"])
     (skewed,) = [doubt for doubt in doubts_of(layout, 2) if doubt.shape is PopulationShape.SKEWED]
     low, high = (f"{100 * rate:.0f}" for rate in (min(skewed.rates), max(skewed.rates)))

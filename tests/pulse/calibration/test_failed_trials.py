@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from own_laws import Broken
+from small_tree import SMALL
 from vasowave.base import NumericalError
 from vasowave.pulse.calibration import Coordinates, Search, calibrate, parameter_space, starts
 from vasowave.pulse.examples import control_network, virtual_mouse
@@ -74,14 +75,14 @@ def test_every_place_between_the_bounds_of_the_coordinates_has_parameters(wall, 
 @pytest.mark.parametrize("method", ["least-squares", "sqp"])
 def test_a_law_that_raises_errors_beside_the_way_is_fitted_as_one_that_does_not(method, mouse, edgy):
     search = Search(starts=1, method=method)
-    rough, linear = (calibrate(control_network(), mouse, w, search=search, numerics=FAST) for w in (edgy, "linear"))
+    rough, linear = (calibrate(SMALL, mouse, w, search=search, numerics=FAST) for w in (edgy, "linear"))
     np.testing.assert_allclose(rough.parameters["value"], linear.parameters["value"], rtol=2e-3)
 
 
 @pytest.mark.validation
 def test_a_start_that_cannot_be_is_a_failed_start_with_its_reason(mouse, edgy, monkeypatch):
     monkeypatch.setattr(starts, "screened", lambda space, compared, all_of: (list(all_of), list(range(len(all_of)))))
-    fit = calibrate(control_network(), mouse, edgy, search=Search(starts=6, seed=4), numerics=FAST)
+    fit = calibrate(SMALL, mouse, edgy, search=Search(starts=6, seed=4), numerics=FAST)
     failed = fit.starts[~np.isfinite(fit.starts["S [mmHg2]"])]
     assert 0 < len(failed) < 6
     assert failed["message"].str.contains("the start cannot be simulated: .*too (?:soft|stiff)").all()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vasowave as vw
+from small_tree import SMALL
 from vasowave import pulse
 from vasowave.base import InputError, ratios
 from vasowave.pulse.calibration import POINT_HARMONIC, Objective, compared_part, parameter_space, sites_of
@@ -19,13 +20,23 @@ COARSE = vw.Numerics(cell_size=0.3, tolerance=1e-6)
 ERROR = {"pressure": 0.1, "flow": 0.002, "velocity": 0.5, "area": 2e-5, "diameter": 5e-4}
 
 
-@pytest.fixture(scope="module")
-def truth():
-    model = vw.Model(NETWORK, vw.LinearWall(70.0), vw.estimate_nominal(NETWORK, MOUSE).outlets)
+def true_in(network):
+    """Return a recording at the inlet of a network and the waves there and in the branch."""
+    model = vw.Model(network, vw.LinearWall(70.0), vw.estimate_nominal(network, MOUSE).outlets)
     run = simulate_run(model, MOUSE.inflow, vw.Numerics(samples=256))
-    waves = waves_at(run, MOUSE.inflow, Places(np.array([0, NETWORK.row(BRANCH)]), np.array([0.0, 0.5])))
+    waves = waves_at(run, MOUSE.inflow, Places(np.array([0, network.row(BRANCH)]), np.array([0.0, 0.5])))
     pressure = resample(waves.pressure[:, 0], 256) + 0.1 * np.random.default_rng(1).standard_normal(256)
     return vw.Recording(pressure, MOUSE.flow, MOUSE.period), waves
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return true_in(NETWORK)
+
+
+@pytest.fixture(scope="module")
+def small_truth():
+    return true_in(SMALL)
 
 
 def site(truth, quantity, factor=1.0, **more):
@@ -96,13 +107,13 @@ def test_errors_of_sites_are_their_own_and_those_of_their_gain(truth):
     "quantity",
     [pytest.param(one, marks=pytest.mark.validation) if one != "diameter" else one for one in ERROR],
 )
-def test_wrong_units_are_noticed_and_named(truth, quantity):
+def test_wrong_units_are_noticed_and_named(small_truth, quantity):
     known = ratios(quantity)
     pairs = sorted({round(known[one] / known[other], 12): (one, other) for one in known for other in known
                     if known[one] != known[other]}.items())  # fmt: skip
     for ratio, (one, other) in (pairs[0], pairs[-1]):
-        wrong = site(truth, quantity, ratio)
-        fit = pulse.calibrate(NETWORK, truth[0], starts=1, sites=[wrong], numerics=COARSE, pressure_harmonics=8)
+        wrong = site(small_truth, quantity, ratio)
+        fit = pulse.calibrate(SMALL, small_truth[0], starts=1, sites=[wrong], numerics=COARSE, pressure_harmonics=8)
         named = [str(each) for each in fit.findings if each.code == "fit.site-unit"]
         assert len(named) == 1, (one, other)
 
@@ -121,8 +132,9 @@ def test_without_its_only_site_a_fit_is_the_fit_that_never_knew_it():
     lengths, radii = (0.41, 0.44, 0.37, 0.24, 0.06, 0.2, 0.25), (0.047, 0.026, 0.037, 0.024, 0.015, 0.03, 0.02)
     network = vw.Network(("MPA", "LPA", "RPA", "L1", "L2", "R1", "R2"), [-1, 0, 0, 1, 1, 2, 2], lengths, radii)
     wrong = vw.Observation("pressure", "LPA", 2.0, waveform=7.5 * pressure)
-    alone = pulse.calibrate(network, lumped, "tangent", starts=4)
-    added = pulse.calibrate(network, lumped, "tangent", starts=4, sites=[wrong]).sites.isel(site=0)
+    asked = {"starts": 4, "numerics": COARSE}
+    alone = pulse.calibrate(network, lumped, "tangent", **asked)
+    added = pulse.calibrate(network, lumped, "tangent", **asked, sites=[wrong]).sites.isel(site=0)
     named = [str(name) for name in alone.parameters.index]
     without = added["value_without"].sel(quantity=named).values
     np.testing.assert_allclose(without, alone.parameters["value"].to_numpy(float), rtol=0.01)

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from made_fit import made_fit
+from small_tree import SMALL
 from vasowave.base import InputError
 from vasowave.pulse.calibration import Search
 from vasowave.pulse.cycle import resample
@@ -23,12 +24,12 @@ from vasowave.pulse.model import Numerics
 
 SHAPE_ONLY = Priors(radius_scale_sd=0, length_scale_sd=0, k_sd=0)
 """Parameters alone are drawn; the vessels' own errors are part of the likelihood."""
+COARSE, FEW = Numerics(cell_size=0.4, samples=128), Search(pressure_harmonics=16)
 
 
 @pytest.fixture(scope="module")
 def found():
-    coarse, few = Numerics(cell_size=0.4, samples=128), Search(pressure_harmonics=16)
-    return posterior(control_network(), virtual_mouse(), draws=100, numerics=coarse, search=few)
+    return posterior(control_network(), virtual_mouse(), draws=100, numerics=COARSE, search=FEW)
 
 
 def test_intervals_of_a_virtual_mouse_hold_the_truth(found):
@@ -122,8 +123,9 @@ def test_a_run_goes_on_from_its_file_with_the_same_result(tmp_path):
         if len(counts) == 3:
             raise KeyboardInterrupt
 
-    given = {"priors": replace(SHAPE_ONLY, radius=0, length=0), "draws": 40, "path": path}
-    network, mouse = control_network(), virtual_mouse()
+    priors = replace(SHAPE_ONLY, radius=0, length=0)
+    given = {"priors": priors, "draws": 40, "path": path, "numerics": COARSE, "search": FEW}
+    network, mouse = SMALL, virtual_mouse()
     with pytest.raises(KeyboardInterrupt):
         posterior(network, mouse, progress=stop_after_two_batches, **given)
     first = posterior(network, mouse, **given)

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from own_laws import EXPONENTIAL
+from own_laws import EXPONENTIAL, printed_law
+from small_tree import SMALL
 from vasowave.base import InputError
 from vasowave.pulse.calibration import Search, calibrate, fitted_parameters
 from vasowave.pulse.cycle import Inflow, Recording
-from vasowave.pulse.examples import control_network
 from vasowave.pulse.model import (
     LAWS,
     LinearWall,
@@ -137,7 +137,8 @@ def test_what_the_compiler_cannot_translate_is_told_with_its_line(folder):
 
 @pytest.mark.validation  # a law of its own is compiled anew
 def test_a_law_in_a_file_of_ones_own_is_simulated_and_its_parameters_come_back(folder):
-    law, network = find_law(NAME), control_network()
+    (folder / "our_laws.py").write_text(printed_law(), "utf-8")
+    law, network = find_law(NAME), SMALL
     assert find_law(law) is law
     phase = np.arange(64) / 64
     flow = np.exp(-0.5 * ((phase - 0.3) / 0.09) ** 2)

@@ -7,9 +7,10 @@ import pytest
 from scipy import stats
 
 from made_fit import made_fit
+from small_tree import SMALL
 from vasowave.pulse.calibration import Search, calibrate, profile_likelihood
 from vasowave.pulse.cycle import Recording
-from vasowave.pulse.examples import control_network, virtual_mouse
+from vasowave.pulse.examples import virtual_mouse
 from vasowave.pulse.model import Model, Numerics, PowerWall, windkessels
 from vasowave.pulse.selection import Comparing, averaged, compare_models, law_weights, profiled, stiffening
 from vasowave.pulse.solver import simulate
@@ -77,7 +78,7 @@ def test_without_a_linear_fit_that_is_worse_or_at_a_bound_an_interval_stays():
 
 @pytest.mark.validation
 def test_the_linear_law_is_the_point_of_the_exponents_profile_at_one_half():
-    network, mouse = replace(control_network(), pressure=6.3), virtual_mouse()
+    network, mouse = replace(SMALL, pressure=6.3), virtual_mouse()
     model = Model(network, PowerWall(15.0, 3.0), windkessels(network, 76.0, 0.12, 0.12))
     inlet = simulate(model, mouse, Numerics(samples=256, tolerance=1e-8))["pressure"].sel(vessel="1", station="inlet")
     noise = 0.1 * np.random.default_rng(2).standard_normal(256)
@@ -93,7 +94,7 @@ def test_the_linear_law_is_the_point_of_the_exponents_profile_at_one_half():
 @pytest.mark.validation
 @pytest.mark.parametrize("true", [0.5, 3.0])
 def test_the_exponent_of_a_simulated_animal_is_found(true):
-    network, mouse = replace(control_network(), pressure=6.3), virtual_mouse()
+    network, mouse = replace(SMALL, pressure=6.3), virtual_mouse()
     model = Model(network, PowerWall(45.0 if true == 0.5 else 15.0, true), windkessels(network, 76.0, 0.12, 0.12))
     inlet = simulate(model, mouse, Numerics(samples=256, tolerance=1e-8))["pressure"].sel(vessel="1", station="inlet")
     recording = Recording(inlet.values, mouse.resampled(256).flow, mouse.period)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import vasowave as vw
+from small_tree import SMALL
 from vasowave.base import InputError
 from vasowave.pulse.calibration import Search, calibrate
 from vasowave.pulse.cycle import Inflow, Recording
@@ -61,10 +62,10 @@ def test_what_drives_the_mean_flow_through_a_bed_is_the_pressure_above_that_behi
 @pytest.fixture(scope="module")
 def before_the_atrium():
     """Return a recording of a mouse with a linear wall whose left atrium has 8 mmHg, and its model."""
-    network, mouse = vw.control_network(), vw.virtual_mouse()
-    beds = vw.estimate_nominal(network, replace(mouse, wedge_pressure=0.0)).outlets
-    model = Model(network, vw.LinearWall(BETA), beds, outlet_pressure=BEHIND)
-    waves = vw.simulate(model, Inflow(mouse.flow, mouse.period)).sel(vessel=network.name[0], station="inlet")
+    mouse = vw.virtual_mouse()
+    beds = vw.estimate_nominal(SMALL, replace(mouse, wedge_pressure=0.0)).outlets
+    model = Model(SMALL, vw.LinearWall(BETA), beds, outlet_pressure=BEHIND)
+    waves = vw.simulate(model, Inflow(mouse.flow, mouse.period)).sel(vessel="1", station="inlet")
     return Recording(waves["pressure"].values, mouse.flow, mouse.period, wedge_pressure=BEHIND), model
 
 

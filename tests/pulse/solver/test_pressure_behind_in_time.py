@@ -7,29 +7,31 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import vasowave as vw
+from small_tree import SMALL
 from vasowave import pulse
 from vasowave.base import InputError
 from vasowave.pulse.model import Numerics, linear_solution
 
 NETWORK, MOUSE = vw.control_network(), vw.virtual_mouse()
 BEDS = vw.estimate_nominal(NETWORK, MOUSE).outlets
+FEW_BEDS = vw.estimate_nominal(SMALL, MOUSE).outlets
 T = np.arange(64) / 64
 WAVE = 2.0 * np.sin(2 * np.pi * T + 0.3) + 0.7 * np.cos(6 * np.pi * T)  # mmHg
-SMALL = 1e-4
+TINY = 1e-4
 FINE = Numerics(samples=64, tolerance=1e-12, cell_size=0.05)
 
 
 @pytest.mark.parametrize("viscosity", [0.0, pytest.param(0.02, marks=pytest.mark.validation)])
 def test_a_small_wave_behind_the_beds_runs_up_the_tree_as_the_linear_model_says(viscosity):
     still = vw.Inflow(np.full(64, 1e-3), MOUSE.period)
-    steady = vw.Model(NETWORK, vw.LinearWall(60.0), BEDS, outlet_pressure=8.0, wall_viscosity=viscosity)
-    beating = steady.changed(outlet_pulsation=SMALL * WAVE)
+    steady = vw.Model(SMALL, vw.LinearWall(60.0), FEW_BEDS, outlet_pressure=8.0, wall_viscosity=viscosity)
+    beating = steady.changed(outlet_pulsation=TINY * WAVE)
     waves = [vw.simulate(one, still, FINE) for one in (beating, steady)]
     linear = [linear_solution(one, still, 31) for one in (beating, steady)]
     for name in ("pressure", "flow"):
         one, other = (each[name].sel(station="inlet").transpose("time", "vessel").values for each in waves)
-        found = (one - other) / SMALL
-        expected = linear[0].over_cycle(getattr(linear[0], name) - getattr(linear[1], name), 64) / SMALL
+        found = (one - other) / TINY
+        expected = linear[0].over_cycle(getattr(linear[0], name) - getattr(linear[1], name), 64) / TINY
         assert np.max(np.abs(found - expected)) < 2e-3 * np.max(np.abs(expected)), name
     assert np.max(np.abs(expected)) > 0
 
@@ -76,12 +78,12 @@ BEDS_OF_ONE = vw.Windkessel(np.array([5.0]), np.array([70.0]), np.array([1e-3]))
 
 @pytest.mark.validation
 def test_a_fit_that_is_told_of_the_wave_finds_the_truth_and_one_that_is_not_errs():
-    model = vw.Model(NETWORK, vw.LinearWall(70.0), BEDS, outlet_pressure=8.0, outlet_pulsation=3 * WAVE)
+    model = vw.Model(SMALL, vw.LinearWall(70.0), FEW_BEDS, outlet_pressure=8.0, outlet_pulsation=3 * WAVE)
     waves = vw.simulate(model, MOUSE.inflow, Numerics(samples=256)).sel(vessel="1", station="inlet")
     recording = vw.Recording(waves.pressure.values, waves.flow.values, MOUSE.period)
     untold = replace(recording, wedge_pressure=8.0)
     told = replace(untold, wedge_pulsation=3 * WAVE)
-    fits = [pulse.calibrate(NETWORK, one, starts=1) for one in (told, untold)]
+    fits = [pulse.calibrate(SMALL, one, starts=1) for one in (told, untold)]
     errors = [abs(np.log(fit.parameters["value"]["beta"] / 70.0)) for fit in fits]
     assert errors[0] < 1e-3
     assert errors[1] > 20 * errors[0]

@@ -63,7 +63,7 @@ def test_several_groups_against_one_are_dunnetts_test():
     np.testing.assert_allclose(simultaneous(rows, DRAWS).p, expected, atol=ERROR / 2)
 
 
-@pytest.mark.parametrize("count", [200, pytest.param(5_000, marks=pytest.mark.validation)])
+@pytest.mark.parametrize("count", [200, pytest.param(5_000, marks=pytest.mark.weekly)])
 def test_an_interval_excludes_one_exactly_if_p_is_below_its_level(count):
     """Cohorts of many kinds: sizes, spreads, gaps, known errors, shared ones, effects near the edge."""
     rng, shown = np.random.default_rng(4), 0

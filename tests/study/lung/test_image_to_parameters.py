@@ -28,8 +28,9 @@ def fitted(network, recording, output):
     return result.laws["linear"].calibration, result.laws["linear"].quantities
 
 
-@pytest.mark.validation
-@pytest.mark.parametrize("seed", [2101, 2102])
+@pytest.mark.parametrize(
+    "seed", [pytest.param(2101, marks=pytest.mark.validation), pytest.param(2102, marks=pytest.mark.weekly)]
+)
 def test_a_scan_and_a_recording_give_back_the_parameters_within_what_radius_errors_explain(seed, tmp_path):
     truth, mouse = control_network(), virtual_mouse()
     rng = np.random.default_rng(seed)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from approval import PAPER, approve, figure, values
+from small_tree import SMALL
 from vasowave.base import InputError
 from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import control_network, virtual_mouse
@@ -44,7 +45,8 @@ def test_the_stored_fit_of_an_animal_is_its_model_again_to_the_last_bit():
 
 
 @pytest.mark.validation  # derivatives by viscous walls are kernels of their own
-def test_a_viscosity_is_swept_and_set_and_that_of_a_stored_fit_is_its_own(model, tmp_path, inflow):
+def test_a_viscosity_is_swept_and_set_and_that_of_a_stored_fit_is_its_own(tmp_path, inflow):
+    model = Model(SMALL, LinearWall(57.0), windkessels(SMALL, 76.0, 0.11, a=0.12))
     swept = sweep(model, inflow, {"wall_viscosity": [0.1, 0.5]}, samples=64)
     alone = simulate(model.changed(wall_viscosity=0.5), inflow)
     pulse = np.ptp(alone.pressure.sel(station="middle").to_numpy(), axis=0)
