@@ -4,9 +4,9 @@ uv run python benchmarks/load.py                  10 and 100 animals: a few minu
 uv run python benchmarks/load.py 10 100 200 1000  as in docs/robustness.md
 uv run python benchmarks/load.py 3 6 --docs
 
-Six virtual mice are analyzed, or fewer where the smallest study has fewer; every animal of a larger study has one of their stored results under its own name, and a
-recording of its own. So nothing is solved here: what is measured is to write the results, to run again where
-everything is kept, and to make the report, each in a process of its own.
+Six virtual mice are analyzed, or fewer where the smallest study has fewer; every animal of a larger study has one of
+their stored results under its own name, and a recording of its own. So nothing is solved here: what is measured is to
+write the results, to run again where everything is kept, and to make the report, each in a process of its own.
 """
 
 import argparse
