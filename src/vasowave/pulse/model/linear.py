@@ -392,8 +392,7 @@ def _solve(
             turn=transmission * ports.turn + lost * ports.along, across=transmission * ports.across + lost
         )
     if network.nodes is None:
-        straight = lines[0] if len(lines) == 1 and motion is None else None
-        Z_in, P, flow = _along_tree(model, ports, end, spectrum[:, 0], straight)
+        Z_in, P, flow = _along_tree(model, ports, end, spectrum[:, 0])
     else:
         areas = [np.asarray(walls.area(wall, mean_pressure, area0)) for wall, area0 in _parts(model)]
         ports.across[0] = np.maximum(ports.across[0].real, _least_resistance(model, areas, period))
@@ -417,18 +416,12 @@ def _solve(
 
 
 def _along_tree(
-    model: Model, ports: TwoPort, end: np.ndarray, spectrum: np.ndarray, straight: UniformLines | None
+    model: Model, ports: TwoPort, end: np.ndarray, spectrum: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return input impedance, pressure and flow at all inlets of a tree with nothing behind its beds.
-
-    `straight` is its only lines, if it is.
-    """
+    """Return input impedance, pressure and flow at all inlets of a tree with nothing behind its beds."""
     network = model.network
     Z_in = input_impedances(network, end, ports)
     passed = (1.0 - ports.across / Z_in) / (ports.d * (ports.turn - ports.across * ports.along))
-    if straight is not None:  # the same, rounded as the sum of what comes and what turns back
-        cosh, sinh = _hyperbolic(straight.propagation[1:] * network.length)
-        passed[1:] = cosh - straight.impedance[1:] / Z_in[1:] * sinh
     P = np.empty_like(Z_in)
     P[:, network.root] = Z_in[:, network.root] * spectrum
     for rows in network.generations[1:]:
