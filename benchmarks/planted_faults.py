@@ -21,7 +21,7 @@ KERNELS = ROOT / "build" / "kernels of planted faults"
 WORDS = (
     "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry powers tubes "
     "sensitivity starts kernels unlike_volumes witness discharge junctions changing shape viscous test_problem "
-    "test_rounds test_modes"
+    "test_rounds test_modes straight_trees"
 )
 LONGEST = 1800  # s for one run of the tests; a fault that makes them hang has no verdict
 TESTS = ["tests", "-m", "not validation and not weekly", "-k", " or ".join(WORDS.split())]
@@ -40,6 +40,7 @@ VARIATIONS, NODE_VARIATIONS = "pulse/solver/variations.py", "pulse/solver/node_v
 BEDS, POWERS = "pulse/solver/beds.py", "pulse/solver/powers.py"
 PERIODIC, TUBES = "pulse/solver/periodic.py", "lung/axes/tubes.py"
 UNKNOWNS = "pulse/inference/unknowns.py"
+STRAIGHT_TREES = "pulse/model/straight_trees.py"
 FAULTS = [
     Fault(
         "walls anchored at rest",
@@ -290,6 +291,15 @@ FAULTS = [
         "pulse/solver/elimination.py",
         (("entries[joints.fill[filled]] -= share", "entries[joints.fill[filled]] -= 0.0 * share"),),
     ),
+    Fault(
+        "compiled means at inlets",
+        STRAIGHT_TREES,
+        (("by_flow[n, v] - 0.5 * fall[n, v]", "by_flow[n, v] - 0.0 * fall[n, v]"),),
+    ),
+    Fault(
+        "compiled waves that no bed turns back", STRAIGHT_TREES, (("1.0 + load[v, k] *", "1.0 + 0.0 * load[v, k] *"),)
+    ),
+    Fault("compiled walls without viscosity", STRAIGHT_TREES, (("omega[k] * delay", "omega[k] * 0.0"),)),
     Fault(
         "viscous compliance as an elastic one",
         "pulse/model/linear.py",

@@ -1,4 +1,4 @@
-"""Where the linear model leads the starts of a fit, at half a millisecond an answer: alike ones are followed once.
+"""Where the linear model leads the starts of a fit, at some microseconds an answer: alike ones are followed once.
 
 The linear model in the frequency domain has the valleys of the objective; what it lacks is where exactly their floors
 lie, and how a wall stiffens within the cycle. So it leads no starts of laws with a parameter for that.
@@ -15,6 +15,9 @@ from vasowave.pulse.calibration.compared import Compared
 from vasowave.pulse.calibration.parameters import ParameterSpace, trial
 from vasowave.pulse.cycle.waveform import amplitudes
 from vasowave.pulse.model.linear import linear_solution
+from vasowave.pulse.model.outlets import BUILT_IN as BEDS
+from vasowave.pulse.model.parameters import model_fields
+from vasowave.pulse.model.straight_trees import TreeMembers, solve_members
 
 
 @dataclass(frozen=True)
@@ -74,12 +77,17 @@ def led(space: ParameterSpace, compared: Compared, start: np.ndarray) -> np.ndar
     """Return where the linear model leads a start; the start itself where it leads nowhere."""
     residuals, (low, high) = linear_residuals(space, compared), space.log_bounds
     inside = 1e-6 * (high - low)
-    place = np.clip(start, low + inside, high - inside)
+
+    def jacobian(x: np.ndarray) -> np.ndarray:
+        steps = np.where(x + RULES.log_step > high, -RULES.log_step, RULES.log_step)
+        base, *moved = residuals(np.vstack([x, x + np.diag(steps)]))
+        return np.asarray((np.array(moved) - base).T / steps)
+
     fit = least_squares(
-        residuals,
-        place,
+        lambda x: residuals(x[np.newaxis])[0],
+        np.clip(start, low + inside, high - inside),
+        jacobian,
         bounds=(low, high),
-        diff_step=RULES.log_step,
         ftol=RULES.min_gain,
         xtol=RULES.min_gain,
         max_nfev=RULES.max_steps,
@@ -88,22 +96,62 @@ def led(space: ParameterSpace, compared: Compared, start: np.ndarray) -> np.ndar
 
 
 def linear_residuals(space: ParameterSpace, compared: Compared) -> Callable[[np.ndarray], np.ndarray]:
-    """Return a function of logarithms: what the linear model misses of the harmonics of what is compared, mmHg.
+    """Return a function of logarithms, shape (point, free): what the linear model misses of the harmonics, mmHg.
 
     The mean and √½ of each amplitude, so that the sum of squares is S/N (eq. 14).
     """
     count = min(compared.harmonics, RULES.max_harmonics) + 1
     measured, weights = amplitudes(compared.measured)[:count], np.sqrt(np.where(np.arange(count) > 0, 0.5, 1.0))
+    spectrum = amplitudes(compared.recording.flow)[:count] if _are_plain(space, compared, count) else None
 
-    def residuals(x: np.ndarray) -> np.ndarray:
+    def harmonics_at(x: np.ndarray) -> np.ndarray:
         try:
             with trial():
                 model = space.model(space.values(x))
-                solved = linear_solution(model, compared.driven, count - 1)
-                missed = weights * (measured - compared.of_linear(solved, model.network.root))
+                return compared.of_linear(linear_solution(model, compared.driven, count - 1), model.network.root)
         except NumericalError:
-            return np.full(2 * count, RULES.failed_residual)
-        values = np.concatenate([missed.real, missed.imag])
-        return values if np.all(np.isfinite(values)) else np.full(2 * count, RULES.failed_residual)
+            return np.full(count, np.nan)
+
+    def residuals(points: np.ndarray) -> np.ndarray:
+        period = compared.recording.period
+        harmonics = None if spectrum is None else _pressure_harmonics(space, points, spectrum, period)
+        if harmonics is None:
+            harmonics = np.array([harmonics_at(x) for x in points])
+        missed = weights * (measured - harmonics)
+        values = np.hstack([missed.real, missed.imag])
+        return np.where(np.isfinite(values).all(axis=1, keepdims=True), values, RULES.failed_residual)
 
     return residuals
+
+
+def _are_plain(space: ParameterSpace, compared: Compared, count: int) -> bool:
+    """Whether all models are straight trees with a flow that holds so many harmonics, and their beds circuits."""
+    network = space.network
+    plain = network.nodes is None and network.taper is None and space.outlet_pulsation is None
+    enters = compared.what == "pressure" and len(compared.recording.flow) >= 2 * count
+    return plain and enters and type(space.outlets) in BEDS
+
+
+def _pressure_harmonics(
+    space: ParameterSpace, points: np.ndarray, spectrum: np.ndarray, period: float
+) -> np.ndarray | None:
+    """Return harmonics of the pressure at the inlets of plain models, shape (point, harmonic), mmHg.
+
+    NaN where a wall has no area. None where a law raises: each model is then to be looked at alone.
+    """
+    network = space.network
+    values = np.tile(space.nominal, (len(points), 1))
+    values[:, space.free] = np.exp(points)
+    try:
+        with trial():
+            columns = dict(zip(space.names, values.T[..., np.newaxis], strict=True))
+            fields = model_fields(columns, space.law, space.outlets)
+            wall, viscosity = fields["wall"], np.atleast_2d(fields["wall_viscosity"])
+            area0 = network.area / np.asarray(wall.ratio_at(network.pressure, *wall))
+            omega = 2 * np.pi / period * np.arange(len(spectrum))[:, np.newaxis]
+            end = np.ascontiguousarray(np.moveaxis(fields["outlets"].impedance(omega), 0, -1), dtype=complex)
+            behind = np.full(len(network.terminals), float(space.outlet_pressure))
+            members = TreeMembers(wall, np.where(area0 > 0, area0, np.nan), viscosity, end, behind)
+            return solve_members(network, space.blood, members, spectrum, period)[2].pressure[:, network.root]
+    except NumericalError:
+        return None

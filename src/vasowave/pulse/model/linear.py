@@ -20,6 +20,7 @@ import numpy as np
 from vasowave.pulse.cycle.cycle import Inflow
 from vasowave.pulse.model import walls
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.straight_trees import TreeMembers, solve_members
 from vasowave.pulse.model.two_ports import TwoPort, driven_from_behind, input_impedances, joined, steady_means
 from vasowave.pulse.model.ventricle import Driven, Ventricle
 
@@ -187,7 +188,36 @@ def linear_solution(model: Model, inflow: Driven, harmonics: int = 32) -> Linear
     spectrum = _spectrum(entering, min(harmonics, (len(entering) - 1) // 2) + 1)
     if inflow.of_pressure:
         return _driven_by_pressure(model, spectrum, inflow.period)
-    return _solve(model, spectrum, *_mean_state(model, spectrum[0].real, inflow.period), inflow.period)
+    return _about_mean(model, spectrum, inflow.period)
+
+
+def _about_mean(model: Model, spectrum: np.ndarray, period: float) -> LinearSolution:
+    """Return the solution about the mean state that this inflow makes, compiled where the kernel knows the model."""
+    solution = _compiled(model, spectrum[:, 0], period) if _is_plain(model) else None
+    return solution or _solve(model, spectrum, *_mean_state(model, spectrum[0].real, period), period)
+
+
+def _is_plain(model: Model) -> bool:
+    return (
+        model.network.nodes is None and model.profile is None and not model.dynamic and model.outlet_pulsation is None
+    )
+
+
+def _compiled(model: Model, spectrum: np.ndarray, period: float) -> LinearSolution | None:
+    """Return the solution of `straight_trees`; None where that is not finite."""
+    wall = type(model.wall)(*(value[np.newaxis] for value in model.wall))
+    viscosity = np.atleast_2d(np.asarray(model.wall_viscosity, dtype=float))
+    end = np.ascontiguousarray(model.outlets.impedance_at(len(spectrum), period).T, dtype=complex)[np.newaxis]
+    behind = np.asarray(model.outlet_pressure)
+    members = TreeMembers(wall, model.area0[np.newaxis], viscosity, end, behind)
+    mean_pressure, means, spectra = solve_members(model.network, model.blood, members, spectrum, period)
+    if not np.all(np.isfinite(spectra)):
+        return None
+    propagation, impedance, Z_in, P, Q = (values[0].T for values in spectra)
+    length = model.network.length
+    line = UniformLines(propagation, impedance, means.fall[0] / length, None)
+    retardation = _retardation(model, model.wall, model.area0, mean_pressure[0])
+    return LinearSolution(period, mean_pressure[0], Z_in, P, Q, (line,), length, retardation)
 
 
 def _spectrum(signal: np.ndarray, count: int) -> np.ndarray:
@@ -206,7 +236,7 @@ def _ejected(model: Model, ventricle: Ventricle, harmonics: int) -> Inflow:
     flow = np.zeros((count, 1), dtype=complex)
     flow[0] = _EJECTED * ventricle.filled / ventricle.period
     flow[1:] = flow[0]
-    solution = _solve(model, flow, *_mean_state(model, flow[0].real, ventricle.period), ventricle.period)
+    solution = _about_mean(model, flow, ventricle.period)
     impedance = solution.input_impedance[:, root]
     at_once = float(np.mean(np.abs(impedance[3:])))
     resistance = max(impedance[0].real - at_once, at_once)
@@ -224,12 +254,12 @@ def _driven_by_pressure(model: Model, pressure: np.ndarray, period: float) -> Li
     flow = np.zeros_like(pressure)
     flow[0] = (pressure[0].real - behind) / resistance
     for _ in range(_LINES):
-        solved = _solve(model, flow, *_mean_state(model, flow[0].real, period), period)
-        missed = pressure[:, 0] - solved.pressure[:, root]
+        solution = _about_mean(model, flow, period)
+        missed = pressure[:, 0] - solution.pressure[:, root]
         if np.max(np.abs(missed)) <= _CLOSED * np.max(np.abs(pressure)):
             break
-        flow = flow + (missed / solved.input_impedance[:, root])[:, np.newaxis]
-    return solved
+        flow = flow + (missed / solution.input_impedance[:, root])[:, np.newaxis]
+    return solution
 
 
 def _mean_state(model: Model, inflow: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
@@ -362,8 +392,7 @@ def _solve(
             turn=transmission * ports.turn + lost * ports.along, across=transmission * ports.across + lost
         )
     if network.nodes is None:
-        straight = lines[0] if len(lines) == 1 and motion is None else None
-        Z_in, P, flow = _along_tree(model, ports, end, spectrum[:, 0], straight)
+        Z_in, P, flow = _along_tree(model, ports, end, spectrum[:, 0])
     else:
         areas = [np.asarray(walls.area(wall, mean_pressure, area0)) for wall, area0 in _parts(model)]
         ports.across[0] = np.maximum(ports.across[0].real, _least_resistance(model, areas, period))
@@ -387,18 +416,12 @@ def _solve(
 
 
 def _along_tree(
-    model: Model, ports: TwoPort, end: np.ndarray, spectrum: np.ndarray, straight: UniformLines | None
+    model: Model, ports: TwoPort, end: np.ndarray, spectrum: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return input impedance, pressure and flow at all inlets of a tree with nothing behind its beds.
-
-    `straight` is its only lines, if it is.
-    """
+    """Return input impedance, pressure and flow at all inlets of a tree with nothing behind its beds."""
     network = model.network
     Z_in = input_impedances(network, end, ports)
     passed = (1.0 - ports.across / Z_in) / (ports.d * (ports.turn - ports.across * ports.along))
-    if straight is not None:  # the same, rounded as the sum of what comes and what turns back
-        cosh, sinh = _hyperbolic(straight.propagation[1:] * network.length)
-        passed[1:] = cosh - straight.impedance[1:] / Z_in[1:] * sinh
     P = np.empty_like(Z_in)
     P[:, network.root] = Z_in[:, network.root] * spectrum
     for rows in network.generations[1:]:

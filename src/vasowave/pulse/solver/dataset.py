@@ -1,7 +1,7 @@
 """Bare arrays of simulations, turned into labelled datasets with units."""
 
 from collections.abc import Sequence
-from typing import Any
+from functools import lru_cache
 
 import numpy as np
 import xarray as xr
@@ -18,6 +18,8 @@ _OF_MEMBERS = (
     *("mach", "steepness", "lowest_pressure", "area_strain", "grid_error"),
 )
 """Attributes of one run that an ensemble has as variables."""
+
+_Along = tuple[str, np.ndarray] | tuple[str, np.ndarray, dict[str, str]]
 
 _LABELS = {
     "pressure": ("mmHg", "transmural pressure"),
@@ -37,15 +39,14 @@ def as_dataset(run: Run) -> xr.Dataset:
         area, flow = run.cells[0][:, is_cell], run.cells[1][:, is_cell]
         wall, area0 = type(run.grid.wall)(*(value[is_cell] for value in run.grid.wall)), run.grid.area0[is_cell]
         dims: tuple[str, ...] = ("time", "cell")
-        coords: dict[str, Any] = {
-            "vessel": ("cell", np.array(network.name)[rows]),
-            "position": ("cell", run.grid.position[is_cell], {"units": "cm", "long_name": "distance from the inlet"}),
-        }
+        position = "cell", run.grid.position[is_cell], {"units": "cm", "long_name": "distance from the inlet"}
+        along: dict[str, _Along] = {"vessel": ("cell", np.array(network.name)[rows]), "position": position}
+        coords = _coordinates(len(area), run.period, along)
     else:
         wall, area0 = run.grid.at_stations
         area, flow = np.moveaxis(run.stations[:2], -1, -2)
         dims = ("time", "vessel", "station")
-        coords = {"vessel": ("vessel", np.array(network.name)), "station": ("station", np.array(STATIONS))}
+        coords = _at_stations(network.name, len(area), run.period)
     elastic = pressure = run.pressure
     if per_cell or len(run.recorded) > 2:
         elastic = in_blocks(lambda values: walls.pressure(wall, values, area0), area)
@@ -58,15 +59,26 @@ def as_dataset(run: Run) -> xr.Dataset:
         "velocity": flow / area,
         "wave_speed": in_blocks(lambda values: walls.wave_speed(wall, values, run.model.blood.inertia), elastic),
     }
-    time = np.arange(len(area)) * (run.period / len(area))
     return xr.Dataset(
         {
             name: (dims, value if per_cell else np.moveaxis(value, -1, 1), {"units": unit, "long_name": words})
             for (name, value), (unit, words) in zip(values.items(), _LABELS.values(), strict=True)
         },
-        coords={"time": ("time", time, {"units": "s"}), **coords},
+        coords=coords,
         attrs=_attributes(run),
     )
+
+
+def _coordinates(samples: int, period: float, along: dict[str, _Along]) -> xr.Coordinates:
+    time = np.arange(samples) * (period / samples)
+    return xr.Dataset(coords={"time": ("time", time, {"units": "s"}), **along}).coords
+
+
+@lru_cache(maxsize=16)
+def _at_stations(names: tuple[str, ...], samples: int, period: float) -> xr.Coordinates:
+    """Return the coordinates of all runs of these vessels: their indexes cost as much as all their waves."""
+    along: dict[str, _Along] = {"vessel": ("vessel", np.array(names)), "station": ("station", np.array(STATIONS))}
+    return _coordinates(samples, period, along)
 
 
 def stack(outcomes: Sequence[xr.Dataset | VasowaveError]) -> xr.Dataset:

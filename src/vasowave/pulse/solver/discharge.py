@@ -5,7 +5,9 @@ make a small linear system. What is left of each of its states after a cycle say
 brought, what all cycles to come would bring.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -43,9 +45,13 @@ class Discharge:
     relaxation: Relaxation
     softer: float
 
+    @cached_property
+    def _to_come(self) -> Callable[[np.ndarray], np.ndarray]:
+        return self.relaxation.summed(self.softer)
+
     def after(self, change: np.ndarray) -> np.ndarray:
         """Return what follows the change over one cycle, mmHg; both of shape (variable,)."""
-        response = self.relaxation.all_to_come(np.append(change @ self.volume, change[self.modes]), self.softer)
+        response = self._to_come(np.append(change @ self.volume, change[self.modes]))
         coming = response[0] * self.pressure
         coming[self.modes] = response[1:]
         return coming

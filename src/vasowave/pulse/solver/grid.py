@@ -6,8 +6,9 @@ The state of a vessel of one cell is a straight line: its ghost slot holds it a 
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from vasowave.pulse.model import walls
 from vasowave.pulse.model.linear import LinearSolution
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.network.network import Network
 from vasowave.pulse.solver.changing import Changing
 
 _STEADY_ERROR = 2e-4  # of the pressure, allowed to the fall of the mean pressure along a vessel
@@ -122,17 +124,10 @@ class Grid:
         """True where the slot is a cell or continues the only one of its vessel; shape (slot,)."""
         return ~np.isnan(self.position)
 
-    @cached_property
+    @property
     def joined_ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Where each rank of ends starts, and vessel and side of every end; first come those of vessels that end."""
-        network = self.model.network
-        junctions = [[(row, 1.0) for row in junction.ending] + [(row, -1.0) for row in junction.beginning]
-                     for junction in network.junctions]  # fmt: skip
-        junctions.sort(key=len, reverse=True)
-        nodes = [*junctions, *([(row, -1.0)] for row in network.inlets), *([(row, 1.0)] for row in network.terminals)]
-        ranks = [[ends[r] for ends in nodes if len(ends) > r] for r in range(len(nodes[0]))]
-        vessel, side = zip(*(end for ends in ranks for end in ends), strict=True)
-        return np.cumsum([0, *map(len, ranks)]), np.array(vessel), np.array(side)
+        return _joined_ends(self.model.network)
 
     def ends(self, dt: float, period: float) -> Ends:
         """Return the vessel ends' constants for the time step `dt` (s) and the period (s) of the friction."""
@@ -250,6 +245,17 @@ class Grid:
         return np.where(drag[0] > 0, factor, 1.0)
 
 
+@lru_cache(maxsize=8)
+def _joined_ends(network: Network) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    junctions = [[(row, 1.0) for row in junction.ending] + [(row, -1.0) for row in junction.beginning]
+                 for junction in network.junctions]  # fmt: skip
+    junctions.sort(key=len, reverse=True)
+    nodes = [*junctions, *([(row, -1.0)] for row in network.inlets), *([(row, 1.0)] for row in network.terminals)]
+    ranks = [[ends[r] for ends in nodes if len(ends) > r] for r in range(len(nodes[0]))]
+    vessel, side = zip(*(end for ends in ranks for end in ends), strict=True)
+    return np.cumsum([0, *map(len, ranks)]), np.array(vessel), np.array(side)
+
+
 def make_grid(model: Model, counts: np.ndarray) -> Grid:
     """Cut every vessel into the given number of equal cells."""
     network = model.network
@@ -278,20 +284,29 @@ def cell_counts(model: Model, cell_size: float | None, linear: LinearSolution, l
     drag: where a thin vessel takes most of the pressure, one would not follow its fall. Without a `cell_size` they also
     follow how a shape changes along a vessel.
     """
+    return counts_by_length(model, cell_size, linear)(longer)
+
+
+def counts_by_length(model: Model, cell_size: float | None, linear: LinearSolution) -> Callable[[float], np.ndarray]:
+    """Return `cell_counts` as a function of how many times longer the cells may be."""
     inlet = linear.pressure[0].real
     outlet = inlet - linear.resistance * model.network.length * linear.flow[0].real
-    size = longer * cell_size if cell_size is not None else np.maximum(SHORTEST, longer * wave_cells(linear))
-    count = np.ceil(model.network.length / size - 1e-9)
+    by_waves = wave_cells(linear) if cell_size is None else cell_size
     level = np.maximum(np.abs(inlet), np.abs(outlet))
     level = np.maximum(level, _LOW * np.max(level, initial=1e-300))
     flat = np.abs(inlet - outlet) <= _FLAT * level
     for_drag = 0.5 * np.sqrt(_error_of_one_cell(model, inlet, outlet, level, linear.period) / _STEADY_ERROR)
     for_drag = np.where(flat & (for_drag <= 0.5), 1, 2 * np.maximum(1, np.ceil(for_drag)))  # even: a face in the middle
-    count = np.maximum(count, for_drag)
-    if model.profile is not None and cell_size is None:
-        by_shape = model.profile.pieces * np.ceil(model.profile.bend / (_BEND * longer))
-        count = np.where(model.changing, np.maximum(count, by_shape), count)
-    return aligned(model, count)
+
+    def counts(longer: float) -> np.ndarray:
+        size = longer * by_waves if cell_size is not None else np.maximum(SHORTEST, longer * by_waves)
+        count = np.maximum(np.ceil(model.network.length / size - 1e-9), for_drag)
+        if model.profile is not None and cell_size is None:
+            by_shape = model.profile.pieces * np.ceil(model.profile.bend / (_BEND * longer))
+            count = np.where(model.changing, np.maximum(count, by_shape), count)
+        return aligned(model, count)
+
+    return counts
 
 
 def aligned(model: Model, count: np.ndarray) -> np.ndarray:

@@ -117,21 +117,31 @@ class Relaxation:
         return np.asarray(retained)
 
     def all_to_come(self, x: np.ndarray, softer: float = 1.0) -> np.ndarray:
-        """Return the sum of what all cycles to come leave of x, where vessels are `softer` as a cycle begins.
+        """Return the sum of what all cycles to come leave of x, where vessels are `softer` as a cycle begins."""
+        return self.summed(softer)(x)
 
-        By that factor they are softer than at mean pressure. A pressure is then more volume, which the stiffer vessels
-        of most of the cycle discharge; where the next begins, what is left spreads over the softer ones. The vessels'
-        share of it is that of their mode.
+    def summed(self, softer: float = 1.0) -> Callable[[np.ndarray], np.ndarray]:
+        """Return what makes of x the sum of what all cycles to come leave of it.
+
+        By the factor `softer` the vessels are softer as a cycle begins than at mean pressure. A pressure is then more
+        volume, which the stiffer vessels of most of the cycle discharge; where the next begins, what is left spreads
+        over the softer ones. The vessels' share of it is that of their mode.
         """
         share = np.clip(self.columns[0] @ self.rows[:, 0] / max(self.trace, _NONE), 0.0, 1.0)
         spread = 1.0 + (softer - 1.0) * float(share)
         blocks, rows = self.blocks / spread, self.rows / spread
         rows[:, 0] *= softer
-        coming, columns = Relaxation(blocks, self.columns, rows).after(x), self.columns.copy()
+        cycle, columns = Relaxation(blocks, self.columns, rows), self.columns.copy()
         remainder = np.eye(blocks.shape[1]) - blocks
-        for values in (coming, columns):  # of the cycles to come, if the beds did not meet
-            values[1:] = _by_bed(np.linalg.solve, remainder, values)
-        return np.asarray(coming + columns @ np.linalg.solve(np.eye(len(rows)) - rows @ columns, rows @ coming))
+        columns[1:] = _by_bed(np.linalg.solve, remainder, columns)
+        meeting = np.eye(len(rows)) - rows @ columns
+
+        def of(x: np.ndarray) -> np.ndarray:
+            coming = cycle.after(x)
+            coming[1:] = _by_bed(np.linalg.solve, remainder, coming)  # of all cycles, if the beds did not meet
+            return np.asarray(coming + columns @ np.linalg.solve(meeting, rows @ coming))
+
+        return of
 
 
 def bed_relaxation(beds: Rational, compliance: float, period: float) -> Relaxation:

@@ -123,7 +123,7 @@ class Run:
         """Whether the estimated error of the grid is far below what a note says."""
         return bool(self.extremes.grid_error.value <= SETTLED_SHARE * self.largest_pressure)
 
-    @property
+    @cached_property
     def notes(self) -> tuple[Finding, ...]:
         """What a reader must know before believing the waves."""
         lowest = self.model.wall.law().lowest

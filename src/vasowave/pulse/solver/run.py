@@ -13,7 +13,7 @@ from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.ventricle import Driven, Ventricle
 from vasowave.pulse.solver.discharge import common_discharge
 from vasowave.pulse.solver.failures import Lost, TooSteep, faster_than_allowed, not_periodic, runaway
-from vasowave.pulse.solver.grid import Grid, aligned, cell_counts, make_grid
+from vasowave.pulse.solver.grid import Grid, aligned, cell_counts, counts_by_length, make_grid
 from vasowave.pulse.solver.middles import cells_for_middles
 from vasowave.pulse.solver.periodic import Convergence, fixed_point
 from vasowave.pulse.solver.result import Run, at_samples, difference, needs_two_grids
@@ -82,12 +82,12 @@ def _other_run(run: Run, counts: np.ndarray, inflow: Driven, numerics: Numerics,
 
 def _run_by_waves(model: Model, inflow: Driven, numerics: Numerics, linear: LinearSolution, refinement: int) -> Run:
     """Return the run on cells as short as its waves ask for, each cut into `refinement` parts."""
-    longer = 1.0
+    longer, counted = 1.0, counts_by_length(model, numerics.cell_size, linear)
     while True:
-        counts = refinement * cell_counts(model, numerics.cell_size, linear, longer)
+        counts = refinement * counted(longer)
         run = run_on_cells(model, inflow, numerics, counts, linear)
         longer *= 0.5
-        finer = refinement * cell_counts(model, numerics.cell_size, linear, longer)
+        finer = refinement * counted(longer)
         if numerics.cell_size is not None or np.all(finer <= run.grid.counts) or run.settled:
             break
     needed = aligned(model, refinement * cells_for_middles(run.middles, run.grid.counts))
