@@ -47,6 +47,8 @@ class Densitometry:
         The radius over that of all that is brighter than the background: below 1 beside walls.
     wall : float array
         Thickness of the vessel's wall, cm; NaN where it is not seen.
+    blur : float
+        Standard deviation of the blur, cm.
     edge : Edge, optional
         What stands beside the lumen of all vessels.
     """
@@ -60,16 +62,17 @@ class Densitometry:
     taper_sd: np.ndarray
     share: np.ndarray
     wall: np.ndarray
+    blur: float
     edge: Edge | None = None
 
     def of(self, rows: np.ndarray) -> "Densitometry":
         """Return the vessels `rows`."""
-        arrays = (entry.name for entry in fields(self) if entry.name != "edge")
+        arrays = (entry.name for entry in fields(self) if entry.name not in ("blur", "edge"))
         return replace(self, **{name: getattr(self, name)[rows] for name in arrays})
 
     def times(self, factor: float) -> "Densitometry":
         """Return the same with every length times `factor`."""
-        return replace(self, radius=self.radius * factor, sd=self.sd * factor, wall=self.wall * factor)
+        return replace(self, radius=self.radius * factor, sd=self.sd * factor, wall=self.wall * factor, blur=self.blur * factor)
 
 
 def densitometry(
@@ -107,15 +110,19 @@ def densitometry(
     ]
     radius, sd, relative_contrast, aspect, taper, taper_sd = np.array(columns).T
     same, unknown = np.ones(len(tree)), np.full(len(tree), np.nan)
-    plain = Densitometry(radius, sd, looked.contrast, relative_contrast, aspect, taper, taper_sd, same, unknown)
+    shape = relative_contrast, aspect, taper, taper_sd
+    plain = Densitometry(radius, sd, looked.contrast, *shape, same, unknown, looked.blur)
     return _within_edges(plain, looked.profiles, float(volume.spacing[0]))
 
 
 def _within_edges(plain: Densitometry, profiles: Sequence[Profile | None], spacing: float) -> Densitometry:
     """Return the radii of the lumen alone, where a wall, or the shadow of a kernel, stands beside it."""
     edge = second_edge(profiles, plain.radius, spacing)
-    if edge is None or edge.kind == "double":
-        return replace(plain, edge=edge)
+    if edge is None:
+        return plain
+    plain = replace(plain, edge=edge, blur=edge.blur * spacing)
+    if edge.kind == "double":
+        return plain
     share, wall = np.full(len(profiles), np.nan), np.full(len(profiles), np.nan)
     for row in np.flatnonzero(np.isfinite(plain.radius)).tolist():
         sections = profiles[row]
@@ -129,7 +136,7 @@ def _within_edges(plain: Densitometry, profiles: Sequence[Profile | None], spaci
     error = np.where(np.isfinite(share), EDGE_ERROR, GUESSED_SHARE * abs(guess - 1))
     share = np.where(np.isfinite(share), share, guess)
     sd = plain.radius * share * np.hypot(plain.sd / plain.radius, error)
-    return replace(plain, radius=plain.radius * share, sd=sd, share=share, wall=wall, edge=edge)
+    return replace(plain, radius=plain.radius * share, sd=sd, share=share, wall=wall)
 
 
 def densitometric_radii(
