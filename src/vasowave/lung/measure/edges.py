@@ -148,7 +148,7 @@ def beside_edge(sections: Profile | None, radius: float, spacing: float, edge: E
     bins = _bins(sections, radius, spacing) if radius >= RULES.min_thin_radius * spacing else None
     if bins is None:
         return None
-    width, size = _fitted([bins], edge, own=True).x[1:3]
+    width, size = _fitted([bins], edge, drawn=True).x[1:3]
     return float(size) * spacing, float(width * size if edge.grows else width) * spacing
 
 
@@ -157,35 +157,37 @@ def _bins(sections: Profile | None, radius: float, spacing: float) -> _Bins | No
         return None
     distance, level, error = sections.radial
     distance, size = distance / spacing, radius / spacing
-    near = (distance > size - RULES.inside) & (distance < size + RULES.outside) & np.isfinite(level)
+    in_reach = (distance > size - RULES.inside) & (distance < size + RULES.outside) & np.isfinite(level)
     contrast = float(np.median(sections.plateau))
-    if near.sum() < RULES.min_bins or not contrast > 0:
+    if in_reach.sum() < RULES.min_bins or not contrast > 0:
         return None
-    return _Bins(distance[near], level[near], np.hypot(error[near], RULES.level_error * contrast), size, contrast)
+    return _Bins(
+        distance[in_reach], level[in_reach], np.hypot(error[in_reach], RULES.level_error * contrast), size, contrast
+    )
 
 
-def _fitted(vessels: Sequence[_Bins], edge: Edge | None, own: bool = False) -> OptimizeResult:
+def _fitted(vessels: Sequence[_Bins], edge: Edge | None, drawn: bool = False) -> OptimizeResult:
     """Return SciPy's fit of level and width of the second step, then of radius, blur, contrast and background of each
-    vessel. Without an `edge`, with which it begins, of one step alone and without the first two; with `own` numbers of
-    a vessel these are drawn to it.
+    vessel. Without an `edge`, with which it begins, of one step alone and without the first two; `drawn`, a
+    vessel's numbers are drawn to it.
     """
     grows, shared = edge is not None and edge.grows, slice(2 if edge is None else 0, None)
-    begin, least, most, scale = (values[shared] for values in _bounds(vessels, edge))
+    begin, lowest, highest, scale = (values[shared] for values in _bounds(vessels, edge))
     ends = np.cumsum([0, *(len(bins.level) for bins in vessels)])
-    places, values, spread = _drawn_to(edge) if own and edge is not None else (np.zeros(0, dtype=int), 0.0, 1.0)
+    places, values, spread = _drawn_to(edge) if drawn and edge is not None else (np.zeros(0, dtype=int), 0.0, 1.0)
 
     def evaluated(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x = unknowns if edge is not None else np.concatenate([(0.0, 0.0), unknowns])
         residual, jacobian = np.zeros(ends[-1]), np.zeros((ends[-1], len(x)))
         for index, bins in enumerate(vessels):
             rows, columns = slice(ends[index], ends[index + 1]), slice(2 + 4 * index, 6 + 4 * index)
-            model, common, each = _modeled(bins, x[:2], x[columns], grows)
+            model, common, single = _modeled(bins, x[:2], x[columns], grows)
             residual[rows] = (model - bins.level) / bins.error
-            jacobian[rows, :2], jacobian[rows, columns] = common / bins.error[:, None], each / bins.error[:, None]
+            jacobian[rows, :2], jacobian[rows, columns] = common / bins.error[:, None], single / bins.error[:, None]
         prior = np.eye(len(x))[places] / np.reshape(spread, (-1, 1))
         return np.append(residual, (x[places] - values) / spread), np.vstack([jacobian, prior])[:, shared]
 
-    return least_squares(lambda x: evaluated(x)[0], begin, lambda x: evaluated(x)[1], (least, most), x_scale=scale,
+    return least_squares(lambda x: evaluated(x)[0], begin, lambda x: evaluated(x)[1], (lowest, highest), x_scale=scale,
                          max_nfev=40, ftol=1e-4)  # fmt: skip
 
 
@@ -194,26 +196,26 @@ def _bounds(vessels: Sequence[_Bins], edge: Edge | None) -> list[np.ndarray]:
     grows = edge is not None and edge.grows
     start = (0.0, 0.5) if edge is None else (edge.level, edge.width)
     low, high = ((-0.4, 0.05), (0.7, 1.0)) if grows else ((-0.4, 0.5), (0.7, 4.0))
-    own = [(bins.radius, 0.9, bins.contrast, 0.0) for bins in vessels]
+    begin = [(bins.radius, 0.9, bins.contrast, 0.0) for bins in vessels]
     lower = [(0.5 * bins.radius, 0.4, 0.3 * bins.contrast, -0.5 * bins.contrast) for bins in vessels]
     upper = [(1.5 * bins.radius, 3.0, 3.0 * bins.contrast, 0.5 * bins.contrast) for bins in vessels]
     scales = (0.1, 0.1 if grows else 1.0), [(0.1, 0.1, 5.0, 1.0)] * len(vessels)
-    pairs = ((np.clip(start, np.add(low, 1e-6), np.subtract(high, 1e-6)), own), (low, lower), (high, upper), scales)
-    return [np.concatenate([shared, np.ravel(each)]) for shared, each in pairs]
+    pairs = ((np.clip(start, np.add(low, 1e-6), np.subtract(high, 1e-6)), begin), (low, lower), (high, upper), scales)
+    return [np.concatenate([shared, np.ravel(single)]) for shared, single in pairs]
 
 
 def _drawn_to(edge: Edge) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return places among the unknowns of one vessel, values and SD of what is nearly known of it: level, width, blur."""
+    """Return places among the unknowns of one vessel, values and SD of level, width and blur."""
     values = np.array([edge.level, edge.width, edge.blur])
     shares = (RULES.level_spread, RULES.width_spread if edge.grows else RULES.level_spread, RULES.blur_spread)
     return np.array([0, 1, 3]), values, np.abs(values) * shares
 
 
 def _modeled(
-    bins: _Bins, step: np.ndarray, own: np.ndarray, grows: bool
+    bins: _Bins, step: np.ndarray, vessel: np.ndarray, grows: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the levels of a vessel, and how they change with the shared and with its own numbers."""
-    (level, width), (radius, sigma, contrast, background) = step, own
+    (level, width), (radius, sigma, contrast, background) = step, vessel
     outer = radius * (1 + width) if grows else radius + width
     disc, rim = _blurred(bins, sigma, radius)
     wide, outer_rim = _blurred(bins, sigma, outer) if level else (disc, rim)
@@ -224,8 +226,8 @@ def _modeled(
     outward, sideways = ((1 + width), radius) if grows else (1.0, 1.0)
     shared = np.column_stack([contrast * (wide - disc), contrast * level * sideways * outer_rim])
     moved = contrast * ((1 - level) * rim + level * outward * outer_rim)
-    each = np.column_stack([moved, contrast * (softer - shape) / 0.01, shape, np.ones_like(shape)])
-    return background + contrast * shape, shared, each
+    single = np.column_stack([moved, contrast * (softer - shape) / 0.01, shape, np.ones_like(shape)])
+    return background + contrast * shape, shared, single
 
 
 def _blurred(bins: _Bins, sigma: float, radius: float) -> tuple[np.ndarray, np.ndarray]:

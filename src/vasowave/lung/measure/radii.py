@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -72,7 +72,8 @@ class Densitometry:
 
     def times(self, factor: float) -> "Densitometry":
         """Return the same with every length times `factor`."""
-        return replace(self, radius=self.radius * factor, sd=self.sd * factor, wall=self.wall * factor, blur=self.blur * factor)
+        lengths: dict[str, Any] = {name: getattr(self, name) * factor for name in ("radius", "sd", "wall", "blur")}
+        return replace(self, **lengths)
 
 
 def densitometry(
@@ -126,10 +127,10 @@ def _within_edges(plain: Densitometry, profiles: Sequence[Profile | None], spaci
     share, wall = np.full(len(profiles), np.nan), np.full(len(profiles), np.nan)
     for row in np.flatnonzero(np.isfinite(plain.radius)).tolist():
         sections = profiles[row]
-        beside = beside_edge(sections, float(plain.radius[row]), spacing, edge)
-        if beside is not None and sections is not None:
-            share[row] = beside[0] / densitometric_radius(sections, float(plain.contrast[row]))
-            wall[row] = beside[1] if edge.kind == "wall" else np.nan
+        fit = beside_edge(sections, float(plain.radius[row]), spacing, edge)
+        if fit is not None and sections is not None:
+            share[row] = fit[0] / densitometric_radius(sections, float(plain.contrast[row]))
+            wall[row] = fit[1] if edge.kind == "wall" else np.nan
     thin_first = np.argsort(plain.radius)
     nearest = share[thin_first][np.isfinite(share[thin_first])][:3]
     guess = float(np.median(nearest)) if len(nearest) else 1 / edge.widens

@@ -69,22 +69,24 @@ SHARPENED = doubt_kind(
 DOUBLED = doubt_kind(
     "image.doubled-edges",
     Grade.LOOK,
-    _ALL + "the vessels' edges are double, with a step at {level:.0%} of the contrast, {voxels:.1f} voxels wide: a wrong "
+    _ALL
+    + "the vessels' edges are double, with a step at {level:.0%} of the contrast, {voxels:.1f} voxels wide: a wrong "
     "center of rotation, a lung that moved, or walls that took up agent; {remedy}",
     "correct the center and reconstruct again",
 )
 FILTERED = doubt_kind(
     "image.filtered",
     Grade.LOOK,
-    _ALL + "noise is smoother than the edges are: a median or another filter that spares edges was used, which eats thin "
+    _ALL
+    + "noise is smoother than the edges are: a median or another filter that spares edges was used, which eats thin "
     "vessels; {remedy}",
     "extract from the image as it was reconstructed",
 )
 BRIGHTER = doubt_kind(
     "image.brighter-than-agent",
     Grade.LOOK,
-    "vessel(s) {vessels}: up to {share:.0%} of the voxels outshine the agent, as calcified walls, bone or metal do; the "
-    "lumen and its radius there are wrong: {remedy}",
+    "vessel(s) {vessels}: up to {share:.0%} of the voxels outshine the agent, as calcified walls, bone or metal do; "
+    "the lumen and its radius there are wrong: {remedy}",
     "look, and give a mask without them",
 )
 
@@ -184,4 +186,6 @@ def _brighter(measured: Measurement, volume: Volume, lumen: Segmentation) -> lis
         return []
     names = tuple(network.name[row] for row in rows)
     finding = BRIGHTER(vessels=", ".join(names), share=float(min(share[rows].max(), 1.0)))
-    return [Doubt("radius", finding, names, np.array([tree.lines[row].points[len(tree.lines[row]) // 2] for row in rows]))]
+    return [
+        Doubt("radius", finding, names, np.array([tree.lines[row].points[len(tree.lines[row]) // 2] for row in rows]))
+    ]

@@ -234,8 +234,17 @@ class KnownErrors:
 
     radius_scale_sd: Annotated[
         _Share | None,
-        ErrorKind("1", "factor of all radii", _RADIUS_SD, "image", True, _wider, _one, of_image=_of_radii,
-                         common=_common_to_radii),
+        ErrorKind(
+            "1",
+            "factor of all radii",
+            _RADIUS_SD,
+            "image",
+            True,
+            _wider,
+            _one,
+            of_image=_of_radii,
+            common=_common_to_radii,
+        ),
     ] = None
     """Of a factor common to all radii, as a share: threshold and voxel size of the image. Usual: 0.05, for fits the
     root mean square of the network's ``radius_sd`` where that is larger; its ``radius_scale_sd``, likewise."""

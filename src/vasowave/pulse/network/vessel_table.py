@@ -101,9 +101,9 @@ def network_of(table: Columns, scale: float | None = None) -> tuple[Network, lis
     The root's parent is empty. ``from`` and ``to`` name the nodes in which a vessel begins and ends, in any words;
     vessels with a node in common meet there. Sizes and pressure may be in any unit that the header names. The pressure
     is that of the image, the same in every row; without the column it is not known. ``radius_sd``, ``taper``,
-    ``taper_sd`` and ``radius_scale_sd`` are those of `Network`; their columns may be left out, and their cells be empty. In place of a taper,
-    ``radius end`` may hold the radius at the outlet: ``radius`` is then that at the inlet. ``diameter`` may stand in
-    place of ``radius``, as may ``area``. Other columns are not used, and named.
+    ``taper_sd`` and ``radius_scale_sd`` are those of `Network`; their columns may be left out, and their cells be
+    empty. In place of a taper, ``radius end`` may hold the radius at the outlet: ``radius`` is then that at the inlet.
+    ``diameter`` may stand in place of ``radius``, as may ``area``. Other columns are not used, and named.
 
     Raises
     ------
@@ -127,7 +127,9 @@ def network_of(table: Columns, scale: float | None = None) -> tuple[Network, lis
     names = [str(row + 1) if name is None else cells[name] for row, cells in enumerate(table.cells)]
     length = _size(table, "length", scale)
     radius, end = _radii(table, scale)
-    spread, taper, taper_sd, common = (_known_in(table, field, quantity, scale) for field, quantity in _QUANTITIES.items())
+    spread, taper, taper_sd, common = (
+        _known_in(table, field, quantity, scale) for field, quantity in _QUANTITIES.items()
+    )
     if end is not None:
         if taper is not None:
             raise InputError(
