@@ -35,7 +35,7 @@ class EdgeRules:
         A second step has to reduce the misfit by this factor.
     min_wall, max_wall : float
         Levels of soft tissue beside agent: 0.22 in an air-filled lung, more where agent is thin. What is brighter is
-        no wall but a second edge.
+        a wall only if widths that grow with the vessels explain it better, by the gain, than one width of all.
     min_shadow : float
         A shadow as deep is one of a kernel.
     level_spread, width_spread, blur_spread : float
@@ -93,7 +93,7 @@ class Edge(NamedTuple):
         """Soft tissue beside the lumen, the shadow of a kernel that sharpens, or what is neither."""
         if self.level < 0:
             return "shadow"
-        return "wall" if self.grows and self.level <= RULES.max_wall else "double"
+        return "wall" if self.grows else "double"
 
     @property
     def widens(self) -> float:
@@ -132,12 +132,18 @@ def second_edge(profiles: Sequence[Profile | None], radius: np.ndarray, spacing:
     if misfit < RULES.max_misfit:
         return None
     starts = [(True, (0.2, 0.3)), *([(False, (-0.1, 2.5)), (False, (0.4, 2.5))] if misfit > RULES.gross_misfit else [])]
-    fits = [(grows, _fitted(vessels, Edge(*start, grows, RULES.blur_reach))) for grows, start in starts]
-    grows, best = min(fits, key=lambda pair: pair[1].cost)
+    fits = sorted(
+        ((grows, _fitted(vessels, Edge(*start, grows, 1.0))) for grows, start in starts), key=lambda pair: pair[1].cost
+    )
+    grows, best = fits[0]
     level, width = best.x[:2]
     if best.cost * RULES.min_gain > plain.cost or -RULES.min_shadow < level < RULES.min_wall:
         return None
-    return Edge(float(level), float(width), grows, float(np.median(best.x[3::4])))
+    unlike = all(fit.cost > RULES.min_gain * best.cost for law, fit in fits if not law)
+    is_wall = grows and (level <= RULES.max_wall or (len(fits) > 1 and unlike))
+    if grows and not is_wall:
+        width *= float(np.median([bins.radius for bins in vessels]))
+    return Edge(float(level), float(width), is_wall, float(np.median(best.x[3::4])))
 
 
 def beside_edge(sections: Profile | None, radius: float, spacing: float, edge: Edge) -> tuple[float, float] | None:
