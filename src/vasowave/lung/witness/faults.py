@@ -43,8 +43,8 @@ class FaultRules:
     lags: tuple[int, int] = (2, 4)
     min_pairs: int = 150
     max_filtered: float = 0.75
-    min_excess: float = 0.3
-    noise_margin: float = 4.0
+    min_excess: float = 0.2
+    noise_margin: float = 3.0
     min_bright_share: float = 0.01
     min_bright_voxels: int = 20
     filter_sd: float = 0.08
@@ -105,7 +105,7 @@ def fault_doubts(measured: Measurement, volume: Volume, lumen: Segmentation) -> 
                                                  else edge.width} | numbers)  # fmt: skip
         doubts.append(Doubt("radius", finding, names))
         common = RULES.double_sd if edge.kind == "double" else GUESSED_SHARE * changed
-    ratio = noise_ratio(measured, volume)
+    ratio = noise_ratio(measured, volume) if edge is None or edge.kind == "wall" else None  # else its blur is another
     if ratio is not None and ratio < RULES.max_filtered * _unfiltered(grey.blur / spacing):
         doubts.append(Doubt("radius", FILTERED(), names))
         common = max(common, RULES.filter_sd)
