@@ -49,7 +49,7 @@ def look(
 
 @app.command(
     epilog="Example: vasowave extract scan-folder -o mouse-6 --root 0.91,1.2,0.05 --outlets outlets.csv. "
-    "Then open mouse-6/review.html, correct with --outlets, --edits or --mask, and run again."
+    "Then open mouse-6/review.html, keep corrections in mouse-6/edits.txt (or --outlets, --mask), and run again."
 )
 def extract(
     volume: Annotated[Path, typer.Argument(help=_VOLUME)],
@@ -62,11 +62,12 @@ def extract(
     from vasowave.lung.extraction import extract as extracted
     from vasowave.lung.kept.stages import Stages, forget_stages
     from vasowave.lung.options import Options
+    from vasowave.lung.revise.edits import with_edits_in
     from vasowave.study.folder.reading import home_of
     from vasowave.study.report.extraction import check_extraction_folder, write_extraction
 
     check_extraction_folder(output)
-    options = Options(**setting_values or {})
+    options = with_edits_in(output, Options(**setting_values or {}))
     stages = Stages(output if keep else None)
     with _stages() as report:
         extraction = extracted(volume, options, report, stages)

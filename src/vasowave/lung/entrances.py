@@ -156,17 +156,25 @@ def require_reached(lumen: Segmentation, outlets: np.ndarray) -> None:
         )
 
 
+def wrong_size(network: Network, scale: float, cannula: float, species: str) -> str:
+    """Return why the size of the voxels is wrong, and by what factor: by the cannula of that radius (cm; `scale` is its
+    known over its measured one), or without one by the root that the species can have. Empty where it may be right.
+    """
+    if not cannula:
+        return unlike_the_species(network, species)
+    if abs(np.log(scale)) <= np.log1p(SCALE_LIMIT):
+        return ""
+    return (
+        f"the cannula measures {cannula / scale:.4g} cm instead of {cannula:.4g} (radius): the voxel size is wrong "
+        f"(times {scale:.3g} it would be right), or the root is not at the cannula's outer end, or there is no cannula "
+        "in the image (then give --cannula 0, or cannula=0)"
+    )
+
+
 def check_root(network: Network, scale: float, cannula: float, species: str) -> None:
-    """Refuse a wrong cannula, or without one a root that the species cannot have; warn of a vessel wider than it."""
-    if not cannula and (wrong := unlike_the_species(network, species)):
+    """Refuse what has a `wrong_size`; warn of a vessel wider than the root."""
+    if wrong := wrong_size(network, scale, cannula, species):
         raise InputError(wrong)
-    if cannula and abs(np.log(scale)) > np.log1p(SCALE_LIMIT):
-        measured = cannula / scale
-        raise InputError(
-            f"the cannula measures {measured:.4g} cm instead of {cannula:.4g} (radius): the voxel size "
-            "is wrong, or the root is not at the cannula's outer end, or there is no cannula in the image (then give "
-            "--cannula 0, or cannula=0)"
-        )
     widest = int(np.argmax(network.radius))
     if network.radius[widest] > 1.15 * network.radius[network.root]:
         radius, root = float(network.radius[widest]), float(network.radius[network.root])

@@ -28,7 +28,7 @@ from vasowave.lung.lumen.segmentation import Segmentation
 from vasowave.lung.lumen.surface import surface_points
 from vasowave.lung.measure.cannula import scale_of, tip_sd, without_cannula
 from vasowave.lung.measure.grey_levels import corrected
-from vasowave.lung.measure.measurement import Measurement, filled_at, measured_in, with_errors
+from vasowave.lung.measure.measurement import Measurement, filled_at, measured_in, with_common_error, with_errors
 from vasowave.lung.measure.spread import Elsewhere, elsewhere, with_spread
 from vasowave.lung.options import Options
 from vasowave.lung.places import VoxelSize, written, written_in_the_world
@@ -41,7 +41,8 @@ from vasowave.lung.revise.parts import scaled, wanted_part
 from vasowave.lung.supplied import Given, given
 from vasowave.lung.tree import Line, Tree
 from vasowave.lung.witness.doubts import Doubt, is_doubt, ranked, warn_of
-from vasowave.lung.witness.grey import grey_doubts, grey_look
+from vasowave.lung.witness.faults import fault_doubts
+from vasowave.lung.witness.grey import common_to_radii, grey_doubts, grey_look
 from vasowave.lung.witness.loops import loop_doubts, told_loops
 from vasowave.lung.witness.skeleton import Thinned, skeleton_branches, thinned
 from vasowave.lung.witness.topology import apart_doubts
@@ -225,7 +226,9 @@ def _found_in(image: Volume, key: str, options: Options, report: Callable[[str],
     doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
     doubts += tuple(apart_doubts(measured.tree, measured.network.name, lumen))
     levels = stages.kept("grey", keys.grey, lambda: grey_look(unedited, volume, lumen, cannula, options.cannula / 2))
-    doubts += tuple(grey_doubts(levels, measured.network.name))
+    faults, common_sd = fault_doubts(measured, volume, lumen)
+    doubts += (*grey_doubts(levels, measured.network.name, [doubt.finding.code for doubt in faults]), *faults)
+    measured = with_common_error(measured, max(common_sd, common_to_radii(levels)))
     factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
     measured = replace(measured, tree=measured.tree.moved(world))
     full_measurement = scaled(with_junctions_at(measured, options.junction), factor)

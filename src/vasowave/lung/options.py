@@ -66,7 +66,7 @@ class Options:
     mask: Path | None = None
     """The lumen as edited by hand; labels: 1 lumen, 2 root, 3… outlets."""
     edits: Path | None = None
-    """Corrections: remove, cut, merge, root, one a line."""
+    """Corrections: remove, cut, merge, root, one a line; else `edits.txt` in the folder of the results."""
     grey: GreyPairs | None = None
     """Pairs measured:linear of grey levels, ascending, 0:0,120:80,255:255: they correct a scale that is bent, and the
     threshold then counts on the corrected one."""

@@ -11,11 +11,11 @@ from vasowave.base.errors import InputError, VasowaveWarning
 from vasowave.base.findings import Finding, found_in, look_kind
 from vasowave.base.species import SpeciesName
 from vasowave.lung.axes.vessels import tree_of
-from vasowave.lung.entrances import Entrance, clear_entrance, entrances, goes_on
+from vasowave.lung.entrances import Entrance, clear_entrance, entrances, goes_on, wrong_size
 from vasowave.lung.lumen.contours import level_set
 from vasowave.lung.lumen.levels import Levels, levels_of
 from vasowave.lung.lumen.segmentation import Segmentation, segment
-from vasowave.lung.measure.cannula import NoCannulaError, without_cannula
+from vasowave.lung.measure.cannula import NoCannulaError, cannula_radius, without_cannula
 from vasowave.lung.measure.grey_levels import corrected
 from vasowave.lung.measure.measurement import Measurement, measured_in
 from vasowave.lung.options import Options
@@ -27,7 +27,7 @@ from vasowave.lung.read.volume import Volume, isotropic
 from vasowave.lung.tree import Line
 from vasowave.lung.witness.grey import GreyLook, grey_doubts, grey_look, saturation
 from vasowave.lung.witness.loops import Loop, loop_count, loops_of, opening_threshold
-from vasowave.pulse.network.remarks import unlike_the_species
+from vasowave.pulse.network.network import Network
 
 BINS = 256
 _LEAST_CONTRAST = 1.0  # SD of the noise
@@ -225,8 +225,7 @@ def _seen(
     if measured is not None:
         grey = grey_look(measured.tree, volume, lumen, shown.cannula, first.cannula / 2)
     names = () if measured is None else measured.network.name
-    wrong = "" if measured is None or first.cannula else unlike_the_species(measured.network, first.species)
-    unseen += [UNLIKE(problem=wrong)] if wrong else []
+    unseen += [UNLIKE(problem=wrong)] if (wrong := _wrong_size(shown, volume, first, ends)) else []
     findings = (*unseen, *(doubt.finding for doubt in grey_doubts(grey, names)), *found_in(caught_warnings))
     world = image.frame.world
     ends = tuple(Entrance(world(end.place), end.radius) for end in ends)
@@ -248,6 +247,22 @@ def _seen(
             first, volume, ends, grey, closed, opening, "open" if loops and not closed and opening is None else "refuse"
         ),
     )
+
+
+def _wrong_size(shown: "_First", volume: Volume, options: Options, ends: tuple[Entrance, ...]) -> str:
+    """Return why the size of the voxels is wrong, by the first tree or, without one, by the widest end."""
+    if shown.measured is None:
+        if not ends:
+            return ""
+        network = Network(("widest end",), [-1], [ends[0].radius], [ends[0].radius])
+        return wrong_size(network, 1.0, 0.0, options.species)
+    scale = 1.0
+    if shown.cannula is not None and options.cannula:
+        try:
+            scale = options.cannula / 2 / cannula_radius(shown.cannula, volume)
+        except InputError:  # too little of it is seen
+            return ""
+    return wrong_size(shown.measured.network, scale, options.cannula / 2, options.species)
 
 
 def _level_set(volume: Volume, threshold: float) -> Segmentation | None:

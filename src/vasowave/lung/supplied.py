@@ -11,7 +11,7 @@ from vasowave.lung.lumen.segmentation import Segmenter, segment
 from vasowave.lung.options import Options
 from vasowave.lung.read.labels import ROOT, marks, on_grid_of, read_labels
 from vasowave.lung.read.volume import Volume
-from vasowave.lung.revise.edits import Edit, outlets_of, read_edits, root_of
+from vasowave.lung.revise.edits import Edit, applied, outlets_of, root_of
 
 _METHODS: dict[str, Segmenter] = {"threshold": segment, "level-set": level_set}
 
@@ -47,10 +47,10 @@ def given(image: Volume, volume: Volume, options: Options) -> Given:
     Raises
     ------
     InputError
-        As `read_labels`, `read_edits`, `box_region`.
+        As `read_labels`, `applied`, `box_region`.
     """
     to_image = image.frame.own
-    edits = tuple(edit.turned(to_image) for edit in read_edits(options.edits)) if options.edits else ()
+    edits = tuple(edit.turned(to_image) for edit in applied(options.edits)) if options.edits else ()
     labels = on_grid_of(read_labels(options.mask, image, options.voxel), image, volume) if options.mask else None
     entrances = marks(labels, volume) if labels is not None else {}
     painted: Any = [place for label, place in entrances.items() if label > ROOT]

@@ -36,6 +36,16 @@ AT_BORDER = look_kind(
 TWO_TREES = look_kind(
     "image.two-trees", "two separate trees ({larger} and {smaller} voxels): took the larger; {remedy}", "a seed chooses"
 )
+BRANCHES = look_kind(
+    "image.holder",
+    "the largest bright piece ({larger} voxels) does not branch, as holders and tubes do not: took the piece of "
+    "{smaller} voxels that does; {remedy}",
+    "a seed chooses",
+)
+COMPARABLE_SHARE = 0.1
+"""A piece with a larger share of the voxels of the largest may be the tree."""
+COARSE_EDGE, MIN_ENDS, MORE_ENDS = 96, 4, 2.0
+"""Pieces are cut across on a grid of so many voxels; a tree falls into so many spots, and so many times as many."""
 
 
 def reach_of(width: float) -> int:
@@ -283,9 +293,32 @@ def _chosen(volume: Volume, voxels: np.ndarray, labels: np.ndarray, seed: np.nda
         return int(labels[matches[0]])
     sizes = np.append(np.bincount(labels), 0)
     largest, second = np.argsort(sizes)[::-1][:2]
-    if sizes[second] > 0.1 * sizes[largest]:
-        warn(TWO_TREES(larger=int(sizes[largest]), smaller=int(sizes[second])), stacklevel=3)
+    if sizes[second] <= COMPARABLE_SHARE * sizes[largest]:
+        return int(largest)
+    pieces = np.flatnonzero(sizes > COMPARABLE_SHARE * sizes[largest])
+    spots = {label: _spots_across(voxels[labels == label]) for label in pieces.tolist()}
+    best = max(spots, key=lambda label: spots[label])
+    if spots[best] >= max(MIN_ENDS, MORE_ENDS * spots[int(largest)]):
+        warn(BRANCHES(larger=int(sizes[largest]), smaller=int(sizes[best])), stacklevel=3)
+        return best
+    warn(TWO_TREES(larger=int(sizes[largest]), smaller=int(sizes[second])), stacklevel=3)
     return int(largest)
+
+
+def _spots_across(voxels: np.ndarray) -> int:
+    """Return into how many spots a piece falls where it is cut across, at most: a tree into its vessels."""
+    low = voxels.min(axis=0)
+    size = int(np.ceil((voxels.max(axis=0) - low + 1).max() / COARSE_EDGE))
+    coarse = np.zeros((voxels.max(axis=0) - low) // size + 1, dtype=bool)
+    coarse[tuple(((voxels - low) // size).T)] = True
+    within = np.zeros((3, 3, 3), dtype=int)
+    within[1] = 1
+    counts = []
+    for axis in range(3):
+        planes = np.moveaxis(coarse, axis, 0)
+        spots, _ = ndimage.label(planes, within)
+        counts.append(np.quantile([len(np.unique(plane[plane > 0])) for plane in spots], 0.9))
+    return int(max(counts))
 
 
 def _holes(mask: np.ndarray) -> np.ndarray:

@@ -93,6 +93,13 @@ def filled_at(measured: Measurement, pressure: float) -> Measurement:
     return replace(measured, network=replace(measured.network, pressure=pressure))
 
 
+def with_common_error(measured: Measurement, sd: float) -> Measurement:
+    """Return `measured` whose network knows the SD of a factor of all radii, as a share; 0 of none."""
+    return measured if sd <= 0 else replace(
+        measured, network=replace(measured.network, radius_scale_sd=np.full(len(measured.network), sd))
+    )  # fmt: skip
+
+
 def with_errors(measured: Measurement) -> Measurement:
     """Return `measured` whose network knows the errors of its radii, and its tapers where grey levels show them."""
     network, grey = measured.network, measured.grey

@@ -4,7 +4,7 @@ The same sections laid beside the vessel, where nothing is, tell what noise alon
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -56,6 +56,9 @@ class Profile:
         The points of the vessel's line at which they lie.
     noise : float
         How much a section's signal scatters for noise of one grey level in each voxel, up to a factor, cm².
+    radial : float array, shape (3, bin)
+        Distance from the axis, cm; grey level there, the median of the sections' means; its standard error. NaN where
+        no section shows it.
     """
 
     signal: np.ndarray
@@ -65,6 +68,7 @@ class Profile:
     run: np.ndarray
     rows: np.ndarray
     noise: float = 1.0
+    radial: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))
 
 
 Look = Callable[[Line, np.ndarray, float, Volume, Sequence[Line]], Profile | None]
@@ -105,12 +109,14 @@ def profile(
         if len(complete_sections)
         else np.full(2, np.nan)
     )
-    steepest = _slope(above, valid, rho, BIN * spacing)
+    bins = (rho / (BIN * spacing)).astype(int)
+    steepest = _slope(above, valid, bins, BIN * spacing)
+    radial = _radial(above, valid | (ring[good] & (rho > inner)), bins, rho)
     # The integral's own noise, and that of the background's median (π/2 as much as of a mean) over its area.
     noise = np.sqrt(area + np.pi / 2 * area**2 / (np.mean(ring[good].sum(axis=1)) * (STEP * spacing) ** 2))
     plateau = above[:, core].mean(axis=1)
     rows = sections[good]
-    return Profile(signal, plateau, spread, steepest, line.run[rows], rows, float(noise))
+    return Profile(signal, plateau, spread, steepest, line.run[rows], rows, float(noise), radial)
 
 
 def _seen(grid: np.ndarray, within: np.ndarray, foreign: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -130,13 +136,28 @@ def _spread(weight: np.ndarray, grid: np.ndarray) -> np.ndarray:
     return np.linalg.eigvalsh((away * weight[:, None]).T @ away)[::-1]
 
 
-def _slope(above: np.ndarray, valid: np.ndarray, rho: np.ndarray, width: float) -> float:
+def _slope(above: np.ndarray, valid: np.ndarray, bins: np.ndarray, width: float) -> float:
     """Return the steepest fall of the mean grey level from bin to bin of `width`, grey levels per cm."""
-    bins = (rho / width).astype(int)
-    total = np.bincount(np.broadcast_to(bins, above.shape)[valid], above[valid])
-    count = np.bincount(np.broadcast_to(bins, above.shape)[valid])
-    mean = total / np.maximum(count, 1)
+    chosen = np.broadcast_to(bins, above.shape)[valid]
+    mean = np.bincount(chosen, above[valid]) / np.maximum(np.bincount(chosen), 1)
     return float(np.max(mean[:-2] - mean[2:], initial=0.0) / (2 * width))
+
+
+def _radial(above: np.ndarray, valid: np.ndarray, bins: np.ndarray, rho: np.ndarray) -> np.ndarray:
+    """Return `Profile.radial`: a neighbor comes into few sections, and the median does not know it."""
+    count = int(bins.max()) + 1
+    cell = (np.arange(len(above))[:, None] * count + bins)[valid]
+    shape = (len(above), count)
+    weight = np.bincount(cell, minlength=len(above) * count).reshape(shape)
+    total = np.bincount(cell, above[valid], len(above) * count).reshape(shape)
+    chosen = weight > 0.5 * weight.max(axis=0)
+    mean = total / np.maximum(weight, 1)
+    level, spread = np.full(count, np.nan), np.full(count, np.nan)
+    for place in np.flatnonzero(chosen.sum(axis=0) >= 2):
+        values = mean[chosen[:, place], place]
+        level[place], spread[place] = np.median(values), 1.25 * np.std(values) / np.sqrt(len(values))
+    distance = np.bincount(bins, rho) / np.maximum(np.bincount(bins), 1)
+    return np.array([distance, level, spread])
 
 
 def signal_beside(line: Line, sections: np.ndarray, radius: float, volume: Volume, vessels: Line) -> float:

@@ -145,6 +145,7 @@ def _sizes_in(alternative: Elsewhere, measured: Measurement, volume: Volume, pro
         windows(measured.densitometric, measured.inscribed, float(volume.spacing[0])),
     )
     grey = densitometric_radii(alternative.tree, volume, network.radius, window, profiler)
+    grey *= 1.0 if measured.grey is None else measured.grey.share
     radius = np.where(dense, grey, network.radius)
     return np.where(lost, np.nan, [radius, network.length])
 

@@ -23,14 +23,20 @@ import numpy as np
 
 from vasowave.base import units
 from vasowave.base.errors import InputError, did_you_mean
-from vasowave.base.findings import warn
+from vasowave.base.findings import note_kind, warn
 from vasowave.base.io.columns import NO_END
 from vasowave.base.io.textfile import read_lines
 from vasowave.base.stores import stored
 from vasowave.lung.measure.measurement import Measurement
+from vasowave.lung.options import Options
 from vasowave.lung.places import place, written
 from vasowave.lung.tree import Line, Tree, without
 
+FILE = "edits.txt"
+"""Edits of this name in the folder of an extraction are applied where no other file is named."""
+APPLIED = note_kind(
+    "image.edits-applied", "{count} edit(s) of {path} were applied; to extract without one, take out its line"
+)
 REACH = 3.0
 """An edit finds its vessel if its place is within this many radii of the vessel's axis."""
 
@@ -61,6 +67,31 @@ class Edit:
     def turned(self, turn: Callable[[np.ndarray], np.ndarray]) -> "Edit":
         """Return the edit with its places where `turn` puts them."""
         return replace(self, point=turn(self.point), to=None if self.to is None else turn(self.to))
+
+
+def with_edits_in(folder: Path, options: Options) -> Options:
+    """Return `options` with the file of edits in the `folder` of an earlier extraction, unless they name one."""
+    path = Path(folder) / FILE
+    return replace(options, edits=path) if options.edits is None and path.is_file() else options
+
+
+def applied(path: Path) -> tuple[Edit, ...]:
+    """Return the edits of a file, and say how many there are.
+
+    Raises
+    ------
+    InputError
+        As `read_edits`.
+
+    Warns
+    -----
+    VasowaveWarning
+        A note, that there are edits.
+    """
+    edits = read_edits(path)
+    if edits:
+        warn(APPLIED(count=len(edits), path=str(path)))
+    return edits
 
 
 @stored("edits of a tree", "edits/*.txt")

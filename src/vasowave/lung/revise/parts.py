@@ -126,9 +126,11 @@ def part_of(measured: Measurement, rows: Sequence[int] | np.ndarray) -> Measurem
     network = measured.network
     parent = np.where(network.parent[rows] >= 0, new[network.parent[rows]], -1)
     names = tuple(network.name[row] for row in rows)
+    common = None if network.radius_scale_sd is None else network.radius_scale_sd[rows]
+    sizes = network.length[rows], network.radius[rows]
     return replace(
         measured,
-        network=Network(names, parent, network.length[rows], network.radius[rows], pressure=network.pressure),
+        network=Network(names, parent, *sizes, pressure=network.pressure, radius_scale_sd=common),
         tree=Tree(tuple(measured.tree.lines[row] for row in rows), parent),
         grey=None if measured.grey is None else measured.grey.of(rows),
         **{name: getattr(measured, name)[rows] for name in (*_SIZES, "reliable")},

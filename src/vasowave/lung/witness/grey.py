@@ -24,6 +24,11 @@ MAX_AGREEING_ERROR, MAX_LINEAR_ERROR = 0.02, 0.01
 """A correction is right if the cannula then has its known radius within the first share; a bend is none if it has it
 within the second as the image is, and not after a correction."""
 
+CLIPPED_SD, FLAT_SD = 0.1, 0.05
+"""Common error of all radii where the grey scale is cut off or flat, as a share of them."""
+NOISE_MOVED = {"image.filtered", "image.sharpened", "image.doubled-edges"}
+"""Faults with which the noise says nothing of the scale."""
+
 LINEAR = "export the image on a linear scale, or give its linear levels (option 'grey')"
 IMAGE_CLIPPED = doubt_kind(
     "image.clipped",
@@ -121,13 +126,25 @@ def saturation(volume: Volume, lumen: Segmentation) -> tuple[float, float]:
     return float(np.mean(grey >= highest - 1e-6 * (highest - lowest))), highest
 
 
-def grey_doubts(observation: GreyLook, vessels: Sequence[str]) -> list[Doubt]:
-    """Return the gravest thing that the grey levels say against the radii of all `vessels`, if there is one."""
+def common_to_radii(observation: GreyLook) -> float:
+    """Return the SD of the factor that the grey scale leaves open of all radii, as a share; 0 where it is linear."""
+    if observation.saturated > MAX_CLIPPED_SHARE:
+        return CLIPPED_SD
+    if observation.scale is None or observation.contradicted or not _is_off(observation.scale):
+        return 0.0
+    return max(abs(observation.scale.bend) / 2, FLAT_SD if observation.scale.flatness < MIN_FLATNESS else 0.0)
+
+
+def grey_doubts(observation: GreyLook, vessels: Sequence[str], faults: Sequence[str] = ()) -> list[Doubt]:
+    """Return the gravest thing that the grey levels say against the radii of all `vessels`, if there is one.
+
+    A filter, by its code among `faults`, moves the noise too, which then says nothing of the scale.
+    """
     names = tuple(vessels)
     if observation.saturated > MAX_CLIPPED_SHARE:
         return [Doubt("radius", IMAGE_CLIPPED(share=observation.saturated, level=observation.highest), names)]
     scale = observation.scale
-    if scale is None or observation.contradicted or not _is_off(scale):
+    if scale is None or observation.contradicted or not _is_off(scale) or NOISE_MOVED & set(faults):
         return []
     remedy = LINEAR
     if observation.offered:

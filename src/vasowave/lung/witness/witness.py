@@ -22,6 +22,8 @@ CHANCE = 0.2
 these radii are off by a `RADIUS` that is not named: most vessels are surer than just sure enough."""
 MAX_SHORT_SHARE = 0.5
 """A tree with a larger share of vessels that are too short to be measured is doubted as a whole."""
+MAX_SHORT_INNER_SHARE = 0.25
+"""False branches cut vessels into pieces, too: without so large a share among those that divide, stumps are stumps."""
 UNEVEN = 0.06
 """A lumen whose surface lies so far from a round tube (`surface_misfit`) is named; round ones show 0.01 to 0.04."""
 MIN_CONTRAST_SHARE = 0.7
@@ -117,8 +119,8 @@ def doubts_about(
 
 def _shattered(measured: Measurement) -> list[Doubt]:
     """Return the doubt about a tree most of whose vessels are too short to be measured: ridges taken for branches."""
-    short = ~measured.reliable
-    if short.mean() <= MAX_SHORT_SHARE:
+    short, terminals = ~measured.reliable, list(measured.tree.terminals)
+    if short.mean() <= MAX_SHORT_SHARE or np.delete(short, terminals).mean() <= MAX_SHORT_INNER_SHARE:
         return []
     finding = SHATTER(short=int(short.sum()), vessels=len(short))
     return [Doubt("topology", finding, tuple(measured.network.name[row] for row in np.flatnonzero(short)))]

@@ -60,6 +60,9 @@ class ErrorKind:
         Whether posteriors assume the usual SD, too; else theirs is 0 where nothing is said.
     of_image : callable
         Returns the SD that the measurement of a network tells in place of the usual one, None where it tells none.
+    common : callable
+        Returns the part of it that vessels have in common: posteriors, in which each vessel has an error of its own,
+        take it in place of a smaller usual one.
     """
 
     unit: str
@@ -71,6 +74,7 @@ class ErrorKind:
     center: Callable[[Seen], float]
     sampled: bool = True
     of_image: Callable[[Network], float | None] = lambda _: None
+    common: Callable[[Network], float] = lambda _: 0.0
 
 
 _WORDS = {
@@ -178,14 +182,21 @@ def _thicker(observed: Seen, factor: float) -> Seen:
 
 
 def _of_radii(network: Network) -> float | None:
-    """Return the root mean square of the SD of the radii, as shares of them, where it exceeds what is usual.
+    """Return the root mean square of the SD of the radii, as shares of them, or what the image says of all alike,
+    where the larger exceeds what is usual.
 
     A smaller one knows of threshold and noise, and not of the size of the voxels or of what became of the lung.
     """
-    if network.radius_sd is None or not np.isfinite(network.radius_sd).any():
-        return None
-    spread = float(np.sqrt(np.nanmean((network.radius_sd / network.radius) ** 2)))
+    spread = _common_to_radii(network)
+    if network.radius_sd is not None and np.isfinite(network.radius_sd).any():
+        spread = max(spread, float(np.sqrt(np.nanmean((network.radius_sd / network.radius) ** 2))))
     return spread if spread > _RADIUS_SD else None
+
+
+def _common_to_radii(network: Network) -> float:
+    """Return the SD of the factor of all radii that the image of a network tells, 0 where it tells none."""
+    shares = np.zeros(1) if network.radius_scale_sd is None else network.radius_scale_sd
+    return float(np.nan_to_num(shares).max())
 
 
 def _of_tapers(network: Network) -> float | None:
@@ -223,10 +234,20 @@ class KnownErrors:
 
     radius_scale_sd: Annotated[
         _Share | None,
-        ErrorKind("1", "factor of all radii", _RADIUS_SD, "image", True, _wider, _one, of_image=_of_radii),
+        ErrorKind(
+            "1",
+            "factor of all radii",
+            _RADIUS_SD,
+            "image",
+            True,
+            _wider,
+            _one,
+            of_image=_of_radii,
+            common=_common_to_radii,
+        ),
     ] = None
     """Of a factor common to all radii, as a share: threshold and voxel size of the image. Usual: 0.05, for fits the
-    root mean square of the network's ``radius_sd`` where that is larger."""
+    root mean square of the network's ``radius_sd`` where that is larger; its ``radius_scale_sd``, likewise."""
     length_scale_sd: Annotated[
         _Share | None, ErrorKind("1", "factor of all lengths", 0.05, "image", True, _longer, _one)
     ] = None
@@ -289,10 +310,11 @@ class KnownErrors:
     ] = None
     """Of the viscosity of the blood, as a share: hematocrit and temperature. Usual: 0."""
 
-    def sd(self, name: str) -> float:
-        """Return the SD of an unknown of posteriors: what is said, else what is usual."""
+    def sd(self, name: str, network: Network | None = None) -> float:
+        """Return the SD of an unknown of posteriors: what is said, else what the network's image tells, or is usual."""
         value, kind = getattr(self, f"{name}_sd"), kinds()[name]
-        return (kind.usual if kind.sampled else 0.0) if value is None else float(value)
+        usual = max(kind.usual, 0.0 if network is None else kind.common(network))
+        return (usual if kind.sampled else 0.0) if value is None else float(value)
 
     def assumed(self, network: Network) -> tuple[AssumedError, ...]:
         """Return the errors that fits of a network allow for, and those of which the lab says that there are none."""

@@ -109,7 +109,7 @@ class Unknowns:
             center = float(kind.center(self._seen))
             if (name != "zero" or self.zero_enters) and not (kind.positive and center == 0):
                 structure[ParameterName(kind.source, name)] = Unknown(
-                    kind.unit, kind.meaning, center, priors.sd(name), kind.positive, kind.source
+                    kind.unit, kind.meaning, center, priors.sd(name, self.network), kind.positive, kind.source
                 )
         behind = self.space.outlet_pressure
         structure[ParameterName("recording", "wedge")] = Unknown(

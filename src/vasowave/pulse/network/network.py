@@ -26,7 +26,7 @@ HIGHEST = 100.0
 
 _COUNTED = 2.0**53  # above it numbers cannot tell one row from the next
 _NO_TAPER = 0.05  # probability of the measured tapers in a straight tree from which it is straight
-MEASURED = ("radius_sd", "taper", "taper_sd")
+MEASURED = ("radius_sd", "taper", "taper_sd", "radius_scale_sd")
 """What may be known of each vessel beside its sizes."""
 
 _TOPOLOGY = ("name", "parent", "nodes", "root", "inlets", "start", "end", "junctions", "daughters", "terminals",
@@ -57,6 +57,9 @@ class Network:
         Fall of the radius along the vessel, -dr/ds, cm/cm, around the middle, where the radius is `radius`; and its
         standard deviation. NaN where it was not measured. Models have straight vessels unless they are
         given a shape (`Shape.of`); the posterior knows of it.
+    radius_scale_sd : float array, shape (vessel,), optional
+        Standard deviation of a factor that all radii have in common, as a share: what an image's faults do to all of
+        them alike. NaN or None where the image shows none.
     nodes : int array, shape (vessel, 2), optional
         Numbers of the nodes in which each vessel begins and ends, in place of parents: vessels that share a node meet
         there, whichever of their ends it is. Nodes in which nothing ends are inlets, those in which nothing begins lead
@@ -94,6 +97,7 @@ class Network:
     taper: np.ndarray | None = None
     taper_sd: np.ndarray | None = None
     nodes: np.ndarray | None = None
+    radius_scale_sd: np.ndarray | None = None
 
     def __post_init__(self, where: Callable[[int], str] | None) -> None:
         """Check the topology once and freeze the arrays; `where` says for a row how errors call it."""

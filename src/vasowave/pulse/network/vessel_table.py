@@ -23,7 +23,7 @@ from vasowave.pulse.network.topology import joined_vessels
 _END = "radius end"
 _WIDTHS = ("area", "radius start", _END, "diameter start", "diameter end")
 _TITLES = "name, parent, length [cm], radius [cm] or diameter [cm]"
-_QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope"}
+_QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope", "radius_scale_sd": "slope"}
 
 _OURS = ("radius_inscribed", "radius_densitometric", "radius_reliable", "doubts")
 """Columns of an extraction that say where its radii come from."""
@@ -100,10 +100,10 @@ def network_of(table: Columns, scale: float | None = None) -> tuple[Network, lis
 
     The root's parent is empty. ``from`` and ``to`` name the nodes in which a vessel begins and ends, in any words;
     vessels with a node in common meet there. Sizes and pressure may be in any unit that the header names. The pressure
-    is that of the image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and
-    ``taper_sd`` are those of `Network`; their columns may be left out, and their cells be empty. In place of a taper,
-    ``radius end`` may hold the radius at the outlet: ``radius`` is then that at the inlet. ``diameter`` may stand in
-    place of ``radius``, as may ``area``. Other columns are not used, and named.
+    is that of the image, the same in every row; without the column it is not known. ``radius_sd``, ``taper``,
+    ``taper_sd`` and ``radius_scale_sd`` are those of `Network`; their columns may be left out, and their cells be
+    empty. In place of a taper, ``radius end`` may hold the radius at the outlet: ``radius`` is then that at the inlet.
+    ``diameter`` may stand in place of ``radius``, as may ``area``. Other columns are not used, and named.
 
     Raises
     ------
@@ -127,7 +127,9 @@ def network_of(table: Columns, scale: float | None = None) -> tuple[Network, lis
     names = [str(row + 1) if name is None else cells[name] for row, cells in enumerate(table.cells)]
     length = _size(table, "length", scale)
     radius, end = _radii(table, scale)
-    spread, taper, taper_sd = (_known_in(table, field, quantity, scale) for field, quantity in _QUANTITIES.items())
+    spread, taper, taper_sd, common = (
+        _known_in(table, field, quantity, scale) for field, quantity in _QUANTITIES.items()
+    )
     if end is not None:
         if taper is not None:
             raise InputError(
@@ -138,7 +140,7 @@ def network_of(table: Columns, scale: float | None = None) -> tuple[Network, lis
         radius = np.where(np.isnan(end), radius, 0.5 * (radius + end))
     parent, nodes, rooting = joined_vessels(table, names, radius, where)
     network = Network(
-        tuple(names), parent, length, radius, where, _pressure_in(table, where), spread, taper, taper_sd, nodes
+        tuple(names), parent, length, radius, where, _pressure_in(table, where), spread, taper, taper_sd, nodes, common
     )
     used = {"name", *topology, "length", "radius", "diameter", "pressure", *_WIDTHS, *_QUANTITIES, *COUNTED, *_OURS}
     return network, [*table.suspicions, *findings, *rooting, *_lost(table, network), *_unused(table, used)]

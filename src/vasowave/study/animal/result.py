@@ -61,6 +61,7 @@ _MEASURED_VARIABLES = {
     "radius_sd": ("cm", "standard deviation of the radius, NaN where not known"),
     "taper": ("1", "fall of the radius along the vessel, NaN where not measured"),
     "taper_sd": ("1", "standard deviation of the taper"),
+    "radius_scale_sd": ("1", "standard deviation of a factor that all radii have in common, NaN where not known"),
 }
 
 

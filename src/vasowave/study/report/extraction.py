@@ -37,7 +37,7 @@ PAGE = "review.html"
 FIGURES = "figures"
 SETTINGS, CENTERLINES = "extraction.json", "centerlines.json"
 _TAPER = ("taper [cm/cm]", "taper_se [cm/cm]", "radius_proximal [cm]", "radius_distal [cm]")
-_SHAPE = ("tortuosity", "length_sd [cm]", "contrast", "aspect")
+_SHAPE = ("tortuosity", "length_sd [cm]", "contrast", "aspect", "wall [cm]")
 _ENDS = tuple(f"{axis}_{end} [cm]" for end in ("proximal", "distal") for axis in "xyz")
 
 
@@ -114,13 +114,14 @@ def vessel_rows(measured: Measurement) -> tuple[tuple[str, ...], list[tuple[Any,
         generation[members] = level
     free, slopes = free_length(tree), taper(tree)
     unknown = np.full(len(network), np.nan)
-    contrast, aspect = (unknown, unknown) if measured.grey is None else (measured.grey.contrast, measured.grey.aspect)
+    grey = measured.grey
+    contrast, aspect, wall = (unknown,) * 3 if grey is None else (grey.contrast, grey.aspect, grey.wall)
     tapers = np.column_stack([slopes.slope, slopes.slope_se, slopes.proximal, slopes.distal])
     header = ("name", "generation", "flow_fraction", "free_length [cm]", *_SHAPE, *_TAPER, *_ENDS)
     rows: list[tuple[Any, ...]] = []
     for row, name in enumerate(network.name):
         ends = tree.lines[row].points[[0, -1], ::-1].ravel().tolist()
-        shape = (tree.lines[row].tortuosity, measured.length_sd[row], contrast[row], aspect[row])
+        shape = (tree.lines[row].tortuosity, measured.length_sd[row], contrast[row], aspect[row], wall[row])
         numbers = [network.flow_fraction[row], free[row], *shape, *tapers[row], *ends]
         rows.append((name, int(generation[row]), *map(float, numbers)))
     return header, rows

@@ -100,6 +100,7 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         notes=texts(extraction.notes),
         doubts=[(doubt.grade.value, f"{100 * doubt.flow:.0f} %", doubt.text) for doubt in extraction.doubts],
         actions=("remove", "cut", "merge", "root"),
+        edits=_edits_text(extraction),
         proposals=suggested.edits,
         missing=len(suggested.outlets),
         figures=[
@@ -155,6 +156,12 @@ def _doubted(extraction: Extraction, vessel: str) -> str:
     grade = gravest(extraction.doubts, vessel)
     about = sorted({doubt.about for doubt in extraction.doubts if vessel in doubt.vessels})
     return "" if grade is None else f"{grade.value}: {', '.join(about)}"
+
+
+def _edits_text(extraction: Extraction) -> str:
+    """Return the edits that were applied, as they stand in their file, so that new ones come after them."""
+    path = extraction.options.edits
+    return "" if path is None else f"{path.read_text('utf-8-sig').strip()}\n"
 
 
 def _source(extraction: Extraction) -> str:

@@ -1,0 +1,191 @@
+"""Doubts about faults that all vessels share: kernels and filters, a wrong center, walls, and what outshines the agent.
+
+Repeated thresholds and the scatter of sections do not know of them, so the network carries a common error of all radii.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from vasowave.lung.lumen.segmentation import Segmentation
+from vasowave.lung.measure.measurement import Measurement
+from vasowave.lung.measure.radii import GUESSED_SHARE
+from vasowave.lung.read.volume import Volume
+from vasowave.lung.tree import Line
+from vasowave.lung.witness.doubts import Doubt, Grade, doubt_kind
+
+
+@dataclass(frozen=True)
+class FaultRules:
+    """When a fault is named; lengths in voxels.
+
+    Attributes
+    ----------
+    min_radius, margin, max_vessels, core, lags, min_pairs
+        Noise is that of the widest vessels' middle: so wide, within the lumen by the margin, from places so near to the
+        axis, by voxels so far apart, and not known from fewer pairs.
+    max_filtered : float
+        Noise as smooth as edges has a ratio of its differences over the two lags; below this share of it, a filter has
+        smoothed the noise and spared the edges.
+    min_excess, noise_margin : float
+        Brighter than the agent is what exceeds it by this share of the contrast and so many SD of the noise.
+    min_bright_share, min_bright_voxels
+        Of a vessel's voxels near its axis.
+    filter_sd, double_sd : float
+        Common error of the radii with a filter and with doubled edges: what they moved radii of known vessels by.
+    """
+
+    min_radius: float = 6.0
+    margin: float = 1.8
+    max_vessels: int = 4
+    core: int = 2
+    lags: tuple[int, int] = (2, 4)
+    min_pairs: int = 150
+    max_filtered: float = 0.75
+    min_excess: float = 0.2
+    noise_margin: float = 3.0
+    min_bright_share: float = 0.01
+    min_bright_voxels: int = 20
+    filter_sd: float = 0.08
+    double_sd: float = 0.1
+
+
+RULES = FaultRules()
+_ALL = "all radii: "
+WALLS = doubt_kind(
+    "image.walls",
+    Grade.UNCERTAIN,
+    _ALL + "walls of {level:.0%} of the agent's contrast, {width:.0%} of the radius thick, stand beside the lumen; the "
+    "radii are those of the lumen without them, which grey levels would sum up to be {percent:.1f} % wider",
+)
+SHARPENED = doubt_kind(
+    "image.sharpened",
+    Grade.UNCERTAIN,
+    _ALL + "a kernel sharpened the image: a shadow of {depth:.0%} of the contrast stands beside the vessels; radii are "
+    "those of the edges, and thin vessels are known less well; {remedy}",
+    "reconstruct with a smooth kernel",
+)
+DOUBLED = doubt_kind(
+    "image.doubled-edges",
+    Grade.LOOK,
+    _ALL
+    + "the vessels' edges are double, with a step at {level:.0%} of the contrast, {voxels:.1f} voxels wide: a wrong "
+    "center of rotation, a lung that moved, or walls that took up agent; {remedy}",
+    "correct the center and reconstruct again",
+)
+FILTERED = doubt_kind(
+    "image.filtered",
+    Grade.LOOK,
+    _ALL
+    + "noise is smoother than the edges are: a median or another filter that spares edges was used, which eats thin "
+    "vessels; {remedy}",
+    "extract from the image as it was reconstructed",
+)
+BRIGHTER = doubt_kind(
+    "image.brighter-than-agent",
+    Grade.LOOK,
+    "vessel(s) {vessels}: up to {share:.0%} of the voxels outshine the agent, as calcified walls, bone or metal do; "
+    "the lumen and its radius there are wrong: {remedy}",
+    "look, and give a mask without them",
+)
+
+
+def fault_doubts(measured: Measurement, volume: Volume, lumen: Segmentation) -> tuple[list[Doubt], float]:
+    """Return what systematic faults the image (cubes) shows, and the SD of the factor that all radii share for them."""
+    grey, names = measured.grey, measured.network.name
+    if grey is None:
+        return [], 0.0
+    doubts, common, spacing = [], 0.0, float(volume.spacing[0])
+    if (edge := grey.edge) is not None:
+        numbers = {"level": edge.level, "depth": -edge.level, "width": edge.width, "voxels": edge.width}
+        kind = {"wall": WALLS, "shadow": SHARPENED, "double": DOUBLED}[edge.kind]
+        changed = float(np.nanmedian(np.abs(1 / grey.share - 1)))
+        finding = kind(percent=100 * changed, **{"voxels": edge.width * _typical(measured) / spacing if edge.grows
+                                                 else edge.width} | numbers)  # fmt: skip
+        doubts.append(Doubt("radius", finding, names))
+        common = RULES.double_sd if edge.kind == "double" else GUESSED_SHARE * changed
+    ratio = noise_ratio(measured, volume) if edge is None or edge.kind == "wall" else None  # else its blur is another
+    if ratio is not None and ratio < RULES.max_filtered * _unfiltered(grey.blur / spacing):
+        doubts.append(Doubt("radius", FILTERED(), names))
+        common = max(common, RULES.filter_sd)
+    if edge is None or edge.kind != "shadow":
+        doubts += _brighter(measured, volume, lumen)
+    return doubts, common
+
+
+def _typical(measured: Measurement) -> float:
+    return float(np.median(measured.network.radius))
+
+
+def noise_ratio(measured: Measurement, volume: Volume) -> float | None:
+    """Return how much less voxels within the widest vessels differ over the short lag than over the long one.
+
+    Differences are those from the mean of both neighbors, which a slope of the agent does not know. None without wide
+    vessels or noise.
+    """
+    spacing, radius = float(volume.spacing[0]), measured.network.radius
+    widest = [row for row in np.argsort(-radius)[: RULES.max_vessels] if radius[row] >= RULES.min_radius * spacing]
+    differences: list[list[np.ndarray]] = [[], []]
+    for row in widest:
+        for gathered, lag in zip(differences, RULES.lags, strict=True):
+            gathered.append(_differences(measured.tree.lines[row], float(radius[row]), volume, lag))
+    short, long = (np.concatenate(gathered) if gathered else np.empty(0) for gathered in differences)
+    if min(len(short), len(long)) < RULES.min_pairs or not np.median(np.abs(long)) > 0:
+        return None
+    return float((np.median(np.abs(short)) / np.median(np.abs(long))) ** 2)
+
+
+def _differences(line: Line, radius: float, volume: Volume, lag: int) -> np.ndarray:
+    """Return by how much voxels around an axis differ from the mean of the two `lag` voxels before and after them."""
+    side = np.arange(-RULES.core, RULES.core + 1)
+    ball = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
+    clear = line.points[(line.run > 2 * radius) & (line.run < line.length - 2 * radius)]
+    if len(clear) == 0:
+        return np.empty(0)
+    middles = np.round((clear - volume.origin) / volume.spacing).astype(int)
+    voxels = np.unique((middles[:, None] + ball).reshape(-1, 3), axis=0)
+    axis, reach, differences = cKDTree(line.points), radius - RULES.margin * float(volume.spacing[0]), []
+    for step in lag * np.eye(3, dtype=int):
+        around = np.stack([voxels, voxels - step, voxels + step])
+        away = axis.query(around * volume.spacing + volume.origin)[0]
+        inside = (away < reach).all(axis=0) & ((around >= 0) & (around < volume.grey.shape)).all(axis=(0, 2))
+        middle, before, after = (volume.grey[tuple(places[inside].T)].astype(float) for places in around)
+        differences.append(middle - (before + after) / 2)
+    return np.concatenate(differences)
+
+
+def _unfiltered(blur: float) -> float:
+    """Return the ratio of `noise_ratio` for noise that is as smooth as edges blurred by `blur`, voxels."""
+    short, long = (
+        1.5 - 2 * np.exp(-(lag**2) / (4 * blur**2)) + 0.5 * np.exp(-((2 * lag) ** 2) / (4 * blur**2))
+        for lag in RULES.lags
+    )
+    return float(short / long)
+
+
+def _brighter(measured: Measurement, volume: Volume, lumen: Segmentation) -> list[Doubt]:
+    """Return which vessels hold voxels that are brighter than the agent."""
+    assert measured.grey is not None
+    contrast = float(np.nanmedian(measured.grey.contrast))
+    if not contrast > 0:
+        return []
+    level = lumen.background + (1 + RULES.min_excess) * contrast + RULES.noise_margin * lumen.noise
+    box = tuple(slice(first, first + count) for first, count in zip(lumen.corner, lumen.mask.shape, strict=True))
+    bright = np.argwhere(lumen.mask & (volume.grey[box] > level))
+    if len(bright) < RULES.min_bright_voxels:
+        return []
+    tree, spacing = measured.tree, lumen.spacing
+    distance, nearest = cKDTree(tree.line.points).query(bright * spacing + lumen.origin)
+    owner = tree.owner[nearest][distance < 2 * tree.line.radius[nearest] + 2 * spacing]
+    count = np.bincount(owner, minlength=len(tree))
+    network = measured.network
+    share = count * spacing**3 / (np.pi * network.radius**2 * network.length)
+    rows = np.flatnonzero((count >= RULES.min_bright_voxels) & (share > RULES.min_bright_share)).tolist()
+    if not rows:
+        return []
+    names = tuple(network.name[row] for row in rows)
+    finding = BRIGHTER(vessels=", ".join(names), share=float(min(share[rows].max(), 1.0)))
+    return [
+        Doubt("radius", finding, names, np.array([tree.lines[row].points[len(tree.lines[row]) // 2] for row in rows]))
+    ]

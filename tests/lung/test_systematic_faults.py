@@ -1,0 +1,151 @@
+"""Faults that all vessels of an image share: walls, kernels, filters, what outshines the agent, holders, wrong units."""
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from vasowave import lung
+from vasowave.base.errors import VasowaveWarning
+from vasowave.lung.lumen.segmentation import segment
+from vasowave.lung.measure.measurement import measured_in
+from vasowave.lung.read.volume import Volume
+from vasowave.lung.tree import Line, Tree
+from vasowave.lung.witness.doubts import Grade
+from vasowave.lung.witness.faults import fault_doubts
+from vasowave.lung.witness.witness import SHATTER
+from vasowave.pulse.inference.known_errors import KnownErrors
+from vasowave.pulse.network.network import Network
+
+VOXEL, SIZE = 0.002, np.array([64, 56, 56])
+RADII = 7.0, 4.0  # voxels
+CONTRAST = 150.0
+
+
+def straight(*places):
+    """Parallel vessels along z, the second beyond the first in name alone: y, x and radius of each, voxels."""
+    z = np.arange(1.0, SIZE[0] - 1)
+    lines = [
+        Line(VOXEL * np.column_stack([z, np.full_like(z, y), np.full_like(z, x)]), np.full_like(z, VOXEL * radius))
+        for y, x, radius in places
+    ]
+    return Tree(tuple(lines), np.arange(len(lines)) - 1)
+
+
+TREE = straight((17.0, 17.0, RADII[0]), (42.0, 42.0, RADII[1]))
+
+
+def drawn(wall=0.0, level=0.0, spots=False):
+    """The share of agent in every voxel, by samples within them: vessels, walls of so many radii, calcified spots."""
+    fine = (np.arange(SIZE[1] * 5) + 0.5) / 5 - 0.5
+    y, x = np.meshgrid(fine, fine, indexing="ij")
+    plane = np.zeros_like(y)
+    for line in TREE.lines:
+        away = np.hypot(y - line.points[0, 1] / VOXEL, x - line.points[0, 2] / VOXEL)
+        radius = line.radius[0] / VOXEL
+        plane = np.maximum(plane, np.where(away < radius, 1.0, np.where(away < (1 + wall) * radius, level, 0.0)))
+    flat = plane.reshape(SIZE[1], 5, SIZE[2], 5).mean(axis=(1, 3))
+    grey = np.repeat(flat[None], SIZE[0], axis=0)
+    if spots:
+        grey[20:40, 17:25, 22:25] = 1.7
+    return 40 + CONTRAST * ndimage.gaussian_filter(grey, 0.8)
+
+
+def noisy(grey, sd=6.0, blur=0.5):
+    noise = ndimage.gaussian_filter(np.random.default_rng(5).normal(size=grey.shape), blur)
+    return grey + sd * noise / noise.std()
+
+
+def seen(grey):
+    volume = Volume(grey.astype(np.float32), (VOXEL,) * 3, (0, 0, 0))
+    measured = measured_in(TREE, volume)
+    doubts, common = fault_doubts(measured, volume, segment(volume, 100.0))
+    return measured, {doubt.finding.code: doubt for doubt in doubts}, common
+
+
+def off(measured):
+    """How far radii are off, as a share."""
+    return measured.network.radius / (VOXEL * np.array(RADII)) - 1
+
+
+pytestmark = pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")
+
+
+def test_vessels_without_walls_have_no_fault_and_their_radii():
+    measured, doubts, common = seen(noisy(drawn()))
+    assert doubts == {}
+    assert common == 0
+    assert np.abs(off(measured)).max() < 0.01
+    assert np.isnan(measured.grey.wall).all()
+
+
+@pytest.mark.parametrize(("wall", "level"), [(0.3, 0.22), (0.25, 0.3)])
+def test_a_wall_is_measured_and_no_part_of_the_lumen(wall, level):
+    measured, doubts, common = seen(noisy(drawn(wall, level)))
+    assert list(doubts) == ["image.walls"]
+    assert doubts["image.walls"].grade == Grade.UNCERTAIN
+    assert np.abs(off(measured)).max() < 0.02
+    plain = off(measured).max() + 1
+    assert plain / measured.grey.share.min() > 1.04  # what grey levels alone sum up
+    np.testing.assert_allclose(measured.grey.wall, wall * VOXEL * np.array(RADII), rtol=0.15)
+    assert 0 < common < 0.05
+
+
+def test_the_shadow_of_a_kernel_is_named_and_radii_are_those_of_the_edges():
+    grey = noisy(drawn(), 3.0)
+    measured, doubts, _ = seen(grey + 1.2 * (grey - ndimage.gaussian_filter(grey, 1.3)))
+    assert list(doubts) == ["image.sharpened"]
+    assert np.abs(off(measured)).max() < 0.02
+
+
+def test_noise_that_is_smoother_than_edges_is_that_of_a_filter():
+    _, doubts, common = seen(ndimage.median_filter(noisy(drawn(), 14.0, 0.3), size=5))
+    assert doubts["image.filtered"].grade == Grade.LOOK
+    assert common > 0.05
+
+
+def test_what_outshines_the_agent_names_its_vessel():
+    _, doubts, _ = seen(noisy(drawn(spots=True)))
+    assert doubts["image.brighter-than-agent"].vessels == ("1",)
+
+
+def test_fits_and_posteriors_take_a_common_error_that_is_larger_than_usual():
+    network = Network(("1",), [-1], [1.0], [0.05], radius_scale_sd=[0.1])
+    assumed = {error.name: error for error in KnownErrors().assumed(network)}
+    assert (assumed["radius_scale"].sd, assumed["radius_scale"].source) == (0.1, "image")
+    assert KnownErrors().sd("radius_scale", network) == 0.1
+    assert KnownErrors().sd("radius_scale", Network(("1",), [-1], [1.0], [0.05], radius_scale_sd=[0.01])) == 0.05
+    assert KnownErrors(radius_scale_sd=0.02).sd("radius_scale", network) == 0.02
+
+
+def test_where_the_largest_piece_does_not_branch_the_tree_is_taken():
+    z, y, x = np.indices((70, 70, 70))
+    grey = np.where(np.hypot(y - 60, x - 60) < 6, 90.0, 0.0)  # a rod, larger than the tree
+    stem = (np.hypot(y - 20, x - 30) < 2.5) & (z < 20)
+    twigs = [(np.hypot(y - row, x - column) < 2) & (z >= 20) for row in (8, 20, 32) for column in (20, 32, 44)]
+    plate = (np.abs(z - 20) < 2) & (np.abs(y - 20) < 14) & (np.abs(x - 32) < 14)
+    grey[stem | plate | np.any(twigs, axis=0)] = 100.0
+    with pytest.warns(VasowaveWarning, match="does not branch"):
+        lumen = segment(Volume(grey, (VOXEL,) * 3, (0, 0, 0)), 50.0)
+    assert lumen.mask[:, lumen.mask.shape[1] // 2].any()
+    assert lumen.origin[1] < 10 * VOXEL
+
+
+def test_the_first_look_says_by_what_factor_the_voxels_are_wrong():
+    z, y, x = np.indices((60, 40, 40))
+    grey = np.random.default_rng(0).normal(20, 5, z.shape) + 100 * (np.hypot(y - 20, x - 20) < 5)
+    right, wrong = (
+        lung.look(Volume(grey, (spacing,) * 3, (0, 0, 0)), cannula=0) for spacing in (0.008, 0.04)
+    )
+    assert "image.unlike-species" not in [finding.code for finding in right.findings]
+    (finding,) = (finding for finding in wrong.findings if finding.code == "image.unlike-species")
+    assert "by a factor of" in str(finding)
+
+
+def test_stumps_of_a_pruned_tree_are_no_ridges():
+    from dataclasses import replace
+
+    from test_witness import comb, said_of
+
+    measured = comb(9)
+    stumps = replace(measured, reliable=np.arange(10) < 1)  # the stem is well measured, and its daughters are short
+    assert said_of(SHATTER.code, stumps) == []
