@@ -150,7 +150,7 @@ class Columns:
         return value
 
 
-def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> Columns:
+def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None, sheet: str = "") -> Columns:
     """Read a table whose cells are separated by tabs, semicolons, commas or blanks.
 
     Decimal commas are read where cells are not separated by commas too: the cells then hold decimal points.
@@ -161,22 +161,24 @@ def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> 
         Text file, UTF-8, UTF-16 or cp1252. Lines that start with ``#`` and empty lines are skipped.
     aliases : mapping, optional
         Other spellings of column names, lower case, to the names vasowave uses.
+    sheet : str, optional
+        Of a workbook; the first visible one without it.
 
     Raises
     ------
     InputError
         File missing, empty, binary, with rows of different width or with both decimal marks (the line is named).
     """
-    header, rows, lines, cut = _rows_of(Path(path))
+    header, rows, lines, cut = _rows_of(Path(path), sheet)
     names, column_units = read_headings(path, header, aliases or {})
     return Columns(str(path), names, column_units, rows, lines, (NO_END(),) if cut else (), header)
 
 
 @remembered
-def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], tuple[int, ...], bool]:
+def _rows_of(path: Path, sheet: str = "") -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], tuple[int, ...], bool]:
     """Return titles, rows, their lines, and whether the file ends without a line end."""
     numbered, cut, remarks = [], False, list[str]()
-    for block in read_lines(path):
+    for block in read_lines(path, sheet=sheet):
         numbered += [(line, text) for line, text in enumerate(block.texts, block.first) if is_row(text)]
         remarks = remarks or remarks_above(block.texts)
         cut = block.cut

@@ -139,14 +139,15 @@ def _data_among(rows: Sequence[str]) -> int | None:
     """
     for index, row in enumerate(rows):
         cells = list(map(bare, row.split(separator_of(row))))
-        if len(cells) > 1 and cells[0] and any(map(is_numeric, cells)) and all(map(_is_value, cells)):
+        if len(cells) > 1 and cells[0] and any(map(is_numeric, cells)) and all(map(is_value, cells)):
             following = rows[index + 1].split(separator_of(row)) if index + 1 < len(rows) else cells
             if len(following) == len(cells) or index + 2 >= len(rows):
                 return index
     return None
 
 
-def _is_value(cell: str) -> bool:
+def is_value(cell: str) -> bool:
+    """Whether a cell is a number, a gap, a time of day or a date."""
     return is_numeric(cell) or cell.upper() in GAPS or is_clock(cell) or is_date(cell)
 
 
@@ -161,7 +162,7 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
             return []
         row = _split_titles(texts[index]) if separator is None else _csv_cells(texts[index], separator)
         row = [title.strip().strip("'").strip() for title in row]
-        return row if len(row) in widths and not all(map(_is_value, row)) else []
+        return row if len(row) in widths and not all(map(is_value, row)) else []
 
     nearest = next((i for i in range(data - 1, -1, -1) if not _is_count(texts[i], separator)), -1)
     titles = fitting(nearest)
@@ -233,7 +234,7 @@ def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowLayout | N
     columns = [[bare(row[i]) if i < len(row) else "" for row in body] for i in range(width)]
     filled = [[cell for cell in column if cell] for column in columns]
     names = [*titles, *[""] * (width - len(titles))]
-    clocks = [i for i, cells in enumerate(filled) if cells and all(map(is_clock, cells)) and not _has_unit(names[i])]
+    clocks = [i for i, cells in enumerate(filled) if _tells_time(cells) and not _has_unit(names[i])]
     timed = any(_unit_of(names[i], "time") for i in range(width) if i not in clocks)
     omitted = {i for i in range(width) if not filled[i] and not names[i].strip()}
     dates, events = list[int](), list[int]()
@@ -250,6 +251,11 @@ def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowLayout | N
     if clocks and not timed:
         clock = Clock(clocks[0], dates[0] if dates else None, decimals(columns[clocks[0]]))
     return RowLayout(width, numeric, tuple(events), clock)
+
+
+def _tells_time(cells: Sequence[str]) -> bool:
+    """Whether cells are times of day; midnight may be a date alone."""
+    return any(map(is_clock, cells)) and all(is_clock(cell) or is_date(cell) for cell in cells)
 
 
 def _unit_of(title: str, quantity: str) -> bool:
@@ -355,7 +361,7 @@ def split_cells(path: str | Path, line: int, text: str, separator: str | None) -
     """Return the cells of one line; only numbers and clocks are split at blanks."""
     if separator is None:
         cells = text.split()
-        return cells if all(map(_is_value, cells)) else [text.strip()]
+        return cells if all(map(is_value, cells)) else [text.strip()]
     try:
         rows = list(csv.reader([text], delimiter=separator, strict=True))
     except csv.Error:

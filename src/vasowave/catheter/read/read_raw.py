@@ -11,11 +11,12 @@ from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.io.textfile import Progress
-from vasowave.base.settings import given_values, settings_class
+from vasowave.base.settings import Positive, given_values, settings_class
 from vasowave.base.sites import PULMONARY, SiteName
-from vasowave.catheter.read.choosing import DIMENSIONS, pick_channels
+from vasowave.catheter.read.choosing import DIMENSIONS, pick_channels, wanted_titles
 from vasowave.catheter.read.formats import read_blocks
 from vasowave.catheter.read.joined import joined_blocks
+from vasowave.catheter.read.velocity import flow_of_velocity
 from vasowave.catheter.signals.channels import Block, Channel, Comment
 from vasowave.catheter.signals.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.catheter.signals.interventions import comment_findings
@@ -65,6 +66,10 @@ class Reading:
     """Its end, s since the start of the block."""
     sampling_rate: float | None = None
     """Samples per second of a table without a time column."""
+    flow_diameter: Positive | None = None
+    """Diameter of the vessel, mm, where a velocity was recorded in place of the flow."""
+    sheet: str = ""
+    """Of a workbook; by default the first that holds pressure and flow (a warning says which, where several do)."""
     site: SiteName = PULMONARY
     """The artery: titles that speak of it are preferred, those of other places are passed over."""
 
@@ -109,9 +114,9 @@ def read_raw_recording(
     1000.0
     """
     reading = given_values(Reading, None, settings)
-    blocks = read_blocks(path, reading.sampling_rate, progress)
+    blocks = read_blocks(path, reading.sampling_rate, progress, reading.sheet)
     if flow_file is not None:
-        of_files = [blocks, read_blocks(flow_file, reading.sampling_rate, progress)]
+        of_files = [blocks, read_blocks(flow_file, reading.sampling_rate, progress, reading.sheet)]
         blocks = joined_blocks([Path(path), Path(flow_file)], of_files)
     number, notes = _choose(path, blocks, reading.block)
     chosen = blocks[number]
@@ -122,7 +127,7 @@ def read_raw_recording(
     picked, guessed = pick_channels(
         path,
         chosen.channels,
-        {"pressure": reading.pressure, "flow": reading.flow, "ecg": reading.ecg},
+        wanted_titles(reading.pressure, reading.flow, reading.ecg, reading.flow_diameter),
         reading.site,
         chosen.program,
     )
@@ -145,17 +150,20 @@ def read_raw_recording(
             warn(finding.at(str(path)))
     gaps = _gaps(list(picked.values()), start, end)
     rate = max(channel.sampling_rate for channel in picked.values())
-    stated_units = {"pressure": reading.pressure_unit, "flow": reading.flow_unit, "ecg": None}
+    stated_units = {"pressure": reading.pressure_unit, "ecg": None}
     scaled = {}
     wrong = []
     for name, channel in picked.items():
         try:
-            values, words = _canonical(channel, name, stated_units[name])
+            values, words = _canonical(channel, name, stated_units.get(name, reading.flow_unit))
         except InputError as error:
             wrong.append(str(error))
             continue
-        scaled[name] = replace(channel, values=values)
         notes += words
+        if name == "velocity":
+            values, made = flow_of_velocity(values, reading.flow_diameter or 0.0)
+            notes.append(made)
+        scaled["flow" if name == "velocity" else name] = replace(channel, values=values)
     if wrong:
         raise InputError("\n".join(wrong))
     raw = _between(path, scaled, start, end, rate)
@@ -231,7 +239,7 @@ def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[i
             raise InputError(f"{path}: no block {block}; it has {len(blocks)}")
         return block - 1, []
     longest = max(range(len(blocks)), key=lambda i: blocks[i].duration)
-    if len(blocks) == 1:
+    if len(blocks) == 1 or blocks[0].sheet:
         return 0, []
     lengths = ", ".join(f"{candidate.duration:.4g} s" for candidate in blocks)
     return longest, [LONGEST_BLOCK(number=longest + 1, blocks=len(blocks), lengths=lengths)]
