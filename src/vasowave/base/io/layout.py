@@ -35,6 +35,7 @@ _RATE = re.compile(
     re.IGNORECASE,
 )
 _DELTA_X = re.compile(r"delta_x\s+([\d.,eE+-]+)(?:\s|$)", re.IGNORECASE)  # LabVIEW, s
+_TIMELESS = re.compile(r"x_columns\s+no\b", re.IGNORECASE)  # LabVIEW: the first cell of every row is empty
 _PER_SAMPLE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(usec|msec|sec|min)/sample", re.IGNORECASE)
 _NUMBERED = re.compile(r"#?\s*col(?:umn)?\.?\s*(\d+)\s*[:=]\s*(.+)", re.IGNORECASE)
 _PROGRAMS = {
@@ -103,7 +104,7 @@ def head_of(path: Path, rows: Sequence[tuple[int, str]], remarks: Sequence[str] 
     texts = [text for _, text in rows]
     above = " ".join([*remarks, *texts[:HEAD]][:40]).lower()
     program = next((name for words, name in _PROGRAMS.items() if words in above), "")
-    data = _data_among(texts[: HEAD + 1])
+    data = _data_among(texts[: HEAD + 1], any(map(_TIMELESS.match, texts[:HEAD])))
     if data is None:
         return _plain_head(path, rows, 0)._replace(program=program)
     titles, named = _titles_above(texts, data, remarks)
@@ -133,13 +134,13 @@ def _plain_head(path: Path, rows: Sequence[tuple[int, str]], index: int) -> Head
     return Head(tuple(titles), separator, first)
 
 
-def _data_among(rows: Sequence[str]) -> int | None:
+def _data_among(rows: Sequence[str], timeless: bool = False) -> int | None:
     """Return the first row of numbers, clocks and blanks, at least one number and two cells, and none without its
-    first cell; None if there is none.
+    first cell, unless they are `timeless`; None if there is none.
     """
     for index, row in enumerate(rows):
         cells = list(map(bare, row.split(separator_of(row))))
-        if len(cells) > 1 and cells[0] and any(map(is_numeric, cells)) and all(map(is_value, cells)):
+        if len(cells) > 1 and (cells[0] or timeless) and any(map(is_numeric, cells)) and all(map(is_value, cells)):
             following = rows[index + 1].split(separator_of(row)) if index + 1 < len(rows) else cells
             if len(following) == len(cells) or index + 2 >= len(rows):
                 return index
@@ -236,9 +237,9 @@ def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowLayout | N
     names = [*titles, *[""] * (width - len(titles))]
     clocks = [i for i, cells in enumerate(filled) if _tells_time(cells) and not _has_unit(names[i])]
     timed = any(_unit_of(names[i], "time") for i in range(width) if i not in clocks)
-    omitted = {i for i in range(width) if not filled[i] and not names[i].strip()}
+    omitted = {i for i in range(width) if not filled[i] and names[i].strip().lower() in ("", "x_value")}
     dates, events = list[int](), list[int]()
-    if clocks or timed:
+    if clocks or timed or 0 in omitted:
         dates = [i for i, cells in enumerate(filled) if cells and all(map(is_date, cells))]
         events = [i for i, cells in enumerate(filled) if _EVENT.search(names[i]) and not all(map(is_numeric, cells))]
         events += [i for i, cells in enumerate(filled) if _EVENT.search(names[i]) and not cells]
