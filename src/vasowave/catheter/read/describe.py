@@ -12,6 +12,7 @@ from vasowave.base.io.textfile import Progress, look
 from vasowave.catheter.check.plausibility import PERIOD_LIMITS
 from vasowave.catheter.read.choosing import quantity_of
 from vasowave.catheter.read.formats import RECORDINGS, read_blocks
+from vasowave.catheter.read.gated import MAX_PHASES
 from vasowave.catheter.signals.channels import Block, Comment
 from vasowave.catheter.signals.gaps import Span, gaps_in
 from vasowave.catheter.signals.interventions import listed
@@ -131,7 +132,8 @@ def kind_of(recordings: Sequence[Path], sheet: str = "") -> Literal["cycle", "ra
     reader says what is wrong.
     """
     if len(recordings) > 1:
-        return "raw" if all(kind_of([file], sheet) == "raw" for file in recordings) else "cycle"
+        first, *further = (kind_of([file], sheet) for file in recordings)
+        return "raw" if first == "raw" and (set(further) == {"raw"} or _is_gated(recordings[1], sheet)) else "cycle"
     try:
         form, size = RECORDINGS.of(recordings[0]), look(recordings[0]).size
     except InputError:
@@ -140,6 +142,14 @@ def kind_of(recordings: Sequence[Path], sheet: str = "") -> Literal["cycle", "ra
         return "raw" if form.continuous or describe_recording(recordings[0], sheet=sheet).kind == "raw" else "cycle"
     except InputError:
         return "raw" if size > _MAX_CYCLE_BYTES else "cycle"
+
+
+def _is_gated(path: Path, sheet: str) -> bool:
+    """Whether a file holds one cycle of so few samples that it is the gated flow beside a continuous pressure."""
+    try:
+        return describe_recording(path, sheet=sheet).used.samples <= MAX_PHASES
+    except InputError:
+        return False
 
 
 def _block(block: Block) -> BlockDescription:

@@ -15,6 +15,7 @@ from vasowave.base.settings import Positive, given_values, settings_class
 from vasowave.base.sites import PULMONARY, SiteName
 from vasowave.catheter.read.choosing import DIMENSIONS, pick_channels, wanted_titles
 from vasowave.catheter.read.formats import read_blocks
+from vasowave.catheter.read.gated import GatedCycle, gated_channel, gated_file, on_beats
 from vasowave.catheter.read.joined import joined_blocks
 from vasowave.catheter.read.velocity import flow_of_velocity
 from vasowave.catheter.signals.channels import Block, Channel, Comment
@@ -115,23 +116,31 @@ def read_raw_recording(
     """
     reading = given_values(Reading, None, settings)
     blocks = read_blocks(path, reading.sampling_rate, progress, reading.sheet)
+    gated: GatedCycle | None = None
     if flow_file is not None:
-        of_files = [blocks, read_blocks(flow_file, reading.sampling_rate, progress, reading.sheet)]
-        blocks = joined_blocks([Path(path), Path(flow_file)], of_files)
+        described = read_blocks(flow_file, np.nan, progress, reading.sheet)
+        length = max(len(channel.values) for block in described for channel in block.channels)
+        gated = gated_file(Path(flow_file), reading.flow_unit, reading.site, reading.sheet, length)
+        if gated is None:
+            of_files = [blocks, read_blocks(flow_file, reading.sampling_rate, progress, reading.sheet)]
+            blocks = joined_blocks([Path(path), Path(flow_file)], of_files)
     number, notes = _choose(path, blocks, reading.block)
     chosen = blocks[number]
     for suspicion in chosen.suspicions:
         if suspicion.severity is Severity.LOOK:
             warn(suspicion.at(str(path)))
     notes += chosen.suspicions
-    picked, guessed = pick_channels(
-        path,
-        chosen.channels,
-        wanted_titles(reading.pressure, reading.flow, reading.ecg, reading.flow_diameter),
-        reading.site,
-        chosen.program,
-    )
+    titles = wanted_titles(reading.pressure, reading.flow, reading.ecg, reading.flow_diameter)
+    if gated is not None:
+        titles = {name: title for name, title in titles.items() if name in ("pressure", "ecg")}
+    picked, guessed = pick_channels(path, chosen.channels, titles, reading.site, chosen.program)
     notes += guessed
+    if gated is None and "flow" in picked:
+        gated = gated_channel(Path(path), picked["flow"], chosen.channels)
+    if gated is not None:
+        picked["flow"], put = on_beats(Path(path), picked["pressure"], gated)
+        notes.append(put)
+        warn(put.at(str(path)))
     if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
         raise InputError(f"{path}: no times; {NAME_THE_RATE}")
     if "ecg" not in picked:

@@ -12,8 +12,9 @@ import numpy as np
 from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind
+from vasowave.base.io.cells import is_numeric, is_row, split_cells
 from vasowave.base.io.columns import Columns, plain_title, read_columns, read_headings
-from vasowave.base.io.layout import HEAD, Head, head_of, is_numeric, is_row, remarks_above, split_cells, turned
+from vasowave.base.io.layout import HEAD, Head, head_of, remarks_above, turned
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import Lines, Progress, read_lines
 from vasowave.base.sites import PULMONARY

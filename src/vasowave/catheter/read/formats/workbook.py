@@ -8,9 +8,10 @@ from typing import NamedTuple
 from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind, note_kind
+from vasowave.base.io.cells import is_row, is_value
 from vasowave.base.io.clocks import bare
 from vasowave.base.io.columns import read_headings
-from vasowave.base.io.layout import HEAD, head_of, is_row, is_value, remarks_above
+from vasowave.base.io.layout import HEAD, head_of, remarks_above
 from vasowave.base.io.spreadsheet import WORKBOOKS, Sheet, is_workbook, read_sheets
 from vasowave.base.io.textfile import Progress
 from vasowave.base.sites import PULMONARY
