@@ -11,6 +11,8 @@ from vasowave.catheter.read.read_raw import Reading as Reading
 from vasowave.catheter.read.read_raw import read_raw_recording as read_raw_recording
 from vasowave.catheter.read.site_files import read_sites as read_sites
 from vasowave.catheter.read.ventricle import read_ventricle as read_ventricle
+from vasowave.catheter.right_heart import RightHeart as RightHeart
+from vasowave.catheter.right_heart import read_right_heart as read_right_heart
 from vasowave.catheter.signals.raw import RawRecording as RawRecording
 from vasowave.lung.extraction import extract as extract
 from vasowave.lung.overview import look as look

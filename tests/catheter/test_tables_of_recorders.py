@@ -340,3 +340,19 @@ def test_a_systemic_artery_has_the_pressure_of_the_aorta_and_less_flow_than_the_
     assert there.CO[1] <= 1.1 * human.CO[1]
     assert there.HR == human.HR
     assert ranges_at("human", "pulmonary artery") == human
+
+
+def test_labview_without_a_column_of_times_is_read_at_the_step_of_its_header(tmp_path):
+    time = np.arange(3000) / 2000
+    pressure, flow = 15 + 5 * np.cos(2 * np.pi * 9 * time), 0.2 + 0.15 * np.sin(2 * np.pi * 9 * time)
+    head = (
+        "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tNo\n***End_of_Header***\t\n\t\nChannels\t2\n"
+        "Samples\t3000\t3000\nY_Unit_Label\tmmHg\tml/s\nX0\t0.0\t0.0\nDelta_X\t5.0E-4\t5.0E-4\n"
+        "***End_of_Header***\t\t\nX_Value\tPressure\tFlow\tComment\n"
+    )
+    rows = (f"\t{p:.6f}\t{q:.6f}\t{'wash' * (i == 7)}\n" for i, (p, q) in enumerate(zip(pressure, flow, strict=True)))
+    (tmp_path / "a.lvm").write_text(head + "".join(rows))
+    recording = read_raw_recording(tmp_path / "a.lvm")
+    assert recording.sampling_rate == pytest.approx(2000)
+    assert recording.pressure == pytest.approx(pressure, abs=1e-5)
+    assert recording.flow == pytest.approx(flow, abs=1e-5)

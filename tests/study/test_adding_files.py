@@ -97,13 +97,13 @@ def test_pressure_and_flow_in_files_of_their_own_are_one_animal(tmp_path):
 
 
 def test_files_of_a_type_that_nothing_reads_are_named(lab, tmp_path):
-    for name in ("old.xls", "notes.md"):
+    for name in ("old.numbers", "notes.md"):
         (tmp_path / name).write_text("x", encoding="utf-8")
     (tmp_path / "M1.txt").write_bytes((lab / "normoxia" / "M11.txt").read_bytes())
     new_study(tmp_path / "study")
     said = add_files(tmp_path / "study", [tmp_path / "M1.txt", tmp_path]).said
     assert [text for text in said if text.startswith("passed over")] == [
-        "passed over, for no reader has their type (save as .xlsx or CSV): old.xls"
+        "passed over, for no reader has their type (save as .xlsx or CSV): old.numbers"
     ]
 
 

@@ -21,6 +21,9 @@ from vasowave.catheter.read.read_raw import read_raw_recording as read_raw_recor
 from vasowave.catheter.read.site_files import read_sites as read_sites
 from vasowave.catheter.read.ventricle import read_ventricle as read_ventricle
 from vasowave.catheter.read.wedge import read_wedge as read_wedge
+from vasowave.catheter.right_heart import Derived as Derived
+from vasowave.catheter.right_heart import RightHeart as RightHeart
+from vasowave.catheter.right_heart import read_right_heart as read_right_heart
 from vasowave.catheter.signals.raw import RawRecording as RawRecording
 from vasowave.catheter.synthetic import Disturbances as Disturbances
 from vasowave.catheter.synthetic import SyntheticRecording as SyntheticRecording

@@ -1,4 +1,4 @@
-"""The commands on one animal: fit, posterior."""
+"""The commands on one animal: fit, right-heart, posterior."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,6 +45,20 @@ def fit(
     cells = row_cells(options)
     settings = read_settings(options, name, group)
     _fit(animal_alone(output, settings, network, recording, name, cells))
+
+
+@app.command(
+    "right-heart",
+    epilog="Example: vasowave right-heart numbers.csv, a table of quantity,value,unit (mean, systolic, diastolic, "
+    "wedge, cardiac output, heart rate), or one with a row an animal and titles such as mean \\[mmHg].",
+)
+def right_heart(numbers: Annotated[Path, typer.Argument(help="Table of the numbers: CSV or a workbook.")]) -> None:
+    """Say what the numbers of a right-heart catheter determine (PVR, stroke volume, C), and what they do not."""
+    from vasowave.catheter.right_heart import read_right_heart
+    from vasowave.cli.progress import print_text
+
+    for animal in read_right_heart(numbers):
+        print_text(str(animal))
 
 
 def _fit(study: "Study") -> None:

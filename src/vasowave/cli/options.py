@@ -1,7 +1,7 @@
 """Options of a command, one for every setting, with the default and the meaning that the setting itself states."""
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 import typer
@@ -25,7 +25,7 @@ _OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "mode
 """Settings of a fit and its report that a posterior does not know."""
 
 _SHOWN = (
-    *("channel", "unit", "period", "start", "end", "wedge"),
+    *("channel", "unit", "sheet", "period", "start", "end", "wedge"),
     *("species", "site", "walls", "beds", "starts", "inference", "practice", "pdf"),
 )
 """Options that the help of a command with all settings shows; the others work, too; docs/study-file.md lists them."""
@@ -41,11 +41,21 @@ _REPEATED = {"outlets": "--outlet"}
 
 _CELLS = (
     *("period [s]", "wedge [mmHg]", "wedge wave", "sites", "ventricle"),
-    *("block", "start [s]", "end [s]", "sampling rate [1/s]"),
+    *("sheet", "block", "start [s]", "end [s]", "sampling rate [1/s]"),
     *("zero [mmHg]", "pressure gain [1]", "pressure cutoff [Hz]", "pressure damping [1]", "pressure delay [s]"),
-    *("flow zero [ml/s]", "flow gain [1]", "flow cutoff [Hz]", "flow damping [1]", "flow delay [s]"),
+    *(
+        "flow zero [ml/s]",
+        "flow gain [1]",
+        "flow cutoff [Hz]",
+        "flow damping [1]",
+        "flow delay [s]",
+        "flow diameter [mm]",
+    ),
 )
 """Columns of the table of animals that are options too."""
+
+CELLS_OF_ADD = (*_CELLS, "site")
+"""Those of `add`; elsewhere the artery is that of the study."""
 
 _CELLS_OF = {"channel": ("pressure", "flow", "ecg"), "unit": ("pressure", "flow")}
 _MEANINGS = {
@@ -84,7 +94,7 @@ def flag(name: Any) -> str:
     return f"--{str(name).replace('_', '-')}"
 
 
-def row_cells(options: dict[str, Any]) -> dict[str, str]:
+def row_cells(options: dict[str, Any], titles: Sequence[str] = _CELLS) -> dict[str, str]:
     """Take what a table of animals says in its columns out of `options`; return it as cells of such a table.
 
     Raises
@@ -94,7 +104,7 @@ def row_cells(options: dict[str, Any]) -> dict[str, str]:
     """
     from vasowave.study.folder.rows import field_of
 
-    cells = {title: options.pop(field_of(title)).strip() for title in _CELLS if field_of(title) in options}
+    cells = {title: options.pop(field_of(title)).strip() for title in titles if field_of(title) in options}
     for option, names in _CELLS_OF.items():
         for text in options.pop(option, []):
             name, _, value = (piece.strip() for piece in text.partition("="))
@@ -144,19 +154,19 @@ def _options_of(name: str) -> dict[str, Any]:
 
         return {key: _option(key, setting) for key, setting in settings_of(Options).items()}
     if name == "add":
-        return _row_options(shortened=False)
+        return _row_options(False, CELLS_OF_ADD)
     keys = ((section, key, setting) for section, key, setting in _keys() if name != "posterior" or key not in _OF_FITS)
-    options = _row_options(shortened=True) | {
+    options = _row_options(True) | {
         key: _option(key, setting, section or "more", key not in _SHOWN) for section, key, setting in keys
     }
     return options | {_SET: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help=_SET_HELP)]}
 
 
-def _row_options(shortened: bool) -> dict[str, Any]:
+def _row_options(shortened: bool, titles: Sequence[str] = _CELLS) -> dict[str, Any]:
     from vasowave.study.folder.rows import COLUMNS, field_of
 
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
-    plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in _CELLS}
+    plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in titles}
     settings = (several | plain).items()
     return {name: _option(name, setting, "recording", shortened and name not in _SHOWN) for name, setting in settings}
 

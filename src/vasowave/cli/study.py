@@ -103,13 +103,13 @@ def add(
 
     Exit status 3 if a file could not be read, else that of `check`: 1 if the study cannot run like this.
     """
-    from vasowave.cli.options import row_cells
+    from vasowave.cli.options import CELLS_OF_ADD, row_cells
     from vasowave.study.entering.adding import add_files
     from vasowave.study.entering.checking import check_study
     from vasowave.study.folder.problems import UNREADABLE
 
     place, files = _study_here(study, paths or [])
-    cells = row_cells(dict(setting_values or {}))
+    cells = row_cells(dict(setting_values or {}), CELLS_OF_ADD)
     added = add_files(place, files, group=group, groups=groups, network=network, cells=cells,
                       ask=_ask if sys.stdin.isatty() and sys.stdout.isatty() else None)  # fmt: skip
     names = {row["animal"] for row in added.rows}

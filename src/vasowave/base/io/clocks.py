@@ -62,7 +62,8 @@ class Clock:
 
     def seconds(self, cells: Sequence[str]) -> str:
         """Return the seconds of a row since the first one, as a number is written; empty where there is no time."""
-        match = _CLOCK.fullmatch(bare(cells[self.column])) if self.column < len(cells) else None
+        cell = bare(cells[self.column]) if self.column < len(cells) else ""
+        match = _CLOCK.fullmatch(f"{cell} 0:00:00" if is_date(cell) else cell)  # a workbook's midnight is a date
         if match is None:
             return ""
         time = (

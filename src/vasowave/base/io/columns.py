@@ -12,22 +12,12 @@ import numpy as np
 from vasowave.base import units
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, look_kind, warn
-from vasowave.base.io.layout import (
-    COMMA,
-    HEAD,
-    head_of,
-    is_number,
-    is_numeric,
-    is_row,
-    number,
-    remarks_above,
-    split_cells,
-    split_title,
-    turned,
-)
+from vasowave.base.io.cells import COMMA, is_number, is_numeric, is_row, number, split_cells
+from vasowave.base.io.layout import HEAD, head_of, remarks_above, turned
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.spreadsheet import is_workbook
 from vasowave.base.io.textfile import read_lines
+from vasowave.base.io.titles import split_title
 
 _POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
 
@@ -150,7 +140,7 @@ class Columns:
         return value
 
 
-def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> Columns:
+def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None, sheet: str = "") -> Columns:
     """Read a table whose cells are separated by tabs, semicolons, commas or blanks.
 
     Decimal commas are read where cells are not separated by commas too: the cells then hold decimal points.
@@ -161,22 +151,24 @@ def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> 
         Text file, UTF-8, UTF-16 or cp1252. Lines that start with ``#`` and empty lines are skipped.
     aliases : mapping, optional
         Other spellings of column names, lower case, to the names vasowave uses.
+    sheet : str, optional
+        Of a workbook; the first visible one without it.
 
     Raises
     ------
     InputError
         File missing, empty, binary, with rows of different width or with both decimal marks (the line is named).
     """
-    header, rows, lines, cut = _rows_of(Path(path))
+    header, rows, lines, cut = _rows_of(Path(path), sheet)
     names, column_units = read_headings(path, header, aliases or {})
     return Columns(str(path), names, column_units, rows, lines, (NO_END(),) if cut else (), header)
 
 
 @remembered
-def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], tuple[int, ...], bool]:
+def _rows_of(path: Path, sheet: str = "") -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], tuple[int, ...], bool]:
     """Return titles, rows, their lines, and whether the file ends without a line end."""
     numbered, cut, remarks = [], False, list[str]()
-    for block in read_lines(path):
+    for block in read_lines(path, sheet=sheet):
         numbered += [(line, text) for line, text in enumerate(block.texts, block.first) if is_row(text)]
         remarks = remarks or remarks_above(block.texts)
         cut = block.cut

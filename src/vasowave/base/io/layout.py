@@ -1,31 +1,26 @@
-"""The grammar of tables: what the first rows say of titles, units, clocks and marks before the numbers begin."""
+"""The grammar of tables: what the first rows say of titles, clocks and marks before the numbers begin."""
 
-import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from vasowave.base import units
-from vasowave.base.errors import InputError
+from vasowave.base.io.cells import is_numeric, is_row, is_value, separator_of, split_cells
 from vasowave.base.io.clocks import Clock, bare, decimals, is_clock, is_date
+from vasowave.base.io.titles import (
+    csv_cells,
+    has_unit,
+    is_titled_in,
+    listed_titles,
+    remarked_titles,
+    split_titles,
+    with_unit_labels,
+    with_unit_row,
+)
 
 HEAD = 100
 """Rows among which the titles of a table are looked for."""
-
-GAPS = frozenset({"", "NA", "N/A", "NAN", "-", "--", "#NV", "#N/A", "#NULL!", "#WERT!", "#VALUE!", "#DIV/0!"})
-"""Cells without a number, as R and spreadsheets write them too."""
-
-COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
-_HEADING = re.compile(r"^\s*(?P<name>.*?)\s*(?:[\[(]\s*(?P<unit>[^\])\[(]*)[\])])?\s*$")
-_BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
-_CLOCK_UNIT = re.compile(r"[hmsdyaHMSDYT:.,/ -]*[:.][hmsHMS:.,/ -]*|date|time|ddd+", re.IGNORECASE)
-_UNDERSCORED = re.compile(
-    r"(?P<name>.+?)_(?P<unit>mmhg|kpa|(?-i:Pa)|ml_s|ml_min|l_min|ul_s|ul_min|(?:cm|mm)3_(?:s|min)|mv"
-    r"|(?<=^t_)(?:m?s|min)|(?<=^time_)(?:m?s|min))",
-    re.IGNORECASE,
-)
 _MAX_TURNED, _MIN_TURNED = 64, 50  # rows, and cells in each, of a table with a row a signal
 _EVENT = re.compile(r"event|comment|marker|remark|note|annot|kommentar|commentaire|bemerk|ereign", re.IGNORECASE)
 _RATE = re.compile(
@@ -35,8 +30,8 @@ _RATE = re.compile(
     re.IGNORECASE,
 )
 _DELTA_X = re.compile(r"delta_x\s+([\d.,eE+-]+)(?:\s|$)", re.IGNORECASE)  # LabVIEW, s
+_TIMELESS = re.compile(r"x_columns\s+no\b", re.IGNORECASE)  # LabVIEW: the first cell of every row is empty
 _PER_SAMPLE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(usec|msec|sec|min)/sample", re.IGNORECASE)
-_NUMBERED = re.compile(r"#?\s*col(?:umn)?\.?\s*(\d+)\s*[:=]\s*(.+)", re.IGNORECASE)
 _PROGRAMS = {
     "emka technologies": "emka IOX", "iox version": "emka IOX", "notocord": "Notocord-hem", "ponemah": "Ponemah",
     "/sample": "AcqKnowledge", "labview measurement": "LabVIEW", "labchart": "LabChart",
@@ -103,7 +98,7 @@ def head_of(path: Path, rows: Sequence[tuple[int, str]], remarks: Sequence[str] 
     texts = [text for _, text in rows]
     above = " ".join([*remarks, *texts[:HEAD]][:40]).lower()
     program = next((name for words, name in _PROGRAMS.items() if words in above), "")
-    data = _data_among(texts[: HEAD + 1])
+    data = _data_among(texts[: HEAD + 1], any(map(_TIMELESS.match, texts[:HEAD])))
     if data is None:
         return _plain_head(path, rows, 0)._replace(program=program)
     titles, named = _titles_above(texts, data, remarks)
@@ -125,29 +120,25 @@ def _plain_head(path: Path, rows: Sequence[tuple[int, str]], index: int) -> Head
     cells = split_cells(path, *rows[index], separator)
     if all(map(is_numeric, cells)):
         return Head((), separator, index)
-    titles, first = _split_titles(texts[index]) if separator is None else cells, index + 1
-    if texts[first:] and (merged := _with_unit_row(titles, texts[first], separator)):
+    titles, first = split_titles(texts[index]) if separator is None else cells, index + 1
+    if texts[first:] and (merged := with_unit_row(titles, texts[first], separator)):
         titles, first = merged, first + 1
     if separator is None and texts[first:] and len(texts[first].split()) == 1:
         titles = cells  # the one title has blanks in it
     return Head(tuple(titles), separator, first)
 
 
-def _data_among(rows: Sequence[str]) -> int | None:
+def _data_among(rows: Sequence[str], timeless: bool = False) -> int | None:
     """Return the first row of numbers, clocks and blanks, at least one number and two cells, and none without its
-    first cell; None if there is none.
+    first cell, unless they are `timeless`; None if there is none.
     """
     for index, row in enumerate(rows):
         cells = list(map(bare, row.split(separator_of(row))))
-        if len(cells) > 1 and cells[0] and any(map(is_numeric, cells)) and all(map(_is_value, cells)):
+        if len(cells) > 1 and (cells[0] or timeless) and any(map(is_numeric, cells)) and all(map(is_value, cells)):
             following = rows[index + 1].split(separator_of(row)) if index + 1 < len(rows) else cells
             if len(following) == len(cells) or index + 2 >= len(rows):
                 return index
     return None
-
-
-def _is_value(cell: str) -> bool:
-    return is_numeric(cell) or cell.upper() in GAPS or is_clock(cell) or is_date(cell)
 
 
 def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tuple[list[str], bool]:
@@ -159,58 +150,27 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
     def fitting(index: int) -> list[str]:
         if index < 0:
             return []
-        row = _split_titles(texts[index]) if separator is None else _csv_cells(texts[index], separator)
+        row = split_titles(texts[index]) if separator is None else csv_cells(texts[index], separator)
         row = [title.strip().strip("'").strip() for title in row]
-        return row if len(row) in widths and not all(map(_is_value, row)) else []
+        return row if len(row) in widths and not all(map(is_value, row)) else []
 
     nearest = next((i for i in range(data - 1, -1, -1) if not _is_count(texts[i], separator)), -1)
     titles = fitting(nearest)
-    if titles and (upper := fitting(nearest - 1)) and (merged := _with_unit_row(upper, texts[nearest], separator)):
+    if titles and (upper := fitting(nearest - 1)) and (merged := with_unit_row(upper, texts[nearest], separator)):
         titles = merged
     elif titles and any(map(is_numeric, titles)):
         titles = []
-    titles = _with_unit_labels(titles, texts[:data], separator)
-    listed = _listed_titles(texts[:data], titles, len(list(_stripped(cells)))) or (
-        [] if titles else _remarked(remarks, separator, len(cells))
+    titles = with_unit_labels(titles, texts[:data], separator)
+    listed = listed_titles(texts[:data], titles, len(list(_stripped(cells)))) or (
+        [] if titles else remarked_titles(remarks, separator, len(cells))
     )
     return (listed or titles), bool(listed or titles)
-
-
-def _with_unit_labels(titles: Sequence[str], above: Sequence[str], separator: str | None) -> list[str]:
-    """Return titles with the units that LabVIEW writes above them, one for each column behind that of the times."""
-    rows = (text.split(separator) for text in above if text.startswith("Y_Unit_Label"))
-    labels = dict(enumerate(cell.strip() for cell in next(rows, [])))
-    return [f"{title} [{labels[i]}]" if i and units.is_unit(labels.get(i, "")) and not _has_unit(title) else title
-            for i, title in enumerate(titles)]  # fmt: skip
 
 
 def _is_count(text: str, separator: str | None) -> bool:
     """Whether a line holds numbers of samples: an empty cell under the times, then whole numbers."""
     cells = list(map(bare, text.split(separator)))
     return len(cells) > 1 and not cells[0] and all(cell.isdigit() or not cell for cell in cells)
-
-
-def _listed_titles(above: Sequence[str], named: Sequence[str], width: int) -> list[str]:
-    """Return titles whose channels are listed line by line, title and unit in turn, below a number of channels."""
-    count = next((i for i, text in enumerate(above) if re.fullmatch(r"\d+ channels?\W*", text.strip())), None)
-    if count is None:
-        return []
-    channels = int(re.findall(r"\d+", above[count])[0])
-    lines = [bare(text) for text in above[count + 1 : count + 1 + 2 * channels]]
-    if len(lines) < 2 * channels or width not in (channels, channels + 1):
-        return []
-    titles = [f"{title} [{unit}]" for title, unit in zip(lines[::2], lines[1::2], strict=True)]
-    return titles if width == channels else [f"time [{named[0] if named else ''}]", *titles]
-
-
-def _remarked(remarks: Sequence[str], separator: str | None, width: int) -> list[str]:
-    """Return titles that stand in lines which begin with ``#``: one a column, or all in the last of them."""
-    numbered = [match[2].strip() for text in remarks if (match := _NUMBERED.match(text.strip()))]
-    if len(numbered) == width:
-        return numbered
-    last = remarks[-1].lstrip("# ") if remarks else ""
-    cells = _split_titles(last) if separator is None else _csv_cells(last, separator)
-    return [cell.strip() for cell in cells] if len(cells) == width > 1 and not any(map(is_numeric, cells)) else []
 
 
 def _rate(remarks: Sequence[str], above: Sequence[str]) -> float | None:
@@ -233,11 +193,11 @@ def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowLayout | N
     columns = [[bare(row[i]) if i < len(row) else "" for row in body] for i in range(width)]
     filled = [[cell for cell in column if cell] for column in columns]
     names = [*titles, *[""] * (width - len(titles))]
-    clocks = [i for i, cells in enumerate(filled) if cells and all(map(is_clock, cells)) and not _has_unit(names[i])]
-    timed = any(_unit_of(names[i], "time") for i in range(width) if i not in clocks)
-    omitted = {i for i in range(width) if not filled[i] and not names[i].strip()}
+    clocks = [i for i, cells in enumerate(filled) if _tells_time(cells) and not has_unit(names[i])]
+    timed = any(is_titled_in(names[i], "time") for i in range(width) if i not in clocks)
+    omitted = {i for i in range(width) if not filled[i] and names[i].strip().lower() in ("", "x_value")}
     dates, events = list[int](), list[int]()
-    if clocks or timed:
+    if clocks or timed or 0 in omitted:
         dates = [i for i, cells in enumerate(filled) if cells and all(map(is_date, cells))]
         events = [i for i, cells in enumerate(filled) if _EVENT.search(names[i]) and not all(map(is_numeric, cells))]
         events += [i for i, cells in enumerate(filled) if _EVENT.search(names[i]) and not cells]
@@ -252,60 +212,15 @@ def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowLayout | N
     return RowLayout(width, numeric, tuple(events), clock)
 
 
-def _unit_of(title: str, quantity: str) -> bool:
-    heading = split_title(title)
-    return heading is not None and heading[1] is not None and units.is_of(heading[1], quantity)
+def _tells_time(cells: Sequence[str]) -> bool:
+    """Whether cells are times of day; midnight may be a date alone."""
+    return any(map(is_clock, cells)) and all(is_clock(cell) or is_date(cell) for cell in cells)
 
 
 def _stripped(cells: Sequence[str]) -> Iterator[str]:
     """Yield cells without the empty ones at the end."""
     last = max((i for i, cell in enumerate(cells) if cell.strip()), default=-1)
     yield from cells[: last + 1]
-
-
-def _with_unit_row(titles: Sequence[str], below: str, separator: str | None) -> list[str] | None:
-    """Return column titles with the units of the line below them, None if that line names no units or they do."""
-    cells = [cell.strip(" []()\"'") for cell in (below.split(separator) if separator else _split_titles(below))]
-    cells += [""] * (len(titles) - len(cells))
-    named = [cell for cell in cells if cell not in ("", "-")]
-    united = [cell for cell in named if units.is_unit(cell) or _CLOCK_UNIT.fullmatch(cell)]
-    mostly = 2 * len(united) > len(named)
-    if len(cells) != len(titles) or not mostly or any(map(is_numeric, named)):
-        return None
-    if any(_has_unit(title) and cell in named for title, cell in zip(titles, cells, strict=True)):
-        return None
-    return [f"{title} [{unit}]" if unit in named and not _CLOCK_UNIT.fullmatch(unit) else title
-            for title, unit in zip(titles, cells, strict=True)]  # fmt: skip
-
-
-def split_title(title: str) -> tuple[str, str | None] | None:
-    """Return name and unit of ``name [unit]``, ``name (unit)``, ``name/unit`` or ``name_mmHg``; None if it is none.
-
-    A stroke is one between name and unit, as standards of quantities write it, only where a unit follows it. Of two
-    brackets the last holds the unit.
-    """
-    match = _HEADING.match(title)
-    if match is None or title.count("[") != title.count("]") or title.count("(") != title.count(")"):
-        return None
-    name, unit = match["name"], match["unit"]
-    prefix, stroke, right = name.partition("/")
-    if unit is not None:
-        return name.removesuffix("/").strip(), unit
-    if stroke and prefix.strip() and not units.is_unit(prefix.strip()) and units.is_unit(right.strip()):
-        return prefix.strip(), right.strip()
-    if underscored := _UNDERSCORED.fullmatch(name):
-        return underscored["name"], underscored["unit"].replace("_", "/")
-    return name, unit
-
-
-def _has_unit(title: str) -> bool:
-    heading = split_title(title)
-    return heading is not None and heading[1] is not None and units.is_unit(heading[1])
-
-
-def is_row(text: str) -> bool:
-    """Whether a line is neither blank nor a comment."""
-    return bool(text.strip()) and not text.lstrip().startswith("#")
 
 
 def turned(texts: Sequence[str]) -> list[str] | None:
@@ -332,56 +247,3 @@ def remarks_above(texts: Sequence[str]) -> list[str]:
     """Return the lines that begin with ``#`` above the first row of a table."""
     first = next((i for i, text in enumerate(texts) if is_row(text)), len(texts))
     return [text for text in texts[:first] if text.strip()]
-
-
-def separator_of(first: str) -> str | None:
-    """Return what separates the cells of a table, by its first line; None for blanks."""
-    return next((mark for mark in ("\t", ";", ",") if mark in first), None)
-
-
-def _split_titles(first: str) -> list[str]:
-    """Return the titles of a table that is separated by blanks: they hold blanks too ("pressure [mmHg]")."""
-    return _BLANK_SEPARATED.findall(first)
-
-
-def _csv_cells(text: str, separator: str) -> list[str]:
-    try:
-        return [cell for row in csv.reader([text], delimiter=separator, strict=True) for cell in row]
-    except csv.Error:
-        return text.split(separator)
-
-
-def split_cells(path: str | Path, line: int, text: str, separator: str | None) -> list[str]:
-    """Return the cells of one line; only numbers and clocks are split at blanks."""
-    if separator is None:
-        cells = text.split()
-        return cells if all(map(_is_value, cells)) else [text.strip()]
-    try:
-        rows = list(csv.reader([text], delimiter=separator, strict=True))
-    except csv.Error:
-        raise InputError(
-            f"{path}, line {line}: a quotation mark is opened and not closed on its line, or a cell has no end; "
-            "remove the mark"
-        ) from None
-    return [cell.strip() for cell in rows[0]]
-
-
-def number(text: str) -> float:
-    """Return the number that `text` is; `ValueError` if it is none (Python's own ``1_000`` is none in a table)."""
-    if "_" in text:
-        raise ValueError(text)
-    return float(text)
-
-
-def is_numeric(text: str) -> bool:
-    """Whether a cell is a number, with either decimal mark."""
-    return is_number(text) or COMMA.fullmatch(text) is not None
-
-
-def is_number(text: str) -> bool:
-    """Whether a cell is a number as Python writes it."""
-    try:
-        number(text)
-    except ValueError:
-        return False
-    return True

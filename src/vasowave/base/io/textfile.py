@@ -10,13 +10,12 @@ from typing import BinaryIO, NamedTuple, TypeVar
 
 from vasowave.base.errors import InputError
 from vasowave.base.io.remembered import remembered
-from vasowave.base.io.spreadsheet import is_workbook, read_sheet
+from vasowave.base.io.spreadsheet import is_workbook, sheet_named
 
 LONGEST_LINE = 1_000_000
 """No table has a longer line, in characters."""
 
 _BLOCK = 1 << 20  # letters that are read at a time
-_MAX_EMPTY_ROWS = 100  # of a sheet that are lines as others are
 _START = 1 << 18  # bytes that are looked at; a table of one cycle or of a network is no longer
 
 T = TypeVar("T")
@@ -108,11 +107,11 @@ def _opened(path: str | Path, use: Callable[[BinaryIO], T]) -> T:
         raise InputError(f"{path}: {(error.strerror or 'cannot be read').lower()}") from None
 
 
-def read_lines(path: str | Path, progress: Progress | None = None) -> Iterator[Lines]:
+def read_lines(path: str | Path, progress: Progress | None = None, sheet: str = "") -> Iterator[Lines]:
     """Yield the lines of a text file, or the rows of a spreadsheet, in blocks of about a megabyte.
 
-    UTF-8, UTF-16 with its mark, and else cp1252; line ends of every system. Of an Excel workbook (.xlsx) the first
-    visible sheet, its cells separated by tabs.
+    UTF-8, UTF-16 with its mark, and else cp1252; line ends of every system. Of a workbook the sheet that is named, or
+    the first visible one, its cells separated by tabs.
 
     Raises
     ------
@@ -121,12 +120,13 @@ def read_lines(path: str | Path, progress: Progress | None = None) -> Iterator[L
     """
     path = regular_file(path)
     glance = look(path)
-    if is_workbook(glance.start):
-        yield from _sheet(path, progress)
-        return
+    content = sheet_named(path, sheet).text.encode() if is_workbook(glance.start) else None
+    if sheet and content is None:
+        raise InputError(f"{path}: is no workbook and has no sheet '{sheet}'; leave the sheet out")
+    start = content if content is not None else glance.start if glance.whole else None
     try:
-        with io.BytesIO(glance.start) if glance.whole else path.open("rb") as file:
-            encoding = _encoding(path, file)
+        with io.BytesIO(start) if start is not None else path.open("rb") as file:
+            encoding = "utf-8" if content is not None else _encoding(path, file)
             file.seek(0)
             stream = io.TextIOWrapper(file, encoding, errors="replace")
             number, remainder = 1, ""
@@ -137,37 +137,11 @@ def read_lines(path: str | Path, progress: Progress | None = None) -> Iterator[L
                     yield Lines(number, texts, False)
                 number += len(texts)
                 if progress:
-                    progress(min(file.tell() / max(glance.size, 1), 1.0))
+                    progress(min(file.tell() / max(len(content or b"") or glance.size, 1), 1.0))
             if remainder:
                 yield Lines(number, [remainder], True)
     except OSError as error:
         raise InputError(f"{path}: {(error.strerror or 'cannot be read').lower()}") from None
-
-
-def _sheet(path: Path, progress: Progress | None) -> Iterator[Lines]:
-    """Yield the rows of a workbook as lines; every line has as many cells as the widest above it."""
-    width, first, size, texts = 0, 0, 0, list[str]()
-    for number, cells in read_sheet(path, progress):
-        width = max(width, len(cells))
-        length = sum(map(len, cells))
-        if length > LONGEST_LINE:
-            raise _too_long(path, number)
-        if texts and number - first - len(texts) <= _MAX_EMPTY_ROWS:
-            texts += [""] * (number - first - len(texts))
-        if texts and (number != first + len(texts) or size > _BLOCK):
-            yield Lines(first, texts)
-            size, texts = 0, []
-        first = first if texts else number
-        texts.append("\t".join(map(_cell, [*cells, *[""] * (width - len(cells))])))
-        size += length
-    if texts:
-        yield Lines(first, texts)
-
-
-def _cell(text: str) -> str:
-    """Return the text of a cell as a table separated by tabs holds it."""
-    plain = " ".join(text.split()) if any(mark in text for mark in "\t\n\r") else text
-    return '"' + plain.replace('"', '""') + '"' if '"' in plain else plain
 
 
 def _check_length(path: Path, number: int, texts: list[str]) -> None:

@@ -10,13 +10,14 @@ from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, note_kind
 from vasowave.base.sites import PULMONARY, SITES
 
-DIMENSIONS = {"pressure": "pressure", "flow": "flow", "ecg": "voltage"}
+DIMENSIONS = {"pressure": "pressure", "flow": "flow", "ecg": "voltage", "velocity": "velocity"}
 """What is looked for, and the kind of unit that it has."""
 
 _CHANNEL_WORDS = {
     "pressure": ("pressure", "press", "pap", "mpap", "ppa", "p"),
     "flow": ("flow", "flow rate", "flowrate", "q"),
     "ecg": ("ecg", "ekg"),
+    "velocity": ("velocity", "vel", "v", "doppler", "u"),
 }
 _PULMONARY_WORDS = ("pa", "mpa", "pap", "mpap", "ppa", "pulm", "pulmonary", "pulmonal")
 _OTHER_SITE_WORDS = ("lv", "lvp", "rv", "rvp", "ra", "la", "ao", "aop", "aorta", "aortic", "abp", "cvp", "carotid",
@@ -27,6 +28,15 @@ _OTHER_SITE_STEMS = ("aort", "arteri", "carot", "karot", "femor", "systemi", "ve
 """Beginnings of such words in other languages (Aortendruck), unless a word of the title speaks of the lung (pulm…)."""
 
 _LETTERS = re.compile(r"[^\W\d_]+")
+
+
+def wanted_titles(
+    pressure: str | None, flow: str | None, ecg: str | None = None, diameter: float | None = None
+) -> dict[str, str | None]:
+    """Return the titles by what is looked for; with the diameter of the vessel its velocity in place of its flow."""
+    return {"pressure": pressure, "velocity" if diameter else "flow": flow, "ecg": ecg}
+
+
 _HOW_TO_NAME = (
     "name channels by their titles (vasowave add and fit: --channel pressure=TITLE; a study's table: the columns "
     "'pressure channel', 'flow channel' and 'ecg channel'; in Python: pressure='TITLE', flow='TITLE', ecg='TITLE')"
@@ -92,7 +102,8 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = 
         elif title is not None:
             problems.append(f"no channel '{title}'{did_you_mean(title, [c.title for c in channels])}")
         elif name != "ecg":
-            problems.append(f"no channel says that it holds {name}{_of_elsewhere(channels, name, site)}, name it")
+            problems.append(f"no channel says that it holds {name}{_of_elsewhere(channels, name, site)}, name it"
+                            f"{_velocity_instead(channels) if name == 'flow' else ''}")  # fmt: skip
     return Choice(picked, guessed, tuple(problems))
 
 
@@ -185,6 +196,12 @@ def _of_elsewhere(channels: Sequence[T], name: str, site: str) -> str:
     option = f"; if it is meant: {cure}" if cure else ""
     titles = " and ".join(f"'{title}'" for title in passed)
     return f" ({titles} may be of another place than the {site}, by its title{option})"
+
+
+def _velocity_instead(channels: Sequence[Titled]) -> str:
+    """Say which channels are velocities, of which a diameter makes a flow."""
+    titles = " and ".join(f"'{c.title}'" for c in channels if _has_unit(c, "velocity"))
+    return f" ({titles}: a velocity is a flow with the vessel's diameter, --flow-diameter 25, mm)" if titles else ""
 
 
 def _plain(title: str) -> str:

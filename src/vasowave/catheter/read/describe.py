@@ -12,6 +12,7 @@ from vasowave.base.io.textfile import Progress, look
 from vasowave.catheter.check.plausibility import PERIOD_LIMITS
 from vasowave.catheter.read.choosing import quantity_of
 from vasowave.catheter.read.formats import RECORDINGS, read_blocks
+from vasowave.catheter.read.gated import MAX_PHASES
 from vasowave.catheter.signals.channels import Block, Comment
 from vasowave.catheter.signals.gaps import Span, gaps_in
 from vasowave.catheter.signals.interventions import listed
@@ -43,6 +44,7 @@ class BlockDescription(NamedTuple):
     samples: int
     channels: tuple[ChannelDescription, ...]
     comments: tuple[Comment, ...] = ()
+    sheet: str = ""
 
 
 class FileDescription(NamedTuple):
@@ -66,9 +68,14 @@ class FileDescription(NamedTuple):
     blocks: tuple[BlockDescription, ...]
     suspicions: tuple[Finding, ...] = ()
 
+    @property
+    def used(self) -> BlockDescription:
+        """The block that is read unless another is named: the longest, or the first sheet."""
+        return self.blocks[0] if self.blocks[0].sheet else max(self.blocks, key=lambda block: block.samples)
+
     def __str__(self) -> str:
         """Return one line: format, length, rate, channels."""
-        block = max(self.blocks, key=lambda candidate: candidate.samples)
+        block = self.used
         channels = ", ".join(f"{c.title or '(untitled)'} [{c.unit or 'no unit'}]" for c in block.channels)
         lasts = (
             f"{block.duration:.4g} s at {block.sampling_rate:.6g} samples/s"
@@ -77,11 +84,12 @@ class FileDescription(NamedTuple):
         )
         kind = {"raw": "continuous", "cycle": "one cycle", "": "cycle or continuous"}[self.kind]
         suffix = f", the longest of {len(self.blocks)} blocks" if len(self.blocks) > 1 else ""
+        suffix = f", sheet '{block.sheet}'" if block.sheet else suffix
         comments = f"; comments: {listed(block.comments)}" if block.comments else ""
         return f"{RECORDINGS[self.format].title}, {kind}: {lasts}{suffix}; {channels}{comments}"
 
 
-def describe_recording(path: str | Path, progress: Progress | None = None) -> FileDescription:
+def describe_recording(path: str | Path, progress: Progress | None = None, sheet: str = "") -> FileDescription:
     """Return what a file of pressure and flow holds; nothing has to be said about it.
 
     LabChart's exports and EDF are continuous. A table, or variables of a MATLAB file, is continuous if its times cover
@@ -104,35 +112,44 @@ def describe_recording(path: str | Path, progress: Progress | None = None) -> Fi
     >>> vw.describe_recording("mouse.txt").kind
     'raw'
     """
-    return _described(Path(path), progress=progress)
+    return _described(Path(path), sheet, progress=progress)
 
 
 @remembered
-def _described(path: Path, progress: Progress | None = None) -> FileDescription:
+def _described(path: Path, sheet: str = "", progress: Progress | None = None) -> FileDescription:
     form = RECORDINGS.of(path)
-    blocks = read_blocks(path, math.nan, progress)
+    blocks = read_blocks(path, math.nan, progress, sheet)
     described = tuple(_block(block) for block in blocks if block.channels)
     suspicions = tuple(dict.fromkeys(suspicion for block in blocks for suspicion in block.suspicions))
     kind = "raw" if form.continuous else _kind(described)
     return FileDescription(str(path), form.name, kind, described, suspicions)
 
 
-def kind_of(recordings: Sequence[Path]) -> Literal["cycle", "raw"]:
+def kind_of(recordings: Sequence[Path], sheet: str = "") -> Literal["cycle", "raw"]:
     """Return what the files of a recording hold: one averaged cycle, or a continuous recording.
 
     Two files are pressure and flow: continuous if both are. What cannot be told, or read, is taken for a cycle; its
     reader says what is wrong.
     """
     if len(recordings) > 1:
-        return "raw" if all(kind_of([file]) == "raw" for file in recordings) else "cycle"
+        first, *further = (kind_of([file], sheet) for file in recordings)
+        return "raw" if first == "raw" and (set(further) == {"raw"} or _is_gated(recordings[1], sheet)) else "cycle"
     try:
         form, size = RECORDINGS.of(recordings[0]), look(recordings[0]).size
     except InputError:
         return "cycle"
     try:
-        return "raw" if form.continuous or describe_recording(recordings[0]).kind == "raw" else "cycle"
+        return "raw" if form.continuous or describe_recording(recordings[0], sheet=sheet).kind == "raw" else "cycle"
     except InputError:
         return "raw" if size > _MAX_CYCLE_BYTES else "cycle"
+
+
+def _is_gated(path: Path, sheet: str) -> bool:
+    """Whether a file holds one cycle of so few samples that it is the gated flow beside a continuous pressure."""
+    try:
+        return describe_recording(path, sheet=sheet).used.samples <= MAX_PHASES
+    except InputError:
+        return False
 
 
 def _block(block: Block) -> BlockDescription:
@@ -142,7 +159,9 @@ def _block(block: Block) -> BlockDescription:
     )
     fastest = max(block.channels, key=lambda c: len(c.values))
     rate = fastest.sampling_rate
-    return BlockDescription(rate, len(fastest.values) / rate, len(fastest.values), channels, block.comments)
+    return BlockDescription(
+        rate, len(fastest.values) / rate, len(fastest.values), channels, block.comments, block.sheet
+    )
 
 
 def _kind(blocks: Sequence[BlockDescription]) -> str:

@@ -19,6 +19,7 @@ from vasowave.catheter.check.plausibility import (
 )
 from vasowave.catheter.read.formats import read_signals
 from vasowave.catheter.read.several_beats import beats_within, mean_beat, several_finding
+from vasowave.catheter.read.velocity import flow_of_velocity
 from vasowave.catheter.signals.raw import calibration_notes
 from vasowave.catheter.signals.signal import Signal, even_step
 from vasowave.pulse.cycle.cycle import MIN_SAMPLES, Recording, resample
@@ -71,6 +72,8 @@ def read_recording(
     wedge_pressure: float = 0.0,
     calibration: tuple[float, float, float, float] = (0.0, 1.0, 1.0, 0.0),
     site: SiteName = PULMONARY,
+    sheet: str = "",
+    flow_diameter: float | None = None,
 ) -> Recording:
     """Read one averaged cycle from one table, or from one file of pressure and one of flow.
 
@@ -94,6 +97,10 @@ def read_recording(
         subtracted from the flow, ml/s; a gain of the flow of -1 turns that of a probe mounted backward.
     site : str
         The artery; titles and pressures of it are then what is looked for.
+    sheet : str
+        Of a workbook; by default the first that holds pressure and flow.
+    flow_diameter : float, optional
+        Diameter of the vessel, mm, where a velocity was recorded in place of the flow.
 
     Raises
     ------
@@ -120,13 +127,15 @@ def read_recording(
     """
     if len(paths) not in (1, 2):
         raise InputError(f"{len(paths)} files given; a recording is one table, or one file of pressure and one of flow")
+    second = "velocity" if flow_diameter is not None else "flow"
     if len(paths) == 1:
-        signals = read_signals(paths[0], {"pressure": pressure_unit, "flow": flow_unit}, site)
+        signals = read_signals(paths[0], {"pressure": pressure_unit, second: flow_unit}, site, sheet)
     else:
         signals = [
-            *read_signals(paths[0], {"pressure": pressure_unit}, site),
-            *read_signals(paths[1], {"flow": flow_unit}, site),
+            *read_signals(paths[0], {"pressure": pressure_unit}, site, sheet),
+            *read_signals(paths[1], {second: flow_unit}, site, sheet),
         ]
+    signals = [_as_flow(signal, flow_diameter) for signal in signals]
     zero, gain, flow_gain, flow_zero = calibration
     corrections = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}
     signals = [
@@ -136,6 +145,13 @@ def read_recording(
     recording = _assemble(signals, period, len(paths) == 1, site)
     notes = (*recording.notes, *calibration_notes(*calibration))
     return replace(recording, wedge_pressure=wedge_pressure, notes=notes)
+
+
+def _as_flow(signal: Signal, diameter: float | None) -> Signal:
+    if signal.quantity != "velocity" or diameter is None:
+        return signal
+    flow, made = flow_of_velocity(signal.values, diameter)
+    return replace(signal, quantity="flow", values=flow, notes=(*signal.notes, made))
 
 
 class _Last(Enum):

@@ -11,11 +11,13 @@ from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.io.textfile import Progress
-from vasowave.base.settings import given_values, settings_class
+from vasowave.base.settings import Positive, given_values, settings_class
 from vasowave.base.sites import PULMONARY, SiteName
-from vasowave.catheter.read.choosing import DIMENSIONS, pick_channels
+from vasowave.catheter.read.choosing import DIMENSIONS, pick_channels, wanted_titles
 from vasowave.catheter.read.formats import read_blocks
+from vasowave.catheter.read.gated import GatedCycle, gated_channel, gated_file, on_beats
 from vasowave.catheter.read.joined import joined_blocks
+from vasowave.catheter.read.velocity import flow_of_velocity
 from vasowave.catheter.signals.channels import Block, Channel, Comment
 from vasowave.catheter.signals.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.catheter.signals.interventions import comment_findings
@@ -65,6 +67,10 @@ class Reading:
     """Its end, s since the start of the block."""
     sampling_rate: float | None = None
     """Samples per second of a table without a time column."""
+    flow_diameter: Positive | None = None
+    """Diameter of the vessel, mm, where a velocity was recorded in place of the flow."""
+    sheet: str = ""
+    """Of a workbook; by default the first that holds pressure and flow (a warning says which, where several do)."""
     site: SiteName = PULMONARY
     """The artery: titles that speak of it are preferred, those of other places are passed over."""
 
@@ -109,24 +115,32 @@ def read_raw_recording(
     1000.0
     """
     reading = given_values(Reading, None, settings)
-    blocks = read_blocks(path, reading.sampling_rate, progress)
+    blocks = read_blocks(path, reading.sampling_rate, progress, reading.sheet)
+    gated: GatedCycle | None = None
     if flow_file is not None:
-        of_files = [blocks, read_blocks(flow_file, reading.sampling_rate, progress)]
-        blocks = joined_blocks([Path(path), Path(flow_file)], of_files)
+        described = read_blocks(flow_file, np.nan, progress, reading.sheet)
+        length = max(len(channel.values) for block in described for channel in block.channels)
+        gated = gated_file(Path(flow_file), reading.flow_unit, reading.site, reading.sheet, length)
+        if gated is None:
+            of_files = [blocks, read_blocks(flow_file, reading.sampling_rate, progress, reading.sheet)]
+            blocks = joined_blocks([Path(path), Path(flow_file)], of_files)
     number, notes = _choose(path, blocks, reading.block)
     chosen = blocks[number]
     for suspicion in chosen.suspicions:
         if suspicion.severity is Severity.LOOK:
             warn(suspicion.at(str(path)))
     notes += chosen.suspicions
-    picked, guessed = pick_channels(
-        path,
-        chosen.channels,
-        {"pressure": reading.pressure, "flow": reading.flow, "ecg": reading.ecg},
-        reading.site,
-        chosen.program,
-    )
+    titles = wanted_titles(reading.pressure, reading.flow, reading.ecg, reading.flow_diameter)
+    if gated is not None:
+        titles = {name: title for name, title in titles.items() if name in ("pressure", "ecg")}
+    picked, guessed = pick_channels(path, chosen.channels, titles, reading.site, chosen.program)
     notes += guessed
+    if gated is None and "flow" in picked:
+        gated = gated_channel(Path(path), picked["flow"], chosen.channels)
+    if gated is not None:
+        picked["flow"], put = on_beats(Path(path), picked["pressure"], gated)
+        notes.append(put)
+        warn(put.at(str(path)))
     if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
         raise InputError(f"{path}: no times; {NAME_THE_RATE}")
     if "ecg" not in picked:
@@ -145,17 +159,20 @@ def read_raw_recording(
             warn(finding.at(str(path)))
     gaps = _gaps(list(picked.values()), start, end)
     rate = max(channel.sampling_rate for channel in picked.values())
-    stated_units = {"pressure": reading.pressure_unit, "flow": reading.flow_unit, "ecg": None}
+    stated_units = {"pressure": reading.pressure_unit, "ecg": None}
     scaled = {}
     wrong = []
     for name, channel in picked.items():
         try:
-            values, words = _canonical(channel, name, stated_units[name])
+            values, words = _canonical(channel, name, stated_units.get(name, reading.flow_unit))
         except InputError as error:
             wrong.append(str(error))
             continue
-        scaled[name] = replace(channel, values=values)
         notes += words
+        if name == "velocity":
+            values, made = flow_of_velocity(values, reading.flow_diameter or 0.0)
+            notes.append(made)
+        scaled["flow" if name == "velocity" else name] = replace(channel, values=values)
     if wrong:
         raise InputError("\n".join(wrong))
     raw = _between(path, scaled, start, end, rate)
@@ -231,7 +248,7 @@ def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[i
             raise InputError(f"{path}: no block {block}; it has {len(blocks)}")
         return block - 1, []
     longest = max(range(len(blocks)), key=lambda i: blocks[i].duration)
-    if len(blocks) == 1:
+    if len(blocks) == 1 or blocks[0].sheet:
         return 0, []
     lengths = ", ".join(f"{candidate.duration:.4g} s" for candidate in blocks)
     return longest, [LONGEST_BLOCK(number=longest + 1, blocks=len(blocks), lengths=lengths)]

@@ -80,6 +80,8 @@ class Block:
         Whose export it is, empty if nothing tells.
     start : float, optional
         What the clock of the file shows at the first sample, s.
+    sheet : str
+        Of a workbook.
     """
 
     channels: tuple[Channel, ...]
@@ -87,6 +89,7 @@ class Block:
     suspicions: tuple[Finding, ...] = ()
     program: str = ""
     start: float | None = None
+    sheet: str = ""
 
     @property
     def duration(self) -> float:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.base.errors import InputError
-from vasowave.base.io.layout import GAPS, number
+from vasowave.base.io.cells import GAPS, number
 from vasowave.base.io.textfile import Lines
 
 _ROWS_PER_CHUNK = 4096

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from vasowave.base.errors import InputError, of_file
 from vasowave.base.findings import look_kind, note_kind, warn
 from vasowave.base.io.columns import read_columns
+from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.lung.axes.skeleton import Skeleton, cut_at_junctions
 from vasowave.lung.exchange.convention import Ends, as_extracted
 from vasowave.lung.exchange.formats import LINES, LinesFormat
@@ -264,6 +265,6 @@ def write_centerlines(tree: Tree, path: str | Path, unit: float = 1.0) -> None:
 
 
 LINES.register(
-    LinesFormat("flat table", "flat table of points", (".csv", ".dat", ".txt", ".tsv", ".xlsx"), None, _flat)
+    LinesFormat("flat table", "flat table of points", (".csv", ".dat", ".txt", ".tsv", *WORKBOOKS), None, _flat)
 )
 LINES.register(LinesFormat("polydata", "VTK PolyData", (".vtp", ".vtk"), None, _polydata, sections=_sections))

@@ -8,6 +8,7 @@ from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, note_kind
 from vasowave.base.io.columns import Columns
+from vasowave.base.io.titles import ending_unit
 
 SYNONYMS: dict[str, str] = {
     "parent": "parent mother father",
@@ -59,9 +60,8 @@ _NO_RADIUS = {
 
 def canonical_title(title: str) -> tuple[str, str]:
     """Return what a column is called here by its title without a unit in brackets, and the unit at the title's end."""
-    words = plain_words(title).split()
-    unit = words.pop() if len(words) > 1 and is_size_unit(words[-1]) else ""
-    words = words[:-1] if unit and words[-1] == "in" and len(words) > 1 else words
+    name, unit = ending_unit(plain_words(title), ("length", "area"))
+    words = name.split()
     if " ".join(words) in _BRANCH_DISTANCE:
         return "length", unit
     words = [piece for word in words for piece in _pieces(word)]

@@ -10,9 +10,10 @@ import numpy as np
 
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, look_kind
+from vasowave.base.io.cells import is_row, separator_of, split_cells
 from vasowave.base.io.columns import Columns, read_columns, read_headings, read_titles
 from vasowave.base.io.files import write_file
-from vasowave.base.io.layout import head_of, is_row, separator_of, split_cells
+from vasowave.base.io.layout import head_of
 from vasowave.base.io.textfile import read_lines
 from vasowave.base.units import CANONICAL
 from vasowave.pulse.network.network import Network, image_pressure

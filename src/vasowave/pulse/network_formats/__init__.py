@@ -15,6 +15,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, warn
 from vasowave.base.io.columns import Columns, number
 from vasowave.base.io.formats import Format, Registry
+from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.base.io.textfile import regular_file
 from vasowave.base.units import factor
 from vasowave.pulse.network.network import Network
@@ -67,7 +68,7 @@ def table_format(
 
 NETWORKS.register(
     table_format(
-        "table", "table of vessels", (".csv", ".tsv", ".txt", ".dat", ".xlsx"), is_vessel_table, vessel_columns
+        "table", "table of vessels", (".csv", ".tsv", ".txt", ".dat", *WORKBOOKS), is_vessel_table, vessel_columns
     )
 )
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.study.entering.grouping import Marks, told_group, within
 from vasowave.study.entering.grouping import words as words_of
 from vasowave.study.entering.sorting import Recorded, files_in, sort_files
@@ -46,10 +47,17 @@ def cells_of(recorded: Recorded, folder: Path, option_cells: Mapping[str, str]) 
     cells |= {f"{quantity} channel": title for quantity, title in recorded.channels}
     if recorded.stretch is not None and not (option_cells.get("start [s]") or option_cells.get("end [s]")):
         cells |= {"start [s]": f"{recorded.stretch.start:g}", "end [s]": f"{recorded.stretch.end:g}"}
-    applicable_cells = {
-        title: text for title, text in option_cells.items() if not (title == "period [s]" and recorded.kind == "raw")
-    }
-    return cells | applicable_cells
+    titles = {title.strip().casefold() for title in recorded.titles}
+
+    def applies(title: str, text: str) -> bool:
+        if title == "period [s]":
+            return recorded.kind != "raw"
+        named = title.endswith(" channel") and len(recorded.files) == 1
+        if title == "sheet":
+            return any(file.suffix.lower() in WORKBOOKS for file in recorded.files)
+        return not named or text.strip().casefold() in titles
+
+    return cells | {title: text for title, text in option_cells.items() if applies(title, text)}
 
 
 def networks_of(

@@ -9,6 +9,7 @@ from pathlib import Path
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.io.files import alone_in, content_of, write_files
+from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.study.entering.added_rows import (
     AddedRow,
     cells_of,
@@ -23,7 +24,7 @@ from vasowave.study.entering.added_rows import (
     without_copies,
 )
 from vasowave.study.entering.grouping import Proposal, is_reference, parsed_groups, proposed_groups, told_group
-from vasowave.study.entering.sorting import Sorted, files_in, passed_over, sort_files
+from vasowave.study.entering.sorting import Choosing, Sorted, files_in, passed_over, sort_files
 from vasowave.study.entering.table import RecordingIndex, read_rows, seen_from, written_rows
 from vasowave.study.entering.template import with_groups
 from vasowave.study.folder.animals import read_row
@@ -215,7 +216,7 @@ def _settings(path: Path) -> StudyFile:
     if settings is None:
         raise InputError(f"{path}: mend the study file first (`vasowave check` says what is wrong): "
                          f"{document.problems[0].finding}")  # fmt: skip
-    if settings.animals.lower().endswith(".xlsx"):
+    if settings.animals.lower().endswith(WORKBOOKS):
         raise InputError(f"{path.parent / settings.animals}: rows are added to CSV only; save it as CSV and name that "
                          f"under 'animals' in {path}")  # fmt: skip
     return settings
@@ -228,7 +229,9 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
     titles = {title.removesuffix(" channel"): text for title, text in cells.items() if title.endswith(" channel")}
     files = files_in([*paths, *([network] if network else [])], own_files)
     block = int(cells["block"]) if cells.get("block", "").isdigit() else None
-    sorted_files = sort_files(files, titles, block, site)
+    choosing = Choosing(titles, block, cells.get("site") or site, cells.get("sheet", ""),
+                        bool(cells.get("flow diameter [mm]")))  # fmt: skip
+    sorted_files = sort_files(files, choosing)
     if unread := passed_over(paths, own_files):
         names = ", ".join(unread[:_MAX_NAMES]) + (
             f" and {surplus} more" if (surplus := len(unread) - _MAX_NAMES) > 0 else ""

@@ -224,7 +224,7 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
     values = animal.recording.indices() | {"root radius": float(animal.network.radius[animal.network.root])}
     findings = [
         *(finding for finding in animal.recording.notes if finding.severity is Severity.LOOK),
-        *physiology_findings(values, nominal.time_constant, study.settings.species, study.settings.site),
+        *physiology_findings(values, nominal.time_constant, study.settings.species, row.site or study.settings.site),
         *_known_values(row, nominal),
     ]
     problems = [StudyProblem(finding) for finding in dict.fromkeys(finding.placed(place) for finding in findings)]

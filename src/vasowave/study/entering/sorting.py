@@ -3,14 +3,16 @@
 import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.io.columns import read_columns
+from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.base.sites import PULMONARY
-from vasowave.catheter.read.choosing import DIMENSIONS, Choice, choose
+from vasowave.catheter.read.choosing import Choice, choose, wanted_titles
 from vasowave.catheter.read.describe import (
     BlockDescription,
     ChannelDescription,
@@ -19,6 +21,7 @@ from vasowave.catheter.read.describe import (
     kind_of,
 )
 from vasowave.catheter.read.formats import RECORDINGS
+from vasowave.catheter.read.formats.workbook import SHEET_READ
 from vasowave.catheter.signals.gaps import Span, longest_between
 from vasowave.catheter.signals.raw import MIN_DURATION_S
 from vasowave.pulse.network_formats import NETWORKS, unit_wanted
@@ -33,6 +36,31 @@ _SIGNAL_WORDS = {
     "pressure": ("pressure", "press", "druck", "pression", "presion", "pap", "p"),
     "flow": ("flow", "fluss", "debit", "flujo", "q"),
 }
+
+
+@dataclass(frozen=True)
+class Choosing:
+    """What a user says of files that are sorted.
+
+    Attributes
+    ----------
+    titles : mapping
+        Titles of channels, by quantity.
+    block : int, optional
+        Counted from 1.
+    site : str
+        The artery.
+    sheet : str
+        Of workbooks.
+    diameter : bool
+        Whether the diameter of the vessel is said, whose velocity was recorded.
+    """
+
+    titles: Mapping[str, str] = field(default_factory=dict)
+    block: int | None = None
+    site: str = PULMONARY
+    sheet: str = ""
+    diameter: bool = False
 
 
 class Recorded(NamedTuple):
@@ -50,6 +78,8 @@ class Recorded(NamedTuple):
         The longest stretch without a gap, s, where there are gaps.
     remarks : tuple of str
         What was decided for the user.
+    titles : tuple of str
+        Of the channels of a continuous recording.
     """
 
     name: str
@@ -58,6 +88,7 @@ class Recorded(NamedTuple):
     channels: tuple[tuple[str, str], ...] = ()
     stretch: Span | None = None
     remarks: tuple[str, ...] = ()
+    titles: tuple[str, ...] = ()
 
 
 class Sorted(NamedTuple):
@@ -117,23 +148,14 @@ def _walked(folder: Path, leave: Collection[Path]) -> Iterator[Path]:
         visited.add(real)
 
 
-def sort_files(
-    files: Iterable[Path],
-    titles: Mapping[str, str | None] | None = None,
-    block: int | None = None,
-    site: str = PULMONARY,
-) -> Sorted:
+def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted:
     """Tell networks from recordings, and join the pressure and the flow of one averaged cycle.
 
     Parameters
     ----------
     files : iterable of Path
-    titles : mapping, optional
-        Titles of channels that the user named, by quantity.
-    block : int, optional
-        The block that the user named, counted from 1.
-    site : str
-        The artery of the study.
+    choosing : Choosing
+        What the user said of them.
     """
     networks, recordings, refused = [], [], []
     halves: list[tuple[str, str, Path]] = []
@@ -146,7 +168,7 @@ def sort_files(
                 networks.append(file)
                 continue
             _refuse_vessels(file)
-            described = describe_recording(file)
+            described = describe_recording(file, sheet=choosing.sheet if file.suffix.lower() in WORKBOOKS else "")
         except InputError as error:
             refused.append(str(error))
             continue
@@ -154,7 +176,7 @@ def sort_files(
         if half:
             halves.append((stem, half, file))
         else:
-            recordings.append(_recorded(file, described, titles or {}, block, site))
+            recordings.append(_recorded(file, described, choosing))
     joined, alone = _joined(halves)
     for half, file in alone:
         missing = "flow" if half == "pressure" else "pressure"
@@ -198,15 +220,19 @@ def _joined(halves: Sequence[tuple[str, str, Path]]) -> tuple[list[Recorded], li
     return joined, [(half, file) for _, half, file in unpaired]
 
 
-def _recorded(
-    file: Path, described: FileDescription, titles: Mapping[str, str | None], number: int | None, site: str
-) -> Recorded:
+def _recorded(file: Path, described: FileDescription, choosing: Choosing) -> Recorded:
     """Return a recording that one file holds, with what was decided about its channels and gaps."""
     if described.kind == "cycle":
         return Recorded(file.stem, (file,), described.kind)
-    block = used_block(described, number)
-    choice = choose(block.channels, {name: titles.get(name) for name in DIMENSIONS}, site)
-    remarks = [] if number is not None or len(described.blocks) == 1 else [_longest(described, block)]
+    block = used_block(described, choosing.block)
+    titles = tuple(channel.title for channel in block.channels)
+    lower_titles = {title.strip().casefold() for title in titles}
+    named = {name: title for name, title in choosing.titles.items() if title.strip().casefold() in lower_titles}
+    quantities = wanted_titles(*map(named.get, ("pressure", "flow", "ecg")), 1.0 if choosing.diameter else None)
+    choice = choose(block.channels, quantities, choosing.site)
+    longest = choosing.block is None and len(described.blocks) > 1 and not block.sheet
+    remarks = [_longest(described, block)] if longest else []
+    remarks += [str(finding) for finding in described.suspicions if block.sheet and finding.code == SHEET_READ.code]
     remarks += [
         f"'{choice.picked[name].title}' was taken for {name}: {reason}" for name, reason in choice.guessed.items()
     ]
@@ -215,8 +241,10 @@ def _recorded(
         remarks.append(
             f"samples are missing; the longest stretch without a gap is read, {stretch.start:g} to {stretch.end:g} s"
         )
-    channels = tuple((name, choice.picked[name].title) for name in choice.guessed)
-    return Recorded(file.stem, (file,), described.kind, channels, stretch, tuple(remarks))
+    remarks += [f"no channel '{title}': its row does not name it" for name, title in choosing.titles.items()
+                if name not in named]  # fmt: skip
+    channels = tuple(("flow" if name == "velocity" else name, choice.picked[name].title) for name in choice.guessed)
+    return Recorded(file.stem, (file,), described.kind, channels, stretch, tuple(remarks), titles)
 
 
 def used_block(described: FileDescription, number: int | None) -> BlockDescription:
@@ -224,7 +252,7 @@ def used_block(described: FileDescription, number: int | None) -> BlockDescripti
     blocks = described.blocks
     if number is not None and 1 <= number <= len(blocks):
         return blocks[number - 1]
-    return max(blocks, key=lambda block: block.samples)
+    return described.used
 
 
 def _longest(described: FileDescription, used: BlockDescription) -> str:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vasowave.base.errors import InputError
+from vasowave.base.io.cells import is_row, separator_of, split_cells
 from vasowave.base.io.columns import read_columns
-from vasowave.base.io.layout import is_row, separator_of, split_cells
 from vasowave.base.io.textfile import look, read_lines
 from vasowave.study.entering.sorting import Recorded
 from vasowave.study.folder.rows import COLUMNS, REQUIRED_COLUMNS

@@ -13,6 +13,7 @@ from vasowave.base import units
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import NOWHERE, Finding, Place, error_kind, look_kind
 from vasowave.base.io.columns import Columns, NoRowsError, number, read_columns, split_unit
+from vasowave.base.sites import PULMONARY, SITES
 from vasowave.pulse.inference.known_errors import SHARED_SOURCES, KnownErrors
 from vasowave.pulse.model.blood import relative_to_usual
 from vasowave.study.animal.result import TIDY_COLUMNS
@@ -256,7 +257,11 @@ def read_row(
     numbers: dict[str, Any] = {field: _number(cell[title], title, note) for title, field in NUMBERS.items()}
     if any(problem.error for problem in wrong):
         return None, wrong
-    texts: dict[str, Any] = {field_of(title): cell[title] for title in COLUMNS if title.endswith((" unit", " channel"))}
+    texts: dict[str, Any] = {
+        field_of(title): cell[title]
+        for title in COLUMNS
+        if title.endswith((" unit", " channel")) or title in ("sheet", "site")
+    }
     block, after = numbers.pop("block"), numbers.pop("zero_after")
     known_errors = {name: value for name in ERRORS.values() if (value := numbers.pop(name)) is not None}
     if after is not None:
@@ -313,6 +318,9 @@ def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | Non
     if kind not in ("", "cycle", "raw"):
         hint = did_you_mean(kind, ("cycle", "raw"))
         report("kind", OTHER_WORD(text=cell["kind"], hint=hint, words="cycle or raw"))
+    if cell["site"] and cell["site"] not in (PULMONARY, *SITES):
+        hint = did_you_mean(cell["site"], (PULMONARY, *SITES))
+        report("site", OTHER_WORD(text=cell["site"], hint=hint, words=", ".join((PULMONARY, *SITES))))
     for title in ("synthetic", "shared recording"):
         if cell[title].lower() not in ("", "no", "yes"):
             report(title, OTHER_WORD(text=cell[title], hint="", words="yes or no"))
@@ -322,7 +330,8 @@ def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | Non
     for title, quantity in (("pressure unit", "pressure"), ("flow unit", "flow")):
         try:
             if cell[title]:
-                units.factor(cell[title], quantity)
+                velocity = quantity == "flow" and cell["flow diameter [mm]"]
+                units.factor(cell[title], "velocity" if velocity else quantity)
         except InputError as error:
             report(title, UNREADABLE(text=str(error)))
 

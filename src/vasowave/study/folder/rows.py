@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from vasowave.base.sites import PULMONARY
+from vasowave.base.sites import SITES as ARTERIES
 from vasowave.catheter.read.site_files import COLUMNS as SITES
 from vasowave.catheter.read.site_files import site_files
 from vasowave.pulse.inference.known_errors import SHARED_SOURCES, columns
@@ -32,6 +34,10 @@ COLUMNS = {
     "pressure channel": "raw: title of the pressure channel, where the titles do not tell.",
     "flow channel": "raw: title of the flow channel.",
     "ecg channel": "raw: title of the ECG channel.",
+    "flow diameter [mm]": "Diameter of the vessel where a velocity (Doppler) was recorded in place of the flow: the "
+    "flow is velocity times area, and `flow gain [1]` the share of the mean in a velocity that is a peak.",
+    "sheet": "Of a workbook the sheet to read; by default the first that holds pressure and flow.",
+    "site": f"Artery that was recorded, where it is not that of study.yaml: {', '.join((PULMONARY, *ARTERIES))}.",
     "block": "raw: block of a LabChart file, counted from 1; the longest by default.",
     "start [s]": "raw: start of the stretch to use, since the start of the block.",
     "end [s]": "raw: end of the stretch to use.",
@@ -98,6 +104,9 @@ class AnimalRow:
     pressure_channel: str = ""
     flow_channel: str = ""
     ecg_channel: str = ""
+    flow_diameter: float | None = None
+    sheet: str = ""
+    site: str = ""
     block: int | None = None
     start: float | None = None
     end: float | None = None

@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 
@@ -47,6 +47,7 @@ from vasowave.study.animal.pipeline import Progress, analyze
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.folder.rows import AnimalRow
 from vasowave.study.folder.settings import StudyFile, animal_settings, averaging_settings
+from vasowave.study.results.physiology import SITE
 from vasowave.study.results.store import Journal, key_of
 
 WEDGE = note_kind(
@@ -93,11 +94,12 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
         One of its files cannot be read.
     """
     inputs: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in _NOT_IN_KEY}
+    inputs = {name: value for name, value in inputs.items() if value or name not in ("flow_diameter", "sheet", "site")}
     inputs["settings"], inputs["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure
     inputs["practice"], inputs["catheter"] = study.practice, study.catheter
-    inputs["kind"] = row.kind or kind_of(row.recordings)
-    if study.site != PULMONARY:
-        inputs["site"] = study.site
+    inputs["kind"] = row.kind or kind_of(row.recordings, row.sheet)
+    if (row.site or study.site) != PULMONARY:
+        inputs["site"] = row.site or study.site
     if inputs["kind"] == "raw":
         inputs["averaging"] = asdict(averaging_settings(study))
     return key_of(inputs, [(inside(file, folder), file) for file in row.files.values()])
@@ -122,7 +124,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_HEAD_BYTES] for file in row.recordings)
     recording = _through_instruments(_relative(animal.recording, warned, folder), row, study)
     recording, behind = _wedged(recording, row)
-    odd = _oddities(network, recording, study)
+    odd = [*_oddities(network, recording, study), *([SITE(site=row.site)] if row.site else [])]
     recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *behind, *odd))))
     if study.practice == "paper":
         recording = PAPER.recording(recording)
@@ -155,15 +157,21 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
     """Return the cycle of one animal, and the beats and the continuous recording that it is the average of; raises as
     `load_animal`.
     """
-    if (row.kind or kind_of(row.recordings)) == "cycle":
+    if (row.kind or kind_of(row.recordings, row.sheet)) == "cycle":
         cycle = read_recording(
-            *row.recordings, period=row.period, calibration=row.calibration, site=study.site, **_units(row)
-        )
+            *row.recordings, period=row.period, calibration=row.calibration, site=_site(row, study.site),
+            sheet=row.sheet, flow_diameter=row.flow_diameter, **_units(row),
+        )  # fmt: skip
         return cycle, None, None
     raw = read_stretch(row, study.site)
     edits = read_edits(row.beat_edits) if row.beat_edits else ()
     beats = average_beats(raw, averaging=averaging_settings(study), edits=edits)
     return beats.recording, beats, raw
+
+
+def _site(row: AnimalRow, site: SiteName) -> SiteName:
+    """Return the artery of an animal: of its row, else that of the study."""
+    return cast(SiteName, row.site) or site
 
 
 def read_stretch(row: AnimalRow, site: SiteName = PULMONARY) -> RawRecording:
@@ -177,7 +185,9 @@ def read_stretch(row: AnimalRow, site: SiteName = PULMONARY) -> RawRecording:
         start=row.start,
         end=row.end,
         sampling_rate=row.sampling_rate,
-        site=site,
+        site=_site(row, site),
+        sheet=row.sheet,
+        flow_diameter=row.flow_diameter,
         progress=None,
         **_units(row),
     )

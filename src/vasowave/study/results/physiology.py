@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from vasowave.base.findings import Finding, Severity, from_json, look_kind, warn
+from vasowave.base.findings import Finding, Severity, from_json, look_kind, note_kind, warn
 from vasowave.base.sites import PULMONARY, ranges_at
 from vasowave.base.species import SPECIES, Species
 from vasowave.study.animal.result import AnimalResult
@@ -84,6 +84,10 @@ def physiology_findings(values: Mapping[str, float], tau: float, species: str, s
     return findings
 
 
+SITE = note_kind("recording.site", "recorded in this artery: {site}")
+"""Of an animal whose row says another artery than its study."""
+
+
 def _range(species: Species, name: str) -> tuple[float, float]:
     return getattr(species, name.replace(" ", "_"))
 
@@ -98,5 +102,6 @@ def looks_of(result: AnimalResult, species: str, site: str = PULMONARY) -> tuple
     measured, network = result.measured.quantities, result.network
     values = {name: float(measured[name]) for name in _UNITS if name in measured}
     values["root radius"] = float(network.radius[network.root])
-    odd = physiology_findings(values, float(measured["tau"]), species, site)
+    sites = [str(dict(finding.values)["site"]) for finding in noticed if finding.code == SITE.code]
+    odd = physiology_findings(values, float(measured["tau"]), species, *(sites or [site]))
     return *(finding for finding in noticed if finding.severity is Severity.LOOK), *odd

@@ -34,26 +34,39 @@ class RecordingFormat(Format):
     cycle : callable, optional
         Takes path, the quantities that are wanted of one averaged cycle, and the artery; returns a signal for each. By
         default they are taken from what `read` returns.
+    sheets : bool
+        Whether it is a workbook, whose `read` and `cycle` take a `sheet`, too.
     """
 
     continuous: bool = False
-    cycle: Callable[[Path, Wanted, str], list[Signal]] | None = None
+    cycle: Callable[..., list[Signal]] | None = None
+    sheets: bool = False
+
+    def of_sheet(self, path: Path, sheet: str) -> dict[str, str]:
+        """Return what `read` and `cycle` take beside all else, of the sheet that is named, if one is."""
+        if sheet and not self.sheets:
+            raise InputError(f"{path}: is no workbook and has no sheet '{sheet}'; leave the sheet out")
+        return {"sheet": sheet} if sheet else {}
 
 
 RECORDINGS = Registry[RecordingFormat](__name__, "table")
 """Every format of recordings."""
 
 
-def read_blocks(path: str | Path, sampling_rate: float | None = None, progress: Progress | None = None) -> list[Block]:
+def read_blocks(
+    path: str | Path, sampling_rate: float | None = None, progress: Progress | None = None, sheet: str = ""
+) -> list[Block]:
     """Return the blocks of a continuous recording of any format; the arguments are those of `read_raw_recording`."""
     path = Path(path)
-    blocks = [at_their_rates(without_codes(block)) for block in RECORDINGS.of(path).read(path, sampling_rate, progress)]
+    form = RECORDINGS.of(path)
+    blocks = form.read(path, sampling_rate, progress, **form.of_sheet(path, sheet))
+    blocks = [at_their_rates(without_codes(block)) for block in blocks]
     if not any(block.channels for block in blocks):
         raise InputError(f"{path}: headers and no samples")
     return blocks
 
 
-def read_signals(path: str | Path, quantities: Wanted, site: str = PULMONARY) -> list[Signal]:
+def read_signals(path: str | Path, quantities: Wanted, site: str = PULMONARY, sheet: str = "") -> list[Signal]:
     """Read the `quantities` of one averaged cycle from one file.
 
     Raises
@@ -68,7 +81,9 @@ def read_signals(path: str | Path, quantities: Wanted, site: str = PULMONARY) ->
             f"{path}: a continuous recording ({form.title}), not one cycle; in a study, write 'raw' into the column "
             "'kind' (in Python: read_raw_recording, then average_beats)"
         )
-    return form.cycle(path, quantities, site) if form.cycle is not None else _of_channels(path, form, quantities, site)
+    if form.cycle is None:
+        return _of_channels(path, form, quantities, site)
+    return form.cycle(path, quantities, site, **form.of_sheet(path, sheet))
 
 
 def _of_channels(path: Path, form: RecordingFormat, quantities: Wanted, site: str) -> list[Signal]:

@@ -12,8 +12,9 @@ import numpy as np
 from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind
+from vasowave.base.io.cells import is_numeric, is_row, split_cells
 from vasowave.base.io.columns import Columns, plain_title, read_columns, read_headings
-from vasowave.base.io.layout import HEAD, Head, head_of, is_numeric, is_row, remarks_above, split_cells, turned
+from vasowave.base.io.layout import HEAD, Head, head_of, remarks_above, turned
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import Lines, Progress, read_lines
 from vasowave.base.sites import PULMONARY
@@ -140,7 +141,9 @@ def _rises_evenly(values: np.ndarray) -> bool:
     return bool(even and not np.isclose(np.median(steps), 1.0, rtol=1e-6))
 
 
-def read_number_table(path: Path, sampling_rate: float | None = None, progress: Progress | None = None) -> Block:
+def read_number_table(
+    path: Path, sampling_rate: float | None = None, progress: Progress | None = None, sheet: str = ""
+) -> Block:
     """Read all columns of a table; a cell without a number is a gap.
 
     Parameters
@@ -150,6 +153,8 @@ def read_number_table(path: Path, sampling_rate: float | None = None, progress: 
         Samples per second; needed where there is no time column. With nan neither times nor titles are needed.
     progress : callable, optional
         Is called with the fraction that was read.
+    sheet : str, optional
+        Of a workbook.
 
     Raises
     ------
@@ -157,16 +162,16 @@ def read_number_table(path: Path, sampling_rate: float | None = None, progress: 
         No header, no times and no rate, or line and column of: surplus or missing values, a cell that is no number,
         both decimal marks, uneven times.
     """
-    table = _parsed(path, progress=progress)
+    table = _parsed(path, sheet, progress=progress)
     if not any(table.names) and (sampling_rate is None or not np.isnan(sampling_rate)):
         raise InputError(f"{path}: no header; {_HEADER}")
     return table.block(sampling_rate)
 
 
 @remembered
-def _parsed(path: Path, progress: Progress | None = None) -> NumberTable:
+def _parsed(path: Path, sheet: str = "", progress: Progress | None = None) -> NumberTable:
     table: _Table | None = None
-    for lines in read_lines(path, progress):
+    for lines in read_lines(path, progress, sheet):
         if table is None and (over := turned(lines.texts[: 2 * HEAD])):
             lines = Lines(1, over, lines.cut)
         table = table or _begin(path, lines)
@@ -287,9 +292,9 @@ class ColumnTitle(NamedTuple):
     unit: str
 
 
-def read_cycle(path: Path, quantities: Wanted, site: str = PULMONARY) -> list[Signal]:
+def read_cycle(path: Path, quantities: Wanted, site: str = PULMONARY, sheet: str = "") -> list[Signal]:
     """Return the columns that hold the quantities wanted of one cycle; other columns may hold anything."""
-    table = read_columns(path, ALIASES)
+    table = read_columns(path, ALIASES, sheet)
     table.warn()
     alone = len(quantities) == 1
     return [_from_table(table, quantity, unit, alone, site) for quantity, unit in quantities.items()]
@@ -363,7 +368,7 @@ def _column(table: Columns, quantity: str, site: str) -> tuple[int, tuple[Findin
     """Return the column of a quantity: the one called so, else the one that its title or unit leaves alone, noted."""
     if table.find(quantity) is None:
         columns = [ColumnTitle(i, *pair) for i, pair in enumerate(zip(table.names, table.units, strict=True))]
-        choice = choose(columns, {"pressure": None, "flow": None}, site)
+        choice = choose(columns, {"pressure": None, quantity: None}, site)
         if quantity in choice.picked:
             column, reason = choice.picked[quantity], choice.guessed.get(quantity, "")
             return column.place, (TAKEN(title=column.title, name=quantity, why=reason),) if reason else ()
@@ -381,7 +386,7 @@ def _headerless(table: Columns) -> str:
 
 RECORDINGS.register(
     RecordingFormat(
-        "table", "table", (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tab", ".lvm", ".xlsx"), None,
+        "table", "table", (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tab", ".lvm"), None,
         lambda path, rate, progress: [read_number_table(path, rate, progress)], cycle=read_cycle,
     )
 )  # fmt: skip

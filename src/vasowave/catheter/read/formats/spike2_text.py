@@ -8,7 +8,7 @@ import numpy as np
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind
-from vasowave.base.io.layout import is_number
+from vasowave.base.io.cells import is_number
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import Progress, read_lines
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
