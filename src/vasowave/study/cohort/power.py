@@ -21,22 +21,14 @@ Drawn = Iterator[tuple[np.ndarray, float, np.ndarray]]
 
 
 class PlannedStudies(NamedTuple):
-    """Studies of one size that are drawn: groups of independent animals, animals recorded again, or pairs.
-
-    Attributes
-    ----------
-    spreads : sequence of Spread
-    root : array, shape (quantity, quantity)
-        Whose product with itself is the correlation of the quantities within animals.
-    settings : Planning
-    size : int
-        Animals of each group, or pairs.
-    """
+    """Studies of one size that are drawn: groups of independent animals, animals recorded again, or pairs."""
 
     spreads: Sequence[Spread]
     root: np.ndarray
+    """Whose product with itself is the correlation of the quantities within animals. Shape (quantity, quantity)."""
     settings: Planning
     size: int
+    """Animals of each group, or pairs."""
 
 
 def p_of_effect(studies: PlannedStudies) -> np.ndarray:
