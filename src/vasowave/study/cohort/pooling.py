@@ -1,5 +1,6 @@
 """Estimates of single animals pooled within groups, each as far as it is known: random effects on logarithms."""
 
+from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -18,7 +19,8 @@ class Interval(NamedTuple):
     high: float
 
 
-class LogEstimate(NamedTuple, Generic[Number]):
+@dataclass(frozen=True, eq=False)
+class LogEstimate(Generic[Number]):
     """An estimate of a logarithm with its standard error and the degrees of freedom of that; or many."""
 
     value: Number
@@ -148,8 +150,10 @@ def pooled_ratio(
         As `pooled_mean`.
     """
     first, second = pooled_mean(*reference), pooled_mean(*group)
-    contrast, means = difference(first, second, shared), np.exp([first.value, second.value]).tolist()
-    return Ratio(*contrast.ratio(0.5 + 0.5 * level), float(contrast.error), *means, float(contrast.freedom))
+    contrast = difference(first, second, shared)
+    value, low, high = contrast.ratio(0.5 + 0.5 * level)
+    reference_mean, group_mean = np.exp([first.value, second.value]).tolist()
+    return Ratio(value, low, high, float(contrast.error), reference_mean, group_mean, float(contrast.freedom))
 
 
 _VARIANCE_RATIO, _SCORING_STEPS = 1.15, 10
