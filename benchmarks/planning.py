@@ -4,6 +4,7 @@ Run: python benchmarks/planning.py [--studies 500] [--draws 1999] [--docs]
 """
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -101,7 +102,7 @@ def found_in_pairs(
         critical = joint(models, draws, number).critical  # which no shift of all second values changes
         for place, model in enumerate(models):
             (found,) = model.effects
-            shown[place] += found._replace(value=found.value + np.log(effect)).p < critical
+            shown[place] += replace(found, value=found.value + np.log(effect)).p < critical
     return shown / studies
 
 
@@ -131,7 +132,7 @@ def found_twice(size: int, effect: float, studies: int, draws: int) -> np.ndarra
         critical = joint(models, draws, number).critical
         for place, model in enumerate(models):
             (found,) = model.effects
-            shown[place] += found._replace(value=found.value + np.log(effect)).p < critical
+            shown[place] += replace(found, value=found.value + np.log(effect)).p < critical
     return shown / studies
 
 

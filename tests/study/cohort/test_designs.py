@@ -54,7 +54,9 @@ def fitted(found, y, errors=None):
 
 
 def effects(found, fit):
-    return {(one.what, one.other): fit.effect((one.second - one.first) @ found.means) for one in found.contrasts}
+    return {
+        (one.label.kind, one.label.group): fit.effect((one.second - one.first) @ found.means) for one in found.contrasts
+    }
 
 
 def test_two_groups_of_a_model_without_errors_are_welchs():
@@ -123,7 +125,7 @@ def test_a_sex_that_is_the_group_takes_the_groups_comparison_alone_and_leaves_ch
     mean = np.mean([(second - first)[:5].mean(), (second - first)[5:].mean()])
     assert of["factor", "time after"].value == pytest.approx(mean)
     (lost,) = found.untold
-    assert (lost.contrast.what, lost.columns, lost.cells) == ("groups", ("sex",), ())
+    assert (lost.contrast.label.kind, lost.columns, lost.cells) == ("groups", ("sex",), ())
     assert lost.finding.code == "design.confounded"
     assert found.text.endswith("compared: time after against time before; B against A in the change after/before.")
 
@@ -133,16 +135,16 @@ def test_an_occasion_that_one_group_lacks_leaves_the_groups_at_the_other_and_the
     table, y, first, second = before_and_after("mfmfmfmfmfm", rows)
     found = layout(replace(_BY_TIME, covariates=()), table)
     of = effects(found, fitted(found, y))
-    where = {one.what: one.within for one in found.contrasts}
+    where = {one.label.kind: one.label.within for one in found.contrasts}
     assert where == {"groups": "at time before", "factor": "in B"}
     assert of["groups", "B"].value == pytest.approx(first[5:].mean() - first[:5].mean())
     paired = stats.ttest_rel(second[5:], first[5:])
     change = of["factor", "time after"]
     assert (change.p, change.freedom) == pytest.approx((paired.pvalue, 5), rel=1e-4)
-    assert [(one.contrast.what, one.cells) for one in found.untold] == [
+    assert [(one.contrast.label.kind, one.cells) for one in found.untold] == [
         (what, ("A, after",)) for what in ("groups", "factor", "interaction")
     ]
-    assert {one.contrast.what: bool(one.instead) for one in found.untold} == {
+    assert {one.contrast.label.kind: bool(one.instead) for one in found.untold} == {
         "groups": True, "factor": True, "interaction": False
     }  # fmt: skip
 
@@ -152,8 +154,8 @@ def test_a_contrast_of_ones_own_on_cells_that_sex_decides_is_told_where_it_cance
     table, y, first, second = before_and_after("mmmmmffffff")
     own = {"in B": {"B, after": 1, "B, before": -1}, "after": {"B, after": 1, "A, after": -1}}
     found = layout(replace(_BY_TIME, contrasts=own), table)
-    assert [one.other for one in found.contrasts] == ["in B"]
-    assert [one.contrast.other for one in found.untold] == ["after"]
+    assert [one.label.group for one in found.contrasts] == ["in B"]
+    assert [one.contrast.label.group for one in found.untold] == ["after"]
     change = effects(found, fitted(found, y))["contrast", "in B"].value
     assert change == pytest.approx((second - first)[5:].mean())
     (side,) = {tuple(one.second) for one in found.contrasts}
@@ -260,7 +262,7 @@ def test_standard_errors_of_mice_whose_weeks_are_correlated_are_those_of_the_cor
 
 
 def effects_by_time(found, fit):
-    return {(one.what, one.change or one.other): fit.effect((one.second - one.first) @ found.means)
+    return {(one.label.kind, one.label.change or one.label.group): fit.effect((one.second - one.first) @ found.means)
             for one in found.contrasts}  # fmt: skip
 
 
@@ -290,7 +292,7 @@ def test_a_drift_of_mice_is_that_of_a_restricted_likelihood_by_scipy():
     inside = of_a_mouse(best.x)
     for later in (1, 2):
         weights = np.array([[-1.0, later == 1, later == 2]])
-        (one,) = (one for one in found.contrasts if one.other == f"time {int(times[later])}")
+        (one,) = (one for one in found.contrasts if one.label.group == f"time {int(times[later])}")
         contrast = (one.second - one.first) @ found.means
         assert contrast @ fit.plain @ contrast == pytest.approx((weights @ inside @ weights.T).item() / 9, rel=1e-3)
 
@@ -316,7 +318,7 @@ def test_degrees_left_by_a_design_are_those_of_kenward_and_roger_where_it_is_bal
                                   "time": ["before"] * 8 + ["after"] * 8}),
     }[table]  # fmt: skip
     found = layout(design, rows)
-    left = {one.what: degrees_left(found, design.blocks, one) for one in found.contrasts}
+    left = {one.label.kind: degrees_left(found, design.blocks, one) for one in found.contrasts}
     assert left == freedom
     rng = np.random.default_rng(4)
     y = rng.normal(size=len(rows))
@@ -329,7 +331,9 @@ def test_degrees_left_by_a_design_are_those_of_kenward_and_roger_where_it_is_bal
     fit = fitted(replace(found, random=random), y)
     assert min(fit.components) > 0
     for one in found.contrasts:
-        assert fit.effect((one.second - one.first) @ found.means).freedom == pytest.approx(freedom[one.what], rel=1e-3)
+        assert fit.effect((one.second - one.first) @ found.means).freedom == pytest.approx(
+            freedom[one.label.kind], rel=1e-3
+        )
 
 
 _SCRIPT = """
@@ -432,7 +436,7 @@ def test_a_trend_with_doses_of_equal_groups_is_the_slope_of_their_means():
     (effect,) = effects(found, fitted(found, y)).values()
     means = y.reshape(4, 5).mean(axis=1)
     assert effect.value == pytest.approx(10 * np.polyfit([0, 1, 3, 10], means, 1)[0])
-    assert found.contrasts[0].other == "dose 10"
+    assert found.contrasts[0].label.group == "dose 10"
 
 
 def test_groups_of_doses_of_their_own_have_a_trend_each_and_the_difference_of_these():
@@ -444,7 +448,7 @@ def test_groups_of_doses_of_their_own_have_a_trend_each_and_the_difference_of_th
     assert values == pytest.approx(
         {("trend", "dose 4"): 14.0, ("interaction", "KO"): 12.0, ("groups", "KO"): 13 - 13 / 3}
     )
-    assert found.contrasts[1].change == "dose 4/dose 0"
+    assert found.contrasts[1].label.change == "dose 4/dose 0"
 
 
 def test_two_factors_give_main_effects_and_the_difference_of_differences():
@@ -454,7 +458,7 @@ def test_two_factors_give_main_effects_and_the_difference_of_differences():
     values = {key: one.value for key, one in effects(found, fitted(found, y)).items()}
     assert values == pytest.approx({("groups", "KO"): 3.5, ("factor", "oxygen low"): 2.5, ("interaction", "KO"): 3.0})
     alone = layout(Design(factor="oxygen", interaction=False), table)
-    assert {one.what for one in alone.contrasts} == {"groups", "factor"}
+    assert {one.label.kind for one in alone.contrasts} == {"groups", "factor"}
     own = layout(Design(factor="oxygen", contrasts={"rescue": {"KO, low": 1, "WT, low": -1}}), table)
     assert effects(own, fitted(own, y))["contrast", "rescue"].value == pytest.approx(5.0)
 

@@ -12,7 +12,7 @@ from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import published_table
 from vasowave.pulse.network import Network
 from vasowave.study.animal import FitPlots
-from vasowave.study.cohort import GroupMean, contrasts, gathered
+from vasowave.study.cohort import Interval, contrasts, gathered
 from vasowave.study.figures import (
     PANELS,
     draw_average,
@@ -63,7 +63,7 @@ CELLS = pd.DataFrame(
 
 @pytest.mark.parametrize("room", [10, 200])
 def test_approved_levels_of_groups_by_the_room_for_their_names(ax, room):
-    means = {("HPH, before", "linear"): GroupMean(14.5, 13.0, 16.0), ("CTL, before", "tangent"): GroupMean(11.5, 9, 13)}
+    means = {("HPH, before", "linear"): Interval(14.5, 13.0, 16.0), ("CTL, before", "tangent"): Interval(11.5, 9, 13)}
     looks = group_looks(["CTL", "HPH"]), source_looks(["linear", "tangent"])
     plot_cells(ax, CELLS, "R [1]", "resistance [1]", looks, means, room)
     points = [line.get_ydata()[0] for line in ax.lines if line.get_marker() in ("o", "s")]
@@ -75,7 +75,7 @@ def test_approved_levels_of_groups_by_the_room_for_their_names(ax, room):
 def test_approved_groups_by_two_laws_with_means_and_p(ax):
     table = pd.DataFrame({"animal": list("abcdefgh"), "subject": list("aacdefgh"), "group": ["CTL"] * 4 + ["HPH"] * 4,
                           "source": ["linear", "tangent"] * 4, "x [1]": [3.0, 1, 2, np.nan, 8, 6, 7, 5]})  # fmt: skip
-    means = {("CTL", "linear"): GroupMean(2.5, 2.0, 3.0), ("HPH", "tangent"): GroupMean(5.5, np.nan, np.nan)}
+    means = {("CTL", "linear"): Interval(2.5, 2.0, 3.0), ("HPH", "tangent"): Interval(5.5, np.nan, np.nan)}
     plot_groups(ax, table, "x [1]", means=means, annotations={"HPH": "p = 0.03"}, named=False)
     plot_groups(ax.figure.add_subplot(122), table[["group", "x [1]"]], "x [1]", "named [1]")
     approve("panel, groups", artists(ax.figure))

@@ -14,7 +14,7 @@ from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import published_table
 from vasowave.pulse.network import Network
 from vasowave.study.animal import Station, autocorrelation, waves_dataset
-from vasowave.study.cohort import GroupMean
+from vasowave.study.cohort import Interval
 from vasowave.study.figures import (
     CTL,
     HPH,
@@ -94,7 +94,7 @@ def test_harmonics_at_noise_level_are_apart_and_grey(ax, draw, values):
 
 def test_every_animal_stands_beside_the_mean_of_its_group_with_its_interval_n_and_p(ax):
     table = published_table("optimized_linear")
-    means = {("CTL", "measured"): GroupMean(60.0, 50.0, 70.0), ("HPH", "measured"): GroupMean(120.0, np.nan, np.nan)}
+    means = {("CTL", "measured"): Interval(60.0, 50.0, 70.0), ("HPH", "measured"): Interval(120.0, np.nan, np.nan)}
     plot_groups(ax, table, "beta [mmHg]", means=means, annotations={"HPH": "p = 0.01"})
     drawn = [bar.lines[0].get_ydata()[0] for bar in ax.containers]
     assert drawn == [60.0, 120.0]

@@ -94,7 +94,7 @@ def test_the_animal_left_out_is_left_out_whole(cohort, primary):
 
     row = rows_of(primary, "mPAP").loc["groups"]
     one = modeled(cohort, known_values(cohort, "measured", "mPAP", list(cohort.groups)))
-    contrast = next(each for each in one.contrasts if each.what == "groups")
+    contrast = next(each for each in one.contrasts if each.label.kind == "groups")
     weights = np.linalg.inv(one.fit.root @ one.fit.root.T)
     moved = {}
     for mouse in dict.fromkeys(cohort.subjects.values()):

@@ -24,7 +24,17 @@ from vasowave.study.cohort import (
     primary_comparison,
     stored,
 )
-from vasowave.study.report import Report, explained, glossary, number, probability, report_of, with_interval
+from vasowave.study.report import (
+    Notice,
+    Remarks,
+    Report,
+    explained,
+    glossary,
+    number,
+    probability,
+    report_of,
+    with_interval,
+)
 from vasowave.study.report.answer import (
     Marks,
     answer_sections,
@@ -123,8 +133,8 @@ def test_a_law_that_misses_its_data_is_a_problem_and_one_among_equals_is_none(co
     (said,) = problems(cohort, primary)
     assert "The tangent wall misses the data of CTL 2" in said
     assert "3.1 times what the best law leaves" in said
-    assert problem_blocks(cohort, primary)[0].kind == "notice"
-    assert [block.kind for block in problem_blocks(none, primary)] == ["remarks"]
+    assert isinstance(problem_blocks(cohort, primary)[0], Notice)
+    assert [type(block) for block in problem_blocks(none, primary)] == [Remarks]
 
 
 def overstrained(result, wall, percent=928.0):

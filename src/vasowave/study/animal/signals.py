@@ -31,22 +31,15 @@ _MIN_SIGNAL_TO_NOISE = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Station:
-    """Pressure, flow, area and wave speed at one place over one cycle.
-
-    Attributes
-    ----------
-    recording : Recording
-        Pressure (mmHg) and flow (ml/s) at the same times.
-    area, wave_speed : float or array, shape (time,)
-        cm² and cm/s.
-    taken : str
-        At which pressure these were taken.
-    """
+    """Pressure, flow, area and wave speed at one place over one cycle."""
 
     recording: Recording
+    """Pressure (mmHg) and flow (ml/s) at the same times."""
     area: float | np.ndarray
     wave_speed: float | np.ndarray
+    """cm² and cm/s. Shape (time,)."""
     taken: str
+    """At which pressure these were taken."""
 
 
 def measured_station(

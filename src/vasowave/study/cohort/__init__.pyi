@@ -5,7 +5,6 @@ from vasowave.study.cohort.balanced import effects_of_repeated as effects_of_rep
 from vasowave.study.cohort.cohort import Cohort as Cohort
 from vasowave.study.cohort.cohort import gathered as gathered
 from vasowave.study.cohort.cohort import typical_animal as typical_animal
-from vasowave.study.cohort.comparison import GroupMean as GroupMean
 from vasowave.study.cohort.comparison import SourceComparison as SourceComparison
 from vasowave.study.cohort.comparison import compare as compare
 from vasowave.study.cohort.comparison import group_means as group_means
@@ -49,6 +48,7 @@ from vasowave.study.cohort.planning import Plan as Plan
 from vasowave.study.cohort.planning import plan_of as plan_of
 from vasowave.study.cohort.planning import spreads_of as spreads_of
 from vasowave.study.cohort.planning import with_occasions as with_occasions
+from vasowave.study.cohort.pooling import Interval as Interval
 from vasowave.study.cohort.pooling import difference as difference
 from vasowave.study.cohort.pooling import pooled_mean as pooled_mean
 from vasowave.study.cohort.pooling import pooled_means as pooled_means

@@ -8,7 +8,7 @@ that of the sample covariance, or of the mean squares, and Kenward and Roger cor
 import numpy as np
 
 from vasowave.study.cohort.mixed import MIN_FREEDOM_SHARE, MIN_VARIANCE_SHARE
-from vasowave.study.cohort.pooling import Difference
+from vasowave.study.cohort.pooling import LogEstimate
 
 _ALL_ONES = np.ones((2, 2))
 _ANIMAL_STRUCTURE = np.eye(2), _ALL_ONES  # one animal twice
@@ -25,7 +25,7 @@ def structure_of_pairs(pairs: int, littermates: bool) -> tuple[np.ndarray, list[
     return np.kron(np.eye(2), np.ones((pairs, 1))), [np.kron(component, np.eye(pairs)) for component in basis]
 
 
-def changes_of(values: np.ndarray, error: float, littermates: bool) -> Difference:
+def changes_of(values: np.ndarray, error: float, littermates: bool) -> LogEstimate[np.ndarray]:
     """Return the change of every study of `values`, shape (study, 2, pair), as the design's mixed model has it.
 
     Parameters
@@ -44,10 +44,10 @@ def changes_of(values: np.ndarray, error: float, littermates: bool) -> Differenc
     variance, freedom = _judged(sample_covariance, error**2, basis, pairs)
     if error:
         freedom = np.maximum(freedom, MIN_FREEDOM_SHARE * _judged(sample_covariance, 0.0, basis, pairs)[1])
-    return Difference(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
+    return LogEstimate(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
 
 
-def effects_of_repeated(values: np.ndarray, error: float, shared: float = 0.0) -> Difference:
+def effects_of_repeated(values: np.ndarray, error: float, shared: float = 0.0) -> LogEstimate[np.ndarray]:
     """Return the difference of two groups of animals that are recorded equally often, as a design with subjects has it.
 
     Parameters
@@ -63,7 +63,7 @@ def effects_of_repeated(values: np.ndarray, error: float, shared: float = 0.0) -
     variance, freedom = _of_repeated(values, error**2, shared)
     if error:
         freedom = np.maximum(freedom, MIN_FREEDOM_SHARE * _of_repeated(values, 0.0, shared)[1])
-    return Difference(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
+    return LogEstimate(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
 
 
 def _of_repeated(values: np.ndarray, error_variance: float, shared: float) -> tuple[np.ndarray, np.ndarray]:

@@ -69,37 +69,25 @@ def common_level(groups: Mapping[str, Sequence[AnimalResult]], second: Variable 
 
 @dataclass(frozen=True, eq=False)
 class Cohort:
-    """Animals in their groups, and the representative animal of each group, where one is shown.
-
-    Attributes
-    ----------
-    groups : dict of str to list of AnimalResult
-        The results of the animals, the reference group first.
-    shown : dict of str to AnimalResult
-        Of each group, the animal whose measured indices are nearest to the group's medians; of occasions or levels of
-        a second factor at the first that all groups have, so that groups are not shown at different ones.
-    table : DataFrame
-        From `cohort_table`: one row per animal and source.
-    lost : tuple of Failure
-        Animals that have no result.
-    variables : dict of str to Variable
-        What the lab knows of the animals beside, by name.
-    design : Design
-        How they were laid out.
-    declared : tuple of Declaration
-        What the study said that it would compare, and when.
-    lung_sd : float, optional
-        How much the lungs of one group differ, as the lab tells it; see `lungs`.
-    """
+    """Animals in their groups, and the representative animal of each group, where one is shown."""
 
     groups: dict[str, list[AnimalResult]]
+    """The results of the animals, the reference group first."""
     shown: dict[str, AnimalResult]
+    """Of each group, the animal whose measured indices are nearest to the group's medians; of occasions or levels of a
+    second factor at the first that all groups have, so that groups are not shown at different ones."""
     table: pd.DataFrame
+    """From `cohort_table`: one row per animal and source."""
     lost: tuple[Failure, ...] = ()
+    """Animals that have no result."""
     variables: Mapping[str, Variable] = field(default_factory=dict)
+    """What the lab knows of the animals beside, by name."""
     design: Design = field(default_factory=Design)
+    """How they were laid out."""
     declared: tuple[Declaration, ...] = ()
+    """What the study said that it would compare, and when."""
     lung_sd: float | None = None
+    """How much the lungs of one group differ, as the lab tells it; see `lungs`."""
 
     @cached_property
     def lungs(self) -> LungDifferences:

@@ -4,7 +4,6 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -15,7 +14,7 @@ from vasowave.pulse.quantities import COMPARED, INDICES
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.estimates import Estimates
 from vasowave.study.cohort.independent import known_values
-from vasowave.study.cohort.pooling import pooled_mean
+from vasowave.study.cohort.pooling import Interval, LogEstimate, pooled_mean
 from vasowave.study.cohort.table import column, columns, rows_of
 from vasowave.study.cohort.two_groups import (
     holm,
@@ -28,21 +27,14 @@ from vasowave.study.cohort.two_groups import (
 
 @dataclass(frozen=True, eq=False)
 class SourceComparison:
-    """The groups compared by one source of numbers; Holm runs over all its rows.
-
-    Attributes
-    ----------
-    contrasts : DataFrame
-        From `pairwise_contrasts`: one row per pair of groups and quantity.
-    without_one : DataFrame
-        From `leave_one_out` with the names of animals; empty where groups are too small.
-    left_out : dict of str to str
-        Quantities and groups that could not be compared, and why.
-    """
+    """The groups compared by one source of numbers; Holm runs over all its rows."""
 
     contrasts: pd.DataFrame
+    """From `pairwise_contrasts`: one row per pair of groups and quantity."""
     without_one: pd.DataFrame
+    """From `leave_one_out` with the names of animals; empty where groups are too small."""
     left_out: dict[str, str]
+    """Quantities and groups that could not be compared, and why."""
 
 
 def family(cohort: Cohort, source: str) -> tuple[str, ...]:
@@ -117,15 +109,7 @@ def _without_one(rows: pd.DataFrame, labels: list[str]) -> pd.DataFrame:
     return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
 
-class GroupMean(NamedTuple):
-    """A group's geometric mean and its interval, in the quantity's unit; ends are NaN where nothing tells them."""
-
-    value: float
-    low: float
-    high: float
-
-
-def group_means(cohort: Cohort, source: str, name: str) -> dict[str, GroupMean]:
+def group_means(cohort: Cohort, source: str, name: str) -> dict[str, Interval]:
     """Return the geometric mean of a quantity of a source in every cell that has it, each interval by itself.
 
     Cells are the groups, or groups at an occasion or level (`Cohort.cells`).
@@ -144,15 +128,12 @@ def group_means(cohort: Cohort, source: str, name: str) -> dict[str, GroupMean]:
     return means
 
 
-def pooled(estimates: Estimates) -> GroupMean:
+def pooled(estimates: Estimates) -> Interval:
     """Return the geometric mean of animals with its interval of 95 % (Hartung and Knapp; Satterthwaite's t)."""
-    from scipy.special import stdtrit
-
     if len(estimates.logs) < 2 or (not np.any(estimates.errors) and np.ptp(estimates.logs) < 1e-9):
-        return GroupMean(float(np.exp(estimates.logs.mean())), np.nan, np.nan)
+        return Interval(float(np.exp(estimates.logs.mean())), np.nan, np.nan)
     mean = pooled_mean(estimates.logs, estimates.errors)
     common = float((estimates.covariance - np.diag(estimates.errors**2)).mean())
     variance = mean.error**2 + common
     freedom = mean.freedom * (variance / mean.error**2) ** 2
-    reach = stdtrit(freedom, (1 + LEVEL) / 2) * np.sqrt(variance)
-    return GroupMean(*np.exp([mean.value, mean.value - reach, mean.value + reach]).tolist())
+    return LogEstimate(mean.value, float(np.sqrt(variance)), freedom).ratio((1 + LEVEL) / 2)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.base.findings import Finding, error_kind, look_kind
+from vasowave.study.cohort.effects import ContrastLabel
 
 CONFOUNDED = look_kind(
     "design.confounded", "{effect}: not compared, for {columns} differs just as it does, and nothing tells one from "
@@ -28,39 +29,21 @@ MIN_FREEDOM = 4
 
 
 class Contrast(NamedTuple):
-    """One comparison of the means of cells: `second` minus `first`, on logarithms.
+    """One comparison of the means of cells: `second` minus `first`, on logarithms; weights of shape (cell,)."""
 
-    Attributes
-    ----------
-    other, reference : str
-        What is compared with what.
-    first, second : array, shape (cell,)
-        Weights of the cells.
-    what : {"groups", "factor", "interaction", "trend", "contrast"}
-    change : str
-        Of an interaction, whose sides are ratios: of what.
-    within : str
-        Where it is compared, if that is not everywhere: ``at time before``, ``in HPH``.
-    """
-
-    other: str
-    reference: str
+    label: ContrastLabel
     first: np.ndarray
     second: np.ndarray
-    what: str
-    change: str = ""
-    within: str = ""
 
     @property
     def text(self) -> str:
         """What is compared with what, in words."""
-        return self.describe("change")
+        return self.label.describe("change")
 
-    def describe(self, side_kind: str) -> str:
-        """Return the same, with what an interaction's sides are: a change within animals, or a ratio between them."""
-        change = f"in the {side_kind} {self.change}" if self.change else ""
-        pair = f"{self.other} against {self.reference}" if self.reference else self.other
-        return " ".join(filter(None, (pair, change, self.within)))
+    @property
+    def weights(self) -> np.ndarray:
+        """What takes the means of cells to the comparison, shape (cell,)."""
+        return self.second - self.first
 
     @property
     def cells(self) -> np.ndarray:
@@ -79,30 +62,20 @@ class Contrast(NamedTuple):
 
 
 class DesignCells(NamedTuple):
-    """The cells of a design, and what its model makes of them.
-
-    Attributes
-    ----------
-    pairs : sequence of (str, str)
-        Group and level of the second factor.
-    filled : array of bool, shape (cell,)
-        Whether any animal is in it.
-    means : array, shape (cell, column)
-        What takes the columns' coefficients to the mean of a cell.
-    rows : array, shape (animal, column)
-        All columns of the fixed effects; they may depend on each other.
-    owners : sequence of str
-        The covariates of the last columns.
-    second : str
-        Name of the second factor; empty where there is none.
-    """
+    """The cells of a design, and what its model makes of them."""
 
     pairs: Sequence[tuple[str, str]]
+    """Group and level of the second factor."""
     filled: np.ndarray
+    """Whether any animal is in it. Bool, shape (cell,)."""
     means: np.ndarray
+    """What takes the columns' coefficients to the mean of a cell. Shape (cell, column)."""
     rows: np.ndarray
+    """All columns of the fixed effects; they may depend on each other. Shape (animal, column)."""
     owners: Sequence[str]
+    """The covariates of the last columns."""
     second: str
+    """Name of the second factor; empty where there is none."""
 
     def tells(self, weights: np.ndarray, without: Sequence[str] = ()) -> bool:
         """Whether the animals tell a sum of cell means: it is one of rows; `without` are covariates to leave out."""
@@ -118,23 +91,15 @@ class DesignCells(NamedTuple):
 
 
 class NotEstimable(NamedTuple):
-    """A comparison that was asked for and that the animals do not tell.
-
-    Attributes
-    ----------
-    contrast : Contrast
-    columns : tuple of str
-        The covariates that go with it; without them it would be told.
-    cells : tuple of str
-        Those of which nothing is known.
-    instead : str
-        What is compared in its place; empty if nothing is.
-    """
+    """A comparison that was asked for and that the animals do not tell."""
 
     contrast: Contrast
     columns: tuple[str, ...]
+    """The covariates that go with it; without them it would be told."""
     cells: tuple[str, ...]
+    """Those of which nothing is known."""
     instead: str = ""
+    """What is compared in its place; empty if nothing is."""
 
     @property
     def finding(self) -> Finding:
@@ -151,7 +116,7 @@ def split_estimable(
     """Return the comparisons that animals tell, those in place of others among them, and those that they do not."""
     estimable, untold = [], []
     for contrast in contrasts:
-        if cells.tells(contrast.second - contrast.first):
+        if cells.tells(contrast.weights):
             estimable.append(contrast)
             continue
         instead = _smaller(contrast, cells) if smaller else None
@@ -171,7 +136,7 @@ def untold_findings(estimable: Sequence[Contrast], untold: Sequence[NotEstimable
 
 
 def _not_estimable(contrast: Contrast, cells: DesignCells) -> NotEstimable:
-    weights, covariates = contrast.second - contrast.first, list(dict.fromkeys(cells.owners))
+    weights, covariates = contrast.weights, list(dict.fromkeys(cells.owners))
     if covariates and cells.tells(weights, covariates):
         alone = [name for name in covariates if cells.tells(weights, [name])]
         return NotEstimable(contrast, tuple(alone or covariates), ())
@@ -180,20 +145,20 @@ def _not_estimable(contrast: Contrast, cells: DesignCells) -> NotEstimable:
 
 def _smaller(contrast: Contrast, cells: DesignCells) -> Contrast | None:
     """Return the comparison of groups at the levels that tell it, or of levels in the groups that do."""
-    if contrast.what not in ("groups", "factor"):
+    if contrast.label.kind not in ("groups", "factor"):
         return None
-    across = 1 if contrast.what == "groups" else 0  # levels where groups are compared, groups where levels are
+    across = 1 if contrast.label.kind == "groups" else 0  # levels where groups are compared, groups where levels are
     selected = np.zeros(len(cells.pairs), dtype=bool)
     places = dict.fromkeys(pair[across] for pair in cells.pairs)
     good = []
     for place in places:
         mask = np.array([pair[across] == place for pair in cells.pairs])
         if (contrast.first[mask].any() and contrast.second[mask].any()
-                and cells.tells(mask * (contrast.second - contrast.first))):  # fmt: skip
+                and cells.tells(mask * contrast.weights)):  # fmt: skip
             selected |= mask
             good.append(place)
     if not good or len(good) == len(places):
         return None
     first, second = (side * selected / (side * selected).sum() for side in (contrast.first, contrast.second))
-    within = f"at {cells.second} " if across else "in "
-    return contrast._replace(first=first, second=second, within=within + " and ".join(good))
+    within = f"{f'at {cells.second}' if across else 'in'} {' and '.join(good)}"
+    return Contrast(contrast.label._replace(within=within), first, second)

@@ -6,39 +6,26 @@ from typing import Any, NamedTuple
 
 
 class AnimalChanges(NamedTuple):
-    """How the animals of a study differ from those that it declared before.
-
-    Attributes
-    ----------
-    added, dropped : tuple of str
-        Names of animals.
-    changed : tuple of (animal, column, before, after)
-        Groups and cells of the design's columns that are others; of columns that both declarations have.
-    """
+    """How the animals of a study differ from those that it declared before."""
 
     added: tuple[str, ...]
     dropped: tuple[str, ...]
+    """Names of animals."""
     changed: tuple[tuple[str, str, str, str], ...]
+    """Groups and cells of the design's columns that are others; of columns that both declarations have."""
 
 
 @dataclass(frozen=True)
 class Declaration:
-    """What a study says at one time of its groups, primary family, law, design and animals.
-
-    Attributes
-    ----------
-    time : str
-        UTC.
-    seen : bool
-        Whether results were there already.
-    content : dict
-        Values by name. ``animals`` are, by name, their groups and cells of the design's columns, and ``reference`` the
-        level of a second factor that others are compared with; declarations of earlier versions have neither.
-    """
+    """What a study says at one time of its groups, primary family, law, design and animals."""
 
     time: str
+    """UTC."""
     seen: bool
+    """Whether results were there already."""
     content: Mapping[str, Any]
+    """Values by name. ``animals`` are, by name, their groups and cells of the design's columns, and ``reference`` the
+    level of a second factor that others are compared with; declarations of earlier versions have neither."""
 
     def changes(self, before: "Declaration") -> list[str]:
         """Return the names of what both say, and this one otherwise than the one before."""

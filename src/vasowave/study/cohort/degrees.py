@@ -21,7 +21,7 @@ def degrees_left(layout: Layout, blocks: Sequence[str], contrast: Contrast) -> i
     contrast : Contrast
         One that its animals tell.
     """
-    weights = (contrast.second - contrast.first) @ layout.means
+    weights = contrast.weights @ layout.means
     subject = _members(layout.subject)
     levels = [layout.random[name] for name in blocks if name in layout.random]
     within = np.hstack([subject, *levels])

@@ -12,6 +12,7 @@ from pydantic import BeforeValidator
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.settings import Example, settings_class
 from vasowave.study.cohort.contrast import Contrast, DesignCells, NotEstimable, split_estimable
+from vasowave.study.cohort.effects import ContrastLabel
 from vasowave.study.cohort.mixed import is_diagonal
 from vasowave.study.cohort.variables import Variable
 
@@ -101,47 +102,32 @@ class Design:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A design applied to animals: the matrices of its model.
-
-    Attributes
-    ----------
-    animals : tuple of str
-        Those that all columns of the design know.
-    group : tuple of str
-        Of each animal.
-    cells : tuple of str
-        Combinations of group and second factor.
-    cell : array of int, shape (animal,)
-    fixed : array, shape (animal, coefficient)
-        Independent columns.
-    means : array, shape (cell, coefficient)
-        What takes coefficients to the mean of a cell, at the average of the covariates.
-    lost : array, shape (cell, any)
-        Of the mean of each cell, what nothing tells; 0 in sides and contrasts that have a mean.
-    random : dict of str to array, shape (animal, animal)
-        Variance components by what they belong to.
-    contrasts : tuple of Contrast
-        Those that the animals tell.
-    untold : tuple of NotEstimable
-        Those that were asked for and that they do not tell.
-    left_out : dict of str to str
-        Animals that a column of the design does not know, and which column.
-    subject : tuple of str
-        Of each animal; its own name where the design has no subjects.
-    """
+    """A design applied to animals: the matrices of its model."""
 
     animals: tuple[str, ...]
+    """Those that all columns of the design know."""
     group: tuple[str, ...]
+    """Of each animal."""
     cells: tuple[str, ...]
+    """Combinations of group and second factor."""
     cell: np.ndarray
+    """Int, shape (animal,)."""
     fixed: np.ndarray
+    """Independent columns. Shape (animal, coefficient)."""
     means: np.ndarray
+    """What takes coefficients to the mean of a cell, at the average of the covariates. Shape (cell, coefficient)."""
     lost: np.ndarray
+    """Of the mean of each cell, what nothing tells; 0 in sides and contrasts that have a mean. Shape (cell, any)."""
     random: Mapping[str, np.ndarray]
+    """Variance components by what they belong to. Shape (animal, animal)."""
     contrasts: tuple[Contrast, ...]
+    """Those that the animals tell."""
     untold: tuple[NotEstimable, ...]
+    """Those that were asked for and that they do not tell."""
     left_out: Mapping[str, str]
+    """Animals that a column of the design does not know, and which column."""
     subject: tuple[str, ...]
+    """Of each animal; its own name where the design has no subjects."""
 
     def left_for_scatter(self, blocks: Sequence[str]) -> int:
         """Return how many animals are left when each coefficient and each level of the blocks has taken one."""
@@ -160,7 +146,7 @@ class Layout:
         sample = f"{count} recordings of {subjects} animals" if self.repeated else f"{count} animals"
         side_kind = "change" if self.repeated else "ratio"  # nothing changes between animals
         omissions = f" Left out, for a column does not know them: {', '.join(self.left_out)}." if self.left_out else ""
-        effects = "; ".join(contrast.describe(side_kind) for contrast in self.contrasts)
+        effects = "; ".join(contrast.label.describe(side_kind) for contrast in self.contrasts)
         return f"{sample}; compared: {effects or 'nothing'}.{omissions}"
 
     def has_mean(self, side: np.ndarray) -> bool:
@@ -363,7 +349,7 @@ def _contrasts(
                     raise InputError(f"contrast '{name}': no cell '{cell}'{did_you_mean(cell, cells)}; there are: "
                                      f"{'; '.join(cells)}")  # fmt: skip
             signed = np.array([weights.get(cell, 0.0) for cell in cells])
-            yield Contrast(name, "", np.maximum(-signed, 0), np.maximum(signed, 0), "contrast")
+            yield Contrast(ContrastLabel(name, "", "contrast"), np.maximum(-signed, 0), np.maximum(signed, 0))
         return
     inside = {group: np.array([float(label == group) for label, _ in pairs]) for group in groups}
     reference, *compared_groups = groups
@@ -372,7 +358,7 @@ def _contrasts(
         return
     mean = {group: indicator / max(indicator.sum(), 1) for group, indicator in inside.items()}
     for compared in compared_groups:
-        yield Contrast(compared, reference, mean[reference], mean[compared], "groups")
+        yield Contrast(ContrastLabel(compared, reference), mean[reference], mean[compared])
     if second is None:
         return
     of_level = {level: np.array([float(label == level) for _, label in pairs]) for level in levels}
@@ -380,11 +366,13 @@ def _contrasts(
     over = {level: np.mean([at_cell[group, level] for group in groups], axis=0) for level in levels}
     base, *later = levels
     for level in later:
-        yield Contrast(f"{second.name} {level}", f"{second.name} {base}", over[base], over[level], "factor")
+        label = ContrastLabel(f"{second.name} {level}", f"{second.name} {base}", "factor")
+        yield Contrast(label, over[base], over[level])
     if design.interaction:
         for compared, level in product(compared_groups, later):
             change = {group: at_cell[group, level] - at_cell[group, base] for group in (reference, compared)}
-            yield Contrast(compared, reference, change[reference], change[compared], "interaction", f"{level}/{base}")
+            label = ContrastLabel(compared, reference, "interaction", f"{level}/{base}")
+            yield Contrast(label, change[reference], change[compared])
 
 
 def _trends(
@@ -402,15 +390,17 @@ def _trends(
         return mean + away * low / (away @ away), mean + away * high / (away @ away)
 
     lowest, highest = (f"{dose.name} {pairs[int(place)][1]}" for place in (doses.argmin(), doses.argmax()))
+    trend = ContrastLabel(highest, lowest, "trend")
     if len(groups) == 1 or any(inside[group].sum() < 2 for group in groups):
-        yield Contrast(highest, lowest, *ends(np.ones(len(pairs))), "trend")
+        yield Contrast(trend, *ends(np.ones(len(pairs))))
         return
     sides = {group: ends(inside[group]) for group in groups}
     first, second = (np.mean([sides[group][side] for group in groups], axis=0) for side in (0, 1))
-    yield Contrast(highest, lowest, first, second, "trend")
+    yield Contrast(trend, first, second)
     reference, *compared_groups = groups
     for compared in compared_groups:
-        change = {label: sides[label][1] - sides[label][0] for label in (reference, compared)}
-        yield Contrast(compared, reference, change[reference], change[compared], "interaction", f"{highest}/{lowest}")
-        mean = {label: inside[label] / inside[label].sum() for label in (reference, compared)}
-        yield Contrast(compared, reference, mean[reference], mean[compared], "groups")
+        change = {group: sides[group][1] - sides[group][0] for group in (reference, compared)}
+        label = ContrastLabel(compared, reference, "interaction", f"{highest}/{lowest}")
+        yield Contrast(label, change[reference], change[compared])
+        mean = {group: inside[group] / inside[group].sum() for group in (reference, compared)}
+        yield Contrast(ContrastLabel(compared, reference), mean[reference], mean[compared])

@@ -1,77 +1,61 @@
 """The primary comparison of a design: a mixed model of the logarithms of each quantity, its effects and covariates."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from vasowave.base.descriptions import LEVEL
 from vasowave.base.errors import InputError
-from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.contrast import Contrast
 from vasowave.study.cohort.design import DRIFT, Layout, covariate_columns, laid_out
-from vasowave.study.cohort.effects import ContrastLabel, CovariateEffect, DesignEffect, DesignEstimate, Untested
-from vasowave.study.cohort.estimates import Estimates
-from vasowave.study.cohort.mixed import ContrastFit, MixedFit, Structure, fit_mixed
+from vasowave.study.cohort.effects import CovariateEffect, DesignEffect, DesignEstimate, Untested
+from vasowave.study.cohort.estimates import Values
+from vasowave.study.cohort.mixed import MixedFit, Structure, fit_mixed
+from vasowave.study.cohort.pooling import LogEstimate
 from vasowave.study.cohort.simultaneous_intervals import NO_FAMILY, Fitted, animal_indices, joint
 from vasowave.study.cohort.variables import Variable
 
 _MIN_SPARE_ROWS = 3  # rows more than coefficients
 
 
-class Values(NamedTuple):
-    """One quantity of the animals that have it."""
-
-    name: str
-    source: str
-    unit: str
-    results: list[AnimalResult]
-    estimates: Estimates
-
-
 class Modeled(NamedTuple):
-    """One quantity with its model.
-
-    Attributes
-    ----------
-    values : Values
-        Of the animals that all columns of the design know.
-    layout : Layout
-    structure : Structure
-    fit : MixedFit
-    contrasts : list of Contrast
-        Those that its animals can tell.
-    """
+    """One quantity with its model."""
 
     values: Values
+    """Of the animals that all columns of the design know."""
     layout: Layout
     structure: Structure
     fit: MixedFit
     contrasts: list[Contrast]
+    """Those that its animals can tell."""
 
     def weights(self, contrast: Contrast) -> np.ndarray:
         """Return what takes coefficients to the contrast."""
-        return np.asarray((contrast.second - contrast.first) @ self.layout.means)
+        return np.asarray(contrast.weights @ self.layout.means)
 
-    def effect(self, contrast: Contrast) -> ContrastFit:
+    def effect(self, contrast: Contrast) -> LogEstimate[float]:
         """Return the contrast with its error."""
         return self.fit.effect(self.weights(contrast))
 
 
-def modeled(cohort: Cohort, values: Values) -> Modeled:
+def modeled(cohort: Cohort, values: Values | None) -> Modeled:
     """Fit the design's model to one quantity.
 
     Raises
     ------
     InputError
-        Its animals are too few for the design, or two of its terms cannot be told apart in them.
+        No animal has it; its animals are too few for the design, or two of its terms cannot be told apart in them.
     """
+    if values is None:
+        raise InputError("no animal has it")
     members = {result.name: result.group for result in values.results}
     layout = laid_out(cohort.design, cohort.variables, members, list(cohort.groups))
     selected = np.array([result.name in layout.animals for result in values.results])
-    subset = values._replace(results=[result for result, keep in zip(values.results, selected, strict=True) if keep],
-                          estimates=values.estimates.selected(selected))  # fmt: skip
+    present = [result for result, keep in zip(values.results, selected, strict=True) if keep]
+    subset = replace(values, results=present, estimates=values.estimates.selected(selected))
     if not np.all(np.isfinite(subset.estimates.logs)):
         raise InputError("a value is not positive; a ratio needs positive values")
     if len(layout.animals) < layout.fixed.shape[1] + _MIN_SPARE_ROWS:
@@ -87,7 +71,7 @@ def modeled(cohort: Cohort, values: Values) -> Modeled:
 
 def occasions_apart(cohort: Cohort, values: Values | None) -> float:
     """Return the SD of one subject's logarithms between its recordings, without errors; 0 where nothing tells it."""
-    if values is None or not cohort.design.subject:
+    if not cohort.design.subject:
         return 0.0
     try:
         model = modeled(cohort, values)
@@ -127,20 +111,16 @@ def design_estimates(models: Sequence[Modeled], critical: float) -> Iterator[Des
     """Return the effects of further laws, without a test."""
     for model in models:
         for contrast in model.contrasts:
-            ratio, low, high = model.effect(contrast).ratio(critical)
+            ratio, low, high = model.effect(contrast).ratio(1 - critical / 2)
             yield DesignEstimate(
-                contrast=_label(contrast), quantity=model.values.name, source=model.values.source, ratio=ratio, low=low,
+                contrast=contrast.label, quantity=model.values.name, source=model.values.source, ratio=ratio, low=low,
                 high=high,
             )  # fmt: skip
 
 
-def _label(contrast: Contrast) -> ContrastLabel:
-    return ContrastLabel(contrast.other, contrast.reference, contrast.what, contrast.change, contrast.within)
-
-
 def _effect(model: Modeled, contrast: Contrast, p: float, critical: float) -> DesignEffect:
     fit, layout = model.effect(contrast), model.layout
-    ratio, low, high = fit.ratio(critical)
+    ratio, low, high = fit.ratio(1 - critical / 2)
     means = [np.nan, np.nan]
     if contrast.of_values or contrast.of_ratios:
         means = [
@@ -150,7 +130,7 @@ def _effect(model: Modeled, contrast: Contrast, p: float, critical: float) -> De
     first, second = (_subjects(layout, side) for side in (contrast.first, contrast.second))
     without, ratio_without = _influence(model, contrast, fit)
     return DesignEffect(
-        contrast=_label(contrast), quantity=model.values.name, source=model.values.source, n_reference=len(first),
+        contrast=contrast.label, quantity=model.values.name, source=model.values.source, n_reference=len(first),
         n_group=len(second), n_both=len(first & second), mean_reference=means[0], mean_group=means[1],
         unit=model.values.unit if contrast.of_values else "1", ratio=ratio, low=low, high=high,
         standard_error=fit.error, freedom=fit.freedom, p=p,
@@ -178,14 +158,14 @@ def _image_unknown(model: Modeled, contrast: Contrast) -> bool:
     several = np.bincount(np.unique([image, subject], axis=1)[0], minlength=image.max() + 1) > 1
     alone = (np.bincount(subject, weights) ** 2).sum()
     if contrast.of_values:
-        sides = contrast.second - contrast.first
+        sides = contrast.weights
         means = (sides / np.maximum(np.bincount(layout.cell, minlength=len(sides)), 1))[layout.cell]
         alone = min(alone, float((np.bincount(subject, means) ** 2).sum()))
     shared = (np.bincount(image, weights)[several] ** 2).sum()
     return bool(shared > alone + 1e-9 * (weights**2).sum())  # within subjects both are 0
 
 
-def _influence(model: Modeled, contrast: Contrast, fit: ContrastFit) -> tuple[str, float]:
+def _influence(model: Modeled, contrast: Contrast, fit: LogEstimate[float]) -> tuple[str, float]:
     """Return the animal (all its recordings) whose absence moves the ratio most, and the ratio then.
 
     The variances stay as they are. An animal without which the effect is not told is not left out.
@@ -226,7 +206,7 @@ def _covariate_effects(cohort: Cohort, model: Modeled) -> Iterator[CovariateEffe
             through = contrast @ weights
             if not np.isclose(np.linalg.norm(through), np.linalg.norm(contrast)):
                 continue  # groups or other covariates say the same
-            ratio, low, high = model.fit.effect(through).ratio(1 - LEVEL)
+            ratio, low, high = model.fit.effect(through).ratio(1 - (1 - LEVEL) / 2)
             yield CovariateEffect(
                 quantity=model.values.name, source=model.values.source, covariate=label, ratio=ratio, low=low, high=high
             )

@@ -14,6 +14,7 @@ from vasowave.pulse.quantities import question_of
 Item = TypeVar("Item")
 Key = TypeVar("Key", bound=Hashable)
 Columns = tuple[str, ...]
+_SIDES, _RATIO = ("reference", "other"), ("quantity", "source", "ratio", "low", "high")
 
 
 class Untested(StrEnum):
@@ -50,6 +51,12 @@ class ContrastLabel(NamedTuple):
         sides = " / ".join(filter(None, (self.group, self.reference)))
         text = f"{sides} {self.within}" if self.within else sides
         return f"{self.change}: {text}" if self.change else text
+
+    def describe(self, side_kind: str) -> str:
+        """Return the same in words, with what an interaction's sides are: a change within animals, or a ratio."""
+        change = f"in the {side_kind} {self.change}" if self.change else ""
+        pair = f"{self.group} against {self.reference}" if self.reference else self.group
+        return " ".join(filter(None, (pair, change, self.within)))
 
 
 @dataclass(frozen=True)
@@ -95,7 +102,7 @@ class CovariateEffect(RatioEstimate):
 class ContrastEstimate(RatioEstimate):
     """A contrast without a test, as the secondary laws give it."""
 
-    columns: ClassVar[Columns] = ("reference", "other", "quantity", "source", "ratio", "low", "high")
+    columns: ClassVar[Columns] = (*_SIDES, *_RATIO)
 
     contrast: ContrastLabel
 
@@ -104,17 +111,7 @@ class ContrastEstimate(RatioEstimate):
 class DesignEstimate(ContrastEstimate):
     """The same of a design."""
 
-    columns: ClassVar[Columns] = (
-        "reference",
-        "other",
-        "change",
-        "within",
-        "quantity",
-        "source",
-        "ratio",
-        "low",
-        "high",
-    )
+    columns: ClassVar[Columns] = (*_SIDES, "change", "within", *_RATIO)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,7 @@
 """What is known of one quantity in every animal: from the posteriors where all animals have one, else from the fits."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,37 +18,26 @@ MAX_STANDARD_ERROR = 1.0
 
 
 class Estimates(NamedTuple):
-    """Logarithms of one quantity and how well they are known.
-
-    Attributes
-    ----------
-    logs : array, shape (animal,)
-        NaN where a value is not positive.
-    errors : array, shape (animal,)
-        Standard errors that belong to one animal alone; 0 in all where they are not known of all.
-    shared : array, shape (source, animal)
-        Standard errors from an image, a probe or a calibration (`SHARED_SOURCES`) that several of the animals share:
-        they have the same sign in all of them, and no number of animals averages them away.
-    label : array of int, shape (source, animal)
-        Numbers of what each animal shares; animals of one image have the same in the first row.
-    origin : str
-        ``posterior``, ``fit``, or ``plain`` without errors.
-    image_error_known : bool
-        Whether the error of the image is part of the errors.
-    per_radius : array, shape (animal,)
-        Change of the logarithm per change of the logarithm of all radii; 0 where nothing tells it.
-    lung_sd : float
-        How much the lungs of one group differ, as far as `shared` allows for it; see `of_lungs`.
-    """
+    """Logarithms of one quantity and how well they are known."""
 
     logs: np.ndarray
+    """NaN where a value is not positive. Shape (animal,)."""
     errors: np.ndarray
+    """Standard errors that belong to one animal alone; 0 in all where they are not known of all. Shape (animal,)."""
     shared: np.ndarray
+    """Standard errors from an image, a probe or a calibration (`SHARED_SOURCES`) that several of the animals share:
+    they have the same sign in all of them, and no number of animals averages them away. Shape (source, animal)."""
     label: np.ndarray
+    """Numbers of what each animal shares; animals of one image have the same in the first row. Int, shape (source,
+    animal)."""
     origin: str
+    """``posterior``, ``fit``, or ``plain`` without errors."""
     image_error_known: bool
+    """Whether the error of the image is part of the errors."""
     per_radius: np.ndarray
+    """Change of the logarithm per change of the logarithm of all radii; 0 where nothing tells it. Shape (animal,)."""
     lung_sd: float = 0.0
+    """How much the lungs of one group differ, as far as `shared` allows for it; see `of_lungs`."""
 
     def of_lungs(self, sd: float) -> "Estimates":
         """Return the same estimates where the lung of a shared image differs by `sd` from those of its animals.
@@ -87,6 +77,17 @@ class Estimates(NamedTuple):
         common = sum(np.outer(shared_errors, shared_errors) * np.equal.outer(label, label)
                      for shared_errors, label in zip(self.shared, self.label, strict=True))  # fmt: skip
         return np.asarray(np.diag(self.errors**2) + common)
+
+
+@dataclass(frozen=True, eq=False)
+class Values:
+    """One quantity of the animals that have it, by one source."""
+
+    name: str
+    source: str
+    unit: str
+    results: list[AnimalResult]
+    estimates: Estimates
 
 
 def estimates_of(

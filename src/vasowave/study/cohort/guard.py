@@ -70,20 +70,13 @@ class PopulationShape(StrEnum):
 
 
 class FalsePositives(NamedTuple):
-    """What studies without an effect show all the same, if animals are of a shape that so few do not show.
-
-    Attributes
-    ----------
-    shape : PopulationShape
-    cells : tuple of str
-        Those that vary more, or whose animals respond in part.
-    rates : tuple of float
-        Share of studies in which any row has p < 0.05: for each of `GuardRules.spread_ratios`; of responders one.
-    """
+    """What studies without an effect show all the same, if animals are of a shape that so few do not show."""
 
     shape: PopulationShape
     cells: tuple[str, ...]
+    """Those that vary more, or whose animals respond in part."""
     rates: tuple[float, ...]
+    """Share of studies in which any row has p < 0.05: for each of `GuardRules.spread_ratios`; of responders one."""
 
 
 def doubts_of(layout: Layout, quantities: int, rules: GuardRules = RULES) -> tuple[FalsePositives, ...]:
@@ -125,7 +118,7 @@ def _worst_side(layout: Layout, shape: PopulationShape, ratio: float) -> tuple[i
         unlike = np.append(inside, np.bincount(subject, inside) > 0) | (shape is PopulationShape.SKEWED)
         skewness = 0.0
         for contrast in layout.contrasts:
-            sizes = (contrast.second - contrast.first) @ through * np.where(inside, ratio, 1.0)
+            sizes = contrast.weights @ through * np.where(inside, ratio, 1.0)
             # Of rows, and of the subjects that they are of.
             contributions = np.append(sizes, np.bincount(subject, sizes))
             skewness += float((contributions**3)[unlike].sum() ** 2 / (contributions**2).sum() ** 3)
@@ -233,7 +226,7 @@ class _Test(NamedTuple):
         through = projection @ random @ projection
         uncertainty = np.linalg.pinv(0.5 * np.einsum("kij,lji->kl", through, random), hermitian=True)
         forms = 0.5 * np.tensordot(uncertainty, through, axes=1) / components[:, np.newaxis, np.newaxis]
-        weights = np.array([(side.second - side.first) @ layout.means for side in layout.contrasts]) @ estimate
+        weights = np.array([contrast.weights @ layout.means for contrast in layout.contrasts]) @ estimate
         component_variances = np.einsum("ci,kij,cj->ck", weights, random, weights) * components
         return cls(weights, forms, component_variances, uncertainty / np.outer(components, components))
 

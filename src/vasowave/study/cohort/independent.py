@@ -1,9 +1,9 @@
 """The primary comparison of groups of independent animals: pooled ratios of each group over the reference."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import comb
-from typing import NamedTuple
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,9 +14,8 @@ from vasowave.pulse.inference.known_errors import SHARED_SOURCES
 from vasowave.pulse.quantities import MEASURED
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
-from vasowave.study.cohort.designed import Values
 from vasowave.study.cohort.effects import ContrastEstimate, ContrastLabel, GroupEffect, Omission, Untested
-from vasowave.study.cohort.estimates import Estimates, estimates_of, image_unknown, shared_error
+from vasowave.study.cohort.estimates import Estimates, Values, estimates_of, image_unknown, shared_error
 from vasowave.study.cohort.lungs import tipping_radius
 from vasowave.study.cohort.pooling import Ratio, pooled_ratio
 from vasowave.study.cohort.simultaneous_intervals import (
@@ -28,28 +27,17 @@ from vasowave.study.cohort.simultaneous_intervals import (
 )
 from vasowave.study.cohort.table import column, rows_of
 
+T = TypeVar("T")
 
-class GroupContrast(NamedTuple):
-    """One quantity that can be compared between two groups.
 
-    Attributes
-    ----------
-    name, source, unit : str
-    results : list of AnimalResult
-        Animals of both groups that have it.
-    estimates : Estimates
-    in_second : array of bool, shape (animal,)
-    fits : Estimates, optional
-        What the fits tell where `estimates` is of posteriors.
-    """
+@dataclass(frozen=True, eq=False)
+class GroupContrast(Values):
+    """One quantity that can be compared between two groups, of their animals that have it."""
 
-    name: str
-    source: str
-    unit: str
-    results: list[AnimalResult]
-    estimates: Estimates
     in_second: np.ndarray
+    """Bool, shape (animal,)."""
     fits: Estimates | None = None
+    """What the fits tell where `estimates` is of posteriors."""
 
     @property
     def names(self) -> list[str]:
@@ -85,7 +73,7 @@ class GroupContrast(NamedTuple):
         """
 
         def excludes(sd: float) -> bool:
-            ratio = self._replace(estimates=self.estimates.of_lungs(sd)).ratio(level=1 - critical)
+            ratio = replace(self, estimates=self.estimates.of_lungs(sd)).ratio(level=1 - critical)
             return not ratio.low <= 1 <= ratio.high
 
         if not excludes(0.0) or excludes(_MAX_LUNG_DIFFERENCE):
@@ -103,25 +91,17 @@ _MAX_LUNG_DIFFERENCE, _LUNG_STEP = 0.5, 1e-3
 
 @dataclass(frozen=True)
 class Assurance:
-    """How far the p and intervals of the family can be relied on, from the sizes and spreads at hand.
-
-    Attributes
-    ----------
-    rate : float
-        Estimated share of cohorts without any effect, normal on logarithms and of these sizes, spreads and
-        correlations, in which a row has p < 0.05 all the same: 0.05 if the method were exact.
-    alone : float
-        Level of each interval by itself; together they hold in 95 %.
-    spread_ratio : float
-        Largest ratio, over the rows, of the SD of the two groups' logarithms.
-    smallest : int
-        Animals of the smallest group of any row.
-    """
+    """How far the p and intervals of the family can be relied on, from the sizes and spreads at hand."""
 
     rate: float
+    """Estimated share of cohorts without any effect, normal on logarithms and of these sizes, spreads and correlations,
+    in which a row has p < 0.05 all the same: 0.05 if the method were exact."""
     alone: float
+    """Level of each interval by itself; together they hold in 95 %."""
     spread_ratio: float
+    """Largest ratio, over the rows, of the SD of the two groups' logarithms."""
     smallest: int
+    """Animals of the smallest group of any row."""
 
     @property
     def doubtful(self) -> bool:
@@ -191,7 +171,7 @@ def _by_fits(contrast: GroupContrast, critical: float) -> tuple[float, float, fl
     """Return the ratio by the fits, where the effect is by posteriors, with its interval of the same level."""
     if contrast.fits is None or not np.all(np.isfinite(contrast.fits.logs)):
         return np.nan, np.nan, np.nan
-    fits = contrast._replace(estimates=contrast.fits)
+    fits = replace(contrast, estimates=contrast.fits)
     value, low, high, *_ = fits.ratio(level=1 - critical)
     return (value, 0.0, np.inf) if fits.untested else (value, low, high)
 
@@ -200,13 +180,18 @@ def usable_contrasts(
     cohort: Cohort, names: Sequence[str], law: str, group: str
 ) -> tuple[list[GroupContrast], list[Omission]]:
     """Return the quantities that can be compared, and the others with the reason."""
-    usable, left_out = [], []
+    return split_usable(names, lambda name: _contrast(cohort, source_of(name, law), name, group), group)
+
+
+def split_usable(names: Sequence[str], make: Callable[[str], T], group: str = "") -> tuple[list[T], list[Omission]]:
+    """Return what `make` makes of quantities, and the others with the reason."""
+    made, left_out = [], []
     for name in names:
         try:
-            usable.append(_contrast(cohort, source_of(name, law), name, group))
+            made.append(make(name))
         except InputError as error:
             left_out.append(Omission(str(error), name, group))
-    return usable, left_out
+    return made, left_out
 
 
 def _contrast(cohort: Cohort, source: str, name: str, group: str) -> GroupContrast:
@@ -222,11 +207,11 @@ def _contrast(cohort: Cohort, source: str, name: str, group: str) -> GroupContra
         raise InputError("a value is not positive; a ratio needs positive values")
     if min(map(np.ptp, sides)) < 1e-9:
         raise InputError("the values hardly vary within a group; there is nothing to test")
-    contrast = GroupContrast(name, source, values.unit, values.results, values.estimates, in_second)
+    contrast = GroupContrast(**vars(values), in_second=in_second)
     if values.estimates.origin != "posterior" or source == "measured":
         return contrast
     fits = known_values(cohort, source, name, (cohort.reference, group), values.results, posteriors=False)
-    return contrast._replace(fits=fits and fits.estimates)
+    return replace(contrast, fits=fits and fits.estimates)
 
 
 def source_of(name: str, law: str) -> str:

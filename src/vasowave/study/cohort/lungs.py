@@ -32,21 +32,14 @@ RULES = LungRules()
 
 
 class LungDifferences(NamedTuple):
-    """How much the lungs of one group differ.
-
-    Attributes
-    ----------
-    sd : float
-        SD of the logarithm of all radii between lungs of one group.
-    source : {"usual", "lab", "imaged"}
-        Whether nobody told it, the lab did, or several lungs of a group were imaged.
-    images : dict of str to int
-        How many lungs of each group were imaged.
-    """
+    """How much the lungs of one group differ."""
 
     sd: float
+    """SD of the logarithm of all radii between lungs of one group."""
     source: Literal["usual", "lab", "imaged"]
+    """Whether nobody told it, the lab did, or several lungs of a group were imaged."""
     images: Mapping[str, int]
+    """How many lungs of each group were imaged."""
 
 
 def lungs_of(

@@ -21,27 +21,18 @@ class PressureRank(StrEnum):
 
 @dataclass(frozen=True)
 class Missing:
-    """The animals of one group that a comparison misses.
-
-    Attributes
-    ----------
-    group : str
-    animals : tuple of str
-        All that are missing.
-    lost : tuple of str
-        Those of them that have no result at all, so that comparisons of what was measured miss them too.
-    count : int
-        Animals of the group, with those that are missing.
-    pressures, others : tuple of float
-        Measured mPAP, mmHg: of the missing animals of which it is known, and of the others.
-    """
+    """The animals of one group that a comparison misses."""
 
     group: str
     animals: tuple[str, ...]
+    """All that are missing."""
     lost: tuple[str, ...]
+    """Those of them that have no result at all, so that comparisons of what was measured miss them too."""
     count: int
+    """Animals of the group, with those that are missing."""
     pressures: tuple[float, ...]
     others: tuple[float, ...]
+    """Measured mPAP, mmHg: of the missing animals of which it is known, and of the others."""
 
     @property
     def standing(self) -> PressureRank:

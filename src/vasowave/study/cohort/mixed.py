@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.study.cohort.pooling import LogEstimate
+
 _MAX_SCORING_STEPS, _MAX_HALVINGS = 60, 25  # steps of scoring, and halvings of a step
 MIN_VARIANCE_SHARE = 1e-6  # of the residuals' variance: a component that is smaller is none
 _MIN_RELATIVE_CHANGE = 1e-7  # change of a component, by the residuals' variance, at which scoring ends
@@ -12,87 +14,43 @@ MIN_FREEDOM_SHARE = 1.0  # share of the degrees of freedom without known errors
 
 
 class Structure(NamedTuple):
-    """What is known of some values before they are looked at.
-
-    Attributes
-    ----------
-    fixed : array, shape (row, coefficient)
-        Columns of the fixed effects, independent of each other.
-    random : sequence of array, shape (row, row)
-        For each variance component, the covariance that a variance of 1 gives.
-    error_covariance : array, shape (row, row)
-        Covariance of the known errors; rows that share an error are correlated by it.
-    """
+    """What is known of some values before they are looked at."""
 
     fixed: np.ndarray
+    """Columns of the fixed effects, independent of each other. Shape (row, coefficient)."""
     random: Sequence[np.ndarray]
+    """For each variance component, the covariance that a variance of 1 gives. Shape (row, row)."""
     error_covariance: np.ndarray
-
-
-class ContrastFit(NamedTuple):
-    """A contrast of the coefficients, its standard error, and the degrees of freedom of that."""
-
-    value: float
-    error: float
-    freedom: float
-
-    @property
-    def p(self) -> float:
-        """Two-sided p of the contrast by itself."""
-        from scipy.special import stdtr
-
-        return float(2 * stdtr(self.freedom, -abs(self.value) / self.error))
-
-    def ratio(self, miss: float) -> tuple[float, float, float]:
-        """Return a contrast of logarithms as a ratio, with its interval that by itself misses in a share `miss`."""
-        from scipy.special import stdtrit
-
-        reach = float(stdtrit(self.freedom, 1 - miss / 2)) * self.error
-        with np.errstate(over="ignore"):
-            value, low, high = np.exp([self.value, self.value - reach, self.value + reach]).tolist()
-        return value, low, high
+    """Covariance of the known errors; rows that share an error are correlated by it. Shape (row, row)."""
 
 
 class MixedFit(NamedTuple):
-    """A fitted model.
-
-    Attributes
-    ----------
-    coefficients : array, shape (coefficient,)
-    components : array, shape (component,)
-        Variances.
-    adjusted, plain : array, shape (coefficient, coefficient)
-        Covariance of the coefficients, with Kenward and Roger's correction for the components being estimates, and
-        without.
-    slopes : array, shape (component, coefficient, coefficient)
-        Derivative of `plain` with each component.
-    uncertainty : array, shape (component, component)
-        Covariance of the components.
-    root : array, shape (row, row)
-        Lower triangle whose product with itself is the covariance of the rows.
-    weights : array, shape (coefficient, row)
-        What takes values to coefficients.
-    residuals : array, shape (row,)
-        Of the values from the fixed effects, decorrelated and of variance 1.
-    likelihood : float
-        The restricted logarithmic one, up to a constant.
-    ignorant : MixedFit, optional
-        The same without the known errors, where there are any.
-    """
+    """A fitted model."""
 
     coefficients: np.ndarray
+    """Shape (coefficient,)."""
     components: np.ndarray
+    """Variances. Shape (component,)."""
     adjusted: np.ndarray
     plain: np.ndarray
+    """Covariance of the coefficients, with Kenward and Roger's correction for the components being estimates, and
+    without. Shape (coefficient, coefficient)."""
     slopes: np.ndarray
+    """Derivative of `plain` with each component. Shape (component, coefficient, coefficient)."""
     uncertainty: np.ndarray
+    """Covariance of the components. Shape (component, component)."""
     root: np.ndarray
+    """Lower triangle whose product with itself is the covariance of the rows. Shape (row, row)."""
     weights: np.ndarray
+    """What takes values to coefficients. Shape (coefficient, row)."""
     residuals: np.ndarray
+    """Of the values from the fixed effects, decorrelated and of variance 1. Shape (row,)."""
     likelihood: float
+    """The restricted logarithmic one, up to a constant."""
     ignorant: "MixedFit | None" = None
+    """The same without the known errors, where there are any."""
 
-    def effect(self, contrast: np.ndarray) -> ContrastFit:
+    def effect(self, contrast: np.ndarray) -> LogEstimate[float]:
         """Return a contrast of the coefficients; its t squared is Kenward and Roger's F.
 
         Known errors make a component near 0 count for little, and a few well known rows for much: Satterthwaite's
@@ -105,7 +63,7 @@ class MixedFit(NamedTuple):
         freedom = 2 * plain**2 / moved if moved > 0 else np.inf
         if self.ignorant is not None:
             freedom = max(freedom, MIN_FREEDOM_SHARE * self.ignorant.effect(contrast).freedom)
-        return ContrastFit(float(contrast @ self.coefficients), float(np.sqrt(variance)), freedom)
+        return LogEstimate(float(contrast @ self.coefficients), float(np.sqrt(variance)), freedom)
 
 
 def fit_mixed(values: np.ndarray, structure: Structure) -> MixedFit:

@@ -1,34 +1,65 @@
 """Estimates of single animals pooled within groups, each as far as it is known: random effects on logarithms."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
 from vasowave.base.descriptions import LEVEL
 from vasowave.base.errors import InputError
 
+Number = TypeVar("Number", float, np.ndarray)
 
-class Mean(NamedTuple):
-    """The mean of a group of animals that differ, and are each known with an error.
 
-    Attributes
-    ----------
-    value : float
-    error : float
-        Its standard error, by Hartung and Knapp.
-    freedom : float
-        Degrees of freedom of that error.
-    between : float
-        Standard deviation of the animals' true values.
-    """
+class Interval(NamedTuple):
+    """A number with the ends of its interval of 95 %; an end that nothing tells is NaN, or infinite."""
 
     value: float
-    error: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class LogEstimate(Generic[Number]):
+    """An estimate of a logarithm with its standard error and the degrees of freedom of that; or many."""
+
+    value: Number
+    error: Number
+    freedom: Number
+
+    @property
+    def p(self) -> Number:
+        """Two-sided p of each by itself."""
+        from scipy.special import stdtr
+
+        return 2 * stdtr(self.freedom, -abs(self.value) / self.error)
+
+    def interval(self, quantile: float) -> Interval:
+        """Return the interval that ends at this quantile of Student's t, and at one minus it."""
+        from scipy.special import stdtrit
+
+        reach = stdtrit(self.freedom, quantile) * self.error
+        return Interval(float(self.value), float(self.value - reach), float(self.value + reach))
+
+    def ratio(self, quantile: float) -> Interval:
+        """Return an estimate of a logarithm as a ratio, as `interval`."""
+        with np.errstate(over="ignore"):  # with two animals a group an interval may have no end
+            return Interval(*np.exp(self.interval(quantile)).tolist())
+
+
+class Mean(NamedTuple, Generic[Number]):
+    """The mean of a group of animals that differ, and are each known with an error; or of many groups of one size."""
+
+    value: Number
+    error: Number
+    """Its standard error, by Hartung and Knapp."""
     freedom: float
-    between: float
+    """Degrees of freedom of that error."""
+    between: Number
+    """Standard deviation of the animals' true values."""
 
 
-def pooled_mean(values: np.ndarray, errors: np.ndarray) -> Mean:
+def pooled_mean(values: np.ndarray, errors: np.ndarray) -> Mean[float]:
     """Return the mean of animals whose estimates scatter by their errors and by what the animals differ.
 
     The animals' variance is the restricted maximum likelihood's, the weights are 1/(variance + error²), and the
@@ -54,73 +85,44 @@ def pooled_mean(values: np.ndarray, errors: np.ndarray) -> Mean:
     return Mean(float(many.value), float(many.error), many.freedom, float(many.between))
 
 
-class Means(NamedTuple):
-    """The fields of `Mean` for many groups at once, as arrays; all have the same degrees of freedom."""
-
-    value: np.ndarray
-    error: np.ndarray
-    freedom: float
-    between: np.ndarray
-
-
-def pooled_means(values: np.ndarray, errors: np.ndarray) -> Means:
+def pooled_means(values: np.ndarray, errors: np.ndarray) -> Mean[np.ndarray]:
     """Return the `pooled_mean` of every group of `values`, shape (..., animal), whose animals have the same errors."""
     if not np.any(errors):
         spread = np.asarray(values.std(axis=-1, ddof=1))
         error = spread / np.sqrt(values.shape[-1])
-        return Means(np.asarray(values.mean(axis=-1)), error, values.shape[-1] - 1.0, spread)
+        return Mean(np.asarray(values.mean(axis=-1)), error, values.shape[-1] - 1.0, spread)
     between = _between(values, errors**2)
     weights = 1 / (between[..., np.newaxis] + errors**2)
     total_weight, freedom = weights.sum(axis=-1), values.shape[-1] - 1.0
     mean = (weights * values).sum(axis=-1) / total_weight
     scatter = (weights * (values - mean[..., np.newaxis]) ** 2).sum(axis=-1) / freedom
-    return Means(mean, np.sqrt(np.maximum(1.0, scatter) / total_weight), freedom, np.sqrt(between))
+    return Mean(mean, np.sqrt(np.maximum(1.0, scatter) / total_weight), freedom, np.sqrt(between))
 
 
-class Difference(NamedTuple):
-    """The difference of two pooled means, its standard error, and Satterthwaite's degrees of freedom; or many."""
+def difference(first: Mean, second: Mean, shared: float = 0.0) -> LogEstimate[np.ndarray]:
+    """Return the second mean minus the first, with Satterthwaite's degrees of freedom.
 
-    value: np.ndarray
-    error: np.ndarray
-    freedom: np.ndarray
-
-    @property
-    def p(self) -> np.ndarray:
-        """Two-sided p of each by itself."""
-        from scipy.special import stdtr
-
-        return np.asarray(2 * stdtr(self.freedom, -np.abs(self.value) / self.error))
-
-
-def difference(first: Mean | Means, second: Mean | Means, shared: float = 0.0) -> Difference:
-    """Return the second mean minus the first; `shared` is the standard error that no number of animals lessens."""
+    `shared` is the standard error that no number of animals lessens.
+    """
     first_variance, second_variance = np.square(first.error), np.square(second.error)
     variance = first_variance + second_variance + shared**2
     freedom = variance**2 / (first_variance**2 / first.freedom + second_variance**2 / second.freedom)
-    return Difference(np.asarray(second.value - first.value), np.sqrt(variance), freedom)
+    return LogEstimate(np.asarray(second.value - first.value), np.sqrt(variance), freedom)
 
 
 class Ratio(NamedTuple):
-    """A ratio of two groups with its interval, from logarithms.
-
-    Attributes
-    ----------
-    value, low, high : float
-    error : float
-        Standard error of its logarithm.
-    reference, other : float
-        The pooled geometric means of the groups, whose ratio it is; in the unit of the animals' values.
-    freedom : float
-        Degrees of freedom of its error.
-    """
+    """A ratio of two groups with its interval, from logarithms."""
 
     value: float
     low: float
     high: float
     error: float
+    """Standard error of its logarithm."""
     reference: float
     other: float
+    """The pooled geometric means of the groups, whose ratio it is; in the unit of the animals' values."""
     freedom: float
+    """Degrees of freedom of its error."""
 
 
 def pooled_ratio(
@@ -147,15 +149,11 @@ def pooled_ratio(
     InputError
         As `pooled_mean`.
     """
-    from scipy.special import stdtrit
-
     first, second = pooled_mean(*reference), pooled_mean(*group)
-    value, error, freedom = difference(first, second, shared)
-    reach = stdtrit(freedom, 0.5 + 0.5 * level) * error
-    with np.errstate(over="ignore"):  # with two animals a group an interval may have no end
-        ends = np.exp([value, value - reach, value + reach, first.value, second.value])
-    value, low, high, reference_mean, group_mean = ends.tolist()
-    return Ratio(value, low, high, float(error), reference_mean, group_mean, float(freedom))
+    contrast = difference(first, second, shared)
+    value, low, high = contrast.ratio(0.5 + 0.5 * level)
+    reference_mean, group_mean = np.exp([first.value, second.value]).tolist()
+    return Ratio(value, low, high, float(contrast.error), reference_mean, group_mean, float(contrast.freedom))
 
 
 _VARIANCE_RATIO, _SCORING_STEPS = 1.15, 10

@@ -21,22 +21,14 @@ Drawn = Iterator[tuple[np.ndarray, float, np.ndarray]]
 
 
 class PlannedStudies(NamedTuple):
-    """Studies of one size that are drawn: groups of independent animals, animals recorded again, or pairs.
-
-    Attributes
-    ----------
-    spreads : sequence of Spread
-    root : array, shape (quantity, quantity)
-        Whose product with itself is the correlation of the quantities within animals.
-    settings : Planning
-    size : int
-        Animals of each group, or pairs.
-    """
+    """Studies of one size that are drawn: groups of independent animals, animals recorded again, or pairs."""
 
     spreads: Sequence[Spread]
     root: np.ndarray
+    """Whose product with itself is the correlation of the quantities within animals. Shape (quantity, quantity)."""
     settings: Planning
     size: int
+    """Animals of each group, or pairs."""
 
 
 def p_of_effect(studies: PlannedStudies) -> np.ndarray:
@@ -46,11 +38,11 @@ def p_of_effect(studies: PlannedStudies) -> np.ndarray:
     if settings.pairs is not None:
         for values, error, _ in _pairs(studies, _PAIR_DRAWS):
             change = changes_of(values, error, settings.littermates)
-            p_values.append(change._replace(value=change.value + effect).p)
+            p_values.append(replace(change, value=change.value + effect).p)
     elif settings.occasions > 1:
         for spread, (values, error, moved) in zip(studies.spreads, _repeated(studies, _PAIR_DRAWS), strict=True):
             contrast = effects_of_repeated(values, error, spread.shared)
-            p_values.append(contrast._replace(value=contrast.value + (effect + moved)).p)
+            p_values.append(replace(contrast, value=contrast.value + (effect + moved)).p)
     else:
         for spread, (values, error, moved) in zip(studies.spreads, _groups(studies, _CRITICAL_DRAWS), strict=True):
             first, second = (pooled_means(values[:, group], np.full(studies.size, error)) for group in (0, 1))

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import Annotated, NamedTuple
 
 import pandas as pd
@@ -13,7 +14,7 @@ from vasowave.base.settings import settings_class
 from vasowave.pulse.quantities import MEASURED, PRIMARY, question_of
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.designed import Modeled, covariate_effects, design_effects, design_estimates, modeled
-from vasowave.study.cohort.effects import ContrastEstimate, CovariateEffect, Effect, Omission, as_table
+from vasowave.study.cohort.effects import ContrastEstimate, CovariateEffect, Effect, Omission, as_table, grouped
 from vasowave.study.cohort.independent import (
     Assurance,
     GroupContrast,
@@ -21,6 +22,7 @@ from vasowave.study.cohort.independent import (
     known_values,
     secondary_estimates,
     source_of,
+    split_usable,
     usable_contrasts,
 )
 from vasowave.study.cohort.lungs import LungDifferences
@@ -160,20 +162,14 @@ def _by_design(cohort: Cohort, law: str, names: Sequence[str]) -> Primary:
 
 def _models(cohort: Cohort, names: Sequence[str], law: str) -> tuple[list[Modeled], list[Omission], tuple[Missed, ...]]:
     """Return the models of the quantities that have one, the others with the reason, and effects that are not told."""
-    models, left_out, untold = [], [], dict[Finding, list[str]]()
-    for name in names:
-        values = known_values(cohort, source_of(name, law), name, list(cohort.groups))
-        try:
-            if values is None:
-                raise InputError("no animal has it")
-            model = modeled(cohort, values)
-        except InputError as error:
-            left_out.append(Omission(str(error), name))
-            continue
-        for effect in model.layout.untold:
-            untold.setdefault(effect.finding, []).append(name)
-        models += [model] if model.contrasts else []
-    return models, left_out, tuple(Missed(finding, tuple(quantities)) for finding, quantities in untold.items())
+    groups = list(cohort.groups)
+    models, left_out = split_usable(
+        names, lambda name: modeled(cohort, known_values(cohort, source_of(name, law), name, groups))
+    )
+    pairs = [(effect.finding, model.values.name) for model in models for effect in model.layout.untold]
+    untold = grouped(pairs, itemgetter(0))
+    missed = (Missed(finding, tuple(name for _, name in of_finding)) for finding, of_finding in untold.items())
+    return [model for model in models if model.contrasts], left_out, tuple(missed)
 
 
 def primary_law(cohort: Cohort, family: Family) -> str:

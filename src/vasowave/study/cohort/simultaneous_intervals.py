@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.base.descriptions import LEVEL as COVERAGE
-from vasowave.study.cohort.mixed import ContrastFit, MixedFit
-from vasowave.study.cohort.pooling import difference, pooled_means
+from vasowave.study.cohort.mixed import MixedFit
+from vasowave.study.cohort.pooling import LogEstimate, difference, pooled_means
 
 LEVEL = 0.05
 """What the rows' p is compared with; their intervals are those of 1 minus this."""
@@ -20,47 +20,31 @@ _MAX_NUMBERS = 2_000_000
 
 
 class ComparedQuantity(NamedTuple):
-    """One quantity of two groups.
-
-    Attributes
-    ----------
-    quantity : int
-        Which one; rows of the same quantity share the values of their common animals.
-    animals : array of int, shape (animal,)
-        Which animals of the cohort have it.
-    in_second : array of bool, shape (animal,)
-        Which of them belong to the second group.
-    logs, errors : array, shape (animal,)
-        Logarithms and their standard errors; 0 where nothing is known of the error.
-    shared : float
-        Standard error of the difference of the groups from what animals have in common.
-    """
+    """One quantity of two groups."""
 
     quantity: int
+    """Which one; rows of the same quantity share the values of their common animals."""
     animals: np.ndarray
+    """Which animals of the cohort have it. Int, shape (animal,)."""
     in_second: np.ndarray
+    """Which of them belong to the second group. Bool, shape (animal,)."""
     logs: np.ndarray
     errors: np.ndarray
+    """Logarithms and their standard errors; 0 where nothing is known of the error. Shape (animal,)."""
     shared: float
+    """Standard error of the difference of the groups from what animals have in common."""
 
 
 class Simultaneous(NamedTuple):
-    """What holds for all rows at once.
-
-    Attributes
-    ----------
-    p : array, shape (row,)
-        How often, without an effect, any of the rows looks at least as different as this one.
-    critical : float
-        The p of one row by itself below which `p` is below `LEVEL`; intervals to 1 - `critical` hold all at once.
-    rate : float
-        Share of cohorts without an effect, normal and of these sizes, spreads and correlations, in which `p` of any row
-        comes out below `LEVEL`; `LEVEL` if the method were exact. NaN of models, where it is not counted.
-    """
+    """What holds for all rows at once."""
 
     p: np.ndarray
+    """How often, without an effect, any of the rows looks at least as different as this one. Shape (row,)."""
     critical: float
+    """The p of one row by itself below which `p` is below `LEVEL`; intervals to 1 - `critical` hold all at once."""
     rate: float = np.nan
+    """Share of cohorts without an effect, normal and of these sizes, spreads and correlations, in which `p` of any row
+    comes out below `LEVEL`; `LEVEL` if the method were exact. NaN of models, where it is not counted."""
 
     def statements(self, tested: Sequence[bool]) -> list[tuple[float, float]]:
         """Return p of each effect and the share in which its interval by itself misses.
@@ -207,22 +191,16 @@ def correlation_of(residuals: np.ndarray, freedom: int) -> np.ndarray:
 
 
 class Fitted(NamedTuple):
-    """One quantity's model with the contrasts that are asked of it.
-
-    Attributes
-    ----------
-    fit : MixedFit
-    animals : array of int, shape (row,)
-        Which animals of the cohort its rows are.
-    contrasts : array, shape (contrast, coefficient)
-    """
+    """One quantity's model with the contrasts that are asked of it."""
 
     fit: MixedFit
     animals: np.ndarray
+    """Which animals of the cohort its rows are. Int, shape (row,)."""
     contrasts: np.ndarray
+    """Shape (contrast, coefficient)."""
 
     @property
-    def effects(self) -> list[ContrastFit]:
+    def effects(self) -> list[LogEstimate[float]]:
         """The contrasts with their errors."""
         return [self.fit.effect(contrast) for contrast in self.contrasts]
 
@@ -242,7 +220,7 @@ def joint(models: Sequence[Fitted], draws: int = DRAWS, seed: int = 0) -> Simult
 
 
 def _least_p(
-    models: Sequence[Fitted], estimates: Sequence[Sequence[ContrastFit]], draws: int, rng: np.random.Generator
+    models: Sequence[Fitted], estimates: Sequence[Sequence[LogEstimate[float]]], draws: int, rng: np.random.Generator
 ) -> np.ndarray:
     """Return the least p of every draw, sorted."""
     from scipy.special import chdtri, stdtr

@@ -10,26 +10,18 @@ from vasowave.base.settings import settings_class
 
 
 class Spread(NamedTuple):
-    """What is known of one quantity before a study.
-
-    Attributes
-    ----------
-    quantity : str
-    between : (float, float)
-        SD of the animals' logarithms in the two groups, without the errors.
-    error : float
-        SD of the logarithm of one animal's estimate; 0 where `between` contains it.
-    shared : float
-        Standard error of the difference of the groups from images that they share.
-    within : float
-        SD of the logarithm of one animal from occasion to occasion, without the errors; 0 where `between` contains it.
-    """
+    """What is known of one quantity before a study."""
 
     quantity: str
     between: tuple[float, float]
+    """SD of the animals' logarithms in the two groups, without the errors."""
     error: float = 0.0
+    """SD of the logarithm of one animal's estimate; 0 where `between` contains it."""
     shared: float = 0.0
+    """Standard error of the difference of the groups from images that they share."""
     within: float = 0.0
+    """SD of the logarithm of one animal from occasion to occasion, without the errors; 0 where `between` contains
+    it."""
 
     @property
     def alike(self) -> float:

@@ -9,28 +9,21 @@ from vasowave.base.descriptions import CLEAR_EVIDENCE_RATIO, NORMAL, TAILS
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.estimates import Estimates, estimates_of
-from vasowave.study.cohort.pooling import pooled_mean
+from vasowave.study.cohort.pooling import Interval, LogEstimate, pooled_mean
 
 _GRID_MEANS, _GRID_SPREADS = 801, 41  # of the grid on which the likelihood is maximized
 _GRID_REACH = 8.0  # of the grid beyond the outermost values, in scales of the animals and their errors
 
 
 class Evidence(NamedTuple):
-    """One wall law against another by the evidences of both.
-
-    Attributes
-    ----------
-    wall : str
-    ratios : dict of str to float
-        By animal: how many times as likely its recording is under the reference law as under `wall`, all that is
-        unknown integrated out.
-    untrusted : list of str
-        Animals one of whose posteriors cannot be trusted; they are not among the ratios.
-    """
+    """One wall law against another by the evidences of both."""
 
     wall: str
     ratios: dict[str, float]
+    """By animal: how many times as likely its recording is under the reference law as under `wall`, all that is unknown
+    integrated out."""
     untrusted: list[str]
+    """Animals one of whose posteriors cannot be trusted; they are not among the ratios."""
 
     @property
     def clear(self) -> tuple[int, int]:
@@ -71,15 +64,7 @@ def evidences(cohort: Cohort, reference: str) -> list[Evidence]:
     return list(evidence_by_wall.values())
 
 
-class Pooled(NamedTuple):
-    """A mean over animals with its 95 % interval; an end that the animals do not tell is infinite."""
-
-    value: float
-    low: float
-    high: float
-
-
-def pooled_censored(values: np.ndarray, errors: np.ndarray, beyond: np.ndarray) -> Pooled:
+def pooled_censored(values: np.ndarray, errors: np.ndarray, beyond: np.ndarray) -> Interval:
     """Return the mean of animals that differ, are each known with an error, and lie in part beyond a bound.
 
     An animal whose search stopped at a bound says that its estimate lies beyond, so it adds the probability of that to
@@ -97,14 +82,14 @@ def pooled_censored(values: np.ndarray, errors: np.ndarray, beyond: np.ndarray) 
 
     Returns
     -------
-    Pooled
+    Interval
         NaN and an endless interval where fewer than two animals lie inside their bounds.
     """
     from scipy.special import stdtrit
 
     inside = int(np.sum(beyond == 0))
     if inside < 2:
-        return Pooled(np.nan, -np.inf, np.inf)
+        return Interval(np.nan, -np.inf, np.inf)
     center = values[beyond == 0]
     scale = max(float(np.ptp(values)), float(np.median(errors)), 1e-9 * float(np.abs(values).max()) + 1e-12)
     means = np.linspace(values.min() - _GRID_REACH * scale, values.max() + _GRID_REACH * scale, _GRID_MEANS)
@@ -118,7 +103,7 @@ def pooled_censored(values: np.ndarray, errors: np.ndarray, beyond: np.ndarray) 
     limit = inside * np.log1p(t**2 / (inside - 1))
     low = -np.inf if first == 0 else _crossing(means, deviance, first - 1, limit)
     high = np.inf if last == len(means) - 1 else _crossing(means, deviance, last, limit)
-    return Pooled(float(means[profile.argmax()]), low, high)
+    return Interval(float(means[profile.argmax()]), low, high)
 
 
 def _likelihood(
@@ -143,31 +128,22 @@ def _crossing(means: np.ndarray, deviance: np.ndarray, before: int, limit: float
 
 
 class Exponent(NamedTuple):
-    """A law's exponent with its 95 % interval, over the animals that were fitted with it.
-
-    Attributes
-    ----------
-    name : str
-        Of the parameter.
-    linear : float
-        At which the law is the linear one.
-    value, low, high : float
-        NaN, 0 and infinite where the animals do not tell.
-    animals, below, above : int
-        Those fitted, and of them those whose search stopped at the lower and at the upper bound.
-    drawn : bool
-        Whether it comes from posteriors.
-    """
+    """A law's exponent with its 95 % interval, over the animals that were fitted with it."""
 
     name: str
+    """Of the parameter."""
     linear: float
+    """At which the law is the linear one."""
     value: float
     low: float
     high: float
+    """NaN, 0 and infinite where the animals do not tell."""
     animals: int
     below: int
     above: int
+    """Those fitted, and of them those whose search stopped at the lower and at the upper bound."""
     drawn: bool
+    """Whether it comes from posteriors."""
 
     @property
     def side(self) -> int:
@@ -203,31 +179,28 @@ def exponent_of(cohort: Cohort, wall: str) -> Exponent | None:
     return Exponent(name, linear, value, low, high, len(exponents), below, above, drawn.origin == "posterior")
 
 
-def _of_fits(results: list[AnimalResult], wall: str, exponents: list[xr.DataArray], beyond: np.ndarray) -> Pooled:
+def _of_fits(results: list[AnimalResult], wall: str, exponents: list[xr.DataArray], beyond: np.ndarray) -> Interval:
     logs = np.log([float(exponent) for exponent in exponents])
     if len(exponents) > 1:
         rows = [result.laws[wall].calibration.sel(parameter=exponents[0].attrs["parameter"]) for result in results]
         errors = [float(row["standard_error_correlated"] / row["value"]) for row in rows]
         return pooled_censored(logs, np.array(errors), beyond)
     low, high = np.log([float(exponents[0].attrs[f"interval_{end}"]) for end in ("low", "high")])
-    return Pooled(np.nan, -np.inf, np.inf) if beyond[0] else Pooled(logs[0], low, high)
+    return Interval(np.nan, -np.inf, np.inf) if beyond[0] else Interval(logs[0], low, high)
 
 
-def _of_posteriors(drawn: Estimates) -> Pooled:
+def _of_posteriors(drawn: Estimates) -> Interval:
     """Pool the draws' means; what animals share by one image or probe does not become less with their number."""
-    from scipy.special import stdtrit
-
     if len(drawn.logs) == 1:
         reach = NORMAL * float(np.hypot(drawn.errors[0], np.linalg.norm(drawn.shared[:, 0])))
-        return Pooled(drawn.logs[0], drawn.logs[0] - reach, drawn.logs[0] + reach)
+        return Interval(drawn.logs[0], drawn.logs[0] - reach, drawn.logs[0] + reach)
     mean = pooled_mean(drawn.logs, drawn.errors)
     common = sum(
         float(np.mean(mask) ** 2 * np.mean(errors[mask] ** 2))
         for errors, labels in zip(drawn.shared, drawn.label, strict=True)
         for mask in (labels == number for number in np.unique(labels))
     )
-    reach = float(stdtrit(mean.freedom, TAILS[-1])) * float(np.sqrt(mean.error**2 + common))
-    return Pooled(mean.value, mean.value - reach, mean.value + reach)
+    return LogEstimate(mean.value, float(np.sqrt(mean.error**2 + common)), mean.freedom).interval(TAILS[-1])
 
 
 def _beyond(result: AnimalResult, wall: str, exponent: xr.DataArray) -> int:

@@ -39,21 +39,14 @@ CROWDED = look_kind(
 
 
 class LinearTube(NamedTuple):
-    """The law p = β (√(A/A0) - 1) of each vessel, and where it leaves the model's own.
-
-    Attributes
-    ----------
-    beta : float array, shape (vessel,)
-        mmHg.
-    area0 : float array, shape (vessel,)
-        cm².
-    misfit : float array, shape (vessel,)
-        Largest difference from the pressure of the model's law at the areas of the cycle, mmHg.
-    """
+    """The law p = β (√(A/A0) - 1) of each vessel, and where it leaves the model's own."""
 
     beta: np.ndarray
+    """mmHg. Shape (vessel,)."""
     area0: np.ndarray
+    """cm². Shape (vessel,)."""
     misfit: np.ndarray
+    """Largest difference from the pressure of the model's law at the areas of the cycle, mmHg. Shape (vessel,)."""
 
 
 def linear_tube(solved: Solved) -> LinearTube:

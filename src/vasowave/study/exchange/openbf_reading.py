@@ -310,7 +310,11 @@ def _profile(network: Network, vessels: list[_Vessel], default: float) -> float:
 
 def _inflow(path: Path, config: Mapping[str, Any], inlets: list[_Vessel]) -> Inflow:
     """Return the flow into all inlets, from the file that each names or, for the only one, the configuration."""
-    cycles = [_cycle(_inlet_file(path, config, inlet, len(inlets) == 1)) for inlet in inlets]
+    return joined_inflow(path, [_cycle(_inlet_file(path, config, inlet, len(inlets) == 1)) for inlet in inlets])
+
+
+def joined_inflow(path: Path, cycles: Sequence[tuple[np.ndarray, float]]) -> Inflow:
+    """Return the flow into all inlets from the samples and the period of each; a period that differs is refused."""
     periods = [period for flow, period in cycles if np.ptp(flow) > 0] or [cycles[0][1]]  # a steady flow has any
     if max(periods) - min(periods) > _SAME_PERIOD * max(periods):
         raise InputError(f"{path}: the inlets' periods differ ({min(periods):g} to {max(periods):g} s); all vessels "

@@ -19,20 +19,14 @@ from vasowave.pulse.solver.simulation import simulate_run
 
 
 class Along(NamedTuple):
-    """Waves along one vessel: place 0 is its inlet, the last its outlet.
-
-    Attributes
-    ----------
-    position : float array, shape (place,)
-        cm from the inlet.
-    area, flow, pressure : float array, shape (time, place)
-        cm², ml/s, mmHg.
-    """
+    """Waves along one vessel: place 0 is its inlet, the last its outlet."""
 
     position: np.ndarray
+    """cm from the inlet. Shape (place,)."""
     area: np.ndarray
     flow: np.ndarray
     pressure: np.ndarray
+    """cm², ml/s, mmHg. Shape (time, place)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import note_kind, warn
 from vasowave.base.io.textfile import regular_file
 from vasowave.base.units import MMHG
-from vasowave.pulse.cycle.cycle import Inflow, resample
+from vasowave.pulse.cycle.cycle import Inflow
 from vasowave.pulse.model.blood import Blood, Poiseuille
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.outlets import Bed, Resistance, Windkessel
@@ -17,7 +17,7 @@ from vasowave.pulse.model.walls import LinearWall
 from vasowave.pulse.network.network import Network
 from vasowave.pulse.network.vessel_table import network_of
 from vasowave.pulse.network_formats.svzerod import number_of, read_svzerod_config, svzerod_columns
-from vasowave.study.exchange.openbf_reading import even_cycle
+from vasowave.study.exchange.openbf_reading import even_cycle, joined_inflow
 
 LUMPED = note_kind(
     "svzerod.lumped",
@@ -133,10 +133,4 @@ def _inflow(path: Path, ends: list[tuple[str, str, dict]]) -> Inflow:
         except (ValueError, TypeError, OverflowError):
             raise InputError(f"{place}: t and Q must be numbers, as many of one as of the other") from None
         cycles.append(even_cycle(place, time, flow))
-    periods = [period for _, period in cycles]
-    if min(periods) != max(periods):
-        raise InputError(f"{path}: the inlets' periods differ ({min(periods):g} to {max(periods):g} s)")
-    if len(cycles) == 1:
-        return Inflow(*cycles[0])
-    count = max(len(flow) for flow, _ in cycles)
-    return Inflow(np.column_stack([resample(flow, count) for flow, _ in cycles]), periods[0])
+    return joined_inflow(path, cycles)

@@ -44,20 +44,14 @@ _FITTED_RESPONSES = {"fit.lag", "fit.inertia"}
 
 
 class FitPanel(NamedTuple):
-    """A panel of a fit.
-
-    Attributes
-    ----------
-    draw : callable
-        Draws a result into axes, in a color, with laws told by its shades or by dashes alone.
-    title, figure, caption : str
-        What the workbench calls it; name and caption of its figure in the report, empty where that has none.
-    """
+    """A panel of a fit."""
 
     draw: "Draw"
+    """Draws a result into axes, in a color, with laws told by its shades or by dashes alone."""
     title: str
     figure: str = ""
     caption: str = ""
+    """What the workbench calls it; name and caption of its figure in the report, empty where that has none."""
 
 
 PANELS: dict[str, FitPanel] = {}

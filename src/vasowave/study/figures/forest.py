@@ -69,31 +69,21 @@ class Dot(NamedTuple):
 
 
 class ForestRow(NamedTuple):
-    """One row of a forest plot.
-
-    Attributes
-    ----------
-    heading : str
-        What the row is about, in lines that fit; written above the first row of several.
-    label : str
-        Name of the quantity.
-    effect, aside : str
-        Written at the right: the effect in numbers, and what is said of it.
-    point : Point
-        Drawn large.
-    further_points : sequence of Point
-        The same by other sources, drawn small below it.
-    dots : sequence of Dot
-        Drawn below these, each group in lanes of its own.
-    """
+    """One row of a forest plot."""
 
     heading: str
+    """What the row is about, in lines that fit; written above the first row of several."""
     label: str
+    """Name of the quantity."""
     effect: str
     aside: str
+    """Written at the right: the effect in numbers, and what is said of it."""
     point: Point
+    """Drawn large."""
     further_points: Sequence[Point] = ()
+    """The same by other sources, drawn small below it."""
     dots: Sequence[Dot] = ()
+    """Drawn below these, each group in lanes of its own."""
 
 
 def forest_figure(

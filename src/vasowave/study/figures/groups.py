@@ -10,7 +10,7 @@ from vasowave.base.descriptions import ROUNDING
 from vasowave.base.errors import InputError
 from vasowave.study.animal.reading import from_foot
 from vasowave.study.animal.result import AnimalResult
-from vasowave.study.cohort.comparison import GroupMean
+from vasowave.study.cohort.pooling import Interval
 from vasowave.study.figures.matplotlib_style import (
     DATA,
     FAINT,
@@ -42,7 +42,7 @@ _LINE = 2.6  # letters side by side that one upright line takes
 class _Additions:
     """What `plot_groups` draws and writes besides the animals."""
 
-    means: Mapping[tuple[str, str], GroupMean] | None = None
+    means: Mapping[tuple[str, str], Interval] | None = None
     annotations: Mapping[str, str] | None = None
     named: bool = True
 
@@ -70,7 +70,7 @@ def plot_groups(
         Of the axis, if not the name of the column.
     groups, sources : mapping, optional
         How they look, where one figure holds several panels.
-    means : mapping of (str, str) to GroupMean, optional
+    means : mapping of (str, str) to Interval, optional
         Of group and source.
     annotations : mapping of str to str, optional
         Words above a group, its p.
@@ -200,7 +200,7 @@ def plot_mean_impedance(ax: "Axes", results: "Sequence[AnimalResult]", quantity:
 
 def _animals(
     ax: "Axes", position: float, rows: "pd.DataFrame", quantity: str, group_look: GroupLook, source: SourceLook,
-    mean: GroupMean | None,
+    mean: Interval | None,
 ) -> None:  # fmt: skip
     x = rows[quantity].to_numpy(dtype=float)
     # Animals side by side in order of rank, so that equal values stay visible.
@@ -218,7 +218,7 @@ def _animals(
         plot_mean(ax, position + 0.24, mean)
 
 
-def plot_mean(ax: "Axes", position: float, mean: GroupMean) -> None:
+def plot_mean(ax: "Axes", position: float, mean: Interval) -> None:
     """Draw a mean with its interval, where one is known."""
     reach = [[mean.value - mean.low], [mean.high - mean.value]]
     interval = None if np.isnan(mean.low) else reach
@@ -239,7 +239,7 @@ def plot_cells(
     quantity: str,
     label: str,
     looks: tuple[Mapping[str, GroupLook], Mapping[str, SourceLook]],
-    means: Mapping[tuple[str, str], GroupMean],
+    means: Mapping[tuple[str, str], Interval],
     room: int = 26,
 ) -> "Axes":
     """Draw a point per recording, the levels of a group side by side, and beside them each cell's mean.
@@ -253,7 +253,7 @@ def plot_cells(
         Name of a column, and of the axis.
     looks : tuple of mapping
         How groups and sources look.
-    means : mapping of (str, str) to GroupMean
+    means : mapping of (str, str) to Interval
         Of cell and source.
     room : int
         Letters that fit below the panel side by side; where levels need more they stand upright.

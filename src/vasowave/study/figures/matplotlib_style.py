@@ -60,27 +60,18 @@ _SETTINGS: dict[Any, Any] = {
 
 
 class SourceLook(NamedTuple):
-    """The look of what comes from one source: measured, or a wall law.
-
-    Attributes
-    ----------
-    dash : object
-        Line style of matplotlib.
-    shade : float
-        How much darker than the group's color, as a share of the way to black.
-    marker, hatch : str
-    filled : bool
-        Whether markers are.
-    short : str
-        Name where room is scarce.
-    """
+    """The look of what comes from one source: measured, or a wall law."""
 
     dash: Any
+    """Line style of matplotlib."""
     shade: float
+    """How much darker than the group's color, as a share of the way to black."""
     marker: str
     hatch: str
     filled: bool
+    """Whether markers are."""
     short: str
+    """Name where room is scarce."""
 
 
 _SOURCES = {

@@ -5,7 +5,9 @@ from vasowave.study.report.blocks import SUPPLEMENT as SUPPLEMENT
 from vasowave.study.report.blocks import Answers as Answers
 from vasowave.study.report.blocks import Drawing as Drawing
 from vasowave.study.report.blocks import Fold as Fold
+from vasowave.study.report.blocks import Notice as Notice
 from vasowave.study.report.blocks import Paragraph as Paragraph
+from vasowave.study.report.blocks import Remarks as Remarks
 from vasowave.study.report.blocks import Report as Report
 from vasowave.study.report.blocks import Section as Section
 from vasowave.study.report.blocks import SideBySide as SideBySide

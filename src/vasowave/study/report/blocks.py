@@ -24,7 +24,6 @@ class Paragraph:
     """One paragraph of text."""
 
     text: str
-    kind: str = "paragraph"
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,6 @@ class Heading:
     """A heading below that of the section."""
 
     text: str
-    kind: str = "heading"
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,6 @@ class Bullets:
     """A list of sentences."""
 
     items: Sequence[str]
-    kind: str = "bullets"
 
 
 @dataclass(frozen=True)
@@ -48,7 +45,6 @@ class Answers:
     """Questions, each with its answer in one sentence or two."""
 
     items: Sequence[tuple[str, str]]
-    kind: str = "answers"
 
 
 @dataclass(frozen=True)
@@ -57,7 +53,6 @@ class Notice:
 
     title: str
     items: Sequence[str]
-    kind: str = "notice"
 
 
 @dataclass(frozen=True)
@@ -66,33 +61,21 @@ class Remarks:
 
     title: str
     items: Sequence[str]
-    kind: str = "remarks"
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A table of text cells; the first column names the rows.
-
-    Attributes
-    ----------
-    name : str
-        Of its files; empty for a table that gets none.
-    caption : str
-    header : tuple of str
-    rows : list of tuple of str
-    note : str
-        What marks and abbreviations mean.
-    data : DataFrame, optional
-        The same in full precision, units in the column names.
-    """
+    """A table of text cells; the first column names the rows."""
 
     name: str
+    """Of its files; empty for a table that gets none."""
     caption: str
     header: Row
     rows: Sequence[Row]
     note: str = ""
+    """What marks and abbreviations mean."""
     data: pd.DataFrame | None = None
-    kind: str = "table"
+    """The same in full precision, units in the column names."""
 
     @classmethod
     def from_frame(cls, name: str, caption: str, data: pd.DataFrame, note: str = "", digits: int = 3) -> "Table":
@@ -117,7 +100,6 @@ class Drawing:
     caption: str
     figure: "Figure | Callable[[], Figure]"
     narrow: "Figure | None" = None
-    kind: str = "drawing"
 
     @cached_property
     def svg(self) -> str:
@@ -150,19 +132,12 @@ def size_of(text: str) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class RotatingView:
-    """Networks that a page turns in space, where scripts run; paper and a page without scripts have their figures.
-
-    Attributes
-    ----------
-    name, caption : str
-    data : dict
-        What ``space.js`` draws, as JSON writes it.
-    """
+    """Networks that a page turns in space, where scripts run; paper and a page without scripts have their figures."""
 
     name: str
     caption: str
     data: dict[str, Any]
-    kind: str = "space"
+    """What ``space.js`` draws, as JSON writes it."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +146,6 @@ class Fold:
 
     title: str
     blocks: Sequence["Block"]
-    kind: str = "fold"
 
 
 @dataclass(frozen=True)
@@ -179,7 +153,6 @@ class OnScreen:
     """Blocks that a page shows and paper leaves out; they are the page's alone, or files hold the same."""
 
     blocks: Sequence["Block"]
-    kind: str = "screen"
 
 
 @dataclass(frozen=True)
@@ -188,7 +161,6 @@ class SideBySide:
 
     left: Sequence["Block"]
     right: Sequence["Block"]
-    kind: str = "columns"
 
     @property
     def blocks(self) -> Sequence["Block"]:
@@ -223,34 +195,22 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """A whole document.
-
-    Attributes
-    ----------
-    name : str
-        Of its files, and of the template of its page.
-    title, subtitle : str
-    synthetic : str
-        In words what was not measured, empty if all was.
-    sections : sequence of Section
-    provenance : dict of str to str
-    records : dict of str to DataFrame
-        Tables that become files only.
-    glossary : dict of str to str
-        Symbol to meaning.
-    animals : mapping of str to str
-        Of every recording by name the animal that it is of, which a reader may pick.
-    """
+    """A whole document."""
 
     name: str
+    """Of its files, and of the template of its page."""
     title: str
     subtitle: str
     synthetic: str
+    """In words what was not measured, empty if all was."""
     sections: Sequence[Section]
     provenance: dict[str, str] = field(default_factory=dict)
     records: dict[str, pd.DataFrame] = field(default_factory=dict)
+    """Tables that become files only."""
     glossary: dict[str, str] = field(default_factory=dict)
+    """Symbol to meaning."""
     animals: Mapping[str, str] = field(default_factory=dict)
+    """Of every recording by name the animal that it is of, which a reader may pick."""
 
     def tables(self) -> list[Table]:
         """Return all tables that have files."""

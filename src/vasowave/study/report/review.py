@@ -31,18 +31,12 @@ _MOST_POINTS = 40  # of a vessel in the page's view
 
 
 class Proposals(NamedTuple):
-    """Edits that are proposed; none is made unless a person takes it up.
-
-    Attributes
-    ----------
-    edits : list of str
-        Lines of a file of edits, each a comment: why, then the edit.
-    outlets : float array, shape (outlet, 3)
-        Ends that only the second tree of the lumen has, z, y, x, cm, in the world.
-    """
+    """Edits that are proposed; none is made unless a person takes it up."""
 
     edits: list[str]
+    """Lines of a file of edits, each a comment: why, then the edit."""
     outlets: np.ndarray
+    """Ends that only the second tree of the lumen has, z, y, x, cm, in the world. Shape (outlet, 3)."""
 
 
 def proposals(extraction: Extraction) -> Proposals:

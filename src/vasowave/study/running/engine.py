@@ -27,21 +27,14 @@ _DEATH_TEXT = (
 
 @dataclass(frozen=True)
 class Job:
-    """One piece to compute: `function(*arguments)` must be picklable.
-
-    Attributes
-    ----------
-    name : str
-        What messages call it.
-    key : str
-        Stands for everything that enters.
-    load : callable
-        Returns the arguments; called here, just before the piece is handed to a worker.
-    """
+    """One piece to compute: `function(*arguments)` must be picklable."""
 
     name: str
+    """What messages call it."""
     key: str
+    """Stands for everything that enters."""
     load: Callable[[], tuple[Any, ...]]
+    """Returns the arguments; called here, just before the piece is handed to a worker."""
 
 
 @dataclass(frozen=True)

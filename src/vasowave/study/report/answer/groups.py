@@ -42,21 +42,14 @@ THE_ANSWER = "The answer"
 
 
 class StudyAnswer(NamedTuple):
-    """The answer to the question of a study.
-
-    Attributes
-    ----------
-    first : sequence of str
-        Who differs how, a sentence or two for each effect.
-    questions : sequence of (str, str)
-        Each question with the numbers of its effects.
-    sureness : sequence of str
-        What limits the p and intervals.
-    """
+    """The answer to the question of a study."""
 
     first: list[str]
+    """Who differs how, a sentence or two for each effect."""
     questions: list[tuple[str, str]]
+    """Each question with the numbers of its effects."""
     sureness: list[str]
+    """What limits the p and intervals."""
 
     def items(self, rests_on: Sequence[str] = (), sure: Sequence[str] = ()) -> list[tuple[str, str]]:
         """Return questions with their answers, the whole first; with what all rests on, and more of how sure it is."""

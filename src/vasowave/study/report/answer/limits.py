@@ -1,4 +1,4 @@
-"""The limits of the answer: geometry that animals share, what data leave open, the error of the model itself."""
+"""What the answer rests on, and its limits: images that animals share, errors, what data leave open."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -8,8 +8,12 @@ import numpy as np
 from vasowave.pulse.inference.known_errors import kinds
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
+from vasowave.study.cohort.effects import Effect, GroupEffect, grouped
+from vasowave.study.cohort.primary import Primary
+from vasowave.study.report.answer.effects import Called, EffectVerdict, labels, standing
 from vasowave.study.report.wording import OF_FLOW, listed, number
 
+_SOURCES = {"usual": "a usual value; the study gives none", "lab": "stated", "imaged": "by the lungs imaged"}
 _TIMING = {"pressure_lag", "pressure_inertia", "flow_lag", "flow_delay"}
 """Errors that move one signal against the other."""
 
@@ -172,3 +176,48 @@ def _held(cohort: Cohort, written: Mapping[str, str]) -> list[str]:
     if stopped:
         sentences.append(f"Stopped at a bound of the search: {listed(stopped)}; there the number is the bound's.")
     return sentences
+
+
+def basis(cohort: Cohort, primary: Primary, called: Called) -> list[str]:
+    """Return sentences on the images and errors behind the answer, and on the lungs that would change it."""
+    if not primary.law or not primary.effects:
+        return []
+    images = shared_images(cohort)
+    lungs = [*_lungs(primary), *_tipping(primary.effects, called)] if images else []
+    drawn = any(effect.origin == "posterior" for effect in primary.effects)
+    return [*images, *assumed_errors(cohort.results, drawn), *lungs, *_without_image(primary.effects)]
+
+
+def _lungs(primary: Primary) -> list[str]:
+    """Say how much lungs of one group are taken to differ."""
+    if primary.lungs is None:
+        return []
+    share, source = number(100 * primary.lungs.sd, 2), _SOURCES[primary.lungs.source]
+    return [f"Radii are taken to differ by {share} % between lungs of one group (SD; {source})."]
+
+
+def _tipping(effects: Sequence[Effect], called: Called) -> list[str]:
+    """Say which effects other lungs would hide, and which would be shown if lungs differed less."""
+    several = len(labels(effects)) > 1
+    tipped = [effect for effect in effects if isinstance(effect, GroupEffect) and 0 < effect.tipping_lung_sd < np.inf]
+    effects_by_standing = grouped(tipped, standing)
+
+    def named(effect: GroupEffect) -> str:
+        share = f"{number(100 * effect.tipping_lung_sd, 2)} %"
+        side = "above" if standing(effect) == EffectVerdict.SHOWN else "below"
+        return f"{called(effect.quantity)} ({f'{effect.contrast}, ' if several else ''}{side} {share})"
+
+    texts = {
+        EffectVerdict.SHOWN: "If they differ more, effects are no longer shown: {}.",
+        EffectVerdict.OPEN: "If they differ less, which more imaged lungs of a group would tell, more are shown: {}.",
+    }
+    return [
+        text.format(listed([named(effect) for effect in effects_by_standing[verdict]]))
+        for verdict, text in texts.items() if verdict in effects_by_standing
+    ]  # fmt: skip
+
+
+def _without_image(effects: Sequence[Effect]) -> list[str]:
+    """Say that measured quantities do not depend on images."""
+    measured = any(effect.source == "measured" for effect in effects)
+    return ["No image is behind numbers that are measured."] if measured else []

@@ -26,17 +26,11 @@ def unmarked(effect: Effect) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Marks:
-    """What stands behind the numbers of a law of a cohort, and what that means.
-
-    Attributes
-    ----------
-    cohort : Cohort
-    law : str
-        The law whose numbers are shown; empty where nothing was fitted.
-    """
+    """What stands behind the numbers of a law of a cohort, and what that means."""
 
     cohort: Cohort
     law: str
+    """The law whose numbers are shown; empty where nothing was fitted."""
 
     def of_effect(self, effect: Effect) -> str:
         """Return the marks of an effect: those of the animals on both of its sides."""

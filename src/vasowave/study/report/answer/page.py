@@ -15,13 +15,12 @@ from vasowave.study.figures.forest import NARROW, WIDE, forest_figure
 from vasowave.study.figures.matplotlib_style import group_looks, short, source_looks
 from vasowave.study.figures.overview import impedances_figure, tree_figure, waveforms_figure
 from vasowave.study.report.answer.animal import animal_answers
-from vasowave.study.report.answer.basis import basis
 from vasowave.study.report.answer.comparison import groups_figure
 from vasowave.study.report.answer.design import design_answer
 from vasowave.study.report.answer.effects import Called
 from vasowave.study.report.answer.forest import animal_rows
 from vasowave.study.report.answer.groups import THE_ANSWER, doubts_text, group_answer, not_told, sensitivity, tested
-from vasowave.study.report.answer.limits import model_limits, no_wedge, shared_images
+from vasowave.study.report.answer.limits import basis, model_limits, no_wedge, shared_images
 from vasowave.study.report.answer.marks import Marks
 from vasowave.study.report.answer.problem_list import overstrained, problem_blocks
 from vasowave.study.report.answer.walls import wall_answer

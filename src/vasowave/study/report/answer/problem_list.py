@@ -102,18 +102,21 @@ def problem_blocks(cohort: Cohort, primary: Primary) -> list[Block]:
     sentences = problems(cohort, primary)
     warned = {result.name: result.looks for result in cohort.results}
     looks = _looks(warned)
-    blocks: list[Block] = [Notice("Problems", sentences)] if sentences else []
-    blocks += [Notice("Recordings to look at", looks)] if looks else []
     unused = [
         str(finding) for finding in unused_columns(cohort.variables, cohort.design, cohort.members, list(cohort.groups))
     ]
-    blocks += [Notice("Animals to look at", unused)] if unused else []
     doubted = _doubted_posteriors(cohort, primary.law)
     doubts = _looks(doubted)
-    blocks += [Notice(f"Posteriors to look at ({primary.law} wall)", doubts)] if doubts else []
+    notices = {
+        "Problems": sentences,
+        "Recordings to look at": looks,
+        "Animals to look at": unused,
+        f"Posteriors to look at ({primary.law} wall)": doubts,
+    }
+    blocks = [Notice(title, items) for title, items in notices.items() if items]
     count = sum(finding not in result.looks for result in cohort.results for finding in result.findings)
     count -= sum(map(len, doubted.values()))
-    none = [] if sentences or looks or doubts or unused else [_none(cohort, primary.law)]
+    none = [] if blocks else [_none(cohort, primary.law)]
     notes = [f"{count} routine notes stand with the animals in the supplement."] if count else []
     return [*blocks, *([Remarks("Checks", [*none, *notes])] if none or notes else [])]
 

@@ -1,9 +1,11 @@
 """The cells of a cohort's tables: symbols, mean ± SD, intervals, ranges."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
@@ -59,12 +61,12 @@ def median_iqr(row: pd.Series) -> str:
     """Return median and quartiles of a row of `describe`; of one animal its value."""
     if not np.isfinite(row["SD"]):
         return number(row["median"])
-    return with_interval(*(float(row[label]) for label in ("median", "Q1", "Q3")))
+    return interval(row, "median", "Q1", "Q3")
 
 
-def interval(row: pd.Series, center: str, name: str) -> str:
-    """Return an estimate with its interval from a row of `contrasts`."""
-    return with_interval(*(float(row[label]) for label in (center, f"{name} low", f"{name} high")))
+def interval(row: Mapping[str, Any] | pd.Series | xr.Dataset, value: str, low: str, high: str) -> str:
+    """Return a number with its interval from a row that has them by these names."""
+    return with_interval(float(row[value]), float(row[low]), float(row[high]))
 
 
 def span(values: np.ndarray, digits: int = 3) -> str:

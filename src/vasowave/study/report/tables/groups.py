@@ -189,7 +189,9 @@ def contrasts(comparison: SourceComparison, source: str, written: dict[str, str]
     cells = []
     for _, row in data.iterrows():
         between = (f"{row['other']} / {row['reference']}",) if several else ()
-        intervals = (interval(row, "ratio", "ratio"), interval(row, "Hedges g", "g"))
+        intervals = (
+            interval(row, "ratio", "ratio low", "ratio high"), interval(row, "Hedges g", "g low", "g high"),
+        )  # fmt: skip
         cells.append((with_unit(row["quantity"], written), *between, number(row["eta"], 2), *intervals,
                       number(row["p"], 2), number(row["p Holm"], 2)))  # fmt: skip
     subject = "every pair of groups" if several else f"{pair['other']} against {pair['reference']}"

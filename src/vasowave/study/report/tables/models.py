@@ -18,8 +18,8 @@ from vasowave.study.cohort.votes import DECISIVE_AICC_DIFFERENCE, MAX_RESIDUAL_R
 from vasowave.study.cohort.walls import evidences
 from vasowave.study.figures.modeled import sites_of
 from vasowave.study.report.blocks import Table
-from vasowave.study.report.tables.cells import animal_cells, mean_sd, span, symbols, with_unit
-from vasowave.study.report.wording import Row, column_label, number, with_interval
+from vasowave.study.report.tables.cells import animal_cells, interval, mean_sd, span, symbols, with_unit
+from vasowave.study.report.wording import Row, column_label, number
 
 MARKS = (
     f"{AT_BOUND} at a bound of its search; {OPEN} not determined by the data (the ends of its 95 % interval differ by "
@@ -177,7 +177,7 @@ def sites_table(cohort: Cohort) -> Table:
                     float(site_data["misfit"]),
                 )
                 intervals = [
-                    _site_interval(site_data.sel(quantity=quantity), condition)
+                    interval(site_data.sel(quantity=quantity), *(f"{end}{condition}" for end in _ENDS))
                     for quantity in _TOLD
                     for condition in ("", "_without")
                 ]
@@ -212,11 +212,6 @@ def _site_row(data: xr.Dataset, units: Mapping[str, str]) -> dict[str, object]:
     return {"quantity": name, "unit": units[name], **interval_ends}
 
 
-def _site_interval(data: xr.Dataset, suffix: str) -> str:
-    value, low, high = (float(data[f"{end}{suffix}"]) for end in _ENDS)
-    return with_interval(value, low, high)
-
-
 def selection_table(cohort: Cohort) -> Table:
     """AICc and BIC of the wall laws under every noise model, for every animal, likeliest noise model first."""
     pairs = zip(cohort.ballots, cohort.compared, strict=True)
@@ -235,14 +230,10 @@ def preference_table(cohort: Cohort, law: str) -> Table:
     for covariance in dict.fromkeys(name for ballots in cohort.ballots for name in ballots.table["covariance"]):
         tables.append(differences(cohort.ballots, law, covariance=str(covariance)).assign(noise=str(covariance)))
     data = pd.concat([table for table in tables if len(table)] or tables[:1], ignore_index=True)
-
-    def size(row: pd.Series, name: str, low: str, high: str) -> str:
-        return with_interval(float(row[name]), float(row[low]), float(row[high]))
-
     cells = [
-        (str(row["wall"]), str(row["noise"]), str(row["n"]), size(row, "mean", "low", "high"), number(row["price"], 2),
-         size(row, "residuals", "residuals low", "residuals high"), number(row["residuals SD"], 2),
-         str(row["speaks for"]) or "open")
+        (str(row["wall"]), str(row["noise"]), str(row["n"]), interval(row, "mean", "low", "high"),
+         number(row["price"], 2), interval(row, "residuals", "residuals low", "residuals high"),
+         number(row["residuals SD"], 2), str(row["speaks for"]) or "open")
         for _, row in data.iterrows()
     ]  # fmt: skip
     header = ("wall", "noise model", "animals", f"AICc minus that of the {law} wall, per animal [95 %]",
