@@ -43,7 +43,8 @@ def elsewhere(place: Path) -> tuple[list[str], dict[str, str]]:
     for folder in (home, files, bytecode, cache):
         folder.mkdir()
     home.chmod(0o555)
-    more = {"HOME": str(home), "TMPDIR": str(files), "PYTHONPYCACHEPREFIX": str(bytecode), "XDG_CACHE_HOME": str(cache)}
+    more = {"HOME": str(home), "TMPDIR": str(files), "PYTHONPYCACHEPREFIX": str(bytecode), "XDG_CACHE_HOME": str(cache),
+            "HYPOTHESIS_STORAGE_DIRECTORY": str(files / "hypothesis")}  # fmt: skip
     compiled = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vasowave"
     if compiled.is_dir():  # by the same source, so that nothing is compiled twice
         shutil.copytree(compiled, cache / compiled.name)
