@@ -24,7 +24,7 @@ def pytest_collection_modifyitems(items):
     """Mark what is `fast`: all but validation, weekly and the files and tests that `slow.txt` names.
 
     Where `VASOWAVE_SHARE` is "3/20", keep the tests of a twentieth of the files, files and tests in random order; where
-    it is "first", the first fast test of each folder.
+    it is "first", the first fast test of each file.
     """
     slow = set((Path(__file__).parent / "slow.txt").read_text(encoding="utf-8").split("\n"))
     for item in items:
@@ -33,7 +33,7 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.fast)
     share = os.environ.get("VASOWAVE_SHARE", "")
     if share == "first":
-        items[:] = {item.path.parent: item for item in reversed(items) if item.get_closest_marker("fast")}.values()
+        items[:] = {item.path: item for item in reversed(items) if item.get_closest_marker("fast")}.values()
     elif share:
         number, count = map(int, share.split("/"))
         items[:] = [item for item in items if crc32(item.path.name.encode()) % count == number]

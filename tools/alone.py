@@ -1,6 +1,6 @@
 """Try each part alone: copy it with what it stands on, run the example of its README and tests of it there.
 
-uv run python tools/alone.py              every part, one after the other: the first quick test of each folder
+uv run python tools/alone.py              every part, one after the other: the first quick test of each file
 uv run python tools/alone.py pulse        one of them
 uv run python tools/alone.py pulse -m "not validation"      its tests with options of pytest
 
@@ -26,7 +26,7 @@ BELOW = {
     "study": ("base", "pulse", "catheter", "lung", "cli", "__main__.py"),
 }
 """What stands below a part; the study brings its commands. The workbench stands on all, so that all tests try it."""
-SELECTION, FIRST_OF_EACH_FOLDER = ["-m", "fast", "-n", "0"], {"VASOWAVE_SHARE": "first"}
+SELECTION, FIRST_OF_EACH_FILE = ["-m", "fast", "-n", "0"], {"VASOWAVE_SHARE": "first"}
 
 
 def copied(part: str, folder: Path) -> Path:
@@ -55,19 +55,11 @@ def tried(part: str, options: list[str]) -> tuple[int, str]:
     with tempfile.TemporaryDirectory() as place:
         folder = copied(part, Path(place) / "project")
         (Path(place) / "shared").symlink_to(ROOT.parent / "shared")
-        environment = os.environ | {"PYTHONPATH": str(folder / "src")} | ({} if options else FIRST_OF_EACH_FOLDER)
+        environment = os.environ | {"PYTHONPATH": str(folder / "src")} | ({} if options else FIRST_OF_EACH_FILE)
         work = folder / "work"
         work.mkdir()
-        tests = [
-            "-m",
-            "pytest",
-            "-q",
-            "--no-header",
-            "-p",
-            "no:cacheprovider",
-            f"tests/{part}",
-            *(options or SELECTION),
-        ]
+        pytest = ["-m", "pytest", "-q", "--no-header", "-p", "no:cacheprovider"]
+        tests = [*pytest, f"tests/{part}", *(options or SELECTION)]
         shown = f"== {part}\n"
         for command, where in ((["-c", example(part)], work), (tests, folder)):
             run = subprocess.run([sys.executable, *command], cwd=where, env=environment, check=False, text=True,
