@@ -1,4 +1,4 @@
-"""Faults that all vessels of an image share: walls, kernels, filters, what outshines the agent, holders, wrong units."""
+"""Faults that all vessels of an image share: walls, kernels, filters, calcified walls, holders, wrong units."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,6 @@ from vasowave.lung.read.volume import Volume
 from vasowave.lung.tree import Line, Tree
 from vasowave.lung.witness.doubts import Grade
 from vasowave.lung.witness.faults import fault_doubts
-from vasowave.lung.witness.witness import SHATTER
 from vasowave.pulse.inference.known_errors import KnownErrors
 from vasowave.pulse.network.network import Network
 
@@ -133,19 +132,7 @@ def test_where_the_largest_piece_does_not_branch_the_tree_is_taken():
 def test_the_first_look_says_by_what_factor_the_voxels_are_wrong():
     z, y, x = np.indices((60, 40, 40))
     grey = np.random.default_rng(0).normal(20, 5, z.shape) + 100 * (np.hypot(y - 20, x - 20) < 5)
-    right, wrong = (
-        lung.look(Volume(grey, (spacing,) * 3, (0, 0, 0)), cannula=0) for spacing in (0.008, 0.04)
-    )
+    right, wrong = (lung.look(Volume(grey, (spacing,) * 3, (0, 0, 0)), cannula=0) for spacing in (0.008, 0.04))
     assert "image.unlike-species" not in [finding.code for finding in right.findings]
     (finding,) = (finding for finding in wrong.findings if finding.code == "image.unlike-species")
     assert "by a factor of" in str(finding)
-
-
-def test_stumps_of_a_pruned_tree_are_no_ridges():
-    from dataclasses import replace
-
-    from test_witness import comb, said_of
-
-    measured = comb(9)
-    stumps = replace(measured, reliable=np.arange(10) < 1)  # the stem is well measured, and its daughters are short
-    assert said_of(SHATTER.code, stumps) == []
