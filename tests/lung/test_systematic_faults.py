@@ -4,16 +4,12 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from vasowave import lung
-from vasowave.base.errors import VasowaveWarning
-from vasowave.lung.lumen.segmentation import segment
-from vasowave.lung.measure.measurement import measured_in
-from vasowave.lung.read.volume import Volume
-from vasowave.lung.tree import Line, Tree
-from vasowave.lung.witness.doubts import Grade
-from vasowave.lung.witness.faults import fault_doubts
-from vasowave.pulse.inference.known_errors import KnownErrors
-from vasowave.pulse.network.network import Network
+from vasowave import KnownErrors, Network, lung
+from vasowave.base import VasowaveWarning
+from vasowave.lung import Line, Tree, Volume
+from vasowave.lung.lumen import segment
+from vasowave.lung.measure import measured_in
+from vasowave.lung.witness import Grade, fault_doubts
 
 VOXEL, SIZE = 0.002, np.array([64, 56, 56])
 RADII = 7.0, 4.0  # voxels
@@ -66,7 +62,7 @@ def off(measured):
     return measured.network.radius / (VOXEL * np.array(RADII)) - 1
 
 
-pytestmark = pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::vasowave.base.VasowaveWarning")
 
 
 def test_vessels_without_walls_have_no_fault_and_their_radii():
