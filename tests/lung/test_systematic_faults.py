@@ -1,20 +1,15 @@
-"""Faults that all vessels of an image share: walls, kernels, filters, what outshines the agent, holders, wrong units."""
+"""Faults that all vessels of an image share: walls, kernels, filters, calcified walls, holders, wrong units."""
 
 import numpy as np
 import pytest
 from scipy import ndimage
 
-from vasowave import lung
-from vasowave.base.errors import VasowaveWarning
-from vasowave.lung.lumen.segmentation import segment
-from vasowave.lung.measure.measurement import measured_in
-from vasowave.lung.read.volume import Volume
-from vasowave.lung.tree import Line, Tree
-from vasowave.lung.witness.doubts import Grade
-from vasowave.lung.witness.faults import fault_doubts
-from vasowave.lung.witness.witness import SHATTER
-from vasowave.pulse.inference.known_errors import KnownErrors
-from vasowave.pulse.network.network import Network
+from vasowave import KnownErrors, Network, lung
+from vasowave.base import VasowaveWarning
+from vasowave.lung import Line, Tree, Volume
+from vasowave.lung.lumen import segment
+from vasowave.lung.measure import measured_in
+from vasowave.lung.witness import Grade, fault_doubts
 
 VOXEL, SIZE = 0.002, np.array([64, 56, 56])
 RADII = 7.0, 4.0  # voxels
@@ -67,7 +62,7 @@ def off(measured):
     return measured.network.radius / (VOXEL * np.array(RADII)) - 1
 
 
-pytestmark = pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::vasowave.base.VasowaveWarning")
 
 
 def test_vessels_without_walls_have_no_fault_and_their_radii():
@@ -133,19 +128,7 @@ def test_where_the_largest_piece_does_not_branch_the_tree_is_taken():
 def test_the_first_look_says_by_what_factor_the_voxels_are_wrong():
     z, y, x = np.indices((60, 40, 40))
     grey = np.random.default_rng(0).normal(20, 5, z.shape) + 100 * (np.hypot(y - 20, x - 20) < 5)
-    right, wrong = (
-        lung.look(Volume(grey, (spacing,) * 3, (0, 0, 0)), cannula=0) for spacing in (0.008, 0.04)
-    )
+    right, wrong = (lung.look(Volume(grey, (spacing,) * 3, (0, 0, 0)), cannula=0) for spacing in (0.008, 0.04))
     assert "image.unlike-species" not in [finding.code for finding in right.findings]
     (finding,) = (finding for finding in wrong.findings if finding.code == "image.unlike-species")
     assert "by a factor of" in str(finding)
-
-
-def test_stumps_of_a_pruned_tree_are_no_ridges():
-    from dataclasses import replace
-
-    from test_witness import comb, said_of
-
-    measured = comb(9)
-    stumps = replace(measured, reliable=np.arange(10) < 1)  # the stem is well measured, and its daughters are short
-    assert said_of(SHATTER.code, stumps) == []

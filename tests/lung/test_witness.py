@@ -285,6 +285,11 @@ def test_a_tree_most_of_whose_vessels_cannot_be_measured_is_doubted_as_a_whole()
     assert len(doubt.vessels) == 6
 
 
+def test_stumps_of_a_pruned_tree_are_no_ridges():
+    stumps = replace(comb(9), reliable=np.arange(10) < 1)  # the stem is well measured, its daughters are short
+    assert said_of("witness.shattered", stumps) == []
+
+
 def test_a_vessel_is_called_cut_only_where_the_lumen_reaches_the_border(seen):
     _, tree, lumen = seen
     assert said_of("witness.cut", sure(tree), lumen) == []

@@ -254,7 +254,8 @@ def _wrong_size(shown: "_First", volume: Volume, options: Options, ends: tuple[E
     if shown.measured is None:
         if not ends:
             return ""
-        network = Network(("widest end",), [-1], [ends[0].radius], [ends[0].radius])
+        size = np.array([ends[0].radius])
+        network = Network(("widest end",), [-1], size, size)
         return wrong_size(network, 1.0, 0.0, options.species)
     scale = 1.0
     if shown.cannula is not None and options.cannula:

@@ -166,6 +166,21 @@ def test_without_a_root_and_a_cannula_the_command_names_the_ends_one_could_mean(
     assert not (tmp_path / "out").exists()
 
 
+def test_edits_in_the_folder_are_applied_told_and_stand_first_in_the_pages_box(extracted, scan, tmp_path):
+    folder, embedding, _ = scan
+    shutil.copytree(extracted[0], tmp_path / "out")
+    middle = embedding.lines[4][2 * len(embedding.lines[4]) // 3]
+    edit = f"remove {middle[2]} {middle[1]} {middle[0]}"
+    (tmp_path / "out" / "edits.txt").write_text(edit + "\n")
+    arguments = [folder / "dicom", "-o", tmp_path / "out", "--root", root_of(embedding), *outlets_of(embedding)]
+    result, notes = run(*arguments)
+    assert result.exit_code == 0, repr(result.exception)
+    assert any("1 edit(s) of" in note for note in notes), notes
+    assert len(read_network(tmp_path / "out" / "network.csv")) == 3
+    box = (tmp_path / "out" / "review.html").read_text(encoding="utf-8").split('<textarea id="edits"')[1]
+    assert box.split(">", 1)[1].startswith(f"{edit}\nunit cm\n")
+
+
 def test_a_second_run_replaces_the_first_and_leaves_the_users_own_files(extracted, scan, tmp_path):
     folder, embedding, _ = scan
     shutil.copytree(extracted[0], tmp_path / "out")

@@ -14,6 +14,7 @@ from vasowave.lung.measure.grey_levels import grey_scale as grey_scale
 from vasowave.lung.measure.measurement import RELIABLE as RELIABLE
 from vasowave.lung.measure.measurement import filled_at as filled_at
 from vasowave.lung.measure.measurement import measured_alone as measured_alone
+from vasowave.lung.measure.measurement import measured_in as measured_in
 from vasowave.lung.measure.measurement import network_of as network_of
 from vasowave.lung.measure.measurement import taper as taper
 from vasowave.lung.measure.measurement import with_errors as with_errors

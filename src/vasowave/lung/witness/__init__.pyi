@@ -5,6 +5,7 @@ from vasowave.lung.witness.doubts import Grade as Grade
 from vasowave.lung.witness.doubts import gravest as gravest
 from vasowave.lung.witness.doubts import ranked as ranked
 from vasowave.lung.witness.doubts import warn_of as warn_of
+from vasowave.lung.witness.faults import fault_doubts as fault_doubts
 from vasowave.lung.witness.grey import grey_look as grey_look
 from vasowave.lung.witness.grey import saturation as saturation
 from vasowave.lung.witness.loops import euler_number as euler_number
