@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from vasowave.base.io.cells import is_numeric, is_row, is_value, separator_of, split_cells
 from vasowave.base.io.clocks import Clock, bare, decimals, is_clock, is_date
-from vasowave.base.io.titles import (
+from vasowave.base.io.headings import (
     csv_cells,
     has_unit,
     is_titled_in,

@@ -7,7 +7,7 @@ from dataclasses import replace
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, note_kind
 from vasowave.base.io.columns import Columns
-from vasowave.base.io.titles import ending_unit
+from vasowave.base.io.headings import ending_unit
 
 SYNONYMS: dict[str, str] = {
     "parent": "parent mother father",
