@@ -60,3 +60,19 @@ def test_hum_neither_halves_the_heart_rate_nor_goes_unsaid(seed):
     assert average.recording.heart_rate == pytest.approx(60 / 0.11, rel=0.01)
     assert average.recording.mean_pressure == pytest.approx(CYCLE.mean_pressure, rel=0.02)
     assert "recording.hum" in looks
+
+
+@pytest.mark.parametrize("seconds", [3.0, 6.0])
+def test_beats_that_scatter_without_a_breath_are_not_rejected_for_ventilation(seconds):
+    rejected = count = 0
+    for seed in range(6):
+        made = synthetic_raw_recording(
+            CYCLE, np.random.default_rng(seed), duration=seconds, disturbances=replace(QUIET, pressure_noise=1.0),
+            sampling_rate=1000.0,
+        ).raw  # fmt: skip
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            beats = average_beats(made, 12).beats
+        rejected += sum(beat.rejected is not None and beat.rejected.code == "beat.ventilation" for beat in beats)
+        count += len(beats)
+    assert rejected < 0.05 * count

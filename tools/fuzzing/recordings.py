@@ -8,8 +8,9 @@ import numpy as np
 from scipy.io import savemat
 
 from fuzzing.forms import Form
-from fuzzing.mutations import mutate_binary, mutate_ends, mutate_text
+from fuzzing.mutations import inside_zip, mutate_binary, mutate_ends, mutate_markup, mutate_text
 from vasowave.catheter.read import read_raw_recording, read_recording
+from vasowave.catheter.right_heart import RightHeart, read_right_heart
 
 RATE, COUNT = 1000.0, 1500
 TIME = np.arange(COUNT) / RATE
@@ -103,6 +104,44 @@ def cycle_mat73(path: Path) -> None:
         file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
 
 
+def workbook(path: Path) -> None:
+    """Write a workbook of two sheets: groups, and signals."""
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active.append(["animal", "group"])
+    sheet = book.create_sheet("Trace")
+    sheet.append(["time [s]", "pressure [mmHg]", "flow [ml/s]", "ecg [mV]"])
+    for row in zip(TIME, *SIGNALS.values(), strict=True):
+        sheet.append([round(float(value), 6) for value in row])
+    book.save(path)
+
+
+def labview(path: Path) -> None:
+    """Write LabVIEW's text without a column of times."""
+    head = "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tNo\n***End_of_Header***\t\n\t\nChannels\t2\n"
+    head += f"Samples\t{COUNT}\t{COUNT}\n"
+    head += "Y_Unit_Label\tmmHg\tml/s\nDelta_X\t0.001\t0.001\n***End_of_Header***\t\nX_Value\tPressure\tFlow\tComment\n"
+    rows_of = zip(SIGNALS["pressure"], SIGNALS["flow"], strict=True)
+    path.write_text(head + "".join(f"\t{p:.5f}\t{q:.5f}\t\n" for p, q in rows_of))
+
+
+def gated(path: Path) -> None:
+    """Write a gated flow, with its heart rate above it, and a continuous pressure beside it."""
+    table_of = "".join(f"{t:.3f},{p:.4f}\n" for t, p in zip(TIME, SIGNALS["pressure"], strict=True))
+    (path.parent / "p.csv").write_text("time [s],pressure [mmHg]\n" + table_of)
+    phases = 0.2 + 0.2 * np.sin(2 * np.pi * np.arange(20) / 20)
+    path.write_text(
+        "Heart rate: 530 bpm\nphase,flow [ml/s]\n" + "".join(f"{i},{q:.4f}\n" for i, q in enumerate(phases))
+    )
+
+
+def right_heart(path: Path) -> None:
+    """Write the numbers of a catheter."""
+    path.write_text("quantity,value,unit\nsystolic,62,mmHg\ndiastolic,24,mmHg\nmean,38,mmHg\nwedge,11,mmHg\n"
+                    "CO,4.6,l/min\nheart rate,78,1/min\n")  # fmt: skip
+
+
 def mutate_edf(content: bytes, rng: np.random.Generator) -> bytes:
     kind = int(rng.integers(4))
     damaged = bytearray(content)
@@ -143,6 +182,18 @@ def values(recording: Any) -> list[np.ndarray]:
     return [recording.pressure, recording.flow]
 
 
+def names_of(animals: tuple[RightHeart, ...]) -> tuple:
+    return tuple(tuple(item.name for item in animal.derived()) for animal in animals)
+
+
+def missing(animals: tuple[RightHeart, ...]) -> set[str]:
+    return {line for animal in animals for line in str(animal).split("\n") if line.startswith("not given")}
+
+
+def results(animals: tuple[RightHeart, ...]) -> list:
+    return [np.array([item.value for item in animal.derived()]) for animal in animals]
+
+
 def said(recording: Any) -> set[str]:
     return set(map(str, recording.notes))
 
@@ -155,6 +206,22 @@ FORMS = {
     "labchart text": _form("raw.txt", labchart_text, mutate_text, read_raw_recording, True),
     "labchart mat": _form("raw.mat", labchart_mat, mutate_mat, read_raw_recording),
     "edf": _form("raw.edf", edf, mutate_edf, read_raw_recording),
+    "recording workbook": _form("raw.xlsx", workbook, inside_zip(mutate_markup, "sheet2.xml"), read_raw_recording),
+    "labview text": _form("raw.lvm", labview, mutate_text, read_raw_recording, True),
+    "gated flow": _form(
+        "q.csv", gated, mutate_text, lambda path: read_raw_recording(path.parent / "p.csv", path), True
+    ),
+    "right heart": Form(
+        lambda folder: right_heart(folder / "n.csv"),
+        "n.csv",
+        "n.csv",
+        mutate_text,
+        read_right_heart,
+        names_of,
+        results,
+        notes=missing,
+        text=True,
+    ),
     "cycle table": _form("cycle.csv", cycle_table, mutate_text, read_recording, True),
     "cycle mat": _form("cycle.mat", cycle_mat, mutate_mat, read_recording),
     "cycle mat 7.3": _form("cycle.mat", cycle_mat73, mutate_binary, read_recording),

@@ -166,17 +166,15 @@ def _of_row(table: Columns, row: int) -> RightHeart:
 def _value(where: str, quantity: str, text: str, unit: str) -> float | str:
     if quantity == "animal":
         return text
+    kind = {"cardiac output": "flow", "heart rate": "rate, such as 1/min"}.get(quantity, "pressure")
+    if not unit or (quantity == "heart rate" and unit.lower() not in _RATES):
+        raise InputError(f"{where}: {quantity} needs its unit, one of {kind}; it has '{unit}'")
+    with of_file(f"{where}, {quantity}"):
+        scale = 1.0 if quantity == "heart rate" else units.factor(unit, kind)
     try:
-        value = number(text)
-        if quantity == "heart rate" and unit.lower() in _RATES:
-            return value
-        kind = {"cardiac output": "flow", "heart rate": "rate, such as 1/min"}.get(quantity, "pressure")
-        if not unit or quantity == "heart rate":
-            raise InputError(f"{where}: {quantity} needs its unit, one of {kind}; it has '{unit}'")
-        return value * units.factor(unit, kind)
-    except ValueError as error:
-        reason = str(error) if isinstance(error, InputError) else f"'{text}' is not a number"
-        raise InputError(reason if reason.startswith(where) else f"{where}, {quantity}: {reason}") from None
+        return number(text) * scale
+    except ValueError:
+        raise InputError(f"{where}, {quantity}: '{text}' is not a number") from None
 
 
 def _made(where: str, values: dict[str, float | str]) -> RightHeart:

@@ -192,7 +192,7 @@ class Recordings:
             "drift": study.settings.averaging.drift,
             "labels": SIGNALS,
             "units": {name: INDEX_UNITS[name] for name in _INDICES},
-            "kind": row.kind or kind_of(row.recordings),
+            "kind": row.kind or kind_of(row.recordings, row.sheet),
             "edits": [list(edit) for edit in read_edits(row.beat_edits)] if row.beat_edits else [],
         }
         try:
@@ -261,7 +261,7 @@ def _opened(row: AnimalRow, site: SiteName) -> LoadedRecording:
 
 
 def _channels(row: AnimalRow) -> dict[str, Any]:
-    described = [describe_recording(file) for file in row.recordings]
+    described = [describe_recording(file, sheet=row.sheet) for file in row.recordings]
     channels = [channel for of_file in described for channel in used_block(of_file, row.block).channels]
     return {
         "channels": [[channel.title, channel.unit, channel.quantity] for channel in channels],

@@ -13,11 +13,11 @@ from vasowave.base import units
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, look_kind, warn
 from vasowave.base.io.cells import COMMA, is_number, is_numeric, is_row, number, split_cells
+from vasowave.base.io.headings import split_title
 from vasowave.base.io.layout import HEAD, head_of, remarks_above, turned
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.spreadsheet import is_workbook
 from vasowave.base.io.textfile import read_lines
-from vasowave.base.io.titles import split_title
 
 _POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
 

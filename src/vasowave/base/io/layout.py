@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from vasowave.base.io.cells import is_numeric, is_row, is_value, separator_of, split_cells
 from vasowave.base.io.clocks import Clock, bare, decimals, is_clock, is_date
-from vasowave.base.io.titles import (
+from vasowave.base.io.headings import (
     csv_cells,
     has_unit,
     is_titled_in,
@@ -31,6 +31,7 @@ _RATE = re.compile(
 )
 _DELTA_X = re.compile(r"delta_x\s+([\d.,eE+-]+)(?:\s|$)", re.IGNORECASE)  # LabVIEW, s
 _TIMELESS = re.compile(r"x_columns\s+no\b", re.IGNORECASE)  # LabVIEW: the first cell of every row is empty
+_SAMPLES = re.compile(r"Samples\t(\d{1,9})\b")  # LabVIEW
 _PER_SAMPLE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(usec|msec|sec|min)/sample", re.IGNORECASE)
 _PROGRAMS = {
     "emka technologies": "emka IOX", "iox version": "emka IOX", "notocord": "Notocord-hem", "ponemah": "Ponemah",
@@ -54,6 +55,8 @@ class Head(NamedTuple):
         How rows become numbers, where clocks, remarks or blanks stand among them.
     rate : float, optional
         Samples per second, if a line above the titles says them.
+    samples : int, optional
+        How many rows LabVIEW says that there are.
     program : str
         Whose table it is, empty if nothing tells.
     """
@@ -64,6 +67,7 @@ class Head(NamedTuple):
     plan: "RowLayout | None" = None
     rate: float | None = None
     program: str = ""
+    samples: int | None = None
 
 
 @dataclass(frozen=True)
@@ -110,7 +114,8 @@ def head_of(path: Path, rows: Sequence[tuple[int, str]], remarks: Sequence[str] 
     if plan is not None:
         titles = ["time [s]"] * (plan.clock is not None) + [titles[i] if titles else "" for i in plan.numeric]
         titles = titles if any(titles) else []
-    return Head(tuple(titles), separator, data, plan, _rate(remarks, texts[:data]), program)
+    counts = [int(match[1]) for text in texts[:data] if (match := _SAMPLES.match(text))]
+    return Head(tuple(titles), separator, data, plan, _rate(remarks, texts[:data]), program, *counts[:1])
 
 
 def _plain_head(path: Path, rows: Sequence[tuple[int, str]], index: int) -> Head:

@@ -25,7 +25,7 @@ class Sheet(NamedTuple):
     """A visible sheet: its name, and its rows, from the first on, as lines whose cells are separated by tabs."""
 
     name: str
-    text: str
+    content: str
 
 
 def is_workbook(start: bytes) -> bool:

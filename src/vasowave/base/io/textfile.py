@@ -120,7 +120,7 @@ def read_lines(path: str | Path, progress: Progress | None = None, sheet: str = 
     """
     path = regular_file(path)
     glance = look(path)
-    content = sheet_named(path, sheet).text.encode() if is_workbook(glance.start) else None
+    content = sheet_named(path, sheet).content.encode() if is_workbook(glance.start) else None
     if sheet and content is None:
         raise InputError(f"{path}: is no workbook and has no sheet '{sheet}'; leave the sheet out")
     start = content if content is not None else glance.start if glance.whole else None

@@ -43,6 +43,13 @@ class VentilationRules:
         Concentration of the beats' phases, 0 to 1, from which on breaths are locked to the beat.
     plateau_beats : float
         With so many beats a breath at one level, that is end-expiration, also of locked breaths.
+    scatter_sd : float
+        Without a breath, a beat further off the mean than this many SD is none of the usual ones.
+    serial_sd, normal_p : float
+        Levels are scatter if the ratio of von Neumann is off 2 by less than this many of its SD, and the p of a normal
+        distribution above this.
+    min_scatter_beats : int
+        Of fewer beats neither is known.
     locked_error : float
         Share of the height of locked breaths by which the mean pressure may be off where fewer beats share a level.
     """
@@ -59,6 +66,10 @@ class VentilationRules:
     locked: float = 0.9
     locked_error: float = 0.25
     plateau_beats: float = 1.8
+    scatter_sd: float = 4.0
+    serial_sd: float = 2.6
+    normal_p: float = 0.01
+    min_scatter_beats: int = 8
 
 
 RULES = VentilationRules()
@@ -133,6 +144,8 @@ def mark_inspiration(
     if sum(len(breath.beats) for breath in breaths) < len(time):
         for name, mean, shape, unit in zip(("pressure", "flow"), means, shapes, ("mmHg", "ml/s"), strict=True):
             off, limit = _off_level(mean, rules)
+            if _is_scatter(mean[good], rules):
+                off, limit = mean - mean[good].mean(), rules.scatter_sd * float(mean[good].std())
             _mark(reasons, off, max(limit, rules.no_breath * float(np.ptp(shape))), name, unit)
         return Expiration(np.zeros(len(time)))
     expirations = [_end(breath, time, float(np.mean(means[0])), rules) for breath in breaths]
@@ -231,6 +244,21 @@ def _off_level(means: np.ndarray, rules: VentilationRules) -> tuple[np.ndarray, 
         middle, spread = _narrowest_quarter(level)
         plateau = np.flatnonzero(np.abs(level - middle) <= rules.outlier_sd * spread)
     return level - middle, rules.outlier_sd * spread
+
+
+def _is_scatter(means: np.ndarray, rules: VentilationRules) -> bool:
+    """Whether levels are those of beats without a breath: normal (Shapiro & Wilk 1965), and none tells the next
+    (von Neumann 1941).
+    """
+    from scipy.stats import shapiro
+
+    count = len(means)
+    if count < rules.min_scatter_beats or not np.ptp(means) > 0:
+        return False
+    ratio = float(np.mean(np.diff(means) ** 2) / np.var(means))
+    if abs(ratio - 2.0) > rules.serial_sd * 2.0 / count**0.5:
+        return False
+    return float(shapiro(means).pvalue) > rules.normal_p
 
 
 def _narrowest_quarter(level: np.ndarray) -> tuple[float, float]:

@@ -61,11 +61,11 @@ def gated_channel(path: Path, flow: Channel, channels: Sequence[Channel]) -> Gat
         return None
     if not np.isfinite(flow.values[:count]).all():
         return None
-    beside = [channel for channel in channels if _PHASE_TIMES.search(channel.title)
+    timed = [channel for channel in channels if _PHASE_TIMES.search(channel.title)
               and np.isfinite(channel.values).sum() == count and units.is_of(channel.unit, "time")]  # fmt: skip
     heart_rate = _told_rate(path)
-    if beside:
-        steps = np.diff(beside[0].values[:count]) * units.factor(beside[0].unit, "time")
+    if timed:
+        steps = np.diff(timed[0].values[:count]) * units.factor(timed[0].unit, "time")
         heart_rate = 60.0 / (float(steps.mean()) * count) if steps.min() > 0 else heart_rate
     return _checked(path, flow.values[:count], flow.unit, heart_rate)
 

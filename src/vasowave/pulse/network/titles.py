@@ -4,11 +4,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, note_kind
 from vasowave.base.io.columns import Columns
-from vasowave.base.io.titles import ending_unit
+from vasowave.base.io.headings import ending_unit
 
 SYNONYMS: dict[str, str] = {
     "parent": "parent mother father",
@@ -85,11 +84,6 @@ def _pieces(word: str) -> list[str]:
 def plain_words(title: str) -> str:
     """Return a title in lower case, its words with one blank between them and no other signs."""
     return " ".join(re.sub(r"[\W_]+", " ", title.casefold()).split())
-
-
-def is_size_unit(text: str) -> bool:
-    """Return whether a word is a unit of length or area."""
-    return units.is_of(text, "length") or units.is_of(text, "area")
 
 
 def understood(table: Columns) -> tuple[Columns, list[Finding]]:

@@ -228,7 +228,8 @@ def _recorded(file: Path, described: FileDescription, choosing: Choosing) -> Rec
     titles = tuple(channel.title for channel in block.channels)
     lower_titles = {title.strip().casefold() for title in titles}
     named = {name: title for name, title in choosing.titles.items() if title.strip().casefold() in lower_titles}
-    quantities = wanted_titles(*map(named.get, ("pressure", "flow", "ecg")), 1.0 if choosing.diameter else None)
+    diameter = 1.0 if choosing.diameter else None
+    quantities = wanted_titles(named.get("pressure"), named.get("flow"), named.get("ecg"), diameter)
     choice = choose(block.channels, quantities, choosing.site)
     longest = choosing.block is None and len(described.blocks) > 1 and not block.sheet
     remarks = [_longest(described, block)] if longest else []

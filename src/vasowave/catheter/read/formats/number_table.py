@@ -30,6 +30,11 @@ PHASE_REPEATED = look_kind(
     "the last row, at phase {phase:g}, is the first of the next cycle and was left out. {remedy}",
     "If phases are counted otherwise, take their column out.",
 )
+COUNT_DIFFERS = look_kind(
+    "recording.count-differs",
+    "the header says {stated} samples, {count} are there. {remedy}",
+    "Export the file again, whole and in one segment.",
+)
 _HEADER = "the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"
 
 
@@ -275,6 +280,8 @@ class _Table:
     def finished(self) -> NumberTable:
         if not self.rows.count:
             raise InputError(f"{self.path}: a header and no data")
+        if self.head.samples not in (None, self.rows.count):
+            self.suspicions += (COUNT_DIFFERS(stated=self.head.samples, count=self.rows.count),)
         columns = tuple(map(self.rows.take, range(len(self.names))))
         for values in columns:
             values.setflags(write=False)

@@ -75,7 +75,7 @@ def _described(sheet: Sheet, titles: Sequence[str]) -> str:
 
 def _look(path: Path, sheet: Sheet) -> tuple[set[str], tuple[str, ...]]:
     """Return which of pressure and flow a sheet holds over time, and its titles."""
-    texts = sheet.text.split("\n", 3 * HEAD)[: 3 * HEAD]
+    texts = sheet.content.split("\n", 3 * HEAD)[: 3 * HEAD]
     rows = [(line, text) for line, text in enumerate(texts, 1) if is_row(text)]
     try:
         titles = head_of(path, rows, remarks_above(texts)).titles

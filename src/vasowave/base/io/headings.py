@@ -82,7 +82,7 @@ def split_title(title: str) -> tuple[str, str | None] | None:
         return name.removesuffix("/").strip(), unit
     if stroke and prefix.strip() and not units.is_unit(prefix.strip()) and units.is_unit(right.strip()):
         return prefix.strip(), right.strip()
-    quantities = ("pressure", "flow", "time") if name.lower().startswith(("t_", "time_")) else _SIGNALS
+    quantities = ("pressure", "flow", "time") if name.lower().rpartition("_")[0] in ("t", "time") else _SIGNALS
     written, ending = ending_unit(name, quantities, "_")
     return written, ending or None
 
