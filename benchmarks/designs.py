@@ -314,7 +314,7 @@ def judged(one: Kind, layout: Layout, rng: np.random.Generator, draws: int, seed
     sides = layout.contrasts
     truth = np.linalg.lstsq(layout.fixed, one.effect, rcond=None)[0]
     contrasts = np.array([(c.second - c.first) @ layout.means for c in sides])
-    main = int(np.argmax([abs(c @ truth) * (side.what in ("interaction", "trend") or len(sides) < 3)
+    main = int(np.argmax([abs(c @ truth) * (side.label.kind in ("interaction", "trend") or len(sides) < 3)
                           for c, side in zip(contrasts, sides, strict=True)]))  # fmt: skip
     same = np.equal.outer(one.table["group"].to_numpy(), one.table["group"].to_numpy())
     verdicts = []

@@ -211,7 +211,7 @@ def _contrast(cohort: Cohort, source: str, name: str, group: str) -> GroupContra
     if values.estimates.origin != "posterior" or source == "measured":
         return contrast
     fits = known_values(cohort, source, name, (cohort.reference, group), values.results, posteriors=False)
-    return replace(contrast, fits=fits and fits.estimates)
+    return replace(contrast, fits=None if fits is None else fits.estimates)
 
 
 def source_of(name: str, law: str) -> str:

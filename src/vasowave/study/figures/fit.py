@@ -49,9 +49,10 @@ class FitPanel(NamedTuple):
     draw: "Draw"
     """Draws a result into axes, in a color, with laws told by its shades or by dashes alone."""
     title: str
+    """What the workbench calls it."""
     figure: str = ""
     caption: str = ""
-    """What the workbench calls it; name and caption of its figure in the report, empty where that has none."""
+    """Name and caption of its figure in the report, empty where that has none."""
 
 
 PANELS: dict[str, FitPanel] = {}
