@@ -22,7 +22,7 @@ from hypothesis.stateful import (
 
 import vasowave as vw
 from lab_files import SMALL
-from vasowave.base import InputError
+from vasowave.base import InputError, sentence
 from vasowave.base.io import write_files
 from vasowave.pulse.network import write_network
 from vasowave.study.entering import check_study, read_rows
@@ -54,7 +54,7 @@ def test_the_desk_says_what_check_says(study):
         (study / "animals.csv").read_text(encoding="utf-8").replace(",hypoxic,", ",hypoxc,", 1), encoding="utf-8"
     )
     found, said = check_study(study), checked(Desk(study))
-    assert [one["text"] for one in said["problems"]] == [str(one.finding) for one in found.problems]
+    assert [one["text"] for one in said["problems"]] == [sentence(one.finding) for one in found.problems]
     assert {name: tuple(row) for name, row in said["read"].items()} == {one.animal: one.row() for one in found.read}
     at = next(one for one in said["problems"] if one["error"])
     assert (at["column"], at["animals"]) == ("group", ["mouse_h1"])

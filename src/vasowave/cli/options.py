@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 import typer
 from typer.main import get_command
 
+from vasowave.base.cures import field_of
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.settings import Setting, settings_of
@@ -39,7 +40,7 @@ _SET_HELP = (
 _REPEATED = {"outlets": "--outlet"}
 """Settings of several values, each given by an option of its own."""
 
-_CELLS = (
+CELLS = (
     *("period [s]", "wedge [mmHg]", "wedge wave", "sites", "ventricle"),
     *("block", "start [s]", "end [s]", "sampling rate [1/s]"),
     *("zero [mmHg]", "pressure gain [1]", "pressure cutoff [Hz]", "pressure damping [1]", "pressure delay [s]"),
@@ -47,7 +48,7 @@ _CELLS = (
 )
 """Columns of the table of animals that are options too."""
 
-_CELLS_OF = {"channel": ("pressure", "flow", "ecg"), "unit": ("pressure", "flow")}
+CELLS_OF = {"channel": ("pressure", "flow", "ecg"), "unit": ("pressure", "flow")}
 _MEANINGS = {
     "channel": "Title of the channel of pressure, flow or ecg, where titles and units leave more than one answer; may "
     "be repeated: --channel pressure='PA 2'.",
@@ -92,10 +93,8 @@ def row_cells(options: dict[str, Any]) -> dict[str, str]:
     InputError
         A channel or unit of something else than pressure, flow or ECG.
     """
-    from vasowave.study.folder.rows import field_of
-
-    cells = {title: options.pop(field_of(title)).strip() for title in _CELLS if field_of(title) in options}
-    for option, names in _CELLS_OF.items():
+    cells = {title: options.pop(field_of(title)).strip() for title in CELLS if field_of(title) in options}
+    for option, names in CELLS_OF.items():
         for text in options.pop(option, []):
             name, _, value = (piece.strip() for piece in text.partition("="))
             if name not in names or not value:
@@ -153,10 +152,10 @@ def _options_of(name: str) -> dict[str, Any]:
 
 
 def _row_options(shortened: bool) -> dict[str, Any]:
-    from vasowave.study.folder.rows import COLUMNS, field_of
+    from vasowave.study.folder.rows import COLUMNS
 
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
-    plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in _CELLS}
+    plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in CELLS}
     settings = (several | plain).items()
     return {name: _option(name, setting, "recording", shortened and name not in _SHOWN) for name, setting in settings}
 
@@ -198,11 +197,9 @@ def _by_key(options: Mapping[str, Any], given: list[str]) -> dict[str, Any]:
     InputError
         A key that there is not or was given before, or no value.
     """
-    from vasowave.study.folder.rows import field_of
-
-    mappings = {key for _, key, setting in _keys() if isinstance(setting.default, dict)} | {*_CELLS_OF}
+    mappings = {key for _, key, setting in _keys() if isinstance(setting.default, dict)} | {*CELLS_OF}
     keys = {f"{section}.{key}".lstrip("."): key for section, key, _ in _keys()} | {key: key for key in options}
-    keys |= {title: field_of(title) for title in _CELLS}
+    keys |= {title: field_of(title) for title in CELLS}
     keys = {key: option for key, option in keys.items() if option in options}  # a posterior has no starts
     set_options: dict[str, Any] = {}
     for text in given:

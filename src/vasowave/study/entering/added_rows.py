@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from vasowave.study.entering.animal_sheet import AnimalSheet
 from vasowave.study.entering.grouping import Marks, told_group, within
 from vasowave.study.entering.grouping import words as words_of
 from vasowave.study.entering.sorting import Recorded, files_in, sort_files
@@ -22,6 +23,47 @@ class AddedRow:
     recorded: Recorded
     cells: dict[str, str]
     old: dict[str, str] | None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What may hold the ID of the animal: its file, or the file's folder."""
+        return (self.recorded.name, self.recorded.files[0].parent.name)
+
+
+def sheet_groups(
+    sheets: Sequence[AnimalSheet], entries: Sequence[AddedRow], before: Sequence[Mapping[str, str]]
+) -> list[str]:
+    """Return the groups, the reference first, that labs' tables of animals tell of rows that have none yet."""
+    names = [entry.names for entry in entries if not (entry.old or {}).get("group")]
+    names += [_names_of(row) for row in before if not row.get("group")]
+    told = {sheet.row_of(of_row).get("group", "") for sheet in sheets for of_row in names}
+    return [label for sheet in sheets for label in sheet.groups if label in told]
+
+
+def _names_of(row: Mapping[str, str]) -> tuple[str, ...]:
+    return (row.get("animal", ""), Path(row.get("recording", "")).stem)
+
+
+def told_cells(sheet: AnimalSheet, new: Sequence[AddedRow], before: Sequence[dict[str, str]]) -> list[str]:
+    """Write what a lab's table of animals tells into new rows, and into empty cells of rows that were there.
+
+    Returns the animals of these that say more now.
+    """
+    for entry in new:
+        entry.cells.update({title: text for title, text in sheet.row_of(entry.names).items() if title != "group"})
+    changed = []
+    for row in before:
+        fresh = {title: text for title, text in sheet.row_of(_names_of(row)).items() if text and not row.get(title)}
+        row.update(fresh)
+        changed += [row["animal"]] if fresh else []
+    return changed
+
+
+def sheet_remark(sheet: AnimalSheet) -> str:
+    """Return what to say of a lab's table of animals."""
+    titles = ", ".join(dict.fromkeys(title for row in sheet.rows.values() for title in row))
+    lost = f"; without {', '.join(sheet.passed_over)}, which a study's table cannot have" if sheet.passed_over else ""
+    return f"{sheet.file.name}: a table of {len(sheet.rows)} animals, which tells {titles or 'nothing'}{lost}"
 
 
 def without_copies(new: Sequence[AddedRow], lookup: RecordingIndex) -> tuple[list[AddedRow], list[str]]:

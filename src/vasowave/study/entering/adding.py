@@ -19,9 +19,13 @@ from vasowave.study.entering.added_rows import (
     name_animals,
     networks_of,
     shared_remarks,
+    sheet_groups,
+    sheet_remark,
+    told_cells,
     told_network,
     without_copies,
 )
+from vasowave.study.entering.animal_sheet import AnimalSheet
 from vasowave.study.entering.grouping import Proposal, is_reference, parsed_groups, proposed_groups, told_group
 from vasowave.study.entering.sorting import Sorted, files_in, passed_over, sort_files
 from vasowave.study.entering.table import RecordingIndex, read_rows, seen_from, written_rows
@@ -156,8 +160,10 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     ]
     touched = [entry for entry in entries if entry.old is not None]
     new, copies = without_copies([entry for entry in entries if entry.old is None], lookup)
-    marks, remarks = _grouped([*new, *touched], before.rows, path, settings, options)
+    marks, remarks = _grouped([*new, *touched], before.rows, path, settings, options, files.sheets)
     remarks += files.remarks
+    in_sheets = [name for sheet in files.sheets for name in told_cells(sheet, new, before.rows)]
+    remarks += [sheet_remark(sheet) for sheet in files.sheets]
     serves_all = options.network is not None or not files.refused
     for entry in [*new, *touched]:
         group = entry.cells["group"] or (entry.old or {}).get("group", "")
@@ -179,7 +185,7 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     if (unchanged := len(touched) - len(updated)) > 0:
         remarks.append(f"{unchanged} of these recordings are in the table already, with all this")
     sentences = dict.fromkeys([*copies, *shared_remarks([*new, *updated]), *remarks])
-    names = tuple(entry.old["animal"] for entry in updated if entry.old)
+    names = tuple(dict.fromkeys([*(entry.old["animal"] for entry in updated if entry.old), *in_sheets]))
     return RowPlan(contents, Added(table, tuple(rows), names, tuple(sentences), files.refused))
 
 
@@ -235,7 +241,7 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
         )
         remark = f"passed over, for no reader has their type (save as .xlsx or CSV): {names}"
         sorted_files = sorted_files._replace(remarks=(remark,))
-    if not sorted_files.recordings:
+    if not sorted_files.recordings and not sorted_files.sheets:
         reasons = "\n".join(f"  {refusal}" for refusal in sorted_files.refused)
         hint = "; give the recordings along with them, or their whole folder" if sorted_files.networks else ""
         raise InputError(f"no recording among these files{hint}" + (f":\n{reasons}" if reasons else ""))
@@ -243,7 +249,12 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
 
 
 def _grouped(
-    rows: Sequence[AddedRow], before: Sequence[dict[str, str]], path: Path, settings: StudyFile, options: AddingOptions
+    rows: Sequence[AddedRow],
+    before: Sequence[dict[str, str]],
+    path: Path,
+    settings: StudyFile,
+    options: AddingOptions,
+    sheets: Sequence[AnimalSheet] = (),
 ) -> tuple[MarksOf, list[str]]:
     """Fill the column `group` of what was found; return the groups of the study with their marks, and what to say."""
     used = {row.get("group", "") for row in before} & set(settings.groups)
@@ -257,10 +268,14 @@ def _grouped(
             raise InputError(f"'{group}' is not a group of the study{hint}; its groups: {', '.join(marks)}")
         marks = ({} if free else marks) | {group: (group,)}
 
+    labels = sheet_groups(sheets, rows, before)
+    marks = ({} if free and labels else marks) | {label: marks.get(label, (label,)) for label in labels}
+
     def assign() -> list[AddedRow]:
         for entry in rows:
             candidates = (told_group(entry.recorded.files[0], path.parent, by) for by in (requested_groups, marks))
-            entry.cells["group"] = group or next(filter(None, candidates), "")
+            in_sheet = (sheet.row_of(entry.names).get("group", "") for sheet in sheets)
+            entry.cells["group"] = group or next(filter(None, [*in_sheet, *candidates]), "")
         return [entry for entry in rows if not (entry.cells["group"] or (entry.old and entry.old.get("group")))]
 
     lost = assign()

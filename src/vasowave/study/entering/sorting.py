@@ -22,6 +22,7 @@ from vasowave.catheter.read.formats import RECORDINGS
 from vasowave.catheter.signals.gaps import Span, longest_between
 from vasowave.catheter.signals.raw import MIN_DURATION_S
 from vasowave.pulse.network_formats import NETWORKS, unit_wanted
+from vasowave.study.entering.animal_sheet import AnimalSheet, animal_sheet
 
 _NO_DATA = frozenset({
     ".bmp", ".dcm", ".docx", ".gif", ".htm", ".html", ".ima", ".ini", ".jpeg", ".jpg", ".json", ".log", ".md", ".mha",
@@ -67,6 +68,7 @@ class Sorted(NamedTuple):
     recordings: tuple[Recorded, ...]
     refused: tuple[str, ...]
     remarks: tuple[str, ...] = ()
+    sheets: tuple[AnimalSheet, ...] = ()
 
 
 def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
@@ -135,7 +137,7 @@ def sort_files(
     site : str
         The artery of the study.
     """
-    networks, recordings, refused = [], [], []
+    networks, recordings, refused, sheets = [], [], [], []
     halves: list[tuple[str, str, Path]] = []
     for file in files:
         try:
@@ -146,6 +148,9 @@ def sort_files(
                 networks.append(file)
                 continue
             _refuse_vessels(file)
+            if (sheet := animal_sheet(file)) is not None:
+                sheets.append(sheet)
+                continue
             described = describe_recording(file)
         except InputError as error:
             refused.append(str(error))
@@ -160,7 +165,7 @@ def sort_files(
         missing = "flow" if half == "pressure" else "pressure"
         refused.append(f"{file}: holds the {half} of a cycle alone; the file of its {missing} is not among these")
     recordings += joined
-    return Sorted(tuple(networks), tuple(recordings), tuple(refused))
+    return Sorted(tuple(networks), tuple(recordings), tuple(refused), sheets=tuple(sheets))
 
 
 def _refuse_vessels(file: Path) -> None:

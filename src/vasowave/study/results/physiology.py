@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from vasowave.base.cures import SetSetting
 from vasowave.base.findings import Finding, Severity, from_json, look_kind, warn
 from vasowave.base.sites import PULMONARY, ranges_at
 from vasowave.base.species import SPECIES, Species
@@ -20,8 +21,10 @@ _IMPLAUSIBLE_TEXT = (
 IMPLAUSIBLE = look_kind(
     "physiology.implausible",
     _IMPLAUSIBLE_TEXT.format("one whole cycle"),
-    "Correct the unit or the recording, or name the species; `species: other` compares with nothing; of a systemic "
-    "artery, name it (`site: aorta`, --site aorta).",
+    "Correct the unit or the recording, or name the species (other compares with nothing); of a systemic "
+    "artery, name that.",
+    SetSetting("Compare with no species", "species", "other"),
+    SetSetting("It is of the aorta", "site", "aorta"),
 )
 IMPLAUSIBLE_RADIUS = look_kind(
     "physiology.implausible-radius",
@@ -68,8 +71,7 @@ def physiology_findings(values: Mapping[str, float], tau: float, species: str, s
     fits = ""
     if fitting_species:
         species_names = " or a ".join(fitting_species)
-        first = fitting_species[0]
-        fits = f" All of them fit a {species_names}: write species: {first} (vasowave fit: --species {first})"
+        fits = f" All of them fit a {species_names}: if it is one, name that species"
     for name, unit in _UNITS.items():
         low, high = _range(ranges_at(species, site), name)
         value = float(values[name])
