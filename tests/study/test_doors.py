@@ -101,7 +101,7 @@ def test_an_implausible_flow_is_said_by_add_run_fit_and_in_front_of_the_page(lab
     changed = (study / "animals.csv").read_text("utf-8").replace("Nx_2,Nx", "Nx_2,SuHx")
     typed("report", study)
     (study / "animals.csv").write_text(changed, "utf-8")
-    with pytest.warns(VasowaveWarning, match="Nx_2.*vasowave run computes what changed"):
+    with pytest.warns(VasowaveWarning, match="Nx_2.*run it again: what changed is computed"):
         typed("report", study)
     assert f"the study is {study}" in str(CliRunner().invoke(app, ["status", str(study / "report")]).exception)
 
@@ -125,7 +125,7 @@ def test_a_group_is_given_to_what_is_added_alone_and_a_new_one_is_said(lab, tmp_
     said = typed("add", study, lab / "Nx_1.csv", lab / "SuHx_2.csv", "--group", "late")
     assert groups_of(study) == {"Nx_1": "Nx", "SuHx_1": "SuHx", "SuHx_2": "late"}
     assert "Nx_1: in the table already, with another group than late, and stays there" in said
-    assert "groups are [Nx, SuHx, late] now, the first is the reference; --group adds 'late'" in said
+    assert "groups are [Nx, SuHx, late] now, the first is the reference; 'late' is new" in said
 
 
 def test_status_says_of_which_earlier_design_the_results_are(lab, tmp_path):

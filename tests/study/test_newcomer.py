@@ -144,7 +144,8 @@ def test_the_column_group_and_all_others_stay_and_an_option_fills_the_row_again(
     (study / "animals.csv").write_text(text.replace("flow,kind", "weight,flow,kind"), "utf-8")
     added = add_files(study, [lab / "WT_101.txt", lab / "lung.csv"])
     assert any(
-        "neither name nor folder tells the group" in one and "give --group or --groups" in one for one in added.said
+        "neither name nor folder tells the group" in one and "name the groups as names hold them" in one
+        for one in added.said
     )
     header = next(line for line in (study / "animals.csv").read_text("utf-8").splitlines() if not line.startswith("#"))
     assert header.startswith("animal,group,network,recording,weight,flow,kind,period [s]")

@@ -568,3 +568,18 @@ def test_a_stretch_out_of_memory_is_the_stretch_that_is_read(study):
     row = replace(plan.animals[0], start=2.0, end=99.0)
     with pytest.raises(InputError, match="does not lie in"):
         recordings.opened(row, plan).beats(row, plan, ())
+
+
+def test_groups_that_are_typed_after_the_drop_are_brought_to_the_animals_whose_files_hold_them(study):
+    at, before = place(study), texts(study)
+    assert "by the names of their files: mouse_c1" in do(at, "set-groups", groups=["sham=control", "hypoxic"])
+    assert read_settings(study / "study.yaml")[0].groups == ["sham", "hypoxic"]
+    groups = {name: row["group"] for name, row in rows(study).items()}
+    assert set(groups.values()) == {"sham", "hypoxic"}
+    assert all((label == "sham") == name.startswith("mouse_c") for name, label in groups.items())
+    do(at, "set-cells", animal="mouse_c1", cells={"group": "hypoxic"})
+    do(at, "set-groups", groups=["hypoxic", "sham"])
+    assert rows(study)["mouse_c1"]["group"] == "hypoxic"  # what a person said of an animal stays
+    for _ in range(3):
+        do(at, "undo")
+    assert texts(study) == before

@@ -145,14 +145,14 @@ class Finding:
     values : tuple of (str, value)
         Numbers and names that its text is made of.
     place : Place
-    own_cures : tuple of Cure
+    raised_cures : tuple of Cure
         Where they are not those of its kind alone, as of an error that a reader raised.
     """
 
     code: str
     values: tuple[tuple[str, Value], ...] = ()
     place: Place = NOWHERE
-    own_cures: tuple[Cure, ...] = field(default=(), compare=False)
+    raised_cures: tuple[Cure, ...] = field(default=(), compare=False)
 
     @property
     def room(self) -> str:
@@ -181,7 +181,7 @@ class Finding:
         """What a door can do about it."""
         values = self.place._asdict() | dict(self.values)
         try:
-            return self.own_cures or tuple(filled(cure, values) for cure in _kind_of(self).cures)
+            return self.raised_cures or tuple(filled(cure, values) for cure in _kind_of(self).cures)
         except LookupError:  # stored by a version that gave other values
             return ()
 

@@ -53,9 +53,7 @@ MISSING_VALUE = _error("missing", "there is no value; {remedy}", "give one")
 EMPTY_CHOICE = _error("empty-choice", "the value is empty; {remedy}", "choose from: {known}")
 UNKNOWN_WORD = _error("unknown-word", "'{given}' is not known{hint}; {remedy}", "choose from: {known}")
 WRONG = _error("wrong", "{text}", ITSELF)
-UNKNOWN_KEY = error_kind(
-    "setting.unknown-key", "unknown key '{key}'{hint}; {remedy}", "remove it, or choose from those known here: {known}"
-)
+UNKNOWN_KEY = error_kind("setting.unknown-key", "unknown key '{key}'{hint}; {remedy}", "known here: {known}")
 AT_ODDS = error_kind("setting.at-odds", "{text}", ITSELF)
 DECIMAL_COMMA = _error("decimal-comma", "{given} is not a number; {remedy}", "write a decimal point")
 NOT_VALID = _error("not-valid", "{given}: {why}; {remedy}", "correct the value")
@@ -63,7 +61,7 @@ _NO_WHOLE = _error("no-whole-number", "{given} is not a whole number; {remedy}",
 _NO_NUMBER = _error("no-number", "{given} is not a number; {remedy}", _A_NUMBER)
 _NO_TRUTH = _error("neither-true-nor-false", "{given} is neither true nor false; {remedy}", "write one of the two")
 _NO_PAIR = _error("no-pair", "{remedy}", "write a list of two numbers: {form}")
-_TOO_MANY = _error("too-many", "{actual_length} values are too many at once; {remedy}", "give at most {max_length:g}")
+_TOO_MANY = _error("too-many", "{actual_length} values are too many at once; {remedy}", "at most {max_length:g}")
 _NO_LIST = _error("no-list", "{remedy}", "write a list: {form}")
 _NO_SECTION = _error("no-section", "{remedy}", "write its keys in indented lines 'key: value' below")
 _NO_NAMES = _error("no-names", "{remedy}", "write 'name: value' in indented lines below, or {{name: value}}")
@@ -78,8 +76,8 @@ _CODES = {
     "int_parsing_size": _error("too-large", "{given} is too large; {remedy}", _A_NUMBER),
     "string_type": _error("no-text", "{given} is not text; {remedy}", "put it between quotation marks"),
     "string_too_short": _error("empty-text", "{given} is empty; {remedy}", "write a text, or leave the key out"),
-    "string_too_long": _error("long-text", "{given} is too long; {remedy}", "write at most {max_length:g} letters"),
-    "too_short": _error("too-few", "too few values; {remedy}", "give at least {min_length:g}"),
+    "string_too_long": _error("long-text", "{given} is too long; {remedy}", "at most {max_length:g} letters"),
+    "too_short": _error("too-few", "{remedy}", "at least {min_length:g} must be given"),
     "finite_number": _error("not-finite", "{given} is not a number; {remedy}", "give a finite one"),
     "greater_than": _error("not-above", "{given} is too small; {remedy}", "it must be above {gt:g}"),
     "greater_than_equal": _error("below-least", "{given} is too small; {remedy}", "at least {ge:g}"),

@@ -85,7 +85,7 @@ class Shell:
             case RemoveAnimal():
                 return f"animals.csv: take out the row of {animal or 'one of them'}"
             case NameGroups(groups):
-                typed = shlex.quote(groups.replace(", ", ",")) if groups != UNKNOWN else "CTL,HPH"
+                typed = shlex.quote(groups.replace(", ", ",")) if groups != UNKNOWN else "REFERENCE,OTHER"
                 return f"vasowave add {study} FILES --groups {typed}"
             case Tidy("centerlines"):
                 return "vasowave centerlines FILE --unit mm -o FOLDER"

@@ -123,6 +123,8 @@ def add(
         show_read(new, settings)
     for remark in added.said:
         print_text(f"note: {remark}")
+    if commands := shell_of(place).below(added.cures):
+        print_text(f"To say it otherwise:{commands}")
     touched = names | set(added.updated)
     added_problems = [problem for problem in problems if not problem.animals or touched & set(problem.animals)]
     _tell_problems(added_problems, place)
@@ -324,8 +326,9 @@ def _run(
     else:
         shell = shell_of(plan.path)
         for name, findings in done.warnings.items():
-            for found in findings:
-                print_text(f"warning: {name}: {sentence(found)}{code_of(found)}{shell.below(found.cures, [name])}")
+            for finding in findings:
+                below = code_of(finding) + shell.below(finding.cures, [name])
+                print_text(f"warning: {name}: {sentence(finding)}{below}")
     for failure in done.failures:
         typer.echo(f"failed: {failure.animal}: {failure}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)

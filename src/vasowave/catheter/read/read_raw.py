@@ -153,12 +153,13 @@ def read_raw_recording(
         try:
             values, words = _canonical(channel, name, stated_units[name])
         except InputError as error:
-            wrong.append(str(error))
+            wrong.append(error)
             continue
         scaled[name] = replace(channel, values=values)
         notes += words
     if wrong:
-        raise InputError("\n".join(wrong))
+        cures = [cure for error in wrong for cure in error.cures]
+        raise InputError("\n".join(map(str, wrong)), cures)
     raw = _between(path, scaled, start, end, rate)
     raw = replace(
         raw, site=reading.site, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration)

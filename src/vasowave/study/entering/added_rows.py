@@ -36,15 +36,17 @@ def sheet_groups(
     """Return the groups, the reference first, that labs' tables of animals tell of rows that have none yet."""
     names = [entry.names for entry in entries if not (entry.old or {}).get("group")]
     names += [_names_of(row) for row in before if not row.get("group")]
-    told = {sheet.row_of(of_row).get("group", "") for sheet in sheets for of_row in names}
-    return [label for sheet in sheets for label in sheet.groups if label in told]
+    labels = {sheet.row_of(of_row).get("group", "") for sheet in sheets for of_row in names}
+    return [label for sheet in sheets for label in sheet.groups if label in labels]
 
 
 def _names_of(row: Mapping[str, str]) -> tuple[str, ...]:
     return (row.get("animal", ""), Path(row.get("recording", "")).stem)
 
 
-def told_cells(sheet: AnimalSheet, new: Sequence[AddedRow], before: Sequence[dict[str, str]]) -> list[str]:
+def told_cells(
+    sheet: AnimalSheet, new: Sequence[AddedRow], before: Sequence[dict[str, str]], groups: Marks
+) -> list[str]:
     """Write what a lab's table of animals tells into new rows, and into empty cells of rows that were there.
 
     Returns the animals of these that say more now.
@@ -53,7 +55,8 @@ def told_cells(sheet: AnimalSheet, new: Sequence[AddedRow], before: Sequence[dic
         entry.cells.update({title: text for title, text in sheet.row_of(entry.names).items() if title != "group"})
     changed = []
     for row in before:
-        fresh = {title: text for title, text in sheet.row_of(_names_of(row)).items() if text and not row.get(title)}
+        fresh = {title: text for title, text in sheet.row_of(_names_of(row)).items() if text and not row.get(title)
+                 and (title != "group" or text in groups)}  # fmt: skip
         row.update(fresh)
         changed += [row["animal"]] if fresh else []
     return changed
@@ -170,7 +173,7 @@ def kept_networks(touched: Sequence[AddedRow], networks: Sequence[Path]) -> list
         return []
     pairs = dict.fromkeys(f"{row.old['network']} (not {row.cells['network']})" for row in conflicting_rows if row.old)
     names = some_of([row.old["animal"] for row in conflicting_rows if row.old], _MAX_NAMED_FILES)
-    return [f"{names}: the table keeps {', '.join(pairs)}; to change that, empty the cells 'network' or give --network"]
+    return [f"{names}: the table keeps {', '.join(pairs)}; to change that, empty the cells 'network' or name another"]
 
 
 def kept_groups(touched: Sequence[AddedRow], group: str) -> list[str]:
@@ -188,12 +191,12 @@ def missing_cells(rows: Sequence[dict[str, str]], groups: Marks, networks: Seque
     if lost := [row["animal"] for row in rows if not row.get("group")]:
         messages.append(
             f"neither name nor folder tells the group of {', '.join(lost)}; the study has {', '.join(groups)}: "
-            "give --group or --groups, or write it into the column 'group'"
+            "name the groups as names hold them, or write it into the column 'group'"
         )
     if lost := [row["animal"] for row in rows if not row.get("network")]:
         reason = f"none of {len(networks)} networks carries their name or group" if networks else "there is no network"
         if len(networks) == 1:
             unread = ", and some files could not be read" if refused else ""
             reason = f"{networks[0].name} carries neither their name nor their group{unread}"
-        messages.append(f"{reason}: {', '.join(lost)}; give --network, or write it into the column 'network'")
+        messages.append(f"{reason}: {', '.join(lost)}; write it into the column 'network'")
     return messages

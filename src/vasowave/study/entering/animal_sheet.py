@@ -78,13 +78,13 @@ def _titles(
     group = next((plain.index(title) for title in _GROUP_TITLES if title in plain), None)
     for i, (name, unit) in enumerate(zip(names, unit_names, strict=True)):
         title = "group" if i == group else f"{name.strip()} [{unit}]" if unit else name.strip()
-        known = {column.casefold(): column for column in COLUMNS}
+        standard = {column.casefold(): column for column in COLUMNS}
         if i == key or not title or title.casefold() in (*FILES, "animal"):
             continue
         if i != group and any(p.error for p in columns_of(file, [*REQUIRED_COLUMNS, title])[2]):
             passed_over.append(title)
         else:
-            titles[i] = known.get(title.casefold(), title)
+            titles[i] = standard.get(title.casefold(), title)
     return titles, tuple(passed_over)
 
 

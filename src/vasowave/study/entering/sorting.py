@@ -236,7 +236,7 @@ def _longest(described: FileDescription, used: BlockDescription) -> str:
     lengths = ", ".join(f"{block.duration:.4g} s" for block in described.blocks)
     return (
         f"block {described.blocks.index(used) + 1} of {len(described.blocks)} is read, the longest (blocks last "
-        f"{lengths}); --block takes another"
+        f"{lengths}); the column 'block' takes another"
     )
 
 

@@ -54,7 +54,7 @@ class StudyProblem:
 
 def unreadable(error: VasowaveError, place: Place = NOWHERE, files: Iterable[Path] = ()) -> StudyProblem:
     """Return the problem that an error is."""
-    finding = replace(UNREADABLE(text=str(error)), own_cures=error.cures)
+    finding = replace(UNREADABLE(text=str(error)), raised_cures=error.cures)
     return StudyProblem(finding.placed(place), tuple(map(str, files)))
 
 
