@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vasowave.base.cures import STRETCH, SetSetting, Visit
+from vasowave.base.cures import STRETCH, Cure, SetSetting, Visit
 from vasowave.base.errors import NumericalError
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.pulse.cycle.averaged import Rejection
@@ -145,7 +145,7 @@ def made_do(reasons: list[Rejection], beats: int) -> tuple[list[Rejection], set[
     return reasons, set()
 
 
-_FEW_GOOD = (
+_FEW_GOOD: tuple[Cure, ...] = (
     Visit("recording"),
     STRETCH,
     SetSetting("Average 10 beats", "averaging.beats", "10"),
