@@ -264,19 +264,8 @@ def _grouped(
     """Fill the column `group` of what was found; return the groups of the study with their marks, what to say, and
     what a person may do.
     """
-    used = {row.get("group", "") for row in before} & set(settings.groups)
-    free = not used and settings.groups == StudyFile().groups
-    marks: MarksOf = {label: (label,) for label in settings.groups}
+    marks, used, free = _named_groups(rows, before, settings, options, sheets)
     group, requested_groups = options.group, options.groups
-    if requested_groups:
-        marks = _regrouped([] if free else settings.groups, used, requested_groups)
-    elif group and group not in marks:
-        if not free and (hint := did_you_mean(group, marks)):
-            raise InputError(f"'{group}' is not a group of the study{hint}; its groups: {', '.join(marks)}")
-        marks = ({} if free else marks) | {group: (group,)}
-
-    labels = [] if requested_groups else sheet_groups(sheets, rows, before)
-    marks = ({} if free and labels else marks) | {label: marks.get(label, (label,)) for label in labels}
 
     def assign() -> list[AddedRow]:
         for entry in rows:
@@ -311,6 +300,27 @@ def _grouped(
     if options.ask:
         return marks, [], []
     return marks, [f"groups: {proposal}. If that is not right, name them, the reference first"], [NameGroups()]
+
+
+def _named_groups(
+    rows: Sequence[AddedRow], before: Sequence[dict[str, str]], settings: StudyFile, options: AddingOptions,
+    sheets: Sequence[AnimalSheet],
+) -> tuple[MarksOf, set[str], bool]:  # fmt: skip
+    """Return the groups that a person, a lab's table or the study names, those of rows, and whether none was chosen."""
+    used = {row.get("group", "") for row in before} & set(settings.groups)
+    free = not used and settings.groups == StudyFile().groups
+    marks: MarksOf = {label: (label,) for label in settings.groups}
+    group, requested_groups = options.group, options.groups
+    if requested_groups:
+        marks = _regrouped([] if free else settings.groups, used, requested_groups)
+    elif group and group not in marks:
+        if not free and (hint := did_you_mean(group, marks)):
+            raise InputError(f"'{group}' is not a group of the study{hint}; its groups: {', '.join(marks)}")
+        marks = ({} if free else marks) | {group: (group,)}
+
+    labels = [] if requested_groups else sheet_groups(sheets, rows, before)
+    marks = ({} if free and labels else marks) | {label: marks.get(label, (label,)) for label in labels}
+    return marks, used, free
 
 
 def _regrouped(before: Sequence[str], used: Collection[str], requested_groups: MarksOf) -> MarksOf:
