@@ -162,6 +162,8 @@ def argument(cure: Cure) -> str:
             return f"recording.calibrated(flow_zero={float(level):.4g})"
         case TurnFlow():
             return "recording.calibrated(flow_gain=-1)"
+        case SetCells(_, (("kind", "raw"),)):
+            return "average_beats(read_raw_recording(path))"
         case SetCells(_, cells) if all(title in _ARGUMENTS for title, _ in cells):
             return ", ".join(f"{field_of(title).removesuffix('_channel')}={_literal(text)}" for title, text in cells)
         case SetSetting(_, key, text):
