@@ -1,14 +1,19 @@
 """Every finding that asks for something says what to do, in the words of the door at which it is met."""
 
 import re
+import subprocess
+import sys
 from dataclasses import fields
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import finding_codes as pages
+import vasowave as vw
 from vasowave.base import KINDS, Cure, Severity, ShiftFlowZero, argument, sentence
 from vasowave.cli import Shell
+from vasowave.pulse.network import write_network
 from vasowave.workbench import as_shown
 
 OF_A_SHELL = re.compile(
@@ -85,3 +90,22 @@ def test_the_zero_of_a_flow_that_has_a_zero_and_a_gain_already_is_that_of_what_w
 def test_every_field_of_a_cure_is_text_or_cells():
     for cure in Cure.__args__:
         assert {field.type for field in fields(cure)} <= {str, tuple[tuple[str, str], ...]}, cure
+
+
+@pytest.mark.validation
+def test_a_command_of_one_recording_counts_the_zero_that_was_typed_and_codes_are_told_to_whom_asks(tmp_path):
+    mouse = vw.virtual_mouse()
+    rows = np.column_stack([mouse.time, mouse.pressure, mouse.flow + 0.05 * np.ptp(mouse.flow)])
+    head = "time [s],pressure [mmHg],flow [ml/s]"
+    np.savetxt(tmp_path / "a.csv", rows, "%.9g", ",", header=head, comments="")
+    write_network(vw.control_network(), tmp_path / "lung.csv")
+    level = 0.05 * float(np.ptp(mouse.flow))
+    told = subprocess.run(
+        [sys.executable, "-m", "vasowave", "-v", "fit", "lung.csv", "a.csv", "--flow-zero=0.01", "--starts=1",
+         "--walls=linear", "--no-model-selection", "--no-pdf", "--inference=none"],
+        cwd=tmp_path, capture_output=True, text=True, check=False, timeout=600,
+    )  # fmt: skip
+    offered = re.findall(r"--flow-zero=([\d.]+)$", told.stdout + told.stderr, re.MULTILINE)
+    assert offered, told
+    assert {float(text) for text in offered} == {pytest.approx(level, abs=0.02)}
+    assert "[recording.flow-off-zero]" in told.stdout + told.stderr

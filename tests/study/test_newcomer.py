@@ -11,6 +11,7 @@ from scipy.io import savemat
 from typer.testing import CliRunner
 
 from lab_files import SMALL, exported, recorded, write_lab
+from vasowave.base import NameGroups
 from vasowave.cli import app
 from vasowave.pulse.network import write_network
 from vasowave.study.entering import add_files
@@ -195,7 +196,8 @@ def test_groups_that_a_user_chose_are_not_replaced_and_one_option_says_which_is_
     study = tmp_path / "s"
     typed("new", study, "--groups", "control,hypoxic")
     first = add_files(study, [lab])
-    assert any("--groups control=WT,hypoxic=HOX" in one for one in first.said)
+    assert any("Say which is which: control=WT,hypoxic=HOX" in one for one in first.said)
+    assert NameGroups("control=WT,hypoxic=HOX") in first.cures
     assert {row["group"] for row in table(study).values()} == {""}
     second = add_files(study, [lab], groups="control=WT,hypoxic=HOX")
     assert len(second.updated) == 6

@@ -2,11 +2,10 @@
 
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import click
 
 from vasowave.base.cures import (
     FLOW_GAIN,
@@ -31,6 +30,12 @@ from vasowave.base.findings import Finding
 
 if TYPE_CHECKING:
     from vasowave.study.folder.problems import StudyProblem
+
+VERBOSE: ContextVar[bool] = ContextVar("VERBOSE", default=False)
+"""Whether the user asked for details (-v)."""
+
+TYPED: ContextVar[Mapping[str, object] | None] = ContextVar("TYPED", default=None)
+"""The options of columns that were typed; None of a command that has none."""
 
 _MAX_COMMANDS = 3  # below a finding
 _VALUE = "VALUE"  # stands for what only a person knows
@@ -100,11 +105,10 @@ class Shell:
 
 def _typed_cells() -> dict[str, str] | None:
     """Return zero and gain of the flow as they were typed; None of a command that has no such options."""
-    context = click.get_current_context(silent=True)
-    fields = {title: field_of(title) for title in (FLOW_ZERO, FLOW_GAIN)}
-    if context is None or not {*fields.values()} <= {*context.params}:
+    options = TYPED.get()
+    if options is None:
         return None
-    return {title: str(context.params[name] or "") for title, name in fields.items()}
+    return {title: str(options.get(field_of(title), "")) for title in (FLOW_ZERO, FLOW_GAIN)}
 
 
 def _option(title: str, text: str) -> str:
@@ -145,6 +149,4 @@ def problem_lines(problem: "StudyProblem", shell: Shell) -> str:
 
 def code_of(finding: Finding) -> str:
     """Return the code of a finding where the user asked for details (-v), else nothing."""
-    context = click.get_current_context(silent=True)
-    verbose = context is not None and context.find_root().params.get("verbose")
-    return f" [{finding.code}]" if verbose else ""
+    return f" [{finding.code}]" if VERBOSE.get() else ""

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 import typer
 from typer.main import get_command
 
-from vasowave.base.cures import field_of
+from vasowave.base.cures import FLOW_ZERO, field_of
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.settings import Setting, settings_of
+from vasowave.cli.cures import TYPED
 from vasowave.cli.signatures import with_parameters
 from vasowave.study.folder.problems import refuse
 from vasowave.study.folder.reading import Document
@@ -68,9 +69,10 @@ def with_settings(name: str, command: Any) -> Any:
         setting_values = {key: arguments.pop(key) for key in options}
         if by_key := setting_values.pop(_SET, None):
             setting_values |= _by_key(setting_values, by_key)
-        function(
-            **arguments, setting_values={key: value for key, value in setting_values.items() if value not in (None, [])}
-        )
+        typed = {key: value for key, value in setting_values.items() if value not in (None, [])}
+        if field_of(FLOW_ZERO) in options:
+            TYPED.set(typed)
+        function(**arguments, setting_values=typed)
 
     parameters = [inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
                   for key, kind in options.items()]  # fmt: skip
