@@ -252,10 +252,10 @@ def _canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np
         return channel.values * units.factor(stated_unit, quantity), [*notes]
     if name != "ecg" and _unconverted(channel):
         if stated_unit is None:
-            unit = SetCells(f"Name the unit of {name}", ((f"{name} unit", UNKNOWN),))
+            generic = SetCells(f"Name the unit of {name}", ((f"{name} unit", UNKNOWN),))
             usual = units.CANONICAL[quantity]
             offer = SetCells(f"The {name} is in {usual}", ((f"{name} unit", usual),))
-            raise InputError(_unit_wanted(channel, name), [offer, unit])
+            raise InputError(_unit_wanted(channel, name), [offer, generic])
         return channel.values * units.factor(stated_unit, quantity), [GIVEN_UNIT(name=name, unit=stated_unit)]
     try:
         return channel.values * units.factor(unit, quantity), []
