@@ -1,19 +1,21 @@
 """Every finding that asks for something says what to do, in the words of the door at which it is met."""
 
 import re
-import subprocess
-import sys
+import shlex
 from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import finding_codes as pages
 import vasowave as vw
-from vasowave.base import KINDS, Cure, Severity, ShiftFlowZero, argument, sentence
-from vasowave.cli import Shell
+from vasowave.base import KINDS, Cure, Severity, ShiftFlowZero, TurnFlow, argument, sentence
+from vasowave.cli import Shell, app
+from vasowave.cli.cures import TYPED
 from vasowave.pulse.network import write_network
+from vasowave.study.entering import new_study
 from vasowave.workbench import as_shown
 
 OF_A_SHELL = re.compile(
@@ -92,20 +94,29 @@ def test_every_field_of_a_cure_is_text_or_cells():
         assert {field.type for field in fields(cure)} <= {str, tuple[tuple[str, str], ...]}, cure
 
 
-@pytest.mark.validation
-def test_a_command_of_one_recording_counts_the_zero_that_was_typed_and_codes_are_told_to_whom_asks(tmp_path):
+def test_a_command_of_one_recording_counts_the_zero_and_the_gain_that_were_typed():
+    before = TYPED.set({"flow_gain": "-1", "flow_zero": "0.01"})
+    try:
+        assert Shell().command(ShiftFlowZero("0.04")) == "--flow-zero=-0.03"  # (q - 0.01)(-1) = 0.04
+        assert Shell().command(TurnFlow()) == "--flow-gain=1"
+    finally:
+        TYPED.reset(before)
+
+
+def test_the_shell_prints_the_command_below_a_finding_and_the_code_to_whom_asks(tmp_path):
     mouse = vw.virtual_mouse()
     rows = np.column_stack([mouse.time, mouse.pressure, mouse.flow + 0.05 * np.ptp(mouse.flow)])
+    new_study(tmp_path / "s", ["CTL"])
     head = "time [s],pressure [mmHg],flow [ml/s]"
-    np.savetxt(tmp_path / "a.csv", rows, "%.9g", ",", header=head, comments="")
-    write_network(vw.control_network(), tmp_path / "lung.csv")
-    level = 0.05 * float(np.ptp(mouse.flow))
-    told = subprocess.run(
-        [sys.executable, "-m", "vasowave", "-v", "fit", "lung.csv", "a.csv", "--flow-zero=0.01", "--starts=1",
-         "--walls=linear", "--no-model-selection", "--no-pdf", "--inference=none"],
-        cwd=tmp_path, capture_output=True, text=True, check=False, timeout=600,
-    )  # fmt: skip
-    offered = re.findall(r"--flow-zero=([\d.]+)$", told.stdout + told.stderr, re.MULTILINE)
-    assert offered, told
-    assert {float(text) for text in offered} == {pytest.approx(level, abs=0.02)}
-    assert "[recording.flow-off-zero]" in told.stdout + told.stderr
+    np.savetxt(tmp_path / "s/a.csv", rows, "%.9g", ",", header=head, comments="")
+    write_network(vw.control_network(), tmp_path / "s/lung.csv")
+    (tmp_path / "s/animals.csv").write_text("animal,group,network,recording\nrat 1,CTL,lung.csv,a.csv\n", "utf-8")
+    lines = CliRunner().invoke(app, ["-v", "check", str(tmp_path / "s")]).output.splitlines()
+    (k,) = [k for k, line in enumerate(lines) if "[recording.flow-off-zero]" in line]
+    command = lines[k + 1].strip()
+    assert command.startswith(f"vasowave add {tmp_path / 's'} {tmp_path / 's/a.csv'} --flow-zero=0.04")
+    done = CliRunner().invoke(app, shlex.split(command)[1:])
+    assert done.exit_code == 0, done.output
+    output = CliRunner().invoke(app, ["check", str(tmp_path / "s")]).output
+    assert "the flow rests at" not in output
+    assert "[" not in output.rpartition("warning:")[2]
