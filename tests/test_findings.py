@@ -84,15 +84,15 @@ def test_what_all_laws_say_is_said_once_and_the_rest_by_its_law(some_kind):
     assert [(dict(each.values)["degrees"], each.place.law) for each in found] == [
         (2.0, ""), (1.0, "linear"), (3.0, "tangent")
     ]  # fmt: skip
-    assert texts(found)[1] == "linear wall: 1.0 °C in 'lab'"
+    assert texts(found)[1] == "linear wall: 1.0 °C in 'lab'. Open a window."
     assert from_json(as_json(found)) == tuple(found)
 
 
-def test_codes_name_a_room_and_what_was_noticed_and_every_look_has_a_remedy():
+def test_codes_name_a_room_and_what_was_noticed_and_every_look_and_error_has_a_remedy():
     pages.load_all()
     for code, one in KINDS.items():
         assert re.fullmatch(r"other|[a-z]+\.[a-z-]+", code), code
-        assert one.severity is not Severity.LOOK or one.remedy or code == "other", code
+        assert one.severity is Severity.NOTE or one.remedy, code
         assert all(field is None or field.isidentifier() for _, field, _, _ in string.Formatter().parse(one.text))
 
 

@@ -100,6 +100,17 @@ def test_results_show_themselves_as_a_short_table_that_says_what_can_be_typed_ne
         eval(typed, {"results": results})  # what we say can be typed
 
 
+def test_an_animal_shows_its_numbers_in_a_terminal_and_in_a_notebook(results):
+    result = results["CTL 1"]
+    head, *rows = repr(result).splitlines()
+    assert head == "AnimalResult('CTL 1', CTL)"
+    assert [row.split()[0] for row in rows] == ["measured", *result.laws]
+    value = result.table().set_index(["law", "quantity"]).loc[("measured", "mPAP"), "value"]
+    assert f"mPAP {value:.4g} mmHg" in rows[0]
+    assert all(f"mPAP {value:.4g} mmHg" in text for text in (repr(result), result._repr_html_()))
+    assert "RMSE" in rows[1]
+
+
 def test_the_table_holds_every_stored_number_with_its_interval_and_unit_once(results):
     table = results.table()
     assert list(table.columns) == ["animal", "group", "law", "quantity", "value", "low", "high", "unit"]

@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 
 import vasowave
-from vasowave.base import KINDS, FindingKind
+from vasowave.base import KINDS
 
 PAGE = Path(__file__).parents[1] / "docs" / "findings.md"
 ABOUT = """\
@@ -33,16 +33,19 @@ def load_all() -> None:
             importlib.import_module(module.name)
 
 
-def words(kind: FindingKind) -> str:
-    """Return the words of a kind with its values by name, without what to do."""
-    text = re.sub(r"[;,]? ?\{remedy\}", "", kind.text)
+def words(text: str) -> str:
+    """Return a text of a kind with its values by name, without what to do."""
+    text = re.sub(r"[;,]? ?\{remedy\}", "", text)
     return re.sub(r"\{(\w+)[^}]*\}", r"*\1*", text).replace("|", "/")
 
 
 def page() -> str:
     """Return the page."""
     load_all()
-    rows = (f"| `{code}` | {one.severity.value} | {words(one)} | {one.remedy} |" for code, one in sorted(KINDS.items()))
+    rows = (
+        f"| `{code}` | {one.severity.value} | {words(one.text)} | {words(one.remedy)} |"
+        for code, one in sorted(KINDS.items())
+    )
     return ABOUT + "\n".join(rows) + "\n"
 
 

@@ -5,18 +5,18 @@ import warnings
 import numpy as np
 import pytest
 
-from vasowave.base import InputError
+from vasowave.base import InputError, stretch
 from vasowave.catheter.read import read_raw_recording
 from vasowave.catheter.signals import Span, even_step, gaps
 
 
 def test_four_gaps_are_told_by_three_those_that_touch_are_one_and_a_short_rest_is_no_advice():
     five = [Span(1, 2), Span(2, 2.5), Span(4, 4.1), Span(6, 6.1), Span(8, 8.1)]
-    said = gaps.describe_gaps(five, 0.0, 9.0, 1.0)
+    said, cures = gaps.describe_gaps(five, 0.0, 9.0, 1.0)
     assert said.startswith("no samples from 1 to 2.5 s, 4 to 4.1 s, 6 to 6.1 s and 1 more; the longest stretch without")
-    assert "--start 4.1 --end 6;" in said
-    assert "more" not in gaps.describe_gaps(five[:4], 0.0, 9.0, 1.0)
-    assert gaps.describe_gaps(five, 0.0, 9.0, 1.91).endswith("; no 1.91 s are without a gap")
+    assert cures == [stretch("4.1", "6")]
+    assert "more" not in gaps.describe_gaps(five[:4], 0.0, 9.0, 1.0)[0]
+    assert gaps.describe_gaps(five, 0.0, 9.0, 1.91)[0].endswith("; no 1.91 s are without a gap")
 
 
 @pytest.mark.parametrize(

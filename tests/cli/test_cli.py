@@ -274,7 +274,7 @@ def test_the_name_of_an_output_must_say_what_is_written(command, endings, tmp_pa
 
 def test_a_report_without_results_says_what_keeps_both(tmp_path):
     (tmp_path / "report.html").write_text("a report")
-    with pytest.raises(InputError, match="a report alone, without results; `vasowave fit`"):
+    with pytest.raises(InputError, match="a report alone, without results; a run of the study"):
         read_results(tmp_path)
 
 

@@ -52,7 +52,7 @@ UNSIZED = {
 @pytest.mark.parametrize("name", UNSIZED)
 def test_where_no_file_says_the_size_it_is_asked_for_and_three_numbers_are_taken(tmp_path, name):
     path = UNSIZED[name](tmp_path)
-    with pytest.raises(InputError, match=r"is not known; give it in cm \(--voxel of .* one number, or x,y,z"):
+    with pytest.raises(InputError, match=r"is not known; give it in cm: one number, or x,y,z\nvoxel="):
         read_volume(path)
     volume, codes = opened(path, wrapped.SIZE)
     np.testing.assert_array_equal(volume.spacing, wrapped.SIZE)
@@ -170,7 +170,7 @@ def test_a_voxel_size_is_written_as_it_is_read():
 def test_an_image_that_no_animal_of_the_species_has_is_refused_at_the_first_look(first_look):
     tube = 100.0 * (np.hypot(*(np.indices((20, 20, 20))[1:] - 9.5)) < 4) + np.indices((20, 20, 20))[0]
     volume = Volume(tube, np.full(3, 1.0), np.zeros(3))  # µm taken for mm taken for cm
-    with pytest.raises(InputError, match=r"measures 20 × 20 × 20 cm .* no mouse is like that; .*--voxel"):
+    with pytest.raises(InputError, match=r"measures 20 × 20 × 20 cm .* no mouse is like that; .*\nvoxel="):
         first_look(volume, species="mouse")
 
 

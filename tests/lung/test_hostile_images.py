@@ -178,6 +178,6 @@ UNSIZED = {
 def test_a_voxel_size_that_is_not_there_is_asked_for_and_never_assumed(tmp_path, name):
     path = image(tmp_path, name)
     UNSIZED[name](path)
-    with pytest.raises(InputError, match=r"size of its voxels is not known; give it in cm \(--voxel of"):
+    with pytest.raises(InputError, match=r"size of its voxels is not known; give it in cm:"):
         read_volume(path)
     np.testing.assert_array_equal(read_volume(path, 0.01).spacing, np.full(3, 0.01))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from small_study import SETTINGS, write_cycle
 from typer.testing import CliRunner
 
-from vasowave.base import SPECIES, InputError, SpeciesName, VasowaveWarning
+from vasowave.base import SPECIES, InputError, SetSetting, SpeciesName, VasowaveWarning
 from vasowave.cli import app
 from vasowave.cli.options import read_settings
 from vasowave.pulse.examples import control_network, hypertensive_network
@@ -21,6 +21,8 @@ from vasowave.study.entering import check_study
 from vasowave.study.folder import COLUMNS, BloodSection, parse_settings, read_animals
 from vasowave.study.results import blood_findings, load_animal, physiology_findings
 from vasowave.study.running import read_study, run_alone, run_study, running
+
+PUT = "put the file there, or correct its name"
 
 
 def said(folder: Path) -> list[str]:
@@ -52,7 +54,9 @@ def test_a_recording_in_place_of_a_study_is_answered_with_what_takes_one(tmp_pat
 
 def test_a_good_study_has_only_what_is_odd_and_status_0(make_study):
     folder = make_study()
-    assert said(folder) == ["W animals.csv: group 'HPH' has one animal; a comparison needs two or more"]
+    assert said(folder) == [
+        "W animals.csv: group 'HPH' has one animal; a comparison needs two or more. Add animals to the group."
+    ]
     checked = CliRunner().invoke(app, ["check", str(folder)])
     assert checked.exit_code == 0
     assert checked.output.endswith("\n0 errors, 1 warning\n")
@@ -77,13 +81,13 @@ def test_everything_wrong_in_the_table_is_said_at_once(make_study):
     )
     assert said(folder) == [
         "E animals.csv, line 2, column 'group': 'CTR' is not a group of the study (did you mean 'CTL'?); "
-        "its groups: CTL, HPH",
-        "E animals.csv, line 3, column 'network': 'm.csv' does not exist (did you mean 'n.csv'?)",
-        "E animals.csv, line 3, column 'recording': 'recordings/00.csv' does not exist (did you mean '0.csv'?)",
-        "E animals.csv, line 4, column 'animal': the cell is empty",
-        "E animals.csv, line 5, column 'recording': 'recordings' is a folder",
+        "write one of its groups (CTL, HPH), or add this one to them",
+        "E animals.csv, line 3, column 'network': 'm.csv' does not exist (did you mean 'n.csv'?); " + PUT,
+        "E animals.csv, line 3, column 'recording': 'recordings/00.csv' does not exist (did you mean '0.csv'?); " + PUT,
+        "E animals.csv, line 4, column 'animal': the cell is empty. Fill it in.",
+        "E animals.csv, line 5, column 'recording': 'recordings' is a folder; name a file inside it",
         "E animals.csv, line 8, column 'animal': 'd/e': a name consists of letters, digits, blanks and . , _ + - ( )",
-        "E animals.csv, line 8, column 'recording': 'nowhere/2.csv' does not exist, nor does its folder",
+        "E animals.csv, line 8, column 'recording': 'nowhere/2.csv' does not exist, nor does its folder; " + PUT,
         "E animals.csv, line 7, column 'animal': 'c' stands in line 6 already; rename one; where one animal was "
         "measured twice, say so in a column of your own, and name that as the design's subject",
     ]
@@ -388,7 +392,8 @@ def middle(species):
 
 def test_an_animal_that_fits_several_species_is_told_all_of_them_once():
     (found,) = physiology_findings(middle("dog"), 0.4, "mouse")
-    assert "All of them fit a dog or a pig or a human: write species: dog" in str(found)
+    assert "All of them fit a dog or a pig or a human: if it is one, name that species" in str(found)
+    assert found.cures[0] == SetSetting("The species is dog", "species", "dog")
     assert not physiology_findings(middle("dog"), 0.4, "other")
 
 
@@ -415,7 +420,10 @@ def test_what_a_report_cannot_honour_and_a_wedge_of_some_animals_are_said_before
     wedged = [f"{table[0]},wedge [mmHg]", f"{table[1]},6", *(f"{row}," for row in table[2:])]
     (study / "animals.csv").write_text("\n".join([*wedged, ""]), "utf-8")
     found = {problem.finding.code: str(problem) for problem in check_study(study).problems}
-    assert "'power' is none of calibration.walls (tangent, linear)" in found["check.law-not-fitted"]
+    assert (
+        "'power' is none of calibration.walls; choose one that is fitted: tangent, linear"
+        in found["check.law-not-fitted"]
+    )
     assert "no animal will have 'PVRR' (did you mean 'PVR'?)" in found["check.no-quantity"]
     assert f"1 of {len(table) - 1} animals have a wedge pressure" in found["check.wedge-of-some"]
 

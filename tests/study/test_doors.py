@@ -101,7 +101,7 @@ def test_an_implausible_flow_is_said_by_add_run_fit_and_in_front_of_the_page(lab
     changed = (study / "animals.csv").read_text("utf-8").replace("Nx_2,Nx", "Nx_2,SuHx")
     typed("report", study)
     (study / "animals.csv").write_text(changed, "utf-8")
-    with pytest.warns(VasowaveWarning, match="Nx_2.*vasowave run computes what changed"):
+    with pytest.warns(VasowaveWarning, match="Nx_2.*run it again: what changed is computed"):
         typed("report", study)
     assert f"the study is {study}" in str(CliRunner().invoke(app, ["status", str(study / "report")]).exception)
 
@@ -125,7 +125,7 @@ def test_a_group_is_given_to_what_is_added_alone_and_a_new_one_is_said(lab, tmp_
     said = typed("add", study, lab / "Nx_1.csv", lab / "SuHx_2.csv", "--group", "late")
     assert groups_of(study) == {"Nx_1": "Nx", "SuHx_1": "SuHx", "SuHx_2": "late"}
     assert "Nx_1: in the table already, with another group than late, and stays there" in said
-    assert "groups are [Nx, SuHx, late] now, the first is the reference; --group adds 'late'" in said
+    assert "groups are [Nx, SuHx, late] now, the first is the reference; 'late' is new" in said
 
 
 def test_status_says_of_which_earlier_design_the_results_are(lab, tmp_path):
@@ -157,7 +157,8 @@ def test_the_block_that_is_read_is_said_where_there_are_several(tmp_path):
     (tmp_path / "m.txt").write_text(with_decimal_commas_and_a_short_block(exported(4, 15.0)), "utf-8")
     typed("new", tmp_path / "s")
     (said,) = [one for one in add_files(tmp_path / "s", [tmp_path / "m.txt"]).said if "block" in one]
-    assert re.search(r"m.txt: block 2 of 2 is read, the longest \(blocks last [\d.]+ s, 12 s\); --block", said)
+    words = r"m.txt: block 2 of 2 is read, the longest \(blocks last [\d.]+ s, 12 s\); the column .block. takes another"
+    assert re.search(words, said)
     assert not any("block" in one for one in add_files(tmp_path / "s", [tmp_path / "m.txt"], cells={"block": "1"}).said)
 
 

@@ -53,7 +53,7 @@ def test_the_heart_rates_looked_for_are_those_of_the_species_unless_they_are_giv
         assert heart_rate(found) == pytest.approx(rate, rel=0.02)
     if rate < 250:
         for refused in ("", "species: rat\naveraging: {heart_rates: [260, 900]}"):
-            with pytest.raises(NumericalError, match="--species rat or --heart-rates 200,600"):
+            with pytest.raises(NumericalError, match="name the species or the range"):
                 heart_rate(refused)
 
 

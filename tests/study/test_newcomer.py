@@ -11,6 +11,7 @@ from scipy.io import savemat
 from typer.testing import CliRunner
 
 from lab_files import SMALL, exported, recorded, write_lab
+from vasowave.base import NameGroups
 from vasowave.cli import app
 from vasowave.pulse.network import write_network
 from vasowave.study.entering import add_files
@@ -144,7 +145,8 @@ def test_the_column_group_and_all_others_stay_and_an_option_fills_the_row_again(
     (study / "animals.csv").write_text(text.replace("flow,kind", "weight,flow,kind"), "utf-8")
     added = add_files(study, [lab / "WT_101.txt", lab / "lung.csv"])
     assert any(
-        "neither name nor folder tells the group" in one and "give --group or --groups" in one for one in added.said
+        "neither name nor folder tells the group" in one and "name the groups as names hold them" in one
+        for one in added.said
     )
     header = next(line for line in (study / "animals.csv").read_text("utf-8").splitlines() if not line.startswith("#"))
     assert header.startswith("animal,group,network,recording,weight,flow,kind,period [s]")
@@ -194,7 +196,8 @@ def test_groups_that_a_user_chose_are_not_replaced_and_one_option_says_which_is_
     study = tmp_path / "s"
     typed("new", study, "--groups", "control,hypoxic")
     first = add_files(study, [lab])
-    assert any("--groups control=WT,hypoxic=HOX" in one for one in first.said)
+    assert any("Say which is which: control=WT,hypoxic=HOX" in one for one in first.said)
+    assert NameGroups("control=WT,hypoxic=HOX") in first.cures
     assert {row["group"] for row in table(study).values()} == {""}
     second = add_files(study, [lab], groups="control=WT,hypoxic=HOX")
     assert len(second.updated) == 6

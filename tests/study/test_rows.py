@@ -69,7 +69,7 @@ def test_words_of_a_row_are_those_that_are_known(folder):
     assert [part for part, _ in wrong] == ["block", "end [s]"]
     assert rowed(folder, kind="cylce")[1] == [("kind", "'cylce' (did you mean 'cycle'?); write cycle or raw")]
     assert rowed(folder, synthetic="maybe")[1] == [("synthetic", "'maybe'; write yes or no")]
-    assert rowed(folder, group="CTK")[1][0][1].endswith("(did you mean 'CTL'?); its groups: CTL, HPH")
+    assert rowed(folder, group="CTK")[1][0][1].endswith("write one of its groups (CTL, HPH), or add this one to them")
     assert rowed(folder, group="")[1] == [("group", "the cell is empty")]
     assert [part for part, _ in rowed(folder, pressure_unit="mlHg", flow_unit="furlong")[1]] == [
         "pressure unit", "flow unit"

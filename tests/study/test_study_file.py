@@ -58,13 +58,13 @@ def test_all_slips_are_named_at_once_with_line_column_and_nearest_key():
         "radius_scale_sd, length_scale_sd, k_sd, taper_sd, image_pressure_sd, flow_gain_sd, flow_delay_sd, zero_sd, "
         "flow_zero_sd, pressure_lag_sd, pressure_inertia_sd, flow_lag_sd, pressure_gain_sd, "
         "viscosity_sd, model_selection, noise_models, waves_at, inference, blood, numerics, design, report",
-        "study.yaml, line 3, column 11: calibration.starts: 'four' is not a whole number",
+        "study.yaml, line 3, column 11: calibration.starts: 'four' is not a whole number; write one",
         "study.yaml, line 4, column 19: calibration.walls.1: unknown wall law 'tangnt' "
         "(did you mean 'tangent'?); choose from: linear, tangent, "
         "power, vein, or name a class of your own as module:Class",
         "study.yaml, line 5, column 12: calibration.bounds: 'betta' is not known (did you mean 'beta'?); "
         "choose from: beta, r1, r2, c1, p1, gamma, m",
-        "study.yaml, line 6, column 9: calibration.seed: '1,5' is not a whole number",
+        "study.yaml, line 6, column 9: calibration.seed: '1,5' is not a whole number; write one",
     ]
 
 

@@ -22,7 +22,7 @@ from hypothesis.stateful import (
 
 import vasowave as vw
 from lab_files import SMALL
-from vasowave.base import InputError
+from vasowave.base import InputError, sentence
 from vasowave.base.io import write_files
 from vasowave.pulse.network import write_network
 from vasowave.study.entering import check_study, read_rows
@@ -54,7 +54,7 @@ def test_the_desk_says_what_check_says(study):
         (study / "animals.csv").read_text(encoding="utf-8").replace(",hypoxic,", ",hypoxc,", 1), encoding="utf-8"
     )
     found, said = check_study(study), checked(Desk(study))
-    assert [one["text"] for one in said["problems"]] == [str(one.finding) for one in found.problems]
+    assert [one["text"] for one in said["problems"]] == [sentence(one.finding) for one in found.problems]
     assert {name: tuple(row) for name, row in said["read"].items()} == {one.animal: one.row() for one in found.read}
     at = next(one for one in said["problems"] if one["error"])
     assert (at["column"], at["animals"]) == ("group", ["mouse_h1"])
@@ -568,3 +568,18 @@ def test_a_stretch_out_of_memory_is_the_stretch_that_is_read(study):
     row = replace(plan.animals[0], start=2.0, end=99.0)
     with pytest.raises(InputError, match="does not lie in"):
         recordings.opened(row, plan).beats(row, plan, ())
+
+
+def test_groups_that_are_typed_after_the_drop_are_brought_to_the_animals_whose_files_hold_them(study):
+    at, before = place(study), texts(study)
+    assert "by the names of their files: mouse_c1" in do(at, "set-groups", groups=["sham=control", "hypoxic"])
+    assert read_settings(study / "study.yaml")[0].groups == ["sham", "hypoxic"]
+    groups = {name: row["group"] for name, row in rows(study).items()}
+    assert set(groups.values()) == {"sham", "hypoxic"}
+    assert all((label == "sham") == name.startswith("mouse_c") for name, label in groups.items())
+    do(at, "set-cells", animal="mouse_c1", cells={"group": "hypoxic"})
+    do(at, "set-groups", groups=["hypoxic", "sham"])
+    assert rows(study)["mouse_c1"]["group"] == "hypoxic"  # what a person said of an animal stays
+    for _ in range(3):
+        do(at, "undo")
+    assert texts(study) == before

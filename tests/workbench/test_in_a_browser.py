@@ -135,6 +135,7 @@ def test_six_raw_files_and_a_lung_become_a_report_by_few_clicks_and_the_same_as_
         for key, value in (("calibration.walls", "[linear]"), ("calibration.starts", "2")):
             page.type(f"[data-key='setting {key}']", value)
             page.until(f"document.querySelector('[data-key=\"setting {key}\"]')?.defaultValue === {json.dumps(value)}")
+        page.until("!document.querySelector('#run').disabled", 60)  # its recordings have been read
         page.click("#run")
         page.until("document.querySelector('#stop') && document.querySelector('progress')")
         page.until("document.querySelector('#report') && document.querySelector('#run')", 300)

@@ -105,6 +105,7 @@ def test_control_c_ends_it_at_once_and_the_run_goes_on_or_stops_as_was_chosen(pr
         if stops:
             page.click("[data-key=at-end]")
             page.until("document.querySelector('[data-key=at-end]').checked")
+        page.until("!document.querySelector('#run').disabled", 60)
         page.click("#run")
         page.until("document.querySelector('#stop')", 60)
         page.until("document.querySelector('#running').textContent.startsWith('Running')", 60)

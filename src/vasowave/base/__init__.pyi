@@ -1,6 +1,22 @@
 """What every part stands on: errors, findings, settings, units, species, stored files, processes."""
 
 from vasowave.base.accessors import Accessor as Accessor
+from vasowave.base.cures import UNKNOWN as UNKNOWN
+from vasowave.base.cures import Cure as Cure
+from vasowave.base.cures import NameGroups as NameGroups
+from vasowave.base.cures import RemoveAnimal as RemoveAnimal
+from vasowave.base.cures import RunAgain as RunAgain
+from vasowave.base.cures import SetCells as SetCells
+from vasowave.base.cures import SetOption as SetOption
+from vasowave.base.cures import SetSetting as SetSetting
+from vasowave.base.cures import ShiftFlowZero as ShiftFlowZero
+from vasowave.base.cures import Tidy as Tidy
+from vasowave.base.cures import TrustPrograms as TrustPrograms
+from vasowave.base.cures import TurnFlow as TurnFlow
+from vasowave.base.cures import Visit as Visit
+from vasowave.base.cures import argument as argument
+from vasowave.base.cures import in_row as in_row
+from vasowave.base.cures import stretch as stretch
 from vasowave.base.descriptions import CLEAR_EVIDENCE_RATIO as CLEAR_EVIDENCE_RATIO
 from vasowave.base.descriptions import BedLaw as BedLaw
 from vasowave.base.descriptions import Law as Law
@@ -20,6 +36,7 @@ from vasowave.base.findings import as_json as as_json
 from vasowave.base.findings import finding_of as finding_of
 from vasowave.base.findings import from_json as from_json
 from vasowave.base.findings import kind as kind
+from vasowave.base.findings import sentence as sentence
 from vasowave.base.findings import shared as shared
 from vasowave.base.findings import texts as texts
 from vasowave.base.findings import warn as warn

@@ -12,9 +12,11 @@ Every message says what is wrong, where, and what to do next.
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
+
+from vasowave.base.cures import Cure, arguments
 
 EXTRAS = "`uv tool install '.[imaging,pdf,workbench]'` in a copy of the repository"
 """How a program gets the libraries that not everybody needs."""
@@ -29,7 +31,21 @@ def printable(text: str) -> str:
 
 
 class VasowaveError(Exception):
-    """Base of every error that vasowave raises on purpose."""
+    """Base of every error that vasowave raises on purpose.
+
+    Parameters
+    ----------
+    text : str
+        What is wrong, where, and what to do next, in words that fit every door.
+    cures : sequence of Cure
+        The same as what a door can do; Python shows them below the error.
+    """
+
+    def __init__(self, text: object = "", cures: Sequence[Cure] = ()) -> None:
+        super().__init__(text)
+        self.cures = tuple(cures)
+        for line in arguments(self.cures):
+            self.add_note(line)
 
     def __str__(self) -> str:
         """Return what is wrong, where, and what to do next."""
@@ -54,7 +70,7 @@ def of_file(path: object) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise InputError(f"{path}: {error}", error.cures) from None
 
 
 def did_you_mean(word: str, words: Iterable[str]) -> str:

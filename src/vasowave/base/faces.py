@@ -31,7 +31,7 @@ def attach_face(package: str) -> tuple[Callable[[str], Any], Callable[[], list[s
         if name not in homes():
             from vasowave.base.errors import did_you_mean
 
-            hint = did_you_mean(name, homes()) or f"; it has: {', '.join(sorted(homes()))}"
+            hint = did_you_mean(name, homes()) or f"; dir({package}) lists what it has"
             raise AttributeError(f"module '{package}' has no attribute '{name}'{hint}")
         module = import_module(homes()[name])
         return getattr(module, name) if hasattr(module, name) else import_module(f"{homes()[name]}.{name}")

@@ -5,18 +5,20 @@ A kind of finding is declared beside the code that finds it. Calling it with its
     RANG = look_kind("recording.catheter-rings", "its catheter rang at {frequency:.0f} Hz", "Flush it.")
     notes.append(RANG(frequency=310.0))
 
-Nobody looks into a text: what is done about a finding follows from its code and its severity. A text that says what to
-do takes it from the kind, as ``{remedy}``, where the table in the docs has it from, too.
+Nobody looks into a text: what is done about a finding follows from its code and its severity. What a person can do is
+the remedy, a sentence that names no command, function or button, and the cures, which each door writes in its own way.
+A text that holds the remedy within itself takes it from the kind, as ``{remedy}``.
 """
 
 import json
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from string import Formatter
 from typing import Any, NamedTuple
 
+from vasowave.base.cures import Cure, arguments, filled
 from vasowave.base.errors import VasowaveWarning, printable
 from vasowave.base.stores import parsed_as
 
@@ -80,18 +82,24 @@ class FindingKind:
     text : str
         A format string of the values, the parts of the place, and ``remedy``.
     remedy : str
-        What a person can do about it; empty where there is nothing to do.
+        What a person can do about it, a format string of the values; empty where there is nothing to do.
+    cures : tuple of Cure
+        The same as what a door can do; texts in them are format strings of the values.
     """
 
     code: str
     severity: Severity
     text: str
     remedy: str = ""
+    cures: tuple[Cure, ...] = ()
 
     def __call__(self, **values: Value) -> "Finding":
         """Return a finding of this kind."""
         return Finding(self.code, tuple(values.items()))
 
+
+ITSELF = "It says itself what to do."
+"""Remedy of a kind that passes on the text of an error."""
 
 KINDS: dict[str, FindingKind] = {}
 """All kinds by code, as the modules that declare them are loaded."""
@@ -102,17 +110,17 @@ def note_kind(code: str, text: str) -> FindingKind:
     return kind(code, Severity.NOTE, text)
 
 
-def look_kind(code: str, text: str, remedy: str) -> FindingKind:
+def look_kind(code: str, text: str, remedy: str, *cures: Cure) -> FindingKind:
     """Declare a kind of finding that asks for a look; raises as `kind`."""
-    return kind(code, Severity.LOOK, text, remedy)
+    return kind(code, Severity.LOOK, text, remedy, *cures)
 
 
-def error_kind(code: str, text: str, remedy: str = "") -> FindingKind:
+def error_kind(code: str, text: str, remedy: str, *cures: Cure) -> FindingKind:
     """Declare a kind of finding that must be corrected; raises as `kind`."""
-    return kind(code, Severity.ERROR, text, remedy)
+    return kind(code, Severity.ERROR, text, remedy, *cures)
 
 
-def kind(code: str, severity: Severity, text: str, remedy: str = "") -> FindingKind:
+def kind(code: str, severity: Severity, text: str, remedy: str = "", *cures: Cure) -> FindingKind:
     """Declare a kind of finding.
 
     Raises
@@ -122,7 +130,7 @@ def kind(code: str, severity: Severity, text: str, remedy: str = "") -> FindingK
     """
     if code in KINDS:
         raise ValueError(f"the code '{code}' is declared twice")
-    KINDS[code] = FindingKind(code, severity, text, remedy)
+    KINDS[code] = FindingKind(code, severity, text, remedy, cures)
     return KINDS[code]
 
 
@@ -137,11 +145,14 @@ class Finding:
     values : tuple of (str, value)
         Numbers and names that its text is made of.
     place : Place
+    raised_cures : tuple of Cure
+        Where they are not those of its kind alone, as of an error that a reader raised.
     """
 
     code: str
     values: tuple[tuple[str, Value], ...] = ()
     place: Place = NOWHERE
+    raised_cures: tuple[Cure, ...] = field(default=(), compare=False)
 
     @property
     def room(self) -> str:
@@ -152,6 +163,27 @@ class Finding:
     def severity(self) -> Severity:
         """The action that it asks for."""
         return _kind_of(self).severity
+
+    @property
+    def remedy(self) -> str:
+        """What a person can do about it, in words that fit every door; empty where there is nothing to do."""
+        return printable(_formatted(_kind_of(self).remedy, self))
+
+    @property
+    def advice(self) -> str:
+        """Its remedy where the text does not hold it, else empty."""
+        kind = _kind_of(self)
+        held = kind.remedy is ITSELF or "remedy" in _names_in(kind.text) or _STORED_TEXT in dict(self.values)
+        return "" if held else self.remedy
+
+    @property
+    def cures(self) -> tuple[Cure, ...]:
+        """What a door can do about it."""
+        values = self.place._asdict() | dict(self.values)
+        try:
+            return self.raised_cures or tuple(filled(cure, values) for cure in _kind_of(self).cures)
+        except LookupError:  # stored by a version that gave other values
+            return ()
 
     def at(self, file: str | None = None, **place: Any) -> "Finding":
         """Return the finding with the file that it was noticed in, or another part of its place."""
@@ -181,10 +213,17 @@ class Finding:
         kind, values = _kind_of(self), dict(self.values)
         if _STORED_TEXT in values:
             return printable(str(values[_STORED_TEXT]))
-        return printable(kind.text.format(**self.place._asdict() | values | {"remedy": kind.remedy}))
+        return printable(_formatted(kind.text, self))
 
 
-OTHER = kind("other", Severity.LOOK, "{text}")
+def _formatted(text: str, finding: Finding) -> str:
+    """Return a text of a kind with the values of a finding and the parts of its place."""
+    values = finding.place._asdict() | dict(finding.values)
+    remedy = _kind_of(finding).remedy.format(**values) if "remedy" in _names_in(text) else ""
+    return text.format(**values | {"remedy": remedy})
+
+
+OTHER = kind("other", Severity.LOOK, "{text}", ITSELF)
 """A warning that has no kind of its own yet."""
 
 
@@ -192,7 +231,9 @@ class FindingWarning(VasowaveWarning):
     """A warning that carries a finding."""
 
     def __init__(self, finding: Finding) -> None:
-        super().__init__(f"{finding.place}: {finding}" if finding.place.file else str(finding))
+        offered = " or ".join(arguments(finding.cures))
+        text = sentence(finding) + (f" [{offered}]" if offered else "")
+        super().__init__(f"{finding.place}: {text}" if finding.place.file else text)
         self.finding = finding
 
 
@@ -225,10 +266,20 @@ def shared(by_law: Mapping[str, Sequence[Finding]]) -> list[Finding]:
     return list(dict.fromkeys([*common, *specific_findings]))
 
 
+def sentence(finding: Finding) -> str:
+    """Return the text of a finding with its remedy, as a report has it."""
+    text, advice = str(finding), finding.advice
+    if not advice:
+        return text
+    return f"{text}{'' if text[-1:] in '.?!' else '.'} {advice[0].upper()}{advice[1:]}"
+
+
 def texts(findings: Iterable[Finding]) -> list[str]:
-    """Return the texts of findings; that of one law begins with its name."""
+    """Return the sentences of findings; that of one law begins with its name."""
     return [
-        f"{finding.place.law} wall{_OF_ROOM.get(finding.room, '')}: {finding}" if finding.place.law else str(finding)
+        f"{finding.place.law} wall{_OF_ROOM.get(finding.room, '')}: {sentence(finding)}"
+        if finding.place.law
+        else sentence(finding)
         for finding in findings
     ]
 
@@ -271,9 +322,13 @@ def _stored(row: Mapping[str, Any]) -> Finding:
     if code not in KINDS:
         _STORED[code] = FindingKind(code, Severity(row["severity"]), "{text}")
         values = values | {"text": row["text"]}
-    elif {name for _, name, *_ in Formatter().parse(KINDS[code].text) if name} - {*values, *Place._fields, "remedy"}:
+    elif _names_in(KINDS[code].text + KINDS[code].remedy) - {*values, *Place._fields, "remedy"}:
         values = values | {_STORED_TEXT: row["text"]}
     return Finding(code, tuple(values.items()), Place(**place))
+
+
+def _names_in(text: str) -> set[str]:
+    return {name for _, name, *_ in Formatter().parse(text) if name}
 
 
 _STORED_TEXT = "text as stored"

@@ -36,34 +36,35 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from pydantic_core import ArgsKwargs, core_schema
 
 from vasowave.base.errors import InputError, did_you_mean
-from vasowave.base.findings import Finding, FindingKind, error_kind
+from vasowave.base.findings import ITSELF, Finding, FindingKind, error_kind
 
 Values = TypeVar("Values")
 
 _RULES = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
 
 
-def _error(name: str, text: str, remedy: str = "") -> FindingKind:
+def _error(name: str, text: str, remedy: str) -> FindingKind:
     return error_kind(f"setting.{name}", f"{{key}}: {text}", remedy)
 
 
+_A_NUMBER = "write one"
 EMPTY = _error("empty", "the value is empty; {remedy}", "give one or leave it out")
 MISSING_VALUE = _error("missing", "there is no value; {remedy}", "give one")
-EMPTY_CHOICE = _error("empty-choice", "the value is empty; choose from: {known}")
-UNKNOWN_WORD = _error("unknown-word", "'{given}' is not known{hint}; choose from: {known}")
-WRONG = _error("wrong", "{text}")
-UNKNOWN_KEY = error_kind("setting.unknown-key", "unknown key '{key}'{hint}; known here: {known}")
-AT_ODDS = error_kind("setting.at-odds", "{text}")
+EMPTY_CHOICE = _error("empty-choice", "the value is empty; {remedy}", "choose from: {known}")
+UNKNOWN_WORD = _error("unknown-word", "'{given}' is not known{hint}; {remedy}", "choose from: {known}")
+WRONG = _error("wrong", "{text}", ITSELF)
+UNKNOWN_KEY = error_kind("setting.unknown-key", "unknown key '{key}'{hint}; {remedy}", "known here: {known}")
+AT_ODDS = error_kind("setting.at-odds", "{text}", ITSELF)
 DECIMAL_COMMA = _error("decimal-comma", "{given} is not a number; {remedy}", "write a decimal point")
-NOT_VALID = _error("not-valid", "{given}: {why}")
-_NO_WHOLE = _error("no-whole-number", "{given} is not a whole number")
-_NO_NUMBER = _error("no-number", "{given} is not a number")
-_NO_TRUTH = _error("neither-true-nor-false", "{given} is neither true nor false")
-_NO_PAIR = _error("no-pair", "write a list of two numbers: {form}")
-_TOO_MANY = _error("too-many", "{actual_length} values are too many at once; at most {max_length:g}")
-_NO_LIST = _error("no-list", "write a list: {form}")
+NOT_VALID = _error("not-valid", "{given}: {why}; {remedy}", "correct the value")
+_NO_WHOLE = _error("no-whole-number", "{given} is not a whole number; {remedy}", _A_NUMBER)
+_NO_NUMBER = _error("no-number", "{given} is not a number; {remedy}", _A_NUMBER)
+_NO_TRUTH = _error("neither-true-nor-false", "{given} is neither true nor false; {remedy}", "write one of the two")
+_NO_PAIR = _error("no-pair", "{remedy}", "write a list of two numbers: {form}")
+_TOO_MANY = _error("too-many", "{actual_length} values are too many at once; {remedy}", "at most {max_length:g}")
+_NO_LIST = _error("no-list", "{remedy}", "write a list: {form}")
 _NO_SECTION = _error("no-section", "{remedy}", "write its keys in indented lines 'key: value' below")
-_NO_NAMES = _error("no-names", "{remedy}", "write 'name: value' in indented lines below, or {name: value}")
+_NO_NAMES = _error("no-names", "{remedy}", "write 'name: value' in indented lines below, or {{name: value}}")
 _CODES = {
     **dict.fromkeys(("int_parsing", "int_from_float", "int_type"), _NO_WHOLE),
     **dict.fromkeys(("float_parsing", "float_type"), _NO_NUMBER),
@@ -72,16 +73,16 @@ _CODES = {
     **dict.fromkeys(("too_long", "missing"), _NO_PAIR),
     **dict.fromkeys(("dict_type", "mapping_type"), _NO_NAMES),
     "dataclass_type": _NO_SECTION,
-    "int_parsing_size": _error("too-large", "{given} is too large"),
+    "int_parsing_size": _error("too-large", "{given} is too large; {remedy}", _A_NUMBER),
     "string_type": _error("no-text", "{given} is not text; {remedy}", "put it between quotation marks"),
-    "string_too_short": _error("empty-text", "{given} is empty"),
-    "string_too_long": _error("long-text", "{given} is too long; at most {max_length:g} letters"),
-    "too_short": _error("too-few", "at least {min_length:g} must be given"),
+    "string_too_short": _error("empty-text", "{given} is empty; {remedy}", "write a text, or leave the key out"),
+    "string_too_long": _error("long-text", "{given} is too long; {remedy}", "at most {max_length:g} letters"),
+    "too_short": _error("too-few", "{remedy}", "at least {min_length:g} must be given"),
     "finite_number": _error("not-finite", "{given} is not a number; {remedy}", "give a finite one"),
-    "greater_than": _error("not-above", "{given} is too small; it must be above {gt:g}"),
-    "greater_than_equal": _error("below-least", "{given} is too small; at least {ge:g}"),
-    "less_than": _error("not-below", "{given} is too large; it must be below {lt:g}"),
-    "less_than_equal": _error("above-most", "{given} is too large; at most {le:g}"),
+    "greater_than": _error("not-above", "{given} is too small; {remedy}", "it must be above {gt:g}"),
+    "greater_than_equal": _error("below-least", "{given} is too small; {remedy}", "at least {ge:g}"),
+    "less_than": _error("not-below", "{given} is too large; {remedy}", "it must be below {lt:g}"),
+    "less_than_equal": _error("above-most", "{given} is too large; {remedy}", "at most {le:g}"),
 }
 """By pydantic's codes."""
 

@@ -9,6 +9,7 @@ import typer
 
 from vasowave.base.runtime.interrupts import interrupt_main, is_interrupt
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
+from vasowave.cli.cures import Shell, code_of
 
 # The order of import is the order of the help.
 # isort: off
@@ -25,12 +26,16 @@ _AGAIN = 0.02  # s after which an interruption that was lost comes again
 def run() -> None:
     """Run the command line; every error of ours becomes one readable message and its exit status."""
     from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning
+    from vasowave.base.findings import finding_of, sentence
     from vasowave.base.runtime.memory import is_starved
     from vasowave.base.runtime.thread_limits import spare_threads
 
     def show(message: Warning | str, category: type[Warning], *args: object, **kwargs: object) -> None:
         if issubclass(category, VasowaveWarning):
-            typer.echo(f"Warning: {message}", err=True)
+            finding = finding_of(message)
+            place = f"{finding.place}: " if finding.place.file else ""
+            below = code_of(finding) + Shell().below(finding.cures)
+            typer.echo(f"Warning: {place}{sentence(finding)}{below}", err=True)
 
     warnings.showwarning = show
     sys.unraisablehook = interrupt_again
@@ -38,7 +43,7 @@ def run() -> None:
     try:
         app()
     except VasowaveError as error:
-        typer.echo(f"Error: {error}", err=True)
+        typer.echo(f"Error: {error}{Shell().below(error.cures)}", err=True)
         sys.exit(WRONG_INPUT if isinstance(error, InputError) else FAILED)
     except Exception as error:
         if is_interrupt(error):

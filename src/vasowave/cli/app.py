@@ -12,6 +12,7 @@ import typer
 from typer.core import TyperGroup
 
 from vasowave.base.errors import VasowaveError
+from vasowave.cli.cures import TYPED, VERBOSE
 
 WRONG_INPUT, FAILED = 1, 3
 """Exit status: a file, a value or a study is wrong; the input is fine, but (an animal's) numbers did not come out.
@@ -36,7 +37,9 @@ class Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command; with --verbose say with what, for how long, and where in the program an error arose."""
-        if not ctx.params.get("verbose"):
+        VERBOSE.set(bool(ctx.params.get("verbose")))
+        TYPED.set(None)
+        if not VERBOSE.get():
             return super().invoke(ctx)
         with verbose_report():
             return super().invoke(ctx)

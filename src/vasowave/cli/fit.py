@@ -8,9 +8,11 @@ import typer
 
 from vasowave.cli import models
 from vasowave.cli.app import FAILED, app
+from vasowave.cli.cures import Shell, code_of
 from vasowave.cli.signatures import with_option_groups
 
 if TYPE_CHECKING:
+    from vasowave.base.findings import Finding
     from vasowave.pulse.cycle.cycle import Recording
     from vasowave.pulse.cycle.observation import Observation
     from vasowave.pulse.inference.result import Posterior
@@ -88,8 +90,12 @@ def _say_fit(done: "Done", study: "Study") -> None:
 
     typer.echo(f"Results: {done.results}{'' if done.computed else ' (kept from earlier)'}")
     (result,) = read_results(study.folder).in_order()
-    for sentence in fit_sentences(result, done.warnings.get(result.name, ())):
+    for sentence in fit_sentences(result, done.warnings.get(result.name, ()), _below):
         typer.echo(f"  {sentence}")
+
+
+def _below(finding: "Finding") -> str:
+    return code_of(finding) + Shell().below(finding.cures).replace("\n", "\n  ")
 
 
 _DRAWS = typer.Option("--output", "-o", help="netCDF file of the draws, which arviz.from_netcdf reads.")
@@ -174,6 +180,7 @@ def _fit_inputs(network: Path, recording: list[Path], choice: LawChoice, options
 
 def _print_posterior(result: "Posterior") -> None:
     """Print the table of a posterior, its diagnostics, and what a reader must know."""
+    from vasowave.base.findings import sentence
     from vasowave.cli.progress import print_text
     from vasowave.study.results.overview import aligned
 
@@ -194,4 +201,4 @@ def _print_posterior(result: "Posterior") -> None:
         f"ln evidence {diagnostics.log_evidence:.2f} ± {diagnostics.log_evidence_error:.2f}"
     )
     for note in result.findings:
-        print_text(f"note: {note}")
+        print_text(f"note: {sentence(note)}{_below(note)}")

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 import typer
 from typer.main import get_command
 
+from vasowave.base.cures import FLOW_ZERO, field_of
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.settings import Setting, settings_of
+from vasowave.cli.cures import TYPED
 from vasowave.cli.signatures import with_parameters
 from vasowave.study.folder.problems import refuse
 from vasowave.study.folder.reading import Document
@@ -39,7 +41,7 @@ _SET_HELP = (
 _REPEATED = {"outlets": "--outlet"}
 """Settings of several values, each given by an option of its own."""
 
-_CELLS = (
+CELLS = (
     *("period [s]", "wedge [mmHg]", "wedge wave", "sites", "ventricle"),
     *("sheet", "block", "start [s]", "end [s]", "sampling rate [1/s]"),
     *("zero [mmHg]", "pressure gain [1]", "pressure cutoff [Hz]", "pressure damping [1]", "pressure delay [s]"),
@@ -54,10 +56,10 @@ _CELLS = (
 )
 """Columns of the table of animals that are options too."""
 
-CELLS_OF_ADD = (*_CELLS, "site")
+CELLS_OF_ADD = (*CELLS, "site")
 """Those of `add`; elsewhere the artery is that of the study."""
 
-_CELLS_OF = {"channel": ("pressure", "flow", "ecg"), "unit": ("pressure", "flow")}
+CELLS_OF = {"channel": ("pressure", "flow", "ecg"), "unit": ("pressure", "flow")}
 _MEANINGS = {
     "channel": "Title of the channel of pressure, flow or ecg, where titles and units leave more than one answer; may "
     "be repeated: --channel pressure='PA 2'.",
@@ -77,9 +79,10 @@ def with_settings(name: str, command: Any) -> Any:
         setting_values = {key: arguments.pop(key) for key in options}
         if by_key := setting_values.pop(_SET, None):
             setting_values |= _by_key(setting_values, by_key)
-        function(
-            **arguments, setting_values={key: value for key, value in setting_values.items() if value not in (None, [])}
-        )
+        typed = {key: value for key, value in setting_values.items() if value not in (None, [])}
+        if field_of(FLOW_ZERO) in options:
+            TYPED.set(typed)
+        function(**arguments, setting_values=typed)
 
     parameters = [inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
                   for key, kind in options.items()]  # fmt: skip
@@ -94,7 +97,7 @@ def flag(name: Any) -> str:
     return f"--{str(name).replace('_', '-')}"
 
 
-def row_cells(options: dict[str, Any], titles: Sequence[str] = _CELLS) -> dict[str, str]:
+def row_cells(options: dict[str, Any], titles: Sequence[str] = CELLS) -> dict[str, str]:
     """Take what a table of animals says in its columns out of `options`; return it as cells of such a table.
 
     Raises
@@ -102,10 +105,8 @@ def row_cells(options: dict[str, Any], titles: Sequence[str] = _CELLS) -> dict[s
     InputError
         A channel or unit of something else than pressure, flow or ECG.
     """
-    from vasowave.study.folder.rows import field_of
-
     cells = {title: options.pop(field_of(title)).strip() for title in titles if field_of(title) in options}
-    for option, names in _CELLS_OF.items():
+    for option, names in CELLS_OF.items():
         for text in options.pop(option, []):
             name, _, value = (piece.strip() for piece in text.partition("="))
             if name not in names or not value:
@@ -162,8 +163,8 @@ def _options_of(name: str) -> dict[str, Any]:
     return options | {_SET: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help=_SET_HELP)]}
 
 
-def _row_options(shortened: bool, titles: Sequence[str] = _CELLS) -> dict[str, Any]:
-    from vasowave.study.folder.rows import COLUMNS, field_of
+def _row_options(shortened: bool, titles: Sequence[str] = CELLS) -> dict[str, Any]:
+    from vasowave.study.folder.rows import COLUMNS
 
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
     plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in titles}
@@ -208,11 +209,9 @@ def _by_key(options: Mapping[str, Any], given: list[str]) -> dict[str, Any]:
     InputError
         A key that there is not or was given before, or no value.
     """
-    from vasowave.study.folder.rows import field_of
-
-    mappings = {key for _, key, setting in _keys() if isinstance(setting.default, dict)} | {*_CELLS_OF}
+    mappings = {key for _, key, setting in _keys() if isinstance(setting.default, dict)} | {*CELLS_OF}
     keys = {f"{section}.{key}".lstrip("."): key for section, key, _ in _keys()} | {key: key for key in options}
-    keys |= {title: field_of(title) for title in _CELLS}
+    keys |= {title: field_of(title) for title in CELLS_OF_ADD}
     keys = {key: option for key, option in keys.items() if option in options}  # a posterior has no starts
     set_options: dict[str, Any] = {}
     for text in given:

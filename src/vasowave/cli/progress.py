@@ -47,8 +47,12 @@ def terminal_width() -> int:
 def print_text(text: str, err: bool = False) -> None:
     """Print a sentence in lines that a terminal does not break within words; whole where there is no terminal."""
     console, text = Console(stderr=err), printable(text)
-    lines = textwrap.wrap(text, max(20, terminal_width()), subsequent_indent="  ", break_long_words=False,
-                          break_on_hyphens=False)  # fmt: skip
+    lines = [
+        line
+        for paragraph in text.split("\n")  # the commands below a finding stand in lines of their own
+        for line in textwrap.wrap(paragraph, max(20, terminal_width()), subsequent_indent="  ", break_long_words=False,
+                                  break_on_hyphens=False)
+    ]  # fmt: skip
     typer.echo("\n".join(lines) if console.is_terminal else text, err=err)
 
 

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vasowave.base.findings import sentence
 from vasowave.base.runtime.thread_limits import cores
 from vasowave.cli import models
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
+from vasowave.cli.cures import code_of, problem_lines, shell_of
 from vasowave.cli.progress import alive, print_text, show_read, waiting
 
 if TYPE_CHECKING:
@@ -121,9 +123,11 @@ def add(
         show_read(new, settings)
     for remark in added.said:
         print_text(f"note: {remark}")
+    if commands := shell_of(place).below(added.cures):
+        print_text(f"To say it otherwise:{commands}")
     touched = names | set(added.updated)
     added_problems = [problem for problem in problems if not problem.animals or touched & set(problem.animals)]
-    _tell_problems(added_problems)
+    _tell_problems(added_problems, place)
     for reason in added.refused:
         print_text(f"error: not added: {reason}")
     errors = sum(problem.error for problem in problems)
@@ -143,9 +147,10 @@ def add(
     raise typer.Exit(WRONG_INPUT if errors else 0)
 
 
-def _tell_problems(problems: "Sequence[StudyProblem]") -> None:
+def _tell_problems(problems: "Sequence[StudyProblem]", study: Path) -> None:
+    shell = shell_of(study)
     for problem in problems:
-        print_text(f"{'error' if problem.error else 'warning'}: {problem}")
+        print_text(problem_lines(problem, shell))
 
 
 def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
@@ -187,7 +192,7 @@ def check(study: Annotated[Path, _STUDY] = Path(), trust: Annotated[bool, models
     errors = [problem for problem in problems if problem.error]
     if settings is not None and read:
         show_read(read, settings)
-    _tell_problems(problems)
+    _tell_problems(problems, study)
     count = len(problems) - len(errors)
     if settings is not None and not errors:
         declare(read_study(study))
@@ -250,7 +255,7 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
         print_text(
             f"The results are of an earlier {earlier}; vasowave run {_typed(study)} writes them anew, with the report"
         )
-    _tell_problems(errors + [problem for problem in problems if problem.finding.code == NOT_RUN.code])
+    _tell_problems(errors + [problem for problem in problems if problem.finding.code == NOT_RUN.code], study)
     raise typer.Exit(1 if errors else 0)
 
 
@@ -319,9 +324,11 @@ def _run(
         event("done", results=str(done.results), report=None if page is None else str(page),
               failures=as_plain(done.failures), missing=missing, warnings=warned)  # fmt: skip
     else:
+        shell = shell_of(plan.path)
         for name, findings in done.warnings.items():
-            for warning in findings:
-                print_text(f"warning: {name}: {warning}")
+            for finding in findings:
+                below = code_of(finding) + shell.below(finding.cures, [name])
+                print_text(f"warning: {name}: {sentence(finding)}{below}")
     for failure in done.failures:
         typer.echo(f"failed: {failure.animal}: {failure}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, gaussian_filter1d, label
 from scipy.spatial import cKDTree
 
+from vasowave.base.cures import SetOption, Visit
 from vasowave.base.errors import InputError
 from vasowave.base.findings import look_kind, note_kind, warn
 from vasowave.lung.axes.paths import MinimalPaths, long_tips, minimal_paths
@@ -37,7 +38,9 @@ ROOT_TAKEN = note_kind(
 WIDER_THAN_ROOT = look_kind(
     "image.wider-than-root",
     "vessel {vessel} (radius {radius:.3g} cm) is wider than the root ({root:.3g}): is the root where the blood enters?",
-    "Set the root with `root` or an edit.",
+    "Set the root where the blood enters.",
+    SetOption("Set the root", "root"),
+    Visit("lung"),
 )
 
 

@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from vasowave.base.cures import VOXEL, SetOption
 from vasowave.base.errors import InputError, VasowaveWarning
 from vasowave.base.findings import Finding, found_in, look_kind
 from vasowave.base.species import SpeciesName
@@ -73,11 +74,14 @@ UNSEEN = look_kind(
     "image.no-cannula",
     "the vessel at the widest end shows no cannula ({diameter:g} cm wide within), so the command has none and the root "
     "vessel begins at that end; {remedy}",
-    "if there is one, give --cannula DIAMETER with the root at its outer end",
+    "if there is one, give its diameter, with the root at its outer end",
+    SetOption("Give the cannula's diameter, cm", "cannula"),
 )
 
 
-UNLIKE = look_kind("image.unlike-species", "{problem}. {remedy}", "Else check --voxel before anything is measured.")
+UNLIKE = look_kind(
+    "image.unlike-species", "{problem}. {remedy}", "Else check the size of a voxel before anything is measured.", VOXEL
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,8 @@
 
 from vasowave.workbench.actions import act as act
 from vasowave.workbench.browser import in_a_browser as in_a_browser
+from vasowave.workbench.cures import as_shown as as_shown
+from vasowave.workbench.cures import buttons as buttons
 from vasowave.workbench.desk import Desk as Desk
 from vasowave.workbench.explorer import Explorer as Explorer
 from vasowave.workbench.explorer import models_around as models_around

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning
-from vasowave.base.findings import Finding, Severity
 from vasowave.base.sites import SiteName
 from vasowave.catheter.beats.edits import BeatEdit, read_edits
 from vasowave.catheter.beats.prepared import Prepared, prepare
@@ -33,6 +32,7 @@ from vasowave.study.folder.settings import averaging_settings
 from vasowave.study.folder.study import Study
 from vasowave.study.results.loading import read_measured, read_stretch
 from vasowave.study.running.plan import inspect_study
+from vasowave.workbench.cures import as_shown, buttons
 from vasowave.workbench.desk import EDITS, Desk
 from vasowave.workbench.values import INDEX_UNITS, number, numbers
 
@@ -168,7 +168,7 @@ class Recordings:
     def _samples(self) -> int:
         return sum(round(recording.duration * recording.rate) for recording in self._opened.values())
 
-    def _average(self, row: AnimalRow, study: Study) -> dict[str, Any]:
+    def _average(self, row: AnimalRow, study: Study, cells: Mapping[str, str]) -> dict[str, Any]:
         """Return beats and average, or why there is none; the same numbers as `vasowave check` and `run`."""
         edits, opened = read_edits(row.beat_edits) if row.beat_edits else (), self.opened(row, study)
         with warnings.catch_warnings(), self._averaging:
@@ -180,7 +180,7 @@ class Recordings:
                 "from": raw.origin, "to": raw.origin + raw.duration,
                 "baseline": {"removed": average.baseline.removed, "size": number(average.baseline.size)},
                 "sd": {"pressure": numbers(average.pressure_sd), "flow": numbers(average.flow_sd)},
-                **_cycle(average.recording)}  # fmt: skip
+                **_cycle(average.recording, [row.animal], cells)}  # fmt: skip
 
     def described(self, desk: Desk, animal: str) -> dict[str, Any]:
         """Return all that the desk shows of an animal beside its signals."""
@@ -204,11 +204,12 @@ class Recordings:
                     "rate": opened.rate,
                     "signals": list(opened.traces),
                 }
-                description |= self._average(row, study)
+                description |= self._average(row, study, cells)
             else:
-                description |= {"error": "", **_cycle(read_measured(row, study.settings)[0])}
+                description |= {"error": "", **_cycle(read_measured(row, study.settings)[0], [animal], cells)}
         except VasowaveError as error:
-            description["error"] = str(error)
+            description |= {"error": str(error), "remedies": buttons(error.cures, [animal], cells)}
+            description |= {} if "channels" in description else _channels_if_any(row)
         return description
 
 
@@ -269,6 +270,14 @@ def _channels(row: AnimalRow) -> dict[str, Any]:
     }
 
 
+def _channels_if_any(row: AnimalRow) -> dict[str, Any]:
+    """Return the channels of a recording that could not be read, so that they can be named all the same."""
+    try:
+        return _channels(row)
+    except (VasowaveError, OSError):
+        return {}
+
+
 def _beats(average: EnsembleAverage) -> dict[str, Any]:
     """Return where beats begin, which are averaged, and why others may not be."""
     beats = average.beats
@@ -281,20 +290,15 @@ def _beats(average: EnsembleAverage) -> dict[str, Any]:
     }
 
 
-def _cycle(cycle: Recording) -> dict[str, Any]:
+def _cycle(cycle: Recording, *of_animal: Any) -> dict[str, Any]:
+    """Return an averaged cycle with what was noted of it; `of_animal` are the arguments of `as_shown` beside."""
     return {
         "period": cycle.period,
         "pressure": numbers(cycle.pressure),
         "flow": numbers(cycle.flow),
         "indices": {name: number(value) for name, value in cycle.indices().items()},
-        "findings": list(map(as_said, cycle.notes)),
+        "findings": [as_shown(note, *of_animal) for note in cycle.notes],
     }
-
-
-def as_said(finding: Finding) -> dict[str, Any]:
-    """Return a finding as the page shows it, in the words of the terminal."""
-    return {"code": finding.code, "severity": finding.severity, "text": str(finding),
-            "look": finding.severity is not Severity.NOTE}  # fmt: skip
 
 
 def mean_between(traces: Mapping[str, Trace], signal: str, start: float, end: float) -> float:

@@ -78,7 +78,7 @@ class Runs:
         ended = None if runner or run is None else run.ended
         if run is None and not runner and begun is not None and begun.poll():
             message = (f"The run ended before it read the study (exit status {begun.returncode}); "
-                    f"`vasowave run {desk.folder}` in a terminal says why")  # fmt: skip
+                       "run it in a terminal to see why")  # fmt: skip
         else:
             message = "" if run is None else str(run)
         animals = study_status(study).animals if study is not None else ()

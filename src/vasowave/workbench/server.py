@@ -25,6 +25,7 @@ from vasowave.lung.places import VoxelSize, parse_voxel
 from vasowave.workbench.access import REPORT_POLICY, App, Guarded, Patient, TooLargeError, TooSlowError
 from vasowave.workbench.actions import act
 from vasowave.workbench.cohorts import Cohorts
+from vasowave.workbench.cures import buttons
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.explorer import Explorer
 from vasowave.workbench.figures import CHOICES, KINDS, Wish, figure_file, line_of
@@ -251,7 +252,8 @@ def _bytes(content: bytes) -> Response:
 
 
 async def _refused(request: Request, error: Exception) -> Response:
-    return JSONResponse({"error": str(error)}, status_code=400)
+    cures = error.cures if isinstance(error, VasowaveError) else ()
+    return JSONResponse({"error": str(error), "remedies": buttons(cures)}, status_code=400)
 
 
 async def _cut_off(request: Request, error: Exception) -> Response:

@@ -6,7 +6,7 @@ from typing import Any
 from vasowave.base.errors import VasowaveError
 from vasowave.base.settings import settings_of
 from vasowave.base.species import SPECIES
-from vasowave.study.entering.checking import DOUBLED_CODES, check_study
+from vasowave.study.entering.checking import check_study
 from vasowave.study.entering.table import read_rows
 from vasowave.study.entering.template import written
 from vasowave.study.folder.problems import StudyProblem
@@ -17,6 +17,7 @@ from vasowave.study.running.plan import inspect_study
 from vasowave.study.running.programs import is_trusted, programs_of
 from vasowave.study.running.reporting import REPORT_FOLDER
 from vasowave.study.running.status import study_status
+from vasowave.workbench.cures import as_shown
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import LUNGS
 from vasowave.workbench.running import Runs
@@ -109,33 +110,17 @@ def outdated(desk: Desk) -> list[str]:
 
 
 def _problem(problem: StudyProblem, rows: list[dict[str, str]]) -> dict[str, Any]:
-    """Return a problem as the page shows it: beside its cell, with what mends it where one click can."""
+    """Return a problem as the page shows it: beside its cell, with what mends it."""
     place = problem.place
     column = next((title for title in COLUMNS if place.part == f"column '{title}'"), "")
-    return {
-        "text": str(problem.finding), "place": str(place), "error": problem.error, "code": problem.finding.code,
-        "animals": [name for name in problem.animals if any(row.get("animal") == name for row in rows)],
-        "column": column, "remedies": _remedies(problem, column),
-    }  # fmt: skip
-
-
-def _remedies(problem: StudyProblem, column: str) -> list[dict[str, Any]]:
-    """Return what mends a problem at a click, as messages to `actions.act`."""
-    code, names = problem.finding.code, problem.animals
-    if code in DOUBLED_CODES:
-        yes = [{"do": "set-cells", "animal": name, "cells": {"shared recording": "yes"}} for name in names]
-        return [{"label": "Both are meant to share it", "acts": yes},
-                {"label": f"Remove {names[0]}", "acts": [{"do": "remove-animal", "animal": names[0]}]}]  # fmt: skip
-    if code == "check.few-starts":
-        default = settings_of(settings_of(StudyFile)["calibration"].kind)["starts"].default
-        return [{"label": f"{default} starts",
-                 "acts": [{"do": "set-setting", "key": "calibration.starts", "value": str(default)}]}]  # fmt: skip
-    if code == "animals.ignored" and column:
-        empty = [{"do": "set-cells", "animal": name, "cells": {column: ""}} for name in names]
-        return [{"label": "Empty the cell", "acts": empty}]
-    if problem.finding.room == "recording" and names:
-        return [{"label": "Look at the recording", "open": name} for name in names[:1]]
-    return []
+    by_name = {row.get("animal", ""): row for row in rows}
+    animals = [name for name in problem.animals if name in by_name]
+    return as_shown(problem.finding, animals, by_name[animals[0]] if animals else None) | {
+        "place": str(place),
+        "error": problem.error,
+        "animals": animals,
+        "column": column,
+    }
 
 
 def _setting(settings: StudyFile, key: str) -> dict[str, str]:

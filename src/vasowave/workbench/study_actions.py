@@ -13,6 +13,7 @@ from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.species import SpeciesName
 from vasowave.study.entering.adding import add_files
+from vasowave.study.entering.grouping import parsed_groups, regrouped
 from vasowave.study.entering.table import Rows, check_written, read_rows, written_rows
 from vasowave.study.entering.template import new_study, with_groups, with_value
 from vasowave.study.folder.animals import read_animals, read_row
@@ -36,7 +37,7 @@ def new(workplace: Workplace, groups: tuple[Name, ...] = ("CTL", "HPH"), species
 def add(
     workplace: Workplace, files: Annotated[list[Name], MinLen(1), MaxLen(10_000)], group: str = ""
 ) -> Mapping[str, Any]:
-    """Write a row for every recording among files that were dropped into the study; `vasowave add`."""
+    """Write a row for every recording among files that were dropped into the study."""
     desk = workplace.desk
     if not desk.file.exists():
         new_study(desk.folder)
@@ -198,8 +199,16 @@ def set_setting(workplace: Workplace, key: Annotated[str, MaxLen(100)], value: A
 
 @action("set-groups")
 def set_groups(workplace: Workplace, groups: list[Name]) -> str:
-    """Name the groups of the study, the reference first."""
-    labels = [checked_name(group.strip()) for group in groups]
-    with workplace.desk.changing("groups", workplace.desk.file) as change:
-        change.write(workplace.desk.file, with_groups(workplace.desk.file, labels))
-    return f"groups: {', '.join(labels)}"
+    """Name the groups of the study, the reference first (CTL, or CTL=wt where names hold another word).
+
+    Animals that are of none of them get the one that the names of their files hold.
+    """
+    desk, marks = workplace.desk, parsed_groups(",".join(groups))
+    with desk.changing("groups", desk.file, desk.table) as change:
+        change.write(desk.file, with_groups(desk.file, list(marks)))
+        table = read_rows(desk.table)
+        animals = [] if desk.table.suffix.lower() == ".xlsx" else regrouped(table.rows, marks, desk.folder)
+        if animals:
+            change.write(desk.table, written_rows(table, ()))
+    counts = ", ".join(f"{label} ({sum(row.get('group') == label for row in table.rows)})" for label in marks)
+    return f"groups: {counts}" + (f"; by the names of their files: {', '.join(animals)}" if animals else "")

@@ -23,7 +23,7 @@ def test_there_are_three_animals_in_each_of_two_groups_and_a_lung_for_each_group
 
 def test_one_recording_has_a_gap_that_reading_names(lab):
     folder, _ = lab
-    with pytest.raises(InputError, match=r"no samples from 3\.5 to 3\.7 s.*--start 3\.7 --end 10"):
+    with pytest.raises(InputError, match=r"no samples from 3\.5 to 3\.7 s.*\nstart=3\.7, end=10"):
         read_raw_recording(folder / "control" / "mouse 2.txt")
 
 

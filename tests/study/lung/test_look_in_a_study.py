@@ -108,7 +108,7 @@ def test_of_a_ring_that_nothing_closes_the_proposed_command_cuts_it_and_doubts_w
     assert "--loops=open" in command(seen)
     assert "doubts the vessels there" in look_text(seen)
     assert sorted(round(float(one.place[2]), 1) for one in seen.entrances) == [0.1, 0.8]  # none within the ring
-    assert "cannula:           none; if that is not so: --cannula DIAMETER" in look_text(seen)
+    assert "cannula:           none; if that is not so, give its diameter" in look_text(seen)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VasowaveWarning)
         found = vw.extract(volume, root=seen.options.root, threshold=seen.options.threshold, cannula=0, loops="open")
@@ -139,7 +139,7 @@ def test_of_an_image_without_a_cannula_the_proposed_command_runs_and_the_error_o
     write_volume(bare_fork(), tmp_path / "bare.nrrd")
     seen = vw.look(tmp_path / "bare.nrrd")
     assert seen.findings[0].code == "image.no-cannula"
-    assert "--cannula DIAMETER with the root at its outer end" in look_text(seen)
+    assert "give its diameter, with the root at its outer end" in look_text(seen)
     assert not any("look:" in str(one) for one in seen.findings)
     words = shlex.split(command(seen))[1:]
     with warnings.catch_warnings():
@@ -147,5 +147,5 @@ def test_of_an_image_without_a_cannula_the_proposed_command_runs_and_the_error_o
         result = CliRunner().invoke(app, words)
         assert result.exit_code == 0, result.output + repr(result.exception)
         assert "Network(3 vessels, 2 terminals" in result.output
-        with pytest.raises(InputError, match=r"no cannula found.*if there is none in the image, give --cannula 0 "):
+        with pytest.raises(InputError, match=r"no cannula found.*if there is none in the image, say so"):
             vw.extract(tmp_path / "bare.nrrd", root=seen.options.root, threshold=seen.options.threshold)

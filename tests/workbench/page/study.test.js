@@ -9,6 +9,8 @@ const problem = (/** @type {string} */ text, error = false, animals = ["A"]) => 
     text,
     error,
     animals,
+    code: "",
+    look: true,
     place: "",
     column: "",
     remedies: [],

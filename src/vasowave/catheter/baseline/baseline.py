@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vasowave.base.cures import STRETCH, ZERO_TIME
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.catheter.baseline.breaths import breathing
 from vasowave.catheter.baseline.smooth import Curve, smooth_curve
@@ -23,23 +24,26 @@ _DRIFT_TEXT = (
     "set apart ({here:+.2g} mmHg in the averaged beats); {done}. The zero is taken to be right at {zero:.3g} s"
 )
 _STEP_TEXT = "baseline: a step of {height:+.2g} mmHg at {time:.4g} s within one beat: {whose}; {done}"
-_ZERO_REMEDY = "Say with `zero_time` when the zero was right, or average a shorter stretch."
-DRIFTS = look_kind("baseline.drifts", _DRIFT_TEXT, _ZERO_REMEDY)
+_ZERO_REMEDY = "Say when the zero was right, or average a shorter stretch."
+DRIFTS = look_kind("baseline.drifts", _DRIFT_TEXT, _ZERO_REMEDY, ZERO_TIME, STRETCH)
 DRIFTS_LITTLE = note_kind("baseline.drifts-little", _DRIFT_TEXT)
-STEPS = look_kind("baseline.steps", _STEP_TEXT, _ZERO_REMEDY)
+STEPS = look_kind("baseline.steps", _STEP_TEXT, _ZERO_REMEDY, ZERO_TIME, STRETCH)
 STEPS_LITTLE = note_kind("baseline.steps-little", _STEP_TEXT)
 SETTLES = look_kind(
     "baseline.settles",
     "baseline: the level begins {height:+.2g} mmHg off that of all beats after {until:.3g} s, as when a catheter "
     "settles; the beats before are left out, and the zero is taken to be right after them. The difference counts as an "
     "error of the mean pressure",
-    "Say with `zero_time` when the zero was right.",
+    "Say when the zero was right.",
+    ZERO_TIME,
 )
 CHANGED_BESIDE = look_kind(
     "baseline.changed-beside",
     "baseline: beside the stretch that is read the level moves, and with it {what}, as when the animal itself changes; "
     "the drift is judged in this stretch alone, and the zero is taken to be right at {zero:.3g} s",
     _ZERO_REMEDY,
+    ZERO_TIME,
+    STRETCH,
 )
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vasowave.base.cures import SetSetting
 from vasowave.base.errors import InputError, NumericalError
 from vasowave.base.findings import Finding, look_kind
 from vasowave.base.species import SPECIES
@@ -174,6 +175,12 @@ def _smooth(values: np.ndarray, samples: float) -> np.ndarray:
     return gaussian_filter1d(values, max(samples / 2.0, 0.5))
 
 
+_OTHER_RATES = (
+    *(SetSetting(f"It is a {name}", "species", name) for name in SPECIES),
+    SetSetting("Name the heart rates", "averaging.heart_rates"),
+)
+
+
 def _beat_length(strength: np.ndarray, rate: float, heart_rates: tuple[float, float], where: str) -> float:
     """Return the beat length in samples: the first strong peak of the autocorrelation in the range of heart rates."""
     from scipy.signal import find_peaks
@@ -192,8 +199,8 @@ def _beat_length(strength: np.ndarray, rate: float, heart_rates: tuple[float, fl
         raise NumericalError(
             f"{where}: the signal does not repeat between {heart_rates[0]:g} and {heart_rates[1]:g} beats/min; "
             "is it the right channel, is it covered by noise, or is the heart rate in another range? Then name "
-            "the species or the range (vasowave fit: --species rat or --heart-rates 200,600; a study: `species: rat` "
-            "or, under averaging, `heart_rates: [200, 600]`; in Python: heart_rates=(200, 600))"
+            "the species or the range",
+            _OTHER_RATES,
         )
     return float(peaks[window[peaks] >= RULES.repeat_share * window[peaks].max()][0])
 

@@ -54,7 +54,7 @@ class BeatEdit(NamedTuple):
 
 
 @stored("edits of beats", "edits/*.csv")
-def read_edits(path: Path) -> tuple[BeatEdit, ...]:
+def read_edits(path: str | Path) -> tuple[BeatEdit, ...]:
     """Return the edits of a file, a CSV with the columns ``action``, ``time [s]`` and ``to [s]``.
 
     Raises
@@ -67,7 +67,7 @@ def read_edits(path: Path) -> tuple[BeatEdit, ...]:
     >>> from pathlib import Path
     >>> import vasowave as vw
     >>> _ = Path("mouse.edits.csv").write_text("action,time [s],to [s]\\nreject,1.25,\\n", encoding="utf-8")
-    >>> vw.read_edits(Path("mouse.edits.csv"))
+    >>> vw.read_edits("mouse.edits.csv")
     (BeatEdit(action='reject', time=1.25, to=None),)
     """
     try:
@@ -87,7 +87,7 @@ def read_edits(path: Path) -> tuple[BeatEdit, ...]:
     return tuple(edits)
 
 
-def require_few(path: Path, count: int) -> None:
+def require_few(path: str | Path, count: int) -> None:
     """Raise `InputError` if a file would hold more edits than `MAX_EDITS`."""
     if count > MAX_EDITS:
         raise InputError(
@@ -161,7 +161,7 @@ def told(edits: Sequence[BeatEdit]) -> list[Finding]:
     return [EDITED(rejected=counts[0], kept=counts[1], moved=counts[2])] if edits else []
 
 
-def _seconds(path: Path, line: int, title: str, text: str) -> float:
+def _seconds(path: str | Path, line: int, title: str, text: str) -> float:
     try:
         value = float(text)
     except ValueError:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vasowave.base.cures import STRETCH, Cure, SetSetting, Visit
 from vasowave.base.errors import NumericalError
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.pulse.cycle.averaged import Rejection
@@ -32,12 +33,15 @@ AVERAGED = note_kind(
 MANY_REJECTED = look_kind(
     "recording.many-rejected",
     "{lost} of the {beats} beats between the first and the last averaged were rejected",
-    "Look at the beats, and choose a quieter stretch with `start` and `end`.",
+    "Look at the beats, and choose a quieter stretch.",
+    Visit("recording"),
+    STRETCH,
 )
 FEW = look_kind(
     "recording.few-beats",
     "only {beats} good beats were found and averaged, {wanted} are wanted; errors count accordingly",
     "Record longer, or choose a longer stretch.",
+    STRETCH,
 )
 MANY_UNUSUAL = look_kind(
     "recording.unusual-beats",
@@ -45,6 +49,7 @@ MANY_UNUSUAL = look_kind(
     "mean flow is {flow:.3g} ml/s ({flow_percent:+.0f} %), the mean pressure {pressure:.3g} mmHg "
     "({pressure_percent:+.0f} %), the heart rate {rate:.0f} beats/min ({rate_percent:+.0f} %)",
     "Look at the beats: if the rhythm has long, short or empty ones, these numbers are the animal's over time.",
+    Visit("recording"),
 )
 OVER_BREATHS = look_kind(
     "recording.over-breaths",
@@ -57,7 +62,8 @@ OVER_RHYTHM = look_kind(
     "only {good} beats are alike and at end-expiration, so that all {beats} were averaged, each by the time that it "
     "lasts: mean pressure, flow and heart rate are those over time and breaths, but the cycle has no beat's shape, so "
     "that its pulse, its impedance and all that fits find of walls and waves are not the animal's",
-    "Use the means alone, or choose with `start` and `end` a stretch in which beats are alike.",
+    "Use the means alone, or choose a stretch in which beats are alike.",
+    STRETCH,
 )
 _LENGTH_CAUSE = note_kind("beat.length", "length {length:.1f} ms, {usual:.1f} ms around it")
 _SHAPE_CAUSE = note_kind("beat.correlation", "correlation of {signal} {correlation:.2f} with the median beat")
@@ -139,6 +145,14 @@ def made_do(reasons: list[Rejection], beats: int) -> tuple[list[Rejection], set[
     return reasons, set()
 
 
+_FEW_GOOD: tuple[Cure, ...] = (
+    Visit("recording"),
+    STRETCH,
+    SetSetting("Average 10 beats", "averaging.beats", "10"),
+    SetSetting("Let the ventilation reject none", "averaging.reject_ventilation", "false"),
+)
+
+
 def passed_over(over: set[str], good: int, beats: int, error: float) -> list[Finding]:
     """Return what is said where causes were passed over as only so many beats are good; error of the mean, mmHg."""
     if "length" in over:
@@ -154,9 +168,10 @@ def choose_run(
     if len(good) < fewest(beats):
         raise NumericalError(
             f"{source}: {len(good)} good beats of {len(reasons)}, {beats} wanted (rejected: {_counted(reasons)}); "
-            "look at the beats (vasowave open), choose another stretch (start [s], end [s]) or average fewer "
-            "(averaging.beats). Of an animal that breathes by itself, without a ventilator, or whose beats alternate, "
-            f"turn averaging.reject_ventilation off{''.join(f'. Besides, {remark}' for remark in noticed)}"
+            "look at the beats, choose another stretch or average fewer. Of an animal that breathes by itself, without "
+            "a ventilator, or whose beats alternate, let the ventilation reject none"
+            f"{''.join(f'. Besides, {remark}' for remark in noticed)}",
+            _FEW_GOOD,
         )
     beats = min(beats, len(good))
     first = int(np.argmin(good[beats - 1 :] - good[: len(good) - beats + 1]))

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vasowave.base.cures import STRETCH, stretch
 from vasowave.base.findings import Finding, look_kind
 from vasowave.catheter.beats.cuts import Cuts
 
@@ -54,13 +55,15 @@ UNSTEADY = look_kind(
     "recording.unsteady",
     "{what} differs by {percent:.0f} % within the recording: {low:.3g} {unit} from {low_start:.3g} to {low_end:.3g} s, "
     "{high:.3g} {unit} from {high_start:.3g} to {high_end:.3g} s; the average is that of {start:.3g} to {end:.3g} s",
-    "Choose with `start` and `end` the stretch that stands for the animal; where the probe lost its contact, leave the "
-    "rest out.",
+    "Choose the stretch that stands for the animal; where the probe lost its contact, leave the rest out.",
+    stretch("{high_start:.3g}", "{high_end:.3g}"),
+    stretch("{low_start:.3g}", "{low_end:.3g}"),
 )
 APART = look_kind(
     "recording.average-apart",
     "{what} of the averaged beats ({start:.3g} to {end:.3g} s) is {percent:+.0f} % off that of all beats",
-    "Choose with `start` and `end` the stretch that stands for the animal.",
+    "Choose the stretch that stands for the animal.",
+    STRETCH,
 )
 ALTERNATING = look_kind(
     "recording.alternating",

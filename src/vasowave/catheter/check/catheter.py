@@ -13,6 +13,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from vasowave.base.cures import SetSetting
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.catheter.signals.noise_spectrum import ROLLS_OFF
@@ -67,18 +68,25 @@ _FLUSH_QUESTION = (
     ". Was it flushed and free of bubbles? `catheter: [natural frequency, damping]` of a flush test corrects it"
 )
 _FLUSH_REMEDY = (
-    "Give natural frequency and damping of a flush test as `catheter` in the study file; where there is none, allow "
-    "for them by `pressure_inertia_sd` and `pressure_lag_sd`."
+    "Give natural frequency and damping of a flush test; where there is none, allow for inertia and lag of the "
+    "pressure as known errors."
+)
+_FLUSH = (
+    SetSetting("Give the catheter", "catheter"),
+    SetSetting("Allow for inertia", "pressure_inertia_sd"),
+    SetSetting("Allow for a lag", "pressure_lag_sd"),
 )
 RINGS = look_kind(
     "recording.catheter-rings",
     f"{_RINGING_TEXT}the pulse pressure is {{true_pulse:.3g}} mmHg, not {{pulse:.3g}}{_FLUSH_QUESTION}",
     _FLUSH_REMEDY,
+    *_FLUSH,
 )
 RINGS_BEYOND_REPAIR = look_kind(
     "recording.catheter-rings-beyond-repair",
     f"{_RINGING_TEXT}what it lost cannot be recovered{_FLUSH_QUESTION}",
     _FLUSH_REMEDY,
+    *_FLUSH,
 )
 CORRECTED = note_kind(
     "recording.catheter-corrected",

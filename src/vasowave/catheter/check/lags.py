@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from vasowave.base.cures import STRETCH, UNKNOWN, SetCells, SetSetting
 from vasowave.base.findings import Finding, look_kind
 from vasowave.catheter.beats.cuts import Cuts
 from vasowave.pulse.cycle.waveform import amplitudes
@@ -64,15 +65,18 @@ LATE_PRESSURE = look_kind(
     "recording.late-pressure",
     "the pressure follows the flow by {delay:.2g} ms ({percent:.2g} % of the cycle) more than resistances and a "
     "compliance make it: it is recorded late, or its catheter is damped or rings; Z_c and stiffness are too low",
-    "Find out the delay of catheter and filters and give it as `pressure delay [s]`, or correct the catheter; what is "
-    "not known of the delay is a known error, `flow_delay_sd`.",
+    "Find out the delay of catheter and filters and give it, or correct the catheter; what is not known of the delay "
+    "is a known error.",
+    SetCells("Give the delay", (("pressure delay [s]", UNKNOWN),)),
+    SetSetting("Allow for a delay", "flow_delay_sd"),
 )
 CLOCKS = look_kind(
     "recording.clocks-apart",
     "the flow comes {drift:+.2g} ms later against the pressure at the end than at the beginning of {lasts:.3g} s "
     "({percent:+.2g} %), as of two clocks; Z_c, stiffness and wave speed depend on the instant that is averaged",
     "Record both on one clock, or resample one of them to that of the other; where both were begun at one instant, "
-    "average beats near it (`start` and `end`).",
+    "average beats near it.",
+    STRETCH,
 )
 CLOCK_OF_ECG = look_kind(
     "recording.clock-of-ecg",

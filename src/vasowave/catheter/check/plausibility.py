@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vasowave.base.cures import UNKNOWN, SetCells, SetSetting, ShiftFlowZero, TurnFlow
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.base.sites import PULMONARY
@@ -53,44 +54,57 @@ _EQUAL_BY_CHANCE_ROUNDINGS = 10.0
 """Times their rounding: where samples differ by more, two are the same in less than a tenth of files."""
 
 _MMHG_PER_KPA = 7.50062
-_UNIT_REMEDY = (
-    "correct the unit: in the file, or beside it (vasowave add and fit: --unit pressure={}; a study's table: the "
-    "column 'pressure unit'; in Python: pressure_unit)"
-)
+_UNIT_REMEDY = "correct the unit, in the file or beside it"
+
+
+def _unit(signal: str, unit: str) -> SetCells:
+    label = f"Name the unit of the {signal}" if unit == UNKNOWN else f"The {signal} is in {unit}"
+    return SetCells(label, ((f"{signal} unit", unit),))
+
+
 SYSTEMIC = look_kind(
     "recording.systemic-pressure",
     "mean pressure {mean:.4g} mmHg is systemic, not pulmonary; is the unit right? ({mean:.4g} mmHg = {kPa:.3g} kPa)",
-    "Correct the unit of the pressure, or the channel; of a systemic artery, name it: --site aorta (a study: `site`).",
+    "Correct the unit of the pressure, or the channel; of a systemic artery, name that.",
+    _unit("pressure", UNKNOWN),
+    SetSetting("It is of the aorta", "site", "aorta"),
 )
 EXCHANGED = look_kind(
     "recording.exchanged",
     "pressure and flow look exchanged: the pressure rests at {level:.2g} mmHg between beats, as a flow does, and the "
     "flow never falls below {lowest:.3g} ml/s",
     "Exchange the two channels, or the titles of the two columns.",
+    SetCells("Name the channels", (("pressure channel", UNKNOWN), ("flow channel", UNKNOWN))),
 )
 BELOW_ZERO = look_kind(
     "recording.pressure-below-zero",
     "the lowest pressure is {lowest:.3g} mmHg; is the zero of the transducer right?",
-    "Correct the zero of the pressure channel.",
+    "Correct the zero of the pressure.",
+    SetCells("Give the zero of the pressure", (("zero [mmHg]", UNKNOWN),)),
 )
 ODD_FLOW = look_kind(
     "recording.odd-flow",
     "mean flow {mean:.3g} ml/s at {rate:.0f} beats/min; a mouse has about 0.2 ml/s, a rat about 1 ml/s: is the unit of "
     "flow right?",
     "Correct the unit of the flow, or the channel.",
+    _unit("flow", UNKNOWN),
+    SetCells("Name the channel", (("flow channel", UNKNOWN),)),
 )
 FLOW_OFF_ZERO = look_kind(
     "recording.flow-off-zero",
     "the flow rests at {level:+.2g} ml/s in diastole, {percent:.0f} % of its mean, though a closed valve lets nothing "
     "through; is the zero of the flow right? From its resting level the mean flow is {mean:.3g} ml/s",
-    "Correct the zero of the flow channel, or give it as `flow zero [ml/s]`.",
+    "If it is not, take the resting level for the zero.",
+    ShiftFlowZero("{level:.6g}"),
 )
 LATE_FLOW = look_kind(
     "recording.late-flow",
     "the upstroke of the flow begins {delay:.3g} ms after that of the pressure, {percent:.2g} % of the cycle; at one "
     "place none does, and stiffness, wave speed and impedance depend strongly on it",
-    "Find out the delay of flow probe and filters and give it as `flow delay [s]`; what you do not know of it is a "
-    "known error, `flow_delay_sd`. The feet tell it within a few percent of the cycle.",
+    "Find out the delay of flow probe and filters and give it; what you do not know of it is a known error. The feet "
+    "tell it within a few percent of the cycle.",
+    SetCells("Give the delay", (("flow delay [s]", UNKNOWN),)),
+    SetSetting("Allow for a delay", "flow_delay_sd"),
 )
 OPEN_END = note_kind("recording.cycle-open", "{what} ends {percent:.1f} % of its range away from its start")
 
@@ -129,26 +143,31 @@ def check_pressure(pressure: np.ndarray, where: str) -> None:
     if mean < lowest:
         raise InputError(
             f"{where}: mean pressure {mean:.3g} mmHg looks like kPa "
-            f"({mean:.3g} kPa = {mean * _MMHG_PER_KPA:.3g} mmHg); {_UNIT_REMEDY.format('kPa')}"
+            f"({mean:.3g} kPa = {mean * _MMHG_PER_KPA:.3g} mmHg); {_UNIT_REMEDY}",
+            [_unit("pressure", "kPa")],
         )
     if mean > highest:
         raise InputError(
             f"{where}: mean pressure {mean:.4g} mmHg is too high for an artery; the numbers look like "
-            f"another unit than the one stated; {_UNIT_REMEDY.format('Pa')}"
+            f"another unit than the one stated; {_UNIT_REMEDY}",
+            [_unit("pressure", "Pa")],
         )
 
 
 def check_flow(flow: np.ndarray, where: str) -> None:
     """Raise `InputError` if `flow` (ml/s) runs backward or does not pulsate."""
     mean = float(flow.mean())
-    turn = "flow out of the heart is positive: turn its sign (a probe mounted backward has a `flow gain` of -1)"
+    turn = "flow out of the heart is positive: turn its sign, as of a probe mounted backward"
     if np.ptp(flow) == 0:
         raise InputError(f"{where}: the flow is constant ({mean:g} ml/s); is this the right column?")
     if mean <= 0:
-        raise InputError(f"{where}: mean flow {mean:.3g} ml/s; {turn} or correct its zero")
+        level = resting_flow(flow)
+        shift = [ShiftFlowZero(f"{level:.6g}")] if abs(level) > _MAX_REST_FLOW_SHARE * float(np.ptp(flow)) else []
+        raise InputError(f"{where}: mean flow {mean:.3g} ml/s; {turn}, or correct its zero", [TurnFlow(), *shift])
     if -flow.min() > flow.max():
         raise InputError(
-            f"{where}: the largest flow is backward ({flow.min():.3g} against {flow.max():.3g} ml/s); {turn}"
+            f"{where}: the largest flow is backward ({flow.min():.3g} against {flow.max():.3g} ml/s); {turn}",
+            [TurnFlow()],
         )
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from vasowave.base import units
+from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, note_kind
 from vasowave.base.sites import PULMONARY, SITES
@@ -28,6 +29,8 @@ _OTHER_SITE_STEMS = ("aort", "arteri", "carot", "karot", "femor", "systemi", "ve
 """Beginnings of such words in other languages (Aortendruck), unless a word of the title speaks of the lung (pulm…)."""
 
 _LETTERS = re.compile(r"[^\W\d_]+")
+_HOW_TO_NAME = "name channels by their titles"
+_MAX_OFFERED = 8  # channels that are offered for a quantity
 
 
 def wanted_titles(
@@ -35,12 +38,6 @@ def wanted_titles(
 ) -> dict[str, str | None]:
     """Return the titles by what is looked for; with the diameter of the vessel its velocity in place of its flow."""
     return {"pressure": pressure, "velocity" if diameter else "flow": flow, "ecg": ecg}
-
-
-_HOW_TO_NAME = (
-    "name channels by their titles (vasowave add and fit: --channel pressure=TITLE; a study's table: the columns "
-    "'pressure channel', 'flow channel' and 'ecg channel'; in Python: pressure='TITLE', flow='TITLE', ecg='TITLE')"
-)
 
 
 TAKEN = note_kind("recording.channel-taken", "'{title}' was taken for {name}: {why}")
@@ -74,11 +71,14 @@ class Choice(NamedTuple, Generic[T]):
         Why, for every quantity that neither the caller nor one title alone decided.
     problems : tuple of str
         Quantities for which nothing or too much was found.
+    lacking : tuple of str
+        These quantities.
     """
 
     picked: dict[str, T]
     guessed: dict[str, str]
     problems: tuple[str, ...]
+    lacking: tuple[str, ...]
 
 
 def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = PULMONARY) -> Choice[T]:
@@ -89,7 +89,7 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = 
     """
     picked: dict[str, T] = {}
     guessed: dict[str, str] = {}
-    problems = []
+    problems: dict[str, str] = {}
     for name, title in titles.items():
         named = [text.strip().lower() for text in titles.values() if text is not None]
         free = [c for c in channels if c not in picked.values() and c.title.strip().lower() not in named]
@@ -98,13 +98,14 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = 
             picked[name] = hits[0]
             guessed |= {name: reason} if reason else {}
         elif hits:
-            problems.append(f"{len(hits)} channels may hold {name}, name one of them")
+            problems[name] = f"{len(hits)} channels may hold {name}, name one of them"
         elif title is not None:
-            problems.append(f"no channel '{title}'{did_you_mean(title, [c.title for c in channels])}")
+            problems[name] = f"no channel '{title}'{did_you_mean(title, [c.title for c in channels])}"
         elif name != "ecg":
-            problems.append(f"no channel says that it holds {name}{_of_elsewhere(channels, name, site)}, name it"
-                            f"{_velocity_instead(channels) if name == 'flow' else ''}")  # fmt: skip
-    return Choice(picked, guessed, tuple(problems))
+            velocity = _velocity_instead(channels) if name == "flow" else ""
+            elsewhere = _of_elsewhere(channels, name, site)
+            problems[name] = f"no channel says that it holds {name}{elsewhere}, name it{velocity}"
+    return Choice(picked, guessed, tuple(problems.values()), tuple(problems))
 
 
 def pick_channels(
@@ -121,9 +122,21 @@ def pick_channels(
     if choice.problems:
         of_whom = f"this is {program}, {len(channels)} channels: " if program else ""
         present = ", ".join(f"'{c.title}' [{c.unit or 'no unit'}]" for c in channels) or "none"
-        raise InputError(f"{path}: {of_whom}{'; '.join(choice.problems)}; it has: {present}; {_HOW_TO_NAME}")
+        problems = "; ".join(choice.problems)
+        raise InputError(f"{path}: {of_whom}{problems}; it has: {present}; {_HOW_TO_NAME}", _offers(channels, choice))
     notes = [TAKEN(title=choice.picked[name].title, name=name, why=reason) for name, reason in choice.guessed.items()]
     return choice.picked, notes
+
+
+def _offers(channels: Sequence[T], choice: Choice[T]) -> list[SetCells]:
+    """Return each channel that may hold what none was found for, as a cure."""
+    free = [c for c in channels if c not in choice.picked.values() and c.title.strip()][:_MAX_OFFERED]
+    offers = [
+        SetCells(f"{name} is '{c.title}'", ((f"{name} channel", c.title),))
+        for name in choice.lacking
+        for c in ([c for c in free if _has_unit(c, name)] or free)
+    ]
+    return [SetCells("Name the channels", tuple((f"{name} channel", UNKNOWN) for name in choice.lacking)), *offers]
 
 
 def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, ...]:
@@ -192,8 +205,7 @@ def _of_elsewhere(channels: Sequence[T], name: str, site: str) -> str:
     arteries = [
         artery for artery in (PULMONARY, *SITES) if artery != site and any(_speaks_of(c, artery) for c in passed)
     ]
-    cure = f"`site: {arteries[0]}` in study.yaml (vasowave fit: --site '{arteries[0]}')" if len(arteries) == 1 else ""
-    option = f"; if it is meant: {cure}" if cure else ""
+    option = f"; if it is meant, say that the site is {arteries[0]}" if len(arteries) == 1 else ""
     titles = " and ".join(f"'{title}'" for title in passed)
     return f" ({titles} may be of another place than the {site}, by its title{option})"
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 
+from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, look_kind, note_kind, warn
 from vasowave.base.sites import PULMONARY, SiteName
@@ -41,8 +42,9 @@ IN_DOUBT = look_kind(
     "the last sample of {quantity} equals the first where nothing moves, so that the times do not tell whether this "
     "sample is the next cycle's first. It was kept: the period is {period:.6g} s. Without it the period would be "
     "{other:.6g} s, {percent:.2g} % ({less:.2g} s) less; {remedy}",
-    "say the period (vasowave add and fit: --period 0.11; a study's table: the column 'period [s]'; in Python: "
-    "period=0.11)",
+    "say the period",
+    SetCells("Period {period:.6g} s", (("period [s]", "{period:.6g}"),)),
+    SetCells("Period {other:.6g} s", (("period [s]", "{other:.6g}"),)),
 )
 IN_DOUBT_UNTIMED = look_kind(
     "recording.last-sample-untimed",
@@ -220,7 +222,7 @@ def _check_units(signal: Signal, swapped_files: bool) -> None:
         _CHECKS[signal.quantity](signal.values, signal.file)
     except InputError as error:
         hint = "; of two files the first must hold pressure, the second flow" if swapped_files else ""
-        raise InputError(f"{error}{hint}") from None
+        raise InputError(f"{error}{hint}", error.cures) from None
 
 
 def _last_samples(signals: Sequence[Signal], period: float | None) -> list[_Last]:
@@ -269,8 +271,8 @@ def _period(signal: Signal, count: int, period: float | None) -> float:
     if signal.time is None:
         if period is None:
             raise InputError(
-                f"{signal.file}: no time column; give the period in seconds "
-                "(--period 0.11 on the command line, the column 'period [s]' in a study's table, period=0.11 in Python)"
+                f"{signal.file}: no time column; give its period in s",
+                [SetCells("Give the period", (("period [s]", UNKNOWN),))],
             )
         return period
     step = even_step(signal.time, signal.quantum, signal.file, signal.places.__getitem__)

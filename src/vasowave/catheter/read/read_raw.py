@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.base import units
+from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.io.textfile import Progress
@@ -22,7 +23,7 @@ from vasowave.catheter.signals.channels import Block, Channel, Comment
 from vasowave.catheter.signals.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.catheter.signals.interventions import comment_findings
 from vasowave.catheter.signals.raw import MIN_DURATION_S, RawRecording
-from vasowave.catheter.signals.signal import NAME_THE_RATE, UNIT_REPLACED
+from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE, UNIT_REPLACED
 
 _MAX_LENGTH_DIFFERENCE = 0.01  # two channels of a block last equally long within this share and two samples
 
@@ -142,7 +143,7 @@ def read_raw_recording(
         notes.append(put)
         warn(put.at(str(path)))
     if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
-        raise InputError(f"{path}: no times; {NAME_THE_RATE}")
+        raise InputError(f"{path}: no times; {NAME_THE_RATE}", [RATE])
     if "ecg" not in picked:
         notes.append(NO_ECG())
     _check_lengths(list(picked.values()))
@@ -166,7 +167,7 @@ def read_raw_recording(
         try:
             values, words = _canonical(channel, name, stated_units.get(name, reading.flow_unit))
         except InputError as error:
-            wrong.append(str(error))
+            wrong.append(error)
             continue
         notes += words
         if name == "velocity":
@@ -174,7 +175,8 @@ def read_raw_recording(
             notes.append(made)
         scaled["flow" if name == "velocity" else name] = replace(channel, values=values)
     if wrong:
-        raise InputError("\n".join(wrong))
+        cures = [cure for error in wrong for cure in error.cures]
+        raise InputError("\n".join(map(str, wrong)), cures)
     raw = _between(path, scaled, start, end, rate)
     raw = replace(
         raw, site=reading.site, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration)
@@ -232,7 +234,8 @@ def _gaps(channels: list[Channel], start: float | None, end: float | None) -> li
     if any(gaps_within.values()):
         all_gaps = [gap for spans in gaps_within.values() for gap in spans]
         place = next(place for place, spans in gaps_within.items() if spans)
-        raise InputError(f"{place}: {describe_gaps(all_gaps, first, last, MIN_DURATION_S)}")
+        text, cures = describe_gaps(all_gaps, first, last, MIN_DURATION_S)
+        raise InputError(f"{place}: {text}", cures)
     return [gap for spans in gaps.values() for gap in spans]
 
 
@@ -266,7 +269,10 @@ def _canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np
         return channel.values * units.factor(stated_unit, quantity), [*notes]
     if name != "ecg" and _unconverted(channel):
         if stated_unit is None:
-            raise InputError(_unit_wanted(channel, name))
+            generic = SetCells(f"Name the unit of {name}", ((f"{name} unit", UNKNOWN),))
+            usual = units.CANONICAL[quantity]
+            offer = SetCells(f"The {name} is in {usual}", ((f"{name} unit", usual),))
+            raise InputError(_unit_wanted(channel, name), [offer, generic])
         return channel.values * units.factor(stated_unit, quantity), [GIVEN_UNIT(name=name, unit=stated_unit)]
     try:
         return channel.values * units.factor(unit, quantity), []
@@ -288,8 +294,7 @@ def _factor_or_none(unit: str, quantity: str) -> float | None:
 
 def _unit_wanted(channel: Channel, name: str) -> str:
     """Say that a channel's unit is not known, and how to name it."""
-    option = f"vasowave add and fit: --unit {name}={units.CANONICAL[DIMENSIONS[name]]}"
-    advice = f"name its unit ({option}; a study's table: the column '{name} unit'; in Python: {name}_unit)"
+    advice = "name its unit"
     if not channel.unit:
         return f"{channel.place}: {name} has no unit; {advice}"
     title_units = [

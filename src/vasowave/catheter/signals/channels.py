@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vasowave.base.cures import STRETCH
 from vasowave.base.findings import Finding, look_kind
 
 CUT_OFF = look_kind(
@@ -14,7 +15,8 @@ CUT_OFF = look_kind(
 MISSING = look_kind(
     "recording.missing-codes",
     "'{title}': {count} samples are {code:g}, far from all others, as programs write a missing value; they are gaps",
-    "Leave such cells empty, and choose with `start` and `end` a stretch without them.",
+    "Leave such cells empty, and choose a stretch without them.",
+    STRETCH,
 )
 _MISSING_CODES = (-999.0, -9999.0, -99999.0)  # written by programs in place of a sample that is missing
 _MIN_SLOW_SAMPLES = 4  # of a slower channel among blanks

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vasowave.base.cures import stretch
 from vasowave.base.findings import look_kind
 from vasowave.catheter.signals.gaps import Span, free_between, gaps_in, longest_between
 from vasowave.catheter.signals.plateaus import find_plateaus
@@ -39,10 +40,10 @@ RULES = DampedRules()
 DAMPED = look_kind(
     "recording.damped",
     "from {low_start:.4g} to {low_end:.4g} s the pulse of the {name} is below {percent:.0f} % of its usual one (a "
-    "wedged or damped catheter, a probe that came off?); {start:g} to {end:g} s were used (--start {start:g} --end "
-    "{end:g}). {remedy}",
-    "To say so yourself: vasowave add and fit: --start and --end; a study's table: the columns 'start [s]' and "
-    "'end [s]'.",
+    "wedged or damped catheter, a probe that came off?); {start:g} to {end:g} s were used. "
+    "{remedy}",
+    "Choose that stretch yourself, or another.",
+    stretch("{start:g}", "{end:g}"),
 )
 
 

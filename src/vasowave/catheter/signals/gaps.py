@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.base.cures import Cure, stretch
+
 _MAX_STRETCH = 20
 """Times may leap over this many times the samples there are; beyond that a clock is wrong."""
 
@@ -45,7 +47,7 @@ def longest_between(gaps: Iterable[Span], start: float, end: float) -> Span:
     return Span(float(first) / _MS_PER_S + 0.0, float(max(first, last)) / _MS_PER_S)  # never -0
 
 
-def describe_gaps(gaps: Sequence[Span], start: float, end: float, shortest: float) -> str:
+def describe_gaps(gaps: Sequence[Span], start: float, end: float, shortest: float) -> tuple[str, list[Cure]]:
     """Say where the gaps from `start` to `end` are, and what to read instead of all; `shortest` is of use, s."""
     spans = _joined(gap for gap in gaps if gap.end > start and gap.start < end)
     where = ", ".join(f"{gap.start:.5g} to {gap.end:.5g} s" for gap in spans[:3])
@@ -53,12 +55,10 @@ def describe_gaps(gaps: Sequence[Span], start: float, end: float, shortest: floa
     message = f"no samples from {where}{suffix}"
     longest = longest_between(spans, start, end)
     if longest.end - longest.start < shortest:
-        return f"{message}; no {shortest:g} s are without a gap"
-    return (
-        f"{message}; the longest stretch without a gap is {longest.start:g} to {longest.end:g} s. Take it: "
-        f"vasowave add and fit: --start {longest.start:g} --end {longest.end:g}; a study's table: {longest.start:g} in "
-        f"the column 'start [s]' and {longest.end:g} in 'end [s]'"
-    )
+        return f"{message}; no {shortest:g} s are without a gap", []
+    start_text, end_text = (f"{time:g}" for time in longest)
+    advice = f"the longest stretch without a gap is {start_text} to {end_text} s; take it"
+    return f"{message}; {advice}", [stretch(start_text, end_text)]
 
 
 def _joined(gaps: Iterable[Span]) -> list[Span]:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.base.cures import SetSetting
 from vasowave.base.findings import Finding, look_kind
 
 
@@ -39,7 +40,8 @@ HUM = look_kind(
     "recording.hum",
     "the {what} hums at {frequency:.0f} Hz, {amplitude:.2g} {unit} up and down, as of the mains; beats were found "
     "without it, and it fades in the average of many",
-    "Ground the amplifier; average more beats (averaging.beats).",
+    "Ground the amplifier; average more beats.",
+    SetSetting("Average 40 beats", "averaging.beats", "40"),
 )
 
 

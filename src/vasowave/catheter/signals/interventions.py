@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from itertools import pairwise
 
+from vasowave.base.cures import STRETCH
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.catheter.signals.channels import Comment
 from vasowave.catheter.signals.gaps import Span
@@ -27,19 +28,19 @@ _DRUGS = (
 _INTERVENTION = re.compile(f"{_DOSES}|{_ACTS}|{_DRUGS}", re.IGNORECASE)
 
 COMMENTS = note_kind("recording.comments", "comments in the recording: {listed}")
-_STRETCH_REMEDY = (
-    "To read another stretch: `start` and `end` (vasowave add and fit: --start, --end; a study's table: 'start [s]')."
-)
+_STRETCH_REMEDY = "If another part is the animal's, choose its stretch."
 INTERVENTION = look_kind(
     "recording.intervention",
     "'{text}' is noted at {time:.4g} s, so that what is {side} it was read, {start:.4g} to {end:.4g} s. {remedy}",
     _STRETCH_REMEDY,
+    STRETCH,
 )
 INTERVENTION_WITHIN = look_kind(
     "recording.intervention-within",
     "'{text}' is noted at {time:.4g} s, within the stretch that is read: beats before and after it may differ. "
     "{remedy}",
     _STRETCH_REMEDY,
+    STRETCH,
 )
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.base.cures import UNKNOWN, SetCells, SetSetting
 from vasowave.base.findings import Finding, look_kind
 from vasowave.catheter.signals.hum import hum_of
 
@@ -72,8 +73,11 @@ ROLLS_OFF = look_kind(
     "recording.noise-rolls-off",
     "the noise of the {what} falls off above about {cutoff:.0f} Hz as behind a low-pass of order {order}, which makes "
     "arteries look soft; random fluctuations of the animal with a memory of {memory:.2g} ms look alike",
-    "Ask which filters amplifier and recorder have, and give them as columns `pressure cutoff [Hz]`, `flow cutoff "
-    "[Hz]`; where nobody knows, allow for one by `pressure_lag_sd`.",
+    "Ask which filters amplifier and recorder have, and give their cut-off frequency; where nobody knows, allow for a "
+    "lag of the pressure as a known error.",
+    SetCells("Give the filter of the pressure", (("pressure cutoff [Hz]", UNKNOWN),)),
+    SetCells("Give the filter of the flow", (("flow cutoff [Hz]", UNKNOWN),)),
+    SetSetting("Allow for a lag", "pressure_lag_sd"),
 )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from vasowave.base.errors import InputError
 from vasowave.base.io.cells import GAPS, number
 from vasowave.base.io.textfile import Lines
+from vasowave.catheter.signals.signal import RATE
 
 _ROWS_PER_CHUNK = 4096
 """Rows that are read cell by cell are stored this many at once."""
@@ -19,7 +20,7 @@ _ROWS_PER_CHUNK = 4096
 _CLOCK = re.compile(r"\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?")
 _NO_CLOCK = (
     "; a time of day is not read: write seconds since the start, or leave the column out and say how many samples a "
-    "second has (vasowave add and fit: --sampling-rate 1000)"
+    "second has"
 )
 
 
@@ -37,7 +38,7 @@ class DecimalMark:
             if self._seen:
                 line, text = next((i, text) for i, text in enumerate(lines.texts, lines.first) if mark in text)
                 if clock := _CLOCK.search(text):
-                    raise InputError(f"{self._path}, line {line}: '{clock[0]}' is not a number{_NO_CLOCK}")
+                    raise InputError(f"{self._path}, line {line}: '{clock[0]}' is not a number{_NO_CLOCK}", [RATE])
                 raise InputError(
                     f"{self._path}, line {line}: numbers with a decimal comma and with a decimal point in one file; "
                     "export it again with one of them"
@@ -115,8 +116,9 @@ class NumberRows:
         try:
             value = math.nan if text.upper() in GAPS else number(text.replace(",", ".") if comma else text)
         except ValueError:
-            hint = _NO_CLOCK if _CLOCK.fullmatch(text) else ""
-            raise InputError(f"{self.place}, line {line}, column '{title}': '{text}' is not a number{hint}") from None
+            hint, cures = (_NO_CLOCK, [RATE]) if _CLOCK.fullmatch(text) else ("", [])
+            place = f"{self.place}, line {line}, column '{title}'"
+            raise InputError(f"{place}: '{text}' is not a number{hint}", cures) from None
         return value if math.isfinite(value) else math.nan
 
     def _start_at(self, line: int) -> None:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.base.cures import STRETCH
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.catheter.signals.raw import RawRecording
 
@@ -69,7 +70,8 @@ ZERO_WITHIN = look_kind(
     "recording.zero-within",
     "the pressure stood at {level:+.2g} mmHg from {start:.3g} to {end:.3g} s, between beats: the transducer was open "
     "to air, or its signal was lost; the zero may be another one after that",
-    "Compare the pressures before and after, and choose a stretch with `start` and `end`.",
+    "Compare the pressures before and after, and choose a stretch.",
+    STRETCH,
 )
 CALIBRATION = note_kind(
     "recording.calibration-plateaus",
@@ -79,7 +81,8 @@ SATURATED = look_kind(
     "recording.saturated",
     "{what}: {percent:.1f} % of the samples stand at its {end} value, {value:.4g} {unit}: {parts} are cut off there, "
     "by an amplifier or a converter at the end of its range",
-    "Record it again with a wider range, or choose with `start` and `end` a stretch that is not cut off.",
+    "Record it again with a wider range, or choose a stretch that is not cut off.",
+    STRETCH,
 )
 
 

@@ -7,6 +7,7 @@ from decimal import Decimal, InvalidOperation
 import numpy as np
 
 from vasowave.base import units
+from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, kind
 from vasowave.catheter.signals.gaps import leaps_closed
@@ -36,10 +37,8 @@ ALIASES = {
 }
 """Other titles of the columns, lower case."""
 
-NAME_THE_RATE = (
-    "say how many samples a second has (vasowave add and fit: --sampling-rate 1000; a study's table: the column "
-    "'sampling rate [1/s]'; in Python: sampling_rate)"
-)
+NAME_THE_RATE = "say how many samples a second has"
+RATE = SetCells("Give the sampling rate", (("sampling rate [1/s]", UNKNOWN),))
 """What to do where a file has no times."""
 
 UNIT_REPLACED = kind(
@@ -88,7 +87,8 @@ def even_step(time: np.ndarray, quantum: float, file: str, place: Callable[[int]
         raise InputError(
             f"{file}, column 'time': written to {quantum:g} s, coarser than the sampling interval "
             f"({step:.3g} s); write more decimals, or leave the column out and give the period of "
-            "a cycle (--period) or the rate of a continuous recording (--sampling-rate)"
+            "a cycle or the rate of a continuous recording",
+            [SetCells("Give the period", (("period [s]", UNKNOWN),)), RATE],
         )
     uneven = np.flatnonzero(np.abs(steps - step) > quantum + 1e-3 * step)
     if len(uneven):

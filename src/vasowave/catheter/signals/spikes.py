@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vasowave.base.cures import STRETCH, Visit
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.catheter.signals.raw import RawRecording
 
@@ -19,6 +20,8 @@ MANY_SPIKES = look_kind(
     "recording.many-spikes",
     f"{_TEXT}: {{percent:.2g}} % of the samples",
     "Look at the signal, ground the amplifier, or choose a stretch with fewer.",
+    Visit("recording"),
+    STRETCH,
 )
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vasowave.base.cures import SetOption
 from vasowave.base.errors import InputError
 from vasowave.base.findings import look_kind, warn
 from vasowave.lung.measure.contrast import BLUR, own_contrast
@@ -16,8 +17,9 @@ MARGIN_POINTS = 4
 """Fewest points on either side of the tip."""
 NOISE_LENGTH_VOXELS = 2 * np.sqrt(np.pi) * BLUR
 """Voxels along which the errors of sections are alike: the integral scale of noise that is as blurred as the image."""
+NO_CANNULA = SetOption("There is no cannula", "cannula", "0")
 _ELSE = "or the root is not at the cannula's outer end"
-_NONE = "if there is none in the image, give --cannula 0 (cannula=0 in Python) and the root where the network begins"
+_NONE = "if there is none in the image, say so, and give the root where the network begins"
 
 
 class NoCannulaError(InputError):
@@ -47,7 +49,8 @@ def cannula_tip(line: Line, radius: np.ndarray) -> int:
     if abs(vessel_radius - tubing_radius) < MIN_STEP_SHARE * tubing_radius:
         raise NoCannulaError(
             f"no cannula found: where the root's radius changes most it steps only from {tubing_radius:.4g} to "
-            f"{vessel_radius:.4g} cm; {_NONE}; {_ELSE}"
+            f"{vessel_radius:.4g} cm; {_NONE}; {_ELSE}",
+            [NO_CANNULA],
         )
     return int(places[best])
 
@@ -73,7 +76,8 @@ def _candidates(line: Line, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     if len(inner) < 3 * MARGIN_POINTS:
         raise NoCannulaError(
             "the root vessel is too short to show where the cannula ends; give the outlets, if false branches cut it; "
-            f"{_NONE}; {_ELSE}"
+            f"{_NONE}; {_ELSE}",
+            [NO_CANNULA],
         )
     values, along = radius[inner], run[inner]
     fits = [_fit(values, along, tip) for tip in range(MARGIN_POINTS, len(values) - MARGIN_POINTS)]

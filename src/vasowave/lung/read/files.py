@@ -68,7 +68,7 @@ def read_volume(path: str | Path, spacing: float | Sequence[float] | None = None
         volume = Volume(image.grey, size, image.origin, image.axes, provenance)
         findings += _contradiction(image, typed) if typed is not None and is_sized else ()
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise InputError(f"{path}: {error}", error.cures) from None
     for finding in (*findings, *image.findings):
         warn(finding.at(path.name))
     return volume

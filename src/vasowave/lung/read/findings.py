@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from vasowave.base.cures import VOXEL
 from vasowave.base.findings import look_kind
 
 VOXEL_TYPED = look_kind(
     "image.voxel-typed",
     "its voxels measure {size} µm (x, y, z) by {source}, but {typed} µm were typed and are used. {remedy}",
-    "Leave out --voxel, or make sure that the file is wrong.",
+    "Leave out the size, or make sure that the file is wrong.",
 )
 INVERTED = look_kind(
     "image.inverted",
@@ -22,7 +23,8 @@ STEP = look_kind(
     "image.slices-step",
     "its log says that slices lie {step} voxels apart, which is used, but their numbers do not ({first}, {second}). "
     "{remedy}",
-    "Make sure that slices were numbered anew, or give the size of a voxel with --voxel.",
+    "Make sure that slices were numbered anew, or give the size of a voxel.",
+    VOXEL,
 )
 CROPPED = look_kind(
     "image.slices-cropped",
@@ -32,7 +34,8 @@ CROPPED = look_kind(
 FLAT_SCALE = look_kind(
     "image.slices-scaled",
     "its slices say pixels of {size} µm (x, y) by {source}, but {used} µm are used. {remedy}",
-    "Give the right size with --voxel.",
+    "Give the right size of a voxel.",
+    VOXEL,
 )
 
 

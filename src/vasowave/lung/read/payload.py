@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vasowave.base import units
+from vasowave.base.cures import VOXEL
 from vasowave.base.errors import InputError
 from vasowave.base.io.textfile import regular_file
 
@@ -23,8 +24,8 @@ _REMEDY = "copy or export it again"
 def no_voxel_size(path: Path, problem: str) -> InputError:
     """Return the error that a header does not say how large a voxel is: nothing is assumed."""
     return InputError(
-        f"{path}: {problem}, so that the size of its voxels is not known; give it in cm (--voxel of "
-        "`vasowave look` and `extract`: one number, or x,y,z; spacing of `read_volume`)"
+        f"{path}: {problem}, so that the size of its voxels is not known; give it in cm: one number, or x,y,z",
+        [VOXEL],
     )
 
 

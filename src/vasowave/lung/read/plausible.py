@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vasowave.base.cures import VOXEL, SetOption
 from vasowave.base.errors import InputError
 from vasowave.base.species import SPECIES
 from vasowave.lung.read.findings import in_micrometers
@@ -55,8 +56,9 @@ def require_plausible(volume: Volume, species: str) -> None:
     extent = " × ".join(f"{edge:.3g}" for edge in edges[::-1])
     raise InputError(
         f"the image measures {extent} cm (x, y, z), its voxels {in_micrometers(volume.spacing)} µm{source}: no "
-        f"{species} is like that; the unit is probably wrong. Give the size of a voxel in cm (--voxel), or the species "
-        f"of the animal (--species {', '.join((*SPECIES, 'other'))})"
+        f"{species} is like that; the unit is probably wrong. Give the size of a voxel in cm, or the species "
+        f"of the animal ({', '.join((*SPECIES, 'other'))})",
+        [VOXEL, SetOption("Name the species", "species")],
     )
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vasowave.base.cures import VOXEL
 from vasowave.base.errors import InputError
 from vasowave.base.io.textfile import read_start
 from vasowave.lung.read.payload import centimeters
@@ -80,7 +81,8 @@ def _merged(sizes: list[np.ndarray], source: Path) -> np.ndarray:
             first, second = (", ".join(f"{1e4 * length:.6g}" for length in row) for row in (merged, size))
             raise InputError(
                 f"{source}: the texts beside it name two sizes of a voxel ({first} and {second} µm); keep the right "
-                "one, or give it (--voxel)"
+                "one, or give it",
+                [VOXEL],
             )
         merged = np.where(np.isfinite(size), size, merged)
     is_flat = np.isfinite(merged[:2]).all() and np.isnan(merged[2]) and np.isclose(merged[0], merged[1], rtol=1e-3)

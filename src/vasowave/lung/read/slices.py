@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.base.cures import VOXEL
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding
 from vasowave.lung.read.findings import CROPPED, FLAT_SCALE, LEFT_OUT, STEP
@@ -46,7 +47,8 @@ def read_slices(folder: Path) -> Image:
     if number_step not in (1, step):
         raise InputError(
             f"{folder}: {stack.files[0].name} is followed by {stack.files[1].name}, and no text beside them says that "
-            "slices lie so far apart; copy all, or number them one by one and give the size of a voxel (--voxel)"
+            "slices lie so far apart; copy all, or number them one by one and give the size of a voxel",
+            [VOXEL],
         )
     spacing, provenance = (
         (UNSIZED, "no slice holds a size of voxels, and no text beside them") if size is None else size

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
+from vasowave.base.cures import UNKNOWN, SetCells, SetSetting
 from vasowave.base.findings import Finding, look_kind
 from vasowave.pulse.calibration.compared import Compared
 from vasowave.pulse.calibration.objective import Objective
@@ -79,8 +80,11 @@ LOW_PASS = look_kind(
     "The {signal} looks filtered at about {cutoff:.0f} Hz (first order), or late by {delay:.2g} ms: then {parameter} "
     "would be about {value:.3g}, not {fitted:.3g} (explains {explained:.0f} % of the residual). Walls stiffer towards "
     "the periphery and another wall law look alike.",
-    "Ask which filters amplifier and recorder have, and give them as columns `pressure cutoff [Hz]`, `flow cutoff "
-    "[Hz]`; where nobody knows, allow for one by `pressure_lag_sd`.",
+    "Ask which filters amplifier and recorder have, and give their cut-off frequency; where nobody knows, allow for a "
+    "lag of the pressure as a known error.",
+    SetCells("Give the filter of the pressure", (("pressure cutoff [Hz]", UNKNOWN),)),
+    SetCells("Give the filter of the flow", (("flow cutoff [Hz]", UNKNOWN),)),
+    SetSetting("Allow for a lag", "pressure_lag_sd"),
 )
 
 

@@ -25,7 +25,7 @@ from vasowave.base.io.textfile import read_bytes
 from vasowave.base.io.trusted import is_allowed
 from vasowave.base.runtime.kept import BY_CONTENT
 
-ALLOW = "read it, then allow it with --trust, with `vasowave.trust_study`, or on the page of the workbench"
+ALLOW = "read it, then allow it to run in this study"
 """What to do about a program that nobody has allowed to run."""
 
 _INSTALLED = "@installed"

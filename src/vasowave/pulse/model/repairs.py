@@ -113,7 +113,7 @@ def tidy(network: Network, shortest: float = SHORTEST, *, change: float = PROOF.
     raise InputError(
         f"repairing vessels that are too short changes the input impedance by {100 * smallest:.3g} %, more than the "
         f"{100 * change:.2g} % that are allowed; lower the shortest length ({shortest:g} radii), repair the table "
-        "yourself, or allow more (--change)"
+        "yourself, or allow more"
     )
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from vasowave.base import units
+from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.base.species import SPECIES
 from vasowave.pulse.network.network import Network
@@ -32,7 +33,8 @@ NO_PRESSURE = look_kind(
     "The pressure at which the vessels were imaged is not known; their radii are taken for those at zero pressure. If "
     "they were filled, the wall seems stiffer and waves faster than they are, and how it stiffens cannot be told. "
     "{remedy}",
-    "Give it as a column 'pressure [mmHg]' of the network's file, or as Network(..., pressure=...).",
+    "Give it in the network's file, in a column 'pressure [mmHg]', or beside it.",
+    SetCells("Give the pressure of the image", (("image pressure [mmHg]", UNKNOWN),)),
 )
 
 LEFT_OUT = note_kind("network.left-out", "{what} are no part of a network and were left out")

@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from vasowave.base.cures import Tidy
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind
 from vasowave.pulse.network.graph import meetings
@@ -30,13 +31,15 @@ _NONE, _ROUNDING = -1.0, 1e-9
 REPAIRED = look_kind(
     "network.repaired",
     "{summary}: {repairs}",
-    "Repair the table yourself, or write it with `vasowave tidy` and look at it.",
+    "Repair the table yourself, or let it be repaired into a new file and look at that.",
+    Tidy(),
 )
 NOT_REPAIRED = look_kind(
     "network.not-repaired",
     "vessels are too short to carry a wave, and repairing them would add {percent:.2g} % to the network's volume; they "
     "are left as they are",
-    "Repair the table yourself, or write it with `vasowave tidy` and look at it.",
+    "Repair the table yourself, or let it be repaired into a new file and look at that.",
+    Tidy(),
 )
 
 Code = Literal["joined", "merged", "lengthened"]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vasowave.base.cures import Tidy
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, look_kind
 from vasowave.base.io.cells import is_row, separator_of, split_cells
@@ -40,7 +41,8 @@ OTHER_COUNT = look_kind(
 SINGLE_DAUGHTERS = look_kind(
     "network.single-daughters",
     "{count} vessel(s) with one daughter, where nothing divides ({some}); was a row lost?",
-    "Put the row back, or join the two vessels with `vasowave tidy`.",
+    "Put the row back, or let the two vessels be joined in a new file.",
+    Tidy(),
 )
 
 

@@ -11,6 +11,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from vasowave.base.cures import Tidy
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, warn
 from vasowave.base.io.columns import Columns, number
@@ -75,8 +76,8 @@ NETWORKS.register(
 
 def _refuse_lines(path: Path, scale: float | None = None) -> NoReturn:
     raise InputError(
-        f"{path}: holds centerlines, of which a network is made first, with their unit of length: `vasowave "
-        "centerlines FILE --unit mm -o FOLDER`; FOLDER/network.csv is the network"
+        f"{path}: holds centerlines, of which a network is made first, with their unit of length",
+        [Tidy("centerlines")],
     )
 
 
@@ -157,8 +158,8 @@ def number_in(path: Path, line: int, text: str) -> float:
 def unit_wanted(path: Path, form: NetworkFormat) -> str:
     """Say that a file does not name its unit, and how to give it."""
     return (
-        f"{path}: this {form.title} does not say the unit of its lengths; give it, as mm or as the edge of a voxel: "
-        "`vasowave tidy FILE --unit '0.0036 cm' -o network.csv`, or read_network(path, unit='mm')"
+        f"{path}: this {form.title} does not say the unit of its lengths; give it, as mm or as 0.0036 cm for the "
+        "edge of a voxel, and write it as a table of vessels"
     )
 
 

@@ -79,7 +79,7 @@ def faster_than_allowed(grid: Grid, where: str, steps: int, limit: int) -> Lost:
     """Return the error for a vessel (`where`) whose waves turn out to ask for more than `limit` steps a cycle."""
     return Lost(
         f"{where}the waves there ask for about {steps} steps a cycle, more than most_steps = {limit}: check radius, "
-        f"length and stiffness of this vessel{_fewer_steps(grid)}, or go on in Python with Numerics(most_steps=...)"
+        f"length and stiffness of this vessel{_fewer_steps(grid)}, or allow more steps (most_steps)"
     )
 
 
@@ -108,14 +108,14 @@ def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, limit
         f"about {demand[v]:.0f} steps a cycle, more than most_steps = {limit}"
     )
     if not len(remaining_demand):
-        return NumericalError(f"{head}: check it{_fewer_steps(grid)}, or go on in Python with Numerics(most_steps=...)")
+        return NumericalError(f"{head}: check it{_fewer_steps(grid)}, or allow more steps (most_steps)")
     compliance = network.length * walls.area_compliance(model.wall, linear.mean_pressure, model.area0)
     fall = float(linear.resistance[v] * network.length[v] * linear.flow[0, v].real)
     return NumericalError(
         f"{head}; of {len(remaining_demand)} others the next asks for {np.max(remaining_demand):.0f}. "
         f"It holds {100 * compliance[v] / np.sum(compliance):.2g} % of the vessels' "
         f"compliance, and the mean flow loses {fall:.2g} mmHg in it: that is what merging it with its neighbor would "
-        "change. Merge it, or go on in Python with Numerics(most_steps=...)"
+        "change. Merge it, or allow more steps (most_steps)"
     )
 
 

@@ -87,9 +87,7 @@ def sweep(
     """
     axes = checked_values(model, values)
     if not axes:
-        raise InputError(
-            "nothing to sweep; name a parameter and its values, as in {'beta': [40, 60, 80]} or `--vary beta=40,60,80`"
-        )
+        raise InputError("nothing to sweep; name a parameter and its values, as beta: 40, 60, 80")
     flow = driving(inflow)
     numerics = numerics or Numerics()
     count = int(np.prod([len(axis) for axis in axes.values()]))

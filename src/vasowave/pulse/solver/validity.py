@@ -20,7 +20,7 @@ _GRID = (
     "The answer depends on the grid: a wave too steep for its cells costs {} by the end of vessel '{{vessel}}' at "
     "t = {{time:.4g}} s. {{remedy}}"
 )
-_FINER = "Ask for an accuracy of the simulation (accuracy=0.02 of Numerics, --accuracy 0.02), or for shorter cells."
+_FINER = "Ask for an accuracy of the simulation, as of 0.02, or for shorter cells."
 ON_GRID = look_kind(
     "solver.depends-on-grid", _GRID.format("about {value:.2g} mmHg ({percent:.1f} % of the largest pressure)"), _FINER
 )
@@ -52,7 +52,7 @@ OUTSIDE_RANGE = look_kind(
     "solver.stenosis-beyond-its-source",
     "The flow before '{vessel}' reaches a Reynolds number of {value:.3g}; a narrowing's coefficients were measured "
     "from {low:.3g} to {high:.3g}. {remedy}",
-    "Check flow and radius; other coefficients may hold there (vw.Stenosis).",
+    "Check flow and radius; other coefficients may hold there.",
 )
 
 

@@ -57,7 +57,7 @@ def read_result(path: Path, sha256: str | None = None, laws: bool = True) -> Ani
         content = (path if not path.exists() else regular_file(path)).read_bytes()
     except OSError as error:
         lost = isinstance(error, FileNotFoundError)
-        reason = "there is no such file; `vasowave run` makes it anew" if lost else error.strerror
+        reason = "there is no such file; run the study, which makes it anew" if lost else error.strerror
         raise InputError(f"{path}: cannot be read ({reason})") from None
     if sha256 is not None and hashlib.sha256(content).hexdigest() != sha256:
         raise InputError(f"{path}: damaged or changed since it was written (SHA-256); run again, it is made anew")

@@ -25,7 +25,8 @@ import xarray as xr
 
 from vasowave.base.accessors import Accessor
 from vasowave.base.errors import InputError
-from vasowave.base.findings import Finding, as_json, from_json, shared
+from vasowave.base.findings import Finding, as_json, from_json, shared, texts
+from vasowave.base.notebook import card
 from vasowave.base.stores import parsed_as
 from vasowave.pulse.inference.known_errors import AssumedError
 from vasowave.pulse.network.network import MEASURED, Network
@@ -63,6 +64,10 @@ _MEASURED_VARIABLES = {
     "taper_sd": ("1", "standard deviation of the taper"),
     "radius_scale_sd": ("1", "standard deviation of a factor that all radii have in common, NaN where not known"),
 }
+
+
+_FIRST_MEASURED = ("HR", "CO", "mPAP", "sPAP", "dPAP", "PVR")
+_FIRST_FITTED = ("stiffness", "wave_speed", "R_T", "C_T", "RMSE")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -114,8 +119,8 @@ class AnimalResult:
     >>> import vasowave as vw
     >>> mouse = vw.Animal("mouse 6", "CTL", vw.control_network(), vw.virtual_mouse(), synthetic=True)
     >>> result = vw.analyze(mouse, vw.Settings(walls=("linear",), starts=1))
-    >>> result
-    AnimalResult('mouse 6', CTL: linear wall)
+    >>> print(str(result).partition(",")[0])
+    AnimalResult('mouse 6'
     >>> result.laws["linear"].quantities["R_T"].attrs["units"]
     'mmHg s/ml'
     >>> result.to_datatree()["linear/quantities/R_T"].identical(result.laws["linear"].quantities["R_T"])
@@ -148,8 +153,21 @@ class AnimalResult:
         check_law_names(self.laws)
 
     def __repr__(self) -> str:
-        walls = ", ".join(f"{name} wall" for name in self.laws) or "no wall law"
-        return f"AnimalResult('{self.name}', {self.group}: {walls})"
+        rows = [f"  {name:<{max(map(len, self._facts))}}  {text}" for name, text in self._facts.items()]
+        return "\n".join([f"AnimalResult('{self.name}', {self.group})", *rows])
+
+    def _repr_html_(self) -> str:
+        return card(f"{self.name}, {self.group}", self._facts, texts(self.findings))
+
+    @property
+    def _facts(self) -> dict[str, str]:
+        """The numbers that a person looks for first, by their source."""
+        facts = {}
+        for name, source in self.sources.items():
+            names, table = _FIRST_MEASURED if name == "measured" else _FIRST_FITTED, source.summary()
+            facts[name] = ", ".join(f"{quantity} {row['value']:.4g} {row['unit']}".removesuffix(" 1")
+                                    for quantity, row in table.iterrows() if quantity in names)  # fmt: skip
+        return facts
 
     @property
     def sources(self) -> dict[str, Measured]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vasowave.base.io.spreadsheet import WORKBOOKS
+from vasowave.study.entering.animal_sheet import AnimalSheet
 from vasowave.study.entering.grouping import Marks, told_group, within
 from vasowave.study.entering.grouping import words as words_of
 from vasowave.study.entering.sorting import Recorded, files_in, sort_files
@@ -23,6 +24,50 @@ class AddedRow:
     recorded: Recorded
     cells: dict[str, str]
     old: dict[str, str] | None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What may hold the ID of the animal: its file, or the file's folder."""
+        return (self.recorded.name, self.recorded.files[0].parent.name)
+
+
+def sheet_groups(
+    sheets: Sequence[AnimalSheet], entries: Sequence[AddedRow], before: Sequence[Mapping[str, str]]
+) -> list[str]:
+    """Return the groups, the reference first, that labs' tables of animals tell of rows that have none yet."""
+    names = [entry.names for entry in entries if not (entry.old or {}).get("group")]
+    names += [_names_of(row) for row in before if not row.get("group")]
+    labels = {sheet.row_of(of_row).get("group", "") for sheet in sheets for of_row in names}
+    return [label for sheet in sheets for label in sheet.groups if label in labels]
+
+
+def _names_of(row: Mapping[str, str]) -> tuple[str, ...]:
+    return (row.get("animal", ""), Path(row.get("recording", "")).stem)
+
+
+def told_cells(
+    sheet: AnimalSheet, new: Sequence[AddedRow], before: Sequence[dict[str, str]], groups: Marks
+) -> list[str]:
+    """Write what a lab's table of animals tells into new rows, and into empty cells of rows that were there.
+
+    Returns the animals of these that say more now.
+    """
+    for entry in new:
+        entry.cells.update({title: text for title, text in sheet.row_of(entry.names).items() if title != "group"})
+    changed = []
+    for row in before:
+        fresh = {title: text for title, text in sheet.row_of(_names_of(row)).items() if text and not row.get(title)
+                 and (title != "group" or text in groups)}  # fmt: skip
+        row.update(fresh)
+        changed += [row["animal"]] if fresh else []
+    return changed
+
+
+def sheet_remark(sheet: AnimalSheet) -> str:
+    """Return what to say of a lab's table of animals."""
+    titles = ", ".join(dict.fromkeys(title for row in sheet.rows.values() for title in row))
+    lost = f"; without {', '.join(sheet.passed_over)}, which a study's table cannot have" if sheet.passed_over else ""
+    return f"{sheet.file.name}: a table of {len(sheet.rows)} animals, which tells {titles or 'nothing'}{lost}"
 
 
 def without_copies(new: Sequence[AddedRow], lookup: RecordingIndex) -> tuple[list[AddedRow], list[str]]:
@@ -136,7 +181,7 @@ def kept_networks(touched: Sequence[AddedRow], networks: Sequence[Path]) -> list
         return []
     pairs = dict.fromkeys(f"{row.old['network']} (not {row.cells['network']})" for row in conflicting_rows if row.old)
     names = some_of([row.old["animal"] for row in conflicting_rows if row.old], _MAX_NAMED_FILES)
-    return [f"{names}: the table keeps {', '.join(pairs)}; to change that, empty the cells 'network' or give --network"]
+    return [f"{names}: the table keeps {', '.join(pairs)}; to change that, empty the cells 'network' or name another"]
 
 
 def kept_groups(touched: Sequence[AddedRow], group: str) -> list[str]:
@@ -154,12 +199,12 @@ def missing_cells(rows: Sequence[dict[str, str]], groups: Marks, networks: Seque
     if lost := [row["animal"] for row in rows if not row.get("group")]:
         messages.append(
             f"neither name nor folder tells the group of {', '.join(lost)}; the study has {', '.join(groups)}: "
-            "give --group or --groups, or write it into the column 'group'"
+            "name the groups as names hold them, or write it into the column 'group'"
         )
     if lost := [row["animal"] for row in rows if not row.get("network")]:
         reason = f"none of {len(networks)} networks carries their name or group" if networks else "there is no network"
         if len(networks) == 1:
             unread = ", and some files could not be read" if refused else ""
             reason = f"{networks[0].name} carries neither their name nor their group{unread}"
-        messages.append(f"{reason}: {', '.join(lost)}; give --network, or write it into the column 'network'")
+        messages.append(f"{reason}: {', '.join(lost)}; write it into the column 'network'")
     return messages

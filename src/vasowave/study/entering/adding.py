@@ -1,11 +1,11 @@
 """Put files into a study: rows of its table, written from what the files and their names tell."""
 
-import shlex
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from vasowave.base.cures import UNKNOWN, Cure, NameGroups, SetCells
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.io.files import alone_in, content_of, write_files
@@ -20,9 +20,13 @@ from vasowave.study.entering.added_rows import (
     name_animals,
     networks_of,
     shared_remarks,
+    sheet_groups,
+    sheet_remark,
+    told_cells,
     told_network,
     without_copies,
 )
+from vasowave.study.entering.animal_sheet import AnimalSheet
 from vasowave.study.entering.grouping import Proposal, is_reference, parsed_groups, proposed_groups, told_group
 from vasowave.study.entering.sorting import Choosing, Sorted, files_in, passed_over, sort_files
 from vasowave.study.entering.table import RecordingIndex, read_rows, seen_from, written_rows
@@ -59,6 +63,8 @@ class Added:
         What was decided for the user, and what a person has to fill in.
     refused : tuple of str
         Why a file could not be read, for every one that is in no row.
+    cures : tuple of Cure
+        How a person says what is lacking, or otherwise than it was decided.
     """
 
     table: Path
@@ -66,6 +72,7 @@ class Added:
     updated: tuple[str, ...]
     said: tuple[str, ...]
     refused: tuple[str, ...] = ()
+    cures: tuple[Cure, ...] = ()
 
 
 def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: str = "", network: Path | None = None,
@@ -157,8 +164,10 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     ]
     touched = [entry for entry in entries if entry.old is not None]
     new, copies = without_copies([entry for entry in entries if entry.old is None], lookup)
-    marks, remarks = _grouped([*new, *touched], before.rows, path, settings, options)
+    marks, remarks, cures = _grouped([*new, *touched], before.rows, path, settings, options, files.sheets)
     remarks += files.remarks
+    in_sheets = [name for sheet in files.sheets for name in told_cells(sheet, new, before.rows, marks)]
+    remarks += [sheet_remark(sheet) for sheet in files.sheets]
     serves_all = options.network is not None or not files.refused
     for entry in [*new, *touched]:
         group = entry.cells["group"] or (entry.old or {}).get("group", "")
@@ -180,8 +189,10 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     if (unchanged := len(touched) - len(updated)) > 0:
         remarks.append(f"{unchanged} of these recordings are in the table already, with all this")
     sentences = dict.fromkeys([*copies, *shared_remarks([*new, *updated]), *remarks])
-    names = tuple(entry.old["animal"] for entry in updated if entry.old)
-    return RowPlan(contents, Added(table, tuple(rows), names, tuple(sentences), files.refused))
+    names = tuple(dict.fromkeys([*(entry.old["animal"] for entry in updated if entry.old), *in_sheets]))
+    if any(not row.get("network") for row in concerned):
+        cures += [SetCells("Name the network", (("network", UNKNOWN),))]
+    return RowPlan(contents, Added(table, tuple(rows), names, tuple(sentences), files.refused, tuple(cures)))
 
 
 def _settled(marks: MarksOf, requested: MarksOf, used: set[str], had: set[str]) -> MarksOf:
@@ -195,7 +206,7 @@ def _settled(marks: MarksOf, requested: MarksOf, used: set[str], had: set[str]) 
 
 def _of_groups(path: Path, marks: MarksOf, settings: StudyFile, group: str) -> str:
     """Say which groups the study has now."""
-    added = f"; --group adds '{group}'" if group and group not in settings.groups else ""
+    added = f"; '{group}' is new" if group and group not in settings.groups else ""
     return f"{path.name}: groups are [{', '.join(marks)}] now, the first is the reference{added}"
 
 
@@ -214,7 +225,7 @@ def _check_cells(cells: Mapping[str, str]) -> None:
 def _settings(path: Path) -> StudyFile:
     settings, document = read_settings(path)
     if settings is None:
-        raise InputError(f"{path}: mend the study file first (`vasowave check` says what is wrong): "
+        raise InputError(f"{path}: mend the study file first: "
                          f"{document.problems[0].finding}")  # fmt: skip
     if settings.animals.lower().endswith(WORKBOOKS):
         raise InputError(f"{path.parent / settings.animals}: rows are added to CSV only; save it as CSV and name that "
@@ -238,7 +249,7 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
         )
         remark = f"passed over, for no reader has their type (save as .xlsx or CSV): {names}"
         sorted_files = sorted_files._replace(remarks=(remark,))
-    if not sorted_files.recordings:
+    if not sorted_files.recordings and not sorted_files.sheets:
         reasons = "\n".join(f"  {refusal}" for refusal in sorted_files.refused)
         hint = "; give the recordings along with them, or their whole folder" if sorted_files.networks else ""
         raise InputError(f"no recording among these files{hint}" + (f":\n{reasons}" if reasons else ""))
@@ -246,9 +257,59 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
 
 
 def _grouped(
-    rows: Sequence[AddedRow], before: Sequence[dict[str, str]], path: Path, settings: StudyFile, options: AddingOptions
-) -> tuple[MarksOf, list[str]]:
-    """Fill the column `group` of what was found; return the groups of the study with their marks, and what to say."""
+    rows: Sequence[AddedRow],
+    before: Sequence[dict[str, str]],
+    path: Path,
+    settings: StudyFile,
+    options: AddingOptions,
+    sheets: Sequence[AnimalSheet] = (),
+) -> tuple[MarksOf, list[str], list[Cure]]:
+    """Fill the column `group` of what was found; return the groups of the study with their marks, what to say, and
+    what a person may do.
+    """
+    marks, used, free = _named_groups(rows, before, settings, options, sheets)
+    group, requested_groups = options.group, options.groups
+
+    def assign() -> list[AddedRow]:
+        for entry in rows:
+            candidates = (told_group(entry.recorded.files[0], path.parent, by) for by in (requested_groups, marks))
+            words = [sheet.row_of(entry.names).get("group", "") for sheet in sheets]
+            in_sheet = (label for label, of_label in marks.items() if {label, *of_label} & {*words})
+            entry.cells["group"] = group or next(filter(None, [*in_sheet, *candidates]), "")
+        return [entry for entry in rows if not (entry.cells["group"] or (entry.old and entry.old.get("group")))]
+
+    lost = assign()
+    proposal = (
+        proposed_groups([entry.recorded.files[0] for entry in lost], path.parent)
+        if lost and not requested_groups
+        else None
+    )
+    if proposal is None:
+        return marks, [], [NameGroups()] if lost else []
+    marks_in_use = {
+        label: label_marks for label, label_marks in marks.items() if label in used or len(lost) < len(rows)
+    }
+    if options.ask is not None:
+        marks = marks_in_use | _confirmed_groups(proposal, options.ask)
+    elif free and not marks_in_use:
+        marks = dict(proposal.marks)
+    else:
+        sure = is_reference(next(iter(proposal.sizes)))  # else the order of the words says nothing
+        words = list(proposal.sizes) if sure else ["WORD"] * len(marks)
+        example = ",".join(f"{label}={word}" for label, word in zip(marks, words))
+        remark = f"{proposal}, which are no groups of the study ({', '.join(marks)}). Say which is which: {example}"
+        return marks, [remark], [NameGroups(example)]
+    assign()
+    if options.ask:
+        return marks, [], []
+    return marks, [f"groups: {proposal}. If that is not right, name them, the reference first"], [NameGroups()]
+
+
+def _named_groups(
+    rows: Sequence[AddedRow], before: Sequence[dict[str, str]], settings: StudyFile, options: AddingOptions,
+    sheets: Sequence[AnimalSheet],
+) -> tuple[MarksOf, set[str], bool]:  # fmt: skip
+    """Return the groups that a person, a lab's table or the study names, those of rows, and whether none was chosen."""
     used = {row.get("group", "") for row in before} & set(settings.groups)
     free = not used and settings.groups == StudyFile().groups
     marks: MarksOf = {label: (label,) for label in settings.groups}
@@ -260,37 +321,9 @@ def _grouped(
             raise InputError(f"'{group}' is not a group of the study{hint}; its groups: {', '.join(marks)}")
         marks = ({} if free else marks) | {group: (group,)}
 
-    def assign() -> list[AddedRow]:
-        for entry in rows:
-            candidates = (told_group(entry.recorded.files[0], path.parent, by) for by in (requested_groups, marks))
-            entry.cells["group"] = group or next(filter(None, candidates), "")
-        return [entry for entry in rows if not (entry.cells["group"] or (entry.old and entry.old.get("group")))]
-
-    lost = assign()
-    proposal = (
-        proposed_groups([entry.recorded.files[0] for entry in lost], path.parent)
-        if lost and not requested_groups
-        else None
-    )
-    if proposal is None:
-        return marks, []
-    marks_in_use = {
-        label: label_marks for label, label_marks in marks.items() if label in used or len(lost) < len(rows)
-    }
-    if options.ask is not None:
-        marks = marks_in_use | _confirmed_groups(proposal, options.ask)
-    elif free and not marks_in_use:
-        marks = dict(proposal.marks)
-    else:
-        sure = is_reference(next(iter(proposal.sizes)))  # else the order of the words says nothing
-        words = list(proposal.sizes) if sure else ["WORD"] * len(marks)
-        example = shlex.quote(",".join(f"{label}={word}" for label, word in zip(marks, words)))
-        return marks, [f"{proposal}, which are no groups of the study ({', '.join(marks)}). Say which is which: "
-                       f"--groups {example}"]  # fmt: skip
-    assign()
-    return marks, [] if options.ask else [
-        f"groups: {proposal}. If that is not right: --groups ONE,OTHER, the reference first"
-    ]
+    labels = [] if requested_groups else sheet_groups(sheets, rows, before)
+    marks = ({} if free and labels else marks) | {label: marks.get(label, (label,)) for label in labels}
+    return marks, used, free
 
 
 def _regrouped(before: Sequence[str], used: Collection[str], requested_groups: MarksOf) -> MarksOf:

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.base.cures import RemoveAnimal, SetCells, SetSetting
 from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, did_you_mean
-from vasowave.base.findings import Finding, FindingKind, Place, Severity, Value, error_kind, look_kind
+from vasowave.base.findings import ITSELF, Finding, FindingKind, Place, Severity, Value, error_kind, look_kind
 from vasowave.base.io.textfile import look
 from vasowave.catheter.signals.same_signal import PressureTrace, are_of_one, trace_of
 from vasowave.pulse.calibration.parameters import ParameterLimits, fitted_parameters, parameter_space
@@ -44,7 +45,12 @@ NO_PARAMETER = look_kind("check.no-parameter", "{key}: no parameter of the {laws
 BOUNDS_OF_FIXED = look_kind(
     "check.bounds-of-fixed", "{key}: is fixed, so these bounds have no meaning", "Remove the bounds or the fixed value."
 )
-NOT_FITTED = error_kind("check.law-not-fitted", "{key}: '{law}' is none of calibration.walls ({walls})")
+NOT_FITTED = error_kind(
+    "check.law-not-fitted",
+    "{key}: '{law}' is none of calibration.walls; {remedy}",
+    "choose one that is fitted: {walls}",
+    SetSetting("Choose the law", "report.law"),
+)
 NO_QUANTITY = look_kind(
     "check.no-quantity", "{key}: no animal will have '{name}'{hint}", "Correct its name, or remove it."
 )
@@ -63,12 +69,14 @@ PAPER_BOUNDS = look_kind(
 ONE_LAW = look_kind(
     "check.one-law",
     "{key}: needs two wall laws; with one there is nothing to compare",
-    "Name a second law under `walls`.",
+    "Name a second law.",
+    SetSetting("Two laws", "calibration.walls", "[linear, tangent]"),
 )
 FEW_STARTS = look_kind(
     "check.few-starts",
     "{key}: {starts} starts now and then miss the tangent wall's best optimum; {remedy}",
     "20 seldom do",
+    SetSetting("20 starts", "calibration.starts", "20"),
 )
 EXPONENT = look_kind(
     "check.known-differs",
@@ -76,7 +84,7 @@ EXPONENT = look_kind(
     "exponent? (The published C_T of HPH 2, 0.13e-4, is one.)",
     "Correct the cell of the table.",
 )
-BOUNDS = error_kind("check.bounds", "'{name}': {text}")
+BOUNDS = error_kind("check.bounds", "'{name}': {text}", ITSELF)
 NOMINAL_EXCLUDED = error_kind(
     "check.nominal-excluded",
     "'{name}': the bounds of {parameter}, {low:.4g} to {high:.4g}{unit}, exclude the nominal value of this animal, "
@@ -87,20 +95,25 @@ _ONE_OF_TWO = (
     "remove one of the two rows, or, if two animals are meant to share it, write yes into the column 'shared "
     "recording' of both"
 )
+_SHARED = SetCells("Both are meant to share it", (("shared recording", "yes"),)), RemoveAnimal()
 SAME_RECORDING = error_kind(
-    "check.same-recording", "the same recording as '{other}' (line {at}); {remedy}", _ONE_OF_TWO
+    "check.same-recording", "the same recording as '{other}' (line {at}); {remedy}", _ONE_OF_TWO, *_SHARED
 )
 SAME_VENTRICLE = error_kind(
-    "check.same-ventricle", "the same pressure in the ventricle as '{other}' (line {at}); {remedy}", _ONE_OF_TWO
+    "check.same-ventricle",
+    "the same pressure in the ventricle as '{other}' (line {at}); {remedy}",
+    _ONE_OF_TWO,
+    *_SHARED,
 )
 SAME_CYCLE = error_kind(
-    "check.same-cycle", "its averaged cycle is that of '{other}' (line {at}); {remedy}", _ONE_OF_TWO
+    "check.same-cycle", "its averaged cycle is that of '{other}' (line {at}); {remedy}", _ONE_OF_TWO, *_SHARED
 )
 SAME_SIGNAL = error_kind(
-    "check.same-signal", "its pressure is in that of '{other}' (line {at}), written anew; {remedy}", _ONE_OF_TWO
+    "check.same-signal",
+    "its pressure is in that of '{other}' (line {at}), written anew; {remedy}",
+    _ONE_OF_TWO,
+    *_SHARED,
 )
-DOUBLED_CODES = tuple(kind.code for kind in (SAME_RECORDING, SAME_VENTRICLE, SAME_CYCLE, SAME_SIGNAL))
-"""Codes of what is mended by removing one of two rows, or by saying that both are meant."""
 
 
 class Checked(NamedTuple):

@@ -160,3 +160,24 @@ def _proposal(where: str, group_words: Sequence[str]) -> Proposal:
     return Proposal(
         {labels[label]: (label,) for label in order}, {labels[label]: sizes[label] for label in order}, where
     )
+
+
+def regrouped(rows: Sequence[dict[str, str]], marks: Marks, folder: Path) -> list[str]:
+    """Write the groups that names of recordings tell into rows of no such group; return the animals.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        Of a study's table of animals; they are changed.
+    marks : mapping
+        The labels of the groups, and what names that belong to them hold.
+    folder : Path
+        Of the study.
+    """
+    changed = []
+    for row in rows:
+        label = told_group(folder / row["recording"], folder, marks) if row.get("recording") else ""
+        if label and row.get("group") not in marks:
+            row["group"] = label
+            changed.append(row["animal"])
+    return changed

@@ -25,6 +25,7 @@ from vasowave.catheter.read.formats.workbook import SHEET_READ
 from vasowave.catheter.signals.gaps import Span, longest_between
 from vasowave.catheter.signals.raw import MIN_DURATION_S
 from vasowave.pulse.network_formats import NETWORKS, unit_wanted
+from vasowave.study.entering.animal_sheet import AnimalSheet, animal_sheet
 
 _NO_DATA = frozenset({
     ".bmp", ".dcm", ".docx", ".gif", ".htm", ".html", ".ima", ".ini", ".jpeg", ".jpg", ".json", ".log", ".md", ".mha",
@@ -98,6 +99,7 @@ class Sorted(NamedTuple):
     recordings: tuple[Recorded, ...]
     refused: tuple[str, ...]
     remarks: tuple[str, ...] = ()
+    sheets: tuple[AnimalSheet, ...] = ()
 
 
 def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
@@ -157,7 +159,7 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
     choosing : Choosing
         What the user said of them.
     """
-    networks, recordings, refused = [], [], []
+    networks, recordings, refused, sheets = [], [], [], []
     halves: list[tuple[str, str, Path]] = []
     for file in files:
         try:
@@ -168,6 +170,9 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
                 networks.append(file)
                 continue
             _refuse_vessels(file)
+            if (sheet := animal_sheet(file)) is not None:
+                sheets.append(sheet)
+                continue
             described = describe_recording(file, sheet=choosing.sheet if file.suffix.lower() in WORKBOOKS else "")
         except InputError as error:
             refused.append(str(error))
@@ -182,7 +187,7 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
         missing = "flow" if half == "pressure" else "pressure"
         refused.append(f"{file}: holds the {half} of a cycle alone; the file of its {missing} is not among these")
     recordings += joined
-    return Sorted(tuple(networks), tuple(recordings), tuple(refused))
+    return Sorted(tuple(networks), tuple(recordings), tuple(refused), sheets=tuple(sheets))
 
 
 def _refuse_vessels(file: Path) -> None:
@@ -260,7 +265,7 @@ def _longest(described: FileDescription, used: BlockDescription) -> str:
     lengths = ", ".join(f"{block.duration:.4g} s" for block in described.blocks)
     return (
         f"block {described.blocks.index(used) + 1} of {len(described.blocks)} is read, the longest (blocks last "
-        f"{lengths}); --block takes another"
+        f"{lengths}); the column 'block' takes another"
     )
 
 

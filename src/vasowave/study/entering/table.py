@@ -50,6 +50,7 @@ def written_rows(table: Rows, new: Sequence[dict[str, str]]) -> str:
     """Return the text of a table with new rows below the old ones; columns that are needed are always there."""
     rows = [*table.rows, *new]
     used = [title for title in COLUMNS if title in REQUIRED_COLUMNS or any(row.get(title) for row in rows)]
+    used += dict.fromkeys(title for row in rows for title, text in row.items() if text and title not in COLUMNS)
     header = [*table.titles, *(title for title in used if title not in table.titles)]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 from vasowave.base import units
+from vasowave.base.cures import UNKNOWN, NameGroups, SetCells, field_of
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import NOWHERE, Finding, Place, error_kind, look_kind
 from vasowave.base.io.columns import Columns, NoRowsError, number, read_columns, split_unit
@@ -20,7 +21,7 @@ from vasowave.study.animal.result import TIDY_COLUMNS
 from vasowave.study.cohort.variables import ALONE, GAPS, MISSPELT, Variable
 from vasowave.study.folder.names import checked_name
 from vasowave.study.folder.problems import UNREADABLE, StudyProblem, unreadable
-from vasowave.study.folder.rows import COLUMNS, ERRORS, NUMBERS, REQUIRED_COLUMNS, AnimalRow, field_of
+from vasowave.study.folder.rows import COLUMNS, ERRORS, NUMBERS, REQUIRED_COLUMNS, AnimalRow
 
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]",
              "beat edits")  # fmt: skip
@@ -59,27 +60,40 @@ COLUMN_TWICE = error_kind("animals.column-twice", "stands twice; {remedy}", "kee
 NO_SIZE = error_kind(
     "animals.no-size", "'{text}' is beyond any size that this can have; {remedy}", "check its digits and its unit"
 )
-NO_COLUMN = error_kind("animals.no-column", "no column '{name}'")
-EMPTY_CELL = error_kind("animals.empty-cell", "the cell is empty")
-UNKNOWN_GROUP = error_kind("animals.unknown-group", "'{group}' is not a group of the study{hint}; its groups: {groups}")
-OTHER_WORD = error_kind("animals.other-word", "'{text}'{hint}; write {words}")
+NO_COLUMN = error_kind(
+    "animals.no-column", "no column '{name}'; {remedy}", "add it to the header; its cells may be filled later"
+)
+EMPTY_CELL = error_kind(
+    "animals.empty-cell", "the cell is empty", "Fill it in.", SetCells("Fill the cell", (("{column}", UNKNOWN),))
+)
+UNKNOWN_GROUP = error_kind(
+    "animals.unknown-group",
+    "'{group}' is not a group of the study{hint}; {remedy}",
+    "write one of its groups ({groups}), or add this one to them",
+    NameGroups("{groups},{group}"),
+    SetCells("Choose its group", (("group", UNKNOWN),)),
+)
+OTHER_WORD = error_kind("animals.other-word", "'{text}'{hint}; {remedy}", "write {words}")
 IGNORED = look_kind(
     "animals.ignored",
     "has no meaning for an animal of kind '{kind}' and is ignored",
     "Empty the cell, or correct the kind.",
+    SetCells("Empty the cell", (("{column}", ""),)),
 )
+_PUT_THERE = "put the file there, or correct its name"
 _FILE = "'{name}' "
-IS_FOLDER = error_kind("animals.file-is-folder", f"{_FILE}is a folder")
+IS_FOLDER = error_kind("animals.file-is-folder", f"{_FILE}is a folder; {{remedy}}", "name a file inside it")
 IS_DEVICE = error_kind(
     "animals.file-is-device", f"{_FILE}is a pipe or a device; {{remedy}}", "copy what it gives into a file"
 )
-NO_FOLDER = error_kind("animals.no-folder", f"{_FILE}does not exist, nor does its folder")
-NO_FILE = error_kind("animals.no-file", f"{_FILE}does not exist{{hint}}")
-NO_FILE_NAME = error_kind("animals.no-file-name", f"{_FILE}is no name of a file ({{why}})")
-NO_NUMBER = error_kind("animals.no-number", "'{text}' is not a number")
-DECIMAL_COMMA = error_kind(
-    "animals.decimal-comma", f"{NO_NUMBER.text}; {{remedy}}", "write a decimal point instead of a comma"
+NO_FOLDER = error_kind("animals.no-folder", f"{_FILE}does not exist, nor does its folder; {{remedy}}", _PUT_THERE)
+NO_FILE = error_kind("animals.no-file", f"{_FILE}does not exist{{hint}}; {{remedy}}", _PUT_THERE)
+NO_FILE_NAME = error_kind(
+    "animals.no-file-name", f"{_FILE}is no name of a file ({{why}}); {{remedy}}", "correct the name"
 )
+_NO_NUMBER = "'{text}' is not a number; {remedy}"
+NO_NUMBER = error_kind("animals.no-number", _NO_NUMBER, "write one without its unit, or empty the cell")
+DECIMAL_COMMA = error_kind("animals.decimal-comma", _NO_NUMBER, "write a decimal point instead of a comma")
 NO_GAIN = error_kind(
     "animals.no-gain", "a gain of 0 leaves no flow; {remedy}", "leave the cell empty if it is not known"
 )
@@ -87,7 +101,9 @@ NO_FREQUENCY = error_kind(
     "animals.no-frequency", "a damping needs its natural frequency in the column `{signal} cutoff [Hz]`; {remedy}",
     "fill that column, or leave this one empty",
 )  # fmt: skip
-NOT_POSITIVE = error_kind("animals.not-positive", "{text} is not a positive {what}")
+NOT_POSITIVE = error_kind(
+    "animals.not-positive", "{text} is not a positive {what}; {remedy}", "correct it, or empty the cell"
+)
 ANIMAL_TWICE = error_kind(
     "animals.twice",
     "'{name}' stands in line {other} already; {remedy}",
@@ -124,7 +140,7 @@ def read_animals(
     if len(table.cells) > MAX_ROWS:
         return [], [StudyProblem(TOO_MANY(rows=len(table.cells), most=MAX_ROWS).at(str(path)))]
     titles = [f"{name} [{unit}]" if unit else name for name, unit in zip(table.names, table.units, strict=True)]
-    where, lab_columns, problems = _columns(path, titles)
+    where, lab_columns, problems = columns_of(path, titles)
     problems += [StudyProblem(suspicion.at(str(path))) for suspicion in table.suspicions]
     if any(problem.error for problem in problems):
         return [], problems
@@ -181,7 +197,7 @@ def _placed(slip: Finding, title: str, rows: Sequence[AnimalRow]) -> StudyProble
     return StudyProblem(slip.at(line=first, animal=""), same=tuple(further_lines))
 
 
-def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, int], list[StudyProblem]]:
+def columns_of(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, int], list[StudyProblem]]:
     """Return where each known column stands, and each that is the lab's own."""
     standard_titles = {title.lower(): title for title in COLUMNS}
     plainly = {split_unit(title)[0].lower(): title for title in COLUMNS}
@@ -307,7 +323,7 @@ def _implied_kind(cell: Mapping[str, str]) -> str:
 def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | None, report: Say) -> None:
     for title in REQUIRED_COLUMNS:
         if not cell[title]:
-            report(title, EMPTY_CELL())
+            report(title, EMPTY_CELL(column=title))
     try:
         checked_name(cell["animal"] or "empty")
     except InputError as error:
@@ -326,7 +342,7 @@ def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | Non
             report(title, OTHER_WORD(text=cell[title], hint="", words="yes or no"))
     for title in {"raw": _CYCLE_ONLY, "cycle": _RAW_ONLY}.get(kind, ()):
         if cell[title]:
-            report(title, IGNORED(kind=kind))
+            report(title, IGNORED(kind=kind, column=title))
     for title, quantity in (("pressure unit", "pressure"), ("flow unit", "flow")):
         try:
             if cell[title]:

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from vasowave.base.errors import InputError, VasowaveError
-from vasowave.base.findings import NOWHERE, Finding, Place, Severity, error_kind
+from vasowave.base.findings import ITSELF, NOWHERE, Finding, Place, Severity, error_kind, sentence
 
-UNREADABLE = error_kind("study.unreadable", "{text}")
-"""An error of what reads a file or a word: its text says what to do."""
+UNREADABLE = error_kind("study.unreadable", "{text}", ITSELF)
+"""An error of what reads a file or a word: its text says what to do, and it brings its cures."""
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,13 @@ class StudyProblem:
 
     def __str__(self) -> str:
         lines = f" (the same in line{'s' if len(self.same) > 1 else ''} {', '.join(map(str, self.same))})"
-        return ": ".join(filter(None, (str(self.place), str(self.finding)))) + (lines if self.same else "")
+        return ": ".join(filter(None, (str(self.place), sentence(self.finding)))) + (lines if self.same else "")
 
 
 def unreadable(error: VasowaveError, place: Place = NOWHERE, files: Iterable[Path] = ()) -> StudyProblem:
     """Return the problem that an error is."""
-    return StudyProblem(UNREADABLE(text=str(error)).placed(place), tuple(map(str, files)))
+    finding = replace(UNREADABLE(text=str(error)), raised_cures=error.cures)
+    return StudyProblem(finding.placed(place), tuple(map(str, files)))
 
 
 def one_per_cause(problems: Iterable[StudyProblem]) -> list[StudyProblem]:
@@ -80,8 +81,8 @@ def _cause(problem: StudyProblem) -> Finding:
 
 def refuse(problems: Iterable[StudyProblem]) -> None:
     """Raise one `InputError` that lists every error among `problems`."""
-    errors = [str(problem) for problem in one_per_cause(problems) if problem.error]
+    errors = [problem for problem in one_per_cause(problems) if problem.error]
     if len(errors) == 1:
-        raise InputError(errors[0])
+        raise InputError(str(errors[0]), errors[0].finding.cures)
     if errors:
         raise InputError(f"{len(errors)} errors:\n" + "\n".join(f"  {error}" for error in errors))

@@ -36,8 +36,8 @@ NOT_UTF8 = error_kind("yaml.encoding", "not UTF-8 text; {remedy}", "save the fil
 TOO_LARGE = error_kind(
     "yaml.too-large", "larger than 1 MiB, which no study file is; {remedy}", "leave nothing but settings in it"
 )
-TOO_DEEP = error_kind("yaml.too-deep", "nested too deeply to be a study file")
-NO_MAPPING = error_kind("yaml.no-mapping", "expected lines of the form 'key: value'")
+TOO_DEEP = error_kind("yaml.too-deep", "nested too deeply to be a study file; {remedy}", "write lists of one level")
+NO_MAPPING = error_kind("yaml.no-mapping", "{remedy}", "write lines of the form 'key: value'")
 _YAML_REMEDY = "look for a missing colon, quotation mark or indentation"
 SYNTAX = error_kind("yaml.syntax", "not valid YAML: {what}; {remedy}", _YAML_REMEDY)
 TAB = error_kind("yaml.tab", "not valid YAML: {what} (indent with blanks, not with tabs); {remedy}", _YAML_REMEDY)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from vasowave.base.cures import field_of
 from vasowave.base.sites import PULMONARY
 from vasowave.base.sites import SITES as ARTERIES
 from vasowave.catheter.read.site_files import COLUMNS as SITES
@@ -74,11 +75,6 @@ COLUMNS = {
 """Columns of animals.csv and what they hold; the first four are needed."""
 
 REQUIRED_COLUMNS = ("animal", "group", "network", "recording")
-
-
-def field_of(title: str) -> str:
-    """Return the name of a column without its unit, as `AnimalRow`, the errors and the options have it."""
-    return title.partition(" [")[0].replace(" ", "_")
 
 
 NUMBERS = {title: field_of(title) for title in COLUMNS if title.endswith("]") or title in ("block", *ERRORS)}

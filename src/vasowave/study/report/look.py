@@ -72,7 +72,7 @@ def facts(overview: Overview) -> list[tuple[str, str]]:
 
 def _cannula(diameter: float) -> str:
     text = f"{diameter:g} cm wide within, as is assumed" if diameter else "none"
-    return f"{text}; if that is not so: --cannula DIAMETER, 0 where there is none"
+    return f"{text}; if that is not so, give its diameter, 0 where there is none"
 
 
 def _scale(overview: Overview) -> str:
@@ -86,7 +86,7 @@ def _scale(overview: Overview) -> str:
         return f"not known: too little noise, or too few clear vessels{radii}"
     text = f"off by {scale.bend:+.0%} of the contrast at most, by the noise at each level{radii}"
     if overview.grey.offered:
-        return f"{text}; --grey makes it linear and gives the cannula its known diameter"
+        return f"{text}; corrected grey levels make it linear and give the cannula its known diameter"
     return text
 
 

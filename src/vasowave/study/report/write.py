@@ -30,7 +30,7 @@ _MARK = 'name="generator" content="vasowave'
 
 def write_report(
     results: Sequence[AnimalResult],
-    folder: Path,
+    folder: str | Path,
     *,
     lost: Sequence[Failure] = (),
     reference: str | None = None,
@@ -44,7 +44,7 @@ def write_report(
     ----------
     results : sequence of AnimalResult
         One per animal, from `animal.analyze` or `animal.read_result`; one is enough.
-    folder : Path
+    folder : str or Path
         Made if missing. An earlier report in it is replaced, other files stay; whole or not at all.
     lost : sequence of Failure
         Animals that have no result, see `animal.failure`; the report names them and why. What failed of an animal that
@@ -88,7 +88,7 @@ def write_report(
 
 def write_cohort_report(
     cohort: Cohort,
-    folder: Path,
+    folder: str | Path,
     report_settings: ReportSettings,
     *,
     title: str,

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from vasowave.base.cures import SetSetting
 from vasowave.base.findings import Finding, Severity, from_json, look_kind, note_kind, warn
 from vasowave.base.sites import PULMONARY, ranges_at
 from vasowave.base.species import SPECIES, Species
@@ -17,16 +18,20 @@ _IMPLAUSIBLE_TEXT = (
     "{{name}} {{value:.4g}} {{unit}} is implausible for a {{species}} ({{low:g}} to {{high:g}}); is the unit right, "
     "and is it {}?{{fits}}"
 )
+_SPECIES = SetSetting("The species is {likely}", "species", "{likely}")
 IMPLAUSIBLE = look_kind(
     "physiology.implausible",
     _IMPLAUSIBLE_TEXT.format("one whole cycle"),
-    "Correct the unit or the recording, or name the species; `species: other` compares with nothing; of a systemic "
-    "artery, name it (`site: aorta`, --site aorta).",
+    "Correct the unit or the recording, or name the species (other compares with nothing); of a systemic "
+    "artery, name that.",
+    _SPECIES,
+    SetSetting("It is of the aorta", "site", "aorta"),
 )
 IMPLAUSIBLE_RADIUS = look_kind(
     "physiology.implausible-radius",
     _IMPLAUSIBLE_TEXT.format("a radius, not a diameter"),
-    "Correct the unit or the network, or name the species; `species: other` compares with nothing.",
+    "Correct the unit or the network, or name the species (other compares with nothing).",
+    _SPECIES,
 )
 ODD_DECAY = look_kind(
     "physiology.odd-decay",
@@ -65,17 +70,18 @@ def physiology_findings(values: Mapping[str, float], tau: float, species: str, s
     if species not in SPECIES:
         return []
     fitting_species = [name for name in SPECIES if _plausible(values, ranges_at(name, site))]
-    fits = ""
+    fits, likely = "", "other"
     if fitting_species:
-        species_names = " or a ".join(fitting_species)
-        first = fitting_species[0]
-        fits = f" All of them fit a {species_names}: write species: {first} (vasowave fit: --species {first})"
+        species_names, likely = " or a ".join(fitting_species), fitting_species[0]
+        fits = f" All of them fit a {species_names}: if it is one, name that species"
     for name, unit in _UNITS.items():
         low, high = _range(ranges_at(species, site), name)
         value = float(values[name])
         if not low <= value <= high:
             kind = IMPLAUSIBLE_RADIUS if name == "root radius" else IMPLAUSIBLE
-            findings.append(kind(name=name, value=value, unit=unit, species=species, low=low, high=high, fits=fits))
+            findings.append(
+                kind(name=name, value=value, unit=unit, species=species, low=low, high=high, fits=fits, likely=likely)
+            )
     if fits:
         findings = findings[:1]  # one remedy for all of them
     low, high = SPECIES[species].tau

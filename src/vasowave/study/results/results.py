@@ -324,12 +324,12 @@ def write_results(
 
 
 @stored("index of results", f"results/{INDEX}")
-def read_results(folder: Path) -> Results:
+def read_results(folder: str | Path) -> Results:
     """Return the results of a study or of a fit.
 
     Parameters
     ----------
-    folder : Path
+    folder : str or Path
         The folder of the study (or of the fit), or ``results`` in it.
 
     Raises
@@ -396,8 +396,8 @@ def _nothing(folder: Path) -> str:
     if (folder.absolute().parent / "results" / INDEX).is_file():
         return f"{folder}: there are no results; they are those of {folder.absolute().parent}"
     if (folder / "report.html").is_file():
-        return f"{folder}: a report alone, without results; `vasowave fit` or `vasowave run` keeps both"
-    return f"{folder}: there are no results yet; `vasowave run` or `vasowave fit` makes them"
+        return f"{folder}: a report alone, without results; a run of the study, or a fit, keeps both"
+    return f"{folder}: there are no results yet; run the study or the fit"
 
 
 def _digest(content: Mapping[str, object]) -> str:

@@ -25,7 +25,7 @@ RECORD = "declared.json"
 """What a study declared to compare, with times: written when it is first found in order, or run."""
 
 
-def inspect_study(path: Path) -> tuple[Study | None, list[StudyProblem]]:
+def inspect_study(path: str | Path) -> tuple[Study | None, list[StudyProblem]]:
     """Return the study (None if there are errors) and everything that is wrong or odd in its two files.
 
     Animals with an error in their row are left out of a study with errors.
@@ -51,7 +51,7 @@ def inspect_study(path: Path) -> tuple[Study | None, list[StudyProblem]]:
     return study, [*problems, *design_problems(study, document.place(("design",), key=True), complete)]
 
 
-def read_study(path: Path) -> Study:
+def read_study(path: str | Path) -> Study:
     """Read ``study.yaml`` (or the folder that holds it) and its table of animals; no program that it names is run.
 
     Warns

@@ -12,12 +12,12 @@ from vasowave.study.cohort.spread import Planning, Spread
 from vasowave.study.results.results import Results, read_results
 
 
-def plan(study: Path | Results | None = None, **settings: Any) -> Plan:
+def plan(study: str | Path | Results | None = None, **settings: Any) -> Plan:
     """Return how many animals of each of two groups show an effect.
 
     Parameters
     ----------
-    study : Path or Results, optional
+    study : str, Path or Results, optional
         A study that was run, for instance a pilot: spreads, errors and shared images of its first two groups, of each
         subject the first recording, and how far its recordings differ. Without it those of the published mice, of which
         errors are not known apart.

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from vasowave.base.cures import TrustPrograms
 from vasowave.base.errors import InputError
 from vasowave.base.findings import look_kind
 from vasowave.base.io.textfile import read_bytes
@@ -21,10 +22,11 @@ NOT_RUN = look_kind(
     "a wall law or bed is the program {file}, which was not run: what it says, and bounds and fixed values of its "
     "parameters, were not looked at; {remedy}",
     ALLOW,
+    TrustPrograms(),
 )
 
 
-def programs_of(study: Path) -> tuple[LawFile, ...]:
+def programs_of(study: str | Path) -> tuple[LawFile, ...]:
     """Return the programs that a study, or its results, name; nothing is run.
 
     Raises
@@ -55,7 +57,7 @@ def _names(calibration: object) -> list[str]:
     return [name for name in map(str, laws) if ":" in name]
 
 
-def trust_study(study: Path, programs: Sequence[LawFile] | None = None) -> tuple[Path, ...]:
+def trust_study(study: str | Path, programs: Sequence[LawFile] | None = None) -> tuple[Path, ...]:
     """Allow the programs that a study names, wall laws and beds of its own, to run; read them before.
 
     The permission holds for the study in this folder and these bytes of the programs. It stands in a folder of the
@@ -63,7 +65,7 @@ def trust_study(study: Path, programs: Sequence[LawFile] | None = None) -> tuple
 
     Parameters
     ----------
-    study : Path
+    study : str or Path
         The study's folder or file, or the folder of a fit.
     programs : sequence of LawFile, optional
         What somebody has read; by default what stands there now.

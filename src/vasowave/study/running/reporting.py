@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from vasowave.base.cures import RunAgain
 from vasowave.base.errors import InputError
 from vasowave.base.findings import look_kind, warn
 from vasowave.base.io.files import inside
@@ -27,7 +28,8 @@ _MAX_NAMED_ANIMALS = 6  # animals, in a sentence
 CHANGED = look_kind(
     "report.study-changed",
     "{path}: the study changed since it was run ({changes}). The report shows it as it was run; {remedy}",
-    "vasowave run computes what changed and writes the report anew",
+    "run it again: what changed is computed, and the report written anew",
+    RunAgain(),
 )
 
 

@@ -53,9 +53,9 @@ class Ended(StrEnum):
 
 _REMEDIES = {
     Ended.STOPPED: "Run it again to go on",
-    Ended.KILLED: "The system may have killed it for lack of memory; run it again, with fewer --workers if it ends so "
+    Ended.KILLED: "The system may have killed it for lack of memory; run it again, with fewer processes if it ends so "
     "again",
-    Ended.OUT_OF_MEMORY: "Close other programs or take fewer --workers, and run it again",
+    Ended.OUT_OF_MEMORY: "Close other programs or take fewer processes, and run it again",
     Ended.DISK_FULL: "Make room on the disk, and run it again",
 }
 

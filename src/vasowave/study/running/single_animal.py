@@ -1,6 +1,6 @@
 """One animal without a study file: its files and settings become a study of one."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +8,7 @@ import xarray as xr
 
 from vasowave.base.descriptions import parameter_mark
 from vasowave.base.errors import InputError
-from vasowave.base.findings import Finding, Place, Severity, texts
+from vasowave.base.findings import Finding, Place, Severity, sentence, texts
 from vasowave.base.io.files import check_writable
 from vasowave.pulse.network_formats import NETWORKS
 from vasowave.pulse.quantities import OF_ONE_ANIMAL
@@ -33,7 +33,7 @@ from vasowave.study.report.terms import caller
 from vasowave.study.results.loading import file_hashes
 from vasowave.study.results.results import INDEX, read_results
 
-_FOLDER = "is a folder; name one file of it, or make a study of all with `vasowave new` and `vasowave add`"
+_FOLDER = "is a folder; name one file of it, or make a study of all"
 SENTENCE_QUANTITIES = Family(quantities=OF_ONE_ANIMAL)
 
 
@@ -137,10 +137,13 @@ def _check_animal(folder: Path, row: AnimalRow) -> None:
         )
 
 
-def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[str]:
+def fit_sentences(
+    result: AnimalResult, warned: Sequence[Finding] = (), below: Callable[[Finding], str] = lambda finding: ""
+) -> list[str]:
     """Return what a person at the terminal wants to know of an animal: problems, answers, fits, what to consider.
 
-    What must not be used is said first, and numbers carry the marks that they have on the page.
+    What must not be used is said first, and numbers carry the marks that they have on the page; `below` returns what
+    follows a finding, as the command that mends it.
     """
     cohort = gathered([result])
     called, written, answers = caller(cohort), symbols(cohort), list[tuple[str, str]]()
@@ -154,10 +157,11 @@ def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[
         for finding in law.site_doubts
     }
     sentences = [
-        f"warning: {finding} Do not use the numbers below before that is settled." for finding in doubts.values()
+        f"warning: {sentence(finding)} Do not use the numbers below before that is settled."
+        for finding in doubts.values()
     ]
     sentences += [f"problem: {text}" for text in of_models(cohort, list(result.laws))]
-    sentences += [f"warning: {finding}" for finding in warned]
+    sentences += [f"warning: {sentence(finding)}{below(finding)}" for finding in warned]
     sentences += [f"{question}: {text}" for question, text in dict.fromkeys(answers)]
     sentences += assumed_errors([result]) if result.laws else []
     sentences += [_best(wall, law) for wall, law in result.laws.items()]
@@ -167,7 +171,8 @@ def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[
         key=lambda finding: finding.severity == Severity.NOTE,
     )
     return sentences + [
-        f"{finding.severity}: {text}" for finding, text in zip(further_findings, texts(further_findings), strict=True)
+        f"{finding.severity}: {text}{below(finding)}"
+        for finding, text in zip(further_findings, texts(further_findings), strict=True)
     ]
 
 

@@ -1,8 +1,9 @@
 // @ts-check
 // The table of animals with what is wrong beside the cell.
-/** @import { CheckAnswer, Child, Problem, Remedy, Row, StudyAnswer } from "./answers.d.ts" */
+/** @import { CheckAnswer, Child, Problem, Row, StudyAnswer } from "./answers.d.ts" */
 import { act } from "./ask.js";
-import { button, choice, h, hashOf, input, labelled, rowOf, visit } from "./dom.js";
+import { button, choice, h, hashOf, input, labelled, rowOf } from "./dom.js";
+import { findingOf } from "./findings.js";
 
 /**
  * @typedef {object} Table what is shown of the animals
@@ -159,22 +160,6 @@ function cellOf(study, row, title, problems) {
         : input({ type: "text", value, defaultValue: value, ...attributes }, (element) => set(element.value));
     const grade = wrong.some(({ error }) => error) ? "bad" : wrong.length ? "doubt" : "";
     return h("td", { class: `${grade} ${study.files.includes(title) ? "file" : ""}` }, control);
-}
-
-/** @param {Problem} problem */
-const findingOf = ({ error, column, text, remedies }) =>
-    h(
-        "div",
-        { class: error ? "finding bad" : "finding" },
-        column ? `${column}: ` : "",
-        text,
-        remedies.map((remedy) => button(remedy.label, () => mend(remedy))),
-    );
-
-/** @param {Remedy} remedy */
-async function mend({ open, acts = [] }) {
-    if (open) visit("recording", open);
-    for (const { do: action, ...values } of acts) await act(action, values);
 }
 
 /**

@@ -61,17 +61,20 @@ export interface Message {
 }
 export interface Remedy {
     label: string;
+    /** What it will change, in words. */
+    changes: string;
     /** The animal whose recording is to be looked at. */
     open?: string;
+    desk?: string;
+    /** Key of the field in which a person types what is lacking. */
+    type?: string;
     acts?: Message[];
 }
-export interface Problem {
-    text: string;
+export interface Problem extends Finding {
     place: string;
     error: boolean;
     animals: string[];
     column: string;
-    remedies: Remedy[];
 }
 export interface Setting {
     key: string;
@@ -120,8 +123,10 @@ export interface Beats {
 /** Action, time, and where to: seconds. */
 export type BeatEdit = [string, number, Value];
 export interface Finding {
+    code: string;
     text: string;
     look: boolean;
+    remedies: Remedy[];
 }
 export interface Cycle {
     period: number;
@@ -138,6 +143,7 @@ export interface RecordingAnswer extends Partial<Cycle> {
     kind: string;
     edits: BeatEdit[];
     error: string;
+    remedies?: Remedy[];
     labels: Record<string, string>;
     units: Record<string, string>;
     /** Title, unit, and the quantity that it holds. */

@@ -4,6 +4,7 @@
 /** @import { Span, Trace } from "./timeline.js" */
 import { act, ask, complain, notify, numbers } from "./ask.js";
 import { button, choice, count, fill, h, rowOf, visit } from "./dom.js";
+import { remedyOf } from "./findings.js";
 import { listenToHand } from "./hand.js";
 import { MODEL, watched } from "./plot.js";
 import { drawAverage, drawSignals, drawStrip } from "./signals.js";
@@ -182,7 +183,8 @@ export async function renew(place, path) {
     state.recording = recording;
     if (recording.duration && !state.view[1]) state.view = averagedWindow(recording);
     if (recording.duration && state.cells !== cells) Object.assign(state, { cells, traces: {}, overview: null });
-    fill(boxes.error, recording.error ? h("div", { class: "finding bad" }, recording.error) : null);
+    const remedies = (recording.remedies ?? []).map(remedyOf);
+    fill(boxes.error, recording.error ? h("div", { class: "finding bad" }, recording.error, remedies) : null);
     average();
     tools();
     cellsIn(boxes.cells, recording);

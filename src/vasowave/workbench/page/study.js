@@ -75,7 +75,10 @@ async function check(place) {
         Object.assign(state, { checked, fresh: true });
         draw(place);
     } catch (error) {
-        if (turn === state.turn) complain(error);
+        if (turn !== state.turn) return;
+        Object.assign(state, { checked: null, fresh: true });
+        draw(place);
+        complain(error);
     }
 }
 
@@ -213,6 +216,7 @@ function run(study) {
                 ? h("span", { class: "old" }, `outdated: ${old} of the results' animals changed since`)
                 : null,
         ),
+        !runner && !state.fresh && h("p", { class: "note" }, "It can run when its recordings have been read."),
         errors > 0 && h("p", { class: "note" }, `${errors} error${errors > 1 ? "s" : ""} to mend before it can run.`),
         progress?.said && !runner ? h("p", { id: "ended", class: ended }, progress.said) : null,
         progress && runner
@@ -235,7 +239,7 @@ function starter({ rows, status }, running, errors) {
         id: "run",
         class: "main",
         data: { key: "run" },
-        disabled: !rows.length || errors > 0,
+        disabled: !rows.length || errors > 0 || !state.fresh,
     });
 }
 

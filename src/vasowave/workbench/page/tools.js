@@ -5,6 +5,7 @@
 /** @import { Span } from "./timeline.js" */
 import { act } from "./ask.js";
 import { button, choice, fill, formatted, h, input, labelled, rowOf } from "./dom.js";
+import { findingOf } from "./findings.js";
 import { beatsByCause, editOf, spanOf, zoomed } from "./timeline.js";
 
 /**
@@ -21,7 +22,15 @@ import { beatsByCause, editOf, spanOf, zoomed } from "./timeline.js";
 /** @type {Option[]} */
 const DRIFT = [["remove", "removed"], ["warn", "left in"]];
 const CHANNELS = ["pressure channel", "flow channel", "ecg channel"];
-const CELLS = ["pressure unit", "flow unit", "zero [mmHg]", "pressure gain [1]", "flow gain [1]", "wedge [mmHg]"];
+const CELLS = [
+    "pressure unit",
+    "flow unit",
+    "zero [mmHg]",
+    "pressure gain [1]",
+    "flow zero [ml/s]",
+    "flow gain [1]",
+    "wedge [mmHg]",
+];
 const RAW_CELLS = ["start [s]", "end [s]", "sampling rate [1/s]"];
 
 /**
@@ -192,12 +201,12 @@ export function findingsIn(place, { findings = [] }) {
     const notes = findings.filter((finding) => !finding.look);
     fill(
         place,
-        findings.filter((finding) => finding.look).map(({ text }) => h("div", { class: "finding" }, text)),
+        findings.filter((finding) => finding.look).map(findingOf),
         findings.length > 0 && h(
             "details",
             {},
             h("summary", {}, "What was noted"),
-            notes.map(({ text }) => h("div", { class: "finding plain" }, text)),
+            notes.map(findingOf),
         ),
     );
 }

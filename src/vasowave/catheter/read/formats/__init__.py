@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vasowave.base.cures import SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding
 from vasowave.base.io.formats import Format, Registry
@@ -78,8 +79,9 @@ def read_signals(path: str | Path, quantities: Wanted, site: str = PULMONARY, sh
     form = RECORDINGS.of(path)
     if form.continuous:
         raise InputError(
-            f"{path}: a continuous recording ({form.title}), not one cycle; in a study, write 'raw' into the column "
-            "'kind' (in Python: read_raw_recording, then average_beats)"
+            f"{path}: a continuous recording ({form.title}), not one cycle; read it as continuous and "
+            "average its beats",
+            [SetCells("It is continuous", (("kind", "raw"),))],
         )
     if form.cycle is None:
         return _of_channels(path, form, quantities, site)

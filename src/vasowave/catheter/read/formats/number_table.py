@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.base import units
+from vasowave.base.cures import SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind
 from vasowave.base.io.cells import is_numeric, is_row, split_cells
@@ -23,7 +24,7 @@ from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
 from vasowave.catheter.signals.channels import CUT_OFF, Block, Channel, Comment
 from vasowave.catheter.signals.gaps import with_gaps
 from vasowave.catheter.signals.number_rows import DecimalMark, NumberRows
-from vasowave.catheter.signals.signal import ALIASES, NAME_THE_RATE, UNIT_REPLACED, Signal, sampling, written_to
+from vasowave.catheter.signals.signal import ALIASES, NAME_THE_RATE, RATE, UNIT_REPLACED, Signal, sampling, written_to
 
 PHASE_REPEATED = look_kind(
     "recording.phase-repeated",
@@ -88,7 +89,7 @@ class NumberTable(NamedTuple):
             even = next((pair for pair in zip(self.titles, self.columns, strict=True) if _rises_evenly(pair[1])), None)
             if stated_rate is None:
                 hint = f" ('{even[0]}' rises evenly: title it 'time [s]' if it is that)" if even else ""
-                raise InputError(f"{self.path}: no time column{hint}; {NAME_THE_RATE}")
+                raise InputError(f"{self.path}: no time column{hint}; {NAME_THE_RATE}", [RATE])
             if even and not np.isnan(stated_rate):
                 step = float(np.median(np.diff(even[1])))
                 raise InputError(
@@ -103,7 +104,8 @@ class NumberTable(NamedTuple):
         elif stated_rate is None:
             raise InputError(
                 f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or {NAME_THE_RATE}"
-                f"{_offered(time)}"
+                f"{_offered(time)}",
+                _rates(time) or [RATE],
             )
         elif np.isnan(stated_rate):  # nobody said yet: what the times are is not known
             return stated_rate, None
@@ -126,12 +128,20 @@ class NumberTable(NamedTuple):
         return measured, place
 
 
-def _offered(time: np.ndarray) -> str:
-    """Return what to type if times without a unit are seconds, or milliseconds."""
+def _rates(time: np.ndarray) -> list[SetCells]:
+    """Return the sampling rates that times without a unit have if they are seconds, and if they are milliseconds."""
     step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    if not step > 0:
-        return ""
-    return f". Its steps are {step:.4g}: of seconds, --sampling-rate {1 / step:.6g}; of ms, {1e3 / step:.6g}"
+    scales = {"s": 1.0, "ms": 1e3} if step > 0 else {}
+    return [
+        SetCells(f"Times are in {unit}", (("sampling rate [1/s]", f"{scale / step:.6g}"),))
+        for unit, scale in scales.items()
+    ]
+
+
+def _offered(time: np.ndarray) -> str:
+    """Return what the sampling rate is if times without a unit are seconds, or milliseconds."""
+    rates = [rate for cure in _rates(time) for _, rate in cure.cells]
+    return f". If its steps are seconds, these are {rates[0]}, if ms, {rates[1]}" if rates else ""
 
 
 def _is_epoch(time: np.ndarray) -> bool:

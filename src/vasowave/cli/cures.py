@@ -1,0 +1,152 @@
+"""What the shell says of findings and errors: below each, the commands that mend it."""
+
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vasowave.base.cures import (
+    FLOW_GAIN,
+    FLOW_ZERO,
+    UNKNOWN,
+    Cure,
+    NameGroups,
+    RemoveAnimal,
+    RunAgain,
+    SetCells,
+    SetOption,
+    SetSetting,
+    ShiftFlowZero,
+    Tidy,
+    TrustPrograms,
+    TurnFlow,
+    Visit,
+    field_of,
+    in_row,
+)
+from vasowave.base.findings import Finding
+
+if TYPE_CHECKING:
+    from vasowave.study.folder.problems import StudyProblem
+
+VERBOSE: ContextVar[bool] = ContextVar("VERBOSE", default=False)
+"""Whether the user asked for details (-v)."""
+
+TYPED: ContextVar[Mapping[str, object] | None] = ContextVar("TYPED", default=None)
+"""The options of columns that were typed; None of a command that has none."""
+
+_MAX_COMMANDS = 3  # below a finding
+_VALUE = "VALUE"  # stands for what only a person knows
+
+
+@dataclass(frozen=True)
+class Shell:
+    """What commands are typed about: a study, or single files where there is none.
+
+    Attributes
+    ----------
+    study : Path or None
+    rows : mapping
+        Cells of the table of animals, by animal.
+    """
+
+    study: Path | None = None
+    rows: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+    def below(self, cures: Iterable[Cure], animals: Sequence[str] = ()) -> str:
+        """Return the lines of the commands that mend a finding about some animals, each begun anew; may be empty."""
+        commands = dict.fromkeys(filter(None, (self.command(cure, animals) for cure in cures)))
+        return "".join(f"\n    {command}" for command in list(commands)[:_MAX_COMMANDS])
+
+    def command(self, cure: Cure, animals: Sequence[str] = ()) -> str:
+        """Return one cure as a command; as what to write into a file where no command does it."""
+        animal = animals[0] if animals else ""
+        row, study = self.rows.get(animal, {}), shlex.quote(str(self.study or "STUDY"))
+        if self.study is None and isinstance(cure, ShiftFlowZero | TurnFlow):
+            if (typed := _typed_cells()) is None:
+                return ""
+            row = typed
+        match in_row(cure, row):
+            case SetCells(_, cells):
+                options = [_option(title, text) for title, text in cells]
+                if not all(options):
+                    written = ", ".join(f"'{text or 'nothing'}' into '{title}'" for title, text in cells)
+                    return f"animals.csv: write {written} of {' and '.join(animals) or 'the animal'}"
+                if self.study is None:
+                    return " ".join(options)
+                file = shlex.quote(str(self.study / row["recording"])) if row.get("recording") else "FILE"
+                return " ".join(["vasowave add", study, file, *options])
+            case SetSetting(_, key, text):
+                text = text.replace(UNKNOWN, _VALUE)
+                if self.study is not None:
+                    return f"study.yaml: {key}: {text}"
+                return f"--{_hyphened(key.rpartition('.')[2])}={shlex.quote(text.strip('[]').replace(' ', ''))}"
+            case SetOption(_, name, text):
+                return f"--{_hyphened(name)}={text.replace(UNKNOWN, _VALUE)}"
+            case Visit():
+                return f"vasowave open {study if self.study is not None else 'FILE'}"
+            case RemoveAnimal():
+                return f"animals.csv: take out the row of {animal or 'one of them'}"
+            case NameGroups(groups):
+                typed = shlex.quote(groups.replace(", ", ",")) if groups != UNKNOWN else "REFERENCE,OTHER"
+                return f"vasowave add {study} FILES --groups {typed}"
+            case Tidy("centerlines"):
+                return "vasowave centerlines FILE --unit mm -o FOLDER"
+            case Tidy():
+                return "vasowave tidy FILE -o network.csv"
+            case TrustPrograms():
+                return f"vasowave check {study} --trust"
+            case RunAgain():
+                return f"vasowave run {study}"
+        return ""
+
+
+def _typed_cells() -> dict[str, str] | None:
+    """Return zero and gain of the flow as they were typed; None of a command that has no such options."""
+    options = TYPED.get()
+    if options is None:
+        return None
+    return {title: str(options.get(field_of(title), "")) for title in (FLOW_ZERO, FLOW_GAIN)}
+
+
+def _option(title: str, text: str) -> str:
+    """Return the option that writes a cell; empty where none does."""
+    from vasowave.cli.options import CELLS, CELLS_OF
+
+    typed = _VALUE if text == UNKNOWN else shlex.quote(text)
+    signal, _, option = title.rpartition(" ")
+    if option in CELLS_OF and signal:
+        return f"--{option} {signal}={typed}"
+    return f"--{_hyphened(field_of(title))}={typed}" if text and title in (*CELLS, "group", "network") else ""
+
+
+def _hyphened(name: str) -> str:
+    return name.replace("_", "-")
+
+
+def shell_of(study: Path) -> Shell:
+    """Return what commands about a study are typed about."""
+    from vasowave.base.errors import InputError
+    from vasowave.study.entering.table import read_rows
+    from vasowave.study.folder.reading import read_settings, study_path
+
+    path = study_path(study)
+    try:
+        settings = read_settings(path)[0]
+        rows = read_rows(path.parent / settings.animals).rows if settings is not None else ()
+    except InputError:  # which the check itself says
+        rows = ()
+    return Shell(path.parent, {row.get("animal", ""): row for row in rows})
+
+
+def problem_lines(problem: "StudyProblem", shell: Shell) -> str:
+    """Return a problem of a study with the commands that mend it."""
+    grade = "error" if problem.error else "warning"
+    return f"{grade}: {problem}{code_of(problem.finding)}{shell.below(problem.finding.cures, problem.animals)}"
+
+
+def code_of(finding: Finding) -> str:
+    """Return the code of a finding where the user asked for details (-v), else nothing."""
+    return f" [{finding.code}]" if VERBOSE.get() else ""

@@ -1,0 +1,95 @@
+"""A lab's own table of animals (ID, treatment, weight, sex): told from recordings, and its cells brought to rows."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vasowave.base.errors import InputError
+from vasowave.base.io.columns import read_columns
+from vasowave.study.entering.grouping import is_reference, within, words
+from vasowave.study.folder.animals import columns_of
+from vasowave.study.folder.names import checked_name
+from vasowave.study.folder.rows import COLUMNS, FILES, REQUIRED_COLUMNS
+
+_ID_TITLES = ("animal", "animal id", "id", "animal no", "animal nr", "animal number", "subject", "name", "mouse", "rat",
+              "pig", "rabbit", "dog", "tier", "maus", "ratte", "souris")  # fmt: skip
+_GROUP_TITLES = ("group", "treatment", "gruppe", "groupe", "grupo")
+_MAX_GROUPS = 10  # of a table of animals: a column of more words names no groups
+
+
+@dataclass(frozen=True)
+class AnimalSheet:
+    """The animals of a table, by the ID that it gives each, with the cells that a study's table takes.
+
+    Attributes
+    ----------
+    file : Path
+    rows : dict of str to dict of str to str
+    passed_over : tuple of str
+        Titles of columns that a study's table cannot have.
+    """
+
+    file: Path
+    rows: Mapping[str, Mapping[str, str]]
+    passed_over: tuple[str, ...] = ()
+
+    @property
+    def groups(self) -> list[str]:
+        """The groups that its animals are of, the reference first."""
+        labels = dict.fromkeys(filter(None, (row.get("group", "") for row in self.rows.values())))
+        return sorted(labels, key=lambda label: not is_reference(label))
+
+    def row_of(self, names: Sequence[str]) -> Mapping[str, str]:
+        """Return the cells of the animal whose ID stands in one of its names, the longest; none if two do."""
+        hits = {key: len(words(key)) for key in self.rows if any(within(words(key), words(name)) for name in names)}
+        best = [key for key, size in hits.items() if size == max(hits.values())]
+        return self.rows[best[0]] if len(best) == 1 else {}
+
+
+def animal_sheet(file: Path) -> AnimalSheet | None:
+    """Return the table of animals that a file is, None if it is something else."""
+    try:
+        table = read_columns(file)
+    except InputError:
+        return None
+    plain = [" ".join(words(name)) for name in table.names]
+    column = next((plain.index(title) for title in _ID_TITLES if title in plain), None)
+    if column is None or len(plain) < 2 or {"pressure", "flow"} <= {*plain}:
+        return None
+    keys = [row[column].strip() for row in table.cells]
+    if not all(keys) or len(set(keys)) < len(keys):
+        return None
+    titles, passed_over = _titles(file, table.names, table.units, column)
+    rows = {key: {title: row[i].strip() for i, title in titles.items()} for key, row in zip(keys, table.cells)}
+    group_words = {row["group"] for row in rows.values() if row.get("group")}
+    if len(group_words) > _MAX_GROUPS or not all(map(_is_name, group_words)):
+        rows = {key: {title: text for title, text in row.items() if title != "group"} for key, row in rows.items()}
+        passed_over = (*passed_over, "group")
+    return AnimalSheet(file, rows, passed_over)
+
+
+def _titles(
+    file: Path, names: Sequence[str], unit_names: Sequence[str], key: int
+) -> tuple[dict[int, str], tuple[str, ...]]:
+    """Return the columns that a study's table can have, by their place, and the titles of the others."""
+    titles: dict[int, str] = {}
+    passed_over = []
+    plain = [name.strip().casefold() for name in names]
+    group = next((plain.index(title) for title in _GROUP_TITLES if title in plain), None)
+    for i, (name, unit) in enumerate(zip(names, unit_names, strict=True)):
+        title = "group" if i == group else f"{name.strip()} [{unit}]" if unit else name.strip()
+        standard = {column.casefold(): column for column in COLUMNS}
+        if i == key or not title or title.casefold() in (*FILES, "animal"):
+            continue
+        if i != group and any(p.error for p in columns_of(file, [*REQUIRED_COLUMNS, title])[2]):
+            passed_over.append(title)
+        else:
+            titles[i] = standard.get(title.casefold(), title)
+    return titles, tuple(passed_over)
+
+
+def _is_name(text: str) -> bool:
+    try:
+        return checked_name(text) == text
+    except InputError:
+        return False
