@@ -13,7 +13,7 @@ import finding_codes as pages
 import vasowave as vw
 from vasowave.base import KINDS, Cure, Severity, ShiftFlowZero, TurnFlow, argument, sentence
 from vasowave.cli import Shell, app
-from vasowave.cli.cures import TYPED
+from vasowave.cli.signatures import TYPED
 from vasowave.pulse.network import write_network
 from vasowave.study.entering import new_study
 from vasowave.workbench import as_shown

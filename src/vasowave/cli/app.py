@@ -12,7 +12,7 @@ import typer
 from typer.core import TyperGroup
 
 from vasowave.base.errors import VasowaveError
-from vasowave.cli.cures import TYPED, VERBOSE
+from vasowave.cli.signatures import TYPED, VERBOSE
 
 WRONG_INPUT, FAILED = 1, 3
 """Exit status: a file, a value or a study is wrong; the input is fine, but (an animal's) numbers did not come out.

@@ -2,7 +2,6 @@
 
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
-from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,15 +26,10 @@ from vasowave.base.cures import (
     in_row,
 )
 from vasowave.base.findings import Finding
+from vasowave.cli.signatures import TYPED, VERBOSE
 
 if TYPE_CHECKING:
     from vasowave.study.folder.problems import StudyProblem
-
-VERBOSE: ContextVar[bool] = ContextVar("VERBOSE", default=False)
-"""Whether the user asked for details (-v)."""
-
-TYPED: ContextVar[Mapping[str, object] | None] = ContextVar("TYPED", default=None)
-"""The options of columns that were typed; None of a command that has none."""
 
 _MAX_COMMANDS = 3  # below a finding
 _VALUE = "VALUE"  # stands for what only a person knows

@@ -11,8 +11,7 @@ from vasowave.base.cures import FLOW_ZERO, field_of
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.settings import Setting, settings_of
-from vasowave.cli.cures import TYPED
-from vasowave.cli.signatures import with_parameters
+from vasowave.cli.signatures import TYPED, with_parameters
 from vasowave.study.folder.problems import refuse
 from vasowave.study.folder.reading import Document
 

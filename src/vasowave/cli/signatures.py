@@ -3,8 +3,15 @@
 import dataclasses
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextvars import ContextVar
 from typing import Any, get_type_hints
+
+VERBOSE: ContextVar[bool] = ContextVar("VERBOSE", default=False)
+"""Whether the user asked for details (-v)."""
+
+TYPED: ContextVar[Mapping[str, object] | None] = ContextVar("TYPED", default=None)
+"""The options of columns that were typed; None of a command that has none."""
 
 
 def with_parameters(function: Callable[..., None], parameters: list[inspect.Parameter]) -> Callable[..., None]:
