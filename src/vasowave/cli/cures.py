@@ -84,8 +84,8 @@ class Shell:
             case RemoveAnimal():
                 return f"animals.csv: take out the row of {animal or 'one of them'}"
             case NameGroups(groups):
-                typed = shlex.quote(groups.replace(", ", ",")) if groups != UNKNOWN else "REFERENCE,OTHER"
-                return f"vasowave add {study} FILES --groups {typed}"
+                names = shlex.quote(groups.replace(", ", ",")) if groups != UNKNOWN else "REFERENCE,OTHER"
+                return f"vasowave add {study} FILES --groups {names}"
             case Tidy("centerlines"):
                 return "vasowave centerlines FILE --unit mm -o FOLDER"
             case Tidy():

@@ -136,12 +136,12 @@ class Relaxation:
         columns[1:] = _by_bed(np.linalg.solve, remainder, columns)
         meeting = np.eye(len(rows)) - rows @ columns
 
-        def of(x: np.ndarray) -> np.ndarray:
+        def relaxed(x: np.ndarray) -> np.ndarray:
             coming = cycle.after(x)
             coming[1:] = _by_bed(np.linalg.solve, remainder, coming)  # of all cycles, if the beds did not meet
             return np.asarray(coming + columns @ np.linalg.solve(meeting, rows @ coming))
 
-        return of
+        return relaxed
 
 
 def bed_relaxation(beds: Rational, compliance: float, period: float) -> Relaxation:

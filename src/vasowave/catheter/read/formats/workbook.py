@@ -53,7 +53,7 @@ def signal_sheets(path: Path) -> SignalSheets:
         Several sheets and none with a signal: they are named with their titles.
     """
     sheets = read_sheets(path)
-    looks = [_look(path, sheet) for sheet in sheets]
+    looks = [_signals_of(path, sheet) for sheet in sheets]
     best = max(len(quantities) for quantities, _ in looks)
     if best == 0 and len(sheets) > 1:
         shown = "; ".join(_described(sheet, titles) for sheet, (_, titles) in zip(sheets, looks, strict=True))
@@ -73,7 +73,7 @@ def _described(sheet: Sheet, titles: Sequence[str]) -> str:
     return f"'{sheet.name}' ({shown or 'no titles'})"
 
 
-def _look(path: Path, sheet: Sheet) -> tuple[set[str], tuple[str, ...]]:
+def _signals_of(path: Path, sheet: Sheet) -> tuple[set[str], tuple[str, ...]]:
     """Return which of pressure and flow a sheet holds over time, and its titles."""
     texts = sheet.content.split("\n", 3 * HEAD)[: 3 * HEAD]
     rows = [(line, text) for line, text in enumerate(texts, 1) if is_row(text)]
