@@ -55,7 +55,7 @@ def test_extremes_are_those_of_the_returned_waves(control, inflow):
 
 def test_a_wave_that_breaks_is_noted_and_really_differs_between_grids():
     model, inflow = _steepening()
-    with pytest.warns(VasowaveWarning, match=r"depends on the grid.*vessel 'tube'.*accuracy="):
+    with pytest.warns(VasowaveWarning, match=r"depends on the grid.*vessel 'tube'.*accuracy"):
         result = simulate(model, inflow)
     fine = run_to_periodic(model, inflow, Numerics(), refinement=2)
     apart = np.max(np.abs(np.moveaxis(result.pressure.values, 1, -1) - fine.pressure))
