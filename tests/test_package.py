@@ -48,8 +48,10 @@ def test_every_public_name_has_an_example_that_works(name, tmp_path, monkeypatch
     assert not runner.failures, "".join(said)
 
 
-def test_an_unknown_name_is_an_attribute_error_that_lists_the_known_ones():
+def test_an_unknown_name_is_an_attribute_error_that_offers_the_nearest_or_says_where_all_stand():
     with pytest.raises(AttributeError, match="calibrate"):
+        _ = vasowave.calibrat
+    with pytest.raises(AttributeError, match=r"dir\(vasowave\)"):
         _ = vasowave.zzz
 
 

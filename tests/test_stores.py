@@ -76,7 +76,7 @@ def test_every_store_and_every_format_is_in_the_fuzzer():
              "first blood": "FirstBlood network", "dimensions": "two tables of a network",
              "dim_mat": "matrices of a network", "tiff": "tif", "nifti": "nii", "metaimage": "mha",
              "graphml": "GraphML", "spatial graph": "spatial graph of Amira",
-             "svzerod": "svZeroDSolver network"}  # fmt: skip
+             "svzerod": "svZeroDSolver network", "workbook": "recording workbook"}  # fmt: skip
     without = {"foreign", "other image", "centerlines"}  # refused by name; whatever SimpleITK reads of no format here
     names = {one.name for registry in (RECORDINGS, NETWORKS, VOLUMES) for one in registry} - without
     assert {known.get(name, name) for name in names} <= set(fuzz.FORMS)

@@ -134,6 +134,15 @@ def read_right_heart(path: str | Path) -> tuple[RightHeart, ...]:
     InputError
         File and line of: no mean or no cardiac output, a quantity that is not known, a unit that is missing or another
         quantity's, a cell that is no number; what `RightHeart` refuses.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> from pathlib import Path
+    >>> rows = ["animal,mean [mmHg],wedge [mmHg],CO [ml/s],HR [1/min]", "pig 3,38,10,60,82", ""]
+    >>> _ = Path("catheter.csv").write_text("\\n".join(rows))
+    >>> vw.read_right_heart("catheter.csv")[0].mean
+    38.0
     """
     table = read_columns(path, _TITLES)
     table.warn()

@@ -4,10 +4,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from enum import Enum
 from pathlib import Path
+from typing import Any
 
 from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, look_kind, note_kind, warn
+from vasowave.base.settings import Positive, given_values, settings_class
 from vasowave.base.sites import PULMONARY, SiteName
 from vasowave.catheter.check.plausibility import (
     check_closure,
@@ -66,6 +68,18 @@ PERIODS_DIFFER = look_kind(
 ASSUMED_UNIT = note_kind("recording.assumed-unit", "{quantity} is assumed to be in {unit}; {name} names no unit")
 
 
+@settings_class
+class CycleForm:
+    """What files of some forms are asked for; see `read_recording`."""
+
+    site: SiteName = PULMONARY
+    """The artery; its titles and pressures are then looked for."""
+    sheet: str = ""
+    """Of a workbook; by default the first that holds pressure and flow."""
+    flow_diameter: Positive | None = None
+    """Diameter of the vessel, mm, where a velocity was recorded in place of the flow."""
+
+
 def read_recording(
     *paths: str | Path,
     period: float | None = None,
@@ -73,9 +87,7 @@ def read_recording(
     flow_unit: str | None = None,
     wedge_pressure: float = 0.0,
     calibration: tuple[float, float, float, float] = (0.0, 1.0, 1.0, 0.0),
-    site: SiteName = PULMONARY,
-    sheet: str = "",
-    flow_diameter: float | None = None,
+    **form: Any,
 ) -> Recording:
     """Read one averaged cycle from one table, or from one file of pressure and one of flow.
 
@@ -97,12 +109,10 @@ def read_recording(
     calibration : tuple of float
         What is subtracted from the pressure, mmHg, what pressure and flow are then multiplied by, and what is
         subtracted from the flow, ml/s; a gain of the flow of -1 turns that of a probe mounted backward.
-    site : str
-        The artery; titles and pressures of it are then what is looked for.
-    sheet : str
-        Of a workbook; by default the first that holds pressure and flow.
-    flow_diameter : float, optional
-        Diameter of the vessel, mm, where a velocity was recorded in place of the flow.
+    **form
+        ``site``, the artery, whose titles and pressures are then looked for; ``sheet`` of a workbook, by default the
+        first that holds pressure and flow; ``flow_diameter`` of the vessel, mm, where a velocity was recorded in place
+        of the flow.
 
     Raises
     ------
@@ -129,6 +139,8 @@ def read_recording(
     """
     if len(paths) not in (1, 2):
         raise InputError(f"{len(paths)} files given; a recording is one table, or one file of pressure and one of flow")
+    asked = given_values(CycleForm, None, form)
+    site, sheet, flow_diameter = asked.site, asked.sheet, asked.flow_diameter
     second = "velocity" if flow_diameter is not None else "flow"
     if len(paths) == 1:
         signals = read_signals(paths[0], {"pressure": pressure_unit, second: flow_unit}, site, sheet)

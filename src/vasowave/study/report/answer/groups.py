@@ -212,7 +212,8 @@ def influence(primary: Primary, called: Called) -> list[str]:
     if not effects:
         return []
     ratios, ratios_without = np.array([(effect.ratio, effect.ratio_without) for effect in effects]).T
-    effect = effects[int(np.abs(np.log(ratios_without / ratios)).argmax())]
+    moved = np.abs(np.log(ratios_without / ratios))
+    effect = effects[int(moved.round(9).argmax())]  # the first of those that round-off alone tells apart
     outside = sum(effect.ratio_without < effect.low or effect.ratio_without > effect.high for effect in effects)
     end = (
         f"; leaving out one animal takes {outside} ratios out of their intervals"
