@@ -75,7 +75,7 @@ def test_a_velocity_is_a_flow_with_the_diameter_of_the_vessel_and_asks_for_it_wi
     pressure, flow = beats()
     rows = (f"{t:.4f},{p:.5f},{v:.5f}" for t, p, v in zip(TIME, pressure, flow / area / 100, strict=True))
     (tmp_path / "d.csv").write_text("\n".join(["time [s],PA pressure [mmHg],PA velocity [m/s]", *rows, ""]))
-    with pytest.raises(InputError, match="'PA velocity': a velocity is a flow with the vessel's diameter"):
+    with pytest.raises(InputError, match="'PA velocity': a velocity is a flow where the vessel's diameter"):
         read_raw_recording(tmp_path / "d.csv")
     recording = read_raw_recording(tmp_path / "d.csv", flow_diameter=1.2)
     assert recording.flow.mean() == pytest.approx(flow.mean(), rel=1e-3)

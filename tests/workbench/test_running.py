@@ -114,7 +114,7 @@ def test_a_run_on_another_machine_is_asked_to_stop_through_the_disk(desk, runs, 
 def test_a_run_that_ends_before_it_has_written_anything_is_told(desk):
     runs = Runs()
     runs.program, runs.results = Program(SimpleNamespace(pid=1, exitcode=3)), desk.results
-    assert "before it read the study (exit status 3); `vasowave run " in runs.progress(desk, None)["said"]
+    assert "before it read the study (exit status 3); run it" in runs.progress(desk, None)["said"]
 
 
 @pytest.mark.parametrize("error", [errno.ENOSPC, errno.EROFS])

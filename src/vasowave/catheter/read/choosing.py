@@ -136,7 +136,10 @@ def _offers(channels: Sequence[T], choice: Choice[T]) -> list[SetCells]:
         for name in choice.lacking
         for c in ([c for c in free if _has_unit(c, name)] or free)
     ]
-    return [SetCells("Name the channels", tuple((f"{name} channel", UNKNOWN) for name in choice.lacking)), *offers]
+    velocity = "flow" in choice.lacking and _velocity_instead(channels)
+    diameter = [SetCells("Give the vessel's diameter, mm", (("flow diameter [mm]", UNKNOWN),))] if velocity else []
+    names = SetCells("Name the channels", tuple((f"{name} channel", UNKNOWN) for name in choice.lacking))
+    return [names, *diameter, *offers]
 
 
 def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, ...]:
@@ -213,7 +216,7 @@ def _of_elsewhere(channels: Sequence[T], name: str, site: str) -> str:
 def _velocity_instead(channels: Sequence[Titled]) -> str:
     """Say which channels are velocities, of which a diameter makes a flow."""
     titles = " and ".join(f"'{c.title}'" for c in channels if _has_unit(c, "velocity"))
-    return f" ({titles}: a velocity is a flow with the vessel's diameter, --flow-diameter 25, mm)" if titles else ""
+    return f" ({titles}: a velocity is a flow where the vessel's diameter is given)" if titles else ""
 
 
 def _plain(title: str) -> str:

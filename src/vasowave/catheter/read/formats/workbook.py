@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.base import units
+from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.base.io.cells import is_row, is_value
@@ -23,7 +24,8 @@ from vasowave.catheter.signals.signal import ALIASES, Signal
 SHEET_READ = look_kind(
     "recording.sheet",
     "the sheets {names} hold signals; '{sheet}' was read. {remedy}",
-    "Name another by --sheet (vasowave add and fit), the column 'sheet' of a study's table, or sheet= in Python.",
+    "If another is meant, name it.",
+    SetCells("Name another sheet", (("sheet", UNKNOWN),)),
 )
 SHEETS_LEFT = note_kind("recording.sheets-left-out", "no recording, and left out: {sheets}")
 
@@ -58,7 +60,8 @@ def signal_sheets(path: Path) -> SignalSheets:
     if best == 0 and len(sheets) > 1:
         shown = "; ".join(_described(sheet, titles) for sheet, (_, titles) in zip(sheets, looks, strict=True))
         raise InputError(f"{path}: no sheet of this workbook holds pressure or flow over time: {shown}. Title them "
-                         "pressure [mmHg] and flow [ml/s], or name a sheet: --sheet NAME")  # fmt: skip
+                         "pressure [mmHg] and flow [ml/s], or name a sheet",
+                         [SetCells("Name the sheet", (("sheet", UNKNOWN),))])  # fmt: skip
     names = tuple(sheet.name for sheet, (quantities, _) in zip(sheets, looks, strict=True) if len(quantities) == best)
     left_out = tuple(
         _described(sheet, titles)
