@@ -6,6 +6,12 @@ import struct
 import zipfile
 from xml.sax.saxutils import escape
 
+import numpy as np
+import openpyxl
+
+TIME = np.arange(0, 3.2, 2e-3)
+TITLES = ("time [s]", "PAP [mmHg]", "PA flow [ml/s]")
+
 MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
 LINKS = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
 PACKAGE = "http://schemas.openxmlformats.org/package/2006/relationships"
@@ -116,4 +122,26 @@ def write_xlsb(path, rows):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, part in content.items():
             archive.writestr(name, part)
+    return path
+
+
+def beats(pressure=15.0, flow=0.2, period=0.11):
+    phase = TIME / period % 1
+    ejection = np.where(phase < 0.4, np.sin(np.pi * phase / 0.4), 0.0)
+    return pressure + 6 * np.cos(2 * np.pi * (phase - 0.25)), flow * ejection / ejection.mean()
+
+
+def signals(pressure, flow=0.2, titles=TITLES):
+    columns = (TIME, *beats(pressure, flow))
+    return [titles, *zip(*(column.tolist() for column in columns), strict=True)]
+
+
+def saved(path, **sheets):
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for name, rows in sheets.items():
+        page = book.create_sheet(name)
+        for row in rows:
+            page.append(row)
+    book.save(path)
     return path

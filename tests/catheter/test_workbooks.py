@@ -3,39 +3,13 @@
 import warnings
 
 import numpy as np
-import openpyxl
 import pytest
 
-from made_workbook import write_ods
+from made_workbook import TIME, beats, saved, signals, write_ods
 from vasowave.base import InputError, VasowaveWarning
 from vasowave.catheter.read import describe_recording, read_raw_recording, read_recording
-from vasowave.study.entering import add_files, new_study
 
-TIME = np.arange(0, 3.2, 2e-3)
-TITLES = ("time [s]", "PAP [mmHg]", "PA flow [ml/s]")
 GROUPS = [("animal", "group", "weight [g]"), *((f"R{i}", "CTL", 200 + i) for i in range(20))]
-
-
-def beats(pressure=15.0, flow=0.2, period=0.11):
-    phase = TIME / period % 1
-    ejection = np.where(phase < 0.4, np.sin(np.pi * phase / 0.4), 0.0)
-    return pressure + 6 * np.cos(2 * np.pi * (phase - 0.25)), flow * ejection / ejection.mean()
-
-
-def signals(pressure, flow=0.2, titles=TITLES):
-    columns = (TIME, *beats(pressure, flow))
-    return [titles, *zip(*(column.tolist() for column in columns), strict=True)]
-
-
-def saved(path, **sheets):
-    book = openpyxl.Workbook()
-    book.remove(book.active)
-    for name, rows in sheets.items():
-        page = book.create_sheet(name)
-        for row in rows:
-            page.append(row)
-    book.save(path)
-    return path
 
 
 def test_the_sheet_with_signals_is_found_and_the_others_are_named(tmp_path):
@@ -82,17 +56,3 @@ def test_a_velocity_is_a_flow_with_the_diameter_of_the_vessel_and_asks_for_it_wi
     assert "recording.flow-of-velocity" in {note.code for note in recording.notes}
     with pytest.raises(InputError, match="give it in mm"):
         read_raw_recording(tmp_path / "d.csv", flow_diameter=1200)
-
-
-def test_rows_get_the_channels_that_their_files_have_the_site_and_the_sheet(tmp_path):
-    for name, title in (("a", "Ch 3"), ("b", "Ch 4")):
-        rows = signals(95, titles=("time [s]", f"{title} [mmHg]", "Aortic flow [ml/s]"))
-        (tmp_path / f"{name}.csv").write_text("\n".join(",".join(map(str, row)) for row in rows) + "\n")
-    saved(tmp_path / "c.xlsx", A=signals(15), B=signals(12))
-    new_study(tmp_path / "study")
-    cells = {"pressure channel": "Ch 3", "site": "aorta", "sheet": "B"}
-    rows = {row["animal"]: row for row in add_files(tmp_path / "study", [tmp_path], cells=cells).rows}
-    assert rows["a"]["pressure channel"] == "Ch 3"
-    assert rows["b"].get("pressure channel", "") != "Ch 3"
-    assert {row["site"] for row in rows.values()} == {"aorta"}
-    assert [name for name, row in rows.items() if row.get("sheet") == "B"] == ["c"]

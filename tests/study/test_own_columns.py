@@ -12,7 +12,7 @@ from vasowave.base import InputError
 from vasowave.study.animal import to_bytes
 from vasowave.study.cohort import PopulationShape, doubts_of, laid_out, primary_comparison
 from vasowave.study.folder import understood
-from vasowave.study.report import report_of, supplement_of
+from vasowave.study.report import Notice, Paragraph, report_of, supplement_of
 from vasowave.study.report.answer import group_answer
 from vasowave.study.report.sections import methods_section
 from vasowave.study.results import ResultStore, animal_key, read_results, write_results
@@ -121,7 +121,7 @@ def test_the_page_says_what_the_design_says(stored, report, supplement):
     assert report.subtitle == "20 recordings of 10 animals in 2 groups: CTL, HPH"
     rows = stored.compare("HPH").table
     assert set(rows["what"]) == {"groups", "interaction"}
-    methods = " ".join(block.text for block in walk(supplement) if block.kind == "paragraph")
+    methods = " ".join(block.text for block in walk(supplement) if isinstance(block, Paragraph))
     assert "Kenward and Roger" in methods
     assert "They were not changed since." in methods
 
@@ -156,7 +156,7 @@ def test_what_is_declared_is_kept_with_its_time_and_a_later_change_is_said_in_me
 def methods_of(stored):
     cohort = stored.gathered(stored.in_order(), "CTL")
     section = methods_section(cohort, primary_comparison(cohort, stored.settings.report), {})
-    return " ".join(block.text for block in section.blocks if block.kind == "paragraph")
+    return " ".join(block.text for block in section.blocks if isinstance(block, Paragraph))
 
 
 @pytest.mark.parametrize(
@@ -177,7 +177,7 @@ def methods_of(stored):
     ],
 )
 def test_a_row_that_changes_once_results_are_there_is_said_in_methods(ran, supplement, results, change, words):
-    before = " ".join(block.text for block in walk(supplement) if block.kind == "paragraph")
+    before = " ".join(block.text for block in walk(supplement) if isinstance(block, Paragraph))
     assert "Groups, family, law, design and animals were declared on" in before
     assert "They were not changed since." in before
     change(ran)
@@ -417,7 +417,7 @@ def test_litters_that_the_design_does_not_name_are_told_by_check_and_on_the_page
     stored = run(read_study(tmp_path), results)
     cohort = stored.gathered(stored.in_order(), "CTL")
     report = report_of(cohort, primary_comparison(cohort, stored.settings.report), stored.settings.report)
-    text = str([block.items for block in walk(report) if block.kind == "notice"])
+    text = str([block.items for block in walk(report) if isinstance(block, Notice)])
     assert "all CTL are f, all HPH are m" in text
     assert "name it under blocks" in text
 
