@@ -44,11 +44,10 @@ def installed(folder, writable=True):
     """A copy of what keeps kernels, where nothing can be written beside it unless it is writable."""
     package = folder / "vasowave"
     (package / "base" / "runtime").mkdir(parents=True)
-    modules = ("__init__.py", "kept.py", "kernels.py", "locks.py", "writing.py")
-    base = ("__init__.py", "__init__.pyi", "accessors.py", "errors.py", "faces.py", "runtime/__init__.pyi")
-    root = ("__init__.py", "__init__.pyi", *(f"base/{file}" for file in base))
-    for name in (*root, *(f"base/runtime/{module}" for module in modules)):
-        shutil.copy(Path(vasowave.__file__).parent / name, package / name)
+    source = Path(vasowave.__file__).parent
+    for room in ("", "base", "base/runtime"):
+        for file in (source / room).glob("*.py*"):
+            shutil.copy(file, package / room)
     if not writable:
         (package / "__pycache__").write_text("a file where a folder would have to be")
         (package / "base" / "runtime" / "__pycache__").write_text("a file where a folder would have to be")
