@@ -36,8 +36,8 @@ class EdgeRules:
     min_wall, max_wall : float
         Levels of soft tissue beside agent: 0.22 in an air-filled lung, more where agent is thin. What is brighter is
         a wall only if widths that grow with the vessels explain it better, by the gain, than one width of all.
-    min_shadow : float
-        A shadow as deep is one of a kernel.
+    min_shadow, max_shadow : float
+        A shadow as deep is one of a kernel; a deeper one is of what lies beside the vessel, as fat or air.
     level_spread, width_spread, blur_spread : float
         Relative SD of a vessel's level, of its wall over the radius, and of its blur, about those of all vessels.
     step, blur_reach : float
@@ -58,6 +58,7 @@ class EdgeRules:
     min_wall: float = 0.06
     max_wall: float = 0.34
     min_shadow: float = 0.03
+    max_shadow: float = 0.2
     level_spread: float = 0.03
     width_spread: float = 0.25
     blur_spread: float = 0.1
@@ -137,7 +138,9 @@ def second_edge(profiles: Sequence[Profile | None], radius: np.ndarray, spacing:
     )
     grows, best = fits[0]
     level, width = best.x[:2]
-    if best.cost * RULES.min_gain > plain.cost or -RULES.min_shadow < level < RULES.min_wall:
+    if best.cost * RULES.min_gain > plain.cost or level < -RULES.max_shadow:
+        return None
+    if -RULES.min_shadow < level < RULES.min_wall:
         return None
     unlike = all(fit.cost > RULES.min_gain * best.cost for law, fit in fits if not law)
     is_wall = grows and (level <= RULES.max_wall or (len(fits) > 1 and unlike))
