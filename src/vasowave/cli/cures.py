@@ -65,6 +65,8 @@ class Shell:
         match in_row(cure, row):
             case SetCells(_, cells):
                 options = [_option(title, text) for title, text in cells]
+                if not all(options) and self.study is None:
+                    return ""
                 if not all(options):
                     written = ", ".join(f"'{text or 'nothing'}' into '{title}'" for title, text in cells)
                     return f"animals.csv: write {written} of {' and '.join(animals) or 'the animal'}"
