@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from lab_files import SMALL, exported, recorded, write_lab
 from vasowave.base import NameGroups
-from vasowave.cli import app
+from vasowave.cli import Shell, app
 from vasowave.pulse.network import write_network
 from vasowave.study.entering import add_files
 from vasowave.study.results import read_results
@@ -260,7 +260,8 @@ def test_fit_reads_what_add_reads_says_how_to_cut_a_gap_and_status_knows_it(lab,
     words = ["fit", "n.csv", lab / "HOX_1.txt", "-o", "fit", "--walls", "linear", "--starts", "1", "--no-pdf"]
     refused = CliRunner().invoke(app, list(map(str, words)))
     assert "no samples from 2 to 2.35 s; the longest stretch without a gap is 2.35 to 9 s" in str(refused.exception)
-    proposed = re.search(r"--start \S+ --end \S+", str(refused.exception))[0].rstrip(";").split()
+    (proposed,) = (Shell().command(cure).split() for cure in refused.exception.cures)
+    assert proposed == ["--start=2.35", "--end=9"]
     said = typed(*words, *proposed, "--channel", "pressure=pressure 1", "--cell-size", "0.3")
     assert "best fit, linear wall: beta" in said
     (result,) = read_results(tmp_path / "fit").in_order()
