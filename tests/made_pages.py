@@ -48,6 +48,8 @@ def write_files(folder: Path, law: str) -> None:
     lengths = {"dim_mat": np.array([[1, 114.0, 13.0], [2, 111.0, 9.0], [3, 103.0, 10.0]])}  # voxels
     savemat(folder / "tree.mat", lengths | {"ves_conn": np.array([[1, 2, 3]], dtype=np.uint8)})
     (folder / "our_laws.py").write_text(law, encoding="utf-8")
+    numbers = ["quantity,value,unit", "mean,38,mmHg", "wedge,11,mmHg", "cardiac output,4.6,l/min"]
+    (folder / "numbers.csv").write_text("\n".join(numbers) + "\n", encoding="utf-8")
 
 
 def write_scan(folder: Path) -> None:

@@ -74,3 +74,24 @@ def test_phases_beside_a_continuous_pressure_in_one_table_are_read_with_their_ti
 def test_too_few_phases_are_refused(tmp_path):
     with pytest.raises(InputError, match="at least 16 a cycle"):
         read_raw_recording(*two_files(tmp_path, listed(phases(10))))
+
+
+@pytest.mark.parametrize("unit", [" [ml/min]", ""])
+def test_a_unit_that_is_given_counts_once(tmp_path, unit):
+    files = two_files(tmp_path, listed(60 * phases(20), f"phase,flow{unit}\n"))
+    with pytest.warns(VasowaveWarning):
+        recorded = read_raw_recording(*files, flow_unit="ml/min")
+    assert recorded.flow.mean() == pytest.approx(80, rel=0.02)
+
+
+def test_a_channel_of_a_gated_cycle_cannot_be_chosen_and_that_is_said(tmp_path):
+    files = two_files(tmp_path, listed(phases(20)))
+    with pytest.raises(InputError, match="neither a channel nor a diameter can be chosen"):
+        read_raw_recording(*files, flow="LPA flow")
+
+
+def test_the_unit_in_a_title_is_no_heart_rate(tmp_path):
+    rows = "".join(f"{i},{value:.4f},75\n" for i, value in enumerate(phases(20)))
+    files = two_files(tmp_path, "phase,flow [ml/s],HR [1/min]\n" + rows)
+    with pytest.warns(VasowaveWarning, match="20 phases; it was put"):
+        read_raw_recording(*files)

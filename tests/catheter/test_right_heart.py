@@ -27,7 +27,7 @@ def test_what_follows_from_the_numbers_is_as_by_hand(tmp_path):
 
 def test_a_row_an_animal_in_other_units_gives_the_same(tmp_path):
     head = "patient,mPAP [kPa],sPAP [mmHg],dPAP [mmHg],PAWP [mmHg],CO [ml/s],HR [bpm]\n"
-    table = written(tmp_path, f"{head}A,{38 * 0.133322},62,24,11,{4600 / 60},78\nB,2.0,,,,80,\n")
+    table = written(tmp_path, f"{head}A,{38 * 0.133322},62,24,11,{4600 / 60},78\nB,2.0,NA,,-,80,\n")
     first, second = read_right_heart(table)
     (rows,) = read_right_heart(written(tmp_path, f"quantity,value,unit\n{ROWS}"))
     assert values(first) == pytest.approx(values(rows), rel=1e-5)
@@ -46,6 +46,8 @@ def test_a_row_an_animal_in_other_units_gives_the_same(tmp_path):
         ("quantity,value,unit\nmean,38,mmHg\nmPAP,38,mmHg\nCO,4,l/min\n", "line 3: 'mPAP' stands twice"),
         ("quantity,value,unit\nmaen,38,mmHg\nCO,4,l/min\n", "line 2: 'maen' is not known"),
         ("quantity,value,unit\nmean,38,mmHg\nCO,4,l/min\nheart rate,78,Hz\n", "line 4: heart rate needs its unit"),
+        ("quantity,value,unit\nmean,38,mmHg\nCO,inf,l/min\n", "all numbers are finite"),
+        ("quantity,value,unit\nmean,-5,mmHg\nCO,4,l/min\n", "the mean is above 0"),
         ("quantity,value,unit\nmean,38,mmHg\nCO,4,l/min\nwedge,40,mmHg\n", "a wedge of 40 mmHg is above the mean"),
     ],
 )

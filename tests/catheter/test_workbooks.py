@@ -56,3 +56,24 @@ def test_a_velocity_is_a_flow_with_the_diameter_of_the_vessel_and_asks_for_it_wi
     assert "recording.flow-of-velocity" in {note.code for note in recording.notes}
     with pytest.raises(InputError, match="give it in mm"):
         read_raw_recording(tmp_path / "d.csv", flow_diameter=1200)
+
+
+def test_a_sheet_of_signals_that_cannot_be_read_is_told_and_one_with_times_goes_before_one_without(tmp_path):
+    bad = signals(15)
+    bad[300] = (bad[300][0], "bad", bad[300][2])
+    with pytest.warns(VasowaveWarning, match="a sheet with signals cannot be read"):
+        recorded = read_raw_recording(saved(tmp_path / "a.xlsx", Before=bad, After=signals(11)))
+    assert recorded.pressure.mean() == pytest.approx(11, rel=0.01)
+    numbers = [("ID", "mPAP [mmHg]", "CO [ml/min]"), *((i, 14.0 + i / 10, 11.0) for i in range(30))]
+    (block,) = describe_recording(saved(tmp_path / "b.xlsx", Groups=numbers, Trace=signals(15))).blocks
+    assert block.sheet == "Trace"
+
+
+def test_a_sheet_is_named_of_the_workbook_of_a_pair(tmp_path):
+    halves = [[row[:2] for row in signals(15)], [row[::2] for row in signals(15)]]
+    book = saved(tmp_path / "p.xlsx", P=halves[0], Q=[("a",)])
+    text = tmp_path / "q.csv"
+    text.write_text("\n".join(",".join(map(str, row)) for row in halves[1]) + "\n")
+    assert read_raw_recording(book, text, sheet="P").pressure.mean() == pytest.approx(15, rel=0.01)
+    with pytest.raises(InputError, match="is no workbook and has no sheet 'P'"):
+        read_raw_recording(text, text, sheet="P")

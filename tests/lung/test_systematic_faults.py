@@ -73,7 +73,7 @@ def test_vessels_without_walls_have_no_fault_and_their_radii():
     assert np.isnan(measured.grey.wall).all()
 
 
-@pytest.mark.parametrize(("wall", "level"), [(0.3, 0.22), (0.25, 0.3)])
+@pytest.mark.parametrize(("wall", "level"), [(0.3, 0.22), (0.25, 0.3), (0.3, 0.5)])
 def test_a_wall_is_measured_and_no_part_of_the_lumen(wall, level):
     measured, doubts, common = seen(noisy(drawn(wall, level)))
     assert list(doubts) == ["image.walls"]

@@ -93,3 +93,13 @@ def test_an_animal_that_stands_twice_makes_it_no_table_of_animals(lab):
     (lab / "lab/animals of March.csv").write_text(SHEET + "R1;sham;1;m;2026-03-04\n", "utf-8")
     with pytest.raises(InputError, match="no recording among these files"):
         add_files(lab / "study", [lab / "lab/animals of March.csv"])
+
+
+def test_a_recording_whose_rows_are_numbered_is_no_table_of_animals(tmp_path):
+    new_study(tmp_path / "s")
+    mouse = vw.virtual_mouse()
+    rows = (f"{i},{p:.5f},{q:.6f}" for i, (p, q) in enumerate(zip(mouse.pressure, mouse.flow, strict=True)))
+    file = tmp_path / "CTL_1.csv"
+    file.write_text("\n".join(["id,PAP [mmHg],Q [ml/s]", *rows, ""]))
+    added = add_files(tmp_path / "s", [file], cells={"period [s]": "0.1126"})
+    assert [row["animal"] for row in added.rows] == ["CTL_1"]

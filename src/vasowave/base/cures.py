@@ -133,11 +133,6 @@ def filled(cure: Cure, values: Mapping[str, Any]) -> Cure:
     return replace(cure, **texts)
 
 
-def is_complete(cure: Cure) -> bool:
-    """Whether nothing of it is left to a person."""
-    return UNKNOWN not in repr(cure)
-
-
 def in_row(cure: Cure, cells: Mapping[str, str]) -> Cure:
     """Return a cure of the flow as cells of a row that may have a zero and a gain of its flow already."""
     gain, zero = (_number(cells.get(title, ""), default) for title, default in ((FLOW_GAIN, 1.0), (FLOW_ZERO, 0.0)))
@@ -146,7 +141,7 @@ def in_row(cure: Cure, cells: Mapping[str, str]) -> Cure:
             return SetCells("Turn the flow", ((FLOW_GAIN, f"{-gain:.6g}"),))
         case ShiftFlowZero(level):
             flow_zero = zero + float(level) / gain
-            return SetCells(f"Flow zero at {flow_zero:.4g} ml/s", ((FLOW_ZERO, f"{flow_zero:.4g}"),))
+            return SetCells(f"Flow zero at {flow_zero:.4g} ml/s", ((FLOW_ZERO, f"{flow_zero:.6g}"),))
     return cure
 
 
@@ -159,9 +154,10 @@ def argument(cure: Cure) -> str:
     """Return a cure as what a function of the package takes, or as what to call; empty where there is nothing."""
     match cure:
         case ShiftFlowZero(level):
-            return f"recording.calibrated(flow_zero={float(level):.4g})"
+            zero = f"{float(level):.6g}"
+            return f"recording.calibrated(flow_zero={zero}), of a cycle calibration=(0, 1, 1, {zero})"
         case TurnFlow():
-            return "recording.calibrated(flow_gain=-1)"
+            return "recording.calibrated(flow_gain=-1), of a cycle calibration=(0, 1, -1, 0)"
         case SetCells(_, (("kind", "raw"),)):
             return "average_beats(read_raw_recording(path))"
         case SetCells(_, cells) if all(title in _ARGUMENTS for title, _ in cells):

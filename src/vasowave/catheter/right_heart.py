@@ -1,11 +1,13 @@
 """What the numbers of a right-heart catheter with cardiac output alone determine, and what they do not."""
 
+import math
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.base import units
 from vasowave.base.errors import InputError, of_file
+from vasowave.base.io.cells import GAPS
 from vasowave.base.io.columns import Columns, number, read_columns
 
 _TITLES = {
@@ -73,6 +75,9 @@ class RightHeart:
 
     def __post_init__(self) -> None:
         """Refuse what no catheter reads."""
+        numbers = (self.mean, self.cardiac_output, self.systolic, self.diastolic, self.wedge, self.heart_rate)
+        if not all(number is None or math.isfinite(number) for number in numbers) or not self.mean > 0:
+            raise InputError("the mean is above 0 and all numbers are finite; correct them")
         low, high = self.diastolic, self.systolic
         if not (low is None or low <= self.mean) or not (high is None or self.mean <= high):
             raise InputError(f"a mean of {self.mean:g} mmHg does not lie between diastolic {low} and systolic {high}")
@@ -157,6 +162,8 @@ def _of_rows(table: Columns) -> RightHeart:
     for line, cells in zip(table.lines, table.cells, strict=True):
         title, text, unit = (cells[place].strip() for place in places)
         quantity = _TITLES.get(title.lower(), "")
+        if quantity and text.upper() in GAPS:
+            continue
         if not quantity or quantity in values:
             reason = "stands twice" if quantity else f"is not known; known are {', '.join(_TITLES)}"
             raise InputError(f"{table.source}, line {line}: '{title}' {reason}")
@@ -167,7 +174,7 @@ def _of_rows(table: Columns) -> RightHeart:
 def _of_row(table: Columns, row: int) -> RightHeart:
     where, values = f"{table.source}, line {table.lines[row]}", dict[str, float | str]()
     for name, unit, text in zip(table.names, table.units, table.cells[row], strict=True):
-        if name in _TITLES.values() and text.strip():
+        if name in _TITLES.values() and text.strip().upper() not in GAPS:
             values[name] = _value(where, name, text.strip(), unit)
     return _made(where, values)
 
@@ -191,5 +198,5 @@ def _made(where: str, values: dict[str, float | str]) -> RightHeart:
     if lacking:
         raise InputError(f"{where}: no {' and no '.join(lacking)}; give {_TABLE}")
     arguments = {name.replace(" ", "_"): value for name, value in values.items() if name != "animal"}
-    with of_file(Path(where)):
+    with of_file(where):
         return RightHeart(name=str(values.get("animal", "")), **arguments)  # type: ignore[arg-type]

@@ -78,6 +78,8 @@ class Shell:
                 text = text.replace(UNKNOWN, _VALUE)
                 if self.study is not None:
                     return f"study.yaml: {key}: {text}"
+                if text in ("true", "false"):
+                    return f"--{'' if text == 'true' else 'no-'}{_hyphened(key.rpartition('.')[2])}"
                 return f"--{_hyphened(key.rpartition('.')[2])}={shlex.quote(text.strip('[]').replace(' ', ''))}"
             case SetOption(_, name, text):
                 return f"--{_hyphened(name)}={text.replace(UNKNOWN, _VALUE)}"

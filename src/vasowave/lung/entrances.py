@@ -7,11 +7,12 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, gaussian_filter1d, label
 from scipy.spatial import cKDTree
 
-from vasowave.base.cures import SetOption, Visit
+from vasowave.base.cures import VOXEL, SetOption, Visit
 from vasowave.base.errors import InputError
 from vasowave.base.findings import look_kind, note_kind, warn
 from vasowave.lung.axes.paths import MinimalPaths, long_tips, minimal_paths
 from vasowave.lung.lumen.segmentation import Segmentation
+from vasowave.lung.measure.cannula import NO_CANNULA
 from vasowave.lung.measure.contrast import BLUR, own_contrast
 from vasowave.lung.measure.profiles import profile
 from vasowave.lung.measure.radii import WIDER, densitometric_radius
@@ -170,14 +171,14 @@ def wrong_size(network: Network, scale: float, cannula: float, species: str) -> 
     return (
         f"the cannula measures {cannula / scale:.4g} cm instead of {cannula:.4g} (radius): the voxel size is wrong "
         f"(times {scale:.3g} it would be right), or the root is not at the cannula's outer end, or there is no cannula "
-        "in the image (then give --cannula 0, or cannula=0)"
+        "in the image"
     )
 
 
 def check_root(network: Network, scale: float, cannula: float, species: str) -> None:
     """Refuse what has a `wrong_size`; warn of a vessel wider than the root."""
     if wrong := wrong_size(network, scale, cannula, species):
-        raise InputError(wrong)
+        raise InputError(wrong, [NO_CANNULA] if cannula else [VOXEL])
     widest = int(np.argmax(network.radius))
     if network.radius[widest] > 1.15 * network.radius[network.root]:
         radius, root = float(network.radius[widest]), float(network.radius[network.root])

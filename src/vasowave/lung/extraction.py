@@ -227,8 +227,9 @@ def _found_in(image: Volume, key: str, options: Options, report: Callable[[str],
     doubts += tuple(apart_doubts(measured.tree, measured.network.name, lumen))
     levels = stages.kept("grey", keys.grey, lambda: grey_look(unedited, volume, lumen, cannula, options.cannula / 2))
     faults, common_sd = fault_doubts(measured, volume, lumen)
-    doubts += (*grey_doubts(levels, measured.network.name, [doubt.finding.code for doubt in faults]), *faults)
-    measured = with_common_error(measured, max(common_sd, common_to_radii(levels)))
+    fault_codes = [doubt.finding.code for doubt in faults]
+    doubts += (*grey_doubts(levels, measured.network.name, fault_codes), *faults)
+    measured = with_common_error(measured, max(common_sd, common_to_radii(levels, fault_codes)))
     factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
     measured = replace(measured, tree=measured.tree.moved(world))
     full_measurement = scaled(with_junctions_at(measured, options.junction), factor)

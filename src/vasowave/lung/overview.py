@@ -80,7 +80,7 @@ UNSEEN = look_kind(
 
 
 UNLIKE = look_kind(
-    "image.unlike-species", "{problem}. {remedy}", "Else check the size of a voxel before anything is measured.", VOXEL
+    "image.unlike-species", "{problem}. {remedy}", "Check the size of a voxel before anything is measured.", VOXEL
 )
 
 

@@ -11,6 +11,7 @@ from annotated_types import MaxLen, MinLen
 
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
+from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.base.species import SpeciesName
 from vasowave.study.entering.adding import add_files
 from vasowave.study.entering.grouping import parsed_groups, regrouped
@@ -207,7 +208,7 @@ def set_groups(workplace: Workplace, groups: list[Name]) -> str:
     with desk.changing("groups", desk.file, desk.table) as change:
         change.write(desk.file, with_groups(desk.file, list(marks)))
         table = read_rows(desk.table)
-        animals = [] if desk.table.suffix.lower() == ".xlsx" else regrouped(table.rows, marks, desk.folder)
+        animals = [] if desk.table.name.lower().endswith(WORKBOOKS) else regrouped(table.rows, marks, desk.folder)
         if animals:
             change.write(desk.table, written_rows(table, ()))
     counts = ", ".join(f"{label} ({sum(row.get('group') == label for row in table.rows)})" for label in marks)

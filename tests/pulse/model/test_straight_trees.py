@@ -3,6 +3,8 @@
 A pressure behind the beds that varies by nothing takes the form in arrays, which asks nothing of the kernel.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
@@ -126,3 +128,18 @@ def test_starts_that_are_looked_at_together_go_where_each_alone_goes(bed, viscou
     alone = least_squares(missed, start, bounds=space.log_bounds, ftol=1e-3, xtol=1e-3, max_nfev=15)
     assert np.sum(missed(place) ** 2) <= 1.02 * np.sum(missed(alone.x) ** 2)
     assert np.max(np.abs(start - place)) > 0.1
+
+
+@dataclass
+class HalvedFriction:
+    """A friction that cannot be hashed, as a dataclass of a user's is."""
+
+    def coefficients(self, viscosity, period):
+        return tuple(0.5 * k for k in Poiseuille().coefficients(viscosity, period))
+
+
+def test_a_friction_of_ones_own_that_cannot_be_hashed_is_that_of_half_the_viscosity():
+    network, inflow = control_network(), virtual_mouse().inflow
+    bloods = Blood(friction=HalvedFriction()), Blood(viscosity=0.5 * Blood().viscosity, friction=Poiseuille())
+    beds = windkessels(network, 60.0, 0.1)
+    same(*(linear_solution(Model(network, WALLS[0], beds, blood), inflow) for blood in bloods), 1e-12)

@@ -34,10 +34,15 @@ _MAX_OFFERED = 8  # channels that are offered for a quantity
 
 
 def wanted_titles(
-    pressure: str | None, flow: str | None, ecg: str | None = None, diameter: float | None = None
+    pressure: str | None, flow: str | None, ecg: str | None = None, velocity: bool = False
 ) -> dict[str, str | None]:
-    """Return the titles by what is looked for; with the diameter of the vessel its velocity in place of its flow."""
-    return {"pressure": pressure, "velocity" if diameter else "flow": flow, "ecg": ecg}
+    """Return the titles by what is looked for, a velocity in place of a flow where that is what was recorded."""
+    return {"pressure": pressure, "velocity" if velocity else "flow": flow, "ecg": ecg}
+
+
+def column_of(name: str) -> str:
+    """Return what columns, options and arguments call a signal: title and unit of a velocity are those of the flow."""
+    return "flow" if name == "velocity" else name
 
 
 TAKEN = note_kind("recording.channel-taken", "'{title}' was taken for {name}: {why}")
@@ -132,13 +137,13 @@ def _offers(channels: Sequence[T], choice: Choice[T]) -> list[SetCells]:
     """Return each channel that may hold what none was found for, as a cure."""
     free = [c for c in channels if c not in choice.picked.values() and c.title.strip()][:_MAX_OFFERED]
     offers = [
-        SetCells(f"{name} is '{c.title}'", ((f"{name} channel", c.title),))
+        SetCells(f"{name} is '{c.title}'", ((f"{column_of(name)} channel", c.title),))
         for name in choice.lacking
         for c in ([c for c in free if _has_unit(c, name)] or free)
     ]
     velocity = "flow" in choice.lacking and _velocity_instead(channels)
     diameter = [SetCells("Give the vessel's diameter, mm", (("flow diameter [mm]", UNKNOWN),))] if velocity else []
-    names = SetCells("Name the channels", tuple((f"{name} channel", UNKNOWN) for name in choice.lacking))
+    names = SetCells("Name the channels", tuple((f"{column_of(name)} channel", UNKNOWN) for name in choice.lacking))
     return [names, *diameter, *offers]
 
 

@@ -33,7 +33,10 @@ _MAX_SHARE = 0.1  # of the rows of a continuous recording, that a gated cycle be
 _RATES = (25.0, 900.0)  # beats/min, where nothing tells the flow's own
 _OWN_RANGE = 0.65, 1.5  # of the flow's own heart rate, in which that of the pressure lies
 _FINE = 1024  # samples of a cycle from which those of a beat are taken
-_HEART_RATE = re.compile(r"(?:heart\s*rate|\bHR)\b\D{0,20}?(\d+(?:[.,]\d+)?)", re.IGNORECASE)
+_HEART_RATE = re.compile(
+    r"(?:heart\s*rate|\bHR)\b\s*(?:[\[(][^\])]*[\])])?\s*(?:[:=,;\t]|\bis\b|\bof\b|\bwas\b)?\s*(\d+(?:[.,]\d+)?)(?!\s*/)",
+    re.IGNORECASE,
+)
 _PHASE_TIMES = re.compile(r"phase|trigger|frame|delay|time", re.IGNORECASE)
 
 
@@ -80,7 +83,8 @@ def _told_rate(path: Path) -> float | None:
     """Return the heart rate, beats/min, that a line of words says."""
     lines = next(iter(read_lines(path))).texts[: 2 * MAX_PHASES]
     match = next((match for text in lines if (match := _HEART_RATE.search(text))), None)
-    return float(match[1].replace(",", ".")) if match else None
+    rate = float(match[1].replace(",", ".")) if match else math.nan
+    return rate if _RATES[0] <= rate <= _RATES[1] else None
 
 
 def on_beats(path: Path, pressure: Channel, cycle: GatedCycle) -> tuple[Channel, Finding]:

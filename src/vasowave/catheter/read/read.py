@@ -20,7 +20,7 @@ from vasowave.catheter.check.plausibility import (
     odd_values,
     repeats_first,
 )
-from vasowave.catheter.read.formats import read_signals
+from vasowave.catheter.read.formats import check_sheet, read_signals
 from vasowave.catheter.read.several_beats import beats_within, mean_beat, several_finding
 from vasowave.catheter.read.velocity import flow_of_velocity
 from vasowave.catheter.signals.raw import calibration_notes
@@ -141,6 +141,7 @@ def read_recording(
         raise InputError(f"{len(paths)} files given; a recording is one table, or one file of pressure and one of flow")
     asked = given_values(CycleForm, None, form)
     site, sheet, flow_diameter = asked.site, asked.sheet, asked.flow_diameter
+    check_sheet(paths, sheet)
     second = "velocity" if flow_diameter is not None else "flow"
     if len(paths) == 1:
         signals = read_signals(paths[0], {"pressure": pressure_unit, second: flow_unit}, site, sheet)

@@ -14,8 +14,8 @@ from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.io.textfile import Progress
 from vasowave.base.settings import Positive, given_values, settings_class
 from vasowave.base.sites import PULMONARY, SiteName
-from vasowave.catheter.read.choosing import DIMENSIONS, pick_channels, wanted_titles
-from vasowave.catheter.read.formats import read_blocks
+from vasowave.catheter.read.choosing import DIMENSIONS, column_of, pick_channels, wanted_titles
+from vasowave.catheter.read.formats import check_sheet, read_blocks
 from vasowave.catheter.read.gated import GatedCycle, gated_channel, gated_file, on_beats
 from vasowave.catheter.read.joined import joined_blocks
 from vasowave.catheter.read.velocity import flow_of_velocity
@@ -116,22 +116,27 @@ def read_raw_recording(
     1000.0
     """
     reading = given_values(Reading, None, settings)
+    check_sheet([path] if flow_file is None else [path, flow_file], reading.sheet)
     blocks = read_blocks(path, reading.sampling_rate, progress, reading.sheet)
     gated: GatedCycle | None = None
     if flow_file is not None:
         described = read_blocks(flow_file, np.nan, progress, reading.sheet)
         length = max(len(channel.values) for block in described for channel in block.channels)
         gated = gated_file(Path(flow_file), reading.flow_unit, reading.site, reading.sheet, length)
+        if gated is not None and (reading.flow or reading.flow_diameter):
+            raise InputError(f"{flow_file}: of a gated cycle neither a channel nor a diameter can be chosen; leave its "
+                             "flow alone in the file")  # fmt: skip
         if gated is None:
             of_files = [blocks, read_blocks(flow_file, reading.sampling_rate, progress, reading.sheet)]
             blocks = joined_blocks([Path(path), Path(flow_file)], of_files)
+    flow_unit = reading.flow_unit if gated is None else None  # `gated_file` has applied it
     number, notes = _choose(path, blocks, reading.block)
     chosen = blocks[number]
     for suspicion in chosen.suspicions:
         if suspicion.severity is Severity.LOOK:
             warn(suspicion.at(str(path)))
     notes += chosen.suspicions
-    titles = wanted_titles(reading.pressure, reading.flow, reading.ecg, reading.flow_diameter)
+    titles = wanted_titles(reading.pressure, reading.flow, reading.ecg, reading.flow_diameter is not None)
     if gated is not None:
         titles = {name: title for name, title in titles.items() if name in ("pressure", "ecg")}
     picked, guessed = pick_channels(path, chosen.channels, titles, reading.site, chosen.program)
@@ -165,7 +170,7 @@ def read_raw_recording(
     wrong = []
     for name, channel in picked.items():
         try:
-            values, words = _canonical(channel, name, stated_units.get(name, reading.flow_unit))
+            values, words = _canonical(channel, name, stated_units.get(name, flow_unit))
         except InputError as error:
             wrong.append(error)
             continue
@@ -173,7 +178,7 @@ def read_raw_recording(
         if name == "velocity":
             values, made = flow_of_velocity(values, reading.flow_diameter or 0.0)
             notes.append(made)
-        scaled["flow" if name == "velocity" else name] = replace(channel, values=values)
+        scaled[column_of(name)] = replace(channel, values=values)
     if wrong:
         cures = [cure for error in wrong for cure in error.cures]
         raise InputError("\n".join(map(str, wrong)), cures)
@@ -269,9 +274,9 @@ def _canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np
         return channel.values * units.factor(stated_unit, quantity), [*notes]
     if name != "ecg" and _unconverted(channel):
         if stated_unit is None:
-            generic = SetCells(f"Name the unit of {name}", ((f"{name} unit", UNKNOWN),))
+            generic = SetCells(f"Name the unit of {name}", ((f"{column_of(name)} unit", UNKNOWN),))
             usual = units.CANONICAL[quantity]
-            offer = SetCells(f"The {name} is in {usual}", ((f"{name} unit", usual),))
+            offer = SetCells(f"The {name} is in {usual}", ((f"{column_of(name)} unit", usual),))
             raise InputError(_unit_wanted(channel, name), [offer, generic])
         return channel.values * units.factor(stated_unit, quantity), [GIVEN_UNIT(name=name, unit=stated_unit)]
     try:

@@ -132,7 +132,10 @@ def second_edge(profiles: Sequence[Profile | None], radius: np.ndarray, spacing:
     misfit = 2 * plain.cost / sum(len(vessel.level) for vessel in vessels)
     if misfit < RULES.max_misfit:
         return None
-    starts = [(True, (0.2, 0.3)), *([(False, (-0.1, 2.5)), (False, (0.4, 2.5))] if misfit > RULES.gross_misfit else [])]
+    starts = [
+        (True, (0.2, 0.3)),
+        *([(True, (0.5, 0.3)), (False, (-0.1, 2.5)), (False, (0.4, 2.5))] if misfit > RULES.gross_misfit else []),
+    ]
     fits = sorted(
         ((grows, _fitted(vessels, Edge(*start, grows, 1.0))) for grows, start in starts), key=lambda pair: pair[1].cost
     )
@@ -143,9 +146,9 @@ def second_edge(profiles: Sequence[Profile | None], radius: np.ndarray, spacing:
     if -RULES.min_shadow < level < RULES.min_wall:
         return None
     unlike = all(fit.cost > RULES.min_gain * best.cost for law, fit in fits if not law)
-    is_wall = grows and (level <= RULES.max_wall or (len(fits) > 1 and unlike))
+    is_wall = bool(grows and (level <= RULES.max_wall or (len(fits) > 1 and unlike)))
     if grows and not is_wall:
-        width *= float(np.median([bins.radius for bins in vessels]))
+        width *= float(np.median(best.x[2::4]))  # radii, voxels
     return Edge(float(level), float(width), is_wall, float(np.median(best.x[3::4])))
 
 

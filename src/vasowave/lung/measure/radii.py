@@ -137,7 +137,9 @@ def _within_edges(plain: Densitometry, profiles: Sequence[Profile | None], spaci
     error = np.where(np.isfinite(share), EDGE_ERROR, GUESSED_SHARE * abs(guess - 1))
     share = np.where(np.isfinite(share), share, guess)
     sd = plain.radius * share * np.hypot(plain.sd / plain.radius, error)
-    return replace(plain, radius=plain.radius * share, sd=sd, share=share, wall=wall)
+    # The taper is that of all that is bright: what the area was moved by may move it as much.
+    taper_sd = np.hypot(plain.taper_sd, np.abs(plain.taper * (1 / share**2 - 1)))
+    return replace(plain, radius=plain.radius * share, sd=sd, taper_sd=taper_sd, share=share, wall=wall)
 
 
 def densitometric_radii(

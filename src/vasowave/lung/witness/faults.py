@@ -101,8 +101,7 @@ def fault_doubts(measured: Measurement, volume: Volume, lumen: Segmentation) -> 
         numbers = {"level": edge.level, "depth": -edge.level, "width": edge.width, "voxels": edge.width}
         kind = {"wall": WALLS, "shadow": SHARPENED, "double": DOUBLED}[edge.kind]
         changed = float(np.nanmedian(np.abs(1 / grey.share - 1)))
-        finding = kind(percent=100 * changed, **{"voxels": edge.width * _typical(measured) / spacing if edge.grows
-                                                 else edge.width} | numbers)  # fmt: skip
+        finding = kind(percent=100 * changed, **numbers)
         doubts.append(Doubt("radius", finding, names))
         common = RULES.double_sd if edge.kind == "double" else GUESSED_SHARE * changed
     ratio = noise_ratio(measured, volume) if edge is None or edge.kind == "wall" else None  # else its blur is another
@@ -112,10 +111,6 @@ def fault_doubts(measured: Measurement, volume: Volume, lumen: Segmentation) -> 
     if edge is None or edge.kind != "shadow":
         doubts += _brighter(measured, volume, lumen)
     return doubts, common
-
-
-def _typical(measured: Measurement) -> float:
-    return float(np.median(measured.network.radius))
 
 
 def noise_ratio(measured: Measurement, volume: Volume) -> float | None:

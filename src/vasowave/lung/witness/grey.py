@@ -126,11 +126,16 @@ def saturation(volume: Volume, lumen: Segmentation) -> tuple[float, float]:
     return float(np.mean(grey >= highest - 1e-6 * (highest - lowest))), highest
 
 
-def common_to_radii(observation: GreyLook) -> float:
-    """Return the SD of the factor that the grey scale leaves open of all radii, as a share; 0 where it is linear."""
+def common_to_radii(observation: GreyLook, faults: Sequence[str] = ()) -> float:
+    """Return the SD of the factor that the grey scale leaves open of all radii, as a share.
+
+    0 where it is linear, and where `faults` (codes) moved the noise, which then tells nothing of it.
+    """
     if observation.saturated > MAX_CLIPPED_SHARE:
         return CLIPPED_SD
     if observation.scale is None or observation.contradicted or not _is_off(observation.scale):
+        return 0.0
+    if NOISE_MOVED & set(faults):
         return 0.0
     return max(abs(observation.scale.bend) / 2, FLAT_SD if observation.scale.flatness < MIN_FLATNESS else 0.0)
 

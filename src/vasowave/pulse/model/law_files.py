@@ -20,6 +20,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
+from vasowave.base.cures import TrustPrograms
 from vasowave.base.errors import InputError, VasowaveError
 from vasowave.base.io.textfile import read_bytes
 from vasowave.base.io.trusted import is_allowed
@@ -214,7 +215,8 @@ def module_of(name: str, wall: str) -> ModuleType:
             "file into the folder you are in"
         )
     if not may_run(name):
-        raise InputError(f"'{plain(wall)}' is a program, {file.path}, and nobody has allowed it to run; {ALLOW}")
+        raise InputError(f"'{plain(wall)}' is a program, {file.path}, and nobody has allowed it to run; {ALLOW}",
+                         [TrustPrograms()])  # fmt: skip
     if name.endswith(_INSTALLED):
         try:
             return import_module(name.removesuffix(_INSTALLED))

@@ -173,11 +173,16 @@ def _kernels() -> tuple[Any, Any]:
 
 
 @lru_cache(maxsize=8)
-def _tree(network: Network, blood: Blood, period: float) -> TreeOrder:
+def _order(network: Network) -> tuple[np.ndarray, ...]:
+    """Return `downward`, `parent`, `terminals` and `length` of `TreeOrder`."""
     rows = (np.concatenate(network.generations), network.parent, network.terminals)
-    downward, parent, terminals = (np.array(values, dtype=np.int64) for values in rows)
-    friction = map(float, blood.friction.coefficients(blood.viscosity, period))
-    return TreeOrder(downward, parent, terminals, np.array(network.length), float(blood.inertia), *friction)
+    return *(np.array(values, dtype=np.int64) for values in rows), np.array(network.length)
+
+
+def _tree(network: Network, blood: Blood, period: float) -> TreeOrder:
+    k0, k1 = map(float, blood.friction.coefficients(blood.viscosity, period))
+    downward, parent, terminals, length = _order(network)
+    return TreeOrder(downward, parent, terminals, length, float(blood.inertia), k0, k1)
 
 
 def solve_members(

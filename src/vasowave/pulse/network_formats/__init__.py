@@ -11,7 +11,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from vasowave.base.cures import Tidy
+from vasowave.base.cures import SetOption, Tidy
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, warn
 from vasowave.base.io.columns import Columns, number
@@ -46,6 +46,8 @@ class NetworkFormat(Format):
         """Return whether a file says the unit of its lengths."""
         return self.has_unit if isinstance(self.has_unit, bool) else self.has_unit(path)
 
+
+UNIT = SetOption("Give the unit of its lengths", "unit")
 
 NETWORKS = Registry[NetworkFormat](__name__, "table")
 """Every format of networks."""
@@ -133,7 +135,7 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     if has_unit and unit is not None:
         raise InputError(f"{path}: says the unit of its lengths itself; leave out the unit '{unit}'")
     if not has_unit and unit is None:
-        raise InputError(unit_wanted(path, form))
+        raise InputError(unit_wanted(path, form), [UNIT])
     network, findings = form.read(path, scale_of(unit) if unit is not None else 1.0)
     for finding in (*findings, *implausible_sizes(network)):
         warn(finding.at(str(path)))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from vasowave.base.errors import InputError
 from vasowave.base.io.columns import read_columns
+from vasowave.catheter.signals.signal import ALIASES
 from vasowave.study.entering.grouping import is_reference, within, words
 from vasowave.study.folder.animals import columns_of
 from vasowave.study.folder.names import checked_name
@@ -54,7 +55,7 @@ def animal_sheet(file: Path) -> AnimalSheet | None:
         return None
     plain = [" ".join(words(name)) for name in table.names]
     column = next((plain.index(title) for title in _ID_TITLES if title in plain), None)
-    if column is None or len(plain) < 2 or {"pressure", "flow"} <= {*plain}:
+    if column is None or len(plain) < 2 or {"pressure", "flow"} <= {ALIASES.get(title, title) for title in plain}:
         return None
     keys = [row[column].strip() for row in table.cells]
     if not all(keys) or len(set(keys)) < len(keys):
@@ -76,9 +77,9 @@ def _titles(
     passed_over = []
     plain = [name.strip().casefold() for name in names]
     group = next((plain.index(title) for title in _GROUP_TITLES if title in plain), None)
+    standard = {column.casefold(): column for column in COLUMNS}
     for i, (name, unit) in enumerate(zip(names, unit_names, strict=True)):
         title = "group" if i == group else f"{name.strip()} [{unit}]" if unit else name.strip()
-        standard = {column.casefold(): column for column in COLUMNS}
         if i == key or not title or title.casefold() in (*FILES, "animal"):
             continue
         if i != group and any(p.error for p in columns_of(file, [*REQUIRED_COLUMNS, title])[2]):

@@ -12,7 +12,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.io.columns import read_columns
 from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.base.sites import PULMONARY
-from vasowave.catheter.read.choosing import Choice, choose, wanted_titles
+from vasowave.catheter.read.choosing import Choice, choose, column_of, wanted_titles
 from vasowave.catheter.read.describe import (
     BlockDescription,
     ChannelDescription,
@@ -24,7 +24,7 @@ from vasowave.catheter.read.formats import RECORDINGS
 from vasowave.catheter.read.formats.workbook import SHEET_READ
 from vasowave.catheter.signals.gaps import Span, longest_between
 from vasowave.catheter.signals.raw import MIN_DURATION_S
-from vasowave.pulse.network_formats import NETWORKS, unit_wanted
+from vasowave.pulse.network_formats import NETWORKS, UNIT, unit_wanted
 from vasowave.study.entering.animal_sheet import AnimalSheet, animal_sheet
 
 _NO_DATA = frozenset({
@@ -166,7 +166,7 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
             network = NETWORKS.known(file)
             if network is not None:
                 if not network.says_unit(file):
-                    raise InputError(unit_wanted(file, network))
+                    raise InputError(unit_wanted(file, network), [UNIT])
                 networks.append(file)
                 continue
             _refuse_vessels(file)
@@ -233,8 +233,9 @@ def _recorded(file: Path, described: FileDescription, choosing: Choosing) -> Rec
     titles = tuple(channel.title for channel in block.channels)
     lower_titles = {title.strip().casefold() for title in titles}
     named = {name: title for name, title in choosing.titles.items() if title.strip().casefold() in lower_titles}
-    diameter = 1.0 if choosing.diameter else None
-    quantities = wanted_titles(named.get("pressure"), named.get("flow"), named.get("ecg"), diameter)
+    quantities = wanted_titles(
+        named.get("pressure"), named.get("flow"), named.get("ecg"), velocity=bool(choosing.diameter)
+    )
     choice = choose(block.channels, quantities, choosing.site)
     longest = choosing.block is None and len(described.blocks) > 1 and not block.sheet
     remarks = [_longest(described, block)] if longest else []
@@ -249,7 +250,7 @@ def _recorded(file: Path, described: FileDescription, choosing: Choosing) -> Rec
         )
     remarks += [f"no channel '{title}': its row does not name it" for name, title in choosing.titles.items()
                 if name not in named]  # fmt: skip
-    channels = tuple(("flow" if name == "velocity" else name, choice.picked[name].title) for name in choice.guessed)
+    channels = tuple((column_of(name), choice.picked[name].title) for name in choice.guessed)
     return Recorded(file.stem, (file,), described.kind, channels, stretch, tuple(remarks), titles)
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.base.findings import texts
+from vasowave.base.io.textfile import read_lines
 from vasowave.lung.extraction import Extraction
 from vasowave.lung.measure.measurement import taper
 from vasowave.lung.options import grey_text
@@ -155,7 +156,7 @@ def _doubted(extraction: Extraction, vessel: str) -> str:
 def _edits_text(extraction: Extraction) -> str:
     """Return the edits that were applied, as they stand in their file, so that new ones come after them."""
     path = extraction.options.edits
-    return "" if path is None else f"{path.read_text('utf-8-sig').strip()}\n"
+    return "" if path is None else "\n".join(text for block in read_lines(path) for text in block.texts).strip() + "\n"
 
 
 def _source(extraction: Extraction) -> str:

@@ -108,6 +108,6 @@ def looks_of(result: AnimalResult, species: str, site: str = PULMONARY) -> tuple
     measured, network = result.measured.quantities, result.network
     values = {name: float(measured[name]) for name in _UNITS if name in measured}
     values["root radius"] = float(network.radius[network.root])
-    sites = [str(dict(finding.values)["site"]) for finding in noticed if finding.code == SITE.code]
-    odd = physiology_findings(values, float(measured["tau"]), species, *(sites or [site]))
+    site = next((str(dict(finding.values)["site"]) for finding in noticed if finding.code == SITE.code), site)
+    odd = physiology_findings(values, float(measured["tau"]), species, site)
     return *(finding for finding in noticed if finding.severity is Severity.LOOK), *odd

@@ -132,4 +132,4 @@ def refuse_unread(settings: StudyFile, folder: Path) -> None:
         files = files_of(law for law in (*settings.calibration.walls, settings.calibration.beds) if is_unread(law))
     if files:
         raise InputError(f"{', '.join(file.path for file in files)}: a program that this study names, and nobody has "
-                         f"allowed it to run; {ALLOW}")  # fmt: skip
+                         f"allowed it to run; {ALLOW}", [TrustPrograms()])  # fmt: skip

@@ -1,6 +1,6 @@
 """The formats of recordings: one module each, which registers what it reads; a further one needs nothing else."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,9 +45,13 @@ class RecordingFormat(Format):
 
     def of_sheet(self, path: Path, sheet: str) -> dict[str, str]:
         """Return what `read` and `cycle` take beside all else, of the sheet that is named, if one is."""
-        if sheet and not self.sheets:
-            raise InputError(f"{path}: is no workbook and has no sheet '{sheet}'; leave the sheet out")
-        return {"sheet": sheet} if sheet else {}
+        return {"sheet": sheet} if sheet and self.sheets else {}
+
+
+def check_sheet(paths: Sequence[str | Path], sheet: str) -> None:
+    """Raise `InputError` for a sheet that is named where no file of a recording is a workbook."""
+    if sheet and not any(RECORDINGS.of(path).sheets for path in paths):
+        raise InputError(f"{paths[0]}: is no workbook and has no sheet '{sheet}'; leave the sheet out")
 
 
 RECORDINGS = Registry[RecordingFormat](__name__, "table")

@@ -1,4 +1,4 @@
-"""Workbooks: the sheets that hold signals, each read as a table; the left_out are named and left out."""
+"""Workbooks: the sheets that hold signals, each read as a table; the others are named and left out."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -27,6 +27,12 @@ SHEET_READ = look_kind(
     "If another is meant, name it.",
     SetCells("Name another sheet", (("sheet", UNKNOWN),)),
 )
+SHEET_REFUSED = look_kind(
+    "recording.sheet-refused",
+    "a sheet with signals cannot be read and was left out: {text}. {remedy}",
+    "Correct it, or name the sheet that is meant.",
+    SetCells("Name another sheet", (("sheet", UNKNOWN),)),
+)
 SHEETS_LEFT = note_kind("recording.sheets-left-out", "no recording, and left out: {sheets}")
 
 _MIN_ROWS = 16  # of numbers, in a sheet that holds a signal
@@ -34,7 +40,7 @@ _MAX_TITLES = 6  # of a sheet that is none, in a sentence
 
 
 class SignalSheets(NamedTuple):
-    """Names of the sheets that hold signals, and what the left_out are."""
+    """Names of the sheets that hold signals, and descriptions of the others."""
 
     names: tuple[str, ...]
     left_out: tuple[str, ...]
@@ -77,7 +83,7 @@ def _described(sheet: Sheet, titles: Sequence[str]) -> str:
 
 
 def _signals_of(path: Path, sheet: Sheet) -> tuple[set[str], tuple[str, ...]]:
-    """Return which of pressure and flow a sheet holds over time, and its titles."""
+    """Return which of pressure, flow and velocity a sheet holds, and whether times, and its titles."""
     texts = sheet.content.split("\n", 3 * HEAD)[: 3 * HEAD]
     rows = [(line, text) for line, text in enumerate(texts, 1) if is_row(text)]
     try:
@@ -87,9 +93,10 @@ def _signals_of(path: Path, sheet: Sheet) -> tuple[set[str], tuple[str, ...]]:
         return set(), ()
     if sum(all(is_value(bare(cell)) for cell in text.split("\t")) for _, text in rows) < _MIN_ROWS:
         return set(), names
-    quantities = ("pressure", "flow")
-    return {quantity for quantity in quantities for name, unit in zip(names, column_units, strict=True)
-            if name == quantity or units.is_of(unit, quantity)}, names  # fmt: skip
+    quantities = ("pressure", "flow", "velocity")
+    held = {quantity for quantity in (*quantities, "time") for name, unit in zip(names, column_units, strict=True)
+            if name == quantity or units.is_of(unit, quantity)}  # fmt: skip
+    return held if held - {"time"} else set(), names
 
 
 def read_workbook(path: Path, rate: float | None, progress: Progress | None, sheet: str = "") -> list[Block]:
@@ -103,15 +110,16 @@ def read_workbook(path: Path, rate: float | None, progress: Progress | None, she
             refusals.append(error)
     if not blocks:
         raise refusals[0]
-    notes = sheets._replace(names=tuple(block.sheet for block in blocks)).findings(blocks[0].sheet)
+    read = sheets._replace(names=tuple(block.sheet for block in blocks))
+    notes = (*(SHEET_REFUSED(text=str(error)) for error in refusals), *read.findings(blocks[0].sheet))
     return [replace(blocks[0], suspicions=(*blocks[0].suspicions, *notes)), *blocks[1:]]
 
 
 def read_cycle_of_workbook(path: Path, quantities: Wanted, site: str = PULMONARY, sheet: str = "") -> list[Signal]:
     """Return the signals of one cycle from the sheet that is named, or the first with signals."""
     sheets = SignalSheets((sheet,), ()) if sheet else signal_sheets(path)
-    first, *left_out = read_cycle(path, quantities, site, sheets.names[0])
-    return [replace(first, notes=(*first.notes, *sheets.findings(sheets.names[0]))), *left_out]
+    first, *others = read_cycle(path, quantities, site, sheets.names[0])
+    return [replace(first, notes=(*first.notes, *sheets.findings(sheets.names[0]))), *others]
 
 
 RECORDINGS.register(
