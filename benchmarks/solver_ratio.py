@@ -2,16 +2,22 @@
 
 uv run python benchmarks/solver_ratio.py ../before            simulations
 uv run python benchmarks/solver_ratio.py ../before --longer   and fits from four and twenty starts, sweeps, posteriors
+uv run python benchmarks/solver_ratio.py 3fedd0a4 --also "linear fit" --limit 1.2   exit code 1: a median is above
 
-`../before` is another checkout of this project. Both versions live through the whole run, each in a process of its own,
-and take turns, so that both meet the same load of the machine. Times are of the processor; what is printed is the
-median of the ratios of all turns, and the range that holds the middle half of them.
+`../before` is another checkout of this project, 3fedd0a4 a commit of it. Both versions live through the whole run, each
+in a process of its own, and take turns, so that both meet the same load of the machine. Times are of the processor;
+what is printed is the median of the ratios of all turns, and the range that holds the middle half of them.
 """
 
 import argparse
 import os
 import subprocess
 import sys
+import tarfile
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -72,28 +78,51 @@ class Version:
         return float(seconds), float(found)
 
 
-def main() -> None:
-    """Print a line for every task."""
+@contextmanager
+def source_of(before: str) -> Iterator[Path]:
+    """Give the folder of a checkout, or of the source of a commit."""
+    if Path(before).is_dir():
+        yield Path(before)
+        return
+    packed = subprocess.run(["git", "archive", before, "src"], cwd=HERE, check=True, stdout=subprocess.PIPE).stdout
+    with tempfile.TemporaryDirectory() as folder, tarfile.open(fileobj=BytesIO(packed)) as archive:
+        archive.extractall(folder, filter="data")
+        yield Path(folder)
+
+
+def main() -> int:
+    """Print a line for every task; return 1 where one costs more than the limit."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("before", type=Path)
+    parser.add_argument("before")
     parser.add_argument("--rounds", type=int, default=31)
     parser.add_argument("--longer", action="store_true")
+    parser.add_argument("--also", nargs="+", choices=LONGER, default=[])
+    parser.add_argument("--limit", type=float, default=float("inf"))
     parser.add_argument("--recording", nargs=3, default=[], metavar=("PRESSURE", "FLOW", "PERIOD"))
     chosen = parser.parse_args()
-    both = [Version(source, chosen.recording) for source in (chosen.before, HERE)]
-    for task in (*SIMULATIONS, *(LONGER if chosen.longer else ())):
+    with source_of(chosen.before) as before:
+        both = [Version(source, chosen.recording) for source in (before, HERE)]
+        ratios = [
+            compared(task, both, 1 + chosen.rounds // 20 if task in LONGER else chosen.rounds)
+            for task in (*SIMULATIONS, *(LONGER if chosen.longer else chosen.also))
+        ]
         for version in both:
-            version.does(task)  # compiles
-        rounds = 1 + chosen.rounds // 20 if task in LONGER else chosen.rounds
-        turns = np.array([[version.does(task) for version in both] for _ in range(rounds)])
-        ratio = turns[:, 1, 0] / turns[:, 0, 0]
-        low, middle, high = np.quantile(ratio, [0.25, 0.5, 0.75])
-        seconds, found = np.median(turns[:, :, 0], axis=0), turns[0, :, 1]
-        said = f"; {found[0]:.6g} and {found[1]:.6g}" if task in LONGER else ""
-        print(f"{task:20} {middle:.2f} ({low:.2f} to {high:.2f}) of {seconds[0]:.3g} s{said}", flush=True)
+            version.process.communicate()
+    return int(max(ratios) > chosen.limit)
+
+
+def compared(task: str, both: list[Version], rounds: int) -> float:
+    """Print what a task costs the second version as a share of the first, and return it: the median of turns."""
     for version in both:
-        version.process.communicate()
+        version.does(task)  # compiles
+    turns = np.array([[version.does(task) for version in both] for _ in range(rounds)])
+    ratio = turns[:, 1, 0] / turns[:, 0, 0]
+    low, middle, high = np.quantile(ratio, [0.25, 0.5, 0.75])
+    seconds, found = np.median(turns[:, :, 0], axis=0), turns[0, :, 1]
+    said = f"; {found[0]:.6g} and {found[1]:.6g}" if task in LONGER else ""
+    print(f"{task:20} {middle:.2f} ({low:.2f} to {high:.2f}) of {seconds[0]:.3g} s{said}", flush=True)
+    return float(middle)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

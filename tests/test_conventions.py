@@ -17,7 +17,9 @@ from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import control_network
 from vasowave.pulse.model import LAWS, LinearWall, one_per_vessel
 
-STATEFUL = {"Objective", "_Stages", "Document", "GivenOptions"}  # what counts, searches or keeps, piece by piece
+STATEFUL = {"Objective", "_Searches", "Valleys", "ResponseValleys", "CorrectedNetwork", "_BehindInstrument", "_Places",
+            "Document", "GivenOptions"}  # fmt: skip
+"""What counts, searches or keeps, piece by piece."""
 
 
 def test_values_cannot_be_changed_after_they_were_made():

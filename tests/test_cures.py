@@ -100,7 +100,9 @@ def test_the_zero_of_a_flow_that_has_a_zero_and_a_gain_already_is_that_of_what_w
     rows = {"rat 1": {"recording": "recordings/1.txt", "flow gain [1]": "-2", "flow zero [ml/s]": "0.3"}}
     command = Shell(Path("my study"), rows).command(ShiftFlowZero("0.1"), ["rat 1"])
     assert command == "vasowave add 'my study' 'my study/recordings/1.txt' --flow-zero=0.25"  # (q - 0.3)(-2) = 0.1
+    before = TYPED.set(None)  # whatever commands ran here before
     assert Shell().command(ShiftFlowZero("0.1")) == ""  # nobody knows what was typed
+    TYPED.reset(before)
     assert argument(ShiftFlowZero("0.1")).startswith("recording.calibrated(flow_zero=0.1), of a cycle calibration=")
 
 

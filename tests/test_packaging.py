@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -107,19 +108,46 @@ def test_the_wheel_stands_alone(tmp_path):
     assert str(tmp_path) in where
 
 
-@pytest.mark.validation
-def test_what_is_shipped_is_listed_with_versions_and_hashes(tmp_path):
+@pytest.fixture(scope="module")
+def shipped(tmp_path_factory):
+    """Everything that is shipped, by its file's name; where kernels can be compiled, a wheel holds them."""
     if shutil.which("uv") is None:
-        pytest.skip("uv, which builds the wheel, is not on the path")
-    built = {path.name: path for path in parts.build(tmp_path)}
-    sums = dict(reversed(line.split()) for line in built["SHA256SUMS"].read_text("utf-8").splitlines())
-    assert len(sums) == 3
-    assert all(hashlib.sha256(built[name].read_bytes()).hexdigest() == found for name, found in sums.items())
-    components = json.loads(built["parts.cdx.json"].read_text("utf-8"))["components"]
+        pytest.skip("uv, which builds the wheels, is not on the path")
+    return {path.name: path for path in parts.build(tmp_path_factory.mktemp("shipped"))}
+
+
+@pytest.mark.validation
+def test_what_is_shipped_is_listed_with_versions_and_hashes(shipped):
+    sums = dict(reversed(line.split()) for line in shipped["SHA256SUMS"].read_text("utf-8").splitlines())
+    assert set(sums) == set(shipped) - {"SHA256SUMS"}
+    assert sum(name.endswith(("-none-any.whl", ".tar.gz", ".json")) for name in sums) == 3
+    assert all(hashlib.sha256(shipped[name].read_bytes()).hexdigest() == found for name, found in sums.items())
+    components = json.loads(shipped["parts.cdx.json"].read_text("utf-8"))["components"]
     listed = {(part["name"], part["version"]): part["hashes"] for part in components}
     needed = {re.split(r"[<>=\[ ]", one)[0] for one in PROJECT["dependencies"]}
     assert needed
     assert all(listed[name, version(name)] for name in needed)  # what these tests run with
+
+
+@pytest.mark.validation
+def test_in_an_empty_home_the_demo_from_a_wheel_with_kernels_compiles_nothing(shipped, tmp_path):
+    wheels = [path for name, path in shipped.items() if name.endswith("x86_64.whl")]
+    if not wheels:
+        pytest.skip("wheels hold kernels on Linux on x86-64 alone")
+    if not {"avx2", "bmi2", "fma"} <= set(Path("/proc/cpuinfo").read_text("utf-8").split()):
+        pytest.skip("this processor is older than those that the kernels are for")
+    beside = [f"{name}=={version(name)}" for name in ("numba", "llvmlite", "numpy")]
+    python = environment_with(tmp_path, str(wheels[0]), *beside)
+    home = tmp_path / "home"
+    home.mkdir()
+    variables = os.environ | {"HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")}
+    for name in ("NUMBA_CACHE_DIR", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "PYTHONPATH"):
+        variables.pop(name, None)
+    demo = [python.parent / "vasowave", "demo", "-o", tmp_path / "study", "--starts", "1"]
+    done = subprocess.run(demo, env=variables, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "study" / "report" / "report.html").is_file()
+    assert list(home.rglob("*.kernel")) == []
 
 
 @pytest.mark.validation

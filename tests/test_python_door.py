@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import vasowave as vw
+from vasowave.base import InputError
 from vasowave.catheter import synthetic_raw_recording, table_text
 from vasowave.study.animal import to_bytes
 from vasowave.study.cohort import gathered, primary_comparison
@@ -145,6 +146,16 @@ def test_a_comparison_is_the_one_that_the_report_shows(results, study, undrawn):
     cohort = gathered([results[name] for name in results], "CTL")
     alone = primary_comparison(cohort).table()
     assert comparison.table.drop(columns="estimates").equals(alone.drop(columns="estimates"))
+
+
+def test_groups_are_saved_as_waves_impedance_and_numbers(comparison, tmp_path):
+    for figure, words in (("waves", ("pressure", "flow", "time from the foot")), ("impedance", ("modulus", "[Hz]"))):
+        text = comparison.save(tmp_path / f"{figure}.svg", figure).read_text("utf-8")
+        assert all(word in text for word in (*words, "CTL", "HPH"))
+    table = pd.read_csv(comparison.save(tmp_path / "numbers.csv"))
+    assert table["ratio"].tolist() == pytest.approx(comparison.table["ratio"].tolist(), rel=1e-12)
+    with pytest.raises(InputError, match=r"no figure 'wave'.*waves"):
+        comparison.save(tmp_path / "x.svg", "wave")
 
 
 def test_a_comparison_says_itself_draws_itself_and_can_be_turned_round(results, comparison):

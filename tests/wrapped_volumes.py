@@ -330,6 +330,14 @@ def microview(folder):
 
 
 @wrapping()
+def inveon(folder):
+    header = f"#\n# Header file for data file a.ct.img\nmodel 2002\ndata_type 6\nx_dimension {NX}\ny_dimension {NY}\n"
+    edges = "pixel_size 0.02\npixel_size_x 0.02\npixel_size_y 0.03\npixel_size_z 0.05\nend_of_header\n"
+    put(folder, "a.ct.img.hdr", f"{header}z_dimension {NZ}\n{edges}")
+    return put(folder, "a.ct.img", GREY.astype(">i2").tobytes())
+
+
+@wrapping()
 def hdf5(folder):
     import h5py
 
@@ -346,6 +354,35 @@ def numpy_array(folder):
     return put(folder, "a.npy", content.getvalue())
 
 
+def matlab_array(folder):
+    from scipy.io import savemat
+
+    savemat(folder / "a.mat", {"V": GREY.transpose(1, 2, 0), "voxel": SIZE, "note": "mouse 3"}, do_compression=True)
+    return folder / "a.mat"
+
+
+@wrapping()
+def ome_zarr(folder):
+    """Version 0.4: pieces of 6 x 8 x 10 voxels, packed, in a folder whose name an address cannot hold."""
+    store, steps = folder / "a b#1.zarr", (6, 8, 10)
+    array = {"zarr_format": 2, "shape": GREY.shape, "chunks": steps, "dtype": "|u1", "fill_value": 0, "order": "C",
+             "filters": None, "compressor": {"id": "zlib", "level": 5}}  # fmt: skip
+    axes = [{"name": name, "type": "space", "unit": "micrometer"} for name in "zyx"]
+    scale = {"type": "scale", "scale": [50.0, 30.0, 20.0]}
+    scales = {"version": "0.4", "axes": axes, "datasets": [{"path": "0", "coordinateTransformations": [scale]}]}
+    (store / "0").mkdir(parents=True)
+    put(store, ".zgroup", json.dumps({"zarr_format": 2}))
+    put(store, ".zattrs", json.dumps({"multiscales": [scales]}))
+    put(store / "0", ".zarray", json.dumps(array))
+    counts = [-(-size // step) for size, step in zip(GREY.shape, steps, strict=True)]
+    for place in np.ndindex(*counts):
+        corner = tuple(slice(i * step, (i + 1) * step) for i, step in zip(place, steps, strict=True))
+        piece = np.zeros(steps, np.uint8)
+        piece[tuple(slice(0, size) for size in GREY[corner].shape)] = GREY[corner]
+        put(store / "0", ".".join(map(str, place)), zlib.compress(piece.tobytes()))
+    return store
+
+
 def zarr(folder):
-    put(folder, ".zattrs", json.dumps({"multiscales": []}))
+    put(folder, "zarr.json", json.dumps({"zarr_format": 3, "node_type": "group"}))
     return folder

@@ -1,15 +1,20 @@
 """Build wheel and sources, with their SHA-256 and the list of the packages that they were tested with (CycloneDX).
 
-uv run python tools/parts.py dist
+    uv run python tools/parts.py dist
+
+The wheel holds kernels where they can be compiled (see `wheel_kernels`); beside it lies one of pure Python for all
+other systems.
 """
 
 import hashlib
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+WITH_KERNELS = {"HATCH_BUILD_HOOK_ENABLE_CUSTOM": "true"}
 LISTED = ["export", "--quiet", "--all-extras", "--no-default-groups", "--format", "cyclonedx1.5"]
 
 
@@ -26,7 +31,9 @@ def parts() -> dict[str, object]:
 
 def build(folder: Path) -> list[Path]:
     """Build everything that is shipped into a folder and return its files."""
-    subprocess.run(["uv", "build", "--quiet", "--out-dir", str(folder), str(ROOT)], check=True)
+    built = ["uv", "build", "--quiet", "--out-dir", str(folder), str(ROOT)]
+    subprocess.run(built, check=True)
+    subprocess.run([*built, "--wheel"], env=os.environ | WITH_KERNELS, check=True)
     (folder / "parts.cdx.json").write_text(json.dumps(parts(), indent=1) + "\n", "utf-8")
     files = sorted(path for path in folder.iterdir() if path.name.endswith((".whl", ".tar.gz", ".json")))
     sums = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]

@@ -13,6 +13,8 @@ import tomllib
 from pathlib import Path
 
 PYPROJECT = Path(__file__).parents[1] / "pyproject.toml"
+COMPILERS = "llvmlite", "numba", "numpy"
+"""What a wheel's kernels are compiled with (`wheel_kernels`): they are of use beside the same versions only."""
 BARE = ["--no-annotate", "--no-header", "--quiet"]
 
 
@@ -57,8 +59,11 @@ def main() -> None:
             uv("lock", "--upgrade", "--quiet")
         settings = tomllib.loads(text)
         pinned = settings["tool"]["uv"]["build-constraint-dependencies"]
-        build = build_pins(settings["build-system"]["requires"], pinned)
-        text = with_pins(text, "constraint-dependencies", project_pins())
+        project = project_pins()
+        compilers = [pin for pin in project if pin.startswith(tuple(f"{name}==" for name in COMPILERS))]
+        others = [pin for pin in pinned if not pin.startswith(tuple(f"{name}==" for name in COMPILERS))]
+        build = sorted({*build_pins(settings["build-system"]["requires"], others), *compilers})
+        text = with_pins(text, "constraint-dependencies", project)
         PYPROJECT.write_text(with_pins(text, "build-constraint-dependencies", build), encoding="utf-8")
         uv("lock", "--quiet")
     except BaseException:

@@ -52,6 +52,12 @@ def swept():
     return figure
 
 
+def foretold():
+    """What less resistance of the beds does to pressure and flow at the inlet."""
+    _, _, fit = fitted()
+    return vw.predict(fit, {"R_T": 0.7}, draws=0).figure()
+
+
 def wedge():
     """One pressure, and the two models that make it: with a wedge pressure, and with a higher resistance."""
     network, mouse, fit = fitted()

@@ -95,3 +95,9 @@ def test_the_unit_in_a_title_is_no_heart_rate(tmp_path):
     files = two_files(tmp_path, "phase,flow [ml/s],HR [1/min]\n" + rows)
     with pytest.warns(VasowaveWarning, match="20 phases; it was put"):
         read_raw_recording(*files)
+
+
+def test_the_error_of_the_place_of_the_flow_goes_with_its_cycle(tmp_path):
+    with pytest.warns(VasowaveWarning):
+        recorded = read_raw_recording(*two_files(tmp_path, listed(phases(20))))
+    assert average(recorded).recording.flow_delay_sd == pytest.approx(0.8 / 20 / np.sqrt(12), rel=1e-2)

@@ -52,6 +52,12 @@ def test_a_column_that_rises_evenly_is_asked_about_and_no_other_rate_is_believed
         read_raw_recording(file, sampling_rate=rate)
 
 
+def test_a_column_that_rises_as_times_do_at_the_rate_that_is_given_stands_in_nobodys_way(tmp_path):
+    file = lab_table(tmp_path / "a.csv", "Zeitpunkt,pressure [mmHg],flow [ml/s]")
+    read = read_raw_recording(file, sampling_rate=1000.0)
+    np.testing.assert_allclose(read.pressure, PRESSURE, atol=1e-4)
+
+
 def test_samples_that_are_numbered_are_no_times(tmp_path):
     file = lab_table(tmp_path / "a.csv", "sample,pressure [mmHg],flow [ml/s]", step=1.0)
     assert read_raw_recording(file, sampling_rate=800.0).sampling_rate == 800.0

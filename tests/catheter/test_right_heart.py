@@ -36,9 +36,20 @@ def test_a_row_an_animal_in_other_units_gives_the_same(tmp_path):
     assert "impedance" in str(second)
 
 
+def test_german_titles_are_read_and_a_wedge_above_the_diastolic_pressure_is_told(tmp_path):
+    (german,) = read_right_heart(
+        written(tmp_path, "Tier;Systolisch [mmHg];Diastolisch [mmHg];PAP mittel [mmHg];PCWP [mmHg];HZV [l/min];"
+                          "HF [1/min]\nMüller;62;24;38;26;4,6;78\n")
+    )  # fmt: skip
+    assert (german.name, german.mean, german.heart_rate) == ("Müller", 38, 78)
+    assert values(german)["PVR in Wood units"] == pytest.approx(12 / 4.6, rel=1e-5)
+    assert "the wedge is above the diastolic pressure" in str(german)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
+        ("animal,mean [mmHg],Fluss [l/min]\nA,38,4\n", "no column says cardiac output; it has .*'fluss'"),
         ("quantity,value,unit\nmean,38,mmHg\n", "no cardiac output"),
         ("quantity,value,unit\nmean,38,\nCO,4,l/min\n", "line 2: mean needs its unit"),
         ("quantity,value,unit\nmean,38,l/min\nCO,4,l/min\n", "line 2, mean: 'l/min' is not a unit of pressure"),

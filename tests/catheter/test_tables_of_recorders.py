@@ -221,7 +221,7 @@ def test_channels_without_a_pressure_are_listed_with_the_name_of_their_program(t
 @pytest.mark.parametrize("suffix", [".acq", ".smr", ".mkt", ".nss", ".adicht", ".abf"])
 def test_a_recorders_own_file_is_called_by_its_name_with_the_export_that_helps(tmp_path, suffix):
     (tmp_path / f"a{suffix}").write_bytes(bytes(range(256)) * 20)
-    with pytest.raises(InputError, match=r"own binary file, which only .* opens\. In .*: .* [Ee]xport|Save As"):
+    with pytest.raises(InputError, match=r"a file of .*, which is not read\. In .*: .*([Ee]xport|Save As)"):
         describe_recording(tmp_path / f"a{suffix}")
 
 
@@ -357,3 +357,105 @@ def test_labview_without_a_column_of_times_is_read_at_the_step_of_its_header(tmp
     assert recording.sampling_rate == pytest.approx(2000)
     assert recording.pressure == pytest.approx(pressure, abs=1e-5)
     assert recording.flow == pytest.approx(flow, abs=1e-5)
+
+
+HEADS = {
+    "a comma before the unit": ('"Time, s","MPAP, mmHg","MPA flow, mL/min"\n', ",", 60.0),
+    "units in a row of brackets": ("      Time   Pressure       Flow\n       [s]     [mmHg]     [ml/s]\n", " ", 1.0),
+    "units in words": ("environment | time (second),PA | P (mmHg),PA | Q (mL_per_s)\n", ",", 1.0),
+}
+
+
+@pytest.mark.parametrize("head", HEADS)
+def test_units_are_read_where_programs_put_them(tmp_path, head):
+    titles, mark, scale = HEADS[head]
+    t = np.arange(2000) / 1000
+    p, q = 15 + 6 * np.sin(2 * np.pi * 9 * t), 0.2 + 0.2 * np.sin(2 * np.pi * 9 * t)
+    rows = "".join(
+        mark.join((f"{a:.3f}", f"{b:.4f}", f"{c * scale:.5f}")) + "\n" for a, b, c in zip(t, p, q, strict=True)
+    )
+    (tmp_path / "a.csv").write_text(titles + rows)
+    raw = read_raw_recording(tmp_path / "a.csv")
+    assert raw.sampling_rate == 1000
+    np.testing.assert_allclose(raw.pressure, p, atol=1e-4)
+    np.testing.assert_allclose(raw.flow, q, atol=1e-5)
+
+
+def test_counted_samples_take_the_rate_that_fs_says(tmp_path):
+    rows = "".join(f"{i}\t{15 + i % 7}\t{0.2 + 0.01 * (i % 5)}\n" for i in range(4000))
+    (tmp_path / "a.dat").write_text("Rig 4\nfs = 2 kHz\n\nsample\tPAP [mmHg]\tQ [ml/s]\n" + rows)
+    assert read_raw_recording(tmp_path / "a.dat").sampling_rate == 2000
+
+
+def test_a_row_a_subject_is_called_that_and_not_listed(tmp_path):
+    titles = "Subject Number, " + ", ".join(f"pt{i}" for i in range(1, 421))
+    (tmp_path / "P.csv").write_text(titles + "\n" + "1, " + ", ".join(["80.5"] * 420) + "\n")
+    with pytest.raises(InputError, match="420 columns pt1 to pt420 are samples of a row a subject") as refusal:
+        read_recording(tmp_path / "P.csv", period=0.8)
+    assert len(str(refusal.value)) < 400
+
+
+def waves(count=3000, rate=1000):
+    time = np.arange(count) / rate
+    return time, 15 + 5 * np.cos(2 * np.pi * 9 * time), 0.2 + 0.15 * np.sin(2 * np.pi * 9 * time)
+
+
+LABVIEW = (
+    "LabVIEW Measurement\t\nX_Columns\tOne\nDelta_X\t1.0E-3\t1.0E-3\n***End_of_Header***\t\n"
+    "X_Value\tPAP [mmHg]\tFlow [ml/s]\tComment\n"
+)
+HIOKI = (
+    '"COMMENT","mouse 3"\n"DATE","05-04-2021"\n"NUM_SIGS",3\n"INTERVAL",1.0E-03\n'
+    '"VERT_UNITS","S","mmHg","mL/s"\n"SIGNAL","TIME","PA press","PA flow"\n"DATA"\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("head", "mark"), [(LABVIEW, "\t"), (HIOKI, ",")], ids=["a title more", "titles behind a word"]
+)
+def test_titles_are_found_where_rows_are_narrower(tmp_path, head, mark):
+    time, pressure, flow = waves()
+    rows = (f"{t:+.4E}{mark}{p:+.6E}{mark}{q:+.6E}\n" for t, p, q in zip(time, pressure, flow, strict=True))
+    (tmp_path / "a.txt").write_text(head + "".join(rows))
+    recording = read_raw_recording(tmp_path / "a.txt")
+    assert recording.sampling_rate == pytest.approx(1000)
+    assert recording.pressure == pytest.approx(pressure, abs=1e-4)
+    assert recording.flow == pytest.approx(flow, abs=1e-5)
+
+
+def test_a_rate_above_the_table_that_its_times_contradict_is_told(tmp_path):
+    time, pressure, flow = waves()
+    rows = [f"{t:.3f},{p:.4f},{q:.5f}\n" for t, p, q in zip(time, pressure, flow, strict=True)]
+    titles = "Relative Time (s),PA pressure (mmHg),PA flow (ml/s)\n"
+    for rate, codes in ((500, ["recording.rates-differ"]), (1000, [])):
+        (tmp_path / f"{rate}.csv").write_text(f"Sample rate per channel: {rate} Hz\n{titles}{''.join(rows)}")
+        suspicions = describe_recording(tmp_path / f"{rate}.csv").suspicions
+        assert [finding.code for finding in suspicions] == codes
+
+
+def test_the_pressure_in_a_ventricle_is_not_taken_for_that_of_the_artery(tmp_path):
+    time, pressure, flow = waves()
+    rows = (f"{t:.3f},{p:.4f},{q:.5f}\n" for t, p, q in zip(time, pressure, flow, strict=True))
+    (tmp_path / "a.csv").write_text("Time [s],Plv [mmHg],flow [ml/s]\n" + "".join(rows))
+    with pytest.raises(InputError, match="no channel says that it holds pressure"):
+        read_raw_recording(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("row", [50, 1500])
+def test_a_remark_in_a_row_of_labview_is_a_comment(tmp_path, row):
+    time, pressure, flow = waves()
+    remarks = {row: "\tsome words"}
+    rows = [f"{t:.4f}\t{p:.6f}\t{q:.6f}{remarks.get(i, '')}\n"
+            for i, (t, p, q) in enumerate(zip(time, pressure, flow, strict=True))]  # fmt: skip
+    (tmp_path / "a.lvm").write_text(LABVIEW + "".join(rows))
+    recording = read_raw_recording(tmp_path / "a.lvm")
+    assert recording.pressure == pytest.approx(pressure, abs=1e-5)
+    assert [(round(comment.time, 3), comment.text) for comment in recording.comments] == [(row / 1000, "some words")]
+
+
+def test_a_stroke_within_a_unit_behind_a_comma_parts_nothing(tmp_path):
+    time, pressure, flow = waves()
+    rows = (f"{t:.3f};{p:.4f};{q:.5f}\n" for t, p, q in zip(time, pressure, flow, strict=True))
+    (tmp_path / "a.csv").write_text("t, s;P, mmHg;V, cm/s\n" + "".join(rows))
+    titles = [channel.title for channel in describe_recording(tmp_path / "a.csv").used.channels]
+    assert "V, cm" not in titles

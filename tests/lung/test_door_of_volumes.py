@@ -1,5 +1,7 @@
 """Volumes of scanners and programs: landmarks lie where they are, and the size of a voxel is told or asked for."""
 
+import json
+import shutil
 import warnings
 
 import numpy as np
@@ -40,6 +42,7 @@ def test_a_volume_is_read_with_the_size_that_its_files_say(tmp_path, name):
 UNSIZED = {
     "pictures": wrapped.pictures,
     "an array": wrapped.numpy_array,
+    "an array of MATLAB": wrapped.matlab_array,
     "a TIFF": wrapped.tiff,
     "pixels": lambda folder: wrapped.tiff(folder, **wrapped.imagej("pixel", 1)),
     "NIfTI without unit": lambda folder: wrapped.nifti(folder, unit=0),
@@ -107,7 +110,7 @@ SPOILED = {
         lambda folder: wrapped.put(folder, "slice_003.png", b"\x89PNG"),
         "no.* readable picture",
     ),
-    "a store": (wrapped.zarr, "Zarr stores cannot be read; save it as OME-TIFF"),
+    "a store": (wrapped.zarr, r"OME-Zarr 0\.5.*which is not read; save it as OME-TIFF"),
 }
 
 
@@ -118,6 +121,20 @@ def test_a_folder_that_is_not_one_whole_image_is_refused_by_the_names_in_it(tmp_
     spoil(tmp_path)
     with pytest.raises(InputError, match=said):
         read_volume(tmp_path, wrapped.SIZE)
+
+
+def test_a_store_of_several_images_asks_for_one_of_them(tmp_path):
+    store = wrapped.ome_zarr(tmp_path)
+    shutil.copytree(store, tmp_path / "lab" / "0")
+    shutil.copytree(store, tmp_path / "lab" / "1")
+    wrapped.put(tmp_path / "lab", ".zgroup", '{"zarr_format": 2}')
+    with pytest.raises(InputError, match=r"holds 2 images \(0, 1\); give one of these folders"):
+        read_volume(tmp_path / "lab")
+    assert read_volume(tmp_path / "lab" / "1").grey.shape == wrapped.GREY.shape
+    described = json.loads((store / ".zattrs").read_text("utf-8"))
+    wrapped.put(store, ".zattrs", json.dumps({"multiscales": 2 * described["multiscales"]}))
+    with pytest.raises(InputError, match="describes 2 images"):
+        read_volume(store)
 
 
 def test_a_log_that_counts_other_slices_and_files_that_are_no_slices_are_told(tmp_path):
@@ -192,3 +209,22 @@ def test_voxels_in_a_file_of_their_own_may_be_long(tmp_path, slices, turned):
     volume = read_volume(header)
     assert volume.grey.shape == (slices, 1000, 1000)
     assert np.array_equal(np.sort(volume.grey[0], axis=None)[-4:], [160, 180, 200, 220])
+
+
+def test_a_matlab_file_of_two_images_or_none_asks_for_one(tmp_path):
+    from scipy.io import savemat
+
+    savemat(tmp_path / "a.mat", {"lung": wrapped.GREY, "mask": wrapped.GREY})
+    with pytest.raises(InputError, match=r"not one array of three axes, rows, columns and slices \(lung, mask\)"):
+        read_volume(tmp_path / "a.mat", 0.002)
+    (tmp_path / "b.mat").write_bytes(b"no file of MATLAB")
+    with pytest.raises(InputError, match="not a MATLAB file"):
+        read_volume(tmp_path / "b.mat", 0.002)
+
+
+@pytest.mark.parametrize(("name", "words"), [("a.czi", "Zeiss ZEN.*Fiji"), ("a.TXM", "Xradia.*DICOM"),
+                                             ("a.vti", "ParaView")])  # fmt: skip
+def test_an_image_that_its_program_alone_opens_is_refused_with_the_export_that_helps(tmp_path, name, words):
+    (tmp_path / name).write_bytes(b"something\0")
+    with pytest.raises(InputError, match=words):
+        read_volume(tmp_path / name)

@@ -53,7 +53,8 @@ def noisy(grey, sd=6.0, blur=0.5):
 def seen(grey):
     volume = Volume(grey.astype(np.float32), (VOXEL,) * 3, (0, 0, 0))
     measured = measured_in(TREE, volume)
-    doubts, common = fault_doubts(measured, volume, segment(volume, 100.0))
+    faults = fault_doubts(measured, volume, segment(volume, 100.0))
+    doubts, common = [fault.doubt for fault in faults], max((fault.common_sd for fault in faults), default=0.0)
     return measured, {doubt.finding.code: doubt for doubt in doubts}, common
 
 
@@ -83,6 +84,36 @@ def test_a_wall_is_measured_and_no_part_of_the_lumen(wall, level):
     assert plain / measured.grey.share.min() > 1.04  # what grey levels alone sum up
     np.testing.assert_allclose(measured.grey.wall, wall * VOXEL * np.array(RADII), rtol=0.15)
     assert 0 < common < 0.05
+
+
+@pytest.mark.parametrize(("level", "widening"), [(0.0, 0.0), (0.22, 0.023), (0.4, 0.041)])
+def test_walls_that_only_blur_the_edges_are_an_error_of_all_radii(level, widening):
+    radii, fine = np.array([8.0, 7.0, 6.0, 5.0, 4.0]), (np.arange(160 * 4) + 0.5) / 4 - 0.5
+    middles = np.array([16.3, 49.1, 80.6, 110.2, 137.4])
+    y, x = np.meshgrid(fine, fine[: 34 * 4], indexing="ij")
+    plane = np.zeros_like(y)
+    for middle, radius in zip(middles, radii, strict=True):
+        away = np.hypot(y - middle, x - 16.6) / radius
+        plane = np.maximum(plane, np.where(away < 1, 1.0, np.where(away < 1.1, level, 0.0)))
+    grey = np.repeat(plane.reshape(160, 4, 34, 4).mean(axis=(1, 3))[None], 50, axis=0)
+    volume = Volume(
+        noisy(40 + CONTRAST * ndimage.gaussian_filter(grey, 0.8)).astype(np.float32), (VOXEL,) * 3, (0, 0, 0)
+    )
+    z = np.arange(1.0, 49)
+    lines = [
+        Line(
+            VOXEL * np.column_stack([z, np.full_like(z, middle), np.full_like(z, 16.6)]),
+            np.full_like(z, VOXEL * radius),
+        )
+        for middle, radius in zip(middles, radii, strict=True)
+    ]
+    measured = measured_in(Tree(tuple(lines), np.arange(5) - 1), volume)
+    faults = fault_doubts(measured, volume, segment(volume, 100.0))
+    doubts, common = [fault.doubt for fault in faults], max((fault.common_sd for fault in faults), default=0.0)
+    error = measured.network.radius / (VOXEL * radii) - 1
+    assert np.median(error) == pytest.approx(widening, abs=0.006)
+    assert [doubt.finding.code for doubt in doubts] == (["image.hidden-walls"] if level else [])
+    assert (np.abs(error) < 2 * np.hypot(common, 0.006)).all()
 
 
 def test_the_shadow_of_a_kernel_is_named_and_radii_are_those_of_the_edges():

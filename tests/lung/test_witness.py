@@ -197,13 +197,13 @@ def away(*pieces):
     return Segmentation(mask, grey, np.zeros(3, int), 0.01, np.zeros(3), 50.0, 0.0, 1.0, tuple(pieces))
 
 
-def said_of(code, measured, lumen=None, misfit=None, place_sd=None):
-    """Return the doubts of one kind about a measured tree that its second tree agrees with."""
+def said_of(code, measured, lumen=None, misfit=None, place_sd=None, second=None):
+    """Return the doubts of one kind about a measured tree that its second tree agrees with, unless another is given."""
     none = np.zeros(len(measured.tree))
     found = doubts_about(
         measured,
         away() if lumen is None else lumen,
-        branches_of(measured.tree),
+        branches_of(measured.tree if second is None else second),
         none if misfit is None else misfit,
         none if place_sd is None else place_sd,
         True,
@@ -279,15 +279,23 @@ def test_the_same_uncertainty_of_radii_names_vessels_of_a_large_tree_and_not_tho
 
 def test_a_tree_most_of_whose_vessels_cannot_be_measured_is_doubted_as_a_whole():
     measured = comb(9)
-    assert said_of("witness.shattered", replace(measured, reliable=np.arange(10) >= 5)) == []
-    (doubt,) = said_of("witness.shattered", replace(measured, reliable=np.arange(10) >= 6))
+    half, most = (replace(measured, reliable=np.arange(10) >= short) for short in (5, 6))
+    assert said_of("witness.shattered", half, second=comb(8).tree) == []
+    (doubt,) = said_of("witness.shattered", most, second=comb(8).tree)
     assert (doubt.about, doubt.grade) == ("topology", Grade.WRONG)
     assert len(doubt.vessels) == 6
 
 
 def test_stumps_of_a_pruned_tree_are_no_ridges():
     stumps = replace(comb(9), reliable=np.arange(10) < 1)  # the stem is well measured, its daughters are short
+    assert said_of("witness.shattered", stumps, second=comb(8).tree) == []
+
+
+def test_a_tree_of_stumps_that_its_second_tree_agrees_with_is_looked_at_and_not_called_wrong():
+    stumps = replace(comb(9), reliable=np.arange(10) >= 6)
     assert said_of("witness.shattered", stumps) == []
+    (doubt,) = said_of("witness.stumps", stumps)
+    assert (doubt.grade, len(doubt.vessels)) == (Grade.LOOK, 6)
 
 
 def test_a_vessel_is_called_cut_only_where_the_lumen_reaches_the_border(seen):

@@ -1,6 +1,7 @@
 """A lab's own table of animals (ID, treatment, weight, sex) is read by `add` and by dropping, and is no recording."""
 
 import numpy as np
+import openpyxl
 import pytest
 
 import vasowave as vw
@@ -9,6 +10,8 @@ from vasowave.base import InputError
 from vasowave.pulse.network import write_network
 from vasowave.study.entering import add_files, check_study, new_study, read_rows
 from vasowave.study.folder import read_settings
+from vasowave.study.results import load_animal
+from vasowave.study.running import read_study
 
 SHEET = """Animal ID;Treatment;Weight [g];Sex;Date
 R1;sham;312;m;2026-03-01
@@ -103,3 +106,22 @@ def test_a_recording_whose_rows_are_numbered_is_no_table_of_animals(tmp_path):
     file.write_text("\n".join(["id,PAP [mmHg],Q [ml/s]", *rows, ""]))
     added = add_files(tmp_path / "s", [file], cells={"period [s]": "0.1126"})
     assert [row["animal"] for row in added.rows] == ["CTL_1"]
+
+
+def test_a_workbook_that_holds_the_animals_and_a_recording_is_both(lab):
+    book = openpyxl.Workbook()
+    for line in SHEET.splitlines():
+        book.active.append(line.split(";"))
+    mouse, trace = vw.virtual_mouse(), book.create_sheet("trace")
+    trace.append(["time [s]", "pressure [mmHg]", "flow [ml/s]"])
+    for row in np.column_stack([mouse.time, 2 * mouse.pressure, mouse.flow]):
+        trace.append([float(value) for value in row])
+    book.save(lab / "R2 all.xlsx")
+    added = add_files(lab / "study", [lab / "R2 all.xlsx", lab / "lab/lung.csv"])
+    (row,) = added.rows
+    assert (row["group"], row["weight [g]"]) == ("sham", "298")
+    assert any("'trace'" in text for text in added.said)
+    assert [problem for problem in check_study(lab / "study").problems if problem.error] == []
+    study = read_study(lab / "study")
+    recording = load_animal(study.animals[0], study.settings, study.folder).recording
+    assert recording.pressure.mean() == pytest.approx(2 * mouse.pressure.mean(), rel=1e-3)

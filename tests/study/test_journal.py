@@ -25,28 +25,28 @@ END = SearchEnd(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the 
 
 
 def test_an_end_comes_back_from_the_journal_to_the_last_bit(tmp_path):
-    Journal(tmp_path / "a.jsonl").searches("linear", 4).keep("scout", 2, END)
-    found = Journal(tmp_path / "a.jsonl").searches("linear", 4).find("scout", 2)
+    Journal(tmp_path / "a.jsonl").searches("linear", 4).keep("start", 2, END)
+    found = Journal(tmp_path / "a.jsonl").searches("linear", 4).find("start", 2)
     assert np.array_equal(found.x, END.x)
     assert np.array_equal(found.residual, END.residual)
     assert (found.S, found.simulations, found.converged, found.message) == (12.5, 31, True, END.message)
-    assert Journal(tmp_path / "a.jsonl").searches("tangent", 4).find("scout", 2) is None
+    assert Journal(tmp_path / "a.jsonl").searches("tangent", 4).find("start", 2) is None
 
 
 def test_a_line_that_was_cut_off_or_damaged_counts_for_nothing_and_the_next_one_counts(tmp_path):
     path = tmp_path / "a.jsonl"
     ends = Journal(path).searches("linear", 4)
     for start in range(3):
-        ends.keep("scout", start, END)
+        ends.keep("start", start, END)
     text = path.read_text()
     first, second, third = text.splitlines()
     path.write_text(f"{first}\n{second.replace('12.5', '12.4')}\n{third[:-20]}")
-    Journal(path).searches("linear", 4).keep("scout", 3, END)
+    Journal(path).searches("linear", 4).keep("start", 3, END)
     assert [one.start for one in read_journal(path)] == [0, 3]
 
 
 def test_a_journal_that_cannot_be_written_does_not_stop_the_fit(tmp_path):
-    Journal(tmp_path / "nowhere" / "a.jsonl").searches("linear", 1).keep("scout", 0, END)
+    Journal(tmp_path / "nowhere" / "a.jsonl").searches("linear", 1).keep("start", 0, END)
     assert not (tmp_path / "nowhere").exists()
 
 
@@ -69,7 +69,7 @@ def test_a_fit_that_goes_on_from_a_journal_is_the_same_fit_and_makes_only_the_se
 def test_the_simulations_of_a_posterior_are_told_as_they_are_made(tmp_path, capsys):
     journal = Journal(tmp_path / SEARCHES / "key.jsonl")
     journal.path.parent.mkdir()
-    journal.searches("linear", 1).keep("scout", 0, END)
+    journal.searches("linear", 1).keep("start", 0, END)
     made = Simulations(lambda points: points, journal.simulations("linear"), "problem")
     made(np.arange(80.0).reshape(40, 2))
     under_way = searches_of(tmp_path, {"a": "key"})
@@ -88,11 +88,11 @@ def test_how_far_a_fit_of_one_animal_is_stands_in_its_folder_even_while_it_is_ne
     results = tmp_path / "results"
     (results / SEARCHES).mkdir(parents=True)
     assert fit_status(tmp_path) == StudyStatus((), None)
-    Journal(results / SEARCHES / "a.jsonl").searches("linear", 4).keep("scout", 0, END)
+    Journal(results / SEARCHES / "a.jsonl").searches("linear", 4).keep("start", 0, END)
     last = Journal(results / SEARCHES / "b.jsonl")
     for start in range(2):
-        last.searches("linear", 4).keep("scout", start, END)
-    last.searches("tangent", 3).keep("scout", 0, END)
+        last.searches("linear", 4).keep("start", start, END)
+    last.searches("tangent", 3).keep("start", 0, END)
     (results / SEARCHES / "c.jsonl").touch()
     (one,), runner, _ = fit_status(tmp_path)
     assert runner is None

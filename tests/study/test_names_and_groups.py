@@ -51,6 +51,18 @@ def test_groups_are_proposed_from_words_that_share_the_files():
     assert (ending.where, ending.sizes) == ("names end with", {"WT": 2, "SU": 2})
 
 
+def test_genotypes_are_words_that_tell_groups():
+    files = [f"Bmpr2{genotype}_{n}.csv" for genotype in ("--", "+-", "++") for n in (1, 2)]
+    found = proposed(*files)
+    assert str(found) == "names begin with Bmpr2++ (2 of them), Bmpr2-- (2 of them) and Bmpr2+- (2 of them)"
+    typed = parsed_groups("WT=Bmpr2++,HET=Bmpr2+-,KO=Bmpr2--")
+    assert [told_group(HERE / name, HERE, typed) for name in files] == ["KO", "KO", "HET", "HET", "WT", "WT"]
+    assert parsed_groups("HET=Bmpr2+-+Smad1+-")["HET"] == ("Bmpr2+-", "Smad1+-")
+    plain = parsed_groups("WT,KO=Bmpr2")
+    assert [told_group(HERE / name, HERE, plain) for name in ("WT++_2.csv", "Bmpr2--_1.csv")] == ["WT", "KO"]
+    assert list(proposed("WT--1.csv", "WT--2.csv", "SU-+3.csv").sizes) == ["WT", "SU"]  # signs that part words
+
+
 def test_groups_have_two_files_each_in_the_mean_and_are_six_at_most():
     assert proposed("WT_1.csv", "SU_1.csv") is None
     assert proposed("WT_1.csv", "WT_2.csv", "SU_1.csv") is not None

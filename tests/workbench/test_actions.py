@@ -22,7 +22,7 @@ from hypothesis.stateful import (
 
 import vasowave as vw
 from lab_files import SMALL
-from vasowave.base import InputError, sentence
+from vasowave.base import InputError, VasowaveWarning, sentence
 from vasowave.base.io import write_files
 from vasowave.pulse.network import write_network
 from vasowave.study.entering import check_study, read_rows
@@ -583,3 +583,35 @@ def test_groups_that_are_typed_after_the_drop_are_brought_to_the_animals_whose_f
     for _ in range(3):
         do(at, "undo")
     assert texts(study) == before
+
+
+def test_a_recording_whose_channels_nobody_knows_is_drawn_by_its_titles_and_averaged_once_they_are_named(study):
+    path = study / rows(study)["mouse_c1"]["recording"]
+    raw, text = vw.read_raw_recording(path), path.read_text("utf-8")
+    path.write_text(text.replace("Pressure 1\tFlow PA\tLead II", "A\tB\tC"), "utf-8")
+    at = place(study)
+    described = at.recordings.described(at.desk, "mouse_c1")
+    assert (described["signals"], "beats" in described) == (["A [mmHg]", "B [ul/s]", "C [mV]"], False)
+    assert "name" in described["error"]
+    low, high = at.recordings.trace(at.desk, "mouse_c1", "A [mmHg]", 0.0, raw.duration, 1)[:, 0]
+    assert (low, high) == pytest.approx((raw.pressure.min(), raw.pressure.max()), rel=1e-3)
+    titles = {"pressure channel": "A", "flow channel": "B", "ecg channel": "C"}
+    do(at, "set-cells", animal="mouse_c1", cells=titles, was={})
+    described = at.recordings.described(at.desk, "mouse_c1")
+    assert (described["error"], described["signals"][:2]) == ("", ["pressure", "flow"])
+
+
+def test_the_desk_shows_comments_and_what_lies_beyond_a_drug_and_averages_as_a_run_does(study):
+    path = study / rows(study)["mouse_c1"]["recording"]
+    lines = path.read_text("utf-8").split("\n")
+    first = next(i for i, line in enumerate(lines) if line[:1].isdigit())
+    lines[first + 7000] += "\t#* sildenafil 1 mg/kg"
+    path.write_text("\n".join(lines), "utf-8")
+    at = place(study)
+    described = at.recordings.described(at.desk, "mouse_c1")
+    assert [7.0, "sildenafil 1 mg/kg"] in described["comments"]
+    assert (described["duration"], described["to"]) == pytest.approx((9.0, 7.0), abs=2e-3)
+    assert np.isfinite(at.recordings.trace(at.desk, "mouse_c1", "flow", 7.5, 8.5, 100)).all()
+    with pytest.warns(VasowaveWarning):
+        run = vw.average_beats(vw.read_raw_recording(path)).recording
+    assert described["pressure"] == pytest.approx(list(run.pressure), rel=1e-5)

@@ -1,6 +1,7 @@
 """Volumes in every format that `read_volume` takes, raw and packed."""
 
 import gzip
+import json
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -8,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fuzzing.forms import Form, Mutate
-from fuzzing.mutations import bombs, inside_gzip, mutate_binary, mutate_text, packed_zeros, with_header
+from fuzzing.mutations import bombs, inside_gzip, mutate_binary, mutate_mat, mutate_text, packed_zeros, with_header
 from vasowave.lung.read import Volume, read_volume
 
 
@@ -94,6 +95,36 @@ def hdf5(folder: Path) -> None:
         variable.element_size_um = [200.0, 100.0, 100.0]
 
 
+def matlab_array(folder: Path) -> None:
+    from scipy.io import savemat
+
+    savemat(folder / "v.mat", {"V": grey().transpose(1, 2, 0)})
+
+
+def inveon(folder: Path) -> None:
+    depth, height, width = grey().shape
+    sizes = f"x_dimension {width}\ny_dimension {height}\nz_dimension {depth}\n"
+    edges = "pixel_size_x 0.1\npixel_size_y 0.1\npixel_size_z 0.2\n"
+    (folder / "v.img.hdr").write_text(f"# Header file for data file v.img\ndata_type 2\n{sizes}{edges}")
+    (folder / "v.img").write_bytes(grey().astype("<i2").tobytes())
+
+
+def zarr(folder: Path) -> None:
+    """Write a store of OME-Zarr 0.4, one piece."""
+    store = folder / "v.zarr"
+    (store / "0").mkdir(parents=True)
+    shape = list(grey().shape)
+    array = {"zarr_format": 2, "shape": shape, "chunks": shape, "dtype": "<i2", "fill_value": 0,
+             "compressor": {"id": "zlib", "level": 1}, "order": "C", "filters": None}  # fmt: skip
+    axes = [{"name": name, "type": "space", "unit": "millimeter"} for name in "zyx"]
+    change = {"type": "scale", "scale": [0.2, 0.1, 0.1]}
+    scales = {"version": "0.4", "axes": axes, "datasets": [{"path": "0", "coordinateTransformations": [change]}]}
+    (store / ".zgroup").write_text('{"zarr_format": 2}')
+    (store / ".zattrs").write_text(json.dumps({"multiscales": [scales]}, indent=1))
+    (store / "0" / ".zarray").write_text(json.dumps(array, indent=1))
+    (store / "0" / "0.0.0").write_bytes(zlib.compress(grey().astype("<i2").tobytes()))
+
+
 def metaimage_bomb(size: int) -> bytes:
     packed = packed_zeros(size, 15)
     head = (
@@ -140,5 +171,10 @@ FORMS = {
     "amira": _form("v.am", amira, with_header(b"@1\n")),
     "raw, vgi": _form("v.vgi", vgstudio, mutate_text),
     "npy": _form("v.npy", numpy_array, mutate_binary, spacing=0.01),
+    "matlab array": _form("v.mat", matlab_array, mutate_mat, spacing=0.01),
+    "raw, inveon": _form("v.img.hdr", inveon, mutate_text),
     "hdf5": _form("v.h5", hdf5, mutate_binary),
+    "zarr": _form("v.zarr/0/0.0.0", zarr, mutate_binary, "v.zarr"),
+    "zarr, array": _form("v.zarr/0/.zarray", zarr, mutate_text, "v.zarr"),
+    "zarr, axes": _form("v.zarr/.zattrs", zarr, mutate_text, "v.zarr"),
 }

@@ -89,6 +89,21 @@ def mutate_binary(content: bytes, rng: np.random.Generator) -> bytes:
     return content[:at] + int(rng.choice(_WORDS)).to_bytes(4, order) + content[at + 4 :]
 
 
+def mutate_mat(content: bytes, rng: np.random.Generator) -> bytes:
+    kind = int(rng.integers(4))
+    if kind < 2:
+        return mutate_ends(content, rng, kind)
+    # Tags, sizes and dimensions stand in words of four bytes, most of them near the variables' beginnings.
+    damaged = bytearray(content)
+    at = 128 + 4 * int(
+        rng.integers(min(40, (len(content) - 132) // 4)) if kind == 2 else rng.integers(len(content) // 4)
+    )
+    at = min(at, len(content) - 4)
+    word = int(rng.choice([0, 1, 9, 14, 15, 255, 0x7FFFFFFF, 0xFFFFFFFF, 0x40000000, 0x00010000]))
+    damaged[at : at + 4] = word.to_bytes(4, "little")
+    return bytes(damaged)
+
+
 def with_header(end: bytes) -> Mutate:
     """Return a mutation of files whose text header ends with `end`: half of the damage falls on it."""
 

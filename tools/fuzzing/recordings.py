@@ -8,8 +8,8 @@ import numpy as np
 from scipy.io import savemat
 
 from fuzzing.forms import Form
-from fuzzing.mutations import inside_zip, mutate_binary, mutate_ends, mutate_markup, mutate_text
-from vasowave.catheter.read import read_raw_recording, read_recording
+from fuzzing.mutations import inside_zip, mutate_binary, mutate_ends, mutate_markup, mutate_mat, mutate_text
+from vasowave.catheter.read import read_loops, read_raw_recording, read_recording
 from vasowave.catheter.right_heart import RightHeart, read_right_heart
 
 RATE, COUNT = 1000.0, 1500
@@ -44,6 +44,14 @@ def clock_table(path: Path) -> None:
     cells = (f"10:42:{7 + t:06.3f};{p:.4f};{q:.5f};{'wash' * bool(t == 0.5)}\n"
              for t, p, q in zip(TIME, SIGNALS["pressure"], SIGNALS["flow"], strict=True))  # fmt: skip
     path.write_text(head + "".join(cells).replace(".", ","))
+
+
+def two_clocks(path: Path) -> None:
+    """Write signals with times of their own, the second of half the rate."""
+    slow = [f"{t:.3f},{q:.5f}" for t, q in zip(TIME[::2], SIGNALS["flow"][::2], strict=True)] + [","] * (COUNT // 2)
+    quick = [f"{t:.3f},{p:.4f}" for t, p in zip(TIME, SIGNALS["pressure"], strict=True)]
+    rows_of = "".join(f"{first},,{second}\n" for first, second in zip(quick, slow, strict=True))
+    path.write_text(f"Time (s),PAP..mmHg.,,Time (s),Flow_mls\n{rows_of}")
 
 
 def spike2_text(path: Path) -> None:
@@ -82,6 +90,41 @@ def edf(path: Path) -> None:
     digital = [np.rint((v - a) / (b - a) * 65535 - 32768) for v, a, b in zip(SIGNALS.values(), low, high, strict=True)]
     samples = np.stack([one.reshape(records, 500) for one in digital], axis=1)
     path.write_bytes(header + samples.astype("<i2").tobytes())
+
+
+def bdf(path: Path) -> None:
+    import edfio
+
+    ranges = {"pressure": ("mmHg", (-10, 60)), "flow": ("ml/s", (-1, 2)), "ecg": ("mV", (-2, 2))}
+    edfio.Bdf([
+        edfio.BdfSignal(values, RATE, label=name, physical_dimension=ranges[name][0], physical_range=ranges[name][1])
+        for name, values in SIGNALS.items()
+    ], data_record_duration=0.5).write(path)  # fmt: skip
+
+
+def wfdb(folder: Path) -> None:
+    numbers = np.column_stack([np.rint(SIGNALS[name] * 100) for name in ("pressure", "flow")])
+    (folder / "r.dat").write_bytes(numbers.astype("<i2").tobytes())
+    lines = "r.dat 16 100(0)/mmHg 16 0 0 0 0 PAP\nr.dat 16 100/ml/s 16 0 0 0 0 Flow\n"
+    (folder / "r.hea").write_text(f"r 2 1000 {COUNT} 10:00:00 01/02/2020\n{lines}# mouse 4\n")
+
+
+def acqknowledge_mat(path: Path) -> None:
+    savemat(path, {"data": np.column_stack(list(SIGNALS.values())), "labels": np.array(["PAP ", "Flow", "ECG "]),
+                   "units": np.array(["mmHg", "ml/s", "mV  "]), "isi": 1.0, "isi_units": "ms"})  # fmt: skip
+
+
+def acq2mat(path: Path) -> None:
+    channels = np.empty(2, object)
+    for i, (name, unit) in enumerate((("pressure", "mmHg"), ("flow", "ml/s"))):
+        channels[i] = {"name": name, "units": unit, "samples_per_second": RATE, "data": SIGNALS[name]}
+    savemat(path, {"channels": channels})
+
+
+def mat_structures(path: Path) -> None:
+    channels = (("pressure", "mmHg"), ("flow", "ml/s"))
+    savemat(path, {f"M_Ch{i}": {"title": name, "units": unit, "interval": 1 / RATE, "values": SIGNALS[name]}
+                   for i, (name, unit) in enumerate(channels, 1)})  # fmt: skip
 
 
 def cycle_table(path: Path) -> None:
@@ -136,6 +179,12 @@ def gated(path: Path) -> None:
     )
 
 
+def loops(path: Path) -> None:
+    """Write pressure and volume of a ventricle, beside an artery and raw conductance."""
+    head = "time [s],PAP [mmHg],RV Pressure [mmHg],Volume [ul],Phase [V]\n"
+    path.write_text(head + rows(",", ".", TIME, *SIGNALS.values(), SIGNALS["ecg"]))
+
+
 def right_heart(path: Path) -> None:
     """Write the numbers of a catheter."""
     path.write_text("quantity,value,unit\nsystolic,62,mmHg\ndiastolic,24,mmHg\nmean,38,mmHg\nwedge,11,mmHg\n"
@@ -154,21 +203,6 @@ def mutate_edf(content: bytes, rng: np.random.Generator) -> bytes:
     return bytes(damaged)
 
 
-def mutate_mat(content: bytes, rng: np.random.Generator) -> bytes:
-    kind = int(rng.integers(4))
-    if kind < 2:
-        return mutate_ends(content, rng, kind)
-    # Tags, sizes and dimensions stand in words of four bytes, most of them near the variables' beginnings.
-    damaged = bytearray(content)
-    at = 128 + 4 * int(
-        rng.integers(min(40, (len(content) - 132) // 4)) if kind == 2 else rng.integers(len(content) // 4)
-    )
-    at = min(at, len(content) - 4)
-    word = int(rng.choice([0, 1, 9, 14, 15, 255, 0x7FFFFFFF, 0xFFFFFFFF, 0x40000000, 0x00010000]))
-    damaged[at : at + 4] = word.to_bytes(4, "little")
-    return bytes(damaged)
-
-
 def _form(name: str, write: Callable, mutate: Callable, read: Callable, text: bool = False) -> Form:
     return Form(lambda folder: write(folder / name), name, name, mutate, read, structure, values, said, text)
 
@@ -180,6 +214,14 @@ def structure(recording: Any) -> tuple:
 
 def values(recording: Any) -> list[np.ndarray]:
     return [recording.pressure, recording.flow]
+
+
+def structure_of_loops(recording: Any) -> tuple:
+    return len(recording.pressure), len(recording.volume), round(recording.sampling_rate, 6)
+
+
+def loop_values(recording: Any) -> list[np.ndarray]:
+    return [recording.pressure, recording.volume]
 
 
 def names_of(animals: tuple[RightHeart, ...]) -> tuple:
@@ -202,14 +244,32 @@ FORMS = {
     "table, commas": _form("raw.csv", table(",", "."), mutate_text, read_raw_recording, True),
     "table, decimal commas": _form("raw.csv", table(";", ","), mutate_text, read_raw_recording, True),
     "table, clocks": _form("raw.txt", clock_table, mutate_text, read_raw_recording, True),
+    "table, two clocks": _form("raw.csv", two_clocks, mutate_text, read_raw_recording, True),
     "spike2 text": _form("raw.txt", spike2_text, mutate_text, read_raw_recording, True),
     "labchart text": _form("raw.txt", labchart_text, mutate_text, read_raw_recording, True),
     "labchart mat": _form("raw.mat", labchart_mat, mutate_mat, read_raw_recording),
     "edf": _form("raw.edf", edf, mutate_edf, read_raw_recording),
+    "bdf": _form("raw.bdf", bdf, mutate_edf, read_raw_recording),
+    "wfdb header": Form(wfdb, "r.hea", "r.hea", mutate_text, read_raw_recording, structure, values, said, True),
+    "wfdb samples": Form(wfdb, "r.hea", "r.dat", mutate_binary, read_raw_recording, structure, values, said),
+    "acqknowledge mat": _form("raw.mat", acqknowledge_mat, mutate_mat, read_raw_recording),
+    "acq2mat": _form("raw.mat", acq2mat, mutate_mat, read_raw_recording),
+    "mat structures": _form("raw.mat", mat_structures, mutate_mat, read_raw_recording),
     "recording workbook": _form("raw.xlsx", workbook, inside_zip(mutate_markup, "sheet2.xml"), read_raw_recording),
     "labview text": _form("raw.lvm", labview, mutate_text, read_raw_recording, True),
     "gated flow": _form(
         "q.csv", gated, mutate_text, lambda path: read_raw_recording(path.parent / "p.csv", path), True
+    ),
+    "loops": Form(
+        lambda folder: loops(folder / "v.csv"),
+        "v.csv",
+        "v.csv",
+        mutate_text,
+        read_loops,
+        structure_of_loops,
+        loop_values,
+        said,
+        True,
     ),
     "right heart": Form(
         lambda folder: right_heart(folder / "n.csv"),

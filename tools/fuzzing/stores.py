@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 import vasowave
 from fuzzing import studies, vessels
@@ -20,8 +21,8 @@ from vasowave.catheter.beats import BeatEdit, edits_text, read_edits
 from vasowave.lung import Line
 from vasowave.lung.kept import read_value, write_value
 from vasowave.pulse.calibration import SearchEnd
-from vasowave.pulse.inference import Simulations, read_simulations
-from vasowave.study.animal import read_result
+from vasowave.pulse.inference import ModelEmulator, Simulations, read_simulations
+from vasowave.study.animal import read_emulator, read_result, write_emulator
 from vasowave.study.cohort import Declaration
 from vasowave.study.folder import RESULTS
 from vasowave.study.results import Journal, ResultStore, read_journal
@@ -61,6 +62,19 @@ def _run(folder: Path) -> None:
 def _extraction(folder: Path) -> None:
     settings = {"threshold": "100", "cannula": "0.12", "species": "mouse", "loops": "open"}
     (folder / "extraction.json").write_text(json.dumps({"settings": settings}, indent=1), "utf-8")
+
+
+def _emulator(folder: Path) -> None:
+    places = np.random.default_rng(1).uniform(-1, 1, (80, 2))
+    box = {"value": [2.0, 2.0], "low": [1.0, 1.0], "high": [4.0, 4.0], "unit": np.array(["mmHg", "1"], object)}
+    data = xr.Dataset(
+        {name: ("parameter", column) for name, column in box.items()}
+        | {"places": (("simulation", "parameter"), places), "learned": ((), 21),
+           "answers": (("simulation", "quantity"), places**2)},
+        {"parameter": np.array(["beta", "c1"], object), "quantity": np.array(["mPAP", "pPAP"], object)},
+        {"title": "emulator of one animal", "source": "a model"},
+    )  # fmt: skip
+    write_emulator(ModelEmulator(data), folder / "emulator.nc")
 
 
 def _part(whole: Any, found: Any) -> list[bool]:
@@ -121,6 +135,9 @@ _FORMS = {
     "edits of beats": _form(
         lambda folder: (folder / "e.csv").write_text(edits_text([BeatEdit("reject", 1.0), BeatEdit("move", 2.0, 2.1)])),
         "e.csv", read_edits,
+    ),
+    "emulator of an animal": _form(
+        _emulator, "emulator.nc", read_emulator, lambda found: [found.data["answers"].values], exact=True,
     ),
     "edits of a tree": vessels.edits_form(),
 }  # fmt: skip

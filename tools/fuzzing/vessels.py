@@ -1,5 +1,6 @@
 """Networks and centerlines: vasowave's tables and those of other programs, and corrections by hand."""
 
+import json
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -52,6 +53,14 @@ def loop_table(path: Path) -> None:
     nodes = [[0, 1], [1, 2], [1, 3], [2, 4], [3, 4], [4, 5], [4, 6]]
     sizes = np.linspace(1.0, 0.5, len(nodes))
     write_network(Network(tuple(f"v{i}" for i in range(7)), None, 0.4 * sizes, 0.05 * sizes, nodes=nodes), path)
+
+
+def places_table(path: Path) -> None:
+    """Write vessels by the places where they begin and end."""
+    lines = tree().lines
+    rows = (",".join(f"{value:.6g}" for value in (0.1 * np.linalg.norm(line.points[-1] - line.points[0]),
+            0.1 * line.radius[0], *line.points[0], *line.points[-1])) for line in lines)  # fmt: skip
+    path.write_text("length [cm],radius [cm],V1 x,V1 y,V1 z,V2 x,V2 y,V2 z\n" + "\n".join(rows) + "\n")
 
 
 def vtk(path: Path, binary: bool) -> None:
@@ -166,6 +175,21 @@ def graphml(path: Path) -> None:
     for first, last, length, radius in [(1, 2, 4.1, 0.47), (2, 3, 4.4, 0.3), (2, 4, 3.7, 0.35)]:
         graph.add_edge(first, last, length_mm=length, radius_mm=radius)
     networkx.write_graphml(graph, path)
+
+
+def gml(path: Path) -> None:
+    """Write the same edges as GML."""
+    sizes = [(1, 2, 4.1, 0.47), (2, 3, 4.4, 0.3), (2, 4, 3.7, 0.35)]
+    nodes = "".join(f"  node [ id {i} ]\n" for i in range(1, 5))
+    edges = "".join(f"  edge [ source {a} target {b} length_mm {x} radius_mm {r} ]\n" for a, b, x, r in sizes)
+    path.write_text(f"graph [\n  directed 1\n{nodes}{edges}]\n")
+
+
+def node_link(path: Path) -> None:
+    """Write the same edges as JSON of NetworkX."""
+    sizes = [(1, 2, 4.1, 0.47), (2, 3, 4.4, 0.3), (2, 4, 3.7, 0.35)]
+    links = [{"source": a, "target": b, "length_mm": x, "radius_mm": r} for a, b, x, r in sizes]
+    path.write_text(json.dumps({"directed": True, "nodes": [{"id": i} for i in range(1, 5)], "links": links}, indent=1))
 
 
 def spatial_graph(path: Path) -> None:
@@ -322,12 +346,15 @@ def edits_form() -> Form:
 FORMS = {
     "network table": _network(network_table),
     "network table of others": _network(lambda path: network_table(path, counted=False)),
+    "network table of places": _network(places_table),
     "network table with a loop": _network(loop_table),
     "network workbook": _network(network_workbook, "n.xlsx", inside_zip(mutate_markup, "sheet1.xml")),
     "svOneDSolver network": _network(svonesolver_input, "n.in"),
     "FirstBlood network": _network(first_blood_table, "n.csv"),
     "edge list": _network(edge_list),
     "GraphML": _network(graphml, "n.graphml"),
+    "GML": _network(gml, "n.gml"),
+    "node-link JSON": _network(node_link, "n.json"),
     "spatial graph of Amira": _network(spatial_graph, "n.am"),
     "svZeroDSolver network": _network(svzerod_circuit, "n.json"),
     "svZeroDSolver model": Form(

@@ -6,7 +6,11 @@ from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from threading import Lock
 from typing import Any
+
+PARSING = Lock()
+"""Held while source is parsed: in Python 3.11 two threads that do so at a time disturb each other's count of depth."""
 
 
 def attach_face(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
@@ -20,7 +24,9 @@ def attach_face(package: str) -> tuple[Callable[[str], Any], Callable[[], list[s
     def homes() -> dict[str, str]:
         """Return the module of every name."""
         stub = Path(str(sys.modules[package].__file__)).with_suffix(".pyi")
-        lines = [line for line in ast.parse(stub.read_text("utf-8")).body if isinstance(line, ast.ImportFrom)]
+        text = stub.read_text("utf-8")
+        with PARSING:
+            lines = [line for line in ast.parse(text).body if isinstance(line, ast.ImportFrom)]
         return {name.name: str(line.module) for line in lines for name in line.names}
 
     def load(name: str) -> Any:

@@ -36,6 +36,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from pydantic_core import ArgsKwargs, core_schema
 
 from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.faces import PARSING
 from vasowave.base.findings import ITSELF, Finding, FindingKind, error_kind
 
 Values = TypeVar("Values")
@@ -266,7 +267,8 @@ def _meanings(owner: type) -> dict[str, str]:
     meanings: dict[str, str] = {}
     for cls in reversed(owner.__mro__[:-1]):
         try:
-            (tree,) = ast.parse(dedent(inspect.getsource(cls))).body
+            with PARSING:
+                (tree,) = ast.parse(dedent(inspect.getsource(cls))).body
         except OSError:  # made while the program runs, and so without docstrings
             continue
         for statement, below in pairwise(tree.body if isinstance(tree, ast.ClassDef) else ()):

@@ -5,10 +5,15 @@ Only density carries mass, so only density is converted: in these units it is
 Other units exist at the edge of the program only, in the headers of files.
 """
 
+from functools import lru_cache
+
 from vasowave.base.errors import InputError, did_you_mean
 
 MMHG = 1333.22
 """One mmHg in dyn/cm²."""
+
+MILLIWATT = 1e-4 * MMHG
+"""One mmHg ml/s in mW, and one mmHg ml in mJ."""
 
 _FACTORS = {
     "pressure": {
@@ -39,6 +44,8 @@ _FACTORS = {
     "velocity": {"cm/s": 1.0, "mm/s": 0.1, "m/s": 100.0},
     "area": {"cm2": 1.0, "mm2": 0.01, "um2": 1e-8, "m2": 1e4},
     "voltage": {"mV": 1.0, "V": 1e3, "uV": 1e-3},
+    "volume": {"ml": 1.0, "cm3": 1.0, "ul": 1e-3, "mm3": 1e-3},
+    "relative volume": {"RVU": 1.0},
 }
 
 CANONICAL = {name: next(unit for unit, scale in scales.items() if scale == 1.0) for name, scales in _FACTORS.items()}
@@ -52,7 +59,8 @@ def factor(unit: str, quantity: str) -> float:
     ----------
     unit : str
         As written by people: ``mmHg``, ``µl/s``, ``dyn/cm²`` …; case and spaces do not matter.
-    quantity : {"pressure", "flow", "length", "time", "slope", "velocity", "area", "voltage"}
+    quantity : {"pressure", "flow", "length", "time", "slope", "velocity", "area", "voltage", "volume"}
+        Or "relative volume": units of a conductance catheter that nobody has calibrated, which are no volume.
 
     Raises
     ------
@@ -86,9 +94,11 @@ def is_unit(text: str) -> bool:
     return any(_plain(text) == written.lower() for scales in _FACTORS.values() for written in scales)
 
 
+@lru_cache(4096)
 def _plain(unit: str) -> str:
     """Return `unit` in lower case, without spaces, superscripts, carets and Greek letters."""
     text = unit.strip().lower().replace(" ", "").replace("^", "").replace("**", "")
+    text = text.replace("_per_", "/").replace("liters", "l").replace("liter", "l")
     for written, plain in (
         ("µ", "u"),
         ("μ", "u"),
@@ -101,6 +111,7 @@ def _plain(unit: str) -> str:
         ("sec", "s"),
         ("dynes", "dyn"),
         ("volts", "v"),
+        ("volt", "v"),
     ):
         text = text.replace(written, plain)
     for written, plain in (("cc", "cm3"), ("microl", "ul"), ("microns", "um"), ("micron", "um")):

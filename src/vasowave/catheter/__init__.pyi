@@ -15,6 +15,8 @@ from vasowave.catheter.ensemble import average_beats as average_beats
 from vasowave.catheter.ensemble import average_prepared as average_prepared
 from vasowave.catheter.read.describe import FileDescription as FileDescription
 from vasowave.catheter.read.describe import describe_recording as describe_recording
+from vasowave.catheter.read.loops import LoopReading as LoopReading
+from vasowave.catheter.read.loops import read_loops as read_loops
 from vasowave.catheter.read.read import read_recording as read_recording
 from vasowave.catheter.read.read_raw import Reading as Reading
 from vasowave.catheter.read.read_raw import read_raw_recording as read_raw_recording
@@ -45,6 +47,7 @@ from vasowave.pulse.cycle.observation import Observation as Observation
 from vasowave.pulse.cycle.response import second_order as second_order
 from vasowave.pulse.cycle.trend import Baseline as Baseline
 from vasowave.pulse.cycle.trend import LevelStep as LevelStep
+from vasowave.pulse.cycle.ventricular import PressureVolume as PressureVolume
 from vasowave.pulse.cycle.ventricular import VentricularPressure as VentricularPressure
 
 __all__: list[str]

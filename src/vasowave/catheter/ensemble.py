@@ -132,6 +132,10 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
     deviations = [values[:, :-1].std(axis=0, ddof=1) for values in (chosen.pressure, chosen.flow)]
     if options.correct_delay:
         cycles[1], deviations[1] = (advance(values, delay / period) for values in (cycles[1], deviations[1]))
+        lengths = chosen.ends - chosen.starts
+        shifted = np.array([advance(close_cycle(beat)[0], delay / length)
+                            for beat, length in zip(chosen.flow, lengths, strict=True)])  # fmt: skip
+        chosen = chosen._replace(flow=np.column_stack([shifted, shifted[:, 0]]))
         notes.append(ADVANCED(delay=1e3 * delay))
     first, last = float(chosen.starts[0]), float(chosen.ends[-1])
     unusual, moves = unusual_beats(reasons, cut.ends - cut.starts, prepared.means)
@@ -151,7 +155,8 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
     errors[0][0] = np.linalg.norm([errors[0][0] * baseline.persistence, *mean_errors])
     errors[1][0] = np.linalg.norm([errors[1][0], resting_flow(cycles[1]), moves[1]])  # either level may be the zero
     return EnsembleAverage(
-        Recording(cycles[0], cycles[1], period, raw.source, tuple(findings), errors[0], errors[1]),
+        Recording(cycles[0], cycles[1], period, raw.source, tuple(findings), errors[0], errors[1], site=raw.site,
+                  flow_delay_sd=raw.flow_delay_sd),
         deviations[0],
         np.maximum(deviations[1], 0.0),
         _listed(cut.starts, cut.ends, set(used.tolist()), reasons),
@@ -159,7 +164,9 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         delay,
         options.correct_delay,
         baseline,
-    )
+        chosen.pressure,
+        chosen.flow,
+    )  # fmt: skip
 
 
 def _without_drift(chosen: Cuts, baseline: Baseline) -> Cuts:

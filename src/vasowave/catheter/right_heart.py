@@ -15,7 +15,13 @@ _TITLES = {
     "padp": "diastolic", "mean": "mean", "mpap": "mean", "wedge": "wedge", "pawp": "wedge", "pcwp": "wedge",
     "paop": "wedge", "co": "cardiac output", "cardiac output": "cardiac output", "hr": "heart rate",
     "heart rate": "heart rate", "subject": "animal", "patient": "animal", "name": "animal", "id": "animal",
+    "systolisch": "systolic", "diastolisch": "diastolic", "mittel": "mean", "hzv": "cardiac output",
+    "herzzeitvolumen": "cardiac output", "hf": "heart rate", "herzfrequenz": "heart rate", "tier": "animal",
+    "systolique": "systolic", "diastolique": "diastolic", "moyenne": "mean", "débit cardiaque": "cardiac output",
+    "fréquence cardiaque": "heart rate", "sistólica": "systolic", "diastólica": "diastolic", "media": "mean",
+    "gasto cardíaco": "cardiac output", "frecuencia cardíaca": "heart rate",
 }  # fmt: skip
+_TITLES |= {f"pap {title}": name for title, name in tuple(_TITLES.items()) if name in ("systolic", "diastolic", "mean")}
 _RATES = ("1/min", "/min", "bpm", "beats/min", "min-1")
 _TABLE = "a table of 'quantity,value,unit', or of the titles 'mean [mmHg],cardiac output [l/min],…'"
 _DYNES = units.MMHG  # dyn s/cm⁵ in one mmHg s/ml
@@ -27,6 +33,10 @@ NOT_DETERMINED = (
     "vessels)",
 )
 """What no such numbers determine."""
+_HIGH_WEDGE = (
+    "the wedge is above the diastolic pressure, as with large v waves or a catheter that is not wedged: PVR is then "
+    "too low; read the wedge at end-expiration, between its waves"
+)
 
 
 class Derived(NamedTuple):
@@ -126,6 +136,8 @@ class RightHeart:
     def __str__(self) -> str:
         """Return what follows, line by line, what was not given for more, and what such numbers cannot tell."""
         lines = [f"{item.name:18} {item.value:10.4g} {item.unit:11} {item.formula}" for item in self.derived()]
+        if self.wedge is not None and self.diastolic is not None and self.diastolic < self.wedge:
+            lines.append(_HIGH_WEDGE)
         missing = [field.name.replace("_", " ") for field in fields(self) if getattr(self, field.name) is None]
         lines += [f"not given, and what needs it left out: {', '.join(missing)}"] if missing else []
         return "\n".join([*([self.name] if self.name else []), *lines, f"Not determined: {'; '.join(NOT_DETERMINED)}"])
@@ -153,6 +165,9 @@ def read_right_heart(path: str | Path) -> tuple[RightHeart, ...]:
     table.warn()
     if table.find("quantity") is not None:
         return (_of_rows(table),)
+    if lacking := [name for name in ("mean", "cardiac output") if table.find(name) is None]:
+        titles = ", ".join(f"'{name}'" for name in table.names)
+        raise InputError(f"{table.source}: no column says {' or '.join(lacking)}; it has {titles}; give {_TABLE}")
     return tuple(_of_row(table, row) for row in range(len(table.cells)))
 
 

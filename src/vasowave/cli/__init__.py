@@ -13,7 +13,7 @@ from vasowave.cli.cures import Shell, code_of
 
 # The order of import is the order of the help.
 # isort: off
-from vasowave.cli import study, workbench, fit, simulate, extract  # noqa: F401  they register their commands
+from vasowave.cli import study, workbench, fit, loops, simulate, predict, extract  # noqa: F401  they register their commands
 # isort: on
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ WRONG_INPUT, FAILED = 1, 3
 2 is Click's own, for a command line that it does not understand, 130 an interruption.
 """
 
-_WITH_SETTINGS = ("add", "fit", "posterior", "extract")
+_WITH_SETTINGS = ("add", "fit", "indices", "loops", "posterior", "extract")
 
 
 class Commands(TyperGroup):

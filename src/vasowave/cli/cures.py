@@ -1,5 +1,6 @@
 """What the shell says of findings and errors: below each, the commands that mend it."""
 
+import os
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -32,7 +33,8 @@ if TYPE_CHECKING:
     from vasowave.study.folder.problems import StudyProblem
 
 _MAX_COMMANDS = 3  # below a finding
-_VALUE = "VALUE"  # stands for what only a person knows
+VALUE = "VALUE"
+"""Stands in a command for what only a person knows."""
 
 
 @dataclass(frozen=True)
@@ -72,17 +74,19 @@ class Shell:
                     return f"animals.csv: write {written} of {' and '.join(animals) or 'the animal'}"
                 if self.study is None:
                     return " ".join(options)
-                file = shlex.quote(str(self.study / row["recording"])) if row.get("recording") else "FILE"
-                return " ".join(["vasowave add", study, file, *options])
+                files = [_typed_path(self.study / row[title]) for title in ("recording", "flow") if row.get(title)]
+                return " ".join(["vasowave add", study, *(files or ["FILE"]), *options])
             case SetSetting(_, key, text):
-                text = text.replace(UNKNOWN, _VALUE)
+                text = text.replace(UNKNOWN, VALUE)
                 if self.study is not None:
                     return f"study.yaml: {key}: {text}"
                 if text in ("true", "false"):
                     return f"--{'' if text == 'true' else 'no-'}{_hyphened(key.rpartition('.')[2])}"
                 return f"--{_hyphened(key.rpartition('.')[2])}={shlex.quote(text.strip('[]').replace(' ', ''))}"
+            case SetOption(_, "unit", text):  # of lengths: another --unit is that of pressure and flow
+                return f"vasowave tidy FILE --unit={text.replace(UNKNOWN, VALUE)} -o network.csv"
             case SetOption(_, name, text):
-                return f"--{_hyphened(name)}={text.replace(UNKNOWN, _VALUE)}"
+                return f"--{_hyphened(name)}={text.replace(UNKNOWN, VALUE)}"
             case Visit():
                 return f"vasowave open {study if self.study is not None else 'FILE'}"
             case RemoveAnimal():
@@ -101,6 +105,12 @@ class Shell:
         return ""
 
 
+def _typed_path(path: Path) -> str:
+    """Return a path as it is typed: ``lab/a.txt`` for ``study/../lab/a.txt``, unless a link leads elsewhere."""
+    plain = Path(os.path.normpath(path))
+    return shlex.quote(str(plain if plain.resolve() == path.resolve() else path))
+
+
 def _typed_cells() -> dict[str, str] | None:
     """Return zero and gain of the flow as they were typed; None of a command that has no such options."""
     options = TYPED.get()
@@ -113,7 +123,7 @@ def _option(title: str, text: str) -> str:
     """Return the option that writes a cell; empty where none does."""
     from vasowave.cli.options import CELLS, CELLS_OF
 
-    typed = _VALUE if text == UNKNOWN else shlex.quote(text)
+    typed = VALUE if text == UNKNOWN else shlex.quote(text)
     signal, _, option = title.rpartition(" ")
     if option in CELLS_OF and signal:
         return f"--{option} {signal}={typed}"
@@ -128,7 +138,8 @@ def shell_of(study: Path) -> Shell:
     """Return what commands about a study are typed about."""
     from vasowave.base.errors import InputError
     from vasowave.study.entering.table import read_rows
-    from vasowave.study.folder.reading import read_settings, study_path
+    from vasowave.study.folder.places import study_path
+    from vasowave.study.folder.reading import read_settings
 
     path = study_path(study)
     try:

@@ -49,6 +49,33 @@ def fit(
     _fit(animal_alone(output, settings, network, recording, name, cells))
 
 
+@app.command(epilog="Example: vasowave indices recording.txt -o beats.csv. No vessels are needed.")
+def indices(
+    recording: Annotated[list[Path], typer.Argument(help="One file, or pressure and flow.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of all beats, .csv.")] = None,
+    setting_values: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
+) -> None:
+    """Say what a recording alone tells: pressures, ejection, slopes, notch, load, power; and how its beats scatter."""
+    from vasowave.cli.options import read_settings, row_cells
+    from vasowave.cli.progress import print_text
+    from vasowave.study.animal.indices import check_beats_file, indices_text, write_beats
+    from vasowave.study.folder.names import plain_name
+    from vasowave.study.results.loading import load_recording
+    from vasowave.study.running.single_animal import one_row
+
+    name, options = plain_name(recording[0].stem), dict(setting_values or {})
+    check_beats_file(output)
+    row = one_row(None, recording, name, name, row_cells(options))
+    cycle, average = load_recording(row, read_settings(options, name, name))
+    print_text(indices_text(cycle, average))
+    for note in cycle.notes:
+        typer.echo(f"note: {note}", err=True)
+    if output is not None and average is not None:
+        typer.echo(f"Beats: {write_beats(cycle, average, output)}")
+    elif output is not None:
+        typer.echo(f"no beats are written: {recording[0]} holds one averaged cycle", err=True)
+
+
 @app.command(
     "right-heart",
     epilog="Example: vasowave right-heart numbers.csv, a table of quantity,value,unit (mean, systolic, diastolic, "

@@ -25,6 +25,9 @@ _OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "mode
             "waves_at", "inference", "pdf", "law", "quantities")  # fmt: skip
 """Settings of a fit and its report that a posterior does not know."""
 
+_OF_RECORDINGS = ("species", "site", "catheter")
+"""Settings that a recording is read by, beside those of its averaging."""
+
 _SHOWN = (
     *("channel", "unit", "sheet", "period", "start", "end", "wedge"),
     *("species", "site", "walls", "beds", "starts", "inference", "practice", "pdf"),
@@ -65,6 +68,13 @@ _MEANINGS = {
     "unit": "Unit of pressure or flow, where the file names none; may be repeated: --unit flow=ml/min.",
 }
 
+_OF_LOOPS = {
+    "channel": "Title of the channel of pressure or volume, where titles and units leave more than one answer; may be "
+    "repeated: --channel volume='LV vol'.",
+    "unit": "Unit of pressure or volume, where the file names none; may be repeated: --unit volume=ul.",
+}
+_NAMED_BY_CHANNEL = ("pressure", "volume", "pressure_unit", "volume_unit")
+
 
 def with_settings(name: str, command: Any) -> Any:
     """Return a command with an option for every setting; its function takes them as one mapping, `setting_values`."""
@@ -96,16 +106,18 @@ def flag(name: Any) -> str:
     return f"--{str(name).replace('_', '-')}"
 
 
-def row_cells(options: dict[str, Any], titles: Sequence[str] = CELLS) -> dict[str, str]:
+def row_cells(
+    options: dict[str, Any], titles: Sequence[str] = CELLS, named: Mapping[str, Sequence[str]] = CELLS_OF
+) -> dict[str, str]:
     """Take what a table of animals says in its columns out of `options`; return it as cells of such a table.
 
     Raises
     ------
     InputError
-        A channel or unit of something else than pressure, flow or ECG.
+        A channel or unit of something else than `named`: pressure, flow or ECG.
     """
     cells = {title: options.pop(field_of(title)).strip() for title in titles if field_of(title) in options}
-    for option, names in CELLS_OF.items():
+    for option, names in named.items():
         for text in options.pop(option, []):
             name, _, value = (piece.strip() for piece in text.partition("="))
             if name not in names or not value:
@@ -155,11 +167,24 @@ def _options_of(name: str) -> dict[str, Any]:
         return {key: _option(key, setting) for key, setting in settings_of(Options).items()}
     if name == "add":
         return _row_options(False, CELLS_OF_ADD)
-    keys = ((section, key, setting) for section, key, setting in _keys() if name != "posterior" or key not in _OF_FITS)
+    if name == "loops":
+        from vasowave.catheter.read.loops import LoopReading
+
+        typed = {name: Setting(dict, {}, meaning) for name, meaning in _OF_LOOPS.items()}
+        plain = {key: setting for key, setting in settings_of(LoopReading).items() if key not in _NAMED_BY_CHANNEL}
+        return {key: _option(key, setting, "recording") for key, setting in (typed | plain).items()}
+    keys = [(section, key, setting) for section, key, setting in _keys() if _belongs(name, section, key)]
     options = _row_options(True) | {
         key: _option(key, setting, section or "more", key not in _SHOWN) for section, key, setting in keys
     }
     return options | {_SET: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help=_SET_HELP)]}
+
+
+def _belongs(name: str, section: str, key: str) -> bool:
+    """Whether a command knows a setting."""
+    if name == "indices":
+        return section == "averaging" or key in _OF_RECORDINGS
+    return name != "posterior" or key not in _OF_FITS
 
 
 def _row_options(shortened: bool, titles: Sequence[str] = CELLS) -> dict[str, Any]:

@@ -21,19 +21,24 @@ SAY = 60.0
 """Seconds between the lines that long work writes where there is no terminal."""
 
 
-def show_read(read: "Sequence[AnimalRead]", settings: "StudyFile") -> None:
-    """Print what was read of every animal, and how much there is to compute."""
+def show_animals(rows: "Sequence[Sequence[str]]") -> None:
+    """Print what was read of every animal, a row of cells each."""
+    from vasowave.study.results.overview import overview_lines
+
+    for line in overview_lines(rows, terminal_width()):
+        typer.echo(line)
+
+
+def work_of(read: "Sequence[AnimalRead]", settings: "StudyFile") -> str:
+    """Return how much there is to compute, in words."""
     from vasowave.base.runtime.thread_limits import cores
     from vasowave.pulse.model.law_files import plain
-    from vasowave.study.results.overview import expected_seconds, overview_lines
+    from vasowave.study.results.overview import expected_seconds
 
-    width = terminal_width()
-    for line in overview_lines(read, width):
-        typer.echo(line)
     minutes = expected_seconds(read, settings, cores()) / 60
     walls, starts = settings.calibration.walls, settings.calibration.starts
     rows = "Recordings" if settings.design.subject else "Animals"
-    print_text(
+    return (
         f"{rows} {len(read)}; wall laws {', '.join(map(plain, walls))}; {starts} starts of each fit: roughly "
         f"{max(1, round(minutes))} min to compute here ({cores()} cores), less where results are kept."
     )

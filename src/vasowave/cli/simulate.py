@@ -15,10 +15,12 @@ from vasowave.cli.signatures import with_option_groups
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from vasowave.pulse.model.model import Model
 
-_PICTURES = (".png", ".pdf", ".svg")
+PICTURES = (".png", ".pdf", ".svg")
+"""How the names of pictures end."""
 _NAMES = (
     "Names: the wall law's (beta; p1, gamma; beta, m), in mmHg and plain numbers; of the vascular beds R_T "
     "\\[mmHg s/ml], a = R1/R_T, tau \\[s]; radius and length: factors of all vessels; "
@@ -48,7 +50,7 @@ def simulate(
     check_file(output, models.DATA)
     models.trust_programs(subject.network, refinement.trust)
     model, cycle = models.model_from(subject, choice, refinement.friction)
-    model = models.narrowed_model(changed_model(model, _pairs(values or [])), refinement.narrow or [])
+    model = models.narrowed_model(changed_model(model, pairs_of(values or [])), refinement.narrow or [])
     with waiting("simulating"):
         result = solver.simulate(model, cycle, models.numerics_from(refinement))
     _write(result, output)
@@ -97,7 +99,7 @@ def sweep(
 
     check_file(output, ".csv", models.DATA)
     if plot is not None:
-        check_file(plot, *_PICTURES)
+        check_file(plot, *PICTURES)
     if not vary:
         raise InputError("nothing to vary; give --vary NAME=VALUES, for example --vary beta=40,60,80")
     models.trust_programs(subject.network, refinement.trust)
@@ -122,7 +124,9 @@ def sweep(
         result = solver.sweep(model, cycle, grid, numerics, progress=progress, after=narrowed)
     _write_sweep(result, output)
     if plot is not None:
-        _draw(result, plot)
+        from vasowave.study.figures.sweep import sweep_figure
+
+        draw(lambda: sweep_figure(result), plot)
     failed, noted = (int((result[name] != "").sum()) for name in ("failure", "notes"))
     typer.echo(f"{result['failure'].size} simulations, {failed} failed ('failure' says why), {noted} with a warning "
                f"('notes' says which). Sweep: {output}"
@@ -154,14 +158,14 @@ def _write_sweep(result: "xr.Dataset", output: Path) -> None:
     write_file(output, table.to_csv(index=False, lineterminator="\n", float_format="%.6g"))
 
 
-def _draw(result: "xr.Dataset", plot: Path) -> None:
+def draw(figure: "Callable[[], Figure]", plot: Path) -> None:
+    """Write a picture."""
     from vasowave.base.io.files import write_file
     from vasowave.study.figures.matplotlib_style import style
     from vasowave.study.figures.rendering import as_file
-    from vasowave.study.figures.sweep import sweep_figure
 
     with style():
-        write_file(plot, as_file(sweep_figure(result), plot.suffix.lower()[1:]))
+        write_file(plot, as_file(figure(), plot.suffix.lower()[1:]))
 
 
 def _split(texts: Sequence[str]) -> list[tuple[str, str]]:
@@ -179,7 +183,8 @@ def _split(texts: Sequence[str]) -> list[tuple[str, str]]:
     return pairs
 
 
-def _pairs(texts: Sequence[str]) -> dict[str, float]:
+def pairs_of(texts: Sequence[str]) -> dict[str, float]:
+    """Return numbers by name from texts such as ``beta=60``; raises `InputError` for another."""
     return {name: _number(name, text) for name, text in _split(texts)}
 
 
@@ -189,7 +194,9 @@ def _number(name: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise InputError(f"{name}={text}: write one number; `vasowave sweep --vary` takes several") from None
+        raise InputError(
+            f"{name}={text}: write one number with a decimal point, as 0.7; `vasowave sweep --vary` takes several"
+        ) from None
 
 
 def _numbers(name: str, text: str) -> list[float]:

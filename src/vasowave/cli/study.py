@@ -14,12 +14,13 @@ import typer
 from vasowave.base.findings import sentence
 from vasowave.base.runtime.thread_limits import cores
 from vasowave.cli import models
+from vasowave.cli.answer import Answer
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
-from vasowave.cli.cures import code_of, problem_lines, shell_of
-from vasowave.cli.progress import alive, print_text, show_read, waiting
+from vasowave.cli.cures import VALUE, code_of, problem_lines, shell_of
+from vasowave.cli.progress import alive, print_text, show_animals, waiting, work_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from vasowave.study.folder.problems import StudyProblem
     from vasowave.study.folder.study import Study
@@ -105,6 +106,7 @@ def add(
 
     Exit status 3 if a file could not be read, else that of `check`: 1 if the study cannot run like this.
     """
+    from vasowave.base.errors import InputError
     from vasowave.cli.options import CELLS_OF_ADD, row_cells
     from vasowave.study.entering.adding import add_files
     from vasowave.study.entering.checking import check_study
@@ -112,6 +114,8 @@ def add(
 
     place, files = _study_here(study, paths or [])
     cells = row_cells(dict(setting_values or {}), CELLS_OF_ADD)
+    if group == VALUE:
+        raise InputError(f"{VALUE} stands for what you know: type the group itself; nothing was added")
     added = add_files(place, files, group=group, groups=groups, network=network, cells=cells,
                       ask=_ask if sys.stdin.isatty() and sys.stdout.isatty() else None)  # fmt: skip
     names = {row["animal"] for row in added.rows}
@@ -120,7 +124,8 @@ def add(
     problems, read, settings, _ = check_study(place)
     new = [animal for animal in read if animal.animal in names | set(added.updated)]
     if settings is not None and new:
-        show_read(new, settings)
+        show_animals([animal.row() for animal in new])
+        print_text(work_of(new, settings))
     for remark in added.said:
         print_text(f"note: {remark}")
     if commands := shell_of(place).below(added.cures):
@@ -156,7 +161,7 @@ def _tell_problems(problems: "Sequence[StudyProblem]", study: Path) -> None:
 def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
     """Return the study and the files; where the first name is no study but the current folder is, all are files."""
     from vasowave.base.errors import InputError
-    from vasowave.study.folder.reading import STUDY_FILE, YAML, study_path
+    from vasowave.study.folder.places import STUDY_FILE, YAML, study_path
 
     is_study = study_path(study).is_file() and (study.is_dir() or study.suffix.lower() in YAML)
     if not is_study and Path(STUDY_FILE).is_file():
@@ -184,23 +189,37 @@ def check(study: Annotated[Path, _STUDY] = Path(), trust: Annotated[bool, models
 
     When nothing is wrong, what the study will compare is written with the time into declared.json.
     """
+    answer = Answer("check", study)
+    if not trust and answer.repeated():
+        raise typer.Exit(0)
+    models.trust_programs(study, trust)
+    with answer.recorded(study):
+        errors = _check(study, answer)
+        if errors:
+            raise typer.Exit(1)
+    raise typer.Exit(0)
+
+
+def _check(study: Path, answer: Answer) -> int:
+    """Check a study, say what is wrong or odd, and return how many errors there are."""
     from vasowave.study.entering.checking import check_study
     from vasowave.study.running.plan import declare, read_study
 
-    models.trust_programs(study, trust)
     problems, read, settings, design = check_study(study)
-    errors = [problem for problem in problems if problem.error]
+    errors = sum(problem.error for problem in problems)
     if settings is not None and read:
-        show_read(read, settings)
-    _tell_problems(problems, study)
-    count = len(problems) - len(errors)
+        answer.announce("animals", [animal.row() for animal in read])
+        answer.announce("text", work_of(read, settings))
+    shell = shell_of(study)
+    for problem in problems:
+        answer.announce("text", problem_lines(problem, shell))
     if settings is not None and not errors:
         declare(read_study(study))
     if design:
-        typer.echo(f"Design: {design}")
-    counts = f"{_counted(len(errors), 'error')}, {_counted(count, 'warning')}"
-    typer.echo(counts if problems else "Nothing is wrong or odd.")
-    raise typer.Exit(1 if errors else 0)
+        answer.announce("line", f"Design: {design}")
+    counts = f"{_counted(errors, 'error')}, {_counted(len(problems) - errors, 'warning')}"
+    answer.announce("line", counts if problems else "Nothing is wrong or odd.")
+    return errors
 
 
 def _counted(count: int, noun: str) -> str:
@@ -218,8 +237,25 @@ def run(
     trust: Annotated[bool, models.TRUST] = False,
 ) -> None:
     """Do the study. After an interruption of any kind, run it again: it goes on where it was."""
+    if not (trust or scheduler or as_json) and _run_again(study, report, Answer("run", study, str(report), str(pdf))):
+        return
     models.trust_programs(study, trust)
     _run(study, workers, scheduler, report, pdf, as_json)
+
+
+def _run_again(study: Path, report: bool, answer: Answer) -> bool:
+    """Do a run that has nothing to do, and return whether that is so: no file has changed since the last."""
+    from vasowave.base.runtime.interrupts import interruptible
+    from vasowave.study.folder.places import study_path
+    from vasowave.study.running.run_state import running
+
+    count = dict(answer.recalled() or ()).get("count")
+    if count is None:
+        return False
+    with interruptible(), running(study_path(study).parent, count) as run:
+        stage = {"stage": "writing the report"} if report else {}
+        run.write(**stage, done=count, message=f"0 computed, {count} kept from earlier, 0 failed")
+        return answer.repeated()
 
 
 @app.command(epilog="Example: vasowave status my-study")
@@ -228,8 +264,8 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
 
     Exit status 1 if the study holds errors; animals whose rows do are not among those listed.
     """
+    from vasowave.study.folder.places import study_path
     from vasowave.study.folder.problems import refuse
-    from vasowave.study.folder.reading import study_path
     from vasowave.study.running.plan import inspect_study
     from vasowave.study.running.programs import NOT_RUN
     from vasowave.study.running.status import fit_status, study_status
@@ -262,8 +298,7 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
 @app.command(epilog="Example: vasowave stop my-study")
 def stop(study: Annotated[Path, _STATUS] = Path()) -> None:
     """Ask the run of a study to stop, wherever it runs; once more, some seconds later, end it at once."""
-    from vasowave.study.folder.reading import study_path
-    from vasowave.study.folder.study import RESULTS
+    from vasowave.study.folder.places import RESULTS, study_path
     from vasowave.study.running.run_state import ask_to_stop
 
     folder = study if study.is_dir() else study_path(study).parent
@@ -307,60 +342,65 @@ def _run(
     from vasowave.study.running.reporting import missing_of
     from vasowave.study.running.run_state import running
 
-    plan = read_study(study)
-    refuse(doubled_animals(plan))
-    echo = (lambda text: None) if as_json else typer.echo
-    echo(f"{_counted(len(plan.animals), _row_of(plan))}.")
-    try:
-        with interruptible(), running(plan.folder, len(plan.animals)) as run:
-            done, page = _run_and_report(run, plan, workers, scheduler, report, pdf, as_json)
-    except KeyboardInterrupt:
-        typer.echo("What had finished is kept, every search of a fit too; run it again to go on.", err=True)
-        raise typer.Exit(130) from None
-    if as_json:
-        missing = [row.as_plain() for row in missing_of(plan.path)] if done.failures else []
-        warned = [{"animal": name, "code": finding.code, "text": str(finding)}
-                  for name, findings in done.warnings.items() for finding in findings]  # fmt: skip
-        event("done", results=str(done.results), report=None if page is None else str(page),
-              failures=as_plain(done.failures), missing=missing, warnings=warned)  # fmt: skip
-    else:
-        shell = shell_of(plan.path)
-        for name, findings in done.warnings.items():
-            for finding in findings:
-                below = code_of(finding) + shell.below(finding.cures, [name])
-                print_text(f"warning: {name}: {sentence(finding)}{below}")
-    for failure in done.failures:
-        typer.echo(f"failed: {failure.animal}: {failure}", err=True)
-    raise typer.Exit(FAILED if done.failures else 0)
+    answer = Answer("run", study, str(report), str(pdf))
+    with answer.recorded(study, ran=True) if not as_json else nullcontext():
+        plan = read_study(study)
+        refuse(doubled_animals(plan))
+        announce = (lambda *text: None) if as_json else answer.announce
+        announce("count", len(plan.animals))
+        announce("line", f"{_counted(len(plan.animals), _row_of(plan))}.")
+        try:
+            with interruptible(), running(plan.folder, len(plan.animals)) as run:
+                done, page = _run_and_report(run, plan, workers, scheduler, report, pdf, None if as_json else announce)
+        except KeyboardInterrupt:
+            typer.echo("What had finished is kept, every search of a fit too; run it again to go on.", err=True)
+            raise typer.Exit(130) from None
+        if as_json:
+            missing = [row.as_plain() for row in missing_of(plan.path)] if done.failures else []
+            warned = [{"animal": name, "code": finding.code, "text": str(finding)}
+                      for name, findings in done.warnings.items() for finding in findings]  # fmt: skip
+            event("done", results=str(done.results), report=None if page is None else str(page),
+                  failures=as_plain(done.failures), missing=missing, warnings=warned)  # fmt: skip
+        else:
+            shell = shell_of(plan.path)
+            for name, findings in done.warnings.items():
+                for finding in findings:
+                    below = code_of(finding) + shell.below(finding.cures, [name])
+                    answer.announce("text", f"warning: {name}: {sentence(finding)}{below}")
+        for failure in done.failures:
+            typer.echo(f"failed: {failure.animal}: {failure}", err=True)
+        if done.failures:
+            raise typer.Exit(FAILED)
 
 
 def _run_and_report(
     run: "RunRecord", plan: "Study", workers: int | None, scheduler: str | None, report: bool, pdf: bool | None,
-    as_json: bool,
+    announce: "Callable[..., None] | None",
 ) -> "tuple[Done, Path | None]":  # fmt: skip
-    """Do a study within a run that has begun, and write its report; say both."""
+    """Do a study within a run that has begun, and write its report; say both, as JSON where nothing else says it."""
     from vasowave.cli.watching import watched
     from vasowave.study.running.reporting import report_study
     from vasowave.study.running.runs import analyze_study
 
-    echo, begun = (lambda text: None) if as_json else typer.echo, time.monotonic()
+    as_json, begun, rows = announce is None, time.monotonic(), _row_of(plan)
+    announce = announce or (lambda *text: None)
     with watched(plan, as_json) as show:
         done = analyze_study(run, plan, workers=workers, scheduler=scheduler, progress=show.step)
-    echo(
-        f"{_counted(len(done.computed), _row_of(plan))} computed"
-        + (f" ({len(done.resumed)} from searches that were kept)" if done.resumed else "")
-        + f", {len(done.kept)} kept from earlier, {len(done.lost)} failed."
-    )
+    resumed = f" ({len(done.resumed)} from searches that were kept)" if done.resumed else ""
+    announce("line",
+        f"{_counted(len(done.computed), rows)} computed{resumed}, {len(done.kept)} kept from earlier, "
+        f"{len(done.lost)} failed.",
+        f"{_counted(0, rows)} computed, {len(plan.animals)} kept from earlier, 0 failed.")  # fmt: skip
     computed = time.monotonic()
-    echo(f"Results: {done.results} ({computed - begun:.0f} s)")
+    announce("line", f"Results: {done.results} ({computed - begun:.0f} s)", f"Results: {done.results} (0 s)")
     answers: list[tuple[str, str]] = []
     run.write(stage="writing the report" if report else run.status.stage)
     with nullcontext() if as_json else alive("writing the report"):
         page = report_study(plan.path, pdf, workers or cores(), announce=answers.extend) if report else None
     for question, answer in answers:
-        echo(f"{question}{'' if question.endswith('?') else ':'} {answer}")
+        announce("line", f"{question}{'' if question.endswith('?') else ':'} {answer}")
     if page is not None:
-        echo(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
+        announce("line", f"Report: {page} ({time.monotonic() - computed:.0f} s)", f"Report: {page} (0 s)")
     return done, page
 
 

@@ -24,11 +24,20 @@ from vasowave.lung.entrances import (
 )
 from vasowave.lung.kept.profiles import Profiles
 from vasowave.lung.kept.stages import Stages, image_key, keys_of, volume_key
+from vasowave.lung.lumen.inclusions import without_inclusions
 from vasowave.lung.lumen.segmentation import Segmentation
+from vasowave.lung.lumen.strangers import without_strangers
 from vasowave.lung.lumen.surface import surface_points
 from vasowave.lung.measure.cannula import scale_of, tip_sd, without_cannula
 from vasowave.lung.measure.grey_levels import corrected
-from vasowave.lung.measure.measurement import Measurement, filled_at, measured_in, with_common_error, with_errors
+from vasowave.lung.measure.measurement import (
+    Measurement,
+    filled_at,
+    measured_in,
+    with_common_error,
+    with_errors,
+    with_wider_radii,
+)
 from vasowave.lung.measure.spread import Elsewhere, elsewhere, with_spread
 from vasowave.lung.options import Options
 from vasowave.lung.places import VoxelSize, written, written_in_the_world
@@ -41,7 +50,7 @@ from vasowave.lung.revise.parts import scaled, wanted_part
 from vasowave.lung.supplied import Given, given
 from vasowave.lung.tree import Line, Tree
 from vasowave.lung.witness.doubts import Doubt, is_doubt, ranked, warn_of
-from vasowave.lung.witness.faults import fault_doubts
+from vasowave.lung.witness.faults import fault_doubts, faults_beside, inclusion_shares
 from vasowave.lung.witness.grey import common_to_radii, grey_doubts, grey_look
 from vasowave.lung.witness.loops import loop_doubts, told_loops
 from vasowave.lung.witness.skeleton import Thinned, skeleton_branches, thinned
@@ -184,6 +193,9 @@ def _found_in(image: Volume, key: str, options: Options, report: Callable[[str],
     lumen = stages.kept("lumen", keys_of(key, inputs, options).lumen, lambda: _lumen(inputs, options))
     rooted_inputs = _entered(inputs, lumen, options)  # it leaves the lumen as it is, and so its key
     keys = keys_of(key, rooted_inputs, options)
+    if options.mask is None:
+        lumen = without_strangers(lumen, volume.grey.shape, rooted_inputs.root)
+    volume = without_inclusions(volume, lumen.mask, lumen.corner, lumen.inclusions)
     root = np.asarray(rooted_inputs.root)
     level_set = options.method == "threshold" and options.mask is None
     loops = stages.kept(
@@ -226,9 +238,13 @@ def _found_in(image: Volume, key: str, options: Options, report: Callable[[str],
     doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
     doubts += tuple(apart_doubts(measured.tree, measured.network.name, lumen))
     levels = stages.kept("grey", keys.grey, lambda: grey_look(unedited, volume, lumen, cannula, options.cannula / 2))
-    faults, common_sd = fault_doubts(measured, volume, lumen)
-    fault_codes = [doubt.finding.code for doubt in faults]
-    doubts += (*grey_doubts(levels, measured.network.name, fault_codes), *faults)
+    measured = with_wider_radii(measured, inclusion_shares(measured, lumen) / 2)
+    faults = fault_doubts(measured, volume, lumen)
+    fault_codes = [fault.doubt.finding.code for fault in faults]
+    of_scale = grey_doubts(levels, measured.network.name, fault_codes)
+    faults = faults_beside(faults, bool(levels.offered)) if of_scale else faults
+    doubts += (*of_scale, *(fault.doubt for fault in faults))
+    common_sd = max((fault.common_sd for fault in faults), default=0.0)
     measured = with_common_error(measured, max(common_sd, common_to_radii(levels, fault_codes)))
     factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
     measured = replace(measured, tree=measured.tree.moved(world))

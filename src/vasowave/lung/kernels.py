@@ -92,6 +92,76 @@ def encloses(mask):
 
 @kept
 @njit(**_OPTIONS)
+def enclosed_voxels(mask, voxels, stamps, reach_radii, min_directions, min_rim):
+    """Return the voxels outside `mask` that meet it in so many of 26 directions, a list of z, y, x, and their number.
+
+    They are looked for from its surface on, within `reach_radii` of its mean radius, which is twice its voxels over
+    their free faces; behind them in the list stands what meets it in `min_rim` directions, from those on.
+
+    Parameters
+    ----------
+    mask : bool array, shape (z, y, x)
+    voxels : int array, shape (voxel, 3)
+        Those of the mask.
+    stamps : uint8 array, shape (z, y, x)
+        Zeros; where they are never looked at, they take no memory.
+    """
+    enclosed, waiting, faces = [(0, 0, 0) for _ in range(0)], [(0, 0, 0) for _ in range(0)], 0
+    for row in range(len(voxels)):
+        place = int(voxels[row, 0]), int(voxels[row, 1]), int(voxels[row, 2])
+        faces += _queue_neighbors(place, mask, stamps, 1, waiting)
+    reach, seeds = reach_radii * 2 * len(voxels) / max(faces, 1), 0
+    for stamp, directions in ((1, min_directions), (2, min_rim)):
+        for row in range(len(enclosed)):
+            _queue_neighbors(enclosed[row], mask, stamps, stamp, waiting)
+        while len(waiting):
+            place = waiting.pop()
+            if _meets(place, mask, reach, 26 - directions):
+                enclosed.append(place)
+                stamps[place] = 3
+                _queue_neighbors(place, mask, stamps, stamp, waiting)
+        if stamp == 1:
+            seeds = len(enclosed)
+    return enclosed, seeds
+
+
+@njit(**_OPTIONS)
+def _queue_neighbors(place, mask, stamps, stamp, waiting):
+    """Put the face neighbors outside `mask` with a lower stamp into `waiting`, and return how many lie outside."""
+    outside = 0
+    for axis in range(3):
+        for step in (-1, 1):
+            z, y, x = place[0] + step * (axis == 0), place[1] + step * (axis == 1), place[2] + step * (axis == 2)
+            if 0 <= z < mask.shape[0] and 0 <= y < mask.shape[1] and 0 <= x < mask.shape[2] and not mask[z, y, x]:
+                outside += 1
+                if stamps[z, y, x] < stamp:
+                    stamps[z, y, x] = stamp
+                    waiting.append((z, y, x))
+    return outside
+
+
+@njit(**_OPTIONS)
+def _meets(place, mask, reach, max_misses):
+    """Whether all but `max_misses` of 26 directions from `place` meet `mask` within `reach`, voxels."""
+    misses = 0
+    for direction in range(27):
+        dz, dy, dx = direction // 9 - 1, direction // 3 % 3 - 1, direction % 3 - 1
+        length = np.sqrt(dz * dz + dy * dy + dx * dx)
+        z, y, x = place
+        met = direction == 13  # the voxel itself
+        for _ in range(int(reach / max(length, 1.0))):
+            z, y, x = z + dz, y + dy, x + dx
+            if met or not (0 <= z < mask.shape[0] and 0 <= y < mask.shape[1] and 0 <= x < mask.shape[2]):
+                break
+            met = mask[z, y, x]
+        misses += not met
+        if misses > max_misses:
+            return False
+    return True
+
+
+@kept
+@njit(**_OPTIONS)
 def in_tube(places, middles, points, reach):
     """Return which places lie in a tube: nearer to the nearest point of its axis than the reach of that point.
 

@@ -14,8 +14,10 @@ from vasowave.base.species import SpeciesName
 from vasowave.lung.axes.vessels import tree_of
 from vasowave.lung.entrances import Entrance, clear_entrance, entrances, goes_on, wrong_size
 from vasowave.lung.lumen.contours import level_set
+from vasowave.lung.lumen.inclusions import without_inclusions
 from vasowave.lung.lumen.levels import Levels, levels_of
 from vasowave.lung.lumen.segmentation import Segmentation, segment
+from vasowave.lung.lumen.strangers import without_strangers
 from vasowave.lung.measure.cannula import NoCannulaError, cannula_radius, without_cannula
 from vasowave.lung.measure.grey_levels import corrected
 from vasowave.lung.measure.measurement import Measurement, measured_in
@@ -26,6 +28,7 @@ from vasowave.lung.read.formats import VOLUMES
 from vasowave.lung.read.plausible import require_plausible
 from vasowave.lung.read.volume import Volume, isotropic
 from vasowave.lung.tree import Line
+from vasowave.lung.witness.faults import inclusion_doubts
 from vasowave.lung.witness.grey import GreyLook, grey_doubts, grey_look, saturation
 from vasowave.lung.witness.loops import Loop, loop_count, loops_of, opening_threshold
 from vasowave.pulse.network.network import Network
@@ -205,7 +208,7 @@ def _seen(
     first: Options,
     caught_warnings: list[warnings.WarningMessage],
 ) -> Overview:
-    lumen = segment(volume, first.threshold)
+    lumen = without_strangers(segment(volume, first.threshold), volume.grey.shape)
     contrast = levels.lumen - levels.background
     if contrast < _LEAST_CONTRAST * lumen.noise:
         raise InputError(
@@ -218,6 +221,7 @@ def _seen(
         smooth = _level_set(volume, first.threshold)
         closed = smooth is not None and loop_count(smooth) <= 0
         lumen = smooth if closed and smooth is not None else lumen
+    volume = without_inclusions(volume, lumen.mask, lumen.corner, lumen.inclusions)
     ends = entrances(lumen, volume)
     if loops and not closed:
         ends = tuple(end for end in ends if not goes_on(lumen, end)) or ends
@@ -230,7 +234,10 @@ def _seen(
         grey = grey_look(measured.tree, volume, lumen, shown.cannula, first.cannula / 2)
     names = () if measured is None else measured.network.name
     unseen += [UNLIKE(problem=wrong)] if (wrong := _wrong_size(shown, volume, first, ends)) else []
-    findings = (*unseen, *(doubt.finding for doubt in grey_doubts(grey, names)), *found_in(caught_warnings))
+    inclusions = [] if measured is None else inclusion_doubts(measured, lumen)
+    of_scale = grey_doubts(grey, names, [doubt.finding.code for doubt in inclusions])
+    grey = grey if of_scale else replace(grey, offered=())
+    findings = (*unseen, *(doubt.finding for doubt in of_scale), *found_in(caught_warnings))
     world = image.frame.world
     ends = tuple(Entrance(world(end.place), end.radius) for end in ends)
     return Overview(
@@ -272,9 +279,12 @@ def _wrong_size(shown: "_First", volume: Volume, options: Options, ends: tuple[E
 
 def _level_set(volume: Volume, threshold: float) -> Segmentation | None:
     try:
-        return level_set(volume, threshold)
+        front = level_set(volume, threshold)
     except InputError:
         return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)  # what the threshold's lumen has warned of
+        return without_strangers(front, volume.grey.shape)
 
 
 class _First(NamedTuple):

@@ -1,5 +1,7 @@
 """The 1D library: network, model, solver, calibration, posterior and analysis of one cycle of pressure and flow."""
 
+from vasowave.pulse.analysis.attribution import Attribution as Attribution
+from vasowave.pulse.analysis.attribution import attribute_change as attribute_change
 from vasowave.pulse.analysis.compliances import compliance as compliance
 from vasowave.pulse.analysis.impedance_spectrum import impedance as impedance
 from vasowave.pulse.analysis.stenosis import FittedStenosis as FittedStenosis
@@ -17,6 +19,7 @@ from vasowave.pulse.cycle.cycle import Inflow as Inflow
 from vasowave.pulse.cycle.cycle import InletPressure as InletPressure
 from vasowave.pulse.cycle.cycle import Recording as Recording
 from vasowave.pulse.cycle.observation import Observation as Observation
+from vasowave.pulse.cycle.ventricular import PressureVolume as PressureVolume
 from vasowave.pulse.cycle.ventricular import VentricularPressure as VentricularPressure
 from vasowave.pulse.examples.mouse import virtual_mouse as virtual_mouse
 from vasowave.pulse.examples.published import control_network as control_network

@@ -10,6 +10,7 @@ import numpy as np
 
 from vasowave.base.descriptions import Quantity
 from vasowave.pulse.analysis.compliances import Compliance, compliance
+from vasowave.pulse.analysis.ventricular_function import VENTRICULAR
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.outlets import Outlets
 from vasowave.pulse.model.walls import area_compliance, stiffness, wave_speed
@@ -23,7 +24,14 @@ COUPLING = ("E_es", "E_a", "coupling")
 RECORDED = {"measured_Z_c": "Z_c", "measured_C_T": "C_T", "measured_tau": "tau", "measured_I_R": "I_R"}
 """What recording and model both tell, by the recording alone, and the name under which each of both keeps its own."""
 
-MEASURED = (*INDICES, "pPAP_over_SV", *COUPLING, *RECORDED)
+EJECTION = (
+    "SV", "ejection_time", "acceleration_time", "dp_dt_max", "dp_dt_min", "notch", "E_a_artery",
+    "augmentation", "power", "steady_power", "oscillatory_power", "oscillatory_share", "incident_energy",
+    "reflected_energy", "stroke_work",
+)  # fmt: skip
+"""What one cycle tells without a model, see `analysis.ejection`; the work where the ventricle was recorded."""
+
+MEASURED = (*INDICES, "pPAP_over_SV", "RC", *EJECTION, *COUPLING, *RECORDED)
 """Quantities that are no law's, and need no image of vessels."""
 
 ACROSS_LAWS = ("wave_speed", "area_compliance", "R_T", "a", "C_p")
@@ -38,9 +46,10 @@ OF_PARAMETERS = ("stiffness", *ACROSS_LAWS)
 QUESTIONS = {
     "Pressure and flow": INDICES,
     "Large arteries": ("measured_Z_c", "pPAP_over_SV", "stiffness", "wave_speed", "C_v", "C_v_plain"),
-    "Small vessels": ("measured_C_T", "measured_tau", "R_T", "C_p", "C_T", "C_T_plain", "tau", "tau_plain", "a"),
+    "Small vessels": ("measured_C_T", "measured_tau", "RC", "R_T", "C_p", "C_T", "C_T_plain", "tau", "tau_plain", "a"),
     "Waves": ("measured_I_R", "I_R"),
     "Ventricle and artery": COUPLING,
+    "Ejection and power": EJECTION,
 }
 """What a quantity tells of; a quantity that is none of these tells of itself."""
 
@@ -66,7 +75,7 @@ OF_NETWORK = ("C_v", "C_v_plain")
 """Quantities that are sums over vessels at their diastolic pressure, and stand with these."""
 
 _STIFFER, _STRONGER = ("stiffer", "softer", "large arteries"), ("stronger", "weaker", "")
-_LONGER = "longer", "shorter", ""
+_LONGER, _LARGER = ("longer", "shorter", ""), ("larger", "smaller", "")
 _RESISTANCE, _COMPLIANCE, _ELASTANCE = "mmHg s/ml", "ml/mmHg", "mmHg/ml"
 
 
@@ -91,7 +100,7 @@ class At(NamedTuple):
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "HR": Quantity("beats/min", "HR", "heart rate", "Table 1"),
+    "HR": VENTRICULAR["HR"],
     "CO": Quantity("ml/s", "CO", "cardiac output", "Table 1"),
     "mPAP": Quantity("mmHg", "mPAP", "mean pressure", "Table 1"),
     "sPAP": Quantity("mmHg", "sPAP", "systolic pressure", "Table 1"),
@@ -104,18 +113,43 @@ QUANTITIES: dict[str, Quantity] = {
     "pPAP_over_SV": Quantity(
         _ELASTANCE, "PP/SV", "pulse pressure over stroke volume", "", "pulse pressure / stroke volume",
     ),
+    "RC": Quantity(
+        "s", "RC", "RC time, PVR times stroke volume over pulse pressure", "", "RC time", comparatives=_LONGER,
+    ),
+    "SV": VENTRICULAR["SV"],
+    "ejection_time": Quantity("s", "ET", "ejection time, from the onset of flow to its end", "", "ejection time",
+                              comparatives=_LONGER),
+    "acceleration_time": Quantity("s", "AT", "acceleration time, from the onset of flow to its peak", "",
+                                  "acceleration time", comparatives=_LONGER),
+    "dp_dt_max": VENTRICULAR["dp_dt_max"],
+    "dp_dt_min": VENTRICULAR["dp_dt_min"],
+    "notch": Quantity("mmHg", "p_notch", "pressure of the dicrotic notch"),
+    "E_a_artery": Quantity(
+        _ELASTANCE, "E_a (artery)",
+        "effective elastance by the artery's pressure at the end of ejection over stroke volume", "",
+        "elastance by the artery alone",
+    ),
+    "augmentation": Quantity(
+        "1", "AIx", "augmentation index, share of the pulse pressure that comes after the peak of the flow", "",
+        "augmentation",
+    ),
+    "power": Quantity("mW", "W", "hydraulic power, mean of pressure times flow", "", "hydraulic power"),
+    "steady_power": Quantity("mW", "W_s", "steady power, mean pressure times mean flow", "", "steady power"),
+    "oscillatory_power": Quantity("mW", "W_o", "oscillatory power, the rest of the hydraulic power", "",
+                                  "oscillatory power"),
+    "oscillatory_share": Quantity("1", "W_o/W", "share of the oscillatory power", comparatives=_LARGER),
+    "incident_energy": Quantity("mJ", "E₊", "energy of the incident wave, a beat", "", "incident energy"),
+    "reflected_energy": Quantity("mJ", "E₋", "energy of the reflected wave, a beat", "", "reflected energy"),
+    "stroke_work": VENTRICULAR["stroke_work"],
     "Z_c": Quantity(_RESISTANCE, "Z_c", "characteristic impedance, up-slope", "8"),
     "Z_0": Quantity(_RESISTANCE, "Z_0", "impedance at zero frequency, mean pressure over mean flow", "19"),
     "I_R": Quantity(
         "1", "I_R", "wave reflection coefficient", "17", "model wave reflection",
         comparatives=_STRONGER,
     ),
-    "E_es": Quantity(_ELASTANCE, "E_es", "end-systolic elastance of the ventricle", "", "elastance of the ventricle"),
-    "E_a": Quantity(
-        _ELASTANCE, "E_a", "effective elastance of the artery, end-systolic pressure over stroke volume", "",
-        "elastance of the artery",
-    ),
-    "coupling": Quantity("1", "E_es/E_a", "coupling of ventricle and artery", "", "coupling of ventricle and artery"),
+    "E_es": VENTRICULAR["E_es"],
+    "E_a": VENTRICULAR["E_a"],
+    "coupling": VENTRICULAR["coupling"],
     "beta": Quantity(
         "mmHg", "β", "wall stiffness", "3",
         comparatives=_STIFFER,
@@ -143,7 +177,7 @@ QUANTITIES: dict[str, Quantity] = {
     "a": Quantity(
         "1", "a = R_1/R_T", "resistance ratio", "7", "proximal resistance share",
         lambda point: point.model.outlets.resistance_ratio(),
-        rests_on="bed", comparatives=("larger", "smaller", ""),
+        rests_on="bed", comparatives=_LARGER,
     ),
     "C_p": Quantity(
         _COMPLIANCE, "C_p", "weighted compliance of the vascular beds", "30", "compliance of the beds",

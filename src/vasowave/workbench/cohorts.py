@@ -10,7 +10,7 @@ from vasowave.study.animal.files import read_result
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.comparison import group_means
 from vasowave.study.figures.matplotlib_style import group_looks, source_looks
-from vasowave.study.results.results import INDEX, read_results
+from vasowave.study.results.results import Results
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.values import number, numbers
 
@@ -47,7 +47,8 @@ class Cohorts:
         InputError
             No animal has this quantity; the file of an animal is missing or damaged.
         """
-        cohort = _cohort_of(desk.stored().folder / INDEX)
+        stored = desk.stored()
+        cohort = desk.of_results("cohort", lambda: _cohort_of(stored))
         if name not in cohort.symbols:
             raise InputError(f"no animal has a quantity '{name[:80]}'")
         means_by_source = {source: group_means(cohort, source, name) for source in cohort.sources}
@@ -57,10 +58,8 @@ class Cohorts:
         }  # fmt: skip
 
 
-@remembered
-def _cohort_of(index: Path) -> Cohort:
-    """Return the animals of results, whose index changes with every one of them."""
-    stored = read_results(index.parent)
+def _cohort_of(stored: Results) -> Cohort:
+    """Return the animals of results in their groups."""
     results = stored.in_order(whole=False)
     return stored.gathered(results, results[0].group if results else None)
 

@@ -1,18 +1,18 @@
 """One study and what was done to it here: every change of a file with what stood there before, so that it is undone."""
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.base.errors import InputError
 from vasowave.base.io.files import alone_in, content_of, lies_inside, made_inside, write_files
-from vasowave.base.io.remembered import remembered
-from vasowave.study.folder.reading import STUDY_FILE, read_settings
+from vasowave.base.io.remembered import Made, made_once, marks_of
+from vasowave.study.folder.places import RESULTS, STUDY_FILE
+from vasowave.study.folder.reading import read_settings
 from vasowave.study.folder.settings import StudyFile
-from vasowave.study.folder.study import RESULTS
-from vasowave.study.results.results import INDEX, Results, read_results
+from vasowave.study.results.results import ANIMALS, INDEX, Results, read_results
 
 EDITS = "edits"
 """Folder of the files that hold what was decided of beats, and corrections of trees."""
@@ -89,9 +89,16 @@ class Desk:
         return self.folder / RESULTS
 
     def stored(self) -> Results:
-        """Return the results of the study, whose index is read anew only where it changed; raises as `read_results`."""
-        index = self.results / INDEX
-        return _results_of(index) if index.is_file() else read_results(self.folder)
+        """Return the results of the study, read anew only where a file of them changed; raises as `read_results`."""
+        return self.of_results("read", lambda: read_results(self.folder))
+
+    def of_results(self, name: Hashable, make: Callable[[], Made]) -> Made:
+        """Return what is made of the results, made anew only where a file of them changed; `name` tells what it is."""
+
+        def files() -> list[Path]:
+            return [self.results / INDEX, *sorted((self.results / ANIMALS).glob("*.nc"))]
+
+        return made_once(lambda: (name, str(self.results), tuple(map(str, files())), marks_of(files())), make)
 
     def inside(self, name: str) -> Path:
         """Return a file of the study by its name.
@@ -165,11 +172,6 @@ def _write(folder: Path, contents: Mapping[Path, bytes | str | None], expected: 
         if content is not None:
             made_inside(folder, str(file.parent.relative_to(folder)))
     write_files(contents, expected)
-
-
-@remembered
-def _results_of(index: Path) -> Results:
-    return read_results(index.parent)
 
 
 def unchanged(subject: str, shown: Mapping[str, str], now: Mapping[str, str]) -> None:

@@ -227,8 +227,9 @@ def name_of(image: Path) -> str:
 
 
 def is_image(path: Path) -> bool:
-    """Whether a file's name is one of an image."""
-    return path.name.lower().removesuffix(".gz").endswith(tuple(VOLUMES.suffixes))
+    """Whether a file's name is one of an image; a MATLAB file that is put here is a recording."""
+    name = path.name.lower().removesuffix(".gz")
+    return name.endswith(tuple(VOLUMES.suffixes)) and not name.endswith(".mat")
 
 
 def options_of(wishes: Wishes, edits: Path) -> Options:

@@ -19,8 +19,7 @@ from vasowave.study.entering.adding import Added, add_files
 from vasowave.study.entering.table import read_rows
 from vasowave.study.entering.template import FOLDERS, new_study
 from vasowave.study.folder.names import plain_name
-from vasowave.study.folder.reading import STUDY_FILE
-from vasowave.study.folder.study import RESULTS
+from vasowave.study.folder.places import RESULTS, STUDY_FILE
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import IMAGES, is_image, name_of
 

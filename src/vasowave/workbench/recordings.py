@@ -18,7 +18,10 @@ from vasowave.catheter.beats.prepared import Prepared, prepare
 from vasowave.catheter.beats.rejection import cause
 from vasowave.catheter.ensemble import average_prepared
 from vasowave.catheter.read.describe import describe_recording, kind_of
-from vasowave.catheter.read.read_raw import INTERPOLATED
+from vasowave.catheter.read.formats import companion_files, read_blocks
+from vasowave.catheter.read.read_raw import INTERPOLATED, choose_block
+from vasowave.catheter.signals.channels import Block, Comment
+from vasowave.catheter.signals.interventions import is_intervention
 from vasowave.catheter.signals.raw import MIN_DURATION_S, RawRecording
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording
@@ -95,16 +98,24 @@ class LoadedRecording:
     duration : float
         s.
     recording : RawRecording or None
-        The recording, where it has no gap and one rate, so that any stretch of it is at hand.
+        The recording, where it has no gap, no intervention and one rate, so that any stretch of it is at hand.
     channels : dict
         See `_channels`.
+    comments : sequence of Comment, optional
+        Remarks made during the recording.
+    refusal : VasowaveError, optional
+        Why nothing can be averaged; the traces are those of the file's channels then, by their titles.
+    of_stretch : bool
+        Whether another stretch of the row may show more.
     """
 
     def __init__(
         self, traces: dict[str, Trace], rate: float, duration: float, recording: RawRecording | None,
-        channels: dict[str, Any],
+        channels: dict[str, Any], comments: Sequence[Comment] = (), refusal: VasowaveError | None = None,
+        of_stretch: bool = False,
     ) -> None:  # fmt: skip
         self.traces, self.rate, self.duration, self.whole, self.channels = traces, rate, duration, recording, channels
+        self.comments, self.refusal, self.of_stretch = comments, refusal, of_stretch or refusal is not None
         self.prepared: tuple[Any, Prepared] | None = None
 
     def beats(self, row: AnimalRow, study: Study, edits: Sequence[BeatEdit]) -> Prepared:
@@ -152,21 +163,28 @@ class Recordings:
 
     def opened(self, row: AnimalRow, study: Study) -> LoadedRecording:
         """Return a recording from the start of its block as it was read, gaps and all, whatever is averaged of it."""
-        states = [file.stat() for file in row.recordings]
+        states = [file.stat() for recording in row.recordings
+                  for file in (recording, *filter(Path.is_file, companion_files(recording)))]  # fmt: skip
         ignored = ("start", "end", "zero", "pressure_gain", "flow_gain", "flow_zero", "beat_edits", "group", "network",
                    "line")  # fmt: skip
         key = (*((state.st_mtime_ns, state.st_size) for state in states), study.settings.site,
                tuple(str(value) for name, value in vars(row).items() if name not in ignored))  # fmt: skip
+        of_stretch = (*key, row.start, row.end)  # a refusal, or what lies between gaps, is of one stretch
         with self._lock:
-            if key not in self._opened:
-                self._opened[key] = _opened(row, study.settings.site)
+            stored = next((candidate for candidate in (key, of_stretch) if candidate in self._opened), None)
+            if stored is None:
+                opened = _opened_or_channels(row, study.settings.site)
+                stored = of_stretch if opened.of_stretch else key
+                self._opened[stored] = opened
                 while len(self._opened) > _CAPACITY or (len(self._opened) > 1 and self._samples() > _MOST):
                     self._opened.popitem(last=False)
-            self._opened.move_to_end(key)
-            return self._opened[key]
+            self._opened.move_to_end(stored)
+            return self._opened[stored]
 
     def _samples(self) -> int:
-        return sum(round(recording.duration * recording.rate) for recording in self._opened.values())
+        longest = (max(len(trace.values) for trace in opened.traces.values()) for opened in self._opened.values())
+        counts = (max(1, len(opened.traces) // len(SIGNALS)) for opened in self._opened.values())
+        return sum(length * count for length, count in zip(longest, counts, strict=True))
 
     def _average(self, row: AnimalRow, study: Study, cells: Mapping[str, str]) -> dict[str, Any]:
         """Return beats and average, or why there is none; the same numbers as `vasowave check` and `run`."""
@@ -203,7 +221,11 @@ class Recordings:
                     "duration": opened.duration,
                     "rate": opened.rate,
                     "signals": list(opened.traces),
+                    "labels": {name: SIGNALS.get(name, name) for name in opened.traces},
+                    "comments": [[comment.time, comment.text] for comment in opened.comments],
                 }
+                if opened.refusal is not None:
+                    raise opened.refusal
                 description |= self._average(row, study, cells)
             else:
                 description |= {"error": "", **_cycle(read_measured(row, study.settings)[0], [animal], cells)}
@@ -237,12 +259,36 @@ def row_of(desk: Desk, animal: str) -> tuple[AnimalRow, Study]:
     return row, study
 
 
+def _opened_or_channels(row: AnimalRow, site: SiteName) -> LoadedRecording:
+    """Return a recording, or what its files hold where nobody knows which channel is pressure and which is flow."""
+    try:
+        return _opened(row, site)
+    except VasowaveError as refusal:
+        try:
+            blocks = [_block_of(file, row) for file in row.recordings]
+        except (VasowaveError, OSError):
+            raise refusal from None
+        channels = [channel for block in blocks for channel in block.channels if channel.duration > 0]
+        if not channels:
+            raise
+        traces: dict[str, Trace] = {}
+        for number, channel in enumerate(channels, 1):
+            title, unit = channel.title or f"channel {number}", channel.unit or "no unit"
+            name = f"{title} [{unit}]" if f"{title} [{unit}]" not in traces else f"{title} ({number}) [{unit}]"
+            traces[name] = Trace(channel.values.astype(np.float32), channel.sampling_rate)
+        comments = [comment for block in blocks for comment in block.comments]
+        longest = max(channels, key=lambda channel: channel.duration)
+        return LoadedRecording(traces, longest.sampling_rate, longest.duration, None, _channels(row), comments, refusal)
+
+
 def _opened(row: AnimalRow, site: SiteName) -> LoadedRecording:
     as_read = replace(row, zero=None, pressure_gain=None, flow_gain=None, flow_zero=None)
-    try:
-        raw = read_stretch(replace(as_read, start=None, end=None), site)
-    except InputError:  # a gap: the stretch of the row is whole, and what is beside it
-        raw = read_stretch(as_read, site)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)  # those of the stretch that is averaged are shown
+        try:
+            raw, has_gaps = read_stretch(replace(as_read, start=0.0, end=None), site), False  # beyond a drug, too
+        except InputError:  # a gap: the stretch of the row is whole, and what is beside it
+            raw, has_gaps = read_stretch(as_read, site), True
     pieces = (raw, *raw.beside)
     alone = not raw.beside and raw.origin == 0
     count = max(round((piece.origin + piece.duration) * raw.sampling_rate) for piece in pieces)
@@ -257,8 +303,22 @@ def _opened(row: AnimalRow, site: SiteName) -> LoadedRecording:
         if values is not None:
             traces[name] = Trace(values, raw.sampling_rate)
     one_rate = not any(note.code == INTERPOLATED.code for note in raw.notes)
-    recording = raw if alone and one_rate else None
-    return LoadedRecording(traces, raw.sampling_rate, count / raw.sampling_rate, recording, _channels(row))
+    divided = any(is_intervention(comment.text) for comment in raw.every_comment)
+    recording = raw if alone and one_rate and not divided else None
+    return LoadedRecording(
+        traces,
+        raw.sampling_rate,
+        count / raw.sampling_rate,
+        recording,
+        _channels(row),
+        raw.every_comment,
+        of_stretch=has_gaps,
+    )
+
+
+def _block_of(file: Path, row: AnimalRow) -> Block:
+    blocks = read_blocks(file, row.sampling_rate, sheet=row.sheet)
+    return blocks[choose_block(file, blocks, row.block)[0]]
 
 
 def _channels(row: AnimalRow) -> dict[str, Any]:
@@ -303,6 +363,8 @@ def _cycle(cycle: Recording, *of_animal: Any) -> dict[str, Any]:
 
 def mean_between(traces: Mapping[str, Trace], signal: str, start: float, end: float) -> float:
     """Return the mean of a signal in a stretch as it was read: mmHg, ml/s."""
+    if signal not in traces:
+        raise InputError(f"nobody knows yet which channel is the {signal}; name it first")
     trace = traces[signal]
     values = trace.values[max(0, round(start * trace.rate)) : max(0, round(end * trace.rate))]
     if not np.isfinite(values).any():

@@ -9,8 +9,9 @@ from typing import Any
 
 from vasowave.base.errors import InputError
 from vasowave.base.io.files import made_inside
+from vasowave.study.folder.places import RESULTS
 from vasowave.study.folder.problems import refuse
-from vasowave.study.folder.study import RESULTS, Study
+from vasowave.study.folder.study import Study
 from vasowave.study.results.store import LOCK, holder, locked
 from vasowave.study.running.plan import inspect_study
 from vasowave.study.running.run_state import ask_to_stop, record_end, reserved, run_status

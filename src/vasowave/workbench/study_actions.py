@@ -157,7 +157,8 @@ def remove_column(workplace: Workplace, title: Name) -> str:
         if title in COLUMNS or title not in old_rows.titles:
             raise InputError(f"there is no column '{title}' of your own in {table.name}")
         titles = tuple(heading for heading in old_rows.titles if heading != title)
-        change.write(table, written_rows(replace(old_rows, titles=titles), ()))
+        rows = tuple({heading: text for heading, text in row.items() if heading != title} for row in old_rows.rows)
+        change.write(table, written_rows(replace(old_rows, rows=rows, titles=titles), ()))
     return f"column '{title}' removed"
 
 

@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import platform
 import shutil
 import stat
 import subprocess
@@ -119,6 +120,41 @@ def test_kernels_lie_in_a_private_folder_of_the_user_also_where_the_package_coul
     assert home in place.parents
     assert stat.S_IMODE(place.stat().st_mode) == 0o700
     assert {stat.S_IMODE(one.stat().st_mode) for one in place.glob("*.kernel")} == {0o600}
+
+
+def hits_and_misses(folder, home, source="one", **environment):
+    """What a process in a home of its own loaded and compiled, and what it said."""
+    home.mkdir()
+    process = started(folder, home, source, QUICK, **environment)
+    out, error = process.communicate(timeout=120)
+    assert process.returncode == 0, error
+    return tuple(map(int, out.split(" ", 2)[:2])), error
+
+
+QUICK = SCRIPT.replace("time.sleep(4.0)", "pass")
+LEVEL = {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": ""}
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="kernels are shipped for x86-64")
+@pytest.mark.validation
+def test_a_kernel_that_came_with_the_package_is_loaded_where_source_and_target_are_its_own(tmp_path):
+    """It was compiled for the level of processors elsewhere; a fresh home then compiles nothing and keeps nothing."""
+    folder, made = installed(tmp_path / "here"), tmp_path / "made"
+    assert hits_and_misses(folder, tmp_path / "builder", NUMBA_CACHE_DIR=str(made), **LEVEL)[0] == (0, 1)
+    shutil.copytree(made, folder / "vasowave" / "compiled")
+    (kernel,) = (folder / "vasowave" / "compiled").rglob("*.kernel")
+    os.link(kernel, tmp_path / "in the installer's cache")  # as installers do
+    assert hits_and_misses(folder, tmp_path / "fresh") == ((1, 0), "")
+    assert not list((tmp_path / "fresh").rglob("*.kernel"))
+    assert hits_and_misses(folder, tmp_path / "changed", "another")[0] == (0, 1)
+    assert hits_and_misses(folder, tmp_path / "asked", NUMBA_CPU_NAME="x86-64-v2")[0] == (0, 1)
+    assert hits_and_misses(folder, tmp_path / "older", NUMBA_ENABLE_AVX="0")[0] == (0, 1)
+    (closed := tmp_path / "closed.file").write_text("no folder can be made here")
+    assert hits_and_misses(folder, tmp_path / "closed", XDG_CACHE_HOME=str(closed))[0] == (1, 0)
+    kernel.write_bytes(kernel.read_bytes()[:-1])
+    counts, error = hits_and_misses(folder, tmp_path / "damaged")
+    assert counts == (0, 1)
+    assert "a compiled function was damaged; it is compiled anew" in error
 
 
 @pytest.fixture

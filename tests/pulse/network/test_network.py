@@ -40,7 +40,7 @@ def table(folder, rows, header=HEADER):
         ("name,parent,length [mmHg],radius [cm]\na,,1,1\n", "column 'length'.*mmHg"),
         ("name,parent,length [cm],radius\na,,1,1\n", "column 'radius' has no unit"),
         ("name,parent,length_mm,radius_mmHg\na,,4,1\n", "'mmHg' is not a unit of length"),
-        ("gefäß,eltern,länge,radius\na,,1,1\n", r"no column 'name'; .*gefäß.*the titles name, parent, length \[cm\]"),
+        ("gefäß,vorfahr,länge,radius\na,,1,1\n", r"no column .parent.; .*vorfahr.*titles name, parent, length \[cm\]"),
         ("name,parent,length [mm],diameter [mm],radius [mm]\na,,4,1,0.5\n", "both 'radius' and 'diameter'"),
         ("name,from,to,parent,length [cm],radius [cm]\na,1,2,,1,0.1\n", "both 'parent' and 'from', 'to' say"),
         (TAPERED + "b,a,0.4,0.03,0.2,0.01\n", r"line 3 \(vessel 'b'\): taper 0\.2 is not possible"),

@@ -1,5 +1,6 @@
 """Trees as other programs write them, made here with known lengths, radii and connections."""
 
+import json
 import math
 import warnings
 
@@ -72,6 +73,14 @@ TABLES = {
                        lambda n, p, length, r, a, b: f"{n},{a},{b},{1e4 * length},{10 * r}"),
     "two-diameters": ("name,parent,length_cm,proximal_diameter_cm,distal_diameter_cm",
                       lambda n, p, length, r, a, b: f"{n},{p},{length},{2.1 * r},{1.9 * r}"),
+    "beginning-and-end-in-german": ("Gefäß,Elter,Länge (mm),Radius Anfang (mm),Radius Ende (mm)",
+                                    lambda n, p, length, r, a, b: f"{n},{p},{10 * length},{10.5 * r},{9.5 * r}"),
+    "initial-and-end": ("No.,Artery,Proximal node,Distal node,Length (cm),Initial radius (cm),End radius (cm)",
+                        lambda n, p, length, r, a, b: f"{a}{b},{n},{a},{b},{length},{1.05 * r},{0.95 * r}"),
+    "places-of-both-ends": ("Length (mm),Radius (mm),Start_R,Start_A,Start_S,End_R,End_A,End_S",
+                            lambda n, p, length, r, a, b: f"{10 * length},{10 * r},{a}.0,0.5,1e-3,{b},0.50,0.001"),
+    "places-with-numbers": ("x1,y1,z1,x2,y2,z2,length [mm],radius [mm]",
+                            lambda n, p, length, r, a, b: f"{a},0,0,{b},0,0,{10 * length},{10 * r}"),
     "edges-the-other-way": ("node1,node2,length [mm],radius [mm]",
                             lambda n, p, length, r, a, b: f"{b},{a},{10 * length},{10 * r}"),
 }  # fmt: skip
@@ -179,11 +188,72 @@ def test_graphml_says_its_unit_in_its_attributes_or_is_asked_for_it(tmp_path):
     named = graphml(tmp_path / "directed.graphml", "directed", "length_mm", "radius_mm")
     assert shape(read(named)[0]) == expected()
     bare = graphml(tmp_path / "bare.graphml", "undirected", "length", "radius_avg")
-    with pytest.raises(InputError, match="this GraphML file does not say the unit"):
+    with pytest.raises(InputError, match="file does not say the unit"):
         vw.read_network(bare)
     network, codes = read(bare, "mm")
     assert shape(network) == expected()
     assert "network.root-taken" in codes
+
+
+def gml(path, size="length_mm", width="radius_mm"):
+    nodes = "".join(f'  node [ id {node} label "n{node}" ]\n' for node in range(1, 7))
+    ends = {name: f"source {NODES[name][0]} target {NODES[name][1]}" for name in TREE}
+    edges = "".join(
+        f"  edge [ {ends[name]} {size} {10 * length:.6g} {width} {10 * radius:.6g} ]\n"
+        for name, (_, length, radius) in TREE.items()
+    )
+    path.write_text(f'Creator "igraph"\nVersion 1\ngraph\n[\n  directed 1\n{nodes}{edges}]\n', encoding="utf-8")
+    return path
+
+
+def node_link(path, key):
+    links = [
+        {
+            "source": f"n{NODES[name][0]}",
+            "target": f"n{NODES[name][1]}",
+            "length_mm": 10 * length,
+            "radius_mm": 10 * radius,
+        }
+        for name, (_, length, radius) in TREE.items()
+    ]
+    nodes = [{"id": f"n{node}"} for node in range(1, 7)]
+    content = {"directed": True, "multigraph": False, "graph": {}, "nodes": nodes, key: links}
+    path.write_text(json.dumps(content), encoding="utf-8")
+    return path
+
+
+def test_gml_and_node_links_are_graphs_as_graphml_is(tmp_path):
+    for path in (
+        gml(tmp_path / "a.gml"),
+        node_link(tmp_path / "a.json", "links"),
+        node_link(tmp_path / "b.json", "edges"),
+    ):
+        assert shape(read(path)[0]) == expected()
+    with pytest.raises(InputError, match="file does not say the unit"):
+        vw.read_network(gml(tmp_path / "b.gml", "length", "radius"))
+
+
+def test_damaged_graphs_are_refused_in_words(tmp_path):
+    for path in (gml(tmp_path / "a.gml"), node_link(tmp_path / "a.json", "links")):
+        text = path.read_text(encoding="utf-8")
+        for damaged in (text[: len(text) // 2], text.replace("source", "sauce", 1)):
+            path.write_text(damaged, encoding="utf-8")
+            with pytest.raises(InputError, match=path.name):
+                vw.read_network(path)
+
+
+def test_titles_of_other_languages_are_read(tmp_path):
+    path = written(tmp_path / "t.csv", "Gefäß;Elterngefäß;Länge (mm);Durchmesser (mm)",
+                   lambda n, p, long, r, *_: f"{n};{p};{10 * long:.2f};{20 * r:.3f}".replace(".", ","))  # fmt: skip
+    assert shape(read(path)[0]) == expected()
+
+
+def test_a_table_may_have_a_caption_and_its_units_in_a_row(tmp_path):
+    path = written(tmp_path / "t.csv", "Gefäß;Elterngefäß;Länge;Durchmesser",
+                   lambda n, p, long, r, *_: f"{n};{p};{10 * long:.2f};{20 * r:.3f}")  # fmt: skip
+    titles, rows = path.read_text(encoding="utf-8").split("\n", 1)
+    path.write_text(f"Morphometrie Maus 12;;;\n;;;\n{titles}\n;;(mm);(mm)\n{rows}", encoding="utf-8")
+    assert shape(read(path)[0]) == expected()
 
 
 @pytest.mark.parametrize("damage", [lambda t: t[: len(t) // 2], lambda t: t.replace("<edge", "<ed"),
@@ -250,4 +320,29 @@ def test_spatial_graphs_that_cannot_be_read_say_why(tmp_path, damage, words):
 def test_centerlines_in_the_place_of_a_network_are_sent_to_their_command(tmp_path, name):
     (tmp_path / name).write_text("x")
     with pytest.raises(InputError, match=f"{name}: holds centerlines.*with their unit of length"):
+        vw.read_network(tmp_path / name)
+
+
+def test_branches_of_a_skeleton_without_widths_are_refused_for_that(tmp_path):
+    header = " ,Skeleton ID,Branch length,V1 x,V1 y,V1 z,V2 x,V2 y,V2 z,Euclidean distance,average intensity"
+    path = written(tmp_path / "a.csv", header,
+                   lambda n, p, length, r, a, b: f"1,1,{length},{a},0,0,{b},0,0,{length},255")  # fmt: skip
+    with pytest.raises(InputError, match="no column 'radius'"):
+        vw.read_network(path)
+
+
+OTHERS = {
+    "a.xml": ('<?xml version="1.0"?>\n<gxl><graph id="g"><node id="n0"/></graph></gxl>\n', "positions count voxels"),
+    "a.yml": ("proj_name: a\n\nnetwork:\n  - label: a\n    sn: 1\n    tn: 2\n", "export FILE --to tables"),
+    "a.csv": (
+        "Order,Number,Diameter (mm),Length (mm)\n1,512,0.02,0.2\n2,180,0.04,0.3\n",
+        "does not say what joins vessels",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_what_is_no_table_of_vessels_is_refused_for_what_it_is(tmp_path, name):
+    (tmp_path / name).write_text(OTHERS[name][0])
+    with pytest.raises(InputError, match=OTHERS[name][1]):
         vw.read_network(tmp_path / name)

@@ -148,7 +148,14 @@ def test_vtk_itself_opens_every_frame(series, tangent, tmp_path):
     expected = tangent.run.pressure[::8, 0, tangent.network.root]
     np.testing.assert_allclose([one["pressure"] for one in told], expected, rtol=1e-6)
     np.testing.assert_allclose([one["time"] for one in told], np.arange(64) * tangent.inflow.period / 64)
-    assert told[0]["names"] == ["area_cm2", "flow_ml_per_s", "pressure_mmHg", "velocity_cm_per_s", "vessel"]
+    assert told[0]["names"] == [
+        "area_cm2",
+        "flow_ml_per_s",
+        "pressure_mmHg",
+        "velocity_cm_per_s",
+        "vessel",
+        "wall_shear_Pa",
+    ]
     assert told[0]["faces"] == len(arrays_of(frames[0])["connectivity"]) // 4
 
 

@@ -52,7 +52,7 @@ def test_a_journal_that_is_no_file_of_its_own_is_neither_read_nor_added_to(tmp_p
         append(place, b"line")
     assert caught.value.errno in {errno.ELOOP, errno.EMLINK, errno.ENXIO, errno.EISDIR}
     assert read_journal(place) == []
-    Journal(place).searches("linear", 1).keep("scout", 0, END)
+    Journal(place).searches("linear", 1).keep("start", 0, END)
     assert mine.read_bytes() == MINE
 
 
@@ -85,7 +85,7 @@ def test_a_folder_that_becomes_a_link_while_a_study_runs_is_not_written_through(
     place = tmp_path / "study" / name
     place.rename(tmp_path / "aside")
     place.symlink_to(elsewhere)
-    searches.keep("scout", 0, END)
+    searches.keep("start", 0, END)
     tried = {
         "results/cache": lambda: store.keep("b", content),
         "results/animals": lambda: write_results(results, {}, (), StudyFile(), (), ()),

@@ -134,9 +134,9 @@ def test_a_stage_has_another_key_exactly_where_something_that_it_depends_on_is_a
     assert same(keys(cannula=0)) == everything - {"axes", "elsewhere", "grey"}
     assert same(keys(loops="open")) == everything - {"loops"}
     assert same(keys(outlets=[root])) == everything - {"loops", "axes", "elsewhere", "grey"}
-    assert same(keys(root=[0, 0, 0], seed=root)) == {"lumen", "loops", "profiles"}
-    assert same(keys(threshold=44.0)) == same(keys(method="level-set")) == {"profiles"}
-    assert same(keys(region=([0, 0, 0], [1, 1, 1]))) == {"profiles"}
+    assert same(keys(root=[0, 0, 0], seed=root)) == {"lumen", "profiles"}  # strangers are cut by the root's radius
+    assert same(keys(threshold=44.0)) == same(keys(method="level-set")) == set()  # profiles know what is closed in it
+    assert same(keys(region=([0, 0, 0], [1, 1, 1]))) == set()
     assert same(keys(image="another")) == set()
 
 

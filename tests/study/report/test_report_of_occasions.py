@@ -7,15 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from approval import approve, artists
 from made_cohort import crossed_cohort
-from vasowave.study.cohort import Family, group_means, primary_comparison
+from vasowave.study.cohort import Family, attribution_table, group_means, primary_comparison
 from vasowave.study.figures import hemodynamics_figure, means_figure, style, waveforms_figure
 from vasowave.study.report import page, report_of
-from vasowave.study.report.answer import animals_of, decay, design_text
+from vasowave.study.report.answer import animals_of, attribution_answer, attribution_summary, decay, design_text
 from vasowave.study.report.sections import methods_section
 from vasowave.study.report.tables import data, primary_tables
+from vasowave.study.results import attributed
 
 FOUR = {"mPAP [mmHg]": "pressure [mmHg]", "CO [ml/s]": "flow [ml/s]", "R_T [mmHg s/ml]": "R_T [mmHg s/ml]"}
 CELLS = ["Kontrolle Süd, vor", "Kontrolle Süd, nach", "Hypoxie Öst, vor", "Hypoxie Öst, nach"]
@@ -23,7 +25,7 @@ CELLS = ["Kontrolle Süd, vor", "Kontrolle Süd, nach", "Hypoxie Öst, vor", "Hy
 
 @pytest.fixture(scope="module")
 def cohort():
-    return crossed_cohort()
+    return attributed(crossed_cohort())
 
 
 def pressures(cohort, group, level):
@@ -169,3 +171,29 @@ def test_points_of_the_forest_are_the_ratios_that_its_rows_are_of(cohort, primar
     for what, row in rows_of(primary, "mPAP").iterrows():
         own = [dot.value for dot in rows[what] if what == "factor" or dot.group == "Hypoxie Öst"]
         assert min(own) < row["ratio"] < max(own)
+
+
+def test_the_page_says_which_parts_made_the_change_and_they_add_up(cohort):
+    [(question, text)] = attribution_answer(cohort)
+    assert question == "What made the change?"
+    assert "Hypoxie Öst, vor to nach (n = 3): mean pressure -" in text
+    [summary] = attribution_summary(cohort)
+    assert len(summary.rows) == 4
+    assert summary.header == ("group", "quantity", "change", "heart", "walls", "beds")
+    table = attribution_table(cohort.changes)
+    assert len(table) == 6 * 8
+    parts = table.columns[7:]
+    np.testing.assert_allclose(table[parts].sum(axis=1), table["change"], rtol=1e-9, atol=1e-12)
+    fitted = {one.name: one.laws["linear"].simulated("pressure", one.root).values for one in cohort.results}
+    row = table.set_index(["animal", "quantity"]).loc[("Süd 1", "pPAP")]
+    assert row["after"] - row["before"] == pytest.approx(
+        np.ptp(fitted["Süd 1 nach"]) - np.ptp(fitted["Süd 1 vor"]), rel=0.05
+    )
+    made = cohort.changes[0].means("mPAP")
+    of_group = table[(table["group"] == "Kontrolle Süd") & (table["quantity"] == "mPAP")]
+    assert made.loc["beds", "mean"] == pytest.approx(of_group["beds"].mean())
+    assert made.loc["beds", "high"] == pytest.approx(stats.ttest_1samp(of_group["beds"], 0).confidence_interval().high)
+
+
+def test_groups_that_were_recorded_once_have_no_change():
+    assert attribution_answer(attributed(crossed_cohort(mice=1, levels=("vor",)))) == []

@@ -1,6 +1,7 @@
 // @ts-check
 import { deepEqual, equal } from "node:assert/strict";
 import { listenToHand } from "../../../src/vasowave/workbench/page/hand.js";
+import { readingOf } from "../../../src/vasowave/workbench/page/marks.js";
 import { cycleCurve, labelOf, timeScale } from "../../../src/vasowave/workbench/page/signals.js";
 
 Deno.test("times stand between the margins, and pixels have their times", () => {
@@ -25,6 +26,18 @@ Deno.test("an average has a band of one SD where there is one", () => {
     equal(cycleCurve([10, 20], undefined, 0.5, "red").band, undefined);
 });
 
+Deno.test("what is read at the pointer is told with its difference from the mark", () => {
+    const trace = { start: 0, end: 4, each: 1, count: 4, values: new Float32Array([10, 12, 15, 15, 10, 14, 15, 15]) };
+    const labels = { pressure: "pressure [mmHg]", "P 2 [V]": "P 2 [V]" };
+    /** @type {any} */
+    const scene = { recording: { labels, signals: Object.keys(labels) }, view: [0, 4], traces: { pressure: trace } };
+    equal(readingOf({ ...scene, pointer: 1.5, mark: null }), "1.5000 s, pressure 12 to 14 mmHg, P 2 – V");
+    equal(
+        readingOf({ ...scene, pointer: null, mark: 0.5 }),
+        "2.0000 s (+1.5000 s from the mark), pressure 15 (+5) mmHg, P 2 – V",
+    );
+});
+
 /** A desk over 100 s, 10 pixels a second from 54 on, with four beats; what the hand did is noted. */
 function desk() {
     const canvas = new EventTarget(), strip = new EventTarget(), notes = /** @type {unknown[][]} */ ([]);
@@ -43,6 +56,8 @@ function desk() {
         stretch: null,
         beat: -1,
         carried: null,
+        pointer: null,
+        mark: null,
     };
     const note = (/** @type {string} */ name) => (/** @type {unknown[]} */ ...values) => {
         notes.push([name, ...values]);

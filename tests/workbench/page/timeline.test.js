@@ -8,12 +8,14 @@ import {
     clock,
     editOf,
     extremes,
+    fates,
     lastNotAfter,
     middleOf,
     spanOf,
     suffices,
     undecided,
     unmoved,
+    valuesAt,
     wider,
     zoomed,
 } from "../../../src/vasowave/workbench/page/timeline.js";
@@ -106,4 +108,24 @@ Deno.test("a stretch decides on beats with their middle inside whose fate would 
 Deno.test("beats are listed by the cause of their rejection", () => {
     const beats = beatsByCause({ 3: "arrhythmic", 7: "noisy", 9: "arrhythmic" });
     deepEqual([...beats], [["arrhythmic", [3, 9]], ["noisy", [7]]]);
+});
+
+Deno.test("many beats are shares of those averaged and rejected in each part of a window", () => {
+    const beats = {
+        starts: [0, 1, 2, 3, 9],
+        end: 10,
+        averaged: [0, 2, 3],
+        rejected: { 1: "long", 4: "long" },
+        causes: {},
+    };
+    const { averaged, rejected } = fates(beats, [0, 10], 5); // middles 0.5, 1.5 | 2.5 | | 6 | 9.5
+    deepEqual([...averaged], [0.5, 1, 0, 1, 0]);
+    deepEqual([...rejected], [0.5, 0, 0, 0, 1]);
+});
+
+Deno.test("a time has the lowest and highest value of its piece, and none where there is no sample", () => {
+    const trace = { start: 10, end: 13, each: 1, count: 3, values: new Float32Array([1, NaN, 3, 2, NaN, 5]) };
+    deepEqual(valuesAt(trace, 10.5), [1, 2]);
+    deepEqual(valuesAt(trace, 12), [3, 5]);
+    deepEqual([11.5, 9, 13].map((time) => valuesAt(trace, time)), [null, null, null]);
 });

@@ -1,5 +1,8 @@
 """Reading and writing files of any content: text, tables, workbooks, columns with units."""
 
+from vasowave.base.io.answers import answer_to as answer_to
+from vasowave.base.io.answers import basis_of as basis_of
+from vasowave.base.io.answers import keep_answer as keep_answer
 from vasowave.base.io.columns import NoRowsError as NoRowsError
 from vasowave.base.io.columns import read_columns as read_columns
 from vasowave.base.io.files import FOLDER_LOCK as FOLDER_LOCK

@@ -28,6 +28,7 @@ MEMORY = 7 << 28
 SECONDS = 15
 """Seconds of a processor that reading may take beside what grows with the files; a busy machine waits longer."""
 
+_MOST = 1 << 42  # bytes of a file or folder; of what a damaged header announces nobody waits for more
 _KINDS = "biufcU"  # of arrays that a helper may give; none of them can hold a program
 _ALONE = dict.fromkeys(
     ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "ITK_GLOBAL_DEFAULT_NUMBER_OF_THREADS"), "1"
@@ -68,7 +69,7 @@ def read_apart(
         if path.is_dir()
         else path.stat().st_size
     )
-    size = max(size, content)
+    size = min(max(size, content), _MOST)
     with _HELPER.lock:
         try:
             return _HELPER.read(reader, path, MEMORY + 8 * size, SECONDS + size / 2e7)

@@ -14,6 +14,8 @@ _DATE = (
 _DATE_AFTER = _DATE.replace("mark", "mark_after")
 _CLOCK = re.compile(rf"(?:(?P<date>{_DATE})(?:\s*-\s*|[ T,]\s*))?{_TIME}(?:\s+(?P<date_after>{_DATE_AFTER}))?")
 _DAY = re.compile(_DATE)
+_DURATION = re.compile(r"(?P<number>\d+(?:\.\d+)?(?:e-?\d+)?) (?P<unit>msec|ms|sec|s|min|hr)", re.IGNORECASE)
+_SECONDS = {"msec": 1e-3, "ms": 1e-3, "sec": 1.0, "s": 1.0, "min": 60.0, "hr": 3600.0}
 _DAY_S = 86400.0
 _HALF_DAY_S = 43200.0
 
@@ -25,8 +27,8 @@ def bare(cell: str) -> str:
 
 
 def is_clock(cell: str) -> bool:
-    """Whether a cell is a time of day, ``1:02:03.004 PM`` or ``02:03.004``, with or without a date beside it."""
-    return _CLOCK.fullmatch(bare(cell)) is not None
+    """Whether a cell is a time of day (``1:02:03.004 PM``), perhaps with a date, or a duration (``0.004 sec``)."""
+    return any(form.fullmatch(bare(cell)) for form in (_CLOCK, _DURATION))
 
 
 def is_date(cell: str) -> bool:
@@ -63,6 +65,10 @@ class Clock:
     def seconds(self, cells: Sequence[str]) -> str:
         """Return the seconds of a row since the first one, as a number is written; empty where there is no time."""
         cell = bare(cells[self.column]) if self.column < len(cells) else ""
+        if duration := _DURATION.fullmatch(cell):
+            time = float(duration["number"]) * _SECONDS[duration["unit"].lower()]
+            self.start = time if self.start is None else self.start
+            return f"{time - self.start:.9f}"
         match = _CLOCK.fullmatch(f"{cell} 0:00:00" if is_date(cell) else cell)  # a workbook's midnight is a date
         if match is None:
             return ""

@@ -19,6 +19,7 @@ from vasowave.base.io.remembered import remembered
 from vasowave.base.io.spreadsheet import is_workbook
 from vasowave.base.io.textfile import read_lines
 
+_MAX_TITLES = 24  # of a header, in a sentence
 _POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
 
 NO_END = look_kind(
@@ -96,11 +97,18 @@ class Columns:
                 else did_you_mean(name, self.names)
             )
             examples = f"; such a table has the titles {titles}" if titles and not hint else ""
-            raise InputError(
-                f"{self.source}: no column '{name}'{hint}; the header has: {', '.join(self.names) or 'nothing'}"
-                f"{examples}"
-            )
+            raise InputError(f"{self.source}: no column '{name}'{hint}; {self._header()}{examples}")
         return column
+
+    def _header(self) -> str:
+        """Say which columns there are; of a row a subject, whose samples are numbered, how many."""
+        numbered = [name for name in self.names if re.fullmatch(r"\D*\d+", name)]
+        if len(numbered) > _MAX_TITLES:
+            first, last = numbered[0], numbered[-1]
+            return (f"its {len(numbered)} columns {first} to {last} are samples of a row a subject: write those of one "
+                    "subject below each other, pressure in one column and flow in another")  # fmt: skip
+        count = f" … {len(self.names)} in all" if len(self.names) > _MAX_TITLES else ""
+        return f"the header has: {', '.join(self.names[:_MAX_TITLES]) or 'nothing'}{count}"
 
     def numbers(self, column: int, quantity: str, default_unit: str = "") -> np.ndarray:
         """Return a column as floats in the canonical unit of `quantity`, shape (rows,).
@@ -122,7 +130,14 @@ class Columns:
             scale = units.factor(unit, quantity)
         except InputError as error:
             raise InputError(f"{self.source}: column '{title}': {error}") from None
-        return scale * np.array([self._number(row, column, title) for row in range(len(self.cells))])
+        return scale * self._floats(column, title)
+
+    def matrix(self) -> np.ndarray:
+        """Return all cells as floats, shape (rows, columns), of a table without header; errors as of `numbers`."""
+        return np.column_stack([self._floats(column, str(column + 1)) for column in range(len(self.cells[0]))])
+
+    def _floats(self, column: int, title: str) -> np.ndarray:
+        return np.array([self._number(row, column, title) for row in range(len(self.cells))])
 
     def _number(self, row: int, column: int, title: str) -> float:
         text = self.cells[row][column]

@@ -116,6 +116,15 @@ def content_of(path: Path) -> bytes | None:
 
 
 @contextmanager
+def link_without_signs(target: Path) -> Iterator[Path]:
+    """Lend a link to a file or folder by a name without blanks and signs, which an address can hold."""
+    with tempfile.TemporaryDirectory() as folder:
+        link = Path(folder, "store")
+        link.symlink_to(target.absolute(), target_is_directory=target.is_dir())
+        yield link
+
+
+@contextmanager
 def in_words(path: Path) -> Iterator[None]:
     """Make an error of the system inside one of ours, which says why `path` could not be written."""
     try:

@@ -11,7 +11,11 @@ from vasowave.base.io.clocks import bare
 _HEADING = re.compile(r"^\s*(?P<name>.*?)\s*(?:[\[(]\s*(?P<unit>[^\])\[(]*)[\])])?\s*$")
 _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 _CLOCK_UNIT = re.compile(r"[hmsdyaHMSDYT:.,/ -]*[:.][hmsHMS:.,/ -]*|date|time|ddd+", re.IGNORECASE)
-_SIGNALS = ("pressure", "flow", "voltage")
+_SIGNALS = ("pressure", "flow", "voltage", "velocity", "volume", "relative volume")
+_TITLE_KEYS, _UNIT_KEYS = ("signal", "signals", "channel", "channels"), ("vert_units", "units", "unit")
+_DOTTED = re.compile(r"[^\W\d_][\w.]*\.[\w.]*")  # R writes a dot for each sign that names may not have
+_LISTED = re.compile(r'"columns?": ?\[([^\]]*)\]')  # OpenSignals writes JSON
+_GLUED = re.compile(r"^([mµu]?l)(?:p|per)?/?(s|sec|min)$", re.IGNORECASE)  # as names without a stroke have it
 _NUMBERED = re.compile(r"#?\s*col(?:umn)?\.?\s*(\d+)\s*[:=]\s*(.+)", re.IGNORECASE)
 
 
@@ -36,11 +40,28 @@ def listed_titles(above: Sequence[str], named: Sequence[str], width: int) -> lis
     return titles if width == channels else [f"time [{named[0] if named else ''}]", *titles]
 
 
+def keyed_titles(above: Sequence[str], separator: str | None, width: int) -> list[str]:
+    """Return titles that stand in a line behind a word for them, with units in another such line, as HIOKI writes."""
+    rows = [[bare(cell) for cell in csv_cells(text, separator)] for text in above] if separator else []
+    keyed = {cells[0].casefold(): [cell for cell in cells[1:] if cell] for cells in rows if len(cells) > 1}
+    titles, named = (next((keyed[key] for key in keys if key in keyed), []) for keys in (_TITLE_KEYS, _UNIT_KEYS))
+    if len(titles) == width - 1 and keyed.get("horz_units"):
+        titles, named = ["time", *titles], [*keyed["horz_units"][:1], *named]
+    if len(titles) != width:
+        return []
+    named = named if len(named) == width else [""] * width
+    return [f"{title} [{unit.lower() if unit == 'S' else unit}]" if unit and not has_unit(title) else title
+            for title, unit in zip(titles, named, strict=True)]  # fmt: skip
+
+
 def remarked_titles(remarks: Sequence[str], separator: str | None, width: int) -> list[str]:
     """Return titles that stand in lines which begin with ``#``: one a column, or all in the last of them."""
     numbered = [match[2].strip() for text in remarks if (match := _NUMBERED.match(text.strip()))]
     if len(numbered) == width:
         return numbered
+    listed = [re.findall(r'"([^"]*)"', match[1]) for text in remarks if (match := _LISTED.search(text))]
+    if len(listed) == 1 and len(listed[0]) in (width, width - 1):  # a mark may end its rows
+        return listed[0]
     last = remarks[-1].lstrip("# ") if remarks else ""
     cells = split_titles(last) if separator is None else csv_cells(last, separator)
     return [cell.strip() for cell in cells] if len(cells) == width > 1 and not any(map(is_numeric, cells)) else []
@@ -54,7 +75,8 @@ def is_titled_in(title: str, quantity: str) -> bool:
 
 def with_unit_row(titles: Sequence[str], below: str, separator: str | None) -> list[str] | None:
     """Return column titles with the units of the line below them, None if that line names no units or they do."""
-    cells = [cell.strip(" []()\"'") for cell in (below.split(separator) if separator else split_titles(below))]
+    pieces = below.split() if separator is None and len(below.split()) == len(titles) else split_titles(below)
+    cells = [cell.strip(" []()\"'") for cell in (below.split(separator) if separator else pieces)]
     cells += [""] * (len(titles) - len(cells))
     named = [cell for cell in cells if cell not in ("", "-")]
     united = [cell for cell in named if units.is_unit(cell) or _CLOCK_UNIT.fullmatch(cell)]
@@ -68,34 +90,38 @@ def with_unit_row(titles: Sequence[str], below: str, separator: str | None) -> l
 
 
 def split_title(title: str) -> tuple[str, str | None] | None:
-    """Return name and unit of ``name [unit]``, ``name (unit)``, ``name/unit`` or ``name_mmHg``; None if it is none.
+    """Return name and unit of ``name [unit]``, ``name (unit)``, ``name/unit``, ``name, unit``, ``name_mmHg`` or, as R
+    writes brackets, ``name..mmHg.``; None if it is none.
 
-    A stroke is one between name and unit, as standards of quantities write it, only where a unit follows it. Of two
-    brackets the last holds the unit.
+    A stroke, as standards of quantities write it, or a comma is one between name and unit only where a unit follows it.
+    Of two brackets the last holds the unit.
     """
     match = _HEADING.match(title)
     if match is None or title.count("[") != title.count("]") or title.count("(") != title.count(")"):
         return None
     name, unit = match["name"], match["unit"]
-    prefix, stroke, right = name.partition("/")
     if unit is not None:
         return name.removesuffix("/").strip(), unit
-    if stroke and prefix.strip() and not units.is_unit(prefix.strip()) and units.is_unit(right.strip()):
-        return prefix.strip(), right.strip()
-    quantities = ("pressure", "flow", "time") if name.lower().rpartition("_")[0] in ("t", "time") else _SIGNALS
-    written, ending = ending_unit(name, quantities, "_")
-    return written, ending or None
+    behind_comma = name.rpartition(",")
+    pairs = [behind_comma] if units.is_unit(behind_comma[2].strip()) else [name.partition("/")]
+    for prefix, mark, right in pairs:
+        if mark and prefix.strip() and not units.is_unit(prefix.strip()) and units.is_unit(right.strip()):
+            return prefix.strip(), right.strip()
+    underlined = re.sub(r"\.+", "_", name.strip(".")) if _DOTTED.fullmatch(name) else name
+    quantities = ("pressure", "flow", "time") if underlined.lower().rpartition("_")[0] in ("t", "time") else _SIGNALS
+    written, ending = ending_unit(underlined, quantities, "_")
+    return (written, ending) if ending else (name, None)
 
 
 def ending_unit(title: str, quantities: Sequence[str], mark: str = " ") -> tuple[str, str]:
     """Return a title without the unit of one of some quantities that its last words are, and that unit.
 
-    Words stand between marks, and those of a ratio, too: ``flow_ml_s``, ``radius in mm``. ``pa`` is no pascal, but the
-    pulmonary artery.
+    Words stand between marks, and those of a ratio, too: ``flow_ml_s``, ``flow_mlmin``, ``radius in mm``. ``pa`` is no
+    pascal, but the pulmonary artery.
     """
     words = title.split(mark)
     for count in (2, 1):
-        unit, before = "/".join(words[-count:]), words[:-count]
+        unit, before = _GLUED.sub(r"\1/\2", "/".join(words[-count:])), words[:-count]
         if unit == "pa" or unit == "PA" or not any(before):
             continue
         if any(units.is_of(unit, quantity) for quantity in quantities) and unit.lower() != "v":

@@ -12,6 +12,7 @@ from vasowave.base.io.headings import (
     csv_cells,
     has_unit,
     is_titled_in,
+    keyed_titles,
     listed_titles,
     remarked_titles,
     split_titles,
@@ -22,15 +23,23 @@ from vasowave.base.io.headings import (
 HEAD = 100
 """Rows among which the titles of a table are looked for."""
 _MAX_TURNED, _MIN_TURNED = 64, 50  # rows, and cells in each, of a table with a row a signal
-_EVENT = re.compile(r"event|comment|marker|remark|note|annot|kommentar|commentaire|bemerk|ereign", re.IGNORECASE)
+_EVENT = re.compile(
+    r"event|comment|marks?$|marker|remar[kq]|note|annot|kommentar|commentaire|bemerk|ereign", re.IGNORECASE
+)
 _RATE = re.compile(
-    r"(?:sampl\w*|abtast\w*|acquisition|[eé]chantillon\w*)[ _-]*(?:rate|freq\w*)?"
+    r"(?:sampl\w*|abtast\w*|mess(?=rate|freq)|acquisition|[eé]chantillon\w*)[ _-]*(?:rate|freq\w*)?(?: per channel)?"
     r"\W*?(?P<rate>\d+(?:[.,]\d+)?)\s*(?P<k>k?)hz"
+    r"|\bfs\s*[=:]?\s*(?P<fs>\d+(?:[.,]\d+)?)\s*(?P<kilo>k?)hz"
+    r"|\"sampling rate\": ?(?P<json>\d+(?:\.\d+)?)"
     r"|(?:sampl\w*|acquisition)[ _-]*(?:rate|freq\w*)\W*(?P<plain>\d+(?:[.,]\d+)?)\s*(?:/ ?s\w*|samples.*)?$",
     re.IGNORECASE,
 )
 _DELTA_X = re.compile(r"delta_x\s+([\d.,eE+-]+)(?:\s|$)", re.IGNORECASE)  # LabVIEW, s
 _TIMELESS = re.compile(r"x_columns\s+no\b", re.IGNORECASE)  # LabVIEW: the first cell of every row is empty
+_MAX_CAPTIONS = 4  # rows above the titles of a table without clocks and units
+_TIMES = ("time", "t", "zeit", "temps", "tiempo", "elapsed time")
+_NOTES = ("comment", "comments")
+"""Titles of a last column that rows without a remark lack, as LabVIEW writes it."""
 _SAMPLES = re.compile(r"Samples\t(\d{1,9})\b")  # LabVIEW
 _PER_SAMPLE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(usec|msec|sec|min)/sample", re.IGNORECASE)
 _PROGRAMS = {
@@ -104,12 +113,13 @@ def head_of(path: Path, rows: Sequence[tuple[int, str]], remarks: Sequence[str] 
     program = next((name for words, name in _PROGRAMS.items() if words in above), "")
     data = _data_among(texts[: HEAD + 1], any(map(_TIMELESS.match, texts[:HEAD])))
     if data is None:
-        return _plain_head(path, rows, 0)._replace(program=program)
+        return _plain_head(path, rows, _below_caption(texts))._replace(program=program)
     titles, named = _titles_above(texts, data, remarks)
     if not named and data:
-        return _plain_head(path, rows, 0)._replace(program=program)
+        return _plain_head(path, rows, _below_caption(texts))._replace(program=program)
     separator = separator_of(texts[data])
     body = [split_cells(path, *row, separator) for row in rows[data : data + HEAD]]
+    titles = _timed_by_clock(titles, body)
     plan = _plan(titles, body)
     if plan is not None:
         titles = ["time [s]"] * (plan.clock is not None) + [titles[i] if titles else "" for i in plan.numeric]
@@ -133,13 +143,27 @@ def _plain_head(path: Path, rows: Sequence[tuple[int, str]], index: int) -> Head
     return Head(tuple(titles), separator, first)
 
 
+def _below_caption(texts: Sequence[str]) -> int:
+    """Return the row of the titles: the first, or below captions, which have one cell, the first of three titles."""
+    for index, text in enumerate(texts[: _MAX_CAPTIONS + 1]):
+        separator = separator_of(text)
+        cells = [cell for cell in map(bare, text.split(separator)) if cell]
+        below = texts[index + 1].split(separator) if index + 1 < len(texts) else []
+        if separator and len(cells) > 2 and len(below) == len(text.split(separator)):
+            widths = [sum(bool(bare(cell)) for cell in above.split(separator)) for above in texts[:index]]
+            is_caption = all(width <= 1 for width in widths) and not any(map(is_numeric, cells))
+            return index if is_caption else 0
+    return 0
+
+
 def _data_among(rows: Sequence[str], timeless: bool = False) -> int | None:
     """Return the first row of numbers, clocks and blanks, at least one number and two cells, and none without its
-    first cell, unless they are `timeless`; None if there is none.
+    first cell, unless they are `timeless`, the last one perhaps a remark; None if there is none.
     """
     for index, row in enumerate(rows):
         cells = list(map(bare, row.split(separator_of(row))))
-        if len(cells) > 1 and (cells[0] or timeless) and any(map(is_numeric, cells)) and all(map(is_value, cells)):
+        sound = all(map(is_value, cells)) or (sum(map(is_numeric, cells)) > 2 and all(map(is_value, cells[:-1])))
+        if len(cells) > 1 and (cells[0] or timeless) and any(map(is_numeric, cells)) and sound:
             following = rows[index + 1].split(separator_of(row)) if index + 1 < len(rows) else cells
             if len(following) == len(cells) or index + 2 >= len(rows):
                 return index
@@ -157,18 +181,25 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
             return []
         row = split_titles(texts[index]) if separator is None else csv_cells(texts[index], separator)
         row = [title.strip().strip("'").strip() for title in row]
-        return row if len(row) in widths and not all(map(is_value, row)) else []
+        is_wide = bool(row) and row[-1].casefold() in _NOTES and len(row) - 1 in widths
+        return row if (is_wide or len(row) in widths) and not all(map(is_value, row)) else []
 
     nearest = next((i for i in range(data - 1, -1, -1) if not _is_count(texts[i], separator)), -1)
-    titles = fitting(nearest)
-    if titles and (upper := fitting(nearest - 1)) and (merged := with_unit_row(upper, texts[nearest], separator)):
+    titles, upper = fitting(nearest), fitting(nearest - 1)
+    lowest = nearest - 1 if any(map(has_unit, titles)) else nearest - 3  # remarks may follow units
+    below = (i for i in range(nearest, max(lowest, 0), -1) if fitting(i - 1))
+    merged = next(filter(None, (with_unit_row(fitting(i - 1), texts[i], separator) for i in below)), None)
+    if upper and [title.casefold() for title in titles] == ["x", "y"] * (len(titles) // 2):  # of digitizers
+        titles = [upper[i - 1] or upper[i] if i % 2 else "X_Value" for i in range(len(titles))]
+    elif titles and merged:
         titles = merged
     elif titles and any(map(is_numeric, titles)):
         titles = []
     titles = with_unit_labels(titles, texts[:data], separator)
     listed = listed_titles(texts[:data], titles, len(list(_stripped(cells)))) or (
-        [] if titles else remarked_titles(remarks, separator, len(cells))
-    )
+        [] if titles else keyed_titles(texts[:data], separator, len(cells))
+        or remarked_titles(remarks, separator, len(cells))
+    )  # fmt: skip
     return (listed or titles), bool(listed or titles)
 
 
@@ -188,7 +219,8 @@ def _rate(remarks: Sequence[str], above: Sequence[str]) -> float | None:
         if (match := _DELTA_X.match(line)) and is_numeric(match[1]):
             return 1.0 / max(float(match[1].replace(",", ".")), 1e-9)
         if match := _RATE.search(line):
-            return float((match["rate"] or match["plain"]).replace(",", ".")) * (1e3 if match["k"] else 1.0) or None
+            number = match["rate"] or match["fs"] or match["json"] or match["plain"]
+            return float(number.replace(",", ".")) * (1e3 if match["k"] or match["kilo"] else 1.0) or None
     return None
 
 
@@ -202,7 +234,7 @@ def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowLayout | N
     timed = any(is_titled_in(names[i], "time") for i in range(width) if i not in clocks)
     omitted = {i for i in range(width) if not filled[i] and names[i].strip().lower() in ("", "x_value")}
     dates, events = list[int](), list[int]()
-    if clocks or timed or 0 in omitted:
+    if clocks or timed or 0 in omitted or names[-1].casefold() in _NOTES:
         dates = [i for i, cells in enumerate(filled) if cells and all(map(is_date, cells))]
         events = [i for i, cells in enumerate(filled) if _EVENT.search(names[i]) and not all(map(is_numeric, cells))]
         events += [i for i, cells in enumerate(filled) if _EVENT.search(names[i]) and not cells]
@@ -215,6 +247,22 @@ def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowLayout | N
     if clocks and not timed:
         clock = Clock(clocks[0], dates[0] if dates else None, decimals(columns[clocks[0]]))
     return RowLayout(width, numeric, tuple(events), clock)
+
+
+def _timed_by_clock(titles: list[str], body: Sequence[Sequence[str]]) -> list[str]:
+    """Return titles with the unit of times that say none, where a clock beside them runs as fast."""
+    rows = [[bare(cell) for cell in row] for row in body if len(row) >= len(titles)]
+    clock = next((i for i in range(len(titles)) if all(is_clock(row[i]) for row in rows)), None)
+    timed = next((i for i, title in enumerate(titles) if title.strip().casefold() in _TIMES), None)
+    if clock is None or timed is None or clock == timed or len(rows) < 2:
+        return titles
+    watch = Clock(clock, None, max(decimals([row[clock] for row in rows]), 1))
+    passed = [float(watch.seconds(row)) for row in rows][-1]
+    ends = [row[timed].replace(",", ".") for row in (rows[0], rows[-1])]
+    counted = float(ends[1]) - float(ends[0]) if all(map(is_numeric, ends)) else 0.0
+    scales = {"s": 1.0, "ms": 1e-3}
+    unit = next((name for name, scale in scales.items() if abs(counted * scale - passed) < 0.1 * passed), "")
+    return [f"{title} [{unit}]" if i == timed and unit else title for i, title in enumerate(titles)]
 
 
 def _tells_time(cells: Sequence[str]) -> bool:

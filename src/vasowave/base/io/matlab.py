@@ -1,7 +1,7 @@
 """Variables of a MATLAB file, and clear words when the file cannot give them."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from vasowave.base.io.apart import ReaderAnswer, read_apart
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import look, read_bytes
 
+_MAX_CELLS = 1024  # of a cell array, whose structures are looked into
 _SAVE_AGAIN = "in MATLAB, load it and write it again with: save('NAME.mat', '-v7')"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
@@ -34,13 +35,17 @@ def read_mat(path: str | Path) -> dict[str, np.ndarray]:
     InputError
         File missing, truncated, damaged, or not a MATLAB file.
     """
-    start = look(path).start[:1024]
-    read = variables_of_7_3 if _HDF5 in start or start.startswith(b"MATLAB 7.3") else variables_before
-    names, arrays = read_apart(read, Path(path), "a MATLAB file", _SAVE_AGAIN)
+    names, arrays = read_apart(reader_of(Path(path)), Path(path), "a MATLAB file", _SAVE_AGAIN)
     values = iter(arrays)
     for array in arrays:
         array.setflags(write=False)
     return {name: next(values) if has_value else np.empty(0, object) for name, has_value in names}
+
+
+def reader_of(path: Path) -> Callable[[Path], ReaderAnswer]:
+    """Return what reads a file of its version; it may raise anything, or end the process."""
+    start = look(path).start[:1024]
+    return variables_of_7_3 if _HDF5 in start or start.startswith(b"MATLAB 7.3") else variables_before
 
 
 def variables_before(path: Path) -> ReaderAnswer:
@@ -59,7 +64,7 @@ def variables_of_7_3(path: Path) -> ReaderAnswer:
 
     variables: dict[str, Any] = {}
     with Dataset("in memory", memory=read_bytes(path)) as file:  # by its name the library opens it three times
-        for name, variable in file.variables.items():
+        for name, variable in _held(file):
             kind = variable.getncattr("MATLAB_class") if "MATLAB_class" in variable.ncattrs() else ""
             if "MATLAB_empty" in variable.ncattrs():
                 variables[name] = np.empty((0, 0))
@@ -69,11 +74,36 @@ def variables_of_7_3(path: Path) -> ReaderAnswer:
     return _answer(variables)
 
 
+def _held(group: Any, place: str = "", depth: int = 3) -> Iterator[tuple[str, Any]]:
+    """Go through the variables of a file and the fields of its structures, each by its name: ``rec.PAP.data``."""
+    yield from ((f"{place}{name}", variable) for name, variable in group.variables.items())
+    for name, inner in group.groups.items() if depth else ():
+        if not name.startswith("#"):  # what cells refer to
+            yield from _held(inner, f"{place}{name}.", depth - 1)
+
+
 def _answer(variables: Mapping[str, Any]) -> ReaderAnswer:
     """Return names, each with whether it has a value, and the values."""
     arrays = {name: np.asarray(value) for name, value in variables.items()}
+    for name, value in list(arrays.items()):
+        inside = _fields(name, value)
+        arrays |= inside
+        for field, structure in inside.items():  # of a structure in a structure
+            arrays |= _fields(field, structure)
     has_value = {name: value.dtype.kind in "biufcU" for name, value in arrays.items()}
     return ReaderAnswer(list(has_value.items()), [value for name, value in arrays.items() if has_value[name]])
+
+
+def _fields(name: str, value: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the fields of a structure, or of those in a cell array, by names as ``channels(2).data``."""
+    cells = [np.asarray(cell) for cell in value.ravel()[:_MAX_CELLS]] if value.dtype.kind == "O" else []
+    structures = {f"{name}({i})": cell for i, cell in enumerate(cells, 1)} if cells else {name: value}
+    return {
+        f"{place}.{field}": np.asarray(structure[field].ravel()[0])
+        for place, structure in structures.items()
+        if structure.dtype.names and structure.size == 1
+        for field in structure.dtype.names
+    }
 
 
 def _texts(codes: np.ndarray) -> np.ndarray:

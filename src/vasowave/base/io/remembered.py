@@ -2,7 +2,7 @@
 
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import is_dataclass
 from functools import wraps
 from pathlib import Path
@@ -17,6 +17,7 @@ YOUNG = 2.0
 """A file that was written in the last seconds may change within its time's resolution, and is read again."""
 
 Read = TypeVar("Read", bound=Callable[..., Any])
+Made = TypeVar("Made")
 
 
 class _Found(NamedTuple):
@@ -26,6 +27,8 @@ class _Found(NamedTuple):
 
 
 _found: OrderedDict[Hashable, _Found] = OrderedDict()
+_held = [0]
+"""Bytes of all that is found: a sum at every look would grow with what is remembered."""
 _readings: WeakValueDictionary[Hashable, Any] = WeakValueDictionary()
 """A lock for everything that is being looked up now."""
 _lock = Lock()
@@ -45,22 +48,43 @@ def remembered(read: Read) -> Read:
         if mark is None:
             return read(path, *arguments, **keywords)
         key = (read.__module__, read.__qualname__, str(path), *arguments)
-        with _lock:
-            alone = _readings.setdefault(key, RLock())
-        with alone:  # so that no two threads read the same
-            with _lock:
-                entry = _found.pop(key, None)
-            if entry is None or entry.mark != mark:
-                value = read(path, *arguments, **keywords)
-                entry = _Found(mark, value, _size(value))
-            if _mark(Path(path)) == mark:
-                with _lock:
-                    _found[key] = entry
-                    while len(_found) > 1 and sum(reading.size for reading in _found.values()) > MOST:
-                        _found.popitem(last=False)
-        return entry.value
+        return _recalled(key, mark, lambda: read(path, *arguments, **keywords), lambda: _mark(Path(path)) == mark)
 
     return cast(Read, recalled)
+
+
+def made_once(key: Callable[[], Hashable], make: Callable[[], Made]) -> Made:
+    """Return what `make` returned before under a key, which holds everything that decides about it.
+
+    It is forgotten as what is `remembered`, must not be changed by anybody, and does not count if the key is another
+    when it is made.
+    """
+    now = key()
+    return cast(Made, _recalled(now, (), make, lambda: key() == now))
+
+
+def _recalled(key: Hashable, mark: tuple[int, ...], make: Callable[[], Any], is_still: Callable[[], bool]) -> Any:
+    with _lock:
+        alone = _readings.setdefault(key, RLock())
+    with alone:  # so that no two threads read the same
+        with _lock:
+            entry = _found.pop(key, None)
+            _held[0] -= 0 if entry is None else entry.size
+        if is_new := entry is None or entry.mark != mark:
+            value = make()
+            entry = _Found(mark, value, _size(value))
+        if not is_new or is_still():
+            with _lock:
+                _found[key] = entry
+                _held[0] += entry.size
+                while len(_found) > 1 and _held[0] > MOST:
+                    _held[0] -= _found.popitem(last=False)[1].size
+    return entry.value
+
+
+def marks_of(files: Iterable[Path]) -> tuple[Hashable, ...]:
+    """Return what changes with any of some files: an argument of a reader that looks into them beside its own."""
+    return tuple(_mark(file) or time.perf_counter_ns() for file in files)
 
 
 def _mark(path: Path) -> tuple[int, ...] | None:

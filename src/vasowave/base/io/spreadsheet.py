@@ -29,8 +29,8 @@ class Sheet(NamedTuple):
 
 
 def is_workbook(start: bytes) -> bool:
-    """Whether a file that starts like this is a spreadsheet's, of whatever program."""
-    return start.startswith((_ZIP, _OLE))
+    """Whether a file that starts like this is a spreadsheet's, of whatever program; NumPy's archives are none."""
+    return start.startswith((_ZIP, _OLE)) and b".npy" not in start[30:96]
 
 
 @remembered

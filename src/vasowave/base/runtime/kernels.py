@@ -3,7 +3,8 @@
 A kernel is machine code, and loading it means running what a file says. So kernels lie in a folder that only their user
 may read or write, are read only from files that are the user's own, and only if they match the SHA-256 in front of
 them (see `kept`). A damaged one is compiled anew. A folder belongs to the source of all that is compiled into a kernel
-and to the compiler, so that no older kernel is ever met in it.
+and to the compiler, so that no older kernel is ever met in it. Before all that, those are looked at that came with the
+package (see `shipped`).
 """
 
 import inspect
@@ -21,6 +22,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, BinaryIO
 
+import llvmlite
 import numba
 import numpy as np
 from numba.core.compiler import CompileResult
@@ -28,6 +30,7 @@ from numba.core.serialize import dumps
 
 from vasowave.base.runtime.kept import BY_CONTENT, digest_of, keep, recall
 from vasowave.base.runtime.locks import lock_open_file
+from vasowave.base.runtime.shipped import for_level, shipped_folder
 from vasowave.base.runtime.writing import Part, open_regular
 
 _PATIENCE = 300.0  # s that a process waits while another compiles the same
@@ -44,12 +47,12 @@ _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 def kept(function: Any, *modules: ModuleType) -> Any:
     """Keep what is compiled of a function; `modules` are what it consists of beside its own.
 
-    Where no private folder can be had, it is compiled in every process.
+    Where no private folder can be had, what did not come with the package is compiled in every process.
     """
-    sources = (sys.modules[function.py_func.__module__], *modules)
-    folder = _folder(*map(_source, sources))
-    if folder is not None:
-        function._cache = _Kernels(function.py_func, folder)
+    stamp = _stamp(*map(_source, (sys.modules[function.py_func.__module__], *modules)))
+    folder, shipped = _folder(stamp), shipped_folder(stamp)
+    if folder is not None or shipped is not None:
+        function._cache = _Kernels(function.py_func, folder, shipped)
     return function
 
 
@@ -77,9 +80,14 @@ def _source(module: ModuleType) -> str:
     return inspect.getsource(module)
 
 
-def _folder(*sources: str) -> Path | None:
-    """Return the private folder of kernels of these sources, made where that is possible; None where it is nowhere."""
-    stamp = digest_of(numba.__version__, np.__version__, sys.version, sources)[:_DIGITS]
+def _stamp(*sources: str) -> str:
+    """Return what tells kernels of these sources from others; of NumPy, Numba asks for the first two numbers only."""
+    numpy = np.__version__.split(".")[:2]
+    return digest_of(numba.__version__, llvmlite.__version__, numpy, sys.implementation.cache_tag, sources)[:_DIGITS]
+
+
+def _folder(stamp: str) -> Path | None:
+    """Return the private folder of the kernels of a stamp, made where that is possible; None where it is nowhere."""
     for place in _places():
         folder = place / f"kernels-{stamp}"
         try:
@@ -156,8 +164,8 @@ class _Kernels:
     This is what Numba asks of a cache: `load_overload` before it compiles, `save_overload` afterwards.
     """
 
-    def __init__(self, function: Any, folder: Path) -> None:
-        self.cache_path, self._folder = str(folder), folder
+    def __init__(self, function: Any, folder: Path | None, shipped: Path | None) -> None:
+        self.cache_path, self._folder, self._shipped = str(folder or shipped), folder, shipped
         self._name = f"{function.__name__}.{sys.implementation.cache_tag}"
         self._lock: BinaryIO | None = None
         self._compiling = False
@@ -168,13 +176,16 @@ class _Kernels:
         target_context.refresh()
         _clock.start()
         self._compiling = True
-        file = self._file(sig, target_context.codegen())
-        kernel, damaged = _loaded(file, target_context)
-        if kernel is None:
-            self._lock = _waited_for(file.with_suffix(".lock"))
-            kernel, damaged = _loaded(file, target_context)
-        if damaged:
-            logging.getLogger(__name__).warning("%s: a compiled function was damaged; it is compiled anew.", file)
+        target = target_context.codegen().magic_tuple()
+        kernel = None
+        if self._shipped is not None:
+            kernel = _load_or_log(self._shipped / self._name_of(sig, for_level(target)), target_context, is_own=False)
+        if kernel is None and self._folder is not None:
+            file = self._folder / self._name_of(sig, target)
+            kernel, _ = _loaded(file, target_context)
+            if kernel is None:
+                self._lock = _waited_for(file.with_suffix(".lock"))
+                kernel = _load_or_log(file, target_context)
         if kernel is not None:
             self._release()
         return kernel
@@ -182,19 +193,19 @@ class _Kernels:
     def save_overload(self, sig: Any, kernel: Any) -> None:
         """Keep a kernel."""
         try:
-            if not kernel.library.has_dynamic_globals and all(map(is_known, _classes(sig))):
-                file = self._file(sig, kernel.codegen)
-                keep(file, file.name, dumps(kernel._reduce()))
+            is_whole = not kernel.library.has_dynamic_globals and all(map(is_known, _classes(sig)))
+            if is_whole and self._folder is not None:
+                name = self._name_of(sig, kernel.codegen.magic_tuple())
+                keep(self._folder / name, name, dumps(kernel._reduce()))
         except OSError:  # a full disk: it serves this process all the same
             pass
         finally:
             self._release()
 
-    def _file(self, sig: Any, codegen: Any) -> Path:
-        """Return the file of the kernel for these types on this kind of processor."""
+    def _name_of(self, sig: Any, target: tuple[str, str, str]) -> str:
+        """Return the file's name of the kernel for these types on this kind of processor."""
         modules = [cls.__module__ for cls in _classes(sig)]
-        stamp = digest_of(repr(sig), modules, codegen.magic_tuple())[:_DIGITS]
-        return self._folder / f"{self._name}-{stamp}.kernel"
+        return f"{self._name}-{digest_of(repr(sig), modules, target)[:_DIGITS]}.kernel"
 
     def _release(self) -> None:
         if self._compiling:
@@ -213,11 +224,19 @@ def _classes(kinds: Any) -> Iterator[type]:
         yield from _classes(kind)
 
 
-def _loaded(file: Path, target_context: Any) -> tuple[Any, bool]:
-    """Return the kernel in a file, or None, and whether a file is there that is of no use."""
+def _load_or_log(file: Path, target_context: Any, is_own: bool = True) -> Any:
+    """Return the kernel in a file, or None; one of no use is logged."""
+    kernel, damaged = _loaded(file, target_context, is_own)
+    if damaged:
+        logging.getLogger(__name__).warning("%s: a compiled function was damaged; it is compiled anew.", file)
+    return kernel
+
+
+def _loaded(file: Path, target_context: Any, is_own: bool = True) -> tuple[Any, bool]:
+    """Return the kernel in a file, or None, and whether a file is there that is of no use; `is_own` if the user's."""
     try:
-        with os.fdopen(open_regular(file), "rb") as opened:
-            is_trusted = os.name == "nt" or _is_own(os.fstat(opened.fileno()), _OTHERS_WRITE)
+        with os.fdopen(open_regular(file, links=not is_own), "rb") as opened:  # installers link what they install
+            is_trusted = os.name == "nt" or not is_own or _is_own(os.fstat(opened.fileno()), _OTHERS_WRITE)
             packed = recall(opened, file.name) if is_trusted else None
     except FileNotFoundError:
         return None, False

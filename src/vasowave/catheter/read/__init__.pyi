@@ -3,6 +3,8 @@
 from vasowave.catheter.read.choosing import choose as choose
 from vasowave.catheter.read.describe import describe_recording as describe_recording
 from vasowave.catheter.read.describe import kind_of as kind_of
+from vasowave.catheter.read.loops import LoopReading as LoopReading
+from vasowave.catheter.read.loops import read_loops as read_loops
 from vasowave.catheter.read.read import read_recording as read_recording
 from vasowave.catheter.read.read_raw import Reading as Reading
 from vasowave.catheter.read.read_raw import read_raw_recording as read_raw_recording

@@ -11,7 +11,7 @@ from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, note_kind
 from vasowave.base.sites import PULMONARY, SITES
 
-DIMENSIONS = {"pressure": "pressure", "flow": "flow", "ecg": "voltage", "velocity": "velocity"}
+DIMENSIONS = {"pressure": "pressure", "flow": "flow", "ecg": "voltage", "velocity": "velocity", "volume": "volume"}
 """What is looked for, and the kind of unit that it has."""
 
 _CHANNEL_WORDS = {
@@ -20,15 +20,25 @@ _CHANNEL_WORDS = {
     "ecg": ("ecg", "ekg"),
     "velocity": ("velocity", "vel", "v", "doppler", "u"),
 }
+VENTRICLE = "ventricle"
+"""A site beside the arteries: the only one that has a volume."""
+
+_VENTRICULAR_WORDS = {
+    "pressure": ("pressure", "press", "p", "lvp", "rvp", "plv", "prv"),
+    "volume": ("volume", "vol", "lvv", "rvv", "vlv", "vrv"),
+}
+_OF_VENTRICLES = {"lv", "rv", "lvp", "rvp", "plv", "prv", "lvv", "rvv", "vlv", "vrv"}
 _PULMONARY_WORDS = ("pa", "mpa", "pap", "mpap", "ppa", "pulm", "pulmonary", "pulmonal")
-_OTHER_SITE_WORDS = ("lv", "lvp", "rv", "rvp", "ra", "la", "ao", "aop", "aorta", "aortic", "abp", "cvp", "carotid",
-                     "femoral", "systemic", "airway", "paw", "ventilator", "trachea", "tracheal")  # fmt: skip
+_OTHER_SITE_WORDS = ("lv", "lvp", "plv", "rv", "rvp", "prv", "ra", "la", "ao", "aop", "aorta", "aortic", "abp",
+                     "cvp", "carotid", "femoral", "systemic", "airway", "paw", "ventilator", "trachea",
+                     "tracheal", "tidal", "stroke")  # fmt: skip
 """Words of titles that speak of another place than the pulmonary artery; such a channel is read only if it is named."""
 
 _OTHER_SITE_STEMS = ("aort", "arteri", "carot", "karot", "femor", "systemi", "ventri")
 """Beginnings of such words in other languages (Aortendruck), unless a word of the title speaks of the lung (pulm…)."""
 
 _LETTERS = re.compile(r"[^\W\d_]+")
+_JOINED = re.compile(r"(?<=pa)(?=flow|pressure)")  # PAflow
 _HOW_TO_NAME = "name channels by their titles"
 _MAX_OFFERED = 8  # channels that are offered for a quantity
 
@@ -95,10 +105,14 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = 
     picked: dict[str, T] = {}
     guessed: dict[str, str] = {}
     problems: dict[str, str] = {}
+    beginnings = {c.title[: c.title.rfind(".") + 1] for c in channels}
+    structure = beginnings.pop() if len(beginnings) == 1 else ""  # of MATLAB, whose fields the channels are: Data.p
     for name, title in titles.items():
         named = [text.strip().lower() for text in titles.values() if text is not None]
         free = [c for c in channels if c not in picked.values() and c.title.strip().lower() not in named]
-        hits, reason = _named(channels, title) if title is not None else _found(free, name, site)
+        hits, reason = _named(channels, title) if title is not None else _found(free, name, site, structure)
+        if len(hits) > 1 and title is not None:  # one title of channels that differ in unit
+            hits = [c for c in hits if _has_unit(c, name)] or hits
         if len(hits) == 1:
             picked[name] = hits[0]
             guessed |= {name: reason} if reason else {}
@@ -139,7 +153,7 @@ def _offers(channels: Sequence[T], choice: Choice[T]) -> list[SetCells]:
     offers = [
         SetCells(f"{name} is '{c.title}'", ((f"{column_of(name)} channel", c.title),))
         for name in choice.lacking
-        for c in ([c for c in free if _has_unit(c, name)] or free)
+        for c in ([c for c in free if _has_unit(c, name)] or [c for c in free if not units.is_unit(c.unit)])
     ]
     velocity = "flow" in choice.lacking and _velocity_instead(channels)
     diameter = [SetCells("Give the vessel's diameter, mm", (("flow diameter [mm]", UNKNOWN),))] if velocity else []
@@ -160,7 +174,8 @@ def quantity_of(title: str, site: str = PULMONARY) -> str:
     plain, title_words = _plain(title), _words(title)
     if _is_of_elsewhere(title, site):
         return ""
-    return next((name for name, words in _CHANNEL_WORDS.items() if plain in words or title_words & set(words)), "")
+    channel_words = _VENTRICULAR_WORDS if site == VENTRICLE else _CHANNEL_WORDS
+    return next((name for name, words in channel_words.items() if plain in words or title_words & set(words)), "")
 
 
 def _named(channels: Sequence[T], title: str) -> tuple[list[T], str]:
@@ -169,9 +184,11 @@ def _named(channels: Sequence[T], title: str) -> tuple[list[T], str]:
     return same or [c for c in channels if c.title.strip().lower() == title.strip().lower()], ""
 
 
-def _found(free: Sequence[T], name: str, site: str) -> tuple[list[T], str]:
+def _found(free: Sequence[T], name: str, site: str, structure: str) -> tuple[list[T], str]:
     """Return the channels that may hold a quantity, and why, where a title alone did not decide."""
-    exact = [c for c in free if c.title.strip().lower() in _CHANNEL_WORDS[name]]
+    channel_words = _VENTRICULAR_WORDS if site == VENTRICLE else _CHANNEL_WORDS
+    exact = [c for c in free if c.title.removeprefix(structure).strip().lower() in channel_words[name]]
+    exact = [c for c in exact if not _is_of_elsewhere(c.title, site)]
     hits = exact or [c for c in free if quantity_of(c.title, site) == name]
     if len(hits) > 1:
         arterial = [c for c in hits if _speaks_of(c.title, site)]
@@ -188,6 +205,8 @@ def _found(free: Sequence[T], name: str, site: str) -> tuple[list[T], str]:
 def _speaks_of(title: str, site: str) -> bool:
     """Whether a title speaks of an artery."""
     words = _words(title)
+    if site == VENTRICLE:
+        return bool(words & _OF_VENTRICLES) or any(word.startswith("ventri") for word in words)
     if site not in SITES:
         return bool(words & set(_PULMONARY_WORDS))
     return bool(words & set(SITES[site].words)) or any(word.startswith(SITES[site].stems) for word in words)
@@ -196,7 +215,7 @@ def _speaks_of(title: str, site: str) -> bool:
 def _is_of_elsewhere(title: str, site: str = PULMONARY) -> bool:
     """Whether a title speaks of another place than the artery that is looked for."""
     words = _words(title)
-    if site in SITES:
+    if site in SITES or site == VENTRICLE:
         lung = any(word.startswith("pulm") for word in words) or bool(words & set(_PULMONARY_WORDS))
         return not _speaks_of(title, site) and (lung or _is_of_elsewhere(title))
     stems = any(word.startswith(_OTHER_SITE_STEMS) for word in words) and not any(
@@ -213,7 +232,7 @@ def _of_elsewhere(channels: Sequence[T], name: str, site: str) -> str:
     arteries = [
         artery for artery in (PULMONARY, *SITES) if artery != site and any(_speaks_of(c, artery) for c in passed)
     ]
-    option = f"; if it is meant, say that the site is {arteries[0]}" if len(arteries) == 1 else ""
+    option = f"; if it is meant, say that the site is {arteries[0]}" if len(arteries) == 1 and site != VENTRICLE else ""
     titles = " and ".join(f"'{title}'" for title in passed)
     return f" ({titles} may be of another place than the {site}, by its title{option})"
 
@@ -231,7 +250,7 @@ def _plain(title: str) -> str:
 
 def _words(title: str) -> set[str]:
     """Return the words of a title; single letters say too little to be among them."""
-    return {word for word in _LETTERS.findall(title.casefold()) if len(word) > 1}
+    return {word for word in _LETTERS.findall(_JOINED.sub(" ", title.casefold())) if len(word) > 1}
 
 
 def _has_unit(channel: Titled, name: str) -> bool:

@@ -1,17 +1,17 @@
 """The content of a file before anyone says what it is: kind, blocks, channels, rate, length."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from pathlib import Path
 from typing import Literal, NamedTuple
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding
-from vasowave.base.io.remembered import remembered
+from vasowave.base.io.remembered import marks_of, remembered
 from vasowave.base.io.textfile import Progress, look
 from vasowave.catheter.check.plausibility import PERIOD_LIMITS
 from vasowave.catheter.read.choosing import quantity_of
-from vasowave.catheter.read.formats import RECORDINGS, read_blocks
+from vasowave.catheter.read.formats import RECORDINGS, companion_files, read_blocks
 from vasowave.catheter.read.gated import MAX_PHASES
 from vasowave.catheter.signals.channels import Block, Comment
 from vasowave.catheter.signals.gaps import Span, gaps_in
@@ -112,11 +112,12 @@ def describe_recording(path: str | Path, progress: Progress | None = None, sheet
     >>> vw.describe_recording("mouse.txt").kind
     'raw'
     """
-    return _described(Path(path), sheet, progress=progress)
+    return _described(Path(path), sheet, marks_of(companion_files(Path(path))), progress=progress)
 
 
 @remembered
-def _described(path: Path, sheet: str = "", progress: Progress | None = None) -> FileDescription:
+def _described(path: Path, sheet: str, companions: Hashable, progress: Progress | None = None) -> FileDescription:
+    """Return what `describe_recording` does; `companions` changes with the files that are read along."""
     form = RECORDINGS.of(path)
     blocks = read_blocks(path, math.nan, progress, sheet)
     described = tuple(_block(block) for block in blocks if block.channels)

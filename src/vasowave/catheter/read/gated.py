@@ -25,10 +25,13 @@ GATED = look_kind(
     "the flow is one cycle of {count} phases{measured}; it was put onto every beat of the pressure ({rate:.4g} "
     "beats/min) by its foot, which the phases place to {error:.2g} ms ({percent:.2g} % of a beat, one SD); its mean "
     "was kept. {remedy}",
-    "How the flow differs from beat to beat is not known: say the error of its gain (`flow_gain_sd`), and trust no "
+    "Intervals of fits allow for that. How the flow differs from beat to beat is not known: say the error of its gain "
+    "(`flow_gain_sd`), and trust no "
     "more harmonics than half of the phases.",
 )
 MIN_PHASES, MAX_PHASES = 16, 64
+"""Samples of a cycle: fewer carry less than seven harmonics, more are no scanner's."""
+
 _MAX_SHARE = 0.1  # of the rows of a continuous recording, that a gated cycle beside it fills
 _RATES = (25.0, 900.0)  # beats/min, where nothing tells the flow's own
 _OWN_RANGE = 0.65, 1.5  # of the flow's own heart rate, in which that of the pressure lies
@@ -87,8 +90,14 @@ def _told_rate(path: Path) -> float | None:
     return rate if _RATES[0] <= rate <= _RATES[1] else None
 
 
-def on_beats(path: Path, pressure: Channel, cycle: GatedCycle) -> tuple[Channel, Finding]:
-    """Return a flow that has a cycle in every beat of the pressure, foot upon foot, and what is to be known of it.
+def place_error(count: int) -> float:
+    """Return the SD of the place of a cycle of so many phases in the beat, as a share of it: one phase, evenly."""
+    return 1.0 / (count * math.sqrt(12.0))
+
+
+def on_beats(path: Path, pressure: Channel, cycle: GatedCycle) -> tuple[Channel, Finding, float]:
+    """Return a flow that has a cycle in every beat of the pressure, foot upon foot, what is to be known of it, and the
+    SD of its place, s.
 
     Raises
     ------
@@ -111,7 +120,8 @@ def on_beats(path: Path, pressure: Channel, cycle: GatedCycle) -> tuple[Channel,
     fine = advance(fine, cycle_foot(cycle.values))
     values = np.interp(phase, np.arange(_FINE + 1) / _FINE, np.append(fine, fine[0]))
     count = len(cycle.values)
-    error = 1.0 / (count * math.sqrt(12.0))
+    error = place_error(count)
     finding = GATED(count=count, measured="" if own_rate is None else f", measured at {own_rate:.4g} beats/min",
                     rate=beats.heart_rate, error=1e3 * error * lasts, percent=100 * error)  # fmt: skip
-    return replace(pressure, title="gated flow", unit=cycle.unit, values=values, place=f"{path}, gated flow"), finding
+    flow = replace(pressure, title="gated flow", unit=cycle.unit, values=values, place=f"{path}, gated flow")
+    return flow, finding, error * lasts

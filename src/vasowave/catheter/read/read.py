@@ -1,5 +1,6 @@
 """Read one averaged cycle of pressure and flow from the files a lab has."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import Enum
@@ -21,17 +22,14 @@ from vasowave.catheter.check.plausibility import (
     repeats_first,
 )
 from vasowave.catheter.read.formats import check_sheet, read_signals
-from vasowave.catheter.read.several_beats import beats_within, mean_beat, several_finding
+from vasowave.catheter.read.gated import MAX_PHASES, MIN_PHASES, place_error
+from vasowave.catheter.read.several_beats import beats_within, many_beats, mean_beat, several_finding
 from vasowave.catheter.read.velocity import flow_of_velocity
 from vasowave.catheter.signals.raw import calibration_notes
-from vasowave.catheter.signals.signal import Signal, even_step
+from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE, Signal, even_step
 from vasowave.pulse.cycle.cycle import MIN_SAMPLES, Recording, resample
 
-MIN_PHASES = 16
-"""Samples of a cycle below which it is refused: they carry seven harmonics."""
-
 _MAX_GATED_DIFFERENCE = 0.1  # of the period, between signals that were measured one after the other
-_MAX_GATED_PHASES = 64  # of a cycle that a scanner gated
 _CHECKS = {"pressure": check_pressure, "flow": check_flow}
 
 
@@ -191,19 +189,26 @@ def _assemble(signals: list[Signal], period: float | None, together: bool, site:
     lasts = _last_samples(signals, period)
     cycles = [signal.values[:-1] if last is _Last.NEXT else signal.values for signal, last in zip(signals, lasts)]
     periods = [_period(signal, len(cycle), period) for signal, cycle in zip(signals, cycles)]
-    differ, gated = abs(periods[0] - periods[1]) / min(periods), list[Finding]()
-    if 0.01 < differ <= _MAX_GATED_DIFFERENCE and not together and min(map(len, cycles)) < _MAX_GATED_PHASES:
+    differ, gated, delay_sd = abs(periods[0] - periods[1]) / min(periods), list[Finding](), 0.0
+    if 0.01 < differ <= _MAX_GATED_DIFFERENCE and not together and min(map(len, cycles)) < MAX_PHASES:
         gated = [PERIODS_DIFFER(pressure=periods[0], flow=periods[1], percent=100 * differ)]
-        periods[1] = periods[0]
+        periods[1], delay_sd = periods[0], periods[0] * place_error(min(map(len, cycles)))
     elif differ > 0.01:
         raise InputError(
             f"{signals[0].file} lasts {periods[0]:.5g} s and {signals[1].file} {periods[1]:.5g} s; "
             "pressure and flow must be of one cycle"
         )
     remarks = [*gated, *_said_of_last(signals, lasts, periods)]
-    beats = beats_within(cycles[0], cycles[1], periods[0])
+    untimed = all(signal.time is None for signal in signals)  # whose period may be that of one or of all
+    if untimed and (count := many_beats(cycles[0], cycles[1])):
+        raise InputError(
+            f"{signals[0].file}: its {len(cycles[0])} samples hold about {count} beats, not one cycle of "
+            f"{periods[0]:g} s: it is a continuous recording; leave the period out and {NAME_THE_RATE}",
+            [RATE],
+        )
+    beats = beats_within(cycles[0], cycles[1], math.inf if untimed else periods[0])
     if beats > 1:
-        if all(signal.time is None for signal in signals):
+        if untimed:
             raise InputError(
                 f"{signals[0].file}: the table holds {beats} beats, and nothing tells whether the period of "
                 f"{periods[0]:g} s is that of one or of all; cut exactly one cycle, or add a column of time"
@@ -227,7 +232,8 @@ def _assemble(signals: list[Signal], period: float | None, together: bool, site:
         if finding.severity is Severity.LOOK:
             warn(finding.at(signals[0].file), stacklevel=3)
     source = " and ".join(dict.fromkeys(Path(signal.file).name for signal in signals))
-    return Recording(cycles[0], cycles[1], periods[0], source, (*notes, *remarks, *odd))
+    return Recording(cycles[0], cycles[1], periods[0], source, (*notes, *remarks, *odd), site=site,
+                     flow_delay_sd=delay_sd)  # fmt: skip
 
 
 def _check_units(signal: Signal, swapped_files: bool) -> None:
@@ -284,8 +290,8 @@ def _period(signal: Signal, count: int, period: float | None) -> float:
     if signal.time is None:
         if period is None:
             raise InputError(
-                f"{signal.file}: no time column; give its period in s",
-                [SetCells("Give the period", (("period [s]", UNKNOWN),))],
+                f"{signal.file}: no time column; give its period in s, or of a continuous one {NAME_THE_RATE}",
+                [SetCells("Give the period", (("period [s]", UNKNOWN),)), RATE],
             )
         return period
     step = even_step(signal.time, signal.quantum, signal.file, signal.places.__getitem__)

@@ -130,7 +130,7 @@ def read_raw_recording(
             of_files = [blocks, read_blocks(flow_file, reading.sampling_rate, progress, reading.sheet)]
             blocks = joined_blocks([Path(path), Path(flow_file)], of_files)
     flow_unit = reading.flow_unit if gated is None else None  # `gated_file` has applied it
-    number, notes = _choose(path, blocks, reading.block)
+    number, notes = choose_block(path, blocks, reading.block)
     chosen = blocks[number]
     for suspicion in chosen.suspicions:
         if suspicion.severity is Severity.LOOK:
@@ -143,15 +143,16 @@ def read_raw_recording(
     notes += guessed
     if gated is None and "flow" in picked:
         gated = gated_channel(Path(path), picked["flow"], chosen.channels)
+    delay_sd = 0.0
     if gated is not None:
-        picked["flow"], put = on_beats(Path(path), picked["pressure"], gated)
+        picked["flow"], put, delay_sd = on_beats(Path(path), picked["pressure"], gated)
         notes.append(put)
         warn(put.at(str(path)))
     if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
         raise InputError(f"{path}: no times; {NAME_THE_RATE}", [RATE])
     if "ecg" not in picked:
         notes.append(NO_ECG())
-    _check_lengths(list(picked.values()))
+    check_lengths(list(picked.values()))
     lasts = min(channel.duration for channel in picked.values())
     stretch, around, remarks = comment_findings(chosen.comments, lasts, reading.start, reading.end)
     start, end = (
@@ -163,14 +164,14 @@ def read_raw_recording(
     for finding in remarks:
         if finding.severity is Severity.LOOK:
             warn(finding.at(str(path)))
-    gaps = _gaps(list(picked.values()), start, end)
+    gaps = refuse_gaps(list(picked.values()), start, end)
     rate = max(channel.sampling_rate for channel in picked.values())
     stated_units = {"pressure": reading.pressure_unit, "ecg": None}
     scaled = {}
     wrong = []
     for name, channel in picked.items():
         try:
-            values, words = _canonical(channel, name, stated_units.get(name, flow_unit))
+            values, words = canonical(channel, name, stated_units.get(name, flow_unit))
         except InputError as error:
             wrong.append(error)
             continue
@@ -184,7 +185,11 @@ def read_raw_recording(
         raise InputError("\n".join(map(str, wrong)), cures)
     raw = _between(path, scaled, start, end, rate)
     raw = replace(
-        raw, site=reading.site, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration)
+        raw,
+        site=reading.site,
+        flow_delay_sd=delay_sd,
+        notes=(*notes, *raw.notes),
+        comments=_comments(chosen, raw.origin, raw.duration),
     )
     read_span = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
     spans = [
@@ -206,7 +211,7 @@ def _between(
     """Return a stretch of all channels at one rate."""
     signals, notes = dict[str, np.ndarray](), list[Finding]()
     for name, channel in channels.items():
-        signals[name], rate_notes = _at_rate(_stretch(channel, channel.values, start, end), channel, rate)
+        signals[name], rate_notes = at_rate(stretch_of(channel, channel.values, start, end), channel, rate)
         notes += rate_notes
     count = min(map(len, signals.values()))
     cut = {name: values[:count] for name, values in signals.items()}
@@ -216,7 +221,7 @@ def _between(
     )  # fmt: skip
 
 
-def _check_lengths(channels: list[Channel]) -> None:
+def check_lengths(channels: list[Channel]) -> None:
     """Refuse channels of one block that do not last equally long: a sampling rate or an end is wrong."""
     shortest, *_, longest = sorted(channels, key=lambda channel: channel.duration)
     if longest.duration > (1 + _MAX_LENGTH_DIFFERENCE) * shortest.duration + 2 / shortest.sampling_rate:
@@ -228,7 +233,7 @@ def _check_lengths(channels: list[Channel]) -> None:
         raise InputError(f"{shortest.place}: channels of one block last equally long, but {durations}; export it again")
 
 
-def _gaps(channels: list[Channel], start: float | None, end: float | None) -> list[Span]:
+def refuse_gaps(channels: list[Channel], start: float | None, end: float | None) -> list[Span]:
     """Return all gaps; refuse a stretch in which samples are missing, with seconds, and which stretch is whole."""
     first, last = start or 0.0, min(channel.duration for channel in channels)
     last = last if end is None else min(end, last)
@@ -249,7 +254,7 @@ def _comments(block: Block, origin: float, lasts: float) -> tuple[Comment, ...]:
     return tuple(c for c in block.comments if origin <= c.time <= origin + lasts)
 
 
-def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[int, list[Finding]]:
+def choose_block(path: str | Path, blocks: list[Block], block: int | None) -> tuple[int, list[Finding]]:
     """Return the index of the block to read and a note if a choice was made."""
     if block is not None:
         if not 1 <= block <= len(blocks):
@@ -262,7 +267,7 @@ def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[i
     return longest, [LONGEST_BLOCK(number=longest + 1, blocks=len(blocks), lengths=lengths)]
 
 
-def _canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np.ndarray, list[Finding]]:
+def canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np.ndarray, list[Finding]]:
     """Return the values in the canonical unit, and what was assumed."""
     quantity = DIMENSIONS[name]
     unit = channel.unit
@@ -312,7 +317,7 @@ def _unit_wanted(channel: Channel, name: str) -> str:
     )
 
 
-def _stretch(channel: Channel, values: np.ndarray, start: float | None, end: float | None) -> np.ndarray:
+def stretch_of(channel: Channel, values: np.ndarray, start: float | None, end: float | None) -> np.ndarray:
     """Return the samples from `start` to `end`."""
     lasts = channel.duration
     first = round((start or 0.0) * channel.sampling_rate)
@@ -325,7 +330,7 @@ def _stretch(channel: Channel, values: np.ndarray, start: float | None, end: flo
     return values[first:last]
 
 
-def _at_rate(values: np.ndarray, channel: Channel, rate: float) -> tuple[np.ndarray, list[Finding]]:
+def at_rate(values: np.ndarray, channel: Channel, rate: float) -> tuple[np.ndarray, list[Finding]]:
     """Return the values at the rate of the fastest channel, by cubic splines."""
     if abs(channel.sampling_rate - rate) <= 1e-9 * rate:
         return values, []

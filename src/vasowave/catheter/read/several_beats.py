@@ -24,6 +24,8 @@ class SeveralBeatsRules:
         That are compared; above there is noise.
     alternates : float
         Beats whose pulse differs by more than this share are told to do so.
+    first_harmonics, least_share : int, float
+        Of one beat the first of its harmonics have at least this share of the power; of many in a row they have none.
     """
 
     flow_share: float = 0.2
@@ -31,6 +33,8 @@ class SeveralBeatsRules:
     max_beats: int = 8
     harmonics: int = 40
     alternates: float = 0.05
+    first_harmonics: int = 8
+    least_share: float = 0.3
 
 
 RULES = SeveralBeatsRules()
@@ -59,6 +63,13 @@ def beats_within(pressure: np.ndarray, flow: np.ndarray, period: float, rules: S
         and _undivided(pressure, beats, rules.harmonics) < rules.pressure_share
     )
     return next(several, 1)
+
+
+def many_beats(pressure: np.ndarray, flow: np.ndarray, rules: SeveralBeatsRules = RULES) -> int:
+    """Return about how many beats stand in a row where they are more than `beats_within` looks for, else 0."""
+    powers = [np.abs(np.fft.rfft(_level(values)))[1:] ** 2 for values in (pressure, flow)]
+    shares = [power[: rules.first_harmonics].sum() / max(power.sum(), 1e-300) for power in powers]
+    return 1 + min(int(np.argmax(power)) for power in powers) if max(shares) < rules.least_share else 0
 
 
 def _undivided(values: np.ndarray, beats: int, harmonics: int) -> float:

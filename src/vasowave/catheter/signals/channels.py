@@ -23,6 +23,21 @@ _MIN_SLOW_SAMPLES = 4  # of a slower channel among blanks
 _MIN_CODE_DISTANCE = 3.0  # times the range of all others below them
 
 
+RATES_DIFFER = look_kind(
+    "recording.rates-differ",
+    "the file says {stated:g} samples/s, its times {measured:g}; the times were taken. {remedy}",
+    "Look which is right: the heart rate tells.",
+)
+_MAX_STATED_DIFFERENCE = 0.01  # between a rate that is stated and that of the times, as a share
+
+
+def rates_differ(stated: float | None, measured: float) -> tuple[Finding, ...]:
+    """Return that a rate that a file states, if it does, is not that of its times."""
+    if not stated or not abs(measured / stated - 1) > _MAX_STATED_DIFFERENCE:
+        return ()
+    return (RATES_DIFFER(stated=stated, measured=measured),)
+
+
 @dataclass(frozen=True, eq=False)
 class Channel:
     """One channel of one block: its values in the file's own unit.

@@ -58,6 +58,8 @@ class RawRecording:
         show the drift of the pressure since it was zeroed.
     site : str
         The artery, see `SiteName`.
+    flow_delay_sd : float
+        SD of the place of a gated flow beside the pressure, s.
 
     Raises
     ------
@@ -84,6 +86,7 @@ class RawRecording:
     origin: float = 0.0
     beside: tuple["RawRecording", ...] = ()
     site: str = PULMONARY
+    flow_delay_sd: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""

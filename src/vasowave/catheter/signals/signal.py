@@ -12,7 +12,12 @@ from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, kind
 from vasowave.catheter.signals.gaps import leaps_closed
 
+_MAX_UNEVENNESS = 3e-3  # of a step: a scanner writes 44.100 and 44.200 ms
 _EQUAL_STEP_SHARE = 1e-6  # steps that differ by less than this share of their mean are equal
+RATE_NAMES = ("fs", "sampling_rate", "samplingrate", "samplerate", "sample_rate", "srate", "samples_per_second")
+"""What files call the number of samples a second."""
+MAX_RATE_DIFFERENCE = 1e-3
+"""Between two rates that are said of one signal, as a share."""
 ALIASES = {
     "t": "time",
     "zeit": "time",
@@ -90,7 +95,7 @@ def even_step(time: np.ndarray, quantum: float, file: str, place: Callable[[int]
             "a cycle or the rate of a continuous recording",
             [SetCells("Give the period", (("period [s]", UNKNOWN),)), RATE],
         )
-    uneven = np.flatnonzero(np.abs(steps - step) > quantum + 1e-3 * step)
+    uneven = np.flatnonzero(np.abs(steps - step) > quantum + _MAX_UNEVENNESS * step)
     if len(uneven):
         # A gap shifts the mean step too; the row that deviates most is the one to look at.
         row = int(np.argmax(np.abs(steps - np.median(steps)))) + 1

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vasowave.base import units
 from vasowave.base.errors import InputError, of_file
 from vasowave.base.io.columns import read_columns
 from vasowave.base.io.files import write_file
@@ -30,11 +31,13 @@ def read_swc(path: Path, unit: float) -> Skeleton:
     off is told, too.
     """
     table = read_columns(path)
-    cells = table.cells if not table.names else None
-    if cells is None or len(cells[0]) != 7:
+    if len(table.cells[0]) != 7 or table.names[2:] not in ((), ("x", "y", "z", "radius", "parent")):
         raise InputError(f"{path}: an SWC file has seven columns of numbers: number, type, x, y, z, radius, parent")
+    stated = {word for word in table.units[2:6] if word}
+    if len(stated) > 1 or any(not np.isclose(units.factor(word, "length"), unit) for word in stated):
+        raise InputError(f"{path}: its titles say {', '.join(sorted(stated))}; give that unit, one for all")
     table.warn()
-    values = np.array(cells, dtype=float)
+    values = table.matrix()
     points = Line.of(unit * values[:, [4, 3, 2, 5]])
     require_radii(path, points)
     announced = re.search(_COUNT, read_start(path).decode("utf-8", errors="replace"), re.MULTILINE)

@@ -241,10 +241,10 @@ def keys_of(image: str, inputs: Given, options: Options) -> Keys:
     the edits is the root.
     """
     lumen = _key("lumen", image, inputs.segmenter, options.threshold, inputs.seed)
-    loops = _key("loops", lumen, options.loops, inputs.outlets is None)
+    loops = _key("loops", lumen, inputs.root, options.loops, inputs.outlets is None)
     axes = _key("axes", lumen, inputs.root, inputs.outlets, bool(options.cannula))
     elsewhere, grey = _key("elsewhere", axes), _key("grey", axes, options.cannula)
-    return Keys(lumen, loops, axes, elsewhere, _key("witness", lumen, inputs.root), _key("profiles", image), grey)
+    return Keys(lumen, loops, axes, elsewhere, _key("witness", lumen, inputs.root), _key("profiles", lumen), grey)
 
 
 def _key(stage: str, *values: Any) -> str:

@@ -40,7 +40,7 @@ def level_set(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None =
     grey[box] = threshold - 0.5 * contrast * np.clip(phi, -3, 3)
     inside = np.zeros(grey.shape, dtype=bool)
     inside[box] = phi < 0
-    return connected_lumen(volume, parts_of(grey), inside, threshold, levels, seed)
+    return connected_lumen(volume, parts_of(grey), inside, threshold, levels, seed, closes_inclusions=True)
 
 
 def _signed_distance(mask: np.ndarray) -> np.ndarray:

@@ -1,19 +1,17 @@
 """Which voxels are vessel: smoothing by the measured noise, a threshold, the component that holds the seed."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy import ndimage
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from vasowave.base.errors import EXTRAS, InputError
 from vasowave.base.findings import look_kind, warn
-from vasowave.lung.kernels import encloses, smoothed_plane
+from vasowave.lung.kernels import smoothed_plane
+from vasowave.lung.lumen.inclusions import fill_inclusions
 from vasowave.lung.lumen.levels import background_and_noise, levels_of
-from vasowave.lung.places import written
+from vasowave.lung.lumen.pieces import connected_pieces
 from vasowave.lung.read.volume import Volume
 
 Segmenter = Callable[[Volume, float, np.ndarray | None], "Segmentation"]
@@ -26,26 +24,11 @@ MARGIN = 3
 LARGE = 1 << 30
 """Bytes of grey levels beyond which a volume is smoothed in parts."""
 _SIZE = 4  # bytes of a smoothed grey level
-MIN_PIECE_VOXELS, MIN_PIECE_SHARE = 100, 0.003
-"""A separate piece of so many voxels, and of such a share of the lumen, is as large as a vessel."""
 AT_BORDER = look_kind(
     "image.lumen-at-border",
     "the lumen touches the border of the volume: the vessels that leave it end there, cut",
     "Scan or crop wider, if these vessels matter.",
 )
-TWO_TREES = look_kind(
-    "image.two-trees", "two separate trees ({larger} and {smaller} voxels): took the larger; {remedy}", "a seed chooses"
-)
-BRANCHES = look_kind(
-    "image.holder",
-    "the largest bright piece ({larger} voxels) does not branch, as holders and tubes do not: took the piece of "
-    "{smaller} voxels that does; {remedy}",
-    "a seed chooses",
-)
-COMPARABLE_SHARE = 0.1
-"""A piece with a larger share of the voxels of the largest may be the tree."""
-COARSE_EDGE, MIN_ENDS, MORE_ENDS = 96, 4, 2.0
-"""Pieces are cut across on a grid of so many voxels; a tree falls into so many spots, and so many times as many."""
 
 
 def reach_of(width: float) -> int:
@@ -91,6 +74,8 @@ class Segmentation:
         Grey levels; noise is the standard deviation measured in the volume.
     apart : tuple of float array, shape (voxel, 3)
         Places, cm, of the voxels of each other piece that is as bright and as large as a vessel.
+    inclusions : int array, shape (voxel, 3)
+        Voxels of the crop that are dark and were closed: holes, and what the lumen nearly encloses.
     """
 
     mask: np.ndarray
@@ -102,6 +87,7 @@ class Segmentation:
     background: float
     noise: float
     apart: tuple[np.ndarray, ...] = ()
+    inclusions: np.ndarray = field(default_factory=lambda: np.empty((0, 3), dtype=np.int32))
 
     @property
     def roughness(self) -> float:
@@ -159,7 +145,7 @@ def segment(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None = N
         raise InputError(
             f"more than half of the volume is brighter than {threshold:g}; raise the threshold{_about(volume)}"
         )
-    return connected_lumen(volume, levels.part, bright, threshold, levels, seed)
+    return connected_lumen(volume, levels.part, bright, threshold, levels, seed, closes_inclusions=True)
 
 
 def _about(volume: Volume) -> str:
@@ -233,21 +219,28 @@ def _box(low: np.ndarray, high: np.ndarray) -> tuple[slice, ...]:
 
 
 def connected_lumen(
-    volume: Volume, crop: Parts, bright: np.ndarray, threshold: float, levels: Smoothed, seed: np.ndarray | None
+    volume: Volume,
+    crop: Parts,
+    bright: np.ndarray,
+    threshold: float,
+    levels: Smoothed,
+    seed: np.ndarray | None,
+    closes_inclusions: bool = False,
 ) -> Segmentation:
     """Return the piece of `bright` (bool, shape of the volume) that holds `seed`, or the largest, holes filled.
 
-    Where the levels of a `crop` contradict the piece, they are set to just above or below the threshold.
+    Where the levels of a `crop` contradict the piece, they are set to just above or below the threshold. What the piece
+    encloses nearly is filled if `closes_inclusions`: a cut that was drawn by hand stays.
     """
     contrast = levels.contrast(threshold)
-    voxels, other_pieces = _pieces(volume, bright, seed)
+    voxels, other_pieces = connected_pieces(volume, bright, seed)
     low, high = voxels.min(axis=0), voxels.max(axis=0) + 1
     if (low == 0).any() or (high == bright.shape).any():
         warn(AT_BORDER(), stacklevel=3)
     low, high = np.maximum(low - MARGIN, 0), np.minimum(high + MARGIN, bright.shape)
     mask = np.zeros(high - low, dtype=bool)
     mask[tuple((voxels - low).T)] = True
-    mask |= _holes(mask)
+    inclusions = fill_inclusions(mask, voxels - low, closes_inclusions)
     local = crop(low, high)
     inside = np.maximum(local[mask], threshold + 1e-3 * contrast)
     local = np.minimum(local, threshold - 1e-6)
@@ -255,77 +248,5 @@ def connected_lumen(
     spacing = float(volume.spacing[0])
     origin = volume.origin + low * spacing
     return Segmentation(mask, local, low, spacing, origin, threshold, threshold - contrast, levels.noise,
-                        tuple(volume.origin + piece * volume.spacing for piece in other_pieces))  # fmt: skip
-
-
-def _pieces(volume: Volume, bright: np.ndarray, seed: np.ndarray | None) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Return the voxels of the connected piece of `bright` that holds `seed`, or of the largest, shape (voxel, 3), and
-    those of each other piece that is as large as a vessel.
-
-    Only the bright voxels are looked at, a few in a thousand: labels for all would take half a gigabyte.
-    """
-    places = np.flatnonzero(bright)
-    if len(places) == 0:
-        raise InputError("the lumen is empty; check the mask, the region and the threshold")
-    voxels = np.stack([coordinate.astype(np.int32) for coordinate in np.unravel_index(places, bright.shape)], axis=1)
-    links = []
-    for axis, stride in enumerate((bright.shape[1] * bright.shape[2], bright.shape[2], 1)):
-        inner = np.flatnonzero(voxels[:, axis] < bright.shape[axis] - 1)
-        inner = inner[bright.ravel()[places[inner] + stride]]
-        links.append((inner.astype(np.int32), np.searchsorted(places, places[inner] + stride).astype(np.int32)))
-    rows, columns = (np.concatenate(side) for side in zip(*links, strict=True))
-    del links
-    touching = coo_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(len(places), len(places)))
-    labels = connected_components(touching, directed=False)[1]
-    chosen, sizes = _chosen(volume, voxels, labels, seed), np.bincount(labels)
-    large = np.flatnonzero(sizes >= max(MIN_PIECE_VOXELS, MIN_PIECE_SHARE * sizes[chosen]))
-    return voxels[labels == chosen], [voxels[labels == label] for label in large if label != chosen]
-
-
-def _chosen(volume: Volume, voxels: np.ndarray, labels: np.ndarray, seed: np.ndarray | None) -> int:
-    """Return the label of the voxel at `seed`, or the commonest."""
-    if seed is not None:
-        matches = np.flatnonzero((voxels == np.round((np.asarray(seed) - volume.origin) / volume.spacing)).all(axis=1))
-        if len(matches) == 0:
-            raise InputError(
-                f"the point {written(np.asarray(seed))} cm (x,y,z) is not inside a vessel; move it or the threshold"
-            )
-        return int(labels[matches[0]])
-    sizes = np.append(np.bincount(labels), 0)
-    largest, second = np.argsort(sizes)[::-1][:2]
-    if sizes[second] <= COMPARABLE_SHARE * sizes[largest]:
-        return int(largest)
-    pieces = np.flatnonzero(sizes > COMPARABLE_SHARE * sizes[largest])
-    spots = {label: _spots_across(voxels[labels == label]) for label in pieces.tolist()}
-    best = max(spots, key=lambda label: spots[label])
-    if spots[best] >= max(MIN_ENDS, MORE_ENDS * spots[int(largest)]):
-        warn(BRANCHES(larger=int(sizes[largest]), smaller=int(sizes[best])), stacklevel=3)
-        return best
-    warn(TWO_TREES(larger=int(sizes[largest]), smaller=int(sizes[second])), stacklevel=3)
-    return int(largest)
-
-
-def _spots_across(voxels: np.ndarray) -> int:
-    """Return into how many spots a piece falls where it is cut across, at most: a tree into its vessels."""
-    low = voxels.min(axis=0)
-    size = int(np.ceil((voxels.max(axis=0) - low + 1).max() / COARSE_EDGE))
-    coarse = np.zeros((voxels.max(axis=0) - low) // size + 1, dtype=bool)
-    coarse[tuple(((voxels - low) // size).T)] = True
-    within = np.zeros((3, 3, 3), dtype=int)
-    within[1] = 1
-    counts = []
-    for axis in range(3):
-        planes = np.moveaxis(coarse, axis, 0)
-        spots, _ = ndimage.label(planes, within)
-        counts.append(np.quantile([len(np.unique(plane[plane > 0])) for plane in spots], 0.9))
-    return int(max(counts))
-
-
-def _holes(mask: np.ndarray) -> np.ndarray:
-    """Return what `mask`, one piece, encloses."""
-    if not encloses(np.pad(mask, 1)):
-        return np.zeros_like(mask)
-    outside, count = ndimage.label(~mask)
-    faces = [np.take(outside, end, axis=axis).ravel() for axis in range(3) for end in (0, -1)]
-    enclosed = np.setdiff1d(np.arange(1, count + 1), np.concatenate(faces))
-    return np.isin(outside, enclosed)
+                        tuple(volume.origin + piece * volume.spacing for piece in other_pieces),
+                        inclusions)  # fmt: skip

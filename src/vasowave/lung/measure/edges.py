@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
-from scipy.special import i0e
+from scipy.special import i0e, stdtrit
 
 from vasowave.lung.measure.profiles import Profile
 
@@ -40,6 +40,12 @@ class EdgeRules:
         A shadow as deep is one of a kernel; a deeper one is of what lies beside the vessel, as fat or air.
     level_spread, width_spread, blur_spread : float
         Relative SD of a vessel's level, of its wall over the radius, and of its blur, about those of all vessels.
+    hidden_share : float
+        A wall too thin to be told from blur, as its level may be from 0.2 to 0.4, widens radii by this share of the
+        square root by which the variance of the blur grows with the squared radius.
+    min_hidden, min_hidden_vessels, min_hidden_range, hidden_confidence
+        What is believed of it: so large a share of the radius, seen in so many vessels, whose radii differ by so
+        large a share of the widest, with so high a confidence.
     step, blur_reach : float
         Of integrals over the distance from the axis, voxels; and how far they go, SD of the blur.
     """
@@ -62,6 +68,11 @@ class EdgeRules:
     level_spread: float = 0.03
     width_spread: float = 0.25
     blur_spread: float = 0.1
+    hidden_share: float = 0.67
+    min_hidden: float = 0.01
+    min_hidden_vessels: int = 4
+    min_hidden_range: float = 0.2
+    hidden_confidence: float = 0.9987
     step: float = 0.2
     blur_reach: float = 6.0
 
@@ -112,23 +123,55 @@ class _Bins(NamedTuple):
     contrast: float
 
 
-def second_edge(profiles: Sequence[Profile | None], radius: np.ndarray, spacing: float) -> Edge | None:
-    """Return what stands beside the lumen of the widest vessels, None where one rounded step explains their profiles.
+def second_edge(
+    profiles: Sequence[Profile | None], radius: np.ndarray, aspect: np.ndarray, spacing: float
+) -> tuple[Edge | None, float]:
+    """Return what stands beside the lumen of the widest vessels, None where one rounded step explains their profiles;
+    and then by what share walls that hide in that step may widen all radii.
 
     Parameters
     ----------
     profiles : sequence of Profile or None
     radius : float array, shape (vessel,)
         To begin with, cm.
+    aspect : float array, shape (vessel,)
+        Least over greatest width of the sections.
     spacing : float
         Voxel size, cm.
     """
     wide = [row for row in np.argsort(-np.nan_to_num(radius)).tolist() if radius[row] >= RULES.min_radius * spacing]
-    shown = (_bins(profiles[row], float(radius[row]), spacing) for row in wide)
-    vessels = [bins for bins in shown if bins is not None][: RULES.max_vessels]
+    shown = ((row, _bins(profiles[row], float(radius[row]), spacing)) for row in wide)
+    pairs = [(row, bins) for row, bins in shown if bins is not None][: RULES.max_vessels]
+    vessels = [bins for _, bins in pairs]
     if not vessels:
-        return None
+        return None, 0.0
     plain = _fitted(vessels, None)
+    edge = _edge(vessels, plain)
+    round_to = np.nan_to_num(aspect[[row for row, _ in pairs]], nan=1.0)
+    return edge, 0.0 if edge else _hidden(plain.x[0::4], plain.x[1::4], round_to)
+
+
+def _hidden(radius: np.ndarray, blur: np.ndarray, aspect: np.ndarray) -> float:
+    """Return by what share walls may widen radii (voxels) that only blur the vessels' steps, the more the wider.
+
+    A section that is not round (`aspect`) blurs the step of a mean profile, too, and the more the wider; that is known.
+    """
+    if len(radius) < RULES.min_hidden_vessels or np.ptp(radius) < RULES.min_hidden_range * radius.max():
+        return 0.0
+    variance = blur**2 - (radius * (1 - aspect) / (1 + aspect)) ** 2 / 2
+    matrix = np.column_stack([np.ones_like(radius), radius**2])
+    inverse = np.linalg.pinv(matrix.T @ matrix)
+    growth = inverse @ matrix.T @ variance
+    scatter = ((variance - matrix @ growth) ** 2).sum() / (len(radius) - 2)
+    threshold = stdtrit(len(radius) - 2, RULES.hidden_confidence)
+    if growth[1] <= threshold * np.sqrt(scatter * inverse[1, 1]):
+        return 0.0
+    share = RULES.hidden_share * float(np.sqrt(growth[1]))
+    return share if share >= RULES.min_hidden else 0.0
+
+
+def _edge(vessels: Sequence[_Bins], plain: OptimizeResult) -> Edge | None:
+    """Return the second step of the `vessels`, None where the fit of a `plain` one explains them."""
     misfit = 2 * plain.cost / sum(len(vessel.level) for vessel in vessels)
     if misfit < RULES.max_misfit:
         return None

@@ -11,7 +11,7 @@ import numpy as np
 
 from vasowave.lung.kernels import in_tube
 from vasowave.lung.read.volume import Volume
-from vasowave.lung.sections import carried, disc, sampled, tangents
+from vasowave.lung.sections import carried, disc, sampled_by_splines, tangents
 from vasowave.lung.tree import Tree, clear_stretches
 
 LAG = 3
@@ -20,8 +20,12 @@ REACH_VOXELS, STEP_VOXELS, RING_VOXELS = 4.5, 0.5, 0.25
 """Sections reach so far beyond the radius, are sampled at this distance, and in rings of this width; voxels."""
 CLEARANCE_VOXELS = 3.0
 """What lies nearer to another vessel's wall is left out, voxels."""
+SECTIONS_AT_ONCE = 16
+"""So many sections are interpolated from one box of the image."""
 MIN_SECTIONS, SAMPLES = 12, 40
 """A vessel with fewer sections, and a ring with fewer samples, shows no noise."""
+MIN_NOISE_SHARE = 0.012
+"""Of the contrast: where there is less noise, what interpolation adds at the walls is no small part of it."""
 MIN_RINGS, DEGREE = 30, 3
 """Fewer rings show no scale; the logarithm of the noise is a polynomial of this degree in the level."""
 NORMAL_SHARE = 0.683
@@ -84,7 +88,7 @@ def grey_scale(tree: Tree, volume: Volume) -> GreyScale | None:
     """
     rings = [_rings(tree, row, stretch, volume) for row, stretch in enumerate(clear_stretches(tree))]
     level, noise, weight = np.concatenate(rings, axis=1)
-    if len(level) < MIN_RINGS or not np.ptp(level) > 0 or not np.median(noise) > 0:
+    if len(level) < MIN_RINGS or not np.ptp(level) > 0 or not np.median(noise) > MIN_NOISE_SHARE * np.ptp(level):
         return None
     knots = np.linspace(level.min(), level.max(), 8 * (KNOTS - 1) + 1)
     fitted = np.exp(_smooth(level, np.log(np.maximum(noise, 1e-3 * np.median(noise))), weight, knots))
@@ -103,7 +107,9 @@ def _rings(tree: Tree, row: int, stretch: tuple[float, float], volume: Volume) -
     u, v = carried(tangents(line.points, 4)[sections])
     grid = disc(line.typical_radius + REACH_VOXELS * spacing, STEP_VOXELS * spacing)
     places = line.points[sections, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
-    grey = sampled(volume.grey, places, volume.origin, spacing)
+    count = -(-len(places) // SECTIONS_AT_ONCE)
+    pieces = np.array_split(places, count)  # one box around all may be the whole image
+    grey = np.concatenate([sampled_by_splines(volume.grey, piece, volume.origin, spacing) for piece in pieces])
     neighbors = tree.line[tree.owner != row]
     if len(neighbors):
         grey[

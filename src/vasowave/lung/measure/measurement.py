@@ -100,6 +100,15 @@ def with_common_error(measured: Measurement, sd: float) -> Measurement:
     )  # fmt: skip
 
 
+def with_wider_radii(measured: Measurement, share: np.ndarray) -> Measurement:
+    """Return `measured` with further SDs of its radii, as shares, shape (vessel,)."""
+    sd = np.hypot(measured.radius_sd, share * measured.network.radius)
+    network = measured.network
+    if network.radius_sd is not None:
+        network = replace(network, radius_sd=np.hypot(network.radius_sd, share * network.radius))
+    return measured if not share.any() else replace(measured, radius_sd=sd, network=network)
+
+
 def with_errors(measured: Measurement) -> Measurement:
     """Return `measured` whose network knows the errors of its radii, and its tapers where grey levels show them."""
     network, grey = measured.network, measured.grey

@@ -51,6 +51,8 @@ class Densitometry:
         Standard deviation of the blur, cm.
     edge : Edge, optional
         What stands beside the lumen of all vessels.
+    hidden_wall : float
+        By what share walls too thin to be told from blur may widen all radii.
     """
 
     radius: np.ndarray
@@ -64,10 +66,11 @@ class Densitometry:
     wall: np.ndarray
     blur: float
     edge: Edge | None = None
+    hidden_wall: float = 0.0
 
     def of(self, rows: np.ndarray) -> "Densitometry":
         """Return the vessels `rows`."""
-        arrays = (entry.name for entry in fields(self) if entry.name not in ("blur", "edge"))
+        arrays = (entry.name for entry in fields(self) if entry.name not in ("blur", "edge", "hidden_wall"))
         return replace(self, **{name: getattr(self, name)[rows] for name in arrays})
 
     def times(self, factor: float) -> "Densitometry":
@@ -118,9 +121,9 @@ def densitometry(
 
 def _within_edges(plain: Densitometry, profiles: Sequence[Profile | None], spacing: float) -> Densitometry:
     """Return the radii of the lumen alone, where a wall, or the shadow of a kernel, stands beside it."""
-    edge = second_edge(profiles, plain.radius, spacing)
+    edge, hidden = second_edge(profiles, plain.radius, plain.aspect, spacing)
     if edge is None:
-        return plain
+        return replace(plain, hidden_wall=hidden)
     plain = replace(plain, edge=edge, blur=edge.blur * spacing)
     if edge.kind == "double":
         return plain

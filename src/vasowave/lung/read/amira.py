@@ -60,7 +60,7 @@ def _layout(path: Path) -> tuple[RawVoxels, dict[str, str]]:
     """Return where the voxels stand, and form, packing and packed length; the bounding box joins centers of voxels."""
     start = read_start(path, _MAX_HEADER_BYTES)
     data = _SECTION.search(start)
-    head = start[: data.start() if data else 0].decode("latin-1")
+    head = start[: data.start() if data else 0].decode("utf-8", errors="replace")
     form = re.match(r"#\s*(?:AmiraMesh|Avizo)(?: 3D)?\s+(ASCII|BINARY-LITTLE-ENDIAN|BINARY)", head)
     sizes = re.search(r"define\s+Lattice\s+(\d+)\s+(\d+)\s+(\d+)", head)
     entry = re.search(r"Lattice\s*\{\s*(\w+)\s+\w+\s*\}\s*=?\s*@1\s*(?:\((\w+)\s*,\s*(\d+)\))?", head)

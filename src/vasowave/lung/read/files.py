@@ -10,7 +10,7 @@ from vasowave.base.findings import Finding, as_json, from_json, warn
 from vasowave.base.io.apart import ReaderAnswer, read_apart
 from vasowave.base.io.textfile import regular_file
 from vasowave.lung.read.findings import VOXEL_TYPED, in_micrometers
-from vasowave.lung.read.folder import resolved
+from vasowave.lung.read.folder import is_zarr, resolved
 from vasowave.lung.read.formats import VOLUMES, Contents, VolumeFormat
 from vasowave.lung.read.payload import no_voxel_size
 from vasowave.lung.read.raw import DATA, header_beside
@@ -76,7 +76,7 @@ def read_volume(path: str | Path, spacing: float | Sequence[float] | None = None
 
 def source_of(path: Path) -> tuple[Path, tuple[Finding, ...]]:
     """Return the folder or the file that is read: the one in a folder, the header beside raw voxels; and findings."""
-    path, findings = resolved(path) if path.is_dir() else (path, ())
+    path, findings = resolved(path) if path.is_dir() and not is_zarr(path) else (path, ())
     if path.is_dir():
         return path, findings
     path = regular_file(path)

@@ -12,7 +12,7 @@ from vasowave.lung.read.formats import VOLUMES
 from vasowave.lung.read.raw import DATA, HEADERS
 from vasowave.lung.read.sidecars import SIDECARS
 
-PICTURES = (".bmp", ".png", ".jpg", ".jpeg", ".tif", ".tiff")
+PICTURES = (".bmp", ".png", ".jpg", ".jpeg", ".jp2", ".tif", ".tiff")
 _DICOM_ENDINGS = (".dcm", ".dic", ".dicom", ".ima")
 _DICOM_STARTS = (b"\x08\x00", b"\x02\x00")
 """First tag of a file without the preamble."""
@@ -34,9 +34,7 @@ class Survey(NamedTuple):
 
 
 def surveyed(folder: Path) -> Survey:
-    """Return what lies in a folder, hidden files left out; `InputError` where there is an OME-Zarr in its place."""
-    if any((folder / name).exists() for name in (".zattrs", ".zgroup", ".zarray", "zarr.json")):
-        raise InputError(f"{folder}: Zarr stores cannot be read; save it as OME-TIFF, NRRD or HDF5 (napari, Fiji)")
+    """Return what lies in a folder, hidden files left out."""
     files = sorted(path for path in folder.iterdir() if path.is_file() and not path.name.startswith("."))
     has_data = any(path.suffix.lower() in DATA for path in files)
     survey = Survey([], [], [], [], [])
@@ -44,7 +42,9 @@ def surveyed(folder: Path) -> Survey:
         name = path.name.lower()
         if re.fullmatch(_HARMLESS, name):
             continue
-        if is_dicom(path):
+        if name.endswith(".mat"):  # a recording, or somebody's notes; an array of voxels is named itself
+            survey.unlike.append(path)
+        elif is_dicom(path):
             survey.dicom.append(path)
         elif name.endswith(PICTURES):
             survey.pictures.append(path)
@@ -57,6 +57,11 @@ def surveyed(folder: Path) -> Survey:
     if survey.volumes:  # whose voxels these are
         survey.unlike[:] = [path for path in survey.unlike if path.suffix.lower() not in (*DATA, ".zraw")]
     return survey
+
+
+def is_zarr(path: Path) -> bool:
+    """Whether a folder is a Zarr store."""
+    return any((path / name).is_file() for name in (".zattrs", ".zgroup", ".zarray", "zarr.json"))
 
 
 def is_dicom(path: Path) -> bool:

@@ -8,8 +8,9 @@ import numpy as np
 from vasowave.base.errors import EXTRAS, InputError
 from vasowave.base.io.files import write_folder
 from vasowave.lung.read.formats import VOLUMES, VolumeFormat
-from vasowave.lung.read.volume import SKEWED, Image, Volume
+from vasowave.lung.read.volume import SKEWED, UNSIZED, Image, Volume
 
+_IN_MILLIMETERS = (".gipl", ".mnc", ".mgh", ".mgz")
 MISSING = f"reading and writing images needs the extra 'imaging': {EXTRAS}"
 
 
@@ -76,4 +77,12 @@ def write_image(values: np.ndarray, grid: Volume, path: str | Path) -> None:
             raise InputError(f"{path}: the image cannot be written ({reason}); is there room? See its ending") from None
 
 
-VOLUMES.register(VolumeFormat("other image", "image that SimpleITK reads", (), None, read_itk))
+def _read_other(path: Path) -> Image:
+    """Read an image of a kind that has no module here; its voxels are sized where the format's lengths are in mm."""
+    image = read_itk(path)
+    if path.suffix.lower() in _IN_MILLIMETERS:
+        return image._replace(provenance="its header, in mm as files of its kind are")
+    return image._replace(spacing=UNSIZED, provenance="files of its kind name no unit of length")
+
+
+VOLUMES.register(VolumeFormat("other image", "image that SimpleITK reads", (), None, _read_other))

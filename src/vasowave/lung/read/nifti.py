@@ -67,7 +67,10 @@ def check_nifti(path: Path) -> Contents:
 
 def read_nifti(path: Path) -> Image:
     """Read a NIfTI file; a finding where its two transforms differ."""
-    header, image = _header(path), read_itk(path)
+    header = _header(path)
+    if _size(header)[1] == 540:
+        raise InputError(f"{path}: NIfTI-2, which SimpleITK does not read; save it as NIfTI-1 (FSL, nibabel) or NRRD")
+    image = read_itk(path)
     image = image._replace(provenance="pixdim and xyzt_units of its header")
     frames, corners = _frames(header), np.eye(4) * [*_field(header, "dim")[1:4], 1]
     corners[:3, 3] = 1

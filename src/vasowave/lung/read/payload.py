@@ -70,8 +70,8 @@ def require_bytes(path: Path, start: int, count: int, packing: Packing = "raw") 
         size = path.stat().st_size
         if count > max(LARGE, DENSE * size):
             raise InputError(
-                f"{path}: {count / 1e9:.1f} GB of voxels in {size / 1e6:.1f} MB; no image is so even: it is damaged, "
-                "or must be saved without compression"
+                f"{path}: {min(count, 10**30) / 1e9:.3g} GB of voxels in {size / 1e6:.1f} MB; no image is so even: "
+                "it is damaged, or must be saved without compression"
             )
         try:
             actual = sum(map(len, unpacked(path, start, packing, count)))

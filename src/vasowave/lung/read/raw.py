@@ -42,7 +42,7 @@ class RawVoxels(NamedTuple):
         return Image(grey, self.spacing, self.origin, provenance=self.provenance)
 
 
-HEADERS = (".vgi", ".pcr", ".xtekct", ".vol.info", ".raw.info", ".nfo")
+HEADERS = (".img.hdr", ".vgi", ".pcr", ".xtekct", ".vol.info", ".raw.info", ".nfo")
 """Endings of the headers beside raw voxels, the one that says most first."""
 DATA = (".vol", ".raw", ".img")
 """Endings of files of voxels that say nothing about themselves."""
@@ -56,7 +56,12 @@ _NFO_TYPES = {
     "9": "u4",
     "10": "f4",
 }  # MicroView's manual, app. C
+_INVEON_TYPES = {"1": "<i1", "2": "<i2", "3": "<i4", "4": "<f4", "5": ">f4", "6": ">i2", "7": ">i4"}
 _WIDTHS = {1: "u1", 2: "u2", 4: "f4"}
+
+
+def _is_inveon(path: Path, start: bytes = b"") -> bool:
+    return path.name.lower().endswith(".img.hdr")
 
 
 def header_beside(path: Path) -> Path:
@@ -70,7 +75,7 @@ def header_beside(path: Path) -> Path:
 
 
 def map_raw(path: Path) -> Image:
-    """Return the image that the header of a scanner's raw file describes (vgi, pcr, xtekct, PyHST's info, nfo)."""
+    """Return the image that the header of a scanner's raw file describes, of a kind in `HEADERS`."""
     fields = read_fields(path)
     holder = _holder(path, fields)
     sizes = _sizes(path, fields)
@@ -86,7 +91,8 @@ def _holder(path: Path, fields: Mapping[str, str]) -> Path:
     if name:
         return data_file(path, name)
     stem = path.with_name(path.name.removesuffix(".info")).with_suffix("")
-    holder = next((file for ending in DATA if (file := Path(f"{stem}{ending}")).exists()), None)
+    files = [path.with_suffix("")] if _is_inveon(path) else [Path(f"{stem}{end}") for end in DATA]
+    holder = next(filter(Path.exists, files), None)
     if holder is None:
         raise InputError(f"{path}: a header without its voxels; put {stem.name}{DATA[0]} beside it")
     return regular_file(holder)
@@ -95,7 +101,8 @@ def _holder(path: Path, fields: Mapping[str, str]) -> Path:
 def _sizes(path: Path, fields: Mapping[str, str]) -> list[int]:
     """Return the numbers of voxels along x, y, z."""
     names = (("volume_sizex", "volume_sizey", "volume_sizez"), ("voxelsx", "voxelsy", "voxelsz"),
-             ("num_x", "num_y", "num_z"), ("width", "height", "numframes"))  # fmt: skip
+             ("x_dimension", "y_dimension", "z_dimension"), ("num_x", "num_y", "num_z"),
+             ("width", "height", "numframes"))  # fmt: skip
     text = fields.get("file1/size") or fields.get("representation/size", "")
     plain = {key.rpartition("/")[2]: value for key, value in fields.items()}
     columns = next(([plain[name] for name in row] for row in names if set(row) <= set(plain)), text.split())
@@ -113,6 +120,8 @@ def _kind(path: Path, fields: Mapping[str, str], width: float) -> str:
         kind = _PCR_TYPES.get(plain["format"], "")
     elif "datatype" in plain and path.name.lower().endswith(".nfo"):
         kind = _NFO_TYPES.get(plain["datatype"], "")
+    elif _is_inveon(path):
+        return _INVEON_TYPES.get(plain.get("data_type", ""), "")
     elif "file1/datatype" in fields:
         word, bits = fields["file1/datatype"].lower(), fields.get("file1/bitsperelement", "0")
         letter = "f" if "float" in word else "u" if "unsigned" in word else "i" if "integer" in word else ""
@@ -133,5 +142,5 @@ def map_npy(path: Path) -> Image:
     return Image(grey, UNSIZED, np.zeros(3), provenance="an array says nothing of its voxels")
 
 
-VOLUMES.register(VolumeFormat("raw", "raw voxels with a header", HEADERS, None, map_raw, None, map_raw, False))
+VOLUMES.register(VolumeFormat("raw", "raw voxels with a header", HEADERS, _is_inveon, map_raw, None, map_raw, False))
 VOLUMES.register(VolumeFormat("npy", "NumPy array", (".npy",), None, map_npy, None, map_npy, False))

@@ -15,15 +15,16 @@ SIDECARS = (".log", ".txt", ".pca", ".pcr", ".vgi", ".xtekct", ".info", ".nfo", 
 """Endings of texts that scanners and reconstructions write beside slices."""
 _MAX_BYTES = 1 << 20
 """Nothing beyond is looked at."""
-_ENTRY = re.compile(r"(.+?)\s*(?:=|:|\t|\s{2,})\s*(.*)")
+_BARE = r"(?:(?<=\w_[xyz])|(?<=_type)|(?<=_size)|(?<=_dimension)) (?=[^=:\t\[(]*$)"  # a blank in place of a sign
+_ENTRY = re.compile(rf"(.+?)\s*(?:=|:|\t|\s{{2,}}|{_BARE})\s*(.*)")
 _NAMED = r"(?:pixel|voxel)[ _]?size"
 _IN_UNIT = r"(?:[ _]?[\[(]?([µμa-z]+)[\])]?)?"
 RANKS = (
-    r"voxelsizerec", r"geometry/resolution", r"el_size_mm", r"[xyz]?voxelsize[xyz]?", rf"{_NAMED}{_IN_UNIT}",
-    rf"(?:image|reconstructed|result) {_NAMED}{_IN_UNIT}", rf"scaled image {_NAMED}{_IN_UNIT}",
+    r"voxelsizerec", r"geometry/resolution", r"el_size_mm", r"[xyz]?voxelsize[xyz]?", r"pixel_size_[xyz]",
+    rf"{_NAMED}{_IN_UNIT}", rf"(?:image|reconstructed|result) {_NAMED}{_IN_UNIT}", rf"scaled image {_NAMED}{_IN_UNIT}",
 )  # fmt: skip
 """Keys that hold the size of a voxel, what was reconstructed before what was acquired (datos|x; VGStudio; Scanco;
-Nikon, datos|x, MicroView and PyHST; NRecon and others)."""
+Nikon, datos|x, MicroView and PyHST; Inveon; NRecon and others)."""
 
 
 def read_fields(path: Path) -> dict[str, str]:
@@ -100,13 +101,15 @@ def _size(match: re.Match[str], key: str, value: str, fields: Mapping[str, str])
         unit = centimeters(fields.get("geometry/unit", ""))
     elif name.startswith("voxelsize") and any(field.endswith("num_x") for field in fields):
         unit = centimeters("um")  # PyHST
+    elif re.fullmatch("pixel_size_[xyz]", name):  # Inveon, mm; others write their unit behind it
+        unit = centimeters(trailing[1] if trailing else "mm")
     elif re.fullmatch("voxelsizerec|el_size_mm|[xyz]?voxelsize[xyz]?", name):
         unit = centimeters("mm")
     else:
         unit = centimeters((match[1] if match.lastindex else "") or (trailing[1] if trailing else ""))
     if not unit:
         return None
-    axis = re.fullmatch("([xyz])voxelsize|voxelsize([xyz])", name)
+    axis = re.fullmatch("([xyz])voxelsize|(?:voxelsize|pixel_size_)([xyz])", name)
     if axis is None:
         return np.broadcast_to(np.array(numbers) * unit, 3)
     size = np.full(3, np.nan)

@@ -3,11 +3,14 @@
 Repeated thresholds and the scatter of sections do not know of them, so the network carries a common error of all radii.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from vasowave.base.findings import FindingKind
 from vasowave.lung.lumen.segmentation import Segmentation
 from vasowave.lung.measure.measurement import Measurement
 from vasowave.lung.measure.radii import GUESSED_SHARE
@@ -30,8 +33,8 @@ class FaultRules:
         smoothed the noise and spared the edges.
     min_excess, noise_margin : float
         Brighter than the agent is what exceeds it by this share of the contrast and so many SD of the noise.
-    min_bright_share, min_bright_voxels
-        Of a vessel's voxels near its axis.
+    min_share, min_voxels
+        Of a vessel's voxels, from which on those that are too bright, or dark inclusions, matter.
     filter_sd, double_sd : float
         Common error of the radii with a filter and with doubled edges: what they moved radii of known vessels by.
     """
@@ -43,10 +46,10 @@ class FaultRules:
     lags: tuple[int, int] = (2, 4)
     min_pairs: int = 150
     max_filtered: float = 0.75
-    min_excess: float = 0.2
+    min_excess: float = 0.12
     noise_margin: float = 3.0
-    min_bright_share: float = 0.01
-    min_bright_voxels: int = 20
+    min_share: float = 0.01
+    min_voxels: int = 20
     filter_sd: float = 0.08
     double_sd: float = 0.1
 
@@ -58,6 +61,13 @@ WALLS = doubt_kind(
     Grade.UNCERTAIN,
     _ALL + "walls of {level:.0%} of the agent's contrast, {width:.0%} of the radius thick, stand beside the lumen; the "
     "radii are those of the lumen without them, which grey levels would sum up to be {percent:.1f} % wider",
+)
+HIDDEN_WALLS = doubt_kind(
+    "image.hidden-walls",
+    Grade.UNCERTAIN,
+    _ALL + "edges of wide vessels are less sharp than those of thin ones, as walls make them that are too thin to be "
+    "told from blur; they may widen the radii by {percent:.1f} %: {remedy}",
+    "scan finer, or compare a cannula or a vessel of known diameter",
 )
 SHARPENED = doubt_kind(
     "image.sharpened",
@@ -89,28 +99,66 @@ BRIGHTER = doubt_kind(
     "the lumen and its radius there are wrong: {remedy}",
     "look, and give a mask without them",
 )
+INCLUSIONS = doubt_kind(
+    "image.inclusions",
+    Grade.UNCERTAIN,
+    "vessel(s) {vessels}: dark places within, up to {share:.0%} of a vessel, as clots and bubbles are, count as lumen, "
+    "and its radius is known to half of that share at best: {remedy}",
+    "look whether they are, and give a mask if blood does not flow there",
+)
 
 
-def fault_doubts(measured: Measurement, volume: Volume, lumen: Segmentation) -> tuple[list[Doubt], float]:
-    """Return what systematic faults the image (cubes) shows, and the SD of the factor that all radii share for them."""
+class Fault(NamedTuple):
+    """A systematic fault: what it lets one doubt, and the SD of the factor that all radii share for it."""
+
+    doubt: Doubt
+    common_sd: float = 0.0
+
+
+def fault_doubts(measured: Measurement, volume: Volume, lumen: Segmentation) -> list[Fault]:
+    """Return what systematic faults the image (cubes) shows."""
     grey, names = measured.grey, measured.network.name
     if grey is None:
-        return [], 0.0
-    doubts, common, spacing = [], 0.0, float(volume.spacing[0])
+        return []
+    faults, spacing = list[Fault](), float(volume.spacing[0])
     if (edge := grey.edge) is not None:
         numbers = {"level": edge.level, "depth": -edge.level, "width": edge.width, "voxels": edge.width}
         kind = {"wall": WALLS, "shadow": SHARPENED, "double": DOUBLED}[edge.kind]
         changed = float(np.nanmedian(np.abs(1 / grey.share - 1)))
         finding = kind(percent=100 * changed, **numbers)
-        doubts.append(Doubt("radius", finding, names))
-        common = RULES.double_sd if edge.kind == "double" else GUESSED_SHARE * changed
+        common_sd = RULES.double_sd if edge.kind == "double" else GUESSED_SHARE * changed
+        faults.append(Fault(Doubt("radius", finding, names), common_sd))
+    elif grey.hidden_wall:
+        finding = HIDDEN_WALLS(percent=100 * grey.hidden_wall)
+        faults.append(Fault(Doubt("radius", finding, names), grey.hidden_wall))
     ratio = noise_ratio(measured, volume) if edge is None or edge.kind == "wall" else None  # else its blur is another
     if ratio is not None and ratio < RULES.max_filtered * _unfiltered(grey.blur / spacing):
-        doubts.append(Doubt("radius", FILTERED(), names))
-        common = max(common, RULES.filter_sd)
+        faults.append(Fault(Doubt("radius", FILTERED(), names), RULES.filter_sd))
     if edge is None or edge.kind != "shadow":
-        doubts += _brighter(measured, volume, lumen)
-    return doubts, common
+        faults += map(Fault, _brighter(measured, volume, lumen))
+    faults += map(Fault, inclusion_doubts(measured, lumen))
+    return faults
+
+
+def inclusion_doubts(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
+    """Return the doubt about vessels of which a part was dark and counts as lumen, if there are any."""
+    owner = _owners(lumen.inclusions, measured, lumen)
+    return _inhabited(INCLUSIONS, owner[owner >= 0], measured, lumen.spacing)
+
+
+def inclusion_shares(measured: Measurement, lumen: Segmentation) -> np.ndarray:
+    """Return what share of each vessel was dark and counts as lumen, shape (vessel,)."""
+    owner = _owners(lumen.inclusions, measured, lumen)
+    return np.minimum(_shares(owner[owner >= 0], measured, lumen.spacing), 1.0)
+
+
+def faults_beside(faults: Sequence[Fault], cannula_agrees: bool) -> list[Fault]:
+    """Return the faults that a bent grey scale, which is told, does not explain.
+
+    It blurs the edges of wide vessels; where a cannula agrees with it, levels that outshine the agent are of it, too.
+    """
+    explained = {HIDDEN_WALLS.code, *([BRIGHTER.code] if cannula_agrees else [])}
+    return [fault for fault in faults if fault.doubt.finding.code not in explained]
 
 
 def noise_ratio(measured: Measurement, volume: Volume) -> float | None:
@@ -160,27 +208,41 @@ def _unfiltered(blur: float) -> float:
 
 
 def _brighter(measured: Measurement, volume: Volume, lumen: Segmentation) -> list[Doubt]:
-    """Return which vessels hold voxels that are brighter than the agent."""
+    """Return which vessels hold voxels that are brighter than the agent in them."""
     assert measured.grey is not None
-    contrast = float(np.nanmedian(measured.grey.contrast))
-    if not contrast > 0:
+    typical = float(np.nanmedian(measured.grey.contrast))
+    if not typical > 0:
         return []
-    level = lumen.background + (1 + RULES.min_excess) * contrast + RULES.noise_margin * lumen.noise
+    margin = lumen.background + RULES.noise_margin * lumen.noise
     box = tuple(slice(first, first + count) for first, count in zip(lumen.corner, lumen.mask.shape, strict=True))
-    bright = np.argwhere(lumen.mask & (volume.grey[box] > level))
-    if len(bright) < RULES.min_bright_voxels:
-        return []
-    tree, spacing = measured.tree, lumen.spacing
-    distance, nearest = cKDTree(tree.line.points).query(bright * spacing + lumen.origin)
-    owner = tree.owner[nearest][distance < 2 * tree.line.radius[nearest] + 2 * spacing]
-    count = np.bincount(owner, minlength=len(tree))
-    network = measured.network
-    share = count * spacing**3 / (np.pi * network.radius**2 * network.length)
-    rows = np.flatnonzero((count >= RULES.min_bright_voxels) & (share > RULES.min_bright_share)).tolist()
+    grey = volume.grey[box]
+    bright = np.argwhere(lumen.mask & (grey > margin + (1 + RULES.min_excess) * typical))
+    contrast = np.fmax(measured.grey.contrast, typical)
+    owner = _owners(bright, measured, lumen)
+    above = grey[tuple(bright.T)] > margin + (1 + RULES.min_excess) * contrast[owner]
+    return _inhabited(BRIGHTER, owner[(owner >= 0) & above], measured, lumen.spacing)
+
+
+def _owners(voxels: np.ndarray, measured: Measurement, lumen: Segmentation) -> np.ndarray:
+    """Return the row of the vessel that holds each of the `voxels` of the crop, -1 where they lie beside all."""
+    line, spacing = measured.tree.line, lumen.spacing
+    distance, nearest = cKDTree(line.points).query(voxels * spacing + lumen.origin)
+    return np.where(distance < 2 * line.radius[nearest] + 2 * spacing, measured.tree.owner[nearest], -1)
+
+
+def _inhabited(kind: FindingKind, owner: np.ndarray, measured: Measurement, spacing: float) -> list[Doubt]:
+    """Return the doubt about the vessels of which the voxels with an `owner` are a share that matters."""
+    network, lines = measured.network, measured.tree.lines
+    count, share = np.bincount(owner, minlength=len(network)), _shares(owner, measured, spacing)
+    rows = np.flatnonzero((count >= RULES.min_voxels) & (share > RULES.min_share)).tolist()
     if not rows:
         return []
     names = tuple(network.name[row] for row in rows)
-    finding = BRIGHTER(vessels=", ".join(names), share=float(min(share[rows].max(), 1.0)))
-    return [
-        Doubt("radius", finding, names, np.array([tree.lines[row].points[len(tree.lines[row]) // 2] for row in rows]))
-    ]
+    finding = kind(vessels=", ".join(names), share=float(min(share[rows].max(), 1.0)))
+    return [Doubt("radius", finding, names, np.array([lines[row].points[len(lines[row]) // 2] for row in rows]))]
+
+
+def _shares(owner: np.ndarray, measured: Measurement, spacing: float) -> np.ndarray:
+    """Return what share of each vessel voxels with an `owner` are."""
+    network = measured.network
+    return np.bincount(owner, minlength=len(network)) * spacing**3 / (np.pi * network.radius**2 * network.length)

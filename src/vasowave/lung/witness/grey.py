@@ -26,8 +26,8 @@ within the second as the image is, and not after a correction."""
 
 CLIPPED_SD, FLAT_SD = 0.1, 0.05
 """Common error of all radii where the grey scale is cut off or flat, as a share of them."""
-NOISE_MOVED = {"image.filtered", "image.sharpened", "image.doubled-edges"}
-"""Faults with which the noise says nothing of the scale."""
+NOISE_MOVED = {"image.filtered", "image.sharpened", "image.doubled-edges", "image.inclusions"}
+"""Faults with which the noise says nothing of the scale: levels of clots are none of agent and wall."""
 
 LINEAR = "export the image on a linear scale, or give its linear levels (option 'grey')"
 IMAGE_CLIPPED = doubt_kind(

@@ -12,7 +12,7 @@ from vasowave.lung.measure.measurement import Measurement
 from vasowave.lung.tree import Tree, free_stretches
 from vasowave.lung.witness.doubts import About, Doubt, Grade, doubt_kind
 from vasowave.lung.witness.skeleton import Branches
-from vasowave.lung.witness.topology import crossing_doubts, topology_doubts
+from vasowave.lung.witness.topology import SHORT, crossing_doubts, topology_doubts
 
 LENGTH, RADIUS = 0.10, 0.05
 """A vessel is named if so many SD of its length (`LENGTH_DEVIATIONS`) or radius (`CHANCE`) exceed this share."""
@@ -35,6 +35,13 @@ SHATTER = doubt_kind(
     "{short} of {vessels} vessels are too short between junctions to be measured, as where vessels are flat or rough "
     "and their ridges are taken for branches: {remedy}",
     "do not use this tree, give the outlets",
+)
+STUMPS = doubt_kind(
+    "witness.stumps",
+    Grade.LOOK,
+    "vessel(s) {vessels}: most of the tree is too short between junctions to be measured, as stumps of a pruned tree "
+    "are; a second tree of the lumen agrees: {remedy}",
+    "look whether they are vessels",
 )
 _VESSELS = "vessel(s) {vessels}: "
 CUT = doubt_kind(
@@ -107,7 +114,8 @@ def doubts_about(
     """
     min_lengths = measured.network.length - LENGTH_DEVIATIONS * measured.length_sd
     doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends, min_lengths)
-    doubts += crossing_doubts(measured.tree) + (_shattered(measured) if all_ends else [])
+    contradicted = any(doubt.finding.code != SHORT.code for doubt in doubts)
+    doubts += crossing_doubts(measured.tree) + (_shattered(measured, contradicted) if all_ends else [])
     return (
         *doubts,
         *_cut(measured, lumen),
@@ -117,13 +125,16 @@ def doubts_about(
     )
 
 
-def _shattered(measured: Measurement) -> list[Doubt]:
-    """Return the doubt about a tree most of whose vessels are too short to be measured: ridges taken for branches."""
+def _shattered(measured: Measurement, contradicted: bool) -> list[Doubt]:
+    """Return the doubt about a tree most of whose vessels are too short to be measured: ridges taken for branches if a
+    second tree contradicts it, else perhaps stumps.
+    """
     short, terminals = ~measured.reliable, list(measured.tree.terminals)
     if short.mean() <= MAX_SHORT_SHARE or np.delete(short, terminals).mean() <= MAX_SHORT_INNER_SHARE:
         return []
-    finding = SHATTER(short=int(short.sum()), vessels=len(short))
-    return [Doubt("topology", finding, tuple(measured.network.name[row] for row in np.flatnonzero(short)))]
+    names = tuple(measured.network.name[row] for row in np.flatnonzero(short))
+    finding = SHATTER(short=len(names), vessels=len(short)) if contradicted else STUMPS(vessels=", ".join(names))
+    return [Doubt("topology", finding, names)]
 
 
 def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:

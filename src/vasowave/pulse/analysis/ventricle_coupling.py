@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import curve_fit, least_squares
 
+from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.pulse.cycle.cycle import Recording
@@ -181,6 +182,12 @@ class Coupling:
     def ratio(self) -> float:
         """E_es/E_a: about 1.5 to 2 in a healthy right ventricle, below about 0.8 in one that fails."""
         return self.elastance / self.load
+
+    @property
+    def stroke_work(self) -> float:
+        """Area of the loop of pressure and volume, mJ, with filling at `filling_pressure`."""
+        ejected = np.trapezoid(self.measured, self.filled - self.volume)
+        return float(units.MILLIWATT * (ejected - self.filling_pressure * self.stroke_volume))
 
     @cached_property
     def ventricle(self) -> Ventricle:
@@ -350,7 +357,7 @@ def _beat(recording: Recording, ventricle: VentricularPressure) -> _Beat:
     """Return the systole of the ventricle with the flow out of it."""
     systole, ejection = _systole(ventricle), _ejection(recording)
     rising = systole.smooth[: int(np.argmax(systole.smooth)) + 1]
-    if rising[-1] < ejection.pressure:
+    if not rising[-1] >= max(ejection.pressure, 1e-9):
         raise InputError(
             f"{ventricle.source}: the ventricle reaches {rising[-1]:.1f} mmHg, less than the artery has when its flow "
             f"begins ({ejection.pressure:.1f} mmHg); correct the zero or the unit of one of the two"

@@ -60,59 +60,72 @@ class Coordinates:
         return self.space.outlets.resistance_ratio()
 
     def of(self, x: np.ndarray) -> np.ndarray:
-        """Return the coordinates of the logarithms `x` of the free parameters, shape (free,).
+        """Return the coordinates of the logarithms `x` of the free parameters, shape (..., free).
 
         Raises
         ------
         NumericalError
             The law says nothing there.
         """
-        values = self.space.values(x)
+        values = self._values(x)
         coordinates = np.log(values)
         if self.strained:
+            wall = self._wall(values)
             with trial():
-                strain = self.space.law.ratio_at(self.pressure, *values[: len(self.space.law._fields)]) - 1.0
-                excess = strain**-_TURN_SHARPNESS - self._largest_strain(values) ** -_TURN_SHARPNESS
-                coordinates[0] = -np.log(excess) / _TURN_SHARPNESS
-            if not np.isfinite(coordinates[0]):
+                strain = np.asarray(self.space.law.ratio_at(self.pressure, *wall)) - 1.0
+                excess = strain**-_TURN_SHARPNESS - self._largest_strain(wall) ** -_TURN_SHARPNESS
+                coordinates[..., 0] = -np.log(excess) / _TURN_SHARPNESS
+            if not np.isfinite(coordinates[..., 0]).all():
                 raise NumericalError("the wall law has no strain at mean pressure there")
         if self.shared is not None:
-            first, second = self.proximal * values[self.shared[0]], (1 - self.proximal) * values[self.shared[1]]
-            coordinates[list(self.shared)] = np.log(first + second), logit(first / (first + second))
-        return coordinates[self.space.free]
+            first, second = self.shared
+            proximal, distal = self.proximal * values[..., first], (1 - self.proximal) * values[..., second]
+            coordinates[..., first] = np.log(proximal + distal)
+            coordinates[..., second] = logit(proximal / (proximal + distal))
+        return coordinates[..., self.space.free]
 
     def logarithms(self, z: np.ndarray) -> np.ndarray:
-        """Return the logarithms of the free parameters at the coordinates `z`, shape (free,); NaN where there are none.
+        """Return the logarithms of the free parameters at the coordinates `z`; NaN where there are none.
 
-        Only laws whose equations do not say up to which strain they hold leave places without parameters.
+        Only laws whose equations do not say up to which strain they hold leave places without parameters. Both have
+        the shape (..., free).
         """
-        values = self.space.nominal.copy()
-        place = np.log(values)
-        place[self.space.free] = z
-        values[self.space.free] = np.exp(z)
+        values = self._values(z)
         if self.shared is not None:
-            total, ratio = np.exp(place[self.shared[0]]), expit(place[self.shared[1]])
-            values[list(self.shared)] = total * ratio / self.proximal, total * (1 - ratio) / (1 - self.proximal)
+            first, second = self.shared
+            total, ratio = values[..., first].copy(), expit(np.log(values[..., second]))
+            values[..., first] = total * ratio / self.proximal
+            values[..., second] = total * (1 - ratio) / (1 - self.proximal)
         if self.strained:
-            values[0] = self._stiffness(place[0], values)
-        return np.log(values[self.space.free])
+            values[..., 0] = self._stiffness(np.log(values[..., 0]), values)
+        return np.log(values[..., self.space.free])
 
-    def _stiffness(self, place: float, values: np.ndarray) -> float:
+    def _values(self, x: np.ndarray) -> np.ndarray:
+        """Return all parameters, the free ones e to the `x`."""
+        values = np.broadcast_to(self.space.nominal, (*x.shape[:-1], len(self.space.nominal))).copy()
+        values[..., self.space.free] = np.exp(x)
+        return values
+
+    def _wall(self, values: np.ndarray) -> list[np.ndarray]:
+        """Return the parameters of the wall law."""
+        return [values[..., number] for number in range(len(self.space.law._fields))]
+
+    def _stiffness(self, place: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Return the law's first parameter at the coordinate of the strain, NaN where there is none."""
-        wall = values[1 : len(self.space.law._fields)]
+        wall = self._wall(values)
         try:
             with trial():
-                largest = self._largest_strain(values)
+                largest = self._largest_strain(wall)
                 strain = (np.exp(-_TURN_SHARPNESS * place) + largest**-_TURN_SHARPNESS) ** (-1 / _TURN_SHARPNESS)
-                unit = float(self.space.law.pressure_at(1.0 + strain, 1.0, *wall))
+                unit = np.asarray(self.space.law.pressure_at(1.0 + strain, np.ones_like(place), *wall[1:]), dtype=float)
         except NumericalError:
-            return np.nan
-        return self.pressure / unit if unit > 0 and np.isfinite(unit) else np.nan
+            return np.full(place.shape, np.nan)
+        with np.errstate(all="ignore"):
+            return np.where((unit > 0) & np.isfinite(unit), self.pressure / unit, np.nan)
 
-    def _largest_strain(self, values: np.ndarray) -> float:
+    def _largest_strain(self, wall: list[np.ndarray]) -> np.ndarray:
         """Return the strain that the law cannot reach, whatever its first parameter; infinite where there is none."""
-        count = len(self.space.law._fields)
-        return float(self.space.law.limits(1.0, *values[1:count])[1]) - 1.0
+        return np.asarray(self.space.law.limits(np.ones_like(wall[0]), *wall[1:])[1]) - 1.0
 
     def slopes(self, z: np.ndarray) -> np.ndarray:
         """Return the derivatives of `logarithms` by the coordinates, shape (free, free)."""
@@ -120,6 +133,16 @@ class Coordinates:
         return np.stack(
             [(self.logarithms(z + h) - self.logarithms(z - h)) / (2 * _DIFFERENCE_STEP) for h in steps], axis=1
         )
+
+    @property
+    def free(self) -> int:
+        """The number of free parameters."""
+        return int(np.count_nonzero(self.space.free))
+
+    @property
+    def log_bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds of the logarithms of the free parameters."""
+        return self.space.log_bounds
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:

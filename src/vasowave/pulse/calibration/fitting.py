@@ -27,12 +27,13 @@ from vasowave.pulse.calibration.compared import (
 )
 from vasowave.pulse.calibration.instruments import instrument_findings
 from vasowave.pulse.calibration.objective import Objective, Stopped
-from vasowave.pulse.calibration.optimization import SearchEnd
+from vasowave.pulse.calibration.optimization import SAME_OPTIMUM_SHARE, SearchEnd
 from vasowave.pulse.calibration.parameters import ParameterLimits, ParameterSpace, parameter_space
-from vasowave.pulse.calibration.response import RESPONSE, estimates, fit_response, response_columns
+from vasowave.pulse.calibration.response import estimates
 from vasowave.pulse.calibration.response import findings as response_findings
+from vasowave.pulse.calibration.response_search import RESPONSE, fit_response, response_columns
 from vasowave.pulse.calibration.result import CalibratedModel
-from vasowave.pulse.calibration.starts import SAME_OPTIMUM_SHARE, SearchCache, search_all, starting_points
+from vasowave.pulse.calibration.starts import SearchCache, search_all, starting_points
 from vasowave.pulse.calibration.uncertainty import correlations, fit_findings, parameter_table, spread_of
 from vasowave.pulse.cycle.averaged import EnsembleAverage, one_cycle
 from vasowave.pulse.cycle.cycle import Recording
@@ -227,7 +228,7 @@ def calibrate(
     findings += [*fit_findings(table, correlation, table_of_starts, spread), *run.notes]
     findings += response_findings(response)
     if not response:
-        findings += instrument_findings(objective, best, jacobian, starts[0], plan.method)
+        findings += instrument_findings(objective, best, jacobian, starts[0])
     added = (
         (None, [])
         if alone is None
@@ -291,13 +292,14 @@ def _starts_table(space: ParameterSpace, searched: list[SearchEnd], samples: int
     rows = []
     smallest = min(end.S for end in searched)  # rough ends are compared with each other, not with the polished one
     limit = smallest * (1 + SAME_OPTIMUM_SHARE) + samples * _MIN_VISIBLE_RMS**2
+    deepest_led = min((end.S for end in searched if end.joined), default=np.inf)  # the valley that others joined
     for number, end in enumerate(sorted(searched, key=lambda end: end.S), 1):
         row: dict[str, object] = {
             "start": number,
             "S [mmHg2]": end.S,
             "simulations": end.simulations,
             "converged": end.converged,
-            "agrees": end.joined or bool(end.S <= limit),
+            "agrees": bool(end.S <= limit or (end.joined and deepest_led <= limit)),
             "message": end.message,
         }
         rows.append(row | dict(zip(space.names, space.values(end.x), strict=True)))

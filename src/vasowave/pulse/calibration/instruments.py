@@ -19,9 +19,7 @@ from vasowave.pulse.calibration.compared import Compared
 from vasowave.pulse.calibration.objective import Objective
 from vasowave.pulse.calibration.optimization import SearchEnd
 from vasowave.pulse.calibration.parameters import IMPOSSIBLE_ERRORS, ParameterSpace
-from vasowave.pulse.calibration.response import RULES as RESPONSE_RULES
-from vasowave.pulse.calibration.response import fit_response
-from vasowave.pulse.calibration.screening import knows
+from vasowave.pulse.calibration.response_search import led
 from vasowave.pulse.model.linear import linear_solution
 
 
@@ -48,14 +46,10 @@ class InstrumentRules:
         are wrong by 5 % in every vessel look like filters of 25 to 45 times.
     longest : float
         Largest lag that is looked for, likewise.
-    held : float
-        Longest lag from whose optimum a fit of the simulation may begin, likewise.
     imitation_share : float
         Share of a lag that no parameter imitates, below which a first step would not show it.
     bound : float
         Distance of the logarithm of a parameter from its bound, below which it is at it.
-    tolerance : float
-        Relative change of S at which the fit of the simulation ends: three digits are told.
     """
 
     harmonics: int = 20
@@ -66,10 +60,8 @@ class InstrumentRules:
     evaluations: int = 40
     shortest: float = 1 / 16
     longest: float = 1.0
-    held: float = 0.5
     imitation_share: float = 0.25
     bound: float = 1e-3
-    tolerance: float = 1e-4
 
 
 RULES = InstrumentRules()
@@ -106,7 +98,7 @@ _RESPONSES: dict[str, tuple[Response, Response]] = {
 
 
 def instrument_findings(
-    objective: Objective, best: SearchEnd, jacobian: np.ndarray, start: np.ndarray, method: str
+    objective: Objective, best: SearchEnd, jacobian: np.ndarray, start: np.ndarray
 ) -> list[Finding]:
     """Return a finding if a lag of one signal explains most of what a fit leaves at the inlet.
 
@@ -123,8 +115,6 @@ def instrument_findings(
         Derivatives of the residuals there.
     start : array, shape (free,)
         Where another search may begin.
-    method : str
-        Of that search.
     """
     space, compared, x = objective.space, objective.compared, best.x
     if compared.what == "flow" or not len(x):
@@ -140,7 +130,7 @@ def instrument_findings(
     total, shows = float(target @ target), step**2 * float(lagging @ lagging)
     if total < RULES.floor**2:
         return []
-    shown, stiffness_only = shows >= RULES.step * total, knows(space)
+    shown, stiffness_only = shows >= RULES.step * total, _is_stiffness_only(space)
     if shown and (stiffness_only or step < 0):
         signal = "pressure" if step > 0 else "flow"
         filtered, delayed = (
@@ -153,8 +143,13 @@ def instrument_findings(
     at_bound = np.minimum(x - low, high - x).min() < RULES.bound
     if stiffness_only or not (shown or imitated or at_bound):
         return []
-    again = _simulated(objective, best, start, method, count)
+    again = _simulated(objective, best, start, count)
     return _told(objective, x, "pressure", again, again, float(_real(remainder) @ _real(remainder)))
+
+
+def _is_stiffness_only(space: ParameterSpace) -> bool:
+    """Whether the linear theory knows all that the parameters of the wall do: their first is its stiffness."""
+    return not set(space.names_of("wall")[1:]) & set(space.free_names)
 
 
 def _told(
@@ -181,12 +176,11 @@ def _told(
     ]
 
 
-def _simulated(objective: Objective, best: SearchEnd, start: np.ndarray, method: str, count: int) -> Lagged:
-    """Return the fit of the simulation with a filter of the pressure."""
+def _simulated(objective: Objective, best: SearchEnd, start: np.ndarray, count: int) -> Lagged:
+    """Return the fit of the simulation with a filter of the pressure; without one where no such fit can be."""
     unit = objective.compared.recording.period / (2 * np.pi)
-    sd = RULES.held * unit / max(RESPONSE_RULES.held)
-    enough = RULES.weak_share * best.S  # more than that is no finding
-    behind, again = fit_response(objective, best, start, {"pressure_lag": sd}, method, RULES.tolerance, enough)
+    place = led(objective, best, start, {"pressure_lag"})
+    behind, again = (objective, best) if place is None else place[:2]
     spectrum = _real(_harmonics(again.residual[: objective.compared.samples], count))
     return Lagged(again.x, behind.compared.response[0] / unit, float(spectrum @ spectrum))
 

@@ -60,6 +60,7 @@ class Objective:
     best: tuple[np.ndarray, np.ndarray] | None = None
     _at: np.ndarray | None = field(default=None, repr=False)
     _waves: Waves | None = field(default=None, repr=False)
+    _slopes: tuple[np.ndarray, Waves | None] | None = field(default=None, repr=False)
     _largest: float = field(default=0.0, repr=False)
 
     @cached_property
@@ -88,9 +89,13 @@ class Objective:
     def at(self, x: np.ndarray) -> Run:
         """Return the simulation at `x`, the last one if it was there; raises `NumericalError`."""
         if self.last is None or self._at is None or not np.array_equal(self._at, x):
-            self.last, self._at = self.run(x), x.copy()
+            self.last, self._at, self._slopes = self.run(x), x.copy(), None
             self._waves = self._seen(self.last)
         return self.last
+
+    def begin_from(self, run: Run) -> None:
+        """Let the next simulation start from the state of another."""
+        self.last, self._at = run, None
 
     def waves(self, x: np.ndarray) -> Waves | None:
         """Return the waves at the further sites at `x`; None where there are none."""
@@ -140,7 +145,7 @@ class Objective:
         return residual
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """Derivative of the residuals by the logarithms, shape (N, free); counted as one simulation, as it costs.
+        """Derivative of the residuals by the logarithms, shape (N, free); counted as one simulation, as it costs, once.
 
         Raises
         ------
@@ -150,23 +155,26 @@ class Objective:
         run = self.at(x)
         if self.stop.is_set():
             raise Stopped
-        self.simulations += 1
         with trial():
-            jacobian = self._jacobian(run, [self._direction(x, unit) for unit in np.eye(len(x))])
+            if self._slopes is None:
+                self.simulations += 1
+                self._slopes = self._derivatives(run, [self._direction(x, unit) for unit in np.eye(len(x))])
+            jacobian = self._jacobian(*self._slopes)
         if not np.isfinite(jacobian).all():
             raise NumericalError("the derivatives of the pressure are not numbers: the wall is at the end of its law")
         return jacobian
 
-    def _jacobian(self, run: Run, directions: list[Direction]) -> np.ndarray:
-        compared, sites, options = self.compared, self.compared.sites, (self.numerics, self.exactness, self.workers)
+    def _derivatives(self, run: Run, directions: list[Direction]) -> tuple[np.ndarray, Waves | None]:
+        """Return the derivatives of what is compared at the inlet, at every step, and of the waves at the places."""
+        options = self.numerics, self.exactness, self.workers
         if self._places is None or self._waves is None:
-            inlet = pressure_derivatives(run, self.driven, directions, *options)
-            return -np.stack([compared.sampled(column) for column in inlet], axis=1)
+            return pressure_derivatives(run, self.driven, directions, *options), None
         inlet, waves = derivatives(run, self.driven, directions, options[0], (self._places, self._waves), *options[1:])
-        if compared.what == "flow":
-            inlet = compared.scale * waves.flow[:, :, -1]
-        at_inlet = np.stack([compared.sampled(column) for column in inlet], axis=1)
-        if sites is None:
+        return (self.compared.scale * waves.flow[:, :, -1] if self.compared.what == "flow" else inlet), waves
+
+    def _jacobian(self, inlet: np.ndarray, waves: Waves | None) -> np.ndarray:
+        at_inlet, sites = np.stack([self.compared.sampled(column) for column in inlet], axis=1), self.compared.sites
+        if sites is None or waves is None or self._waves is None:
             return -at_inlet
         return -np.concatenate([at_inlet, sites.balance @ sites.jacobian(self._waves, waves)])
 

@@ -15,6 +15,8 @@ Bounds = tuple[np.ndarray, np.ndarray]
 
 FINAL_TOLERANCE = 1e-8  # the paper's, of the last search; the relative change of S and of the parameters
 ROUGH_TOLERANCE = 1e-6  # of the searches before it, which only have to find the way
+SAME_OPTIMUM_SHARE = 1e-3
+"""Share by which the S of starts may differ that ended at the same optimum."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +35,7 @@ class SearchEnd:
     residual : array, shape (N,)
         Measured minus simulated pressure there, mmHg; empty if the start could not be simulated.
     joined : bool
-        It stopped on the way to the optimum that another start found.
+        It lies in the valley of the best optimum, by the linear network that simulations correct.
     """
 
     x: np.ndarray
@@ -45,17 +47,8 @@ class SearchEnd:
     joined: bool = False
 
 
-class _Hopeless(Exception):  # noqa: N818  a signal between functions of this file, not an error
-    """Even the linear model promises nothing that is good enough."""
-
-
-def search(
-    objective: Objective, start: np.ndarray, method: str, tolerance: float = FINAL_TOLERANCE, enough: float = np.inf
-) -> SearchEnd:
-    """Minimize S from the logarithms `start` of the free parameters, until its relative change is below `tolerance`.
-
-    It gives up where even the minimum of the linear model lies above `enough` (mmHg²).
-    """
+def search(objective: Objective, start: np.ndarray, method: str, tolerance: float = FINAL_TOLERANCE) -> SearchEnd:
+    """Minimize S from the logarithms `start` of the free parameters, until its relative change is below `tolerance`."""
     try:
         objective.at(start)
     except NumericalError as error:
@@ -63,11 +56,8 @@ def search(
     first = objective.residuals(start)
     solve = _least_squares if method == "least-squares" else _sqp
     try:
-        x, converged, message = solve(objective, start, tolerance, enough)
+        x, converged, message = solve(objective, start, tolerance)
         residual = objective.residuals(x)
-    except _Hopeless:
-        x, residual = objective.best or (start, first)
-        converged, message = False, "far above the best optimum, and on no way to it"
     except NumericalError as error:  # no derivative: the search cannot go on from where it is
         x, residual = objective.best or (start, first)
         converged, message = False, str(error)
@@ -84,13 +74,10 @@ _END_REASONS = {
 
 
 class _Jacobians:
-    """The Jacobians along one least-squares search: none is simulated where the search ends and would not use it.
+    """The Jacobians along one least-squares search: none is simulated where the search ends and would not use it."""
 
-    Raises `_Hopeless` where the least S of the linear model is not enough.
-    """
-
-    def __init__(self, residuals: Array, jacobian: Array, tolerance: float, enough: float) -> None:
-        self.residuals, self.jacobian, self.tolerance, self.enough = residuals, jacobian, tolerance, enough
+    def __init__(self, residuals: Array, jacobian: Array, tolerance: float) -> None:
+        self.residuals, self.jacobian, self.tolerance = residuals, jacobian, tolerance
         self._known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
 
     def at(self, x: np.ndarray) -> np.ndarray:
@@ -99,7 +86,6 @@ class _Jacobians:
         if self._known is not None and self._ends(x, r):
             return self._known[2]
         J = self.jacobian(x)
-        _require_promise(r, J, self.enough)
         self._known = x, r, J
         return J
 
@@ -112,22 +98,14 @@ class _Jacobians:
         return bool(gain < self.tolerance * S and gain > 0.25 * (S - foretold @ foretold))
 
 
-def _require_promise(r: np.ndarray, J: np.ndarray, enough: float) -> None:
-    """Raise `_Hopeless` where even the least S of the linear model is not enough."""
-    if np.isfinite(enough):
-        remainder = r - J @ np.linalg.lstsq(J, r)[0]
-        if remainder @ remainder > enough:
-            raise _Hopeless
-
-
 Ended = tuple[np.ndarray, bool, str]
 
 
-def _least_squares(objective: Objective, start: np.ndarray, tolerance: float, enough: float) -> Ended:
+def _least_squares(objective: Objective, start: np.ndarray, tolerance: float) -> Ended:
     """Search in the coordinates that the data see; where that leads out of the bounds, again inside them."""
     low, high = objective.space.log_bounds
     try:
-        x, optimum = _along_coordinates(objective, start, tolerance, enough)
+        x, optimum = _along_coordinates(objective, start, tolerance)
     except NumericalError:  # these coordinates end here; the logarithms may lead on
         x, optimum = start, None
     if optimum is None or not np.all((low <= x) & (x <= high)):
@@ -135,15 +113,13 @@ def _least_squares(objective: Objective, start: np.ndarray, tolerance: float, en
         begin = np.clip(x, low + span, high - span)
         if optimum is None or not objective.can_be(begin):
             begin = np.clip((objective.best or (start,))[0], low + span, high - span)
-        along = _Jacobians(objective.residuals, objective.jacobian, tolerance, enough)
+        along = _Jacobians(objective.residuals, objective.jacobian, tolerance)
         optimum = _trust_region(along, begin, (low, high))
         x = optimum.x
     return x, bool(optimum.success), _END_REASONS.get(optimum.status, str(optimum.message))
 
 
-def _along_coordinates(
-    objective: Objective, start: np.ndarray, tolerance: float, enough: float
-) -> tuple[np.ndarray, Any]:
+def _along_coordinates(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.ndarray, Any]:
     """Return where a search in the coordinates that the data see ends, as logarithms, and its end.
 
     Raises
@@ -158,7 +134,6 @@ def _along_coordinates(
         lambda z: objective.residuals(coordinates.logarithms(z)),
         lambda z: objective.jacobian(coordinates.logarithms(z)) @ coordinates.slopes(z),
         tolerance,
-        enough,
     )
     optimum = _trust_region(along, np.clip(coordinates.of(start), place[0] + inside, place[1] - inside), place)
     return coordinates.logarithms(optimum.x), optimum
@@ -180,7 +155,7 @@ def _trust_region(along: _Jacobians, start: np.ndarray, bounds: Bounds) -> Any:
     )
 
 
-def _sqp(objective: Objective, start: np.ndarray, tolerance: float, enough: float) -> Ended:
+def _sqp(objective: Objective, start: np.ndarray, tolerance: float) -> Ended:
     from scipy.optimize import Bounds as Sides
     from scipy.optimize import minimize
 
@@ -191,7 +166,6 @@ def _sqp(objective: Objective, start: np.ndarray, tolerance: float, enough: floa
 
     def gradient(x: np.ndarray) -> np.ndarray:
         r, J = objective.residuals(x), objective.jacobian(x)
-        _require_promise(r, J, enough)
         return 2 * J.T @ r / first
 
     low, high = objective.space.log_bounds

@@ -1,15 +1,14 @@
-"""Many starts of one fit: all of them look for the way, and only those that may lead elsewhere are followed.
+"""The starts of one fit: all are led together, and those that cannot be are followed alone, by simulations.
 
-First the linear model leads every start, and of those that it leads to one place the first goes on: it searches until a
-step gains little. The best of them goes on to its optimum. Another need not where the linear model of that optimum
-explains its residual: between the two there is no other valley. What is left is followed until it ends, or until even
-the linear model of its own place leads nowhere near the best.
+`valleys` leads all of them at once. Alone are followed starts in a valley whose floor cannot be simulated, or of which
+nothing is known; and all of them where derivatives are missing, where the corrected linear network misleads, and with
+the paper's method, which begins where the paper does.
 """
 
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -20,37 +19,26 @@ from vasowave.base.runtime.thread_limits import threads
 from vasowave.pulse.calibration.compared import Compared
 from vasowave.pulse.calibration.objective import Objective
 from vasowave.pulse.calibration.optimization import ROUGH_TOLERANCE, SearchEnd, search
-from vasowave.pulse.calibration.parameters import ParameterSpace
-from vasowave.pulse.calibration.screening import knows, screened
+from vasowave.pulse.calibration.parameters import ParameterSpace, trial
+from vasowave.pulse.calibration.valleys import Misled, Valleys
 from vasowave.pulse.model.numerics import Numerics
 
 Progress = Callable[[int, int, float], None]
 
-SCOUT_STAGE = "scout"
-"""The first stage: every start looks for the way, from where the linear model leads it."""
-
-UNSCREENED_STAGE = "unscreened"
-"""The same from where it was, where the linear model leads to what cannot be simulated."""
+STAGE = "start"
+"""The name under which the end of a start is kept."""
 
 NOT_KEPT = look_kind(
     "fit.searches-not-kept",
     "searches that an interrupted run had kept do not come out again ({count}), and were made anew; {remedy}",
     "look who else writes into results/searches; nothing of it is in these results",
 )
-SAME_OPTIMUM_SHARE = 1e-3
-"""Share by which the S of starts may differ that ended at the same optimum."""
-
 DERIVATIVE_ERROR = 3e-3
 """Exactness of derivatives while searching."""
 
 _MAX_REPEAT_RMS = 0.01
 """By so many mmHg, and this share of the residual, an end that was stored may differ from its simulation here."""
 _START_LOG_RANGE = 0.5  # other starts differ from the nominal one by up to this in every logarithm
-_MIN_GAIN = 1e-2  # relative gain of S below which a start waits
-_MAX_S_RATIO = 1.1
-"""Ratio to the best S above which a start is left that its linear model does not lead below it either."""
-_MAX_UNEXPLAINED_SHARE = 0.25
-"""Share of a residual's change that the linear model of the best optimum may leave unexplained."""
 
 
 def starting_points(space: ParameterSpace, count: int, seed: int) -> list[np.ndarray]:
@@ -84,42 +72,31 @@ def search_all(
     progress: Progress | None = None,
     ends: SearchCache | None = None,
 ) -> tuple[list[SearchEnd], bool]:
-    """Search from every start, as many at once as there are cores; returns where they ended, and if they were stopped.
+    """Search from all starts; returns where they ended, and whether they were stopped.
 
-    Every search of every stage begins with nothing but its place, so that one whose end is known from `ends` need not
-    be made, and all others are the same as without.
+    A start whose end is known from `ends`, and comes out again, need not be searched from. Those that are followed
+    alone begin with nothing but their place.
 
     Raises
     ------
     NumericalError
         No start could be simulated.
     """
-    places, leads = list(starts), list(range(len(starts)))
-    if len(starts) > 1 and method == "least-squares" and knows(space):  # the paper's method begins where the paper does
-        places, leads = screened(space, compared, starts)
-    stages = _Stages(space, compared, numerics, places, leads, method, progress, ends)
-    searched = stages.reached
+    searches = _Searches(space, compared, numerics, starts, method, progress, ends)
     try:
-        stages.follow(SCOUT_STAGE, sorted(set(leads)), _MIN_GAIN if len(starts) > 1 else ROUGH_TOLERANCE)
-        if lost := [number for number in range(len(starts)) if not np.isfinite(searched[leads[number]].S)]:
-            stages.places, stages.leads = list(starts), list(range(len(starts)))
-            stages.follow(UNSCREENED_STAGE, lost, _MIN_GAIN)
-        best = min(sorted(searched), key=lambda i: searched[i].S)
-        if len(starts) > 1 and np.isfinite(searched[best].S):
-            stages.follow("best", [best], ROUGH_TOLERANCE)
-            searched |= _joined(stages.objective(), searched, best)
-            alone = [i for i, end in sorted(searched.items()) if np.isfinite(end.S) and not end.joined and i != best]
-            stages.follow("alone", alone, ROUGH_TOLERANCE, _MAX_S_RATIO * searched[best].S)
+        searches.recall()
+        if method == "least-squares" and len(searches.reached) < len(starts):
+            searches.lead()
+        searches.follow()
     except KeyboardInterrupt:
-        if not any(np.isfinite(end.S) for end in searched.values()):
+        if not any(np.isfinite(end.S) for end in searches.reached.values()):
             raise
-    if stages.refused:
-        warn(NOT_KEPT(count=len(stages.refused)), stacklevel=3)
-    if not any(np.isfinite(end.S) for end in searched.values()):
-        raise NumericalError(f"no start of the fit could be simulated; the first: {searched[0].message}")
-    led = {number: _led(searched[lead], lead) for number, lead in enumerate(leads) if lead in searched}
-    searched = led | searched
-    return [searched[number] for number in sorted(searched)], stages.stop.is_set()
+    if searches.refused:
+        warn(NOT_KEPT(count=searches.refused), stacklevel=3)
+    reached = [searches.reached[number] for number in sorted(searches.reached)]
+    if not any(np.isfinite(end.S) for end in reached):
+        raise NumericalError(f"no start of the fit could be simulated; the first: {reached[0].message}")
+    return reached, searches.stop.is_set()
 
 
 def comes_again(objective: Objective, end: SearchEnd, begin: np.ndarray) -> bool:
@@ -139,53 +116,78 @@ def comes_again(objective: Objective, end: SearchEnd, begin: np.ndarray) -> bool
     )
 
 
-def _led(end: SearchEnd, lead: int) -> SearchEnd:
-    """Return the end of a start that was not followed, since the linear model leads it where another one begins."""
-    return replace(end, simulations=0, message=f"the linear model leads it where start {lead + 1} was followed from")
-
-
 @dataclass(eq=False)
-class _Stages:
+class _Searches:
     """The searches of one fit, and where they ended, by number of the start."""
 
     space: ParameterSpace
     compared: Compared
     numerics: Numerics
-    places: Sequence[np.ndarray]
-    leads: Sequence[int]
+    starts: Sequence[np.ndarray]
     method: str
     progress: Progress | None
     ends: SearchCache | None
     reached: dict[int, SearchEnd] = field(default_factory=dict)
-    refused: list[int] = field(default_factory=list)
+    refused: int = 0
     stop: threading.Event = field(default_factory=threading.Event)
 
-    def objective(self) -> Objective:
-        """Return an objective that remembers nothing yet."""
-        workers = max(1, threads() // len(set(self.leads)))
+    def objective(self, searches: int = 1) -> Objective:
+        """Return an objective that remembers nothing yet, for one of so many searches at once."""
+        workers = max(1, threads() // max(1, searches))
         return Objective(self.space, self.compared, self.numerics, workers, self.stop, DERIVATIVE_ERROR)
 
-    def follow(self, stage: str, chosen: Sequence[int], tolerance: float, enough: float = np.inf) -> None:
-        """Search from the chosen starts, or from where the stage before ended."""
-        for number, end in _finished(chosen, lambda number: self.end(stage, number, tolerance, enough), self.stop):
-            before = self.reached[number].simulations if number in self.reached else 0
-            self.reached[number] = replace(end, simulations=before + end.simulations)
-            if stage == SCOUT_STAGE and self.progress is not None:
-                done = sum(lead in self.reached for lead in self.leads)
-                self.progress(done, len(self.leads), min(end.S for end in self.reached.values()))
+    def recall(self) -> None:
+        """Take over the ends that are kept and come out again."""
+        again: dict[bytes, bool] = {}
+        for number, start in enumerate(self.starts):
+            end = self.ends.find(STAGE, number) if self.ends is not None else None
+            if end is None:
+                continue
+            content = end.x.tobytes() + end.residual.tobytes()
+            if content not in again:
+                again[content] = comes_again(self.objective(), end, start)
+            if again[content]:
+                self.reached[number] = end
+            else:
+                self.refused += 1
 
-    def end(self, stage: str, number: int, tolerance: float, enough: float) -> SearchEnd:
-        """Return where a search ends, from what is known or by searching."""
-        outcome = self.ends.find(stage, number) if self.ends is not None else None
-        begin = self.places[number] if stage in (SCOUT_STAGE, UNSCREENED_STAGE) else self.reached[number].x
-        if outcome is not None and not comes_again(self.objective(), outcome, begin):
-            self.refused.append(number)
-            outcome = None
-        if outcome is None:
-            outcome = search(self.objective(), begin, self.method, tolerance, enough)
+    def lead(self) -> None:
+        """Search from all starts together; those that cannot be led do not end."""
+        try:
+            with trial():
+                valleys = Valleys(self.objective(), np.array(self.starts))
+        except NumericalError:
+            return
+        try:
+            valleys.search(lambda S: self._tell(len(self.reached), S))
+        except (Misled, NumericalError):
+            return
+        except KeyboardInterrupt:
+            self.stop.set()
+            self.reached = valleys.ends() | self.reached
+            raise
+        for number, end in valleys.ends().items():
+            self._reach(number, end)
+
+    def follow(self) -> None:
+        """Search from every start alone that has not ended, as many at once as there are cores."""
+        alone = [number for number in range(len(self.starts)) if number not in self.reached]
+        for number, end in _finished(alone, lambda number: self._end(number, len(alone)), self.stop):
+            self._reach(number, end)
+
+    def _end(self, number: int, searches: int) -> SearchEnd:
+        return search(self.objective(searches), self.starts[number], self.method, ROUGH_TOLERANCE)
+
+    def _reach(self, number: int, end: SearchEnd) -> None:
+        if number not in self.reached:
+            self.reached[number] = end
             if self.ends is not None:
-                self.ends.keep(stage, number, outcome)
-        return outcome
+                self.ends.keep(STAGE, number, end)
+            self._tell(len(self.reached), min(end.S for end in self.reached.values()))
+
+    def _tell(self, done: int, S: float) -> None:
+        if self.progress is not None:
+            self.progress(done, len(self.starts), S)
 
 
 def _finished(
@@ -202,21 +204,3 @@ def _finished(
             stop.set()
             pool.shutdown(cancel_futures=True)
             raise
-
-
-def _joined(objective: Objective, searched: dict[int, SearchEnd], best: int) -> dict[int, SearchEnd]:
-    """Return the starts that lie in the bowl of the best optimum: its linear model explains their residuals."""
-    joined: dict[int, SearchEnd] = {}
-    optimum = searched[best]
-    try:
-        jacobian = objective.jacobian(optimum.x)
-    except NumericalError:  # no linear model, so that every start is followed on its own
-        return joined
-    for number, end in searched.items():
-        if number != best and np.isfinite(end.S):
-            change = end.residual - optimum.residual
-            remainder = change - jacobian @ (end.x - optimum.x)
-            if remainder @ remainder <= _MAX_UNEXPLAINED_SHARE * (change @ change):
-                message = "in the bowl of the best optimum, to which it need not be followed"
-                joined[number] = replace(end, converged=True, joined=True, message=message)
-    return joined

@@ -11,6 +11,7 @@ from vasowave.pulse.cycle.harmonics import harmonic_errors as harmonic_errors
 from vasowave.pulse.cycle.observation import Observation as Observation
 from vasowave.pulse.cycle.trend import Baseline as Baseline
 from vasowave.pulse.cycle.trend import LevelStep as LevelStep
+from vasowave.pulse.cycle.ventricular import PressureVolume as PressureVolume
 from vasowave.pulse.cycle.ventricular import VentricularPressure as VentricularPressure
 from vasowave.pulse.cycle.waveform import amplitudes as amplitudes
 from vasowave.pulse.cycle.waveform import cycle_foot as cycle_foot

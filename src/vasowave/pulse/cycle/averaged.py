@@ -59,6 +59,8 @@ class EnsembleAverage:
         Whether the flow was advanced by `delay`.
     baseline : Baseline
         The diastolic level of every beat of the whole recording, its drift, and whether that was removed.
+    beat_pressure, beat_flow : float array, shape (averaged beat, sample + 1)
+        The beats that were averaged, each brought to the mean length, its end included, mmHg and ml/s.
 
     Examples
     --------
@@ -79,6 +81,8 @@ class EnsembleAverage:
     delay: float
     delay_corrected: bool
     baseline: Baseline
+    beat_pressure: np.ndarray
+    beat_flow: np.ndarray
 
     @property
     def findings(self) -> tuple[Finding, ...]:

@@ -10,6 +10,7 @@ from vasowave.base.accessors import Accessor
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, note_kind, texts
 from vasowave.base.notebook import card
+from vasowave.base.sites import PULMONARY
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -153,6 +154,10 @@ class Recording:
     wedge_pulsation : float array, shape (sample,), optional
         What that pressure does about its mean over the cycle, in step with the pressure at the inlet, mmHg; a mean that
         it has is taken off. By default it is steady.
+    site : str
+        The artery, see `SiteName`.
+    flow_delay_sd : float
+        SD of the place of a flow that was gated apart from the pressure, s.
 
     Raises
     ------
@@ -179,6 +184,8 @@ class Recording:
     flow_error: np.ndarray | None = None
     wedge_pressure: float = 0.0
     wedge_pulsation: np.ndarray | None = None
+    site: str = PULMONARY
+    flow_delay_sd: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""

@@ -1,10 +1,11 @@
-"""The pressure in a ventricle over one beat."""
+"""The pressure in a ventricle: over one beat, and with its volume over many."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from vasowave.base.errors import InputError
+from vasowave.base.findings import Finding
 
 _MIN_SAMPLES = 32  # of a cycle
 
@@ -56,3 +57,68 @@ class VentricularPressure:
             raise InputError(f"{self.source}: a period of {self.period:g} s; give a positive number")
         pressure.setflags(write=False)
         object.__setattr__(self, "pressure", pressure)
+
+
+@dataclass(frozen=True, eq=False)
+class PressureVolume:
+    """Pressure and volume of a ventricle, recorded together over many beats.
+
+    Attributes
+    ----------
+    pressure : float array, shape (sample,)
+        mmHg.
+    volume : float array, shape (sample,)
+        ml.
+    sampling_rate : float
+        Samples per second.
+    source : str
+        Where it came from.
+    notes : tuple of Finding
+        What was noticed or assumed while it was read.
+    origin : float
+        Time of the first sample, s: where a stretch was cut out of a longer recording.
+
+    Raises
+    ------
+    InputError
+        Signals of different length or fewer than 32 samples, a value that is not finite, a signal that does not change,
+        a rate that is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vasowave as vw
+    >>> turn = 2 * np.pi * np.arange(0, 4, 0.002)
+    >>> vw.PressureVolume(40 - 40 * np.cos(turn), 90 + 30 * np.sin(turn), sampling_rate=500).duration  # s
+    4.0
+    """
+
+    pressure: np.ndarray
+    volume: np.ndarray
+    sampling_rate: float
+    source: str = "made in memory"
+    notes: tuple[Finding, ...] = ()
+    origin: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the values and freeze the arrays."""
+        if not (np.isfinite(self.sampling_rate) and self.sampling_rate > 0):
+            raise InputError(f"{self.source}: {self.sampling_rate:g} samples/s; give a positive number")
+        for name in ("pressure", "volume"):
+            values = np.array(getattr(self, name), dtype=float)
+            if values.ndim != 1 or len(values) < _MIN_SAMPLES or len(values) != len(self.pressure):
+                raise InputError(
+                    f"{self.source}: pressure and volume need {_MIN_SAMPLES} samples or more, as many each"
+                )
+            if not np.all(np.isfinite(values)):
+                place = self.origin + int(np.argmin(np.isfinite(values))) / self.sampling_rate
+                raise InputError(f"{self.source}: {name} has a gap at {place:.4f} s; choose a stretch without")
+            if not np.ptp(values) > 0:
+                raise InputError(f"{self.source}: the {name} does not change; is it the right channel?")
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+
+    @property
+    def duration(self) -> float:
+        """Length, s."""
+        return len(self.pressure) / self.sampling_rate

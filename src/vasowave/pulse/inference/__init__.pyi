@@ -23,6 +23,9 @@ from vasowave.pulse.inference.mixture import explore as explore
 from vasowave.pulse.inference.mixture import separate as separate
 from vasowave.pulse.inference.mixture import worth as worth
 from vasowave.pulse.inference.mode import climb as climb
+from vasowave.pulse.inference.model_emulator import EMULATED as EMULATED
+from vasowave.pulse.inference.model_emulator import ModelEmulator as ModelEmulator
+from vasowave.pulse.inference.model_emulator import emulate as emulate
 from vasowave.pulse.inference.priors import Priors as Priors
 from vasowave.pulse.inference.problem import Problem as Problem
 from vasowave.pulse.inference.reporting import left_out as left_out
@@ -40,6 +43,7 @@ from vasowave.pulse.inference.sampling import problem_of as problem_of
 from vasowave.pulse.inference.simulations import NOT_KEPT as NOT_KEPT
 from vasowave.pulse.inference.simulations import Simulations as Simulations
 from vasowave.pulse.inference.simulations import read_simulations as read_simulations
+from vasowave.pulse.inference.sobol import sobol_table as sobol_table
 from vasowave.pulse.inference.starts import find_modes as find_modes
 from vasowave.pulse.inference.starts import screened as screened
 from vasowave.pulse.inference.unknowns import Unknown as Unknown

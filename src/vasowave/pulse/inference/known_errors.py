@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Annotated, Any, Literal, NamedTuple, get_type_hints
+from typing import Annotated, Any, Literal, NamedTuple, Self, get_type_hints
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -277,7 +277,8 @@ class KnownErrors:
     flow_delay_sd: Annotated[
         _SD | None, ErrorKind("s", "delay of the measured flow", 0.0, "probe", False, _later_flow, _none)
     ] = None
-    """Of the time by which the flow was recorded too late (or too early) beside the pressure, s. Usual: 0."""
+    """Of the time by which the flow was recorded too late (or too early) beside the pressure, s. Usual: 0, and the
+    error of its place where a scanner gated it apart from the pressure."""
     zero_sd: Annotated[
         _SD | None, ErrorKind("mmHg", "zero of the pressure", 0.5, "calibration", False, _lower_pressure, _none)
     ] = None
@@ -309,6 +310,12 @@ class KnownErrors:
         _Share | None, ErrorKind("1", "true over assumed viscosity", 0.0, "model", True, _thicker, _one)
     ] = None
     """Of the viscosity of the blood, as a share: hematocrit and temperature. Usual: 0."""
+
+    def allowing_for(self, recording: Recording) -> Self:
+        """Return the errors with the place of the flow of a recording, where it was gated apart from the pressure."""
+        if recording.flow_delay_sd <= (self.flow_delay_sd or 0.0):
+            return self
+        return replace(self, flow_delay_sd=recording.flow_delay_sd)
 
     def sd(self, name: str, network: Network | None = None) -> float:
         """Return the SD of an unknown of posteriors: what is said, else what the network's image tells, or is usual."""

@@ -15,7 +15,7 @@ from vasowave.pulse.calibration.compared import compared_part, sites_of
 from vasowave.pulse.calibration.fitting import Search
 from vasowave.pulse.calibration.parameters import ParameterLimits, parameter_space
 from vasowave.pulse.calibration.result import CalibratedModel
-from vasowave.pulse.calibration.screening import led
+from vasowave.pulse.calibration.surrogate import linear_optimum
 from vasowave.pulse.cycle.averaged import EnsembleAverage, one_cycle
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.inference.diagnostics import FitOptimum
@@ -121,8 +121,9 @@ def posterior(
     >>> vw.posterior(network, vw.virtual_mouse(), priors=priors, search=search, draws=40)
     Posterior(linear wall: beta ... [..., ...], stiffness ...; Pareto k ...)
     """
-    sampling = given_values(Sampling, None, settings)
-    problem = problem_of(a_network(network), one_cycle(recording), wall, sampling)
+    sampling, cycle = given_values(Sampling, None, settings), one_cycle(recording)
+    sampling = replace(sampling, priors=sampling.priors.allowing_for(cycle))
+    problem = problem_of(a_network(network), cycle, wall, sampling)
     return posterior_of(problem, sampling, fit, None if path is None else Path(path), progress)
 
 
@@ -156,8 +157,7 @@ def problem_of(network: Network, recording: Recording, wall: str | type, samplin
     compared = compared_part(recording, sampling.search.pressure_harmonics, sampling.search.enters)
     compared = replace(compared, sites=sites_of(sampling.sites, network, compared))
     if compared.enters == "both":
-        optimum = led(space, compared, np.log(space.nominal[space.free]))
-        compared = compared.with_flow_error(space.model(space.values(optimum)))
+        compared = compared.with_flow_error(space.model(space.values(linear_optimum(space, compared))))
     return Problem(unknowns, compared, sampling.numerics, sampling.workers or threads())
 
 

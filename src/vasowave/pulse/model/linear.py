@@ -20,7 +20,7 @@ import numpy as np
 from vasowave.pulse.cycle.cycle import Inflow
 from vasowave.pulse.model import walls
 from vasowave.pulse.model.model import Model
-from vasowave.pulse.model.straight_trees import TreeMembers, solve_members
+from vasowave.pulse.model.straight_trees import MEAN_ROUNDS, TreeMembers, retardation, solve_members
 from vasowave.pulse.model.two_ports import TwoPort, driven_from_behind, input_impedances, joined, steady_means
 from vasowave.pulse.model.ventricle import Driven, Ventricle
 
@@ -216,8 +216,8 @@ def _compiled(model: Model, spectrum: np.ndarray, period: float) -> LinearSoluti
     propagation, impedance, Z_in, P, Q = (values[0].T for values in spectra)
     length = model.network.length
     line = UniformLines(propagation, impedance, means.fall[0] / length, None)
-    retardation = _retardation(model, model.wall, model.area0, mean_pressure[0])
-    return LinearSolution(period, mean_pressure[0], Z_in, P, Q, (line,), length, retardation)
+    delay = _retardation(model, model.wall, model.area0, mean_pressure[0])
+    return LinearSolution(period, mean_pressure[0], Z_in, P, Q, (line,), length, delay)
 
 
 def _spectrum(signal: np.ndarray, count: int) -> np.ndarray:
@@ -269,7 +269,7 @@ def _mean_state(model: Model, inflow: np.ndarray, period: float) -> tuple[np.nda
     entered = bed
     k0, k1 = blood.friction.coefficients(blood.viscosity, period)
     middle, segments = np.full(len(network), np.mean(model.outlet_pressure)), _parts(model)
-    for _ in range(4):
+    for _ in range(MEAN_ROUNDS):
         if model.dynamic:
             inlet, outlet = _motions(model, middle, flows, 1, period)
             entered = bed + outlet.dynamic[0, network.terminals]
@@ -327,7 +327,7 @@ def _mean(values: list[np.ndarray]) -> np.ndarray:
 def _retardation(model: Model, wall: Any, area0: np.ndarray, pressure: np.ndarray) -> np.ndarray:
     """Time τ of the viscous walls, s, shape (vessel,), at the mean pressure."""
     A, C = walls.area(wall, pressure, area0), walls.area_compliance(wall, pressure, area0)
-    return np.asarray(model.wall_viscosity * C / (2.0 * np.sqrt(A * area0)))
+    return retardation(model.wall_viscosity, C, A, area0)
 
 
 def _delay(model: Model, wall: Any, area0: np.ndarray, pressure: np.ndarray, omega: np.ndarray) -> Any:
@@ -411,8 +411,8 @@ def _solve(
         P = ((P - lost * flow) / transmission - dynamic * flow) / keeps
         with np.errstate(invalid="ignore"):  # infinite where no flow passes
             Z_in = ((Z_in - lost) / transmission - dynamic) / keeps
-    retardation = _retardation(model, model.wall, model.area0, mean_pressure)
-    return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length, retardation, motion)
+    delay = _retardation(model, model.wall, model.area0, mean_pressure)
+    return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length, delay, motion)
 
 
 def _along_tree(

@@ -13,9 +13,11 @@ from numba import njit
 from vasowave.base.runtime.kernels import kept
 from vasowave.pulse.model import walls
 from vasowave.pulse.model.blood import Blood
+from vasowave.pulse.model.walls import Values
 from vasowave.pulse.network.network import Network
 
-_ROUNDS = 4  # in which areas fix friction, that the pressure, it areas
+MEAN_ROUNDS = 4
+"""Rounds in which areas fix friction, that the pressure, it areas."""
 _OPTIONS: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
@@ -172,6 +174,11 @@ def _kernels() -> tuple[Any, Any]:
     return kept(njit(**_OPTIONS)(steady)), kept(njit(**_OPTIONS)(oscillate))
 
 
+def retardation(viscosity: Values, compliance: Values, area: Values, area0: Values) -> np.ndarray:
+    """Time τ of viscous walls (mmHg s) of these compliances (cm²/mmHg) and areas (cm²), s."""
+    return np.asarray(viscosity * compliance / (2.0 * np.sqrt(area * area0)))
+
+
 @lru_cache(maxsize=8)
 def _order(network: Network) -> tuple[np.ndarray, ...]:
     """Return `downward`, `parent`, `terminals` and `length` of `TreeOrder`."""
@@ -206,7 +213,7 @@ def solve_members(
     shape, inflow = (len(end), len(network)), float(spectrum[0].real)
     bed, means = np.ascontiguousarray(end[:, :, 0].real), SteadyTree(*np.empty((len(SteadyTree._fields), *shape)))
     means.middle[:] = np.mean(behind)
-    for _ in range(_ROUNDS):
+    for _ in range(MEAN_ROUNDS):
         find_means(tree, np.asarray(walls.area(wall, means.middle, area0)), bed, behind, inflow, means)
     mean_pressure = means.middle.copy()
     area = np.asarray(walls.area(wall, mean_pressure, area0))
@@ -214,8 +221,8 @@ def solve_members(
     find_means(tree, area, bed, behind, inflow, means)
     omega = 2 * np.pi / period * np.arange(len(spectrum))
     spectra = TreeSpectra(*np.empty((len(TreeSpectra._fields), *shape, len(spectrum)), dtype=complex))
-    retardation = viscosity * compliance / (2.0 * np.sqrt(area * area0))
-    find_waves(tree, area, compliance, retardation, end, omega, np.ascontiguousarray(spectrum), spectra)
+    delay = retardation(viscosity, compliance, area, area0)
+    find_waves(tree, area, compliance, delay, end, omega, np.ascontiguousarray(spectrum), spectra)
     values = 0.0, 1.0, means.resistance, means.by_beds + means.by_flow, means.flow
     for harmonics, mean in zip(spectra, values, strict=True):
         harmonics[..., 0] = mean

@@ -1,26 +1,28 @@
 """What programs call the columns of a table of vessels, and the units that their titles say."""
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
 
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, note_kind
+from vasowave.base.io.cells import is_numeric
 from vasowave.base.io.columns import Columns
 from vasowave.base.io.headings import ending_unit
 
 SYNONYMS: dict[str, str] = {
-    "parent": "parent mother father",
+    "parent": "parent mother father elter eltern elterngefäss elternsegment vorgänger vater parente padre",
     "daughter": "daughter daughters child children",
-    "length": "length len l",
-    "radius": "radius rad r r0",
-    "diameter": "diameter diam d d0",
+    "length": "length len l länge laenge longueur longitud lunghezza",
+    "radius": "radius rad r r0 rayon radio raggio",
+    "diameter": "diameter diam d d0 durchmesser diamètre diametre diámetro diametro",
     "area": "area",
-    "start": "start begin proximal inlet in top",
-    "end": "end distal outlet out bottom bot",
+    "start": "start begin beginning initial anfang beginn proximal inlet in top",
+    "end": "end ending final ende distal outlet out bottom bot",
     "node": "node vertex n",
-    "": "vessel segment seg branch edge artery id no nr number index name label mean average avg inner lumen internal "
-    "cross sectional section arc path curve centerline equivalent",
+    "": "vessel gefäss gefaess vaisseau vaso segment seg branch edge artery id no nr number index name label mean "
+    "average avg inner lumen internal cross sectional section arc path curve centerline equivalent",
 }
 """The words that are known of each part of a title; those of the last row say nothing more."""
 
@@ -47,7 +49,8 @@ TOPOLOGIES = (("parent",), ("from", "to"), ("source", "target"), ("node 1", "nod
 UNDERSTOOD = note_kind("network.columns", "columns were read as {columns}")
 
 _CONCEPTS = {word: concept for concept, words in SYNONYMS.items() for word in words.split()}
-_NAMES = ("vessel", "segment", "branch", "edge", "artery", "id", "name", "label", "no", "nr")
+_NAMES = ("vessel", "gefäss", "gefaess", "vaisseau", "vaso", "segment", "branch", "edge", "artery", "id", "name",
+          "label", "no", "nr")  # fmt: skip
 _JOINED = "|".join(sorted((word for word in [*_CONCEPTS, "upstream"] if len(word) > 1), key=len, reverse=True))
 _BRANCH_DISTANCE = ("branch distance", "branchdistance")  # skan's length along a branch
 _VOXELS = ("px", "pixel", "pixels", "voxel", "voxels", "vox")
@@ -55,6 +58,9 @@ _NO_RADIUS = {
     "mean pixel value": "the mean of the image that skan was given; it is a radius if that was a map of distances, in "
     "the unit of its numbers"
 }
+
+_NO_END = {"direction", "dir", "axis", "normal", "tangent", "vector", "orientation", "center", "centre", "size"}
+"""Words of a triple of columns that is no end of a vessel."""
 
 
 def canonical_title(title: str) -> tuple[str, str]:
@@ -86,14 +92,48 @@ def plain_words(title: str) -> str:
     return " ".join(re.sub(r"[\W_]+", " ", title.casefold()).split())
 
 
+def ends_by_places(names: Sequence[str]) -> list[list[int]]:
+    """Return the columns of x, y and z (or r, a and s) of both ends of a vessel; nothing unless there are just two."""
+    ends: dict[str, dict[str, int]] = {}
+    for column, name in enumerate(names):
+        words = plain_words(name)
+        if match := re.fullmatch(r"(?P<end>.+) (?P<axis>[xyzras])|(?P<first>[xyz])(?P<number>\d)", words):
+            end, axis = match["end"] or match["number"], match["axis"] or match["first"]
+            ends.setdefault(end, {})[axis] = column
+    complete = [[axes[axis] for axis in kind] for end, axes in ends.items() for kind in ("xyz", "ras")
+                if set(axes) == {*kind} and not _NO_END & set(end.split())]  # fmt: skip
+    return complete if len(complete) == 2 else []
+
+
+def _place(cells: Sequence[str]) -> str:
+    """Return a place, to five digits, as the name of a node; empty where a coordinate is missing."""
+    values = [float(cell) if is_numeric(cell) else math.nan for cell in cells]
+    return " ".join(f"{value + 0.0:.5g}" for value in values) if all(map(math.isfinite, values)) else ""
+
+
+def _with_nodes(table: Columns) -> Columns:
+    """Return a table with nodes where its vessels begin and end, by the places of both that it says."""
+    ends = ends_by_places(table.names)
+    if not ends:
+        return table
+    nodes = [[_place([row[i] for i in end]) for row in table.cells] for end in ends]
+    added = [", ".join(table.titles[i].strip() for i in end) for end in ends]
+    cells = tuple((*row, *pair) for row, pair in zip(table.cells, zip(*nodes, strict=True), strict=True))
+    return replace(table, names=(*table.names, "node 1", "node 2"), units=(*table.units, "", ""), cells=cells,
+                   titles=(*table.titles, *added))  # fmt: skip
+
+
 def understood(table: Columns) -> tuple[Columns, list[Finding]]:
     """Return a table whose columns are called as here, and how they were read where they were called otherwise.
 
     Voxels are no unit. Of several columns that may be the name, that is taken which holds the parents.
     """
+    titled, places = table.names, set[str]()
+    if not topology_of([canonical_title(name)[0] for name in titled]):
+        table, places = _with_nodes(table), {titled[i] for end in ends_by_places(titled) for i in end}
     names, column_units = [], []
     for name, unit in zip(table.names, table.units, strict=True):
-        canonical, ending = canonical_title(name)
+        canonical, ending = canonical_title(name) if name not in places else (name, "")
         names.append(canonical)
         column_units.append("" if unit.casefold() in _VOXELS else unit or ending)
     _choose_name(table, names)
@@ -105,7 +145,7 @@ def understood(table: Columns) -> tuple[Columns, list[Finding]]:
         for title, name, unit in zip(table.titles, names, column_units, strict=True)
         if name in (*_COLUMNS.values(), "name", "from", "to", "daughters")
     ]
-    return renamed, [UNDERSTOOD(columns=", ".join(readings))] if tuple(names) != table.names else []
+    return renamed, [UNDERSTOOD(columns=", ".join(readings))] if tuple(names) != titled else []
 
 
 def _choose_name(table: Columns, names: list[str]) -> None:

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,14 +20,16 @@ from vasowave.base.io.textfile import read_lines
 from vasowave.base.units import CANONICAL
 from vasowave.pulse.network.network import Network, image_pressure
 from vasowave.pulse.network.remarks import UNUSED
-from vasowave.pulse.network.titles import canonical_title, require_width, topology_of, understood
+from vasowave.pulse.network.titles import canonical_title, ends_by_places, require_width, topology_of, understood
 from vasowave.pulse.network.topology import joined_vessels
 
 _END = "radius end"
 _WIDTHS = ("area", "radius start", _END, "diameter start", "diameter end")
 _TITLES = "name, parent, length [cm], radius [cm] or diameter [cm]"
+_ORDER = re.compile(r"\border\b|strahler|horsfield|generation", re.IGNORECASE)
 _QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope", "radius_scale_sd": "slope"}
 
+_MAX_TITLES = 256  # of a table of vessels; a row a signal has more
 _OURS = ("radius_inscribed", "radius_densitometric", "radius_reliable", "doubts")
 """Columns of an extraction that say where its radii come from."""
 
@@ -48,9 +51,11 @@ SINGLE_DAUGHTERS = look_kind(
 
 def is_vessel_table(path: Path, start: bytes) -> bool:
     """Return whether a file is a table with a column `parent`, or lengths and others that say what joins vessels."""
+    if len(re.findall(rb"[,;\t]", start.partition(b"\n")[0])) > _MAX_TITLES:
+        return False
     titles = read_titles(path, start) or _commented_titles(path, start.decode("utf-8", errors="replace").split("\n"))
     names = {canonical_title(title)[0] for title in titles}
-    topology = topology_of(list(names))
+    topology = topology_of(list(names)) or tuple(map(str, ends_by_places(titles)))
     return bool(topology) and ("length" in names or topology in (("parent",), ("from", "to")))
 
 
@@ -83,6 +88,10 @@ def recognized(table: Columns) -> tuple[Columns, list[Finding]]:
     """Return a table with our titles and how its own were read; `InputError` unless it has what a network needs."""
     table, findings = understood(table)
     topology = topology_of(table.names)
+    if not topology and (orders := [name for name in table.names if _ORDER.search(name)]):
+        raise InputError(
+            f"{table.source}: '{orders[0]}' does not say what joins vessels; a network has a row a vessel: {_TITLES}"
+        )
     if topology in ((), ("parent",), ("daughters",)):  # edges may go without a name
         table.require("name", titles=_TITLES)
     table.require("length", titles=_TITLES)
@@ -246,8 +255,10 @@ def _lost(table: Columns, network: Network) -> list[Finding]:
 
 def _unused(table: Columns, taken: set[str]) -> list[Finding]:
     """Return which columns hold values that nothing takes; what may have been meant stands with them."""
+    places = {column for end in ends_by_places(table.names) for column in end}
     unused = [name for column, name in enumerate(table.names)
-            if name and name not in taken and any(row[column].strip() for row in table.cells)]  # fmt: skip
+              if name and name not in taken and column not in places
+              and any(row[column].strip() for row in table.cells)]  # fmt: skip
     words = [f"'{name}'{did_you_mean(name, sorted(taken))}" for name in unused]
     return [UNUSED(what=f"column {', '.join(words)}")] if unused else []
 

@@ -76,19 +76,29 @@ NETWORKS.register(
 )
 
 
-def _refuse_lines(path: Path, scale: float | None = None) -> NoReturn:
-    raise InputError(
-        f"{path}: holds centerlines, of which a network is made first, with their unit of length",
-        [Tidy("centerlines")],
-    )
+def _refused(
+    name: str, title: str, mark: re.Pattern[bytes] | None, words: str, cures: tuple[Tidy, ...] = ()
+) -> NetworkFormat:
+    """Return a format whose files are refused for what they are, by a mark in them or as lines by their names."""
+
+    def sniff(path: Path, start: bytes) -> bool:
+        return bool(mark.search(start)) if mark else path.name.lower().endswith(_LINES)
+
+    def refuse(path: Path, scale: float | None = None) -> NoReturn:
+        raise InputError(f"{path}: {words}", cures)
+
+    return NetworkFormat(name, title, (), sniff, refuse, refuse)
 
 
-NETWORKS.register(
-    NetworkFormat(
-        "centerlines", "centerlines", (), lambda path, start: path.name.lower().endswith(_LINES), _refuse_lines,
-        _refuse_lines,
-    )
-)  # fmt: skip
+NETWORKS.register(_refused("centerlines", "centerlines", None, "holds centerlines, of which a network is made first, "
+                           "with their unit of length", (Tidy("centerlines"),)))  # fmt: skip
+for _name, _mark, _words in (
+    ("GXL", rb"<gxl", "a tree in GXL, as VascuSynth writes it: its positions count voxels, its radii have the unit of "
+     "the voxel width, and neither says which. Write a table from,to,length [mm],radius [mm]"),
+    ("openBF", rb"^network:[^:]*:[^:]*\bsn:", "a model of openBF, of which tables are made first: vasowave export FILE "
+     "--to tables -o FOLDER. Then give the network in that folder"),
+):  # fmt: skip
+    NETWORKS.register(_refused(_name, _name, re.compile(_mark, re.MULTILINE), _words))
 
 
 def read_network(path: str | Path, unit: str | None = None) -> Network:

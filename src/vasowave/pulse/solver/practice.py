@@ -38,7 +38,8 @@ class Practice(NamedTuple):
         if lines <= len(recording.pressure):
             pressure = resample(recording.pressure, lines - 1)
             pressure = np.append(pressure, pressure[0])
-        return replace(recording, pressure=np.roll(pressure, 1), flow=resample(recording.flow, lines))
+        shifted, flow = np.roll(pressure, 1), resample(recording.flow, lines)
+        return replace(recording, pressure=shifted, flow=flow, flow_delay_sd=0.0)  # of which that program knows nothing
 
 
 PAPER = Practice(

@@ -14,8 +14,10 @@ from vasowave.study.animal.failure import attempted as attempted
 from vasowave.study.animal.failure import from_plain as from_plain
 from vasowave.study.animal.files import failures_in as failures_in
 from vasowave.study.animal.files import from_bytes as from_bytes
+from vasowave.study.animal.files import read_emulator as read_emulator
 from vasowave.study.animal.files import read_result as read_result
 from vasowave.study.animal.files import to_bytes as to_bytes
+from vasowave.study.animal.files import write_emulator as write_emulator
 from vasowave.study.animal.files import write_result as write_result
 from vasowave.study.animal.known_errors import effects_on_fit as effects_on_fit
 from vasowave.study.animal.law_result import LawResult as LawResult
@@ -39,6 +41,7 @@ from vasowave.study.animal.signals import Station as Station
 from vasowave.study.animal.signals import flow_noise as flow_noise
 from vasowave.study.animal.signals import measured_station as measured_station
 from vasowave.study.animal.signals import waves_dataset as waves_dataset
+from vasowave.study.animal.stored import stored_fit as stored_fit
 from vasowave.study.animal.stored import stored_inflow as stored_inflow
 from vasowave.study.animal.stored import stored_law as stored_law
 from vasowave.study.animal.stored import stored_model as stored_model

@@ -56,7 +56,13 @@ def recording_dataset(recording: Recording) -> xr.Dataset:
             "time": labelled("time", recording.time, "s", "time of the pressure samples"),
             "flow_time": labelled("flow_time", flow_time, "s", "time of the flow samples"),
         },
-        attrs={"period": recording.period, "source": recording.source, "findings": as_json(recording.notes)},
+        attrs={
+            "period": recording.period,
+            "source": recording.source,
+            "findings": as_json(recording.notes),
+            "site": recording.site,
+            **({"flow_delay_sd": recording.flow_delay_sd} if recording.flow_delay_sd else {}),
+        },
     )
 
 

@@ -15,12 +15,15 @@ import xarray as xr
 
 from vasowave.base.errors import InputError
 from vasowave.base.io.files import write_file
+from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import regular_file
 from vasowave.base.stores import parsed_as, stored
+from vasowave.pulse.inference.model_emulator import KIND, ModelEmulator
 from vasowave.study.animal.failure import Failure
 from vasowave.study.animal.result import FAILURES, AnimalResult
 
 _INITIAL_BYTES = 1 << 20  # bytes to begin with; the library takes more as it needs
+_UNREADABLE = (OSError, RuntimeError, ValueError, LookupError, ArithmeticError, AttributeError, TypeError)
 _LIBRARY = Lock()  # two threads in it at once end the process
 
 
@@ -67,8 +70,48 @@ def read_result(path: Path, sha256: str | None = None, laws: bool = True) -> Ani
         return result
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except (OSError, RuntimeError, ValueError, LookupError, ArithmeticError, AttributeError, TypeError) as error:
+    except _UNREADABLE as error:
         raise InputError(f"{path}: not a netCDF-4 file, or damaged ({error}); make it again") from None
+
+
+def write_emulator(emulator: ModelEmulator, path: str | Path) -> Path:
+    """Write an emulator as netCDF, whole or not at all; returns the path. Raises `InputError` where it cannot be."""
+    data = emulator.data.assign_attrs(sha256=_digest(emulator.data))
+    return write_file(Path(path), to_bytes(xr.DataTree(data)))
+
+
+def _digest(data: xr.Dataset) -> str:
+    values = [(str(name), variable.values.tolist()) for name, variable in data.variables.items()]
+    return hashlib.sha256(repr([data.attrs.get("source"), *sorted(values)]).encode()).hexdigest()
+
+
+@stored("emulator of an animal", "*.nc")
+def read_emulator(path: str | Path) -> ModelEmulator:
+    """Return the emulator that `ModelEmulator.to_netcdf` wrote.
+
+    Raises
+    ------
+    InputError
+        No such file, or one that is no emulator, is damaged, or was changed.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network = vw.Network(("1",), [-1], [0.4], [0.05])  # a quick one: one vessel, and one unknown
+    >>> search = vw.Search(starts=1, fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0})
+    >>> fit = vw.calibrate(network, vw.virtual_mouse(), search=search)
+    >>> path = vw.emulate(fit).to_netcdf("emulator.nc")
+    >>> list(vw.read_emulator(path).box.index)
+    ['beta']
+    """
+    path = Path(path)
+    try:
+        data = from_bytes(regular_file(path).read_bytes()).to_dataset()
+        if data.attrs.get("title") != KIND or data.attrs.get("sha256") != _digest(data):
+            raise ValueError("no emulator, or changed since it was written by its SHA-256")
+        return ModelEmulator(data)
+    except _UNREADABLE as error:
+        raise InputError(f"{path}: cannot be read ({error}); make it again") from None
 
 
 def to_bytes(tree: xr.DataTree) -> bytes:
@@ -85,6 +128,7 @@ def to_bytes(tree: xr.DataTree) -> bytes:
         return bytes(file.close())
 
 
+@remembered
 def failures_in(path: Path) -> tuple[Failure, ...]:
     """Return what failed of an animal by the file of its result, of which no more is read; none of a damaged file."""
     import netCDF4

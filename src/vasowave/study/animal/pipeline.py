@@ -15,6 +15,7 @@ from vasowave.base.errors import VasowaveWarning
 from vasowave.base.findings import Finding, finding_of, warn
 from vasowave.base.software import provenance
 from vasowave.base.stores import parsed
+from vasowave.pulse.analysis.ejection import beat_indices
 from vasowave.pulse.analysis.ventricle_coupling import coupled
 from vasowave.pulse.calibration.fitting import calibrate
 from vasowave.pulse.calibration.result import CalibratedModel
@@ -184,7 +185,7 @@ def analyze(
     >>> result.laws["linear"].quantities["R_T"].attrs["units"]
     'mmHg s/ml'
     """
-    settings = settings or Settings()
+    settings = (settings or Settings()).allowing_for(animal.recording)
     failures: list[Failure] = []
     estimate_nominal(
         animal.network, animal.recording, settings.blood, find_bed(settings.beds)
@@ -267,6 +268,10 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
     effects = effects_on_measured(Seen(network, recording, blood), lab_spreads, values)
     values_here = measured_values(recording, nominal, station, waves, coupling)
     quantities = measured_quantities(values_here, station, effects, coupling)
+    if animal.beats is not None:
+        for name, sd in beat_indices(animal.beats, recording).std(ddof=1).dropna().items():
+            if name in quantities:
+                quantities[name].attrs["beat_sd"] = float(sd)
     return {
         "ventricle": ventricle_dataset(coupling, animal.ventricle) if coupling and animal.ventricle else None,
         "recording": recording_with_scatter(recording, animal.beats),

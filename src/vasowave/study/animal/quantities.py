@@ -13,6 +13,7 @@ import xarray as xr
 
 from vasowave.base.descriptions import LEVEL, MAX_LOG_DISTANCE, NORMAL, Parameter, Quantity
 from vasowave.base.errors import InputError
+from vasowave.pulse.analysis.ejection import cycle_indices
 from vasowave.pulse.analysis.ventricle_coupling import Coupling
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.cycle.cycle import Recording
@@ -59,8 +60,10 @@ def measured_values(
     """Return what the recording alone says; compliance and stiffness are the nominal ones (eqs. 8 to 12)."""
     R_T, tau = nominal.total_resistance, nominal.time_constant
     of_ventricle = {} if coupled is None else dict(zip(COUPLING, (coupled.elastance, coupled.load, coupled.ratio)))
+    of_ventricle |= {} if coupled is None else {"stroke_work": coupled.stroke_work}
     return (
         recording.indices()
+        | cycle_indices(recording, nominal.characteristic_impedance).values
         | of_ventricle
         | {
             "pPAP_over_SV": recording.pulse_pressure / (recording.cardiac_output * recording.period),
@@ -81,7 +84,7 @@ def measured_quantities(
     values: Mapping[str, float], station: Station, effects: pd.DataFrame, coupled: Coupling | None = None
 ) -> xr.Dataset:
     """Return `measured_values` as labelled data, with the errors that `effects_on_measured` tells."""
-    errors = {str(name): (0.0, 0.0) for name, row in effects.iterrows() if row.any()}
+    errors = {str(name): (0.0, 0.0) for name, row in effects.dropna().iterrows() if row.any()}
     if coupled is not None:
         errors |= dict.fromkeys(("E_es", "coupling"), (coupled.error, NORMAL * coupled.error))
     dataset = quantities_dataset(values, QUANTITIES, errors, effects)

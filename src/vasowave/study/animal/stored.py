@@ -5,29 +5,37 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.errors import InputError, VasowaveError, did_you_mean
 from vasowave.base.findings import from_json
+from vasowave.base.settings import given_values
 from vasowave.base.stores import parsed
+from vasowave.pulse.analysis.uncertain import UncertainModel
 from vasowave.pulse.cycle.cycle import MIN_SAMPLES, Inflow, Recording, resample
 from vasowave.pulse.cycle.observation import NUMBERS, Observation
+from vasowave.pulse.inference.sampling import Sampling, problem_of
 from vasowave.pulse.model.blood import FRICTIONS, Blood
 from vasowave.pulse.model.law_files import looking_in, plain
 from vasowave.pulse.model.laws import bed_quantities, find_bed, find_law, parameter_names
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.numerics import Numerics
+from vasowave.pulse.model.outlets import Outlets
 from vasowave.pulse.model.walls import WALL_VISCOSITY
 from vasowave.study.animal.animal import Settings
+from vasowave.study.animal.law_result import LawResult
 from vasowave.study.animal.result import AnimalResult
 
 
 def stored_recording(result: AnimalResult) -> Recording:
     """Return the averaged cycle of an animal's stored results, with its notes and the errors of its harmonics."""
     data = result.recording
-    names = ("pressure_error", "flow_error", "wedge_pulsation")
-    errors = {name: data[name].values for name in names if name in data}
+    stored: dict[str, Any] = {
+        name: data[name].values for name in ("pressure_error", "flow_error", "wedge_pulsation") if name in data
+    }
+    stored |= {name: data.attrs[name] for name in ("site", "flow_delay_sd") if name in data.attrs}
     return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"],
-                     from_json(data.attrs["findings"]), **errors,
+                     from_json(data.attrs["findings"]), **stored,
                      wedge_pressure=float(data.get("wedge_pressure", 0.0)))  # fmt: skip
 
 
@@ -127,8 +135,72 @@ def stored_model(result: AnimalResult, wall: str | type = "") -> Model:
         }
     )
     bed = find_bed(str(data.attrs["bed"]))
-    outlets = bed(*(data[name].values for name in bed_quantities(bed)))
+    outlets = _beds(bed, data)
     wall, cycle = law(*(data[name].values for name in parameter_names(law))), stored_recording(result)
     viscosity = data[WALL_VISCOSITY].values if WALL_VISCOSITY in data else 0.0
     return Model(result.network, wall, outlets, blood, cycle.wedge_pressure, wall_viscosity=viscosity,
                  outlet_pulsation=cycle.wedge_pulsation)  # fmt: skip
+
+
+def stored_fit(result: AnimalResult, wall: str | type = "") -> UncertainModel:
+    """Return a fit of stored results with what its data leave open, for `predict`, `rank_stenoses` and `emulate`.
+
+    Parameters
+    ----------
+    result : AnimalResult
+    wall : str or class
+        The wall law, see `stored_law`; by default the first that was fitted.
+
+    Returns
+    -------
+    UncertainModel
+        With the draws of its posterior, where the results hold one that may be believed and the flow entered the model.
+
+    Raises
+    ------
+    InputError
+        As `stored_model`.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> mouse = vw.Animal("mouse 6", "CTL", vw.control_network(), vw.virtual_mouse(), synthetic=True)
+    >>> result = vw.analyze(mouse, vw.Settings(walls=("linear",), starts=1))
+    >>> list(vw.stored_fit(result).free.index)
+    ['beta', 'r1', 'r2', 'c1']
+    """
+    model, cycle = stored_model(result, wall), stored_recording(result)
+    law = result.laws[stored_law(result, wall)[0]]
+    data = law.calibration
+    inflow = Inflow(law.simulated("flow", result.root).values, cycle.period)
+    columns = {name: data[name].values for name in data.data_vars if data[name].dims == ("parameter",)}
+    names = [str(name) for name in data["free_parameter"].values]
+    parameters = pd.DataFrame(columns, [str(name) for name in data["parameter"].values])
+    correlation = pd.DataFrame(data["correlation"].values, names, names)
+    beds, drawn = _beds(type(model.outlets), result.nominal), _posterior_models(result, law, type(model.wall))
+    return UncertainModel(model, inflow, parameters, correlation, beds, drawn)
+
+
+def _beds(bed: Any, data: Any) -> Outlets:
+    return bed(*(data[name].values for name in bed_quantities(bed)))
+
+
+def _posterior_models(result: AnimalResult, law: LawResult, wall: type) -> tuple[tuple[Model, Inflow], ...]:
+    """Return the models of a posterior's draws, each with the flow as it would have been recorded without errors."""
+    if law.posterior is None or not law.posterior.trusted or law.compared == "flow":
+        return ()
+    settings, cycle = stored_settings(result), stored_recording(result)
+    sampling = given_values(Sampling, None, {
+        "bed": settings.beds, "blood": settings.blood, "search": settings.search(wall),
+        "priors": settings.priors.allowing_for(cycle),
+    })  # fmt: skip
+    unknowns = problem_of(result.network, cycle, wall, sampling).unknowns
+    columns = {name: law.posterior.draws(str(name)).ravel() for name in unknowns.all}
+    pairs = []
+    for row in range(len(next(iter(columns.values())))):
+        try:
+            model, recorded = unknowns.posed(unknowns.scores({name: draws[row] for name, draws in columns.items()}))
+        except VasowaveError:
+            continue
+        pairs.append((model, recorded.inflow))
+    return tuple(pairs)

@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from vasowave.pulse.analysis.compliances import compliance
+from vasowave.pulse.analysis.shear import vessel_loads
 from vasowave.pulse.analysis.tree import pressure_drop, wave_speeds
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.model import walls
@@ -15,7 +16,7 @@ _PRESSURE_RATIO, _CURVE_POINTS = 1.05, 101  # how far the curve of the law is dr
 
 
 def vessels_dataset(fit: CalibratedModel) -> xr.Dataset:
-    """Return wave speed at mean pressure, compliance at diastolic pressure (eqs. 25 to 33), and pressure drops.
+    """Return wave speed at mean pressure, compliance at diastolic pressure (eqs. 25 to 33), pressure drops, and loads.
 
     Pressures are those at the middle of each vessel.
     """
@@ -35,7 +36,8 @@ def vessels_dataset(fit: CalibratedModel) -> xr.Dataset:
         "diastolic_pressure": labelled(per, diastolic, "mmHg", "diastolic pressure at the middle of the vessel"),
         "compliance": labelled(per, at_diastole.vessel, "ml/mmHg", "volume compliance at diastolic pressure (eq. 25)"),
     }
-    dataset = xr.merge([speeds.assign(vessel_values), drops], combine_attrs="override", join="exact")
+    loads = _renamed(table_dataset(vessel_loads(fit.model, fit.simulation).reset_index(), "vessel"))
+    dataset = xr.merge([speeds.assign(vessel_values), drops, loads], combine_attrs="override", join="exact")
     sums = quantities_dataset(network_sums(at_diastole), QUANTITIES)
     return dataset.merge(sums).merge(_law_curve(fit))
 

@@ -14,6 +14,7 @@ from vasowave.pulse.quantities import INDICES, QUANTITIES, RECORDED
 from vasowave.study.animal.failure import Failure
 from vasowave.study.animal.law_result import LawResult
 from vasowave.study.animal.result import AnimalResult, as_chosen, network_dataset
+from vasowave.study.cohort.attribution import GroupAttribution
 from vasowave.study.cohort.declared import Declaration
 from vasowave.study.cohort.design import Design
 from vasowave.study.cohort.lungs import LungDifferences, lungs_of
@@ -88,6 +89,8 @@ class Cohort:
     """What the study said that it would compare, and when."""
     lung_sd: float | None = None
     """How much the lungs of one group differ, as the lab tells it; see `lungs`."""
+    changes: tuple[GroupAttribution, ...] = ()
+    """What made the change of animals that were recorded before and after."""
 
     @cached_property
     def lungs(self) -> LungDifferences:

@@ -2,17 +2,23 @@
 
 from vasowave.catheter.ensemble import average_beats
 from vasowave.catheter.signals.raw import RawRecording
+from vasowave.pulse.analysis.prediction import Prediction
+from vasowave.pulse.analysis.ventricular_function import VentricularFunction
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording
+from vasowave.pulse.inference.model_emulator import ModelEmulator
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.network.network import Network
 from vasowave.pulse.solver.simulation import simulate
 from vasowave.study.animal.datasets import recording_dataset
+from vasowave.study.animal.files import write_emulator
 from vasowave.study.animal.result import FitPlots
 from vasowave.study.cohort.planning import Plan
 from vasowave.study.figures.compared import planned_figure
 from vasowave.study.figures.fit import PANELS
 from vasowave.study.figures.fitted import plot_panel, save_panels
+from vasowave.study.figures.loops import plot_loops
+from vasowave.study.figures.predicted import predicted_figure
 from vasowave.study.figures.signals import draw_average, draw_cycle, draw_network, draw_raw
 
 
@@ -25,7 +31,12 @@ def register_all() -> None:
     RawRecording.average.register(average_beats)
     EnsembleAverage.plot.register(draw_average)
     Model.simulate.register(simulate)
+    VentricularFunction.plot.register(plot_loops)
+    ModelEmulator.to_netcdf.register(write_emulator)
     Plan.figure.register(planned_figure)
+    Prediction.figure.register(
+        lambda foretold: predicted_figure((foretold.before, foretold.after), foretold.root, foretold.label)
+    )
     FitPlots.save.register(save_panels)
     FitPlots.draw.register(plot_panel)
     FitPlots.panels.register(lambda _: {name: panel.draw.__doc__ or panel.title for name, panel in PANELS.items()})

@@ -32,10 +32,10 @@ from vasowave.study.entering.sorting import Choosing, Sorted, files_in, passed_o
 from vasowave.study.entering.table import RecordingIndex, read_rows, seen_from, written_rows
 from vasowave.study.entering.template import with_groups
 from vasowave.study.folder.animals import read_row
-from vasowave.study.folder.reading import read_settings, study_path
+from vasowave.study.folder.places import RESULTS, study_path
+from vasowave.study.folder.reading import read_settings
 from vasowave.study.folder.rows import FILES
 from vasowave.study.folder.settings import StudyFile
-from vasowave.study.folder.study import RESULTS
 from vasowave.study.running.reporting import ONE_BY_ONE, REPORT_FOLDER
 
 _MAX_NAMES = 4  # files named in a sentence

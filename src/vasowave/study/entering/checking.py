@@ -11,6 +11,7 @@ import numpy as np
 from vasowave.base.cures import RemoveAnimal, SetCells, SetSetting
 from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, did_you_mean
 from vasowave.base.findings import ITSELF, Finding, FindingKind, Place, Severity, Value, error_kind, look_kind
+from vasowave.base.io.remembered import made_once
 from vasowave.base.io.textfile import look
 from vasowave.catheter.signals.same_signal import PressureTrace, are_of_one, trace_of
 from vasowave.pulse.calibration.parameters import ParameterLimits, fitted_parameters, parameter_space
@@ -28,7 +29,7 @@ from vasowave.study.folder.reading import Document, read_document
 from vasowave.study.folder.rows import AnimalRow
 from vasowave.study.folder.settings import StudyFile, animal_settings
 from vasowave.study.folder.study import Study
-from vasowave.study.results.loading import load_animal, read_measured
+from vasowave.study.results.loading import animal_key, load_animal, read_measured
 from vasowave.study.results.overview import AnimalRead, read_of
 from vasowave.study.results.physiology import blood_findings, physiology_findings
 from vasowave.study.running.plan import inspect_study
@@ -142,19 +143,17 @@ def check_study(path: Path) -> Checked:
     if study is None:
         return Checked(one_per_cause(problems), [], None)
     design = understood(study, complete=not any(problem.error and problem.place.line for problem in problems))
-    document, read, cycles, traces = read_document(study.path), [], [], []
+    document, read, animals = read_document(study.path), [], []
     problems += _programs(study, document)
     named, study = study, replace(study, settings=without_unread(study.settings, study.folder))
     problems += _settings(study, document)
     for row in study.animals:
         place = Place(str(study.table), row.line, animal=row.animal)
         try:
-            animal = load_animal(row, study.settings, study.folder)
-            problems += _animal(study, row, animal, document, place)
-            read.append(read_of(animal))
-            cycles.append((row, animal.recording))
-            if animal.raw is not None:
-                traces.append((row, trace_of(animal.raw, animal.recording.heart_rate)))
+            loaded = _loaded(row, study)
+            problems += _animal(study, row, loaded.animal, document, place)
+            read.append(loaded.read)
+            animals.append((row, loaded))
         except VasowaveError as error:
             problems.append(unreadable(error, place, row.files.values()))
     wedged = [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
@@ -162,8 +161,41 @@ def check_study(path: Path) -> Checked:
         finding = WEDGE_OF_SOME(count=len(wedged), all=len(study.animals))
         problems.append(StudyProblem(finding.at(str(study.table), part="column 'wedge [mmHg]'")))
     problems += _half_known(study)
-    problems += _once([*doubled_animals(study), *_alike(study, cycles), *_of_one_recording(study, traces)])
+    problems += _once([*doubled_animals(study), *_alike(study, animals), *_of_one_recording(study, animals)])
     return Checked(one_per_cause(problems), read, named.settings, design)
+
+
+class _Loaded(NamedTuple):
+    """One animal without its samples, what was read of it, by what it is compared with others, and the key of all that
+    decides about them.
+    """
+
+    animal: Animal
+    read: AnimalRead
+    trace: PressureTrace | None
+    key: tuple[str, ...]
+
+
+def _loaded(row: AnimalRow, study: Study) -> _Loaded:
+    """Return what the files of an animal hold, read once for as long as row, settings and files stay as they are.
+
+    Raises
+    ------
+    VasowaveError
+        A file is wrong, or its beats cannot be averaged.
+    """
+
+    def key() -> tuple[str, ...]:
+        return str(study.folder), *map(str, row.files.values()), animal_key(row, study.settings, study.folder)
+
+    def load() -> _Loaded:
+        before, animal = key(), load_animal(row, study.settings, study.folder)
+        if key() != before:
+            raise InputError("its files changed while they were being read; check again")
+        trace = None if animal.raw is None else trace_of(animal.raw, animal.recording.heart_rate)
+        return _Loaded(replace(animal, raw=None, beats=None), read_of(animal), trace, before)
+
+    return made_once(key, load)
 
 
 def _half_known(study: Study) -> list[StudyProblem]:
@@ -237,7 +269,7 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
     values = animal.recording.indices() | {"root radius": float(animal.network.radius[animal.network.root])}
     findings = [
         *(finding for finding in animal.recording.notes if finding.severity is Severity.LOOK),
-        *physiology_findings(values, nominal.time_constant, study.settings.species, row.site or study.settings.site),
+        *physiology_findings(values, nominal.time_constant, study.settings.species, animal.recording.site),
         *_known_values(row, nominal),
     ]
     problems = [StudyProblem(finding) for finding in dict.fromkeys(finding.placed(place) for finding in findings)]
@@ -302,8 +334,9 @@ def doubled_animals(study: Study) -> list[StudyProblem]:
     return problems
 
 
-def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]]) -> Iterator[StudyProblem]:
+def _alike(study: Study, animals: Sequence[tuple[AnimalRow, _Loaded]]) -> Iterator[StudyProblem]:
     """Yield an error for every animal whose averaged cycle is another's, whatever bytes their files are written in."""
+    cycles = ((row, loaded.animal.recording) for row, loaded in animals)
     ordered = sorted(cycles, key=lambda entry: entry[1].mean_pressure)
     for i, (row, cycle) in enumerate(ordered):
         for earlier_row, earlier in reversed(ordered[:i]):
@@ -314,13 +347,20 @@ def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]]) -> Itera
                 yield _doubled(study, late, early, SAME_CYCLE)
 
 
-def _of_one_recording(study: Study, traces: Sequence[tuple[AnimalRow, PressureTrace]]) -> Iterator[StudyProblem]:
+def _of_one_recording(study: Study, animals: Sequence[tuple[AnimalRow, _Loaded]]) -> Iterator[StudyProblem]:
     """Yield an error for every animal whose signal stands in that of another, exported anew."""
-    for late, (row, trace) in enumerate(traces):
-        for earlier_row, earlier in traces[:late]:
-            if not _meant(row, earlier_row) and are_of_one(trace, earlier):
+    for late, (row, loaded) in enumerate(animals):
+        for earlier_row, earlier in animals[:late]:
+            if not _meant(row, earlier_row) and _is_one_signal(loaded, earlier):
                 yield _doubled(study, row, earlier_row, SAME_SIGNAL)
                 break
+
+
+def _is_one_signal(late: _Loaded, earlier: _Loaded) -> bool:
+    trace, earlier_trace = late.trace, earlier.trace
+    if trace is None or earlier_trace is None:
+        return False
+    return made_once(lambda: (late.key, earlier.key), lambda: are_of_one(trace, earlier_trace))
 
 
 def _meant(row: AnimalRow, earlier_row: AnimalRow) -> bool:

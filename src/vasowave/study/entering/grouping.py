@@ -3,13 +3,18 @@
 import os
 import re
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.base.errors import InputError
 from vasowave.study.folder.names import checked_name
 
-_WORD = re.compile(r"[^\W\d_]+|\d+")
+_PLAIN = re.compile(r"[^\W\d_]+|\d+")
+_WORD = re.compile(rf"[^\W_]+[+-]{{2,}}+(?![^\W_])|{_PLAIN.pattern}")
+"""A genotype (Bmpr2+-), letters, or a number."""
+_WILD_TYPE = "++"
+_BETWEEN_MARKS = re.compile(r"(?:(?<=[+-]{2})|(?<![+-]))\+(?=\s*[^\W_])")  # not within a genotype
 _REFERENCE = ("ctl", "ctrl", "control", "controls", "con", "wt", "wildtype", "wild", "sham", "normoxia", "normoxic",
               "nox", "nx", "veh", "vehicle", "saline", "healthy", "naive", "baseline", "untreated")  # fmt: skip
 """What groups are called that others are compared with."""
@@ -41,12 +46,18 @@ class Proposal(NamedTuple):
 
     def __str__(self) -> str:
         """Return the groups and their sizes in words."""
-        return f"{self.where} " + " and ".join(f"{label} ({size} of them)" for label, size in self.sizes.items())
+        *first, last = (f"{label} ({size} of them)" for label, size in self.sizes.items())
+        return f"{self.where} {', '.join(first)} and {last}"
 
 
 def words(name: str) -> list[str]:
-    """Return the words and numbers of a name, in lower case: ``p_C6`` is p, c, 6."""
+    """Return words, numbers and genotypes of a name, in lower case: ``p_C6`` is p, c, 6; ``Bmpr2+-_1`` bmpr2+-, 1."""
     return [word.casefold() for word in _WORD.findall(name)]
+
+
+def _plain_words(name: str) -> list[str]:
+    """Return words and numbers of a name in which signs part them."""
+    return [word.casefold() for word in _PLAIN.findall(name)]
 
 
 def within(phrase: Sequence[str], many: Sequence[str]) -> bool:
@@ -60,8 +71,8 @@ def told_group(file: Path, folder: Path, marks: Marks) -> str:
 
     Folders that hold the study (`folder`) too say nothing: they hold all groups.
     """
-    for name in _names(file, folder):
-        name_words = words(name)
+    for name, reading in product(_names(file, folder), (words, _plain_words)):
+        name_words = reading(name)
         hits = {
             label: max(map(len, fit))
             for label, label_marks in marks.items()
@@ -70,7 +81,8 @@ def told_group(file: Path, folder: Path, marks: Marks) -> str:
         longest = max(hits.values(), default=0)
         best = [label for label, size in hits.items() if size == longest]
         if len(hits) == 1 or (hits and len(best) == 1 and _nested(best[0], hits, marks, name_words)):
-            return best[0]
+            wild = reading is _plain_words and any(word.endswith(_WILD_TYPE) for word in words(name))
+            return "" if wild and not is_reference(best[0]) else best[0]
         if hits:
             return ""
     return ""
@@ -109,7 +121,7 @@ def parsed_groups(text: str) -> dict[str, tuple[str, ...]]:
         name = checked_name(label.strip())
         if name in marks:
             raise InputError(f"group '{name}' stands twice in '{text}'; keep one")
-        marks[name] = tuple(mark.strip() for mark in mark_text.split("+")) if separator else (name,)
+        marks[name] = tuple(mark.strip() for mark in _BETWEEN_MARKS.split(mark_text)) if separator else (name,)
     return marks
 
 
@@ -145,8 +157,8 @@ def _shares(group_words: Sequence[str]) -> bool:
 
 
 def is_reference(word: str) -> bool:
-    """Whether a word names a group that others are compared with, as ctl, wt or sham do."""
-    return bool(set(words(word)) & set(_REFERENCE))
+    """Whether a word names a group that others are compared with, as ctl, wt, sham or Bmpr2++ do."""
+    return word.endswith(_WILD_TYPE) or bool(set(words(word)) & set(_REFERENCE))
 
 
 def _proposal(where: str, group_words: Sequence[str]) -> Proposal:

@@ -20,7 +20,7 @@ from vasowave.catheter.read.describe import (
     describe_recording,
     kind_of,
 )
-from vasowave.catheter.read.formats import RECORDINGS
+from vasowave.catheter.read.formats import RECORDINGS, companion_files
 from vasowave.catheter.read.formats.workbook import SHEET_READ
 from vasowave.catheter.signals.gaps import Span, longest_between
 from vasowave.catheter.signals.raw import MIN_DURATION_S
@@ -161,7 +161,13 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
     """
     networks, recordings, refused, sheets = [], [], [], []
     halves: list[tuple[str, str, Path]] = []
+    files = list(files)
+    samples = {
+        sample for file in files for sample in companion_files(file) if file.suffix.lower() in RECORDINGS.suffixes
+    }
     for file in files:
+        if file in samples and file.suffix.lower() not in RECORDINGS.suffixes:
+            continue  # read with the header that names it
         try:
             network = NETWORKS.known(file)
             if network is not None:
@@ -170,10 +176,12 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
                 networks.append(file)
                 continue
             _refuse_vessels(file)
-            if (sheet := animal_sheet(file)) is not None:
+            sheet, workbook = animal_sheet(file), file.suffix.lower() in WORKBOOKS
+            if sheet is not None:
                 sheets.append(sheet)
-                continue
-            described = describe_recording(file, sheet=choosing.sheet if file.suffix.lower() in WORKBOOKS else "")
+                if not workbook or not (choosing.sheet or _has_signals(file)):
+                    continue
+            described = describe_recording(file, sheet=choosing.sheet if workbook else "")
         except InputError as error:
             refused.append(str(error))
             continue
@@ -181,13 +189,27 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
         if half:
             halves.append((stem, half, file))
         else:
-            recordings.append(_recorded(file, described, choosing))
+            recorded = _recorded(file, described, choosing)
+            if sheet is not None:
+                name = used_block(described, choosing.block).sheet
+                remark = f"its sheet '{name}' is a recording, beside the table of animals"
+                recorded = recorded._replace(remarks=(remark, *recorded.remarks))
+            recordings.append(recorded)
     joined, alone = _joined(halves)
     for half, file in alone:
         missing = "flow" if half == "pressure" else "pressure"
         refused.append(f"{file}: holds the {half} of a cycle alone; the file of its {missing} is not among these")
     recordings += joined
     return Sorted(tuple(networks), tuple(recordings), tuple(refused), sheets=tuple(sheets))
+
+
+def _has_signals(workbook: Path) -> bool:
+    """Whether a sheet of a workbook, beside its table of animals, holds pressure or flow."""
+    try:
+        channels = describe_recording(workbook).used.channels
+    except InputError:
+        return False
+    return any(channel.quantity in ("pressure", "flow") for channel in channels)
 
 
 def _refuse_vessels(file: Path) -> None:
@@ -227,8 +249,9 @@ def _joined(halves: Sequence[tuple[str, str, Path]]) -> tuple[list[Recorded], li
 
 def _recorded(file: Path, described: FileDescription, choosing: Choosing) -> Recorded:
     """Return a recording that one file holds, with what was decided about its channels and gaps."""
+    of_sheet = [str(finding) for finding in described.suspicions if finding.code == SHEET_READ.code]
     if described.kind == "cycle":
-        return Recorded(file.stem, (file,), described.kind)
+        return Recorded(file.stem, (file,), described.kind, remarks=tuple(of_sheet))
     block = used_block(described, choosing.block)
     titles = tuple(channel.title for channel in block.channels)
     lower_titles = {title.strip().casefold() for title in titles}
@@ -238,8 +261,7 @@ def _recorded(file: Path, described: FileDescription, choosing: Choosing) -> Rec
     )
     choice = choose(block.channels, quantities, choosing.site)
     longest = choosing.block is None and len(described.blocks) > 1 and not block.sheet
-    remarks = [_longest(described, block)] if longest else []
-    remarks += [str(finding) for finding in described.suspicions if block.sheet and finding.code == SHEET_READ.code]
+    remarks = [*([_longest(described, block)] if longest else []), *of_sheet]
     remarks += [
         f"'{choice.picked[name].title}' was taken for {name}: {reason}" for name, reason in choice.guessed.items()
     ]

@@ -14,8 +14,9 @@ from vasowave.base.species import known_species
 from vasowave.catheter.synthetic_files import SYNTHETIC_NOTICE
 from vasowave.study.datasets.virtual import virtual_cohort
 from vasowave.study.datasets.virtual_files import write_virtual_cohort
+from vasowave.study.folder.places import STUDY_FILE
 from vasowave.study.folder.problems import refuse
-from vasowave.study.folder.reading import STUDY_FILE, parse_document, parse_settings
+from vasowave.study.folder.reading import parse_document, parse_settings
 from vasowave.study.folder.rows import COLUMNS, REQUIRED_COLUMNS
 from vasowave.study.folder.settings import StudyFile
 

@@ -14,6 +14,7 @@ from vasowave.base.io.columns import read_columns
 from vasowave.base.io.files import make_folder, write_file
 from vasowave.lung.exchange.polydata import data_array
 from vasowave.lung.tree import distance_along
+from vasowave.pulse.analysis.shear import wall_shear
 from vasowave.pulse.network.network import Network
 from vasowave.study.exchange.solved import Solved
 from vasowave.study.figures.network import layout
@@ -140,6 +141,8 @@ def _tube(solved: Solved, row: int, axis: np.ndarray) -> _Tube:
     waves = {"pressure_mmHg": along.pressure, "flow_ml_per_s": along.flow, "area_cm2": along.area}
     waves = {name: _at(shares * length, along.position, values) for name, values in waves.items()}
     waves["velocity_cm_per_s"] = waves["flow_ml_per_s"] / waves["area_cm2"]
+    period, blood = solved.inflow.period, solved.model.blood
+    waves["wall_shear_Pa"] = wall_shear(waves["flow_ml_per_s"], waves["area_cm2"], period, blood)
     points = points_at(axis, shares)
     return _Tube(points, ring_directions(points), waves)
 

@@ -115,13 +115,15 @@ def impedance_figure(cohort: Cohort) -> "Figure":
 
 
 def along_network_figure(cohort: Cohort) -> "Figure":
-    """Wave speed at mean pressure and fall of the mean pressure, against the distance from the inlet ("Tree")."""
+    """Wave speed, fall of the mean pressure, mean wall shear and strain by the distance from the inlet ("Tree")."""
 
     def panel(distance: str, quantity: str, label: str) -> Panel:
         def draw(ax: "Axes", result: AnimalResult, color: str) -> None:
             looks = source_looks(result.laws)
             for wall, line in wall_lines(looks, color).items():
                 data, source_look = result.laws[wall].vessels, looks[wall]
+                if quantity not in data:  # stored before it was computed
+                    continue
                 ax.plot(data[distance], data[quantity], source_look.marker, color=line["color"], ms=4,
                         label=line["label"], mfc=line["color"] if source_look.filled else "none")  # fmt: skip
             label_axes(ax, "distance from the inlet [cm]", label)
@@ -130,7 +132,9 @@ def along_network_figure(cohort: Cohort) -> "Figure":
 
     speed = panel("distance", "wave_speed", "wave speed [cm/s]")
     drop = panel("terminal_distance", "mean_drop", "pressure drop [mmHg]")
-    figure = shown_figure(cohort, [speed, drop], 12)
+    shear = panel("distance", "mean_shear", "mean wall shear [Pa]")
+    strain = panel("distance", "strain", "strain of the radius [1]")
+    figure = shown_figure(cohort, [speed, drop, shear, strain], 21)
     return shared_legend(figure, figure.axes[0], 3)
 
 

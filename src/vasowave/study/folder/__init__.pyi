@@ -7,6 +7,7 @@ from vasowave.study.folder.designing import understood as understood
 from vasowave.study.folder.names import MAX_NAME_LETTERS as MAX_NAME_LETTERS
 from vasowave.study.folder.names import checked_name as checked_name
 from vasowave.study.folder.names import plain_name as plain_name
+from vasowave.study.folder.places import RESULTS as RESULTS
 from vasowave.study.folder.problems import refuse as refuse
 from vasowave.study.folder.reading import parse_document as parse_document
 from vasowave.study.folder.reading import parse_settings as parse_settings
@@ -18,7 +19,6 @@ from vasowave.study.folder.rows import COLUMNS as COLUMNS
 from vasowave.study.folder.settings import BloodSection as BloodSection
 from vasowave.study.folder.settings import StudyFile as StudyFile
 from vasowave.study.folder.settings import animal_settings as animal_settings
-from vasowave.study.folder.study import RESULTS as RESULTS
 from vasowave.study.folder.study import Study as Study
 
 __all__: list[str]

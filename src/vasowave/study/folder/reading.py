@@ -21,11 +21,10 @@ from vasowave.base.settings import is_true, read_values, settings_of, unknown_wo
 from vasowave.pulse.model.law_files import is_unread, looking_in, named
 from vasowave.pulse.model.laws import find_bed, find_law
 from vasowave.study.animal.animal import known_parameters
+from vasowave.study.folder.places import STUDY_FILE, YAML
 from vasowave.study.folder.problems import StudyProblem
 from vasowave.study.folder.settings import StudyFile
 
-STUDY_FILE = "study.yaml"
-YAML = (".yaml", ".yml")
 Path_ = tuple[str | int, ...]
 _NULL_WORDS = ("", "~", "null", "Null", "NULL")
 _MAX_NAME_LETTERS = 110  # letters of the longest name among results
@@ -219,11 +218,6 @@ class _Builder:
 
 def _mark(node: Any) -> tuple[int, int]:
     return node.start_mark.line + 1, node.start_mark.column + 1
-
-
-def study_path(study: Path) -> Path:
-    """Return the study file that a folder or a file name means."""
-    return study / STUDY_FILE if study.is_dir() else study
 
 
 def home_of(folder: Path) -> Path | None:

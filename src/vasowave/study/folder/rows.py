@@ -8,6 +8,7 @@ from typing import Literal
 from vasowave.base.cures import field_of
 from vasowave.base.sites import PULMONARY
 from vasowave.base.sites import SITES as ARTERIES
+from vasowave.catheter.read.formats import companion_files
 from vasowave.catheter.read.site_files import COLUMNS as SITES
 from vasowave.catheter.read.site_files import site_files
 from vasowave.pulse.inference.known_errors import SHARED_SOURCES, columns
@@ -147,6 +148,8 @@ class AnimalRow:
     def files(self) -> dict[str, Path]:
         """Every file that is read for this animal, by its role; a table of sites names waveforms."""
         files = {"network": self.network, **dict(zip(("recording", "flow"), self.recordings, strict=False))}
+        companions = [file for recording in self.recordings for file in companion_files(recording)]
+        files |= {f"recording, file {place}": file for place, file in enumerate(companions, start=2)}
         optional_files = {"beat edits": self.beat_edits, "ventricle": self.ventricle, "wedge wave": self.wedge_wave}
         files |= {role: file for role, file in optional_files.items() if file is not None}
         waves = () if self.sites is None else (self.sites, *site_files(self.sites))

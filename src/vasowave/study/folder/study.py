@@ -7,11 +7,9 @@ from pathlib import Path
 from vasowave.study.cohort.design import Layout, laid_out
 from vasowave.study.cohort.variables import Variable
 from vasowave.study.folder.animals import variables_of
+from vasowave.study.folder.places import RESULTS
 from vasowave.study.folder.rows import AnimalRow
 from vasowave.study.folder.settings import StudyFile
-
-RESULTS = "results"
-"""Folder of the results, beside the study file."""
 
 
 @dataclass(frozen=True)

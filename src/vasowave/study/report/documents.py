@@ -10,8 +10,8 @@ from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.comparison import SourceComparison, compare
 from vasowave.study.cohort.primary import Family, Primary
 from vasowave.study.report.answer.page import answer_sections
-from vasowave.study.report.blocks import REPORT, SUPPLEMENT, Report, Section, Table
-from vasowave.study.report.sections.animals import animal_sections, animals_section
+from vasowave.study.report.blocks import REPORT, SUPPLEMENT, OnScreen, Report, Section, Table
+from vasowave.study.report.sections.animals import ANIMALS, animal_sections, animals_section
 from vasowave.study.report.sections.data import data_section
 from vasowave.study.report.sections.groups import groups_section
 from vasowave.study.report.sections.methods import methods_section
@@ -19,6 +19,9 @@ from vasowave.study.report.sections.models import model_section
 from vasowave.study.report.tables.cells import named, symbols
 from vasowave.study.report.tables.records import records
 from vasowave.study.report.terms import glossary, glossary_table
+
+ANIMALS_PER_PAGE = 48
+"""Animals that one page of the supplement shows one by one: each takes up to 300 kB, and browsers bear 20 MB well."""
 
 
 def report_of(cohort: Cohort, primary: Primary, family: Family, title: str = "") -> Report:
@@ -52,6 +55,32 @@ def supplement_of(cohort: Cohort, primary: Primary, title: str = "") -> Report:
         glossary(cohort),
         cohort.subjects,
     )
+
+
+def pages_of(supplement: Report) -> dict[str, Report]:
+    """Return the pages of the supplement, by their titles: its own, and those of animals one by one where many are."""
+    (folds,) = [
+        block.blocks
+        for section in supplement.sections
+        if section.name == ANIMALS
+        for block in section.blocks
+        if isinstance(block, OnScreen)
+    ] or [[]]
+    if len(folds) <= ANIMALS_PER_PAGE:
+        return {supplement.title: supplement}
+    sections = [
+        replace(section, blocks=[block for block in section.blocks if not isinstance(block, OnScreen)])
+        if section.name == ANIMALS
+        else section
+        for section in supplement.sections
+    ]
+    pages = {supplement.title: replace(supplement, sections=sections)}
+    made = {"vasowave": supplement.provenance["vasowave"]}
+    for first in range(0, len(folds), ANIMALS_PER_PAGE):
+        shown = folds[first : first + ANIMALS_PER_PAGE]
+        title = f"Animals {first + 1} to {first + len(shown)}"
+        pages[title] = replace(supplement, sections=[Section(ANIMALS, title, shown)], provenance=made)
+    return pages
 
 
 def synthetic_banner(cohort: Cohort) -> str:

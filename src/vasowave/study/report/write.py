@@ -13,7 +13,7 @@ from vasowave.study.cohort.cohort import Cohort, gathered
 from vasowave.study.cohort.primary import primary_comparison
 from vasowave.study.figures.matplotlib_style import style
 from vasowave.study.report.blocks import REPORT, SUPPLEMENT, Report
-from vasowave.study.report.documents import report_of, supplement_of
+from vasowave.study.report.documents import pages_of, report_of, supplement_of
 from vasowave.study.report.files import Each, write_figures, write_tables
 from vasowave.study.report.html import page
 from vasowave.study.report.pdf import write_pdf
@@ -24,6 +24,7 @@ Tell = Callable[[Sequence[tuple[str, str]]], None]
 
 PAGE, FIGURES, TABLES = f"{REPORT}.html", "figures", "tables"
 PDFS = f"{REPORT}.pdf", f"{SUPPLEMENT}.pdf"
+_FURTHER = f"{SUPPLEMENT}-animals-{{}}.html"
 _OURS = (PAGE, f"{SUPPLEMENT}.html", *PDFS, FIGURES, TABLES)
 _MARK = 'name="generator" content="vasowave'
 
@@ -39,6 +40,8 @@ def write_report(
     **settings: Any,
 ) -> Path:
     """Write ``report`` and ``supplement`` (.html, .pdf), ``figures/`` and ``tables/``; return the report's page.
+
+    Where animals are many, pages beside the supplement show them one by one, 48 on each.
 
     Parameters
     ----------
@@ -113,18 +116,36 @@ def _place(documents: Sequence[Report], folder: Path, pdf: bool, mapper: Each) -
         for document in documents:
             write_tables(document.tables(), document.records, fresh / TABLES)
         typeset = pdf and write_pdf(documents, fresh, fresh / FIGURES)
-        for document in reversed(documents):
-            write_file(fresh / f"{document.name}.html", page(document, _links(document, typeset)))
-    if not typeset:
-        for name in PDFS:
-            remove_file(folder / name)  # an earlier one would contradict the page
+        report, supplement = documents
+        further = _write_supplement(supplement, fresh, typeset)
+        write_file(fresh / PAGE, page(report, {"Supplement": f"{SUPPLEMENT}.html"} | _pdf_of(report, typeset)))
+    outdated = {folder / name for name in PDFS if not typeset} | {
+        file for file in folder.glob(_FURTHER.format("[0-9]*")) if _is_report(file)
+    }
+    for file in outdated - {folder / name for name in further}:
+        remove_file(file)  # of an earlier report, which would contradict the page
 
 
-def _links(document: Report, typeset: bool) -> dict[str, str]:
-    """Return the files that a document leads to, by what a link calls them."""
-    first = document.name == REPORT
-    links = {"Supplement": f"{SUPPLEMENT}.html"} if first else {"The result on one page": PAGE}
-    return links | ({"PDF": f"{document.name}.pdf"} if typeset else {})
+def _write_supplement(supplement: Report, folder: Path, typeset: bool) -> list[str]:
+    """Write the page of the supplement and its further ones, and return the files of those."""
+    (_, main_page), *further = pages_of(supplement).items()
+    files = {title: _FURTHER.format(place) for place, (title, _) in enumerate(further, start=1)}
+    back = {"Supplement": f"{SUPPLEMENT}.html", "The result on one page": PAGE}
+    for title, document in further:
+        write_file(folder / files[title], page(document, back))
+    links = {"The result on one page": PAGE} | files | _pdf_of(supplement, typeset)
+    write_file(folder / f"{SUPPLEMENT}.html", page(main_page, links))
+    return list(files.values())
+
+
+def _pdf_of(document: Report, typeset: bool) -> dict[str, str]:
+    """Return the document's PDF by what a link calls it, where it was typeset."""
+    return {"PDF": f"{document.name}.pdf"} if typeset else {}
+
+
+def _is_report(file: Path) -> bool:
+    """Whether a page is of an earlier report."""
+    return _MARK in file.read_text(encoding="utf-8", errors="replace")[:2000]
 
 
 def _check_free(folder: Path) -> None:
@@ -132,7 +153,7 @@ def _check_free(folder: Path) -> None:
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give the name of a folder")
     page_path = folder / PAGE
-    if page_path.is_file() and _MARK in page_path.read_text(encoding="utf-8", errors="replace")[:2000]:
+    if page_path.is_file() and _is_report(page_path):
         return
     for name in _OURS:
         if (folder / name).exists():

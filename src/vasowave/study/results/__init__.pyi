@@ -1,8 +1,10 @@
 """Stored results of a study: what is computed already, and what they hold."""
 
+from vasowave.study.results.attribution import attributed as attributed
 from vasowave.study.results.loading import animal_key as animal_key
 from vasowave.study.results.loading import file_hashes as file_hashes
 from vasowave.study.results.loading import load_animal as load_animal
+from vasowave.study.results.loading import load_recording as load_recording
 from vasowave.study.results.loading import read_stretch as read_stretch
 from vasowave.study.results.overview import AnimalRead as AnimalRead
 from vasowave.study.results.overview import expected_seconds as expected_seconds

@@ -24,7 +24,7 @@ from vasowave.catheter.check.catheter import (
 from vasowave.catheter.check.lags import LATE_PRESSURE
 from vasowave.catheter.check.plausibility import LATE_FLOW, odd_timing
 from vasowave.catheter.ensemble import average_beats
-from vasowave.catheter.read.describe import kind_of
+from vasowave.catheter.read.describe import describe_recording, kind_of
 from vasowave.catheter.read.read import read_recording
 from vasowave.catheter.read.read_raw import read_raw_recording
 from vasowave.catheter.read.site_files import read_sites
@@ -35,6 +35,7 @@ from vasowave.pulse.analysis.ventricle_coupling import coupled
 from vasowave.pulse.calibration.sites import places_of
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording
+from vasowave.pulse.cycle.waveform import close_cycle, low_pass
 from vasowave.pulse.model.law_files import LawFile, in_words, learn
 from vasowave.pulse.model.nominal import estimate_nominal, oddities
 from vasowave.pulse.network.network import Network
@@ -47,7 +48,6 @@ from vasowave.study.animal.pipeline import Progress, analyze
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.folder.rows import AnimalRow
 from vasowave.study.folder.settings import StudyFile, animal_settings, averaging_settings
-from vasowave.study.results.physiology import SITE
 from vasowave.study.results.store import Journal, key_of
 
 WEDGE = note_kind(
@@ -98,8 +98,8 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     inputs["settings"], inputs["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure
     inputs["practice"], inputs["catheter"] = study.practice, study.catheter
     inputs["kind"] = row.kind or kind_of(row.recordings, row.sheet)
-    if (row.site or study.site) != PULMONARY:
-        inputs["site"] = row.site or study.site
+    if (site := _site(row, study.site)) != PULMONARY:
+        inputs["site"] = site
     if inputs["kind"] == "raw":
         inputs["averaging"] = asdict(averaging_settings(study))
     return key_of(inputs, [(inside(file, folder), file) for file in row.files.values()])
@@ -122,10 +122,9 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
         animal = Animal(row.animal, row.group, network, *read_measured(row, study))
     warned = list(found_in(caught))
     synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_HEAD_BYTES] for file in row.recordings)
-    recording = _through_instruments(_relative(animal.recording, warned, folder), row, study)
-    recording, behind = _wedged(recording, row)
-    odd = [*_oddities(network, recording, study), *([SITE(site=row.site)] if row.site else [])]
-    recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *behind, *odd))))
+    recording = _corrected(animal.recording, warned, row, study, folder)
+    odd = _oddities(network, recording, study)
+    recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *odd))))
     if study.practice == "paper":
         recording = PAPER.recording(recording)
     sites = read_sites(row.sites) if row.sites else ()
@@ -136,7 +135,45 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
         ventricle = replace(ventricle, source=inside(Path(ventricle.source), folder))
         of_both = coupled(recording, ventricle)[1]
         recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *of_both))))
-    return replace(animal, recording=recording, synthetic=synthetic, sites=sites, ventricle=ventricle)
+    beats = None if animal.beats is None else _corrected_beats(animal.beats, row, study)
+    return replace(animal, recording=recording, beats=beats, synthetic=synthetic, sites=sites, ventricle=ventricle)
+
+
+def load_recording(row: AnimalRow, study: StudyFile) -> tuple[Recording, EnsembleAverage | None]:
+    """Read what was recorded of one animal, without its vessels; raises as `load_animal`."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", VasowaveWarning)
+        recording, beats, _ = read_measured(row, study)
+    corrected = _corrected(recording, list(found_in(caught)), row, study, Path())
+    return corrected, None if beats is None else _corrected_beats(beats, row, study)
+
+
+def _corrected(
+    recording: Recording, warned: list[Finding], row: AnimalRow, study: StudyFile, folder: Path
+) -> Recording:
+    """Return a recording without known errors of instruments, with what lies behind its beds and what was noticed."""
+    through = _through_instruments(_relative(recording, warned, folder), row, study)
+    wedged, behind = _wedged(through, row)
+    return replace(wedged, notes=tuple(dict.fromkeys((*wedged.notes, *behind))))
+
+
+def _corrected_beats(average: EnsembleAverage, row: AnimalRow, study: StudyFile) -> EnsembleAverage:
+    """Return an average whose single beats are without known errors of instruments, as its cycle is."""
+    corrections = (row.pressure_delay, row.flow_delay, row.pressure_cutoff, row.flow_cutoff, study.catheter)
+    if not any(corrections):
+        return average
+    harmonics = averaging_settings(study).harmonics  # what no response of an instrument can bring back
+    lengths, cycles = (beat.end - beat.start for beat in average.beats if beat.averaged), []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)  # what the mean cycle has warned of
+        for pressure, flow, length in zip(average.beat_pressure, average.beat_flow, lengths, strict=True):
+            closed = (close_cycle(signal)[0] for signal in (pressure, flow))
+            signals = [signal if harmonics is None else low_pass(signal, harmonics) for signal in closed]
+            beat = Recording(signals[0], signals[1], length, site=average.recording.site)
+            cycle = _through_instruments(beat, row, study)
+            cycles.append((cycle.pressure, cycle.flow))
+    pressures, flows = (np.pad(np.array(beats), ((0, 0), (0, 1)), "wrap") for beats in zip(*cycles, strict=True))
+    return replace(average, beat_pressure=pressures, beat_flow=flows)
 
 
 def _wedged(recording: Recording, row: AnimalRow) -> tuple[Recording, list[Finding]]:
@@ -158,10 +195,15 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
     `load_animal`.
     """
     if (row.kind or kind_of(row.recordings, row.sheet)) == "cycle":
-        cycle = read_recording(
-            *row.recordings, period=row.period, calibration=row.calibration, site=_site(row, study.site),
-            sheet=row.sheet, flow_diameter=row.flow_diameter, **_units(row),
-        )  # fmt: skip
+        try:
+            cycle = read_recording(
+                *row.recordings, period=row.period, calibration=row.calibration, site=_site(row, study.site),
+                sheet=row.sheet, flow_diameter=row.flow_diameter, **_units(row),
+            )  # fmt: skip
+        except InputError:
+            for file in () if row.kind else row.recordings:  # what nobody can describe is refused in the same words
+                describe_recording(file, sheet=row.sheet)
+            raise
         return cycle, None, None
     raw = read_stretch(row, study.site)
     edits = read_edits(row.beat_edits) if row.beat_edits else ()

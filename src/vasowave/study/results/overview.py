@@ -2,10 +2,11 @@
 
 import textwrap
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from vasowave.study.animal.animal import Animal
-from vasowave.study.folder.settings import StudyFile
+if TYPE_CHECKING:
+    from vasowave.study.animal.animal import Animal
+    from vasowave.study.folder.settings import StudyFile
 
 _SECONDS_PER_START = 0.4
 """CPU for one start of a fit with one wall law in a network of 21 vessels, everything else of the analysis included, s.
@@ -58,7 +59,7 @@ HEADER = (
 _WORD_COLUMNS = (0, 1, 3)  # columns of words
 
 
-def read_of(animal: Animal) -> AnimalRead:
+def read_of(animal: "Animal") -> AnimalRead:
     """Return what was read of an animal."""
     indices, beats, raw = animal.recording.indices(), animal.beats, animal.raw
     used = (sum(beat.averaged for beat in beats.beats), len(beats.beats)) if beats else (0, 0)
@@ -68,12 +69,11 @@ def read_of(animal: Animal) -> AnimalRead:
     )  # fmt: skip
 
 
-def overview_lines(read: Sequence[AnimalRead], width: int) -> list[str]:
-    """Return a table of what was read in lines of at most `width` characters.
+def overview_lines(rows: Sequence[Sequence[str]], width: int) -> list[str]:
+    """Return a table of the rows of what was read in lines of at most `width` characters.
 
     Where a table does not fit, every animal has a paragraph.
     """
-    rows = [animal.row() for animal in read]
     lines = aligned([*zip(*HEADER, strict=True), *rows], _WORD_COLUMNS)
     widest = max(map(len, lines))
     if widest <= width:
@@ -100,7 +100,7 @@ def _paragraph(row: Sequence[str], width: int) -> list[str]:
     return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
 
 
-def expected_seconds(read: Sequence[AnimalRead], settings: StudyFile, cores: int) -> float:
+def expected_seconds(read: Sequence[AnimalRead], settings: "StudyFile", cores: int) -> float:
     """Return roughly how long fits and posteriors of these animals take on so many cores, s, without compiling."""
     seconds_per_law = _SECONDS_PER_START * settings.calibration.starts + (
         _POSTERIOR_SECONDS if settings.inference == "posterior" else 0.0

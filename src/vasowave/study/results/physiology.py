@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from vasowave.base.cures import SetSetting
-from vasowave.base.findings import Finding, Severity, from_json, look_kind, note_kind, warn
+from vasowave.base.findings import Finding, Severity, from_json, look_kind, warn
 from vasowave.base.sites import PULMONARY, ranges_at
 from vasowave.base.species import SPECIES, Species
 from vasowave.study.animal.result import AnimalResult
@@ -90,10 +90,6 @@ def physiology_findings(values: Mapping[str, float], tau: float, species: str, s
     return findings
 
 
-SITE = note_kind("recording.site", "recorded in this artery: {site}")
-"""Of an animal whose row says another artery than its study."""
-
-
 def _range(species: Species, name: str) -> tuple[float, float]:
     return getattr(species, name.replace(" ", "_"))
 
@@ -102,12 +98,12 @@ def _plausible(values: Mapping[str, float], species: Species) -> bool:
     return all(low <= float(values[name]) <= high for name in _UNITS for low, high in [_range(species, name)])
 
 
-def looks_of(result: AnimalResult, species: str, site: str = PULMONARY) -> tuple[Finding, ...]:
+def looks_of(result: AnimalResult, species: str) -> tuple[Finding, ...]:
     """Return what asks for a look at an animal: at its recording, and what is implausible for its species."""
     noticed = from_json(result.recording.attrs["findings"])
     measured, network = result.measured.quantities, result.network
     values = {name: float(measured[name]) for name in _UNITS if name in measured}
     values["root radius"] = float(network.radius[network.root])
-    site = next((str(dict(finding.values)["site"]) for finding in noticed if finding.code == SITE.code), site)
+    site = str(result.recording.attrs.get("site", PULMONARY))
     odd = physiology_findings(values, float(measured["tau"]), species, site)
     return *(finding for finding in noticed if finding.severity is Severity.LOOK), *odd

@@ -23,7 +23,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,7 +35,9 @@ from vasowave.base.runtime.kept import digest_of, program
 from vasowave.base.runtime.locks import lock_open_file
 from vasowave.base.runtime.writing import append, open_regular, opened, write_all
 from vasowave.base.stores import parsed_as, stored
-from vasowave.pulse.calibration.optimization import SearchEnd
+
+if TYPE_CHECKING:
+    from vasowave.pulse.calibration.optimization import SearchEnd
 
 CACHE, SEARCHES, LOCK = "cache", "searches", "running.lock"
 """Folders of the pieces and of the journals, and the lock file, in the folder of the results."""
@@ -248,11 +250,11 @@ class WallEnds:
     def __init__(self, journal: Journal, wall: str, starts: int) -> None:
         self.journal, self.wall, self.starts = journal, wall, starts
 
-    def find(self, stage: str, start: int) -> SearchEnd | None:
+    def find(self, stage: str, start: int) -> "SearchEnd | None":
         """Return where the search of a stage from a start ended, if that is known."""
         return self.journal.known.get((self.wall, stage, start))
 
-    def keep(self, stage: str, start: int, end: SearchEnd) -> None:
+    def keep(self, stage: str, start: int, end: "SearchEnd") -> None:
         """Keep where the search of a stage from a start ended."""
         plain: Any = vars(end) | {"x": end.x.tolist(), "residual": end.residual.tolist()}
         self.journal.write(JournalEnd(self.wall, stage, start, self.starts, **plain))
@@ -281,7 +283,9 @@ def remove_journals(folder: Path) -> None:
             remove_file(path)
 
 
-def _search_end(end: JournalEnd) -> SearchEnd:
+def _search_end(end: JournalEnd) -> "SearchEnd":
+    from vasowave.pulse.calibration.optimization import SearchEnd
+
     x, residual = np.array(end.x), np.array(end.residual)
     return SearchEnd(x, end.S, end.simulations, end.converged, end.message, residual, end.joined)
 

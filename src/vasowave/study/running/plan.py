@@ -15,8 +15,9 @@ from vasowave.base.stores import parsed_as, stored
 from vasowave.study.cohort.declared import Declaration
 from vasowave.study.folder.animals import read_animals
 from vasowave.study.folder.designing import design_problems
+from vasowave.study.folder.places import study_path
 from vasowave.study.folder.problems import StudyProblem, refuse
-from vasowave.study.folder.reading import read_settings, study_path
+from vasowave.study.folder.reading import read_settings
 from vasowave.study.folder.settings import StudyFile
 from vasowave.study.folder.study import Study
 from vasowave.study.running.programs import NOT_RUN, programs_not_run

@@ -12,8 +12,9 @@ from vasowave.base.io.textfile import read_bytes
 from vasowave.base.io.trusted import allow, is_allowed
 from vasowave.base.stores import parsed
 from vasowave.pulse.model.law_files import ALLOW, LawFile, files_of, is_unread, looking_in, named, remember
+from vasowave.study.folder.places import study_path
 from vasowave.study.folder.problems import StudyProblem
-from vasowave.study.folder.reading import Document, read_document, study_path
+from vasowave.study.folder.reading import Document, read_document
 from vasowave.study.folder.settings import StudyFile
 from vasowave.study.results.results import INDEX
 

@@ -12,10 +12,11 @@ from vasowave.base.runtime.memory import seldom_collected
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.missing import Missing, missing_animals
 from vasowave.study.cohort.primary import primary_law
-from vasowave.study.folder.reading import YAML, study_path
+from vasowave.study.folder.places import YAML, study_path
 from vasowave.study.folder.study import Study
 from vasowave.study.report.wording import some_of
 from vasowave.study.report.write import Tell, write_cohort_report, write_report
+from vasowave.study.results.attribution import attributed
 from vasowave.study.results.loading import animal_key
 from vasowave.study.results.physiology import looks_of
 from vasowave.study.results.results import Results, read_results
@@ -34,9 +35,7 @@ CHANGED = look_kind(
 
 
 def _warned(stored: Results, results: list[AnimalResult]) -> list[AnimalResult]:
-    return [
-        replace(result, looks=looks_of(result, stored.settings.species, stored.settings.site)) for result in results
-    ]
+    return [replace(result, looks=looks_of(result, stored.settings.species)) for result in results]
 
 
 def report_study(
@@ -84,8 +83,9 @@ def report_study(
     with side_by_side(workers, len(stored)) as parallel_map, seldom_collected():
         results = _warned(stored, stored.in_order(parallel_map, whole=False))
         _tell_changed(path, stored, results)
+        cohort = stored.gathered(results, results[0].group)
         return write_cohort_report(
-            stored.gathered(results, results[0].group),
+            attributed(cohort, report_settings),
             place,
             report_settings,
             title=stored.settings.title,

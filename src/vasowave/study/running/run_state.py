@@ -27,7 +27,7 @@ from vasowave.base.runtime.interrupts import interrupt_main, is_heard, is_interr
 from vasowave.base.runtime.memory import is_starved, kills_for_memory
 from vasowave.base.stores import parsed_as, stored
 from vasowave.study.animal.failure import unforeseen
-from vasowave.study.folder.study import RESULTS
+from vasowave.study.folder.places import RESULTS
 from vasowave.study.results.store import LOCK, holder, locked
 
 STATUS = "run.status"

@@ -228,7 +228,7 @@ def _outcome(piece: Path, settings: StudyFile) -> tuple[tuple[Failure, ...], tup
         result = read_result(piece, laws=False)
     except InputError:  # a file that was damaged since is told by whoever reads it whole
         return (), ()
-    return result.failures, looks_of(result, settings.species, settings.site)
+    return result.failures, looks_of(result, settings.species)
 
 
 def _tell_lost(study: Study) -> None:

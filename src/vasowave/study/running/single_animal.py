@@ -18,11 +18,11 @@ from vasowave.study.cohort.cohort import gathered
 from vasowave.study.cohort.primary import Family
 from vasowave.study.folder.animals import read_row
 from vasowave.study.folder.names import checked_name
+from vasowave.study.folder.places import RESULTS, STUDY_FILE
 from vasowave.study.folder.problems import refuse
-from vasowave.study.folder.reading import STUDY_FILE
 from vasowave.study.folder.rows import AnimalRow
 from vasowave.study.folder.settings import StudyFile
-from vasowave.study.folder.study import RESULTS, Study
+from vasowave.study.folder.study import Study
 from vasowave.study.report.answer.animal import animal_answers
 from vasowave.study.report.answer.limits import assumed_errors
 from vasowave.study.report.answer.marks import Marks
@@ -74,8 +74,12 @@ def animal_alone(
     return Study(folder / STUDY_FILE, settings, (row,))
 
 
-def one_row(network: Path, recordings: Sequence[Path], animal: str, group: str, cells: Mapping[str, str]) -> AnimalRow:
+def one_row(
+    network: Path | None, recordings: Sequence[Path], animal: str, group: str, cells: Mapping[str, str]
+) -> AnimalRow:
     """Return what a table of animals would say of one animal, whose further cells were given as options.
+
+    Without a network its recording stands in its place, for whoever reads the recording alone.
 
     Raises
     ------
@@ -84,10 +88,14 @@ def one_row(network: Path, recordings: Sequence[Path], animal: str, group: str, 
     """
     if len(recordings) > 2:
         raise InputError(f"{len(recordings)} files given; a recording is one file, or one of pressure and one of flow")
+    is_alone, network = network is None, network or recordings[0]
     for file in (network, *recordings):
         if not file.is_file():
             raise InputError(f"{file}: {_FOLDER if file.is_dir() else 'there is no such file'}")
     are_networks = [NETWORKS.known(file) is not None for file in (network, *recordings)]
+    if is_alone and any(are_networks):
+        vessels = recordings[are_networks[1:].index(True)]
+        raise InputError(f"{vessels} holds vessels; give the recording of pressure and flow")
     if not are_networks[0] and any(are_networks[1:]):
         raise InputError(
             f"{recordings[are_networks[1:].index(True)]} holds vessels, {network} does not: the network comes first"

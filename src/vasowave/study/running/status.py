@@ -5,11 +5,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.base.errors import InputError
-from vasowave.pulse.calibration.starts import SCOUT_STAGE
+from vasowave.pulse.calibration.starts import STAGE
 from vasowave.pulse.inference.simulations import simulations_in
 from vasowave.study.animal.failure import Failure
 from vasowave.study.animal.files import failures_in
-from vasowave.study.folder.study import RESULTS, Study
+from vasowave.study.folder.places import RESULTS
+from vasowave.study.folder.study import Study
 from vasowave.study.results.loading import animal_key
 from vasowave.study.results.results import INDEX, Results, read_results
 from vasowave.study.results.store import CACHE, LOCK, SEARCHES, holder, read_journal
@@ -160,7 +161,7 @@ def _searches(results: Path, key: str) -> dict[str, tuple[int, int]]:
     searches: dict[str, tuple[int, int]] = {}
     for end in read_journal(results / SEARCHES / f"{key}.jsonl"):
         before = searches.get(end.wall, (0, 0))[0]
-        searches[end.wall] = (before + (end.stage == SCOUT_STAGE), end.starts)
+        searches[end.wall] = (before + (end.stage == STAGE), end.starts)
     for path in sorted((results / SEARCHES).glob(f"{key}-*.npz")):
         if made := simulations_in(path):
             searches[path.stem.removeprefix(f"{key}-") + POSTERIOR] = (made, 0)

@@ -150,6 +150,8 @@ export interface RecordingAnswer extends Partial<Cycle> {
     channels?: [string, string, string][];
     blocks?: number;
     duration?: number;
+    /** Time in s, and text. */
+    comments?: [number, string][];
     signals?: string[];
     from?: number;
     to?: number;
@@ -166,6 +168,8 @@ export interface AnimalNumbers {
 }
 export interface FigureChoices {
     panels: Record<string, string>;
+    /** Figures of groups, with what they show. */
+    of_groups: Record<string, string>;
     families: string[];
     formats: string[];
 }

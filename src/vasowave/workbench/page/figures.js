@@ -5,13 +5,14 @@ import { ask, complain, file, notify, post } from "./ask.js";
 import { button, choice, count, fill, h, input, labelled, rowOf } from "./dom.js";
 
 /** @typedef {"width" | "height" | "font"} Size */
-/** @typedef {Record<"line" | "outdated" | "choices" | "hollow", HTMLElement> & { picture: HTMLImageElement }} Parts */
+/** @typedef {Record<"line" | "outdated" | "choices" | "of groups" | "numbers" | "hollow", HTMLElement> & { picture: HTMLImageElement }} Parts */
 
 const state = {
     /** What is wished for, as the server takes it. */
     wish: {
         animal: "",
         group: "",
+        figure: "ratios",
         panels: ["pressure", "impedance"],
         width: 170,
         height: 60,
@@ -55,11 +56,24 @@ export async function show(place, path) {
         draw();
     });
     const choices = h("div", { hidden: Boolean(wish.group) }, panelRow(figure), sizeRow(figure, color));
+    const ofGroups = choice(Object.entries(figure.of_groups), wish.figure, (name) => {
+        wish.figure = name;
+        clear(parts);
+        draw();
+    }, { "aria-label": "what of the groups", hidden: !wish.group, data: { key: "of groups" } });
+    const savers = figure.formats.map((format) =>
+        button(`Save ${format === "csv" ? "numbers " : ""}as ${format.toUpperCase()}`, () => save(format), {
+            data: { key: `save ${format}` },
+            hidden: format === "csv" && !wish.group,
+        })
+    );
     const parts = state.parts = {
-        picture: h("img", { class: "preview", alt: "the figure" }),
+        picture: h("img", { class: "preview", alt: "the figure", hidden: true }),
         line: h("code", { class: "line" }),
         outdated: h("div"),
         choices,
+        "of groups": ofGroups,
+        numbers: savers[figure.formats.indexOf("csv")],
         hollow: h("p", { class: "note" }, "Grey and hollow: harmonics whose flow is at noise level."),
     };
     const take = (/** @type {string} */ name) => {
@@ -67,6 +81,7 @@ export async function show(place, path) {
         wish.animal = wish.group ? "" : name;
         wish.color = color.value = ownColor();
         choices.hidden = Boolean(wish.group);
+        ofGroups.hidden = parts.numbers.hidden = !wish.group;
         clear(parts);
         draw();
         outdated();
@@ -76,12 +91,9 @@ export async function show(place, path) {
         "aria-label": "animal, or groups",
         data: { key: "animal" },
     });
-    const savers = figure.formats.map((format) =>
-        button(`Save as ${format.toUpperCase()}`, () => save(format), { data: { key: `save ${format}` } })
-    );
     fill(
         place,
-        rowOf(h("h1", {}, "Figure of "), picker),
+        rowOf(h("h1", {}, "Figure of "), picker, ofGroups),
         parts.outdated,
         choices,
         rowOf(savers),
@@ -194,7 +206,7 @@ function present(content, line) {
     parts.picture.src = state.picture;
     parts.picture.hidden = false;
     parts.hollow.hidden = !wish.animal || !wish.panels.includes("impedance");
-    parts.picture.style.width = wish.animal ? `${wish.width}mm` : "174mm";
+    parts.picture.style.width = wish.animal ? `${wish.width}mm` : "";
     parts.line.textContent = line;
     count(parts.picture);
     notify("");

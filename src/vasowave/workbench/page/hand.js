@@ -87,10 +87,14 @@ function listenToPointer(canvas, state, { pick, move, later, tools }) {
     });
     canvas.addEventListener("pointermove", (event) => {
         if (!state.recording.duration) return;
+        const now = state.pointer = time(event), dragged = from !== null && (state.stretch || gap(now, from) >= DRAG);
         canvas.style.cursor = state.carried !== null || onLine(event) ? "ew-resize" : "";
-        if (state.carried !== null) state.carried = time(event);
-        else if (from === null || gap(time(event), from) < DRAG && !state.stretch) return;
-        else state.stretch = [Math.min(from, time(event)), Math.max(from, time(event))];
+        if (state.carried !== null) state.carried = now;
+        else if (from !== null && dragged) state.stretch = [Math.min(from, now), Math.max(from, now)];
+        later();
+    });
+    canvas.addEventListener("pointerleave", () => {
+        state.pointer = null;
         later();
     });
     canvas.addEventListener("pointerup", async (event) => {
@@ -164,6 +168,10 @@ function keysOf(state, acts) {
         n: next,
         p: () => pick(state.beat - 1),
         x: toggle,
+        m: () => {
+            state.mark = state.mark === null ? state.pointer ?? (state.view[0] + state.view[1]) / 2 : null;
+            later();
+        },
         "[": () => move(-0.001),
         "]": () => move(0.001),
         b: () => end(0),

@@ -6,6 +6,7 @@ import { act, ask, complain, notify, numbers } from "./ask.js";
 import { button, choice, count, fill, h, rowOf, visit } from "./dom.js";
 import { remedyOf } from "./findings.js";
 import { listenToHand } from "./hand.js";
+import { drawMarks, readingOf } from "./marks.js";
 import { MODEL, watched } from "./plot.js";
 import { drawAverage, drawSignals, drawStrip } from "./signals.js";
 import {
@@ -20,14 +21,14 @@ import {
     unmoved,
     wider,
 } from "./timeline.js";
-import { cellsIn, findingsIn, indicesIn, toolsIn } from "./tools.js";
+import { cellsIn, commentsIn, findingsIn, indicesIn, toolsIn } from "./tools.js";
 
 /**
  * @typedef {object} Parts elements of the desk
  * @property {HTMLCanvasElement} canvas
  * @property {HTMLCanvasElement} strip
  * @property {{ pressure: HTMLCanvasElement, flow: HTMLCanvasElement }} average
- * @property {Record<"tools" | "numbers" | "findings" | "cells" | "error" | "side", HTMLElement>} boxes
+ * @property {Record<"reading" | "tools" | "comments" | "numbers" | "findings" | "cells" | "error" | "side", HTMLElement>} boxes
  *
  * @typedef {object} RecordingState
  * @property {RecordingAnswer} recording
@@ -35,6 +36,8 @@ import { cellsIn, findingsIn, indicesIn, toolsIn } from "./tools.js";
  * @property {Span | null} stretch that is picked
  * @property {number} beat that is picked, -1: none
  * @property {number | null} carried where the picked beat is being moved to
+ * @property {number | null} pointer time under the pointer
+ * @property {number | null} mark time from which differences are read
  * @property {string} cells that `traces` were read with
  * @property {Record<string, Trace>} traces
  * @property {Float32Array | null} overview
@@ -53,6 +56,8 @@ const state = {
     stretch: null,
     beat: -1,
     carried: null,
+    pointer: null,
+    mark: null,
     cells: "",
     traces: {},
     overview: null,
@@ -60,7 +65,7 @@ const state = {
     asking: null,
     undrawn: false,
 };
-const KEYS = ["←", "→", "+", "−", "n", "p", "x", "[", "]", "b", "e"];
+const KEYS = ["←", "→", "+", "−", "n", "p", "x", "[", "]", "b", "e", "m"];
 
 /**
  * @param {HTMLElement} place
@@ -70,7 +75,7 @@ export async function show(place, path) {
     const study = /** @type {Partial<StudyAnswer>} */ (await ask("study"));
     if (!place.isConnected) return; // another desk or animal is wanted by now
     const names = (study.rows || []).map((row) => row.animal);
-    Object.assign(state, { traces: {}, cells: "", overview: null, stretch: null, beat: -1, view: [0, 0] });
+    Object.assign(state, { traces: {}, cells: "", overview: null, stretch: null, beat: -1, mark: null, view: [0, 0] });
     if (!names.length) {
         Object.assign(state, { recording: NONE, parts: null });
         fill(
@@ -104,7 +109,9 @@ function partsOf() {
         strip: canvas("overview", "the whole recording; drag or arrow keys move the window", { tabindex: 0 }),
         average,
         boxes: {
+            reading: h("p", { class: "reading", data: { key: "reading" } }),
             tools: h("div"),
+            comments: h("div"),
             numbers,
             findings,
             cells: h("div"),
@@ -143,8 +150,10 @@ function layOut(place, { canvas, strip, boxes }, names, animal) {
                 "section",
                 { "aria-label": "signals" },
                 canvas,
+                boxes.reading,
                 strip,
                 boxes.tools,
+                boxes.comments,
                 h(
                     "p",
                     { class: "keys" },
@@ -161,7 +170,7 @@ function layOut(place, { canvas, strip, boxes }, names, animal) {
                         "with Shift: scroll. Keys: ",
                     KEYS.map((name) => [h("kbd", {}, name), " "]),
                     "scroll, zoom, next and previous beat, reject or restore, earlier and later by 1 ms, begin and " +
-                        "end of a stretch at the middle.",
+                        "end of a stretch at the middle, a mark from which differences are read.",
                 ),
             ),
             boxes.side,
@@ -187,6 +196,7 @@ export async function renew(place, path) {
     fill(boxes.error, recording.error ? h("div", { class: "finding bad" }, recording.error, remedies) : null);
     average();
     tools();
+    commentsIn(boxes.comments, recording, { look: (time) => look(...centered(state.view, time)), change });
     cellsIn(boxes.cells, recording);
     indicesIn(boxes.numbers, recording);
     findingsIn(boxes.findings, recording);
@@ -205,10 +215,10 @@ function average() {
 
 /** @param {number} duration */
 async function overview(duration) {
-    const { parts, recording: { animal }, cells } = state;
-    if (state.overview || !parts) return;
+    const { parts, recording: { animal, signals = [] }, cells } = state;
+    if (state.overview || !parts || !signals.length) return;
     const width = Math.max(200, parts.strip.clientWidth);
-    const values = await numbers("trace", { animal, signal: "pressure", start: 0, end: duration, width });
+    const values = await numbers("trace", { animal, signal: signals[0], start: 0, end: duration, width });
     if (cells === state.cells && animal === state.recording.animal) state.overview = values;
 }
 
@@ -216,7 +226,7 @@ async function fetchNear() {
     const { parts, view, cells, recording: { animal, duration = 0, signals = [] } } = state;
     if (!parts) return;
     const width = Math.max(200, parts.canvas.clientWidth);
-    if (suffices(state.traces.pressure, view, duration, width)) return;
+    if (suffices(state.traces[signals[0]], view, duration, width)) return;
     state.asking?.abort();
     const { signal } = state.asking = new AbortController();
     const { start, end, count, each } = wider(view, duration, width);
@@ -238,11 +248,13 @@ function later() {
     if (state.undrawn) return;
     state.undrawn = true;
     requestAnimationFrame(() => {
-        const { parts, view, overview, recording: { duration = 0 } } = state;
+        const { parts, view, overview, recording } = state;
         state.undrawn = false;
         if (!parts?.canvas.isConnected) return;
         drawSignals(parts.canvas, state);
-        if (overview) drawStrip(parts.strip, overview, view, duration);
+        drawMarks(parts.canvas, state);
+        if (overview) drawStrip(parts.strip, overview, view, recording);
+        parts.boxes.reading.textContent = readingOf(state);
     });
 }
 

@@ -4,9 +4,10 @@
 /** @import { Span, Trace } from "./timeline.js" */
 import { count, formatted } from "./dom.js";
 import { MODEL, plot, sheet, stroke, style, ticks } from "./plot.js";
-import { clock, extremes, lastNotAfter, spanOf } from "./timeline.js";
+import { clock, extremes, fates, lastNotAfter, spanOf } from "./timeline.js";
 
-const LEFT = 54, RIGHT = 6, FOOT = 18;
+export const LEFT = 54, RIGHT = 6, FOOT = 18; // pixels
+const LINES_A_BEAT = 3; // pixels
 
 /**
  * @typedef {object} SignalScene what is drawn of a recording
@@ -154,7 +155,7 @@ function drawBeats(pen, { view, beat, carried }, beats, { width, bottom }) {
     const { starts, rejected } = beats, averaged = new Set(beats.averaged), { x } = timeScale(view, width);
     const first = Math.max(0, lastNotAfter(view[0], starts));
     const last = Math.min(starts.length, lastNotAfter(view[1], starts) + 1);
-    if (last - first > width / 3) return;
+    if (last - first > width / LINES_A_BEAT) return drawFates(pen, beats, view, { width, bottom });
     for (let k = first; k < last; k++) {
         const [start, end] = spanOf(beats, k), picked = k === beat;
         pen.fillStyle = rejected[k] ? style("--alarm-edge") : MODEL;
@@ -167,13 +168,37 @@ function drawBeats(pen, { view, beat, carried }, beats, { width, bottom }) {
 }
 
 /**
- * The whole recording's pressure, with the window.
+ * Where beats are too many to be drawn: how many of them are averaged, and how many rejected.
+ * @param {CanvasRenderingContext2D} pen
+ * @param {Beats} beats
+ * @param {Span} view
+ * @param {{ width: number, bottom: number }} size
+ */
+function drawFates(pen, beats, view, { width, bottom }) {
+    const parts = Math.max(1, Math.round((width - LEFT - RIGHT) / LINES_A_BEAT)),
+        { averaged, rejected } = fates(beats, view, parts);
+    for (let part = 0; part < parts; part++) {
+        const left = LEFT + part * LINES_A_BEAT;
+        pen.fillStyle = MODEL;
+        pen.globalAlpha = 0.2 * averaged[part];
+        pen.fillRect(left, 0, LINES_A_BEAT, bottom);
+        pen.fillStyle = style("--alarm-edge");
+        pen.globalAlpha = 0.3 * rejected[part];
+        pen.fillRect(left, 0, LINES_A_BEAT, bottom);
+        pen.globalAlpha = rejected[part] && 1; // one rejected beat among hundreds is seen
+        pen.fillRect(left, bottom - 4 * rejected[part] - 1, LINES_A_BEAT, 4 * rejected[part] + 1);
+    }
+    pen.globalAlpha = 1;
+}
+
+/**
+ * The whole recording's first signal, with the window.
  * @param {HTMLCanvasElement} canvas
  * @param {Float32Array} values lowest, then highest
  * @param {Span} view
- * @param {number} duration
+ * @param {RecordingAnswer} recording
  */
-export function drawStrip(canvas, values, view, duration) {
+export function drawStrip(canvas, values, view, { duration = 0, signals = ["pressure"], comments = [] }) {
     const { pen, width, height } = sheet(canvas), half = values.length / 2, finite = values.filter(Number.isFinite);
     const low = Math.min(...finite), high = Math.max(...finite);
     const y = (/** @type {number} */ value) => height - 3 - (value - low) / (high - low || 1) * (height - 6);
@@ -189,7 +214,9 @@ export function drawStrip(canvas, values, view, duration) {
     pen.globalAlpha = 0.5;
     const [from, to] = view.map((time) => time / duration * width);
     pen.fillRect(from, 0, Math.max(2, to - from), height);
-    const words = `pressure of all ${formatted(duration, 4)} s`;
+    pen.fillStyle = style("--ink");
+    for (const [time] of comments) pen.fillRect(time / duration * width, 0, 1.5, 7);
+    const words = `${signals[0]} of all ${formatted(duration, 4)} s`;
     pen.globalAlpha = 0.85;
     pen.fillStyle = style("--paper");
     pen.fillRect(0, height - 15, pen.measureText(words).width + 8, 15);

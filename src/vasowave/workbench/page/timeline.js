@@ -147,6 +147,38 @@ export function middleOf(beats, k) {
 }
 
 /**
+ * Shares of the beats that are averaged and that are rejected in equal parts of a window; 0 where no beat is.
+ * @param {Beats} beats
+ * @param {Span} view
+ * @param {number} parts
+ */
+export function fates(beats, [start, end], parts) {
+    const averaged = new Float32Array(parts), rejected = new Float32Array(parts), all = new Uint32Array(parts);
+    const accepted = new Set(beats.averaged), last = lastNotAfter(end, beats.starts);
+    for (let k = Math.max(0, lastNotAfter(start, beats.starts)); k <= last; k++) {
+        const part = Math.floor((middleOf(beats, k) - start) / (end - start) * parts);
+        if (part < 0 || part >= parts) continue;
+        all[part]++;
+        if (beats.rejected[k]) rejected[part]++;
+        else if (accepted.has(k)) averaged[part]++;
+    }
+    const share = (/** @type {number} */ beats, /** @type {number} */ part) => all[part] ? beats / all[part] : 0;
+    return { averaged: averaged.map(share), rejected: rejected.map(share) };
+}
+
+/**
+ * Lowest and highest value of a trace at a time; null where it has no sample.
+ * @param {Trace | undefined} trace
+ * @param {number} time
+ * @returns {Span | null}
+ */
+export function valuesAt(trace, time) {
+    const piece = trace ? Math.floor((time - trace.start) / trace.each) : -1;
+    if (!trace || piece < 0 || piece >= trace.count || Number.isNaN(trace.values[piece])) return null;
+    return [trace.values[piece], trace.values[trace.count + piece]];
+}
+
+/**
  * The edit that decides on a beat already, if there is one.
  * @param {Pick<RecordingAnswer, "edits">} recording
  * @param {Beats} beats

@@ -101,18 +101,46 @@ function viewRow({ cells, duration = 0, drift }, state, { look, change }) {
  * @param {Span} stretch
  * @param {Acts} acts
  */
-function stretchRow({ beats }, [start, end], { look, judge, change }) {
+function stretchRow({ beats, signals = [] }, [start, end], { look, judge, change }) {
     const ends = { start, end };
     return rowOf(
         h("span", {}, `${start.toFixed(3)} to ${end.toFixed(3)} s:`),
         tool("Average this stretch", () => change("set-stretch", ends)),
-        tool("This is zero pressure", () => change("set-zero", ends)),
-        calibration(ends, change),
+        signals.includes("pressure") && [
+            tool("This is zero pressure", () => change("set-zero", ends)),
+            calibration(ends, change),
+        ],
         beats && [
             tool("Reject its beats", () => judge("reject")),
             tool("Keep its beats", () => judge("keep")),
         ],
         tool("Zoom in", () => look(start, end)),
+    );
+}
+
+/**
+ * Comments of the recording, each with its place and the stretch that begins there.
+ * @param {HTMLElement} place
+ * @param {RecordingAnswer} recording
+ * @param {{ look: (time: number) => unknown, change: Acts["change"] }} acts
+ */
+export function commentsIn(place, { comments = [], duration = 0 }, { look, change }) {
+    const average = (/** @type {string} */ text, /** @type {Span} */ [start, end], /** @type {number} */ k) =>
+        end > start && tool(text, () => change("set-stretch", { start, end }), `${text} ${k}`);
+    fill(
+        place,
+        comments.length > 0 && h("h2", {}, comments.length === 1 ? "A comment" : `${comments.length} comments`),
+        h(
+            "div",
+            { class: "comments", data: { scrolls: "" } },
+            comments.map(([time, text], k) =>
+                rowOf(
+                    tool(`${time.toFixed(2)} s: ${text}`, () => look(time), `comment ${k}`),
+                    average("Average from here", [time, duration], k),
+                    comments[k + 1] && average("to the next comment", [time, comments[k + 1][0]], k),
+                )
+            ),
+        ),
     );
 }
 

@@ -37,11 +37,14 @@ class RecordingFormat(Format):
         default they are taken from what `read` returns.
     sheets : bool
         Whether it is a workbook, whose `read` and `cycle` take a `sheet`, too.
+    companions : callable
+        Takes path and returns the files that are read along with it.
     """
 
     continuous: bool = False
     cycle: Callable[..., list[Signal]] | None = None
     sheets: bool = False
+    companions: Callable[[Path], tuple[Path, ...]] = lambda path: ()
 
     def of_sheet(self, path: Path, sheet: str) -> dict[str, str]:
         """Return what `read` and `cycle` take beside all else, of the sheet that is named, if one is."""
@@ -52,6 +55,14 @@ def check_sheet(paths: Sequence[str | Path], sheet: str) -> None:
     """Raise `InputError` for a sheet that is named where no file of a recording is a workbook."""
     if sheet and not any(RECORDINGS.of(path).sheets for path in paths):
         raise InputError(f"{paths[0]}: is no workbook and has no sheet '{sheet}'; leave the sheet out")
+
+
+def companion_files(path: Path) -> tuple[Path, ...]:
+    """Return the files that are read along with a recording; none where nobody can tell."""
+    try:
+        return RECORDINGS.of(path).companions(path)
+    except InputError:
+        return ()
 
 
 RECORDINGS = Registry[RecordingFormat](__name__, "table")

@@ -1,8 +1,8 @@
-"""European Data Format, EDF and EDF+ (Kemp et al. 1992; Kemp & Olivan 2003): 16-bit samples in records of equal length.
+"""European Data Format, EDF and EDF+ (Kemp et al. 1992; Kemp & Olivan 2003), and BioSemi's BDF of 24 bits.
 
-A header of 256 bytes, 256 more for each signal, then data records; a record holds, signal after signal, the samples of
-one stretch of time. Physical value = (digital - digital minimum) · gain + physical minimum. EDF+ hides annotations and,
-in the discontinuous variant (EDF+D), the start of every record in a signal of its own.
+A header of 256 bytes, 256 more for each signal, then data records of equal length; a record holds, signal after signal,
+the samples of one stretch of time. Physical value = (digital - digital minimum) · gain + physical minimum. EDF+ hides
+annotations and, in the discontinuous variant (EDF+D), the start of every record in a signal of its own.
 """
 
 import re
@@ -18,7 +18,8 @@ from vasowave.base.io.textfile import read_bytes
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
 from vasowave.catheter.signals.channels import Block, Channel, Comment
 
-_ANNOTATIONS = "EDF Annotations"
+_ANNOTATIONS = ("EDF Annotations", "BDF Annotations")
+_BDF = b"\xffBIOSEMI"
 _FIELDS = (
     ("label", 16), ("transducer", 80), ("unit", 8), ("physical_minimum", 8), ("physical_maximum", 8),
     ("digital_minimum", 8), ("digital_maximum", 8), ("filter", 80), ("samples", 8), ("reserved", 32),
@@ -37,13 +38,13 @@ class _Signal:
 
 
 def is_edf(content: bytes) -> bool:
-    """Return whether a file begins as EDF does."""
-    return len(content) >= 256 and content[:8] == b"0       "
+    """Return whether a file begins as EDF or BDF does."""
+    return len(content) >= 256 and content[:8] in (b"0       ", _BDF)
 
 
 @remembered
 def read_edf(path: str | Path) -> list[Block]:
-    """Read all signals of an EDF or EDF+ file; a discontinuous one (EDF+D) gives a block for every stretch.
+    """Read all signals of an EDF, EDF+ or BDF file; a discontinuous one (EDF+D) gives a block for every stretch.
 
     Annotations become comments. Channels keep their own sampling rates.
 
@@ -54,23 +55,26 @@ def read_edf(path: str | Path) -> list[Block]:
     """
     content = read_bytes(path)
     if not is_edf(content):
-        raise InputError(f"{path}: not an EDF file (it does not begin with version 0); BDF has to be converted first")
+        raise InputError(f"{path}: not an EDF file (it does not begin with version 0)")
     size, count, duration, signals = _header(path, content)
+    bytes_each = 3 if content.startswith(_BDF) else 2
     width = sum(signal.samples for signal in signals)
-    stated, held = count, (len(content) - size) // (2 * width)
+    stated, held = count, (len(content) - size) // (bytes_each * width)
     if stated == -1:
         count = held
-    if (len(content) - size) != 2 * width * count:
+    if (len(content) - size) != bytes_each * width * count:
         raise InputError(
-            f"{path}: the header states {stated} records of {2 * width} bytes, the file holds "
-            f"{(len(content) - size) / (2 * width):.5g}; it was cut off or damaged, export it again"
+            f"{path}: the header states {stated} records of {bytes_each * width} bytes, the file holds "
+            f"{(len(content) - size) / (bytes_each * width):.5g}; it was cut off or damaged, export it again"
         )
-    records = np.frombuffer(content, "<i2", offset=size).reshape(count, width)
+    records = np.frombuffer(content, np.uint8, offset=size).reshape(count, width, bytes_each)
     starts, comments = _annotations(path, records, signals, duration)
     blocks = []
     for first, last in _stretches(starts, duration):
         channels = tuple(
-            _channel(path, signal, records[first:last], duration) for signal in signals if signal.label != _ANNOTATIONS
+            _channel(path, signal, records[first:last], duration)
+            for signal in signals
+            if signal.label not in _ANNOTATIONS
         )
         end = starts[last - 1] + duration
         inside = (c for c in comments if starts[first] <= c.time < end)
@@ -100,13 +104,14 @@ def _header(path: str | Path, content: bytes) -> tuple[int, int, float, list[_Si
     signals: list[_Signal] = []
     for i in range(number):
         first = signals[-1].first + signals[-1].samples if signals else 0
-        signals.append(_signal(path, {name: column[i] for name, column in table.items()}, i, first))
-    if duration == 0 and any(signal.label != _ANNOTATIONS for signal in signals):
+        limit = 1 << (23 if content.startswith(_BDF) else 15)
+        signals.append(_signal(path, {name: column[i] for name, column in table.items()}, i, first, limit))
+    if duration == 0 and any(signal.label not in _ANNOTATIONS for signal in signals):
         raise InputError(f"{path}: a data record lasts 0 s, so the sampling rate is unknown; export it again")
     return size, count, duration, signals
 
 
-def _signal(path: str | Path, raw: dict[str, bytes], index: int, first: int) -> _Signal:
+def _signal(path: str | Path, raw: dict[str, bytes], index: int, first: int, limit: int) -> _Signal:
     label = _text(raw["label"])
     place = f"{path}, signal {index + 1} '{label}'"
     low, high = (_number(place, raw[f"physical_{end}"], f"physical {end}") for end in ("minimum", "maximum"))
@@ -114,8 +119,8 @@ def _signal(path: str | Path, raw: dict[str, bytes], index: int, first: int) -> 
     samples = _whole(place, raw["samples"], "number of samples in a record")
     if samples < 1:
         raise InputError(f"{place}: {samples} samples in a record; export it again")
-    if not -32768 <= bottom < top <= 32767:
-        raise InputError(f"{place}: digital range {bottom} to {top}; it must be increasing 16-bit numbers")
+    if not -limit <= bottom < top < limit:
+        raise InputError(f"{place}: digital range {bottom} to {top}; it must increase from {-limit} to {limit - 1}")
     if low == high:
         raise InputError(f"{place}: physical minimum and maximum are both {low:g}; calibrate the channel, export again")
     gain = (high - low) / (top - bottom)
@@ -123,9 +128,16 @@ def _signal(path: str | Path, raw: dict[str, bytes], index: int, first: int) -> 
 
 
 def _channel(path: str | Path, signal: _Signal, records: np.ndarray, duration: float) -> Channel:
-    digital = records[:, signal.first : signal.first + signal.samples].ravel()
+    digital = whole_numbers(records[:, signal.first : signal.first + signal.samples])
     place = f"{path}, channel '{signal.label}'"
     return Channel(signal.label, signal.unit, digital * signal.gain + signal.offset, signal.samples / duration, place)
+
+
+def whole_numbers(content: np.ndarray) -> np.ndarray:
+    """Return the signed numbers of 1 to 4 bytes each, low byte first, shape (..., bytes), that raw bytes hold, flat."""
+    padded = np.zeros((content[..., 0].size, 4), np.uint8)
+    padded[:, 4 - content.shape[-1] :] = content.reshape(-1, content.shape[-1])  # the sign bit on top
+    return padded.view("<i4").ravel() >> (8 * (4 - content.shape[-1]))
 
 
 def _annotations(
@@ -133,7 +145,7 @@ def _annotations(
 ) -> tuple[np.ndarray, list[Comment]]:
     """Return the start of every record (s since the first) and all remarks."""
     starts = np.arange(len(records)) * duration
-    channels = [signal for signal in signals if signal.label == _ANNOTATIONS]
+    channels = [signal for signal in signals if signal.label in _ANNOTATIONS]
     remarks: list[tuple[float, str]] = []
     for number, record in enumerate(records):
         for index, signal in enumerate(channels):
@@ -188,7 +200,7 @@ def _whole(place: str | Path, raw: bytes, field: str) -> int:
 
 RECORDINGS.register(
     RecordingFormat(
-        "edf", "EDF", (".edf", ".rec"), lambda path, start: is_edf(start),
+        "edf", "EDF", (".edf", ".rec", ".bdf"), lambda path, start: is_edf(start),
         lambda path, rate, progress: read_edf(path), continuous=True,
     )
 )  # fmt: skip

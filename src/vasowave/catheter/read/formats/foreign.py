@@ -1,22 +1,25 @@
-"""Recorders' own binary files, which their programs alone open: each is named, with the export that helps."""
+"""Recorders' own files, which their programs alone open, and other containers: each is named, with what helps."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 from vasowave.base.errors import InputError
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
 from vasowave.catheter.signals.channels import Block
+from vasowave.pulse.network_formats import NETWORKS
 
 
 class Foreign(NamedTuple):
-    """A program's own file: how it is known, and what its program exports instead."""
+    """A program's own file: how it is known, by its name or its first bytes, and what its program exports instead."""
 
     title: str
     suffixes: tuple[str, ...]
     program: str
     steps: str
+    starts: tuple[bytes, ...] = ()
 
 
+_TABLE = "write a CSV table with the columns time [s], pressure [mmHg] and flow [ml/s]"
 FOREIGN = (
     Foreign(
         "LabChart", (".adicht", ".adidat", ".adibin"), "LabChart",
@@ -48,31 +51,62 @@ FOREIGN = (
         "open it in the review, export the waveforms as ASCII text with the header and absolute or elapsed time, not "
         "the derived parameters",
     ),
+    Foreign("Axon", (".abf",), "Clampfit", "open it, File > Save As…, 'Axon Text File (*.atf)' or text"),
     Foreign(
-        "Axon", (".abf",), "Clampfit", "open it, File > Save As…, 'Axon Text File (*.atf)' or text",
+        "Igor Pro", (".itx", ".ibw", ".pxp"), "Igor Pro",
+        "Data > Save Waves > Save Delimited Text…, with a wave of times and 'Write wave names'", (b"IGOR",),
     ),
+    Foreign(
+        "LabVIEW TDMS", (".tdms",), "LabVIEW, DIAdem or Excel with NI's add-in",
+        "save it as text (*.lvm or *.csv) with titles, units and times", (b"TDSm", b"TDSh"),
+    ),
+    Foreign(
+        "WinDaq", (".wdq", ".wdh"), "WinDaq Browser", "File > Save As…, 'Spreadsheet print (CSV)', with relative times",
+    ),
+    Foreign("HDF5", (".h5", ".hdf5", ".nwb"), "MATLAB or Python", _TABLE, (b"\x89HDF\r\n\x1a\n",)),
+    Foreign("NumPy", (".npz", ".npy"), "Python", _TABLE, (b"\x93NUMPY",)),
+    Foreign("Parquet", (".parquet", ".feather"), "Python or R", _TABLE, (b"PAR1", b"ARROW1", b"FEA1")),
+    Foreign(
+        "pictures", (), "the program that drew it",
+        "export the numbers as text; where the picture alone is left, a digitizer makes a table of one cycle of it",
+        (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*", b"%PDF-"),
+    ),
+    Foreign("JSON", (".json",), "the program that wrote it, or Python", _TABLE, (b"{", b"[{")),
 )  # fmt: skip
 
 
-def _recognized(path: Path) -> Foreign | None:
-    return next((form for form in FOREIGN if path.suffix.lower() in form.suffixes), None)
-
-
-def _is_foreign(path: Path, start: bytes) -> bool:
-    form = _recognized(path)
-    return form is not None and (form is FOREIGN[0] or b"\0" in start[:4096])
+def _recognized(path: Path, start: bytes) -> Foreign | None:
+    """Return whose file it is; text that is called like a program's file is a table."""
+    by_start = (form for form in FOREIGN if start.startswith(form.starts))
+    binary = b"\0" in start[:4096]
+    named = (form for form in FOREIGN if path.suffix.lower() in form.suffixes and (binary or form is FOREIGN[0]))
+    return next(by_start, None) or next(named, None)
 
 
 def _refuse(path: Path, *arguments: Any) -> list[Block]:
     """Say how to export such a file; text that is called so is a table."""
-    form = _recognized(path) or FOREIGN[0]
-    if not _is_foreign(path, RECORDINGS.start(path)):
+    form = _recognized(path, RECORDINGS.start(path))
+    if form is None:
         return RECORDINGS["table"].read(path, *arguments)
     raise InputError(
-        f"{path}: {form.title}'s own binary file, which only {form.program} opens. In {form.program}: {form.steps}. "
-        "Then read the exported file"
+        f"{path}: a file of {form.title}, which is not read. In {form.program}: {form.steps}. Then read that file"
     )
 
 
+def _refuse_vessels(path: Path, *arguments: Any) -> NoReturn:
+    raise InputError(f"{path} holds vessels; give the recording of pressure and flow")
+
+
+RECORDINGS.register(
+    RecordingFormat(
+        "vessels", "network of vessels", (), lambda path, start: NETWORKS.known(path) is not None, _refuse_vessels,
+        cycle=_refuse_vessels,
+    )
+)  # fmt: skip
 _SUFFIXES = tuple(suffix for form in FOREIGN for suffix in form.suffixes)
-RECORDINGS.register(RecordingFormat("foreign", "a recorder's own file", _SUFFIXES, _is_foreign, _refuse, True))
+RECORDINGS.register(
+    RecordingFormat(
+        "foreign", "a recorder's own file", _SUFFIXES, lambda path, start: _recognized(path, start) is not None,
+        _refuse, True,
+    )
+)  # fmt: skip

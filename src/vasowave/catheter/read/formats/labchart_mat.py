@@ -39,7 +39,7 @@ def read_labchart_mat(path: str | Path) -> list[Block]:
         )
     data = vector(variables["data"], f"{path}: data")
     tables = _Tables(path, variables)
-    titles = _rows_of_text(variables["titles"])
+    titles = rows_of_text(variables["titles"])
     channels, blocks = tables.shape
     if len(titles) < channels:
         raise InputError(f"{path}: {channels} channels in datastart and {len(titles)} titles; export it again")
@@ -55,7 +55,7 @@ class _Tables:
 
     def __init__(self, path: str | Path, variables: Mapping[str, Any]) -> None:
         self._path, self._variables = path, variables
-        self.units = _rows_of_text(variables.get("unittext", ""))
+        self.units = rows_of_text(variables.get("unittext", ""))
         self.shape: tuple[int, int] = np.atleast_2d(variables["datastart"]).shape[:2]
 
     def __contains__(self, name: str) -> bool:
@@ -99,7 +99,7 @@ def _comments(path: str | Path, variables: Mapping[str, Any], block: int) -> tup
         return ()
     if table.dtype.kind not in "iuf" or table.shape[1] != 5 or "comtext" not in variables:
         raise InputError(f"{path}: the comments (com, comtext) are damaged; export it again without comments")
-    texts = _rows_of_text(variables["comtext"])
+    texts = rows_of_text(variables["comtext"])
     rates = vector(variables.get("tickrate", np.empty(0)), f"{path}: tickrate")
     comments = []
     for channel, at_block, tick, _, number in table:
@@ -109,7 +109,7 @@ def _comments(path: str | Path, variables: Mapping[str, Any], block: int) -> tup
     return tuple(comments)
 
 
-def _rows_of_text(value: Any) -> list[str]:
+def rows_of_text(value: Any) -> list[str]:
     """Return the rows of a MATLAB character matrix, without the blanks that pad them."""
     array = np.atleast_1d(np.asarray(value))
     return [str(row).strip().strip("\0") for row in array.ravel()] if array.dtype.kind == "U" else []

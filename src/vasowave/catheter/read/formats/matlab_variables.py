@@ -1,6 +1,6 @@
 """Signals that are variables of a MATLAB file, each a vector: ``pressure``, ``flow``, ``time``; ``pressure_unit``."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +10,17 @@ from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.io.matlab import is_mat, read_mat, text, vector
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
+from vasowave.catheter.read.formats.acqknowledge_mat import is_acqknowledge_mat
 from vasowave.catheter.read.formats.labchart_mat import is_labchart_mat
-from vasowave.catheter.signals.channels import Block, Channel
+from vasowave.catheter.read.formats.matlab_structures import is_structured
+from vasowave.catheter.signals.channels import Block, Channel, rates_differ
 from vasowave.catheter.signals.gaps import with_gaps
-from vasowave.catheter.signals.signal import ALIASES, Signal, given_unit, sampling
+from vasowave.catheter.signals.signal import ALIASES, MAX_RATE_DIFFERENCE, RATE_NAMES, Signal, given_unit, sampling
 
 
 def _sniff(path: Path, start: bytes) -> bool:
-    return is_mat(path, start) and not is_labchart_mat(path, start)
+    sniffers = (is_labchart_mat, is_acqknowledge_mat, is_structured)
+    return is_mat(path, start) and not any(sniff(path, start) for sniff in sniffers)
 
 
 def read_variables(path: str | Path, sampling_rate: float | None = None) -> Block:
@@ -35,7 +38,21 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
         for name, value in variables.items()
         if np.asarray(value).dtype.kind in "iufb" and 1 < np.size(value) == max(np.shape(value))
     }
-    time = next((values for name, values in vectors.items() if _plain(name) == "time"), None)
+    longest = max((len(values) for values in vectors.values()), default=0)  # times of events are fewer
+    clocks = [name for name, values in vectors.items() if _plain(name) == "time" and len(values) == longest]
+    times = [vectors[name] for name in _shallowest(clocks)]
+    time = times[0] if times else None
+    level = min((name.count(".") for name in vectors), default=0)  # deeper, structures speak of themselves
+    numbers = {name: _single_number(value) for name, value in variables.items()
+               if _plain(name) in RATE_NAMES and name.count(".") <= level}  # fmt: skip
+    rates = {numbers[name] for name in _shallowest(name for name, number in numbers.items() if number)}
+    if len(rates) > 1 or not all(np.array_equal(times[0], further) for further in times[1:]):
+        raise InputError(f"{path}: its structures have different rates or times; keep one of them")
+    told_rate = next(iter(rates), None)
+    if sampling_rate is None or np.isnan(sampling_rate):
+        sampling_rate = told_rate or sampling_rate
+    elif told_rate and abs(sampling_rate / told_rate - 1) > MAX_RATE_DIFFERENCE:
+        raise InputError(f"{path}: it says {told_rate:g} samples/s, given are {sampling_rate:g}; leave the rate out")
     rate, place = _rate(path, time, text(plain.get("time_unit", "")), sampling_rate)
     channels = tuple(
         Channel(name, text(variables.get(f"{name}_unit", plain.get(f"{_plain(name)}_unit", ""))),
@@ -44,12 +61,25 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
     )  # fmt: skip
     if not channels:
         raise InputError(f"{path}: no vectors; it has: {', '.join(variables) or 'nothing'}")
-    return Block(channels)
+    return Block(channels, suspicions=rates_differ(told_rate, rate) if time is not None else ())
+
+
+def _shallowest(names: Iterable[str]) -> list[str]:
+    """Return the names of the fewest levels: what structures within hold is about themselves."""
+    listed = list(names)
+    level = min((name.count(".") for name in listed), default=0)
+    return [name for name in listed if name.count(".") == level]
+
+
+def _single_number(value: np.ndarray) -> float | None:
+    """Return the one positive number of a variable, None if it holds something else."""
+    number = float(value.ravel()[0]) if value.size == 1 and value.dtype.kind in "iuf" else np.nan
+    return number if np.isfinite(number) and number > 0 else None
 
 
 def _plain(name: str) -> str:
-    """Return the name of a variable as vasowave calls it: ``P_unit`` is pressure_unit."""
-    stem, mark, _ = name.lower().partition("_unit")
+    """Return the name of a variable, or of a structure's field, as vasowave calls it: ``P_unit`` is pressure_unit."""
+    stem, mark, _ = name.lower().rpartition(".")[2].partition("_unit")
     return ALIASES.get(stem, stem) + mark
 
 
@@ -74,6 +104,8 @@ def _named(path: str | Path, variables: Mapping[str, Any]) -> dict[str, Any]:
     named: dict[str, Any] = {}
     for name, value in variables.items():
         key = _plain(name)
+        if name not in _shallowest(alike for alike in variables if _plain(alike) == key):
+            continue  # a field of a structure, beside a variable of this name
         if key in named and key in ("time", "pressure", "flow"):
             raise InputError(f"{path}: two variables hold {key}; keep one of them")
         named[key] = value

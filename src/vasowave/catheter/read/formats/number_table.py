@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import groupby
+from itertools import groupby, pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 from vasowave.base import units
 from vasowave.base.cures import SetCells
 from vasowave.base.errors import InputError
-from vasowave.base.findings import Finding, look_kind
+from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.base.io.cells import is_numeric, is_row, split_cells
 from vasowave.base.io.columns import Columns, plain_title, read_columns, read_headings
 from vasowave.base.io.layout import HEAD, Head, head_of, remarks_above, turned
@@ -21,7 +21,7 @@ from vasowave.base.io.textfile import Lines, Progress, read_lines
 from vasowave.base.sites import PULMONARY
 from vasowave.catheter.read.choosing import TAKEN, choose, with_time
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
-from vasowave.catheter.signals.channels import CUT_OFF, Block, Channel, Comment
+from vasowave.catheter.signals.channels import CUT_OFF, Block, Channel, Comment, rates_differ
 from vasowave.catheter.signals.gaps import with_gaps
 from vasowave.catheter.signals.number_rows import DecimalMark, NumberRows
 from vasowave.catheter.signals.signal import ALIASES, NAME_THE_RATE, RATE, UNIT_REPLACED, Signal, sampling, written_to
@@ -31,6 +31,7 @@ PHASE_REPEATED = look_kind(
     "the last row, at phase {phase:g}, is the first of the next cycle and was left out. {remedy}",
     "If phases are counted otherwise, take their column out.",
 )
+SECONDS = note_kind("recording.times-in-seconds", "the column 'X' was taken for times in s")
 COUNT_DIFFERS = look_kind(
     "recording.count-differs",
     "the header says {stated} samples, {count} are there. {remedy}",
@@ -57,8 +58,30 @@ class NumberTable(NamedTuple):
     """What rows remark, by their number."""
     head: Head = Head((), None, 0)
 
+    def _of_each_clock(self) -> list["NumberTable"]:
+        """Return the columns behind each of several columns of times, up to the last time, as tables."""
+        clocks = [i for i, name in enumerate(self.names) if name == "time"]
+        edges = [0, *clocks[1:], len(self.names)]
+        tables: list[NumberTable] = []
+        for clock, first, last in zip(clocks, edges, edges[1:], strict=False):
+            if last - first < 2:
+                raise InputError(f"{self.path}: two columns are called 'time'; keep one of them")
+            count = int(np.flatnonzero(np.isfinite(self.columns[clock]))[-1:].sum()) + 1
+            units_of = list(self.units)
+            if self.head.program == "LabVIEW" and self.titles[clock].casefold() == "x_value":
+                units_of[clock] = "s"
+            tables.append(self._replace(
+                titles=self.titles[first:last], names=self.names[first:last], units=tuple(units_of[first:last]),
+                columns=tuple(values[:count] for values in self.columns[first:last]),
+                remarks=() if tables else self.remarks,
+                head=self.head._replace(rate=None) if tables else self.head,  # LabVIEW says that of the first
+            ))  # fmt: skip
+        return tables
+
     def block(self, sampling_rate: float | None) -> Block:
-        """Return the columns as channels."""
+        """Return the columns as channels; each has the times of the column of times before it."""
+        if self.names.count("time") > 1:
+            return _together(self.path, [table.block(sampling_rate) for table in self._of_each_clock()])
         rate, place = self._rate(sampling_rate)
         channels = tuple(
             Channel(title, unit, values if place is None else with_gaps(values, place), rate,
@@ -67,7 +90,8 @@ class NumberTable(NamedTuple):
             if name != "time"
         )  # fmt: skip
         comments = (Comment(float(row if place is None else place[row]) / rate, text) for row, text in self.remarks)
-        return Block(channels, tuple(comments), self.suspicions, self.head.program, self._start())
+        suspicions = self.suspicions + rates_differ(self.head.rate, rate)
+        return Block(channels, tuple(comments), suspicions, self.head.program, self._start())
 
     def _start(self) -> float | None:
         """Return what the clock shows at the first row, s."""
@@ -90,7 +114,7 @@ class NumberTable(NamedTuple):
             if stated_rate is None:
                 hint = f" ('{even[0]}' rises evenly: title it 'time [s]' if it is that)" if even else ""
                 raise InputError(f"{self.path}: no time column{hint}; {NAME_THE_RATE}", [RATE])
-            if even and not np.isnan(stated_rate):
+            if even and not np.isnan(stated_rate) and not _is_clock(even[1], stated_rate):
                 step = float(np.median(np.diff(even[1])))
                 raise InputError(
                     f"{self.path}: column '{even[0]}' rises evenly by {step:.6g}, as a time does; title it "
@@ -126,6 +150,25 @@ class NumberTable(NamedTuple):
         if stated_rate is not None and abs(stated_rate - measured) > 1e-3 * measured:
             raise InputError(f"{self.path}: the time column has {measured:.6g} samples/s, given are {stated_rate:.6g}")
         return measured, place
+
+
+def _together(path: Path, blocks: Sequence[Block]) -> Block:
+    """Return the channels of blocks as those of one; `InputError` where they do not begin together."""
+    starts = [block.start or 0.0 for block in blocks]
+    if np.ptp(starts) * max(channel.sampling_rate for block in blocks for channel in block.channels) > 1:
+        texts = ", ".join(
+            f"'{block.channels[0].title}' at {start:g} s" for block, start in zip(blocks, starts, strict=True)
+        )
+        raise InputError(f"{path}: its columns of times begin apart ({texts}); cut them to one time, or give two files")
+    channels = tuple(channel for block in blocks for channel in block.channels)
+    suspicions = tuple(dict.fromkeys(finding for block in blocks for finding in block.suspicions))
+    return replace(blocks[0], channels=channels, suspicions=suspicions)
+
+
+def _is_clock(values: np.ndarray, rate: float) -> bool:
+    """Whether a column that rises evenly holds the times at a rate, s, ms or µs."""
+    step = float(np.median(np.diff(values)))
+    return any(abs(step / expected - 1) < 1e-3 for expected in (1 / rate, 1e3 / rate, 1e6 / rate))
 
 
 def _rates(time: np.ndarray) -> list[SetCells]:
@@ -217,8 +260,6 @@ class _Table:
         self.names, self.units = read_headings(path, header, ALIASES | {"ekg": "ecg"})
         self.names = with_time(self.names, self.units)
         self.titles = tuple(map(plain_title, header))
-        if self.names.count("time") > 1:
-            raise InputError(f"{path}: two columns are called 'time'; keep one of them")
         self.path, self.header_line, self.separator, self.head = path, line, head.separator, head
         self.rows = NumberRows(str(path), self.names, "\t" if head.plan else head.separator)
         self.remarks: list[tuple[int, str]] = []
@@ -327,21 +368,33 @@ def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool, si
         assumed = "s" if unit else f"{units.CANONICAL[quantity]}, its times in s"
         return replace(timed, assumed_unit=assumed)
     column, notes = _column(table, quantity, site) if table.names else (0, ())
+    clock, table = _timed(table, column)
     stated = table.units[column] if table.units else ""
     assumed = "" if table.names or unit else units.CANONICAL[quantity]
     places = tuple(f"{table.source}, line {line}" for line in table.lines)
     values = table.numbers(column, quantity, unit or assumed)
     if stated and unit and (ratio := units.factor(unit, quantity) / units.factor(stated, quantity)) != 1.0:
         values, notes = values * ratio, (*notes, UNIT_REPLACED(name=quantity, unit=unit, stated=stated))
-    named = with_time(table.names, table.units)
-    column_of_time = named.index("time") if "time" in named else None
-    if column_of_time is None:
+    if clock is None:
         count, repeated = _phases(table)
         return Signal(quantity, values[:count], None, 0.0, table.source, places[:count], assumed, (*notes, *repeated))
-    time = table.numbers(column_of_time, "time")
-    quantum = written_to([row[column_of_time] for row in table.cells])
-    quantum *= units.factor(table.units[column_of_time], "time")
+    if table.titles[clock].strip().casefold() == "x_value" and not table.units[clock]:  # of a plot, or LabVIEW's
+        table, notes = replace(table, units=("s",) * len(table.units)), (*notes, SECONDS())
+    time = table.numbers(clock, "time")
+    quantum = written_to([row[clock] for row in table.cells]) * units.factor(table.units[clock], "time")
     return Signal(quantity, values, time, quantum, table.source, places, assumed, notes)
+
+
+def _timed(table: Columns, column: int) -> tuple[int | None, Columns]:
+    """Return the column of the times of another, and the table, of several such columns the rows that have both."""
+    clocks = [i for i, name in enumerate(with_time(table.names, table.units)) if name == "time"]
+    clock = max((i for i in clocks if i < column), default=clocks[0] if clocks else None)
+    if clock is None or len(clocks) < 2:
+        return clock, table
+    if any(later - earlier < 2 for earlier, later in pairwise([*clocks, len(table.names)])):
+        raise InputError(f"{table.source}: a column of times has no signal behind it; put times before their signals")
+    count = max((i + 1 for i, row in enumerate(table.cells) if row[clock].strip() or row[column].strip()), default=0)
+    return clock, replace(table, cells=table.cells[:count], lines=table.lines[:count])
 
 
 def _phases(table: Columns) -> tuple[int, tuple[Finding, ...]]:

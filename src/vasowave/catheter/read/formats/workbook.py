@@ -118,8 +118,8 @@ def read_workbook(path: Path, rate: float | None, progress: Progress | None, she
 def read_cycle_of_workbook(path: Path, quantities: Wanted, site: str = PULMONARY, sheet: str = "") -> list[Signal]:
     """Return the signals of one cycle from the sheet that is named, or the first with signals."""
     sheets = SignalSheets((sheet,), ()) if sheet else signal_sheets(path)
-    first, *others = read_cycle(path, quantities, site, sheets.names[0])
-    return [replace(first, notes=(*first.notes, *sheets.findings(sheets.names[0]))), *others]
+    first, *following = read_cycle(path, quantities, site, sheets.names[0])
+    return [replace(first, notes=(*first.notes, *sheets.findings(sheets.names[0]))), *following]
 
 
 RECORDINGS.register(

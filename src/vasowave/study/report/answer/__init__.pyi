@@ -1,6 +1,8 @@
 """The one result on the first page: an answer to each question, one forest plot, what is not known, what is wrong."""
 
 from vasowave.study.report.answer.animal import animal_answers as animal_answers
+from vasowave.study.report.answer.attribution import attribution_answer as attribution_answer
+from vasowave.study.report.answer.attribution import attribution_summary as attribution_summary
 from vasowave.study.report.answer.design import design_text as design_text
 from vasowave.study.report.answer.effects import where as where
 from vasowave.study.report.answer.forest import animals_of as animals_of

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from vasowave.base.errors import InputError
+from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.io.files import check_file, write_file
 from vasowave.base.notebook import card
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.primary import Primary
 from vasowave.study.figures.forest import WIDE, Form, forest_figure
 from vasowave.study.figures.matplotlib_style import group_looks, new_figure, short, shown_figure, source_looks, style
+from vasowave.study.figures.overview import impedances_figure, waveforms_figure
 from vasowave.study.figures.rendering import as_file
 from vasowave.study.report.answer.design import design_answer
 from vasowave.study.report.answer.forest import group_rows
@@ -26,6 +27,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+GROUP_FIGURES = {
+    "ratios": "ratios with intervals",
+    "waves": "pressure and flow of all animals",
+    "impedance": "impedance",
+}
+"""Figures of groups, with what they show."""
 _NAMED = 3  # quantities, in a sentence
 
 
@@ -68,28 +75,39 @@ class Comparison:
         """
         return next(ax for ax in self._figure(shown_figure).axes if ax.get_xscale() == "log")
 
-    def save(self, path: str | Path) -> Path:
-        """Write the figure of `forest`, 174 mm wide: ``results.compare("HPH").save("hph.pdf")``.
+    def save(self, path: str | Path, figure: str = "ratios") -> Path:
+        """Write a figure of the groups, or the table of numbers: ``results.compare("HPH").save("hph.pdf")``.
 
         Parameters
         ----------
         path : path
-            It ends in .svg, .pdf or .png.
+            It ends in .svg, .pdf or .png; in .csv it is `table`.
+        figure : str
+            Of `GROUP_FIGURES`: ``ratios`` (the figure of `forest`, 174 mm wide), ``waves`` (measured pressure and flow
+            of every animal, mean and SD of each group) or ``impedance`` (modulus and phase over Hz, mean and SD).
 
         Raises
         ------
         InputError
-            No quantity could be compared, or the file cannot be written.
+            No quantity could be compared, there is no such figure, or the file cannot be written.
         """
-        check_file(Path(path), ".svg", ".pdf", ".png")
-        return write_file(Path(path), self.as_file(Path(path).suffix.lower()[1:]))
+        check_file(Path(path), ".svg", ".pdf", ".png", ".csv")
+        return write_file(Path(path), self.as_file(Path(path).suffix.lower()[1:], figure))
 
-    def as_file(self, kind: str) -> bytes:
-        """Return what `save` writes: svg, pdf or png; raises as `forest`."""
+    def as_file(self, kind: str, figure: str = "ratios") -> bytes:
+        """Return what `save` writes: svg, pdf, png or csv; raises as `save`."""
+        if figure not in GROUP_FIGURES:
+            raise InputError(f"there is no figure '{figure}'{did_you_mean(figure, GROUP_FIGURES)}")
+        if kind == "csv":
+            self._check_compared()
+            return self.table.to_csv(index=False).encode()
+        drawings = {"waves": waveforms_figure, "impedance": impedances_figure}
         with style():
-            return as_file(self._figure(new_figure), kind)
+            drawn = drawings[figure](self.cohort) if figure in drawings else self._figure(new_figure)
+            return as_file(drawn, kind)
 
-    def _figure(self, make: Callable[[float, float], "Figure"]) -> "Figure":
+    def _check_compared(self) -> None:
+        """Raise `InputError` where no quantity could be compared."""
         if not self.primary.effects:
             omissions = not_told(self.primary, caller(self.cohort))
             omissions += [f"{omission.describe()} ({omission.reason})" for omission in self.primary.left_out]
@@ -98,6 +116,9 @@ class Comparison:
                 f"{self.group} and {self.reference} could not be compared by {some_of(omissions, _NAMED)}{hint}; "
                 "add animals"
             )
+
+    def _figure(self, make: Callable[[float, float], "Figure"]) -> "Figure":
+        self._check_compared()
         return groups_figure(self.cohort, self.primary, WIDE, make)
 
     def __repr__(self) -> str:

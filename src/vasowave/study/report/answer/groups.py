@@ -37,6 +37,8 @@ from vasowave.study.report.wording import LIMIT, listed, number, ratio_with_inte
 CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""
 
+_MAX_NAMED = 3  # undecided quantities in the lead of several comparisons
+
 THE_ANSWER = "The answer"
 """What stands before the sentence that answers the question of a study."""
 
@@ -66,7 +68,8 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
         return StudyAnswer([], [], [])
     averaged = any(effect.contrast.kind == "interaction" for effect in effects)
     by_contrast = grouped(effects, lambda effect: effect.contrast)
-    first = [_first(of_contrast, called, averaged) for of_contrast in by_contrast.values()]
+    brief = len(by_contrast) > 1
+    first = [_first(of_contrast, called, averaged, brief) for of_contrast in by_contrast.values()]
     questions: dict[str, list[str]] = {}
     for (question, _), asked in grouped(effects, lambda effect: (effect.question, effect.contrast)).items():
         questions.setdefault(question, []).append(_numbers(asked, called, mark, averaged))
@@ -75,8 +78,8 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
     return StudyAnswer(first, answers, sure)
 
 
-def _first(effects: Sequence[Effect], called: Called, averaged: bool) -> str:
-    """Return what is higher and lower in one sentence, and what is not shown in another."""
+def _first(effects: Sequence[Effect], called: Called, averaged: bool, brief: bool) -> str:
+    """Return what is higher and lower in one sentence, and what is not shown in another, counted where `brief`."""
     place, between = where(effects[0].contrast, averaged)
     effects_by_standing = by_standing(effects)
     normal = "if logarithms are normal, " if any(effect.smallest_p >= CLEAR for effect in effects) else ""
@@ -87,7 +90,9 @@ def _first(effects: Sequence[Effect], called: Called, averaged: bool) -> str:
     for verdict, of_verdict in effects_by_standing.items():
         detail = " (neither shown nor excluded)" if verdict is EffectVerdict.OPEN else ""
         detail = f" {limit(of_verdict)}" if verdict is EffectVerdict.SMALL else detail
-        clauses.append(f"{verdict}{detail}: {names(of_verdict, called)}")
+        counted = brief and verdict is EffectVerdict.OPEN and len(of_verdict) > _MAX_NAMED
+        named = f"{len(of_verdict)} quantities, see below" if counted else names(of_verdict, called)
+        clauses.append(f"{verdict}{detail}: {named}")
     return " ".join(map(sentence, clauses))
 
 

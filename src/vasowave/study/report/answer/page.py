@@ -15,6 +15,7 @@ from vasowave.study.figures.forest import NARROW, WIDE, forest_figure
 from vasowave.study.figures.matplotlib_style import group_looks, short, source_looks
 from vasowave.study.figures.overview import impedances_figure, tree_figure, waveforms_figure
 from vasowave.study.report.answer.animal import animal_answers
+from vasowave.study.report.answer.attribution import attribution_answer, attribution_summary
 from vasowave.study.report.answer.comparison import groups_figure
 from vasowave.study.report.answer.design import design_answer
 from vasowave.study.report.answer.effects import Called
@@ -44,7 +45,7 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Se
     answer_and_forest = SideBySide([Answers(answers[len(lead) :])], forest)
     waves, network = _pictures(cohort, primary.law)
     return [
-        Section("answer", "The answer", [*lead, answer_and_forest]),
+        Section("answer", "The answer", [*lead, answer_and_forest, *attribution_summary(cohort)]),
         Section("animals", "What was measured", [*animals_table(cohort), SideBySide(waves, network)]),
         Section("open", "What is not known", _open(cohort, primary, written, called)),
     ]
@@ -66,7 +67,15 @@ def _answers(
     first, *answers = answer.items(basis(cohort, primary, called), doubts_text(cohort, primary)) or [
         (THE_ANSWER, "Nothing could be compared.")
     ]
-    return [first, *design, *answers, *marks.legend(answers, written), *_not_compared(primary, called), *wall]
+    return [
+        first,
+        *design,
+        *attribution_answer(cohort),
+        *answers,
+        *marks.legend(answers, written),
+        *_not_compared(primary, called),
+        *wall,
+    ]
 
 
 def _with_decay(answers: list[tuple[str, str]], cohort: Cohort, law: str, family: Family) -> list[tuple[str, str]]:

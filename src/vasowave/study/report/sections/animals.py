@@ -20,6 +20,9 @@ from vasowave.study.report.tables.animal import estimates_frame
 from vasowave.study.report.tables.models import laws_by_posterior
 from vasowave.study.report.wording import listed, number, unit, with_error
 
+ANIMALS = "animals"
+"""Name of the section that shows every animal of several."""
+
 
 def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
     """All animals small, on sheets; each by itself folded, which paper leaves out; a few are drawn large there."""
@@ -31,7 +34,7 @@ def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
         folds.append(_folded(result, *drawings, written))
     looks = [f"{result.name}: {text}" for result in cohort.results for text in texts(result.looks)]
     return Section(
-        "animals",
+        ANIMALS,
         "Every animal",
         [*_sheets(cohort), *([Remarks("Recordings to look at", looks)] if looks else []), OnScreen(folds)],
     )
@@ -94,7 +97,7 @@ def _sheets(cohort: Cohort) -> list[Block]:
         )
         for place, sheet in enumerate(sheet_groups, start=1)
     ]
-    where = "Beats, values and notes of each are on the page; one alone: vasowave report STUDY --animal NAME."
+    where = "Beats, values and notes: on pages of the supplement; one alone: vasowave report STUDY --animal NAME."
     return [Paragraph(where), *figures]
 
 

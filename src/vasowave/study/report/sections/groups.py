@@ -5,16 +5,22 @@ from collections.abc import Mapping
 import pandas as pd
 
 from vasowave.pulse.quantities import COMPARED, INDICES
+from vasowave.study.cohort.attribution import attribution_table
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.comparison import SourceComparison, importance
 from vasowave.study.cohort.primary import Primary
 from vasowave.study.figures.compared import importance_figure, ratios_figure
 from vasowave.study.report.answer.problem_list import missing_text
-from vasowave.study.report.blocks import Block, Drawing, Fold, Heading, Paragraph, Remarks, Section
+from vasowave.study.report.blocks import Block, Drawing, Fold, Heading, Paragraph, Remarks, Section, Table
 from vasowave.study.report.tables import groups as tables
 from vasowave.study.report.tables.cells import source_title
 from vasowave.study.report.tables.groups import covariates_table, primary_tables
 from vasowave.study.report.wording import column_label, listed, name_and_unit, number
+
+_SHARES_NOTE = (
+    "Each component of the fitted model is exchanged between the two occasions, in every order; its column is the mean "
+    "of what that does, in the unit of the row. Heart: flow and rate; geometry: the image."
+)
 
 
 def groups_section(
@@ -30,6 +36,9 @@ def groups_section(
         blocks += [Fold("Secondary: the same effects by the other wall laws", further_tables)] if further_tables else []
         if primary.adjusted:
             blocks.append(Fold("Secondary: effects of the covariates", [covariates_table(primary, written)]))
+    if len(shares := attribution_table(cohort.changes)):
+        table = Table.from_frame("Attribution", "What made the change of each animal", shares, _SHARES_NOTE)
+        blocks.append(Fold("What made the change", [table]))
     if cohort.repeated:
         blocks.append(Paragraph(
             "The paper's tests and importance indices are not made: they take every recording for an animal of its own."

@@ -76,8 +76,10 @@ def _waveforms(cohort: Cohort) -> list[Block]:
           for place, (group, result) in enumerate(cohort.shown.items(), start=1)),
         *(Drawing(panel.figure, panel.caption, figures.panel_figure(cohort, panel))
           for panel in PANELS.values() if panel.caption),
-        Drawing("Tree", "Wave speed at mean pressure in every vessel (eqs. 31, 32), and fall of the mean pressure "
-                "from the inlet to the end of every terminal vessel.", figures.along_network_figure(cohort)),
+        Drawing("Tree", "Wave speed at mean pressure in every vessel (eqs. 31, 32), fall of the mean pressure from the "
+                "inlet to the end of every terminal vessel, mean shear at the wall (Womersley's profile), and range of "
+                "the radius over its mean.",
+                figures.along_network_figure(cohort)),
     ]  # fmt: skip
 
 

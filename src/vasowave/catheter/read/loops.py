@@ -1,0 +1,148 @@
+"""Pressure and volume of a ventricle from any format of recordings, and the calibration of a conductance."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vasowave.base import units
+from vasowave.base.errors import InputError
+from vasowave.base.findings import Finding, Severity, note_kind, warn
+from vasowave.base.settings import Positive, given_values, settings_class
+from vasowave.catheter.read.choosing import VENTRICLE, pick_channels
+from vasowave.catheter.read.formats import check_sheet, read_blocks
+from vasowave.catheter.read.read_raw import at_rate, canonical, check_lengths, choose_block, refuse_gaps, stretch_of
+from vasowave.catheter.signals.channels import Channel
+from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE
+from vasowave.pulse.cycle.ventricular import PressureVolume
+
+CALIBRATED = note_kind(
+    "loops.volume-calibrated",
+    "the volume is ({gain:g} times what the file says [{unit}] {offset:+g} ml − {parallel:g} ml)/{alpha:g}, as given",
+)
+_RAW_CONDUCTANCE = ("magnitude", "phase", "admittance", "conductance")
+
+
+@settings_class
+class LoopReading:
+    """What to read of a recording of a ventricle, and how its volume is calibrated.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.LoopReading(volume="LVV", volume_unit="ul", alpha=0.8).alpha
+    0.8
+    """
+
+    pressure: str | None = None
+    """Title of its channel; needed where neither titles nor units leave one answer."""
+    volume: str | None = None
+    """As `pressure`."""
+    pressure_unit: str | None = None
+    """Unit of a channel for which the file names none, or a wrong one: what is given here counts."""
+    volume_unit: str | None = None
+    """As `pressure_unit`: ml or ul."""
+    volume_gain: Positive | None = None
+    """Of a volume in relative units (RVU), volts or siemens: ml of one of them, as cuvettes of known volume tell."""
+    volume_offset: float = 0.0
+    """The volume, ml, of such a reading of 0."""
+    parallel_volume: float = 0.0
+    """Volume, ml, that the wall's conductance adds, as a bolus of saline tells (Baan et al. 1984); subtracted."""
+    alpha: Positive = 1.0
+    """Stroke volume by the conductance over the one by a flow probe or by echo; the volume is divided by it."""
+    block: int | None = None
+    """Which block to read, counted from 1; by default the longest."""
+    start: float | None = None
+    """Start of the stretch to read, s since the start of the block."""
+    end: float | None = None
+    """Its end, s since the start of the block."""
+    sampling_rate: float | None = None
+    """Samples per second of a table without a time column."""
+    sheet: str = ""
+    """Of a workbook."""
+
+
+def read_loops(path: str | Path, **settings: Any) -> PressureVolume:
+    """Read pressure and volume of a ventricle, recorded together.
+
+    Parameters
+    ----------
+    path : path
+        Any recording that `read_raw_recording` takes: a table with titles (``time [s]``, ``LVP [mmHg]``, ``LVV [µl]``),
+        LabChart's text or MATLAB export, EDF … Titles of either ventricle are known; of both, name one.
+    settings
+        Those of `LoopReading` by name: ``volume_unit="ul", parallel_volume=0.012, alpha=0.8``.
+
+    Raises
+    ------
+    InputError
+        File, block, line or channel of what is wrong. A volume in relative units without its gain is none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vasowave as vw
+    >>> turn = 2 * np.pi * np.arange(0, 4, 0.002)
+    >>> table = np.c_[turn / 2 / np.pi, 40 - 40 * np.cos(turn - 1), 9 + 3 * np.cos(turn)]
+    >>> np.savetxt("lv.csv", table, delimiter=",", header="time [s],LVP [mmHg],Volume [RVU]", comments="")
+    >>> float(vw.read_loops("lv.csv", volume_gain=10.0, parallel_volume=20.0).volume.max())  # ml
+    100.0
+    """
+    reading = given_values(LoopReading, None, settings)
+    check_sheet([path], reading.sheet)
+    number, notes = choose_block(path, blocks := read_blocks(path, reading.sampling_rate, None, reading.sheet),
+                                 reading.block)  # fmt: skip
+    for suspicion in blocks[number].suspicions:
+        if suspicion.severity is Severity.LOOK:
+            warn(suspicion.at(str(path)))
+    titles = {"pressure": reading.pressure, "volume": reading.volume}
+    channels = blocks[number].channels if reading.volume else _without_raw_conductance(blocks[number].channels)
+    picked, guessed = pick_channels(path, channels, titles, VENTRICLE, blocks[number].program)
+    if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
+        raise InputError(f"{path}: no times; {NAME_THE_RATE}", [RATE])
+    check_lengths(list(picked.values()))
+    refuse_gaps(list(picked.values()), reading.start, reading.end)
+    pressure, pressure_notes = canonical(picked["pressure"], "pressure", reading.pressure_unit)
+    volume, volume_notes = _calibrated(picked["volume"], reading)
+    rate = max(channel.sampling_rate for channel in picked.values())
+    signals, notes = [], [*notes, *blocks[number].suspicions, *guessed, *pressure_notes, *volume_notes]
+    for values, channel in ((pressure, picked["pressure"]), (volume, picked["volume"])):
+        values, words = at_rate(stretch_of(channel, values, reading.start, reading.end), channel, rate)
+        signals.append(values)
+        notes += words
+    count = min(map(len, signals))
+    origin = round((reading.start or 0.0) * rate) / rate
+    return PressureVolume(signals[0][:count], signals[1][:count], rate, str(path), tuple(notes), origin)
+
+
+def _without_raw_conductance(channels: tuple[Channel, ...]) -> list[Channel]:
+    """Return the channels that may hold a volume: what a system makes its volume of stands beside it."""
+    return [channel for channel in channels if not channel.title.strip().lower().startswith(_RAW_CONDUCTANCE)]
+
+
+def _calibrated(channel: Channel, reading: LoopReading) -> tuple[np.ndarray, list[Finding]]:
+    """Return the volume in ml, and what was given or assumed."""
+    unit = reading.volume_unit or channel.unit
+    if reading.volume_gain is not None and units.is_of(unit, "volume"):
+        raise InputError(
+            f"{channel.place}: the volume is in {unit} already; leave the gain out, or give alpha, the stroke volume "
+            "that it tells over the true one"
+        )
+    if reading.volume_gain is None and reading.volume_offset:
+        raise InputError(f"{channel.place}: an offset of the volume belongs to its gain; give both, or parallel_volume")
+    if reading.volume_gain is None and units.is_of(unit, "relative volume"):
+        raise InputError(
+            f"{channel.place}: {unit} are relative units, no volume; give the gain (ml of one unit) and the offset "
+            "(ml) of the calibration with cuvettes, or export the calibrated channel"
+        )
+    if reading.volume_gain is None:
+        values, notes = canonical(channel, "volume", reading.volume_unit)
+    else:
+        values, notes = reading.volume_gain * channel.values + reading.volume_offset, []
+    if reading.volume_gain is None and reading.parallel_volume == 0.0 and reading.alpha == 1.0:
+        return values, notes
+    applied = CALIBRATED(
+        gain=reading.volume_gain or units.factor(unit, "volume"), unit=unit or "1",
+        offset=reading.volume_offset, parallel=reading.parallel_volume, alpha=reading.alpha,
+    )  # fmt: skip
+    return (values - reading.parallel_volume) / reading.alpha, [*notes, applied]

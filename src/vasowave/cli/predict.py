@@ -1,0 +1,84 @@
+"""The command that says what a change would do."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vasowave.cli import models
+from vasowave.cli.app import app
+
+if TYPE_CHECKING:
+    from vasowave.pulse.analysis.prediction import Prediction
+
+_FIT = typer.Argument(help="Folder of a fit or a study.")
+_CHANGE = typer.Option(
+    metavar="NAME=FACTOR",
+    help="A parameter of wall or beds, R_T, radius, length, HR or CO, times a factor. May be repeated.",
+)
+_PLOT = typer.Option(help="Picture of the waves before and after: .png, .pdf or .svg.")
+
+
+@app.command(
+    epilog="Example: vasowave predict my-mouse --change R_T=0.7 --change beta=1.5 -o change.csv --plot change.svg. "
+    "Without a change it says what can be changed. Intervals are those of the posterior, where the fit has one."
+)
+def predict(
+    fit: Annotated[Path, _FIT],
+    change: Annotated[list[str] | None, _CHANGE] = None,
+    narrow: Annotated[list[str] | None, models.NARROW] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of the numbers, .csv.")] = None,
+    plot: Annotated[Path | None, _PLOT] = None,
+    animal: Annotated[str, models.ANIMAL] = "",
+    wall: Annotated[str, models.WALL] = "",
+    draws: Annotated[int, typer.Option(help="Sets of parameters that make the intervals; 0 for none.")] = 40,
+    trust: Annotated[bool, models.TRUST] = False,
+) -> None:
+    """Say what a change does to pressure, power and shear of a fitted animal, before and after, with intervals."""
+    from vasowave.base.io.files import check_file, write_file
+    from vasowave.cli.progress import waiting
+    from vasowave.cli.simulate import PICTURES, draw, pairs_of
+    from vasowave.pulse.analysis import prediction
+    from vasowave.study.animal.stored import stored_fit
+
+    if output is not None:
+        check_file(output, ".csv")
+    if plot is not None:
+        check_file(plot, *PICTURES)
+    models.trust_programs(fit, trust)
+    stored = stored_fit(models.stored_animal(fit, animal), wall)
+    factors = pairs_of(change or [])
+    with waiting("simulating"):
+        foretold = prediction.predict(
+            stored,
+            factors,
+            remodel=(lambda model: models.narrowed_model(model, narrow)) if narrow else None,
+            draws=draws,
+        )
+    _print(foretold)
+    if output is not None:
+        write_file(output, foretold.table.to_csv(index_label="quantity", float_format="%.6g", lineterminator="\n"))
+    if plot is not None:
+        draw(foretold.figure, plot)
+    if written := [str(path) for path in (output, plot) if path is not None]:
+        typer.echo(f"Written: {', '.join(written)}")
+
+
+def _print(foretold: "Prediction") -> None:
+    """Print the numbers as a table, and below it what a reader must know."""
+    import numpy as np
+
+    from vasowave.cli.progress import print_text
+    from vasowave.study.results.overview import aligned
+
+    rows = [("", "before", "after", "change", "95 % interval", "unit")]
+    rows += [
+        (str(name), f"{row['before']:.4g}", f"{row['after']:.4g}", f"{row['change']:+.3g}",
+         "" if np.isnan(row["change_low"]) else f"[{row['change_low']:+.3g}, {row['change_high']:+.3g}]",
+         row["unit"].removeprefix("1"))
+        for name, row in foretold.table.iterrows()
+    ]  # fmt: skip
+    for line in aligned(rows, (0, 5)):
+        typer.echo(line)
+    for remark in foretold.remarks:
+        print_text(remark)

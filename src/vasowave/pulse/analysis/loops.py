@@ -1,0 +1,261 @@
+"""Loops of pressure and volume in a ventricle, beat by beat: where diastole and systole end, and what a loop tells."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.base import units
+from vasowave.base.errors import InputError, NumericalError
+from vasowave.pulse.cycle.ventricular import PressureVolume
+
+
+@dataclass(frozen=True)
+class LoopRules:
+    """How beats are found and what is read off them; shares are of the period unless they say otherwise."""
+
+    heart_rates: tuple[float, float] = (30.0, 900.0)  # beats/min, between which beats are looked for
+    repeat_share: float = 0.75  # of the best autocorrelation, that the first lag has which is a beat and no multiple
+    min_repetition: float = 0.15  # autocorrelation of a pressure that beats
+    upstroke_smoothing: float = 0.012  # SD of the smoothing by which upstrokes are looked for
+    refractory_share: float = 0.55  # between two upstrokes, at least
+    min_upstroke_share: float = 0.3  # of the steepness of the usual upstroke: it falls with the preload
+    min_beat_samples: int = 20  # of a beat, below which slopes and corners mean nothing
+    harmonics: int = 25  # of the heart, above which noise outweighs the signal: the cut-off of the filter
+    onset_share: float = 0.08  # of the steepest rise, at which contraction begins
+    max_rise: float = 0.35  # from where contraction begins to the steepest rise
+    top_share: float = 0.95  # of the largest elastance: the parabola at its top goes through what has it
+    top_reach: float = 0.05  # from the top, at most, of that parabola
+    min_top_samples: int = 5  # of that parabola; of fewer the largest is taken
+    extreme_width: float = 0.04  # over which the volume is averaged before its extremes are taken
+    relaxed_pressure: float = 5.0  # mmHg above the end of diastole, where relaxation ends (Weiss et al. 1976)
+    relaxed_share: float = 0.15  # of the pulse: the same in the right ventricle
+    min_relaxation_samples: int = 5
+
+
+RULES = LoopRules()
+
+
+class EndSystole(NamedTuple):
+    """The point of a loop at the end of systole: ml, mmHg."""
+
+    volume: float
+    pressure: float
+
+
+@dataclass(frozen=True, eq=False)
+class PressureVolumeLoop:
+    """One beat, from the end of a diastole to the end of the next.
+
+    Attributes
+    ----------
+    start, period : float
+        End of the diastole before it, s since the start of the recording; its length, s.
+    pressure, volume, slope : float array, shape (sample,)
+        mmHg, ml and dp/dt in mmHg/s; smoothed, both ends included.
+    """
+
+    start: float
+    period: float
+    pressure: np.ndarray
+    volume: np.ndarray
+    slope: np.ndarray
+
+    def end_systole(self, zero_volume: float | None = None) -> EndSystole:
+        """Return where the elastance ``p / (V - V0)`` is largest (Sagawa 1978), by a parabola through its top.
+
+        Without `zero_volume`, ml, that of the upper left corner: where pressure over its range is farthest above volume
+        over its range, which no offset of the volume moves.
+        """
+        systole = slice(0, int(np.argmin(self.slope)) + 1)
+        pressure, volume = self.pressure[systole], self.volume[systole]
+        if zero_volume is None or not volume.min() > zero_volume:
+            corner = int(np.argmax(pressure / np.ptp(self.pressure) - volume / np.ptp(self.volume)))
+            return EndSystole(float(volume[corner]), float(pressure[corner]))
+        elastance = pressure / (volume - zero_volume)
+        top, reach = int(np.argmax(elastance)), int(RULES.top_reach * len(self.pressure))
+        first, last = max(top - reach, 0), min(top + reach + 1, len(elastance))
+        high = elastance >= RULES.top_share * elastance[top]
+        first = max([first, *(np.flatnonzero(~high[:top]) + 1)])
+        last = min([last, *(np.flatnonzero(~high[top:]) + top)])
+        if last - first < RULES.min_top_samples:
+            return EndSystole(float(volume[top]), float(pressure[top]))
+        places = np.arange(first, last) - top
+        bend, tilt, level = np.polyfit(places, elastance[first:last], 2)
+        place = float(np.clip(-0.5 * tilt / bend, places[0], places[-1])) if bend < 0 else 0.0
+        at_top = float(np.polyval(np.polyfit(places, volume[first:last], 1), place))
+        return EndSystole(at_top, (level + place * (tilt + place * bend)) * (at_top - zero_volume))
+
+    @property
+    def stroke_volume(self) -> float:
+        """Largest less smallest volume, ml, of means over `extreme_width`: single samples add noise to both."""
+        from scipy.ndimage import uniform_filter1d
+
+        width = max(1, round(RULES.extreme_width * len(self.volume)))
+        return float(np.ptp(uniform_filter1d(self.volume, width, mode="nearest")))
+
+    @property
+    def stroke_work(self) -> float:
+        """Area of the closed loop, mJ, by Green's theorem; positive where it turns as hearts do."""
+        p, V = self.pressure, self.volume
+        return float(0.5 * units.MILLIWATT * np.sum(V * np.roll(p, -1) - p * np.roll(V, -1)))
+
+    def values(self, zero_volume: float | None = None) -> dict[str, float]:
+        """Return the numbers of the beat by the names of `VENTRICULAR`; NaN where it does not tell one."""
+        end = self.end_systole(zero_volume)
+        filled, stroke = float(self.volume[0]), self.stroke_volume
+        logarithmic, asymptotic = relaxation(self)
+        return {
+            "HR": 60.0 / self.period,
+            "EDV": filled,
+            "ESV": end.volume,
+            "SV": stroke,
+            "EF": stroke / float(self.volume.max()) if self.volume.min() > 0 else np.nan,
+            "EDP": float(self.pressure[0]),
+            "ESP": end.pressure,
+            "stroke_work": self.stroke_work,
+            "dp_dt_max": float(self.slope.max()),
+            "dp_dt_min": float(self.slope.min()),
+            "tau_weiss": logarithmic,
+            "tau_glantz": asymptotic,
+            "E_a": end.pressure / stroke,
+        }
+
+
+def relaxation(loop: PressureVolumeLoop) -> tuple[float, float]:
+    """Return two time constants, s, of the fall of the pressure, from its steepest until near the next end of diastole.
+
+    The logarithm of the pressure is a line in time (Weiss, Frederiksen and Weisfeldt 1976, doi 10.1172/JCI108522), or
+    the pressure an exponential with an asymptote (Raff and Glantz 1981, doi 10.1161/01.RES.48.6.813). NaN where the
+    fall has too few samples or no such constant.
+    """
+    first, ends = int(np.argmin(loop.slope)), float(loop.pressure[-1])
+    above = min(RULES.relaxed_pressure, RULES.relaxed_share * float(np.ptp(loop.pressure)))
+    low = np.flatnonzero(loop.pressure[first:] <= ends + above)
+    last = first + int(low[0]) if len(low) else first
+    pressure = loop.pressure[first:last]
+    if len(pressure) < RULES.min_relaxation_samples:
+        return np.nan, np.nan
+    time = np.arange(len(pressure)) * loop.period / (len(loop.pressure) - 1)
+    slope = np.polyfit(time, np.log(pressure), 1)[0] if pressure.min() > 0 else np.nan
+    return (-1.0 / slope if slope < 0 else np.nan), _with_asymptote(time, pressure)
+
+
+def _with_asymptote(time: np.ndarray, pressure: np.ndarray) -> float:
+    """Return the time constant of an exponential with an asymptote, by least squares; NaN where none is best."""
+    from scipy.optimize import minimize_scalar
+
+    def misfit(log_tau: float) -> float:
+        columns = np.stack([np.exp(-time / np.exp(log_tau)), np.ones_like(time)], axis=1)
+        return float(np.sum((columns @ np.linalg.lstsq(columns, pressure)[0] - pressure) ** 2))
+
+    bounds = float(np.log(0.1 * time[-1])), float(np.log(10.0 * time[-1]))
+    best = float(minimize_scalar(misfit, bounds=bounds, method="bounded").x)
+    return float(np.exp(best)) if bounds[0] + 0.05 < best < bounds[1] - 0.05 else np.nan
+
+
+class CutLoops(NamedTuple):
+    """All loops of a recording, and the SD of the noise that is left in their volume, ml."""
+
+    loops: tuple[PressureVolumeLoop, ...]
+    volume_noise: float
+
+
+def cut_loops(recording: PressureVolume) -> CutLoops:
+    """Return the loops of a recording from end to end of diastole.
+
+    Raises
+    ------
+    InputError
+        Fewer than 20 samples a beat, a pressure below zero, a volume that stays.
+    NumericalError
+        A pressure that does not beat between 30 and 900 beats/min, or fewer than two beats.
+    """
+    length = beat_length(recording.pressure, recording.sampling_rate, recording.source)
+    if length < RULES.min_beat_samples:
+        raise InputError(
+            f"{recording.source}: {length:.0f} samples a beat; loops need {RULES.min_beat_samples} or more: export at "
+            "the full rate"
+        )
+    upstrokes = find_upstrokes(recording.pressure, length)
+    pressure, volume = (_low_pass(values, length) for values in (recording.pressure, recording.volume))
+    slope = np.gradient(pressure) * recording.sampling_rate
+    starts = np.array([_end_of_diastole(slope, place, length) for place in upstrokes], dtype=int)
+    starts = np.unique(starts[starts >= 0])
+    if len(starts) < 2:
+        raise NumericalError(f"{recording.source}: fewer than two beats from end to end of diastole; record more")
+    loops = tuple(
+        PressureVolumeLoop(
+            float(recording.origin + first / recording.sampling_rate), float((last - first) / recording.sampling_rate),
+            pressure[first : last + 1], volume[first : last + 1], slope[first : last + 1],
+        )
+        for first, last in pairwise(starts)
+    )  # fmt: skip
+    if not np.median([loop.pressure.max() for loop in loops]) > 0:
+        raise InputError(f"{recording.source}: the pressure stays below 0 mmHg; correct its zero or its sign")
+    if not np.median([loop.stroke_volume for loop in loops]) > 0:
+        raise InputError(f"{recording.source}: the volume does not change within beats; is it the right channel?")
+    passed = min(0.9, 2.0 * RULES.harmonics / length)  # of white noise, as a share of its power
+    noise = float(np.std(recording.volume - volume)) * np.sqrt(passed / (1.0 - passed))
+    return CutLoops(loops, noise)
+
+
+def beat_length(pressure: np.ndarray, rate: float, source: str = "recording") -> float:
+    """Return the length of a beat in samples: the first strong peak of the autocorrelation of the pressure's slope."""
+    from scipy.signal import find_peaks
+
+    change = np.diff(pressure)
+    change = change - change.mean()
+    first, last = (rate * 60.0 / beats for beats in reversed(RULES.heart_rates))
+    last = min(last, 0.6 * len(change))
+    spectrum = np.abs(np.fft.rfft(change, 2 * len(change))) ** 2
+    repetition = _smooth(np.fft.irfft(spectrum)[: len(change)] / np.arange(len(change), 0, -1), 0.1 * first)
+    window = repetition[: int(last) + 2]
+    peaks = find_peaks(window)[0]
+    peaks = peaks[(peaks >= first) & (peaks <= last)]
+    if not len(peaks) or not window[peaks].max() > RULES.min_repetition * repetition[0]:
+        slowest, fastest = RULES.heart_rates
+        raise NumericalError(
+            f"{source}: the pressure does not beat between {slowest:g} and {fastest:g} beats/min; is it the right "
+            "channel, and does the stretch hold three beats or more?"
+        )
+    return float(peaks[window[peaks] >= RULES.repeat_share * window[peaks].max()][0])
+
+
+def find_upstrokes(pressure: np.ndarray, length: float) -> np.ndarray:
+    """Return the samples where the pressure rises most steeply in each beat of about `length` samples."""
+    from scipy.signal import find_peaks
+
+    rise = np.gradient(_smooth(pressure, RULES.upstroke_smoothing * length))
+    width = max(1, int(length))
+    blocks = rise[: len(rise) // width * width].reshape(-1, width).max(axis=1)
+    height = RULES.min_upstroke_share * float(np.median(blocks)) if len(blocks) else 0.0
+    return np.asarray(find_peaks(rise, height=height, distance=max(1, int(RULES.refractory_share * length)))[0])
+
+
+def _end_of_diastole(slope: np.ndarray, upstroke: int, length: float) -> int:
+    """Return the sample before an upstroke at which contraction begins, -1 where the recording begins later."""
+    reach = max(2, int(0.03 * length))
+    steepest = max(upstroke - reach, 0) + int(np.argmax(slope[max(upstroke - reach, 0) : upstroke + reach + 1]))
+    first = steepest - int(RULES.max_rise * length)
+    before = slope[max(first, 0) : steepest][::-1]
+    slow = np.flatnonzero(before < RULES.onset_share * slope[steepest])
+    if len(slow):
+        return steepest - 1 - int(slow[0])
+    return -1 if first < 0 else steepest - 1 - int(np.argmin(before))
+
+
+def _low_pass(values: np.ndarray, length: float) -> np.ndarray:
+    """Return a signal without what is faster than the harmonics of the heart that are kept, without delay."""
+    from scipy.signal import butter, sosfiltfilt
+
+    if 2.0 * RULES.harmonics / length > 0.9:
+        return np.asarray(values, dtype=float)
+    return np.asarray(sosfiltfilt(butter(4, 2.0 * RULES.harmonics / length, output="sos"), values))
+
+
+def _smooth(values: np.ndarray, samples: float) -> np.ndarray:
+    from scipy.ndimage import gaussian_filter1d
+
+    return np.asarray(gaussian_filter1d(values, max(samples, 0.5)))

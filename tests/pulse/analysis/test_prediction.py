@@ -1,0 +1,77 @@
+"""What a fit foretells of a change, against the change of the model that made the recording."""
+
+import numpy as np
+import pytest
+
+import vasowave as vw
+from vasowave.pulse.calibration import calibrate
+from vasowave.pulse.model import with_parameters
+
+
+def truth(seed):
+    """A model, its waves and a noisy recording of them."""
+    random, network, mouse = np.random.default_rng(seed), vw.control_network(), vw.virtual_mouse()
+    outlets = vw.estimate_nominal(network, mouse).outlets.scaled(*np.exp(random.normal(0, 0.3, 3)))
+    model = vw.Model(network, vw.LinearWall(random.uniform(30, 110)), outlets)
+    waves = vw.simulate(model, mouse)
+    inlet = waves.sel(vessel=network.name[network.root], station="inlet")
+    smooth = np.convolve(np.tile(random.normal(size=512), 3), np.hanning(40), "same")[512:1024]
+    noise = 0.15 * (smooth - smooth.mean()) / smooth.std()
+    return model, inlet, vw.Recording(inlet.pressure.values + noise, mouse.flow, mouse.period)
+
+
+def mean_and_pulse(model, flow, period):
+    waves = vw.simulate(model, vw.Inflow(flow, period))
+    pressure = waves.pressure.sel(vessel=model.network.name[model.network.root], station="inlet").values
+    return pressure.mean(), np.ptp(pressure)
+
+
+@pytest.mark.parametrize(
+    ("change", "walls", "rate"), [({"R_T": 0.7}, 1.0, 1.0), ({"beta": 1.6}, 1.6, 1.0), ({"HR": 1.25}, 1.0, 1.25)]
+)
+def test_the_change_is_that_of_the_model_that_made_the_recording(change, walls, rate):
+    model, inlet, recording = truth(3)
+    fit = calibrate(model.network, recording, search=vw.Search(starts=2))
+    table = vw.predict(fit, change, draws=12).table
+    beds = dict.fromkeys(("r1", "r2"), change.get("R_T", 1.0))
+    changed = with_parameters(model, {"beta": walls * float(np.mean(model.wall.beta)), **beds})
+    before = mean_and_pulse(model, inlet.flow.values, recording.period)
+    after = mean_and_pulse(changed, inlet.flow.values, recording.period / rate)
+    for name, low, high in zip(("mPAP", "pPAP"), before, after, strict=True):
+        assert table.loc[name, "change_low"] <= high - low <= table.loc[name, "change_high"]
+        assert table.loc[name, "change"] == pytest.approx(high - low, abs=0.05 * max(abs(high - low), 1.0))
+
+
+def test_a_band_and_more_output_are_foretold_and_what_was_held_is_told():
+    fit = calibrate(vw.control_network(), vw.virtual_mouse(), search=vw.Search(starts=1))
+    banded = vw.predict(fit, {}, remodel=lambda model: vw.narrowed(model, "2", 0.7, 0.05), draws=4)
+    assert banded.table.loc["sPAP", "after"] > banded.table.loc["sPAP", "before"]
+    more = vw.predict(fit, {"CO": 1.3}, draws=4)
+    assert more.table.loc["CO", "after"] == pytest.approx(1.3 * more.table.loc["CO", "before"])
+    assert any("regulates" in text for text in more.assumptions)
+    assert "CO × 1.3" in repr(more)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"bta": 2.0}, "did you mean 'beta'"),
+        ({"beta": -1.0}, "positive factor"),
+        ({"HR": np.nan}, "positive factor"),
+        ({"R_T": 70.0}, "0.7 for 70 %"),
+        ({"HR": 577.0}, "from 0.25 to 4"),
+        ({"R_T": 1.0}, "nothing is changed"),
+    ],
+)
+def test_what_cannot_be_changed_is_refused(change, message):
+    fit = calibrate(vw.control_network(), vw.virtual_mouse(), search=vw.Search(starts=1))
+    with pytest.raises(vw.errors.InputError, match=message):
+        vw.predict(fit, change, draws=2)
+
+
+def test_a_change_of_nothing_is_refused_with_what_can_be_changed():
+    fit = calibrate(vw.control_network(), vw.virtual_mouse(), search=vw.Search(starts=1))
+    with pytest.raises(vw.errors.InputError, match=r"nothing is changed; there are: beta, r1, r2, c1, R_T.*HR, CO"):
+        vw.predict(fit, {}, draws=2)
+    with pytest.raises(vw.errors.InputError, match="a fit is needed"):
+        vw.predict(fit.model, {"R_T": 0.5})
