@@ -79,6 +79,15 @@ def test_shares_in_a_loop_are_those_of_resistors_and_what_follows_divides_anew(c
     np.testing.assert_allclose(more.flow_fraction[6:], expected[5] * split / split.sum(), rtol=1e-12)
 
 
+def test_a_vessel_behind_a_loop_that_is_cut_in_pieces_takes_the_flow_that_it_took_whole(circle):
+    quarters = circle.length[5] * np.array([0.25, 0.5, 0.25])
+    pieces = vw.Network((*circle.name, "f2", "f3"), None, np.append(circle.length[:5], quarters),
+                        np.append(circle.radius, [circle.radius[5]] * 2),
+                        nodes=np.vstack([circle.nodes, [[5, 6], [6, 7]]]))  # fmt: skip
+    np.testing.assert_allclose(pieces.flow_fraction[:6], circle.flow_fraction, rtol=1e-12)
+    np.testing.assert_allclose(pieces.flow_fraction[6:], circle.flow_fraction[5], rtol=1e-12)
+
+
 def test_repairs_keep_loops_and_never_make_a_vessel_end_where_it_begins(circle):
     """A bridge that is too short may not be merged: others end where it does. One that leads on alone is."""
     long = vw.tidy(circle)

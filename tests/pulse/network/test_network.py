@@ -162,6 +162,16 @@ def test_flow_divides_at_a_junction_as_r4_over_length():
     np.testing.assert_allclose(network.flow_fraction, [32 / 33, 1, 1 / 33], rtol=1e-12)
 
 
+def test_a_vessel_that_is_cut_in_pieces_takes_the_flow_that_it_took_whole():
+    whole = Network(("root", "b", "c"), [-1, 0, 0], [1.0, 2.0, 2.0], [0.3, 0.2, 0.1])
+    lengths, radii = [0.4, 1.0, 0.1, 2.0, 1.5], [0.1, 0.3, 0.1, 0.2, 0.1]
+    pieces = Network(("c3", "root", "c1", "b", "c2"), [4, -1, 1, 1, 2], lengths, radii)
+    np.testing.assert_allclose(pieces.flow_fraction, whole.flow_fraction[[2, 0, 2, 1, 2]], rtol=1e-12)
+    wider = Network(("root", "b", "c1", "c2"), [-1, 0, 0, 2], [1.0, 2.0, 1.0, 1.0], [0.3, 0.2, 0.2, 0.1])
+    conductance = 0.2**4 / 2.0, 1.0 / (1.0 / 0.2**4 + 1.0 / 0.1**4)
+    np.testing.assert_allclose(wider.flow_fraction[1:3], np.divide(conductance, sum(conductance)), rtol=1e-12)
+
+
 def test_what_is_known_of_radii_and_tapers_comes_back_to_the_last_bit(tmp_path):
     known = {
         "radius_sd": [0.001, np.nan, 0.002],

@@ -143,6 +143,25 @@ def in_loops(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     return np.asarray(through < 1.0 - 0.5 / count)
 
 
+def in_series(conductance: np.ndarray, previous: np.ndarray) -> np.ndarray:
+    """Return the conductance of each vessel with the pieces that continue it, shape (vessel,).
+
+    Parameters
+    ----------
+    conductance : array, shape (vessel,)
+        Of each piece.
+    previous : int array, shape (vessel,)
+        The vessel that a piece alone continues, -1 where it is no continuation.
+    """
+    conductance = conductance.copy()
+    for piece in np.setdiff1d(np.flatnonzero(previous >= 0), previous).tolist():  # the last of each vessel
+        while previous[piece] >= 0:
+            before = previous[piece]
+            conductance[before] = 1.0 / (1.0 / conductance[before] + 1.0 / conductance[piece])
+            piece = before
+    return conductance
+
+
 def shares_by_conductance(start: np.ndarray, end: np.ndarray, conductance: np.ndarray) -> np.ndarray:
     """Return the share of the whole flow in each vessel, negative where it runs from end to start.
 
@@ -151,6 +170,7 @@ def shares_by_conductance(start: np.ndarray, end: np.ndarray, conductance: np.nd
     """
     first, last, count = _places(start, end)
     loops, inlets = in_loops(start, end), ~np.isin(start, end)
+    conductance = in_series(conductance, _continued(first, last, loops, count))
     component = _parts(first[loops], last[loops], count)  # a junction alone, or nodes that loops join
     flow = np.zeros(len(start))
     flow[inlets] = conductance[inlets] / conductance[inlets].sum()
@@ -164,6 +184,14 @@ def shares_by_conductance(start: np.ndarray, end: np.ndarray, conductance: np.nd
             _divide(np.flatnonzero(component == into), first, last, loops, conductance, flow)
             arrived += leaving.tolist()
     return flow
+
+
+def _continued(first: np.ndarray, last: np.ndarray, loops: np.ndarray, count: int) -> np.ndarray:
+    """Return the vessel that each vessel outside of loops alone continues, -1 where there is none."""
+    entering = np.full(count, -1)
+    entering[last[~loops]] = np.flatnonzero(~loops)
+    through = (np.bincount(first, minlength=count) == 1) & (np.bincount(last, minlength=count) == 1)
+    return np.where(~loops & through[first], entering[first], -1)
 
 
 def _divide(

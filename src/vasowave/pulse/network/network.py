@@ -11,7 +11,7 @@ import numpy as np
 from vasowave.base.accessors import Accessor
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.notebook import card
-from vasowave.pulse.network.graph import Meeting, meetings, parents, shares_by_conductance
+from vasowave.pulse.network.graph import Meeting, in_series, meetings, parents, shares_by_conductance
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -210,13 +210,17 @@ class Network:
         """Share of the mean inflow in each vessel, by Poiseuille's law (eq. 11), shape (vessel,).
 
         At every junction the flow divides as the conductances π r0⁴/(8 μ L) of the daughters; the viscosity cancels.
+        A vessel that is cut in pieces, one after the other, is one resistance there, wherever it is cut.
         Vessels that form loops divide it together with those that lead out of them, at whose ends one pressure stands;
         in a vessel in which it runs from the end to the start it is negative. Inlets share as their conductances.
         """
         conductance = self.radius**4 / self.length
         if self.nodes is not None:
             return shares_by_conductance(self.start, self.end, conductance)
-        siblings = np.bincount(self.parent[self.parent >= 0], conductance[self.parent >= 0], minlength=len(self))
+        below = self.parent >= 0
+        daughters = np.bincount(self.parent[below], minlength=len(self))
+        conductance = in_series(conductance, np.where(below & (daughters[self.parent] == 1), self.parent, -1))
+        siblings = np.bincount(self.parent[below], conductance[below], minlength=len(self))
         fraction = np.ones(len(self))
         for rows in self.generations[1:]:
             above = self.parent[rows]
