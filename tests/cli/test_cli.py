@@ -120,7 +120,8 @@ def test_more_than_pressure_and_flow_are_no_recording(tmp_path):
 def test_interrupting_the_search_writes_nothing_or_what_had_finished(tmp_path):
     network, cycle = _write_mouse(tmp_path)
     output = tmp_path / "result"
-    running = _vasowave("fit", network, cycle, "--starts", 40, "--walls", "tangent", "--no-pdf", "-o", output)
+    alone = "--practice", "paper", "--starts", 40, "--walls", "tangent", "--no-pdf"  # one start after the other
+    running = _vasowave("fit", network, cycle, *alone, "-o", output)
     while running.poll() is None and not any(path.stat().st_size for path in output.rglob("*.jsonl")):
         time.sleep(0.1)  # until a start has ended
     os.kill(running.pid, signal.SIGINT)

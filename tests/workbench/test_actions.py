@@ -29,11 +29,11 @@ from vasowave.study.entering import check_study, read_rows
 from vasowave.study.folder import COLUMNS, read_settings
 from vasowave.study.results import load_animal, read_stretch
 from vasowave.study.running import inspect_study, read_study
-from vasowave.workbench import Desk, Lungs, Recordings, Runs, Trace, Workplace, act, checked, shown
+from vasowave.workbench import Desk, Recordings, Trace, Workplace, act, checked, shown
 
 
 def place(folder):
-    return Workplace(Desk(folder), Recordings(), Runs(), Lungs())
+    return Workplace.around(Desk(folder))
 
 
 def rows(folder):

@@ -8,7 +8,7 @@ from vasowave.catheter import synthetic_raw_recording
 from vasowave.catheter.read import read_raw_recording
 from vasowave.pulse.network import write_network
 from vasowave.study.entering import new_study, read_rows
-from vasowave.workbench import Desk, Lungs, Recordings, Runs, Workplace, act, checked
+from vasowave.workbench import Desk, Workplace, act, checked
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def study_of(folder, raw, flow, titles=("time [s]", "pressure [mmHg]", "flow [ml
     write_network(vw.control_network(), folder / "networks/lung.csv")
     table = "animal,group,network,recording,kind\nrat 1,CTL,networks/lung.csv,recordings/a.csv,raw\n"
     (folder / "animals.csv").write_text(table, "utf-8")
-    return Workplace(Desk(folder), Recordings(), Runs(), Lungs())
+    return Workplace.around(Desk(folder))
 
 
 def pressed(place, *labels):

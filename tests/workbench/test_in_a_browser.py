@@ -11,6 +11,7 @@ import pytest
 from served import served
 
 import vasowave as vw
+from lab_files import exported, recorded
 from vasowave.lung.read import write_volume
 from vasowave.study.entering import read_rows
 from vasowave.workbench import in_a_browser
@@ -62,6 +63,56 @@ def test_a_problem_stands_beside_its_cell_and_a_click_mends_it(program, study, a
     page.click_text("Both are meant to share it")
     page.until("!document.querySelector('.finding.bad')")
     assert row(study, "mouse_c2")["shared recording"] == "yes"
+    assert page.errors == []
+
+
+READY = {
+    "study": READ,
+    "recording": "document.querySelector('canvas.panel')",
+    "lung": "document.querySelector('h1')",
+    "explorer": "Number(document.querySelector('[data-panel=pressure]')?.dataset.drawn) > 0",
+    "figures": "document.querySelector('img.preview')?.dataset.drawn",
+}
+"""What tells that a desk is drawn."""
+
+SHIFTS = """(async () => {
+  const seen = [];
+  new PerformanceObserver(list => seen.push(...list.getEntries())).observe({type: 'layout-shift', buffered: true});
+  await new Promise(done => setTimeout(done, 300));
+  return seen.flatMap(one => one.sources.map(({node}) => `${one.value} ${node?.outerHTML?.slice(0, 80)}`));
+})()"""
+"""What on the page was moved that nobody moved, and how far, by W3C's Layout Instability, recent input or not."""
+
+
+@pytest.mark.validation
+def test_a_message_covers_the_foot_of_the_page_moves_nothing_and_can_be_closed(program, study, asker):
+    page = opened(program, asker)
+    page.until(READ)
+    page.wide(1280, 900)
+    page.choose("[data-key='mouse_h1/group']", "control")
+    page.until(f"!document.querySelector('#undo').disabled && {READ}")
+    before = page.js(SHIFTS)
+    page.click("#undo")
+    page.until("document.querySelector('#said').textContent.includes('group of mouse_h1')")
+    page.until(READ)
+    assert page.js(SHIFTS) == before
+    page.click("#close")
+    page.until("getComputedStyle(document.querySelector('#message')).display === 'none'")
+    assert page.js(SHIFTS) == before
+
+
+@pytest.mark.validation
+def test_a_file_that_a_recorder_saves_becomes_a_row_and_is_read_while_the_page_is_open(program, study, asker):
+    page = opened(program, asker)
+    page.until(READ)
+    (study / "recordings" / "hypoxic" / "mouse_h9.txt").write_text(exported(recorded(30, mean=26.0)), encoding="utf-8")
+    page.until("document.querySelector('tr[data-animal=mouse_h9]')", 60)
+    page.until(f"{READ} && !document.querySelector('#run').disabled", 60)
+    assert row(study, "mouse_h9")["group"] == "hypoxic"
+    page.click("#undo")
+    page.until("!document.querySelector('tr[data-animal=mouse_h9]')")
+    page.click_text("Add them")
+    page.until("document.querySelector('tr[data-animal=mouse_h9]')", 60)
     assert page.errors == []
 
 
@@ -235,6 +286,26 @@ def test_the_recording_desk_by_keys_alone_chooses_a_stretch_and_rejects_a_beat(p
 
 
 @pytest.mark.validation
+def test_the_grip_of_the_stretch_that_is_dragged_is_where_the_averaging_begins(program, study, asker):
+    page = opened(program, asker, "recording/mouse_c1")
+    page.js("import('./page/recording.js').then((desk) => desk.lookAt(0, 8))")
+    left, top, wide = page.js(
+        f"(({{x, y, width}}) => [x, y, width])(document.querySelector('{CANVAS}').getBoundingClientRect())"
+    )
+    second = (wide - 60) / 8  # the axis has 54 px on its left and 6 on its right
+    page.mouse("mousePressed", left + 56, top + 8)
+    for end in (1.0, 2.0):
+        page.mouse("mouseMoved", left + 54 + end * second, top + 8, buttons=1)
+    page.mouse("mouseReleased", left + 54 + 2.0 * second, top + 8)
+    page.until("document.querySelector('[data-key=\"Average the whole recording\"]')")
+    found = row(study, "mouse_c1")
+    assert float(found["start [s]"]) == pytest.approx(2.0, abs=1.5 / second)
+    whole = asker.get("recording", animal="mouse_c1")
+    assert min(whole["beats"]["starts"][k] for k in whole["beats"]["averaged"]) >= float(found["start [s]"])
+    assert page.errors == []
+
+
+@pytest.mark.validation
 def test_the_beginning_of_a_beat_that_is_dragged_is_where_a_run_begins_it(program, study, asker):
     page = opened(program, asker, "recording/mouse_c1")
     start = asker.get("recording", animal="mouse_c1")["beats"]["starts"][6]
@@ -277,17 +348,26 @@ CONTRAST = """(() => {
 
 
 @pytest.mark.validation
+def test_nothing_on_a_desk_is_moved_by_what_comes_later(program, ran):
+    with served(ran) as door:
+        page = program.page(f"{door.origin}{door.root}#study")
+        page.wide(1280, 900)
+        page.until(READ)
+        before = page.js(SHIFTS)
+        for desk in ("recording", "explorer", "figures", "lung", "study"):
+            page.js(f"location.hash = '{desk}'")
+            page.until(f"document.body.dataset.ready === '{desk}' && {READY[desk]}", 90)
+            time.sleep(1.0)
+            assert page.js(SHIFTS) == before, desk
+        assert page.errors == []
+
+
+@pytest.mark.validation
 def test_every_desk_fits_windows_from_400_to_1920_px_light_and_dark(program, ran, scan):
     """Nothing but a table that scrolls by itself sticks out; letters have the contrast of WCAG's level AAA."""
     (ran / "images").mkdir()
     write_volume(scan, ran / "images" / "lung.nrrd")
-    ready = {
-        "study": READ,
-        "recording": "document.querySelector('canvas.panel')",
-        "lung": "Number(document.querySelector('canvas.slice')?.dataset.drawn) > 0",
-        "explorer": "Number(document.querySelector('[data-panel=pressure]')?.dataset.drawn) > 0",
-        "figures": "document.querySelector('img.preview')?.dataset.drawn",
-    }
+    ready = READY | {"lung": "Number(document.querySelector('canvas.slice')?.dataset.drawn) > 0"}
     with served(ran) as door:
         page = program.page(door.origin + door.root)
         for desk, shown in ready.items():

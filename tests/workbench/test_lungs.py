@@ -14,7 +14,7 @@ from vasowave.lung import Options, extract
 from vasowave.lung.read import write_volume
 from vasowave.pulse.network_formats import read_network
 from vasowave.study.entering import new_study
-from vasowave.workbench import Desk, Lungs, Recordings, Runs, Wishes, Workplace, act, opened, smaller
+from vasowave.workbench import Desk, Lungs, Wishes, Workplace, act, opened, smaller
 
 pytestmark = pytest.mark.filterwarnings("ignore::vasowave.base.errors.VasowaveWarning")  # the lumen touches the border
 WISHES = {"threshold": 100.0, "cannula": 0.0, "species": "other"}
@@ -33,7 +33,7 @@ def lab(scan, tmp_path):
 
 @pytest.fixture
 def at(lab):
-    return Workplace(Desk(lab), Recordings(), Runs(), Lungs())
+    return Workplace.around(Desk(lab))
 
 
 def do(at, what, **given):

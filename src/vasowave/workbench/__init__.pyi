@@ -1,6 +1,7 @@
 """The workbench: a page on this machine over the same files and functions as the command line."""
 
 from vasowave.workbench.actions import act as act
+from vasowave.workbench.arrivals import Arrivals as Arrivals
 from vasowave.workbench.browser import in_a_browser as in_a_browser
 from vasowave.workbench.cures import as_shown as as_shown
 from vasowave.workbench.cures import buttons as buttons

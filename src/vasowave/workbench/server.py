@@ -29,10 +29,8 @@ from vasowave.workbench.cures import buttons
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.explorer import Explorer
 from vasowave.workbench.figures import CHOICES, KINDS, Wish, figure_file, line_of
-from vasowave.workbench.lungs import Lungs, Wishes
+from vasowave.workbench.lungs import Wishes
 from vasowave.workbench.opening import place_of, sorted_in
-from vasowave.workbench.recordings import Recordings
-from vasowave.workbench.running import Runs
 from vasowave.workbench.studies import checked, outdated, shown, state
 from vasowave.workbench.workplace import Workplace
 
@@ -54,9 +52,9 @@ class Workbench:
     """
 
     def __init__(self, folder: Path, image: Path | None = None) -> None:
-        self.desk, self.recordings, self.runs, self.explorer = Desk(folder), Recordings(), Runs(), Explorer()
-        self.lungs, self.cohorts = Lungs(image), Cohorts()
-        self.at = Workplace(self.desk, self.recordings, self.runs, self.lungs)
+        self.at = Workplace.around(Desk(folder), image)
+        self.desk, self.recordings, self.runs, self.lungs, self.arrivals = self.at
+        self.explorer, self.cohorts = Explorer(), Cohorts()
 
     def app(self) -> App:
         """Return the application, without its guard."""
@@ -64,7 +62,7 @@ class Workbench:
         routes = [
             Route("/", self._page),
             Route("/page/{name}", self._page),
-            Route("/state", answered(lambda ask: state(desk, self.runs))),
+            Route("/state", answered(lambda ask: state(desk, self.runs, self.arrivals))),
             Route("/study", answered(lambda ask: shown(desk))),
             Route("/check", answered(lambda ask: checked(desk))),
             Route("/recording", answered(lambda ask: self.recordings.described(desk, ask("animal")))),
@@ -144,7 +142,9 @@ class Workbench:
             async for chunk in request.stream():
                 upload.write(chunk)
             upload.end()
-            return JSONResponse({"name": await run_in_threadpool(sorted_in, self.desk, upload.path, place)})
+            name = await run_in_threadpool(sorted_in, self.desk, upload.path, place)
+            self.arrivals.expect(self.desk.folder / name)
+            return JSONResponse({"name": name})
 
     async def _page(self, request: Request) -> Response:
         name = request.path_params.get("name", "index.html")

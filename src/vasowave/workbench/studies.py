@@ -17,6 +17,7 @@ from vasowave.study.running.plan import inspect_study
 from vasowave.study.running.programs import is_trusted, programs_of
 from vasowave.study.running.reporting import REPORT_FOLDER
 from vasowave.study.running.status import study_status
+from vasowave.workbench.arrivals import RECORDED, Arrivals, unlisted
 from vasowave.workbench.cures import as_shown
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import LUNGS
@@ -32,8 +33,8 @@ _WORDS = {"kind": ("cycle", "raw"), "synthetic": ("yes", "no"), "shared recordin
 _checking = threading.Lock()
 
 
-def state(desk: Desk, runs: Runs) -> dict[str, Any]:
-    """Return what a page asks every second: whether anything changed, and how far a run is."""
+def state(desk: Desk, runs: Runs, arrivals: Arrivals) -> dict[str, Any]:
+    """Return what a page asks every second: whether anything changed or arrived, and how far a run is."""
     runner = runs.runner(desk)
     answer: dict[str, Any] = {
         "mark": desk.mark(),
@@ -42,6 +43,7 @@ def state(desk: Desk, runs: Runs) -> dict[str, Any]:
         "results": (desk.results / "index.json").is_file(),
         "undo": desk.done[-1].name if desk.done else "",
         "redo": desk.undone[-1].name if desk.undone else "",
+        "arrived": len(arrivals.ready()),
     }
     study = inspect_study(desk.folder)[0] if runner and answer["study"] else None
     return answer | {"run": runs.progress(desk, study)}
@@ -75,6 +77,8 @@ def shown(desk: Desk) -> dict[str, Any]:
         "settings": [_setting(settings, key) for key in _SETTINGS],
         "status": {name: {"state": status.state, "text": str(status)} for name, status in statuses.items()},
         "outdated": _outdated(desk, statuses),
+        "watched": RECORDED,
+        "unlisted": unlisted(desk),
     }
 
 

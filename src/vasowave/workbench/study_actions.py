@@ -13,7 +13,7 @@ from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.base.species import SpeciesName
-from vasowave.study.entering.adding import add_files
+from vasowave.study.entering.adding import Added, add_files
 from vasowave.study.entering.grouping import parsed_groups, regrouped
 from vasowave.study.entering.table import Rows, check_written, read_rows, written_rows
 from vasowave.study.entering.template import new_study, with_groups, with_value
@@ -46,8 +46,20 @@ def add(
     with desk.changing("add files", desk.table, desk.file) as change:
         added = add_files(desk.folder, places, group=group)
         change.read_again()
+    return _told(added)
+
+
+def _told(added: Added) -> dict[str, Any]:
+    """Return the outcome of adding files as the page shows it."""
     names = [row["animal"] for row in added.rows]
     return {"animals": names, "said": [*added.said, *(f"not added: {reason}" for reason in added.refused)]}
+
+
+@action("add-arrivals")
+def add_arrivals(workplace: Workplace) -> Mapping[str, Any]:
+    """Write rows of the files that were saved beside the recordings of the study since it was opened."""
+    added = workplace.arrivals.add() if workplace.desk.file.exists() else None
+    return _told(added) if added is not None else {"animals": [], "said": []}
 
 
 @action("set-cells")

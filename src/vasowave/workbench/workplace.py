@@ -3,9 +3,11 @@
 from collections.abc import Callable, Mapping
 from dataclasses import make_dataclass
 from inspect import Parameter, signature
+from pathlib import Path
 from typing import Any, NamedTuple, TypeVar, get_type_hints
 
 from vasowave.base.settings import settings_class
+from vasowave.workbench.arrivals import Arrivals
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.lungs import Lungs
 from vasowave.workbench.recordings import Recordings
@@ -21,6 +23,12 @@ class Workplace(NamedTuple):
     recordings: Recordings
     runs: Runs
     lungs: Lungs
+    arrivals: Arrivals
+
+    @classmethod
+    def around(cls, desk: Desk, image: Path | None = None) -> "Workplace":
+        """Return what there is around a study, and an image that lies elsewhere."""
+        return cls(desk, Recordings(), Runs(), Lungs(image), Arrivals(desk))
 
 
 ACTIONS: dict[str, Callable[[Workplace, Mapping[str, Any]], Any]] = {}

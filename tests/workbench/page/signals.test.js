@@ -43,7 +43,7 @@ function desk() {
     const canvas = new EventTarget(), strip = new EventTarget(), notes = /** @type {unknown[][]} */ ([]);
     const box = {
         clientWidth: 160,
-        getBoundingClientRect: () => ({ left: 0 }),
+        getBoundingClientRect: () => ({ left: 0, top: 0 }),
         setPointerCapture: () => {},
         style: {},
     };
@@ -56,6 +56,7 @@ function desk() {
         stretch: null,
         beat: -1,
         carried: null,
+        ends: null,
         pointer: null,
         mark: null,
     };
@@ -68,6 +69,7 @@ function desk() {
         pick: note("pick"),
         toggle: note("toggle"),
         move: note("move"),
+        change: note("change"),
         later: () => {},
     };
     /** @type {any[]} */
@@ -129,6 +131,26 @@ Deno.test("the line of the picked beat is carried", () => {
     equal(state.carried, 3);
     send("pointerup", { clientX: 84 });
     deepEqual(notes, [["move", 1]]);
+});
+
+Deno.test("a grip moves where the averaging begins or ends, to the millisecond; both at the ends are the whole", () => {
+    const { state, notes, send } = desk();
+    Object.assign(state.recording, { from: 1, to: 9 }); // at 64 and 144 pixels
+    send("pointerdown", { button: 0, clientX: 66, clientY: 30 }); // below the grip, a stretch begins
+    send("pointerup", { clientX: 90 });
+    send("pointerdown", { button: 0, clientX: 66, clientY: 10 });
+    send("pointermove", { clientX: 84.004 });
+    deepEqual(state.ends, [3, 9]);
+    send("pointerup", { clientX: 84.004 });
+    send("pointerdown", { button: 0, clientX: 142, clientY: 10 });
+    send("pointerup", { clientX: 142 }); // nothing was moved
+    deepEqual(notes, [["tools"], ["change", "set-stretch", { start: 3, end: 9 }]]);
+    Object.assign(state, { ends: null, view: [0, 100] });
+    Object.assign(state.recording, { from: 0, to: 60 });
+    send("pointerdown", { button: 0, clientX: 114, clientY: 10 });
+    send("pointermove", { clientX: 154 });
+    send("pointerup", { clientX: 154 });
+    deepEqual(notes.at(-1), ["change", "set-stretch", {}]);
 });
 
 Deno.test("the wheel zooms about the pointer, with Shift it scrolls", () => {

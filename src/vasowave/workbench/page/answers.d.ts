@@ -43,6 +43,8 @@ export interface WorkbenchState {
     results: boolean;
     undo: string;
     redo: string;
+    /** Files that were saved beside the recordings meanwhile. */
+    arrived: number;
     run: Progress;
 }
 /** A desk: a module that shows itself in an element. */
@@ -103,6 +105,10 @@ export interface StudyAnswer {
     settings: Setting[];
     status: Record<string, AnimalStatus>;
     outdated: string[];
+    /** The folder whose new files become rows. */
+    watched: string;
+    /** Files there that are in no row. */
+    unlisted: string[];
 }
 export interface CheckAnswer {
     problems: Problem[];

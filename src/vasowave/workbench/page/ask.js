@@ -130,8 +130,8 @@ export function notify(text, wrong = false) {
     const line = /** @type {HTMLElement} */ (document.getElementById("said"));
     clearTimeout(state.timer);
     line.textContent = text;
-    line.hidden = !text;
     line.className = wrong ? "wrong" : "";
+    if (line.parentElement) line.parentElement.hidden = !text;
     line.setAttribute("role", wrong ? "alert" : "status");
     if (text && !wrong) state.timer = setTimeout(() => notify(""), NOTICE_MS);
 }

@@ -97,10 +97,10 @@ export async function show(place, path) {
         parts.outdated,
         choices,
         rowOf(savers),
-        parts.picture,
-        parts.hollow,
         h("p", {}, "The same again in Python:"),
         parts.line,
+        parts.hollow,
+        parts.picture,
     );
     outdated();
     await draw();
@@ -205,7 +205,8 @@ function present(content, line) {
     state.picture = URL.createObjectURL(content);
     parts.picture.src = state.picture;
     parts.picture.hidden = false;
-    parts.hollow.hidden = !wish.animal || !wish.panels.includes("impedance");
+    const impedance = wish.animal && wish.panels.includes("impedance");
+    parts.hollow.style.visibility = impedance ? "" : "hidden"; // the picture stays where it is
     parts.picture.style.width = wish.animal ? `${wish.width}mm` : "";
     parts.line.textContent = line;
     count(parts.picture);

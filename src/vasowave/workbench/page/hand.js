@@ -1,8 +1,9 @@
 // @ts-check
 // The hand on a recording: pointer, wheel and keys over the signals and the strip.
 /** @import { RecordingState } from "./recording.js" */
-import { timeScale } from "./signals.js";
-import { centered, lastNotAfter, zoomed } from "./timeline.js";
+/** @import { Span } from "./timeline.js" */
+import { averagedEnds, GRIP, timeScale } from "./signals.js";
+import { centered, lastNotAfter, withEnd, zoomed } from "./timeline.js";
 
 /**
  * @typedef {object} Acts what the hand does
@@ -10,10 +11,12 @@ import { centered, lastNotAfter, zoomed } from "./timeline.js";
  * @property {(beat: number) => unknown} pick
  * @property {() => unknown} toggle
  * @property {(seconds: number) => Promise<unknown>} move
+ * @property {(action: string, values: object) => Promise<unknown>} change
  * @property {() => unknown} later draw the signals
  * @property {() => unknown} tools draw what stands below them
  */
 
+const SIDES = /** @type {(0 | 1)[]} */ ([0, 1]);
 const LINE = 6, DRAG = 4, LEAST = 5e-4; // pixels; seconds that a beat is moved
 
 /**
@@ -64,55 +67,120 @@ function scroll({ view: [start, end] }, { look }, share) {
 }
 
 /**
- * Drag a stretch or the line of the picked beat; a click picks a beat.
+ * @typedef {object} Drag what is being dragged
+ * @property {(now: number) => void} move
+ * @property {(now: number) => unknown} drop
+ */
+
+/**
+ * Drag the line of the picked beat, an end of the stretch that is averaged, or a stretch; a click picks a beat.
  * @param {HTMLCanvasElement} canvas
  * @param {RecordingState} state
  * @param {Acts} acts
  */
-function listenToPointer(canvas, state, { pick, move, later, tools }) {
-    /** @type {number | null} */
-    let from = null;
+function listenToPointer(canvas, state, acts) {
+    /** @type {Drag | null} */
+    let drag = null;
     const time = (/** @type {MouseEvent} */ event) => timeAt(event, canvas, state);
     const gap = (/** @type {number} */ a, /** @type {number} */ b) => {
         const { x } = timeScale(state.view, canvas.clientWidth);
         return Math.abs(x(a) - x(b));
     };
-    const start = () => state.beat >= 0 ? state.recording.beats?.starts[state.beat] : undefined;
-    const onLine = (/** @type {MouseEvent} */ event) => gap(time(event), start() ?? Infinity) < LINE;
+    const grabbed = (/** @type {MouseEvent} */ event) => {
+        const now = time(event), start = startOf(state), ends = averagedEnds(state);
+        const high = event.clientY - canvas.getBoundingClientRect().top < GRIP.height;
+        const side = high && ends ? SIDES.find((side) => gap(now, ends[side]) <= GRIP.half) : undefined;
+        if (ends && side !== undefined) return () => ofEnd(state, acts, ends, side);
+        return start !== undefined && gap(now, start) < LINE ? () => ofBeat(state, acts, start) : null;
+    };
     canvas.addEventListener("pointerdown", (event) => {
         if (!state.recording.duration || event.button !== 0) return;
-        if (onLine(event)) state.carried = start() ?? null;
-        else from = time(event);
+        drag = grabbed(event)?.() ?? ofStretch(state, acts, time(event), gap);
         canvas.setPointerCapture(event.pointerId);
     });
     canvas.addEventListener("pointermove", (event) => {
         if (!state.recording.duration) return;
-        const now = state.pointer = time(event), dragged = from !== null && (state.stretch || gap(now, from) >= DRAG);
-        canvas.style.cursor = state.carried !== null || onLine(event) ? "ew-resize" : "";
-        if (state.carried !== null) state.carried = now;
-        else if (from !== null && dragged) state.stretch = [Math.min(from, now), Math.max(from, now)];
-        later();
+        state.pointer = time(event);
+        canvas.style.cursor = state.ends || state.carried !== null || grabbed(event) ? "ew-resize" : "";
+        drag?.move(state.pointer);
+        acts.later();
     });
     canvas.addEventListener("pointerleave", () => {
         state.pointer = null;
-        later();
+        acts.later();
     });
     canvas.addEventListener("pointerup", async (event) => {
-        if (state.carried !== null) {
-            const seconds = time(event) - Number(start());
-            if (Math.abs(seconds) >= LEAST) await move(seconds);
-            state.carried = null;
-            later();
-        }
-        if (from === null) return;
-        if (gap(time(event), from) < DRAG) {
-            const { beats } = state.recording;
-            state.stretch = null;
-            pick(beats ? lastNotAfter(time(event), beats.starts) : -1);
-        } else tools();
-        from = null;
+        const dropped = drag;
+        drag = null;
+        await dropped?.drop(time(event));
+        acts.later();
     });
 }
+
+/**
+ * Where the picked beat begins.
+ * @param {RecordingState} state
+ */
+const startOf = ({ beat, recording }) => beat >= 0 ? recording.beats?.starts[beat] : undefined;
+
+/**
+ * @param {RecordingState} state
+ * @param {Acts} acts
+ * @param {number} start
+ * @returns {Drag}
+ */
+function ofBeat(state, { move }, start) {
+    state.carried = start;
+    return {
+        move: (now) => {
+            state.carried = now;
+        },
+        drop: async (now) => {
+            if (Math.abs(now - start) >= LEAST) await move(now - start);
+            state.carried = null;
+        },
+    };
+}
+
+/**
+ * @param {RecordingState} state
+ * @param {Acts} acts
+ * @param {Span} before
+ * @param {0 | 1} side
+ * @returns {Drag}
+ */
+function ofEnd(state, { change }, before, side) {
+    const duration = state.recording.duration ?? 0;
+    let ends = before;
+    return {
+        move: (now) => {
+            state.ends = ends = withEnd(before, side, now, duration);
+        },
+        drop: async () => {
+            const [start, end] = ends, all = start <= 0 && end >= duration;
+            if (ends !== before) await change("set-stretch", all ? {} : { start, end });
+            state.ends = null;
+        },
+    };
+}
+
+/**
+ * @param {RecordingState} state
+ * @param {Acts} acts
+ * @param {number} from
+ * @param {(a: number, b: number) => number} gap pixels between two times
+ * @returns {Drag}
+ */
+const ofStretch = (state, { pick, tools }, from, gap) => ({
+    move: (now) => {
+        if (state.stretch || gap(now, from) >= DRAG) state.stretch = [Math.min(from, now), Math.max(from, now)];
+    },
+    drop: (now) => {
+        const { beats } = state.recording, clicked = gap(now, from) < DRAG;
+        if (clicked) state.stretch = null;
+        return clicked ? pick(beats ? lastNotAfter(now, beats.starts) : -1) : tools();
+    },
+});
 
 /**
  * @param {HTMLCanvasElement} strip

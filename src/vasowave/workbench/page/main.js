@@ -110,6 +110,7 @@ function key(event) {
 
 async function again() {
     if (!document.hidden && !state.looking) await look();
+    if (state.answer?.arrived) await act("add-arrivals");
     setTimeout(again, state.answer?.run.runner ? RUNNING_MS : RESTING_MS);
 }
 
@@ -117,6 +118,7 @@ addEventListener("hashchange", () => {
     notify("");
     show(true).then(() => place.focus({ preventScroll: true }));
 });
+document.getElementById("close")?.addEventListener("click", () => notify(""));
 document.getElementById("undo")?.addEventListener("click", () => act("undo"));
 document.getElementById("redo")?.addEventListener("click", () => act("redo"));
 addEventListener("keydown", key);

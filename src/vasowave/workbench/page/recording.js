@@ -36,6 +36,7 @@ import { cellsIn, commentsIn, findingsIn, indicesIn, toolsIn } from "./tools.js"
  * @property {Span | null} stretch that is picked
  * @property {number} beat that is picked, -1: none
  * @property {number | null} carried where the picked beat is being moved to
+ * @property {Span | null} ends of the stretch that is averaged, while one of them is being moved
  * @property {number | null} pointer time under the pointer
  * @property {number | null} mark time from which differences are read
  * @property {string} cells that `traces` were read with
@@ -56,6 +57,7 @@ const state = {
     stretch: null,
     beat: -1,
     carried: null,
+    ends: null,
     pointer: null,
     mark: null,
     cells: "",
@@ -86,13 +88,16 @@ export async function show(place, path) {
         );
         return;
     }
-    const animal = names.includes(path[0]) ? path[0] : names[0], parts = state.parts = partsOf();
+    const animal = names.includes(path[0]) ? path[0] : names[0];
+    const recording = /** @type {RecordingAnswer} */ (await ask("recording", { animal }));
+    if (!place.isConnected) return;
+    const parts = state.parts = partsOf();
     layOut(place, parts, names, animal);
-    listenToHand(parts.canvas, parts.strip, state, { look, pick, toggle, move, later, tools });
+    listenToHand(parts.canvas, parts.strip, state, { look, pick, toggle, move, change, later, tools });
     watched(parts.canvas, draw);
     watched(parts.strip, draw);
     for (const canvas of Object.values(parts.average)) watched(canvas, average);
-    await renew(place, [animal]);
+    await present(recording, parts);
 }
 
 /** @returns {Parts} */
@@ -166,8 +171,8 @@ function layOut(place, { canvas, strip, boxes }, names, animal) {
                 h(
                     "p",
                     { class: "keys" },
-                    "Drag: a stretch, or the bold line where the picked beat begins. Click: a beat. Wheel: zoom, " +
-                        "with Shift: scroll. Keys: ",
+                    "Drag: a stretch, a grip where the averaging begins or ends, or the bold line where the picked " +
+                        "beat begins. Click: a beat. Wheel: zoom, with Shift: scroll. Keys: ",
                     KEYS.map((name) => [h("kbd", {}, name), " "]),
                     "scroll, zoom, next and previous beat, reject or restore, earlier and later by 1 ms, begin and " +
                         "end of a stretch at the middle, a mark from which differences are read.",
@@ -187,8 +192,15 @@ export async function renew(place, path) {
     const animal = path[0] || state.recording.animal;
     if (!animal || !state.parts) return show(place, path);
     const recording = /** @type {RecordingAnswer} */ (await ask("recording", { animal }));
-    if (!place.isConnected) return;
-    const { boxes } = state.parts, cells = JSON.stringify(recording.cells);
+    if (place.isConnected && state.parts) await present(recording, state.parts);
+}
+
+/**
+ * @param {RecordingAnswer} recording
+ * @param {Parts} parts
+ */
+async function present(recording, { boxes }) {
+    const cells = JSON.stringify(recording.cells);
     state.recording = recording;
     if (recording.duration && !state.view[1]) state.view = averagedWindow(recording);
     if (recording.duration && state.cells !== cells) Object.assign(state, { cells, traces: {}, overview: null });

@@ -7,6 +7,7 @@ import { MODEL, plot, sheet, stroke, style, ticks } from "./plot.js";
 import { clock, extremes, fates, lastNotAfter, spanOf } from "./timeline.js";
 
 export const LEFT = 54, RIGHT = 6, FOOT = 18; // pixels
+export const GRIP = { half: 5, height: 24 }; // pixels, of what an end of the stretch is moved by
 const LINES_A_BEAT = 3; // pixels
 
 /**
@@ -16,6 +17,7 @@ const LINES_A_BEAT = 3; // pixels
  * @property {Span | null} stretch that is picked
  * @property {number} beat that is picked, -1: none
  * @property {number | null} carried where the picked beat is being moved to
+ * @property {Span | null} ends of the stretch that is averaged, while one of them is being moved
  * @property {Record<string, Trace>} traces
  *
  * @typedef {object} Band where a signal is drawn
@@ -33,6 +35,13 @@ export const timeScale = ([start, end], width) => ({
     x: (/** @type {number} */ time) => LEFT + (time - start) / (end - start) * (width - LEFT - RIGHT),
     time: (/** @type {number} */ x) => start + (x - LEFT) / (width - LEFT - RIGHT) * (end - start),
 });
+
+/**
+ * The stretch that is averaged; none where nothing is.
+ * @param {Pick<SignalScene, "recording" | "ends">} scene
+ * @returns {Span | null}
+ */
+export const averagedEnds = ({ recording: { from = 0, to }, ends }) => ends ?? (to === undefined ? null : [from, to]);
 
 /**
  * The name of a signal with its unit.
@@ -55,11 +64,12 @@ export function drawSignals(canvas, scene) {
     pen.beginPath();
     pen.rect(LEFT, 0, width - LEFT - RIGHT, bottom);
     pen.clip();
-    if (recording.to !== undefined) { // what is not averaged is shaded
+    const ends = averagedEnds(scene);
+    if (ends) { // what is not averaged is shaded
         pen.fillStyle = style("--shade");
         pen.globalAlpha = 0.35;
-        pen.fillRect(LEFT, 0, x(Number(recording.from)) - LEFT, bottom);
-        pen.fillRect(x(recording.to), 0, width - x(recording.to), bottom);
+        pen.fillRect(LEFT, 0, x(ends[0]) - LEFT, bottom);
+        pen.fillRect(x(ends[1]), 0, width - x(ends[1]), bottom);
         pen.globalAlpha = 1;
     }
     if (recording.beats) drawBeats(pen, scene, recording.beats, { width, bottom });
@@ -74,6 +84,9 @@ export function drawSignals(canvas, scene) {
         const trace = scene.traces[signal], band = { top: row * each + 4, bottom: (row + 1) * each - 4, width };
         if (trace) drawSignal(pen, trace, view, labelOf(recording, signal), band);
     });
+    for (const time of ends ?? []) {
+        if (time >= view[0] && time <= view[1]) drawGrip(pen, x(time), bottom);
+    }
     pen.fillStyle = style("--quiet");
     pen.textAlign = "center";
     pen.textBaseline = "bottom";
@@ -81,6 +94,23 @@ export function drawSignals(canvas, scene) {
         pen.fillText(clock(time, view[1] - view[0]), x(time), height - 2);
     }
     count(canvas);
+}
+
+/**
+ * What an end of the stretch that is averaged is moved by.
+ * @param {CanvasRenderingContext2D} pen
+ * @param {number} x pixels
+ * @param {number} bottom pixels
+ */
+function drawGrip(pen, x, bottom) {
+    pen.strokeStyle = style("--link");
+    pen.lineWidth = 1.5;
+    stroke(pen, [x, 0], [x, bottom]);
+    pen.fillStyle = style("--link");
+    pen.fillRect(x - GRIP.half, 0, 2 * GRIP.half, GRIP.height);
+    pen.strokeStyle = style("--paper");
+    for (const side of [-1.5, 1.5]) stroke(pen, [x + side, 6], [x + side, GRIP.height - 6]);
+    pen.lineWidth = 1;
 }
 
 /**

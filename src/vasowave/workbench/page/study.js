@@ -16,6 +16,8 @@ import { generalFindings, problemsOf, tableOf } from "./animals.js";
  * @property {boolean} more whether all columns are shown
  */
 
+const NAMED = 4; // files that are named in a line
+
 /** @type {StudyState} */
 const state = { study: null, checked: null, fresh: false, turn: 0, workbench: null, more: false };
 
@@ -106,6 +108,7 @@ function draw(place) {
         h("h1", {}, study.title),
         h("p", { class: "note" }, study.folder),
         dropZone(),
+        waiting(study),
         groups(study),
         programs(study),
         tableOf(study, { ...state, problems, statusOf: (name) => status(study, name), redraw }),
@@ -143,6 +146,22 @@ function begin({ folder, species }) {
             button("Make an empty study", make),
         ),
     ];
+}
+
+/**
+ * What becomes of files that are saved into the study's folder, and those there that are in no row.
+ * @param {StudyAnswer} study
+ */
+function waiting({ watched, unlisted }) {
+    const names = unlisted.slice(0, NAMED).map((file) => file.replace(`${watched}/`, ""));
+    const more = unlisted.length > NAMED ? ` and ${unlisted.length - NAMED} more` : "";
+    return rowOf(
+        h("p", { class: "note" }, `What is saved in ${watched} while this page is open becomes a row.`),
+        unlisted.length > 0 && h("span", { class: "note" }, `In no row: ${names.join(", ")}${more}`),
+        unlisted.length > 0 && button("Add them", () => act("add-files", { files: unlisted }), {
+            data: { key: "unlisted" },
+        }),
+    );
 }
 
 /**

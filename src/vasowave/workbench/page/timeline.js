@@ -26,6 +26,22 @@ export function averagedWindow({ duration = 0, from = 0, to = duration }) {
 }
 
 /**
+ * The stretch that is averaged with one of its ends moved to a time: to the millisecond, within the recording, and not
+ * too short.
+ * @param {Span} stretch
+ * @param {0 | 1} side
+ * @param {number} time
+ * @param {number} duration
+ * @returns {Span}
+ */
+export function withEnd([start, end], side, time, duration) {
+    const round = (/** @type {number} */ value) => Math.round(value / MS) * MS;
+    return side
+        ? [start, Math.min(duration, Math.max(start + SHORTEST, round(time)))]
+        : [Math.max(0, Math.min(end - SHORTEST, round(time))), end];
+}
+
+/**
  * A window within the recording that is not too short.
  * @param {number} from
  * @param {number} to
