@@ -1,6 +1,14 @@
 // @ts-check
 import { deepEqual, equal } from "node:assert/strict";
-import { extent, frame, greyPixels, VIEWS, volume, voxelOf } from "../../../src/vasowave/workbench/page/slices.js";
+import {
+    extent,
+    frame,
+    greyPixels,
+    VIEWS,
+    volume,
+    voxelOf,
+    zoomedAt,
+} from "../../../src/vasowave/workbench/page/slices.js";
 
 const ABOUT = {
     shape: [2, 2, 3],
@@ -50,6 +58,21 @@ Deno.test("a slice keeps its shape, stands in the middle, and is not left by the
     deepEqual(box, [75, 0, 150, 200]);
     deepEqual(px([9.75, 19.5, 30]), [75, 0]);
     deepEqual(placeAt(0, 999, [0, 0, 30]), [9.75, 21.5, 30]);
+});
+
+Deno.test("a zoom keeps the place under the pointer, leaves no room empty, and ends at the whole slice", () => {
+    const canvas = { clientWidth: 300, clientHeight: 200 }, place = [10.2, 20.3, 30.9];
+    for (const view of VIEWS) {
+        const zoom = { factor: 4, center: [10.4, 20.4, 30.6] }, before = frame(canvas, image(), view, zoom);
+        const after = frame(canvas, image(), view, zoomedAt(zoom, 2, place));
+        equal(after.scale, 2 * before.scale);
+        const [old, now] = [before.px(place), after.px(place)];
+        deepEqual(now.map((value) => Math.round(1e6 * value)), old.map((value) => Math.round(1e6 * value)));
+        const [x0, y0, width, height] = frame(canvas, image(), view, { factor: 8, center: [-99, 99, 0] }).box;
+        equal(x0 <= 0 && y0 <= 0 && x0 + width >= 300 - 1e-9 && y0 + height >= 200 - 1e-9, true);
+    }
+    equal(zoomedAt({ factor: 4, center: place }, 0, place).factor, 1);
+    deepEqual(frame(canvas, image(), VIEWS[0], { factor: 1, center: [0, 0, 0] }).box, [75, 0, 150, 200]);
 });
 
 Deno.test("z runs up in the views along y and x", () => {

@@ -136,7 +136,11 @@ export function slidersIn(place, state, image, { moved, changed }) {
             h("kbd", {}, "Page up"),
             " ",
             h("kbd", {}, "Page down"),
-            " go through the slices, arrows move the place.",
+            " go through the slices, Ctrl with the wheel or ",
+            h("kbd", {}, "+"),
+            " ",
+            h("kbd", {}, "−"),
+            " zoom, Shift drags, arrows move the place.",
         ),
     );
 }

@@ -1,7 +1,7 @@
 // @ts-check
 // The Lung desk: an image in three slices, the vessels found in it over them and in space, their doubts, and edits.
 /** @import { LungAnswer, VesselsAnswer, Wishes } from "./answers.d.ts" */
-/** @import { Image } from "./slices.js" */
+/** @import { Image, Zoom } from "./slices.js" */
 import { act, ask, bytes, messageOf, post } from "./ask.js";
 import { choice, fill, formatted, h, rowOf, visit } from "./dom.js";
 import { slidersIn, wishesIn } from "./extraction.js";
@@ -23,6 +23,7 @@ import { doubtsIn, editsIn, pickedIn, summary, tableIn } from "./tree.js";
  * @property {VesselsAnswer | null} extraction
  * @property {Parts | null} parts
  * @property {number[]} place that is looked at, cm
+ * @property {Zoom} zoom of the slices
  * @property {string} chosen vessel
  * @property {number[] | null} moving end that is being moved
  * @property {Wishes} wishes
@@ -40,6 +41,7 @@ const state = {
     extraction: null,
     parts: null,
     place: [0, 0, 0],
+    zoom: { factor: 1, center: [0, 0, 0] },
     chosen: "",
     moving: null,
     wishes: { threshold: null, cannula: null, pressure: null, voxel: null, species: "", open_loops: false },
@@ -88,7 +90,10 @@ function partsOf() {
         h("canvas", { class: name, tabindex: 0, role: "img", "aria-label": text });
     return {
         slices: VIEWS.map(({ name }) =>
-            canvas("slice", `slice ${name}; click picks a place, arrow keys move it, wheel or page keys go through`)
+            canvas(
+                "slice",
+                `slice ${name}; click picks a place, arrow keys move it, wheel or page keys go through, Ctrl with wheel, or + and −, zoom`,
+            )
         ),
         space: canvas("space", "the tree; drag or arrow keys turn it, a click picks a vessel"),
         boxes: {
@@ -146,6 +151,7 @@ function begin({ slices, space, boxes }, image) {
     const { lung } = state;
     state.image = image;
     state.place = [0, 1, 2].map((k) => (extent(image, k)[0] + extent(image, k)[1]) / 2);
+    state.zoom = { factor: 1, center: state.place };
     state.window = { dark: image.low, bright: image.high };
     if (!lung.written) { // as `vasowave look` proposes
         state.wishes.threshold = image.threshold;
@@ -156,7 +162,7 @@ function begin({ slices, space, boxes }, image) {
         image.shape.join(" × ")
     }`;
     slices.forEach((canvas, k) => {
-        listenToSlice(canvas, image, VIEWS[k], state, { go, move });
+        listenToSlice(canvas, image, VIEWS[k], state, { go, move, look });
         watched(canvas, draw);
     });
     state.space = lungTree(space, image, state, go);
@@ -274,6 +280,12 @@ function move(place) {
     draw();
 }
 
+/** @param {Zoom} zoom */
+function look(zoom) {
+    state.zoom = zoom;
+    draw();
+}
+
 /**
  * @param {string} action
  * @param {object} [more]
@@ -305,7 +317,7 @@ function draw() {
     if (state.drawing || !state.image) return;
     state.drawing = true;
     requestAnimationFrame(() => {
-        const { image, parts, extraction, moving, place, chosen, wishes: { threshold } } = state;
+        const { image, parts, extraction, moving, place, zoom, chosen, wishes: { threshold } } = state;
         state.drawing = false;
         if (!image || !parts?.space.isConnected) return;
         /** @type {[number[], string][]} */
@@ -313,7 +325,8 @@ function draw() {
             ...(extraction ? [mark(extraction.root, PICKED)] : []),
             ...(moving ? [mark(moving, "#ffffff")] : []),
         ];
-        const scene = { place, ...state.window, threshold, vessels: extraction?.vessels || [], chosen, marks };
+        const vessels = extraction?.vessels || [];
+        const scene = { place, zoom, ...state.window, threshold, vessels, chosen, marks };
         parts.slices.forEach((canvas, k) => canvas.clientWidth > 40 && drawSlice(canvas, image, VIEWS[k], scene));
         state.space?.redraw();
     });

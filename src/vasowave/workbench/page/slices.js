@@ -24,7 +24,12 @@ import { sheet, stroke, style } from "./plot.js";
  * @property {number[]} voxel cm
  * @property {number[]} stride
  *
+ * @typedef {object} Zoom
+ * @property {number} factor 1: the whole slice
+ * @property {number[]} center cm
+ *
  * @typedef {object} Scene
+ * @property {Zoom} zoom
  * @property {number[]} place cm
  * @property {number} dark grey level that is black
  * @property {number} bright
@@ -41,6 +46,9 @@ export const VIEWS = [
     { name: "along x", right: 1, down: 2, up: -1, through: 0 },
 ];
 const LUMEN = [0, 167, 196], TINT = 0.35;
+const LARGEST = 32; // factor of a zoom
+/** @type {Zoom} */
+const WHOLE = { factor: 1, center: [0, 0, 0] };
 
 /**
  * Read what the server sends: a line about the image, then its grey levels, x fastest.
@@ -91,12 +99,14 @@ export const extent = (image, k) => [
  * @param {{ clientWidth: number, clientHeight: number }} canvas
  * @param {Pick<Image, "shape" | "origin" | "spacing">} image
  * @param {View} view
+ * @param {Zoom} [zoom]
  */
-export function frame(canvas, image, view) {
+export function frame(canvas, image, view, { factor, center } = WHOLE) {
     const [left, right] = extent(image, view.right), [top, bottom] = extent(image, view.down);
-    const scale = Math.min(canvas.clientWidth / (right - left), canvas.clientHeight / (bottom - top));
-    const x0 = (canvas.clientWidth - scale * (right - left)) / 2;
-    const y0 = (canvas.clientHeight - scale * (bottom - top)) / 2;
+    const scale = factor * Math.min(canvas.clientWidth / (right - left), canvas.clientHeight / (bottom - top));
+    const x0 = edge(canvas.clientWidth, scale * (right - left), scale * (center[view.right] - left));
+    const fall = view.up > 0 ? center[view.down] - top : bottom - center[view.down];
+    const y0 = edge(canvas.clientHeight, scale * (bottom - top), scale * fall);
     /**
      * @param {number[]} place
      * @returns {Pixels}
@@ -118,7 +128,29 @@ export function frame(canvas, image, view) {
     };
     /** @type {[number, number, number, number]} */
     const box = [x0, y0, scale * (right - left), scale * (bottom - top)];
-    return { px, placeAt, box };
+    return { px, placeAt, box, scale };
+}
+
+/**
+ * Where a slice begins, pixels: in the middle of what is wider, else so that a place stands there, and none is empty.
+ * @param {number} room
+ * @param {number} size of the slice
+ * @param {number} middle of the slice that is to stand in the middle of the room
+ */
+const edge = (room, size, middle) =>
+    size <= room ? (room - size) / 2 : Math.min(0, Math.max(room - size, room / 2 - middle));
+
+/**
+ * A zoom times a factor in which a place stays where it is; the whole slices where it would be smaller.
+ * @param {Zoom} zoom
+ * @param {number} factor
+ * @param {number[]} place
+ * @returns {Zoom}
+ */
+export function zoomedAt(zoom, factor, place) {
+    const total = Math.min(LARGEST, Math.max(1, zoom.factor * factor));
+    const share = zoom.factor / total;
+    return { factor: total, center: place.map((value, k) => value + (zoom.center[k] - value) * share) };
 }
 
 /**
@@ -129,7 +161,7 @@ export function frame(canvas, image, view) {
  * @param {Scene} scene
  */
 export function drawSlice(canvas, image, view, scene) {
-    const { pen, width, height } = sheet(canvas), { px, box } = frame(canvas, image, view);
+    const { pen, width, height } = sheet(canvas), { px, box } = frame(canvas, image, view, scene.zoom);
     const pixels = greyPixels(image, view, scene), buffer = new OffscreenCanvas(pixels.width, pixels.height);
     /** @type {OffscreenCanvasRenderingContext2D} */ (buffer.getContext("2d")).putImageData(
         new ImageData(pixels.data, pixels.width, pixels.height),
@@ -215,16 +247,24 @@ function drawVessels(pen, image, { through }, { vessels, chosen, place }, px) {
 }
 
 /**
- * Pick places of a slice with pointer, wheel and keys; `go` leads to one, `move` while the pointer is down.
+ * Pick places of a slice with pointer, wheel and keys; `go` leads to one, `move` while the pointer is down. With Ctrl the
+ * wheel zooms; Shift or the middle button drag the slice.
  * @param {HTMLCanvasElement} canvas
  * @param {Image} image
  * @param {View} view
- * @param {{ place: number[] }} state
- * @param {{ go: (place: number[]) => unknown, move: (place: number[]) => unknown }} acts
+ * @param {{ place: number[], zoom: Zoom }} state
+ * @param {{ go: (place: number[]) => unknown, move: (place: number[]) => unknown, look: (zoom: Zoom) => unknown }} acts
  */
-export function listenToSlice(canvas, image, view, state, { go, move }) {
+export function listenToSlice(canvas, image, view, state, { go, move, look }) {
     const placeAt = (/** @type {MouseEvent} */ event) =>
-        frame(canvas, image, view).placeAt(event.offsetX, event.offsetY, state.place);
+        frame(canvas, image, view, state.zoom).placeAt(event.offsetX, event.offsetY, state.place);
+    const drags = (/** @type {PointerEvent} */ event) => event.shiftKey || Boolean(event.buttons & 4);
+    /** The zoom with the place in the middle of the canvas, some pixels beside it. */
+    const beside = (x = 0, y = 0) => {
+        const { factor, center } = state.zoom, { placeAt } = frame(canvas, image, view, state.zoom);
+        return { factor, center: placeAt(canvas.clientWidth / 2 + x, canvas.clientHeight / 2 + y, center) };
+    };
+    const zoom = (/** @type {number} */ factor, place = state.place) => look(zoomedAt(beside(), factor, place));
     const step = (/** @type {number} */ k, /** @type {number} */ count) => {
         const [low, high] = extent(image, k);
         const value = Math.min(high, Math.max(low, state.place[k] + count * image.spacing[k]));
@@ -232,16 +272,25 @@ export function listenToSlice(canvas, image, view, state, { go, move }) {
     };
     canvas.addEventListener("pointerdown", (event) => {
         canvas.setPointerCapture(event.pointerId);
-        go(placeAt(event));
+        event.preventDefault(); // the middle button would scroll
+        if (!drags(event)) go(placeAt(event));
     });
     canvas.addEventListener("pointermove", (event) => {
-        if (event.buttons) move(placeAt(event));
+        if (event.buttons) drags(event) ? look(beside(-event.movementX, -event.movementY)) : move(placeAt(event));
     });
     canvas.addEventListener("pointerup", () => go(state.place));
     canvas.addEventListener("wheel", (event) => {
         event.preventDefault();
-        step(view.through, Math.sign(event.deltaY));
+        if (event.ctrlKey) zoom(2 ** (-event.deltaY / 300), placeAt(event));
+        else step(view.through, Math.sign(event.deltaY));
     }, { passive: false });
+    /** @type {Record<string, () => unknown>} */
+    const zooms = {
+        "+": () => zoom(2),
+        "=": () => zoom(2),
+        "-": () => zoom(0.5),
+        0: () => zoom(0),
+    };
     /** @type {Record<string, [number, number]>} */
     const keys = {
         ArrowLeft: [view.right, -1],
@@ -252,8 +301,10 @@ export function listenToSlice(canvas, image, view, state, { go, move }) {
         PageDown: [view.through, -1],
     };
     canvas.addEventListener("keydown", (event) => {
-        if (!keys[event.key]) return;
+        const plain = !event.ctrlKey && !event.metaKey && !event.altKey;
+        if (!plain || !keys[event.key] && !zooms[event.key]) return;
         event.preventDefault();
-        step(...keys[event.key]);
+        if (zooms[event.key]) zooms[event.key]();
+        else step(...keys[event.key]);
     });
 }
