@@ -148,8 +148,15 @@ def test_a_comparison_is_the_one_that_the_report_shows(results, study, undrawn):
     assert comparison.table.drop(columns="estimates").equals(alone.drop(columns="estimates"))
 
 
-def test_groups_are_saved_as_waves_impedance_and_numbers(comparison, tmp_path):
-    for figure, words in (("waves", ("pressure", "flow", "time from the foot")), ("impedance", ("modulus", "[Hz]"))):
+SAVED = {
+    "waves": ("pressure", "flow", "time from the foot"), "impedance": ("modulus", "[Hz]"),
+    "loops": ("pressure [mmHg]", "flow [ml/s]"), "points": ("mPAP [mmHg]", "data: p", "n = "),
+}  # fmt: skip
+"""Words of the figures of groups."""
+
+
+def test_groups_are_saved_as_waves_loops_impedance_points_and_numbers(comparison, tmp_path):
+    for figure, words in SAVED.items():
         text = comparison.save(tmp_path / f"{figure}.svg", figure).read_text("utf-8")
         assert all(word in text for word in (*words, "CTL", "HPH"))
     table = pd.read_csv(comparison.save(tmp_path / "numbers.csv"))

@@ -9,6 +9,7 @@ import xarray as xr
 matplotlib.use("Agg")
 from matplotlib.figure import Figure
 
+from made_cohort import made_results
 from vasowave.pulse import analysis
 from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import published_table
@@ -20,6 +21,7 @@ from vasowave.study.figures import (
     HPH,
     group_looks,
     new_figure,
+    plot_flow_loops,
     plot_groups,
     plot_modulus,
     plot_network,
@@ -50,6 +52,16 @@ def ax():
 @pytest.fixture(scope="module")
 def station():
     return Station(Recording(P, Q, T), 0.007, 200.0, "mean pressure")
+
+
+def test_the_mean_loop_of_a_group_has_its_mean_pressure_and_flow_and_closes(ax):
+    results = made_results({"CTL": 3})
+    plot_flow_loops(ax, results, group_looks(["CTL"])["CTL"])
+    assert len(ax.lines) == 4
+    loop = ax.lines[-1].get_xydata()
+    np.testing.assert_array_equal(loop[0], loop[-1])
+    expected = [np.mean([float(one.recording[name].mean()) for one in results]) for name in ("flow", "pressure")]
+    np.testing.assert_allclose(loop[:-1].mean(axis=0), expected, rtol=2e-3)
 
 
 def test_wave_intensity_is_drawn_as_computed_and_its_largest_waves_are_named(ax, station):

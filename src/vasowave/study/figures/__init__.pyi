@@ -23,6 +23,7 @@ from vasowave.study.figures.forest import ForestRow as ForestRow
 from vasowave.study.figures.forest import Point as Point
 from vasowave.study.figures.forest import forest_figure as forest_figure
 from vasowave.study.figures.groups import plot_cells as plot_cells
+from vasowave.study.figures.groups import plot_flow_loops as plot_flow_loops
 from vasowave.study.figures.groups import plot_groups as plot_groups
 from vasowave.study.figures.groups import plot_mean_waveform as plot_mean_waveform
 from vasowave.study.figures.groups import plot_ratios as plot_ratios

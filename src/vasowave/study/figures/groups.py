@@ -174,6 +174,21 @@ def plot_mean_waveform(ax: "Axes", results: "Sequence[AnimalResult]", quantity: 
     mark(line, f"mean of {results[0].group}")
 
 
+def plot_flow_loops(ax: "Axes", results: "Sequence[AnimalResult]", group_look: GroupLook) -> "Axes":
+    """Draw measured pressure over flow of every animal of a group, and of their mean cycles; a dot is the foot."""
+    share = np.linspace(0, 1, _SHARES + 1)
+    cycles = np.array([[np.interp(share, *from_foot(result, quantity), period=1.0) for quantity in ("flow", "pressure")]
+                       for result in results])  # fmt: skip
+    for result, (flow, pressure) in zip(results, cycles, strict=True):
+        (line,) = ax.plot(flow, pressure, color=group_look.color, lw=0.6)
+        mark(line, result.name, result.name)
+    flow, pressure = cycles.mean(axis=0)
+    (line,) = ax.plot(flow, pressure, color=darker(group_look.color, 0.2), marker=group_look.marker, markevery=[0],
+                      ms=5, lw=1.8, zorder=5)  # fmt: skip
+    mark(line, f"mean of {results[0].group}")
+    return label_axes(ax, LABELS["flow"], LABELS["pressure"])
+
+
 def plot_mean_impedance(ax: "Axes", results: "Sequence[AnimalResult]", quantity: str, group_look: GroupLook) -> "Axes":
     """Draw mean and SD (band) of a group's modulus (geometric) or phase at harmonics whose flow all animals tell."""
     spectra = [result.measured.impedance for result in results]

@@ -10,7 +10,7 @@ from vasowave.pulse.network.network import Network
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort, common_level
 from vasowave.study.figures.fit import plot_flow, plot_pressure
-from vasowave.study.figures.groups import plot_mean_impedance, plot_mean_waveform, plot_waveforms
+from vasowave.study.figures.groups import plot_flow_loops, plot_mean_impedance, plot_mean_waveform, plot_waveforms
 from vasowave.study.figures.matplotlib_style import (
     NARROW,
     SCALE,
@@ -60,6 +60,25 @@ def waveforms_figure(cohort: Cohort) -> "Figure":
         ax.set_xlabel("")
     for ax in axes[:, 1:].flat:
         ax.set_ylabel("")
+    return figure
+
+
+def flow_loops_figure(cohort: Cohort) -> "Figure":
+    """Measured pressure over flow of every animal with the loop of each group's mean cycle.
+
+    Occasions, or levels of a second factor, have a panel each.
+    """
+    levels = list(dict.fromkeys(cell.level for cell in cohort.cells.values()))
+    figure = new_figure(NARROW if len(levels) < 3 else WIDEST, 7.5)
+    axes = dict(zip(levels, figure.subplots(1, len(levels), sharex=True, sharey=True, squeeze=False)[0], strict=True))
+    looks = group_looks(cohort.groups)
+    for group, level, results in cohort.cells.values():
+        plot_flow_loops(axes[level], results, looks[group])
+    for place, (level, ax) in enumerate(axes.items()):
+        ax.set_title(short(level, 60 // len(levels)))
+        if place:
+            ax.set_ylabel("")
+    figure.legend(handles=_legend(cohort), loc="outside upper center", ncols=2)
     return figure
 
 

@@ -10,18 +10,21 @@ import pandas as pd
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.io.files import check_file, write_file
 from vasowave.base.notebook import card
+from vasowave.pulse.quantities import short_symbol
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.primary import Primary
+from vasowave.study.cohort.table import column
+from vasowave.study.figures.compared import means_figure
 from vasowave.study.figures.forest import WIDE, Form, forest_figure
 from vasowave.study.figures.matplotlib_style import group_looks, new_figure, short, shown_figure, source_looks, style
-from vasowave.study.figures.overview import impedances_figure, waveforms_figure
+from vasowave.study.figures.overview import flow_loops_figure, impedances_figure, waveforms_figure
 from vasowave.study.figures.rendering import as_file
 from vasowave.study.report.answer.design import design_answer
 from vasowave.study.report.answer.forest import group_rows
 from vasowave.study.report.answer.groups import doubts_text, group_answer, not_told
 from vasowave.study.report.answer.marks import Marks
 from vasowave.study.report.terms import caller, defined
-from vasowave.study.report.wording import some_of
+from vasowave.study.report.wording import column_label, probability, some_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,7 +32,9 @@ if TYPE_CHECKING:
 
 GROUP_FIGURES = {
     "ratios": "ratios with intervals",
+    "points": "every animal and means",
     "waves": "pressure and flow of all animals",
+    "loops": "pressure over flow of all animals",
     "impedance": "impedance",
 }
 """Figures of groups, with what they show."""
@@ -83,8 +88,9 @@ class Comparison:
         path : path
             It ends in .svg, .pdf or .png; in .csv it is `table`.
         figure : str
-            Of `GROUP_FIGURES`: ``ratios`` (the figure of `forest`, 174 mm wide), ``waves`` (measured pressure and flow
-            of every animal, mean and SD of each group) or ``impedance`` (modulus and phase over Hz, mean and SD).
+            Of `GROUP_FIGURES`: ``ratios`` (the figure of `forest`, 174 mm wide), ``points`` (every animal and the means
+            of groups with 95 % intervals), ``waves`` (measured pressure and flow of every animal, mean and SD of each
+            group), ``loops`` (pressure over flow) or ``impedance`` (modulus and phase over Hz, mean and SD).
 
         Raises
         ------
@@ -101,10 +107,28 @@ class Comparison:
         if kind == "csv":
             self._check_compared()
             return self.table.to_csv(index=False).encode()
-        drawings = {"waves": waveforms_figure, "impedance": impedances_figure}
+        drawings = {"waves": waveforms_figure, "loops": flow_loops_figure, "impedance": impedances_figure,
+                    "points": lambda cohort: self._points()}  # fmt: skip
         with style():
             drawn = drawings[figure](self.cohort) if figure in drawings else self._figure(new_figure)
             return as_file(drawn, kind)
+
+    def _points(self) -> "Figure":
+        """Draw every animal by the quantities that are compared, with p above the group."""
+        self._check_compared()
+        labels: dict[str, str] = {}
+        above: dict[str, dict[str, str]] = {}
+        sources = list(dict.fromkeys(effect.source for effect in self.primary.effects))
+        looks = source_looks([*self.cohort.sources, "data"])
+        for effect in self.primary.effects:
+            label = column(self.cohort.table[self.cohort.table["source"] == effect.source], effect.quantity)
+            labels[label] = column_label(label).replace(effect.quantity, short_symbol(effect.quantity), 1)
+            if self.cohort.design.plain:
+                p = "no p" if effect.untested else probability(effect.p)
+                texts = above.setdefault(label, {})
+                first = f"{texts[effect.contrast.group]}\n" if effect.contrast.group in texts else ""
+                texts[effect.contrast.group] = f"{first}{looks[effect.source].short}: {p}"
+        return means_figure(self.cohort, labels, sources, above)
 
     def _check_compared(self) -> None:
         """Raise `InputError` where no quantity could be compared."""
