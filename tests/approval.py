@@ -32,6 +32,7 @@ APPROVED = Path(__file__).parent / "approved"
 RELATIVE = 2e-4  # difference of numbers that count as the same
 PAPER = 0.02  # of values read back from a drawing, as well
 NUMBER = re.compile(r"(?<![\w#.])[-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w#])")
+ENDS = re.compile(r"(?<= of )(\d+), ([-+\d.e]+) ([-+\d.e]+)(?= )")  # of an array: how many values, lowest, highest
 DIGEST = re.compile(r"[0-9a-f]{16,}")
 BLOCKS = {"h1", "h2", "h3", "h4", "p", "li", "tr", "dt", "dd", "summary", "label", "button", "pre", "title"}
 UNSEEN = {"svg", "style", "script"}
@@ -53,10 +54,16 @@ def approve(name: str, description: Iterable[str], absolute: float = 0.0, relati
 
 
 def alike(one: str, other: str, absolute: float, relative: float) -> bool:
-    """Return whether two lines have the same words and nearly the same numbers."""
+    """Return whether two lines have the same words and nearly the same numbers; ends of an array by the larger one."""
     if one == other:
         return True
     lines = [line.replace("−", "-").replace("..", " .. ") for line in (one, other)]  # a range's ends are numbers, too
+    arrays = [ENDS.search(line) for line in lines]
+    if arrays[0] and arrays[1]:
+        ends = np.array([array.groups()[1:] for array in arrays if array], dtype=float)
+        if np.ptp(ends, axis=0).max() > max(absolute, relative * np.abs(ends).max()):
+            return False
+        lines = [ENDS.sub(r"\1, # #", line) for line in lines]
     numbers, others = map(NUMBER.findall, lines)
     return (
         NUMBER.sub("#", lines[0]) == NUMBER.sub("#", lines[1])

@@ -31,6 +31,10 @@ def test_words_must_agree_and_numbers_nearly(tmp_path, monkeypatch):
     approval.approve("it", ["line #00a7c4 at 12.51", "mean 1e-5 of 2048"], absolute=0.02)
     assert approval.alike("x 392.04..496.48", "x 392.04..496.49", 0.0, 1e-4)
     assert not approval.alike("x 392.04..496.48", "x 392.04..497.48", 0.0, 1e-4)
+    array = "radial: 78 of 78, -0.37347 88.422 12.505 28.711"
+    assert approval.alike(array, "radial: 78 of 78, -0.37783 88.427 12.504 28.71", 0.0, 1e-2)
+    for other in ("-1.4 88.422 12.505 28.711", "-0.37347 89.5 12.505 28.711", "-0.37347 88.422 12.9 28.711"):
+        assert not approval.alike(array, f"radial: 78 of 78, {other}", 0.0, 1e-2)
     for changed in (
         ["line #00a7c4 at 12.6", "mean 1e-5 of 2048"],
         ["line #00a7c5 at 12.5", "mean 1e-5 of 2048"],
