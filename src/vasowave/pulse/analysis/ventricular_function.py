@@ -16,7 +16,7 @@ from vasowave.base.errors import InputError, VasowaveError
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.pulse.analysis.family_lines import IntervalEstimate, family_lines
 from vasowave.pulse.analysis.loop_doubts import doubts_of_loops
-from vasowave.pulse.analysis.loops import PressureVolumeLoop, cut_loops
+from vasowave.pulse.analysis.loops import PressureVolumeLoop, cut_loops, mean_loop
 from vasowave.pulse.analysis.selected_beats import beats_within, falling_beats, usable_beats
 from vasowave.pulse.analysis.ventricle_coupling import UNLIKE, coupling
 from vasowave.pulse.cycle.cycle import Recording
@@ -43,11 +43,11 @@ _ELASTANCE = "mmHg/ml"
 VENTRICULAR: dict[str, Quantity] = {
     "HR": Quantity("beats/min", "HR", "heart rate", "Table 1"),
     "EDV": Quantity("ml", "EDV", "volume at the end of diastole"),
-    "ESV": Quantity("ml", "ESV", "volume at the end of systole, where the elastance is largest"),
+    "ESV": Quantity("ml", "ESV", "volume at the end of systole, the upper left corner of the loop"),
     "SV": Quantity("ml", "SV", "stroke volume", comparatives=("larger", "smaller", "")),
     "EF": Quantity("1", "EF", "ejection fraction, stroke volume over largest volume", "", "ejection fraction"),
     "EDP": Quantity("mmHg", "EDP", "pressure at the end of diastole"),
-    "ESP": Quantity("mmHg", "ESP", "pressure at the end of systole"),
+    "ESP": Quantity("mmHg", "ESP", "pressure at the end of systole, the upper left corner of the loop"),
     "stroke_work": Quantity("mJ", "SW", "stroke work of the ventricle", comparatives=("larger", "smaller", "")),
     "dp_dt_max": Quantity("mmHg/s", "dp/dt max", "steepest rise of the pressure", "", "steepest rise"),
     "dp_dt_min": Quantity("mmHg/s", "dp/dt min", "steepest fall of the pressure", "", "steepest fall"),
@@ -137,9 +137,8 @@ class VentricularFunction:
         """A row each beat: the numbers of a single loop, and whether it is ``steady``, of the ``family`` or neither."""
         import pandas as pd
 
-        zero = self.estimates["V_0"].value if "V_0" in self.estimates else None
         state = dict.fromkeys(self.steady, "steady") | dict.fromkeys(self.family, "family")
-        rows = [{"state": state.get(number, "left out")} | loop.values(zero) for number, loop in enumerate(self.loops)]
+        rows = [{"state": state.get(number, "left out")} | loop.values() for number, loop in enumerate(self.loops)]
         return pd.DataFrame(rows, index=pd.Index([loop.start for loop in self.loops], name="start [s]"))
 
     @Accessor
@@ -170,9 +169,7 @@ def pressure_volume(
     Raises
     ------
     InputError
-        Too few samples a beat, a stretch without beats.
-    NumericalError
-        A pressure that does not beat.
+        A pressure that does not beat, too few samples a beat, a stretch without beats.
 
     Notes
     -----
@@ -213,8 +210,7 @@ def pressure_volume(
         fall = fall if family is not None else [*[n for n in before if n < fall[0]][-RULES.steady_beats :], *fall]
         estimates, remarks = family_lines(cut, fall, source)
         findings += remarks
-    zero = estimates["V_0"].value if fall else None
-    estimates |= _means([cut.loops[number].values(zero) for number in chosen])
+    estimates |= _means([cut.loops[number].values() for number in chosen])
     if fall:
         estimates["coupling"] = _ratio(estimates["E_es"], estimates["E_a"])
     by_one, remarks = _by_one_beat([cut.loops[number] for number in chosen], source)
@@ -260,14 +256,10 @@ def _ratio(above: IntervalEstimate, below: IntervalEstimate) -> IntervalEstimate
 
 def _by_one_beat(loops: Sequence[PressureVolumeLoop], source: str) -> tuple[dict[str, IntervalEstimate], list[Finding]]:
     """Return the elastance by the shape of the mean steady beat, as `coupling` finds it from pressure and outflow."""
-    shares = np.linspace(0.0, 1.0, RULES.cycle_samples + 1)
-    pressure, volume = (
-        np.mean([np.interp(shares, np.linspace(0, 1, len(values)), values) for values in waves], axis=0)
-        for waves in ([loop.pressure for loop in loops], [loop.volume for loop in loops])
-    )
+    pressure, volume = mean_loop(loops, RULES.cycle_samples)
     period = float(np.mean([loop.period for loop in loops]))
     outflow = -np.gradient(volume) * RULES.cycle_samples / period
-    ejecting = np.arange(len(shares)) <= int(np.argmin(volume))
+    ejecting = np.arange(len(volume)) <= int(np.argmin(volume))
     flow = np.where(ejecting, np.maximum(outflow, 0.0), 0.0)[:-1]
     try:
         cycle = Recording(pressure[:-1], flow, period, source)
