@@ -133,9 +133,9 @@ def test_a_volume_that_comes_late_is_made_earlier_by_its_delay(tmp_path):
     delay = 0.0124  # no whole number of samples
     late = 0.030 + 0.01 * np.cos(TURN - 2 * np.pi * 8 * delay)
     file = table(tmp_path / "late.csv", **{"LVP [mmHg]": PRESSURE, "LVV [ml]": late})
-    found = read_loops(file, volume_delay=delay)
-    assert found.volume[5:-5] == pytest.approx(VOLUME[5 : len(found.volume) - 5], abs=1e-5)
-    assert found.pressure == pytest.approx(PRESSURE[: len(found.pressure)], abs=1e-4)
+    advanced = read_loops(file, volume_delay=delay)
+    assert advanced.volume[5:-5] == pytest.approx(VOLUME[5 : len(advanced.volume) - 5], abs=1e-5)
+    assert advanced.pressure == pytest.approx(PRESSURE[: len(advanced.pressure)], abs=1e-4)
     early = read_loops(file, volume_delay=-delay)
     assert early.origin == pytest.approx(0.013)
     with pytest.raises(InputError, match="give s"):

@@ -21,9 +21,7 @@ _FIGURES = (".svg", ".pdf", ".png")
 )
 def loops(
     recording: Annotated[Path, typer.Argument(help="Pressure and volume of a ventricle, recorded together.")],
-    volume: Annotated[
-        Path | None, typer.Argument(help="The volume, if another file holds it on the same clock.")
-    ] = None,
+    volume: Annotated[Path | None, typer.Argument(help="The volume, if it is in another file.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of the numbers, .csv.")] = None,
     beats: Annotated[Path | None, typer.Option(help="Table of all beats, .csv.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture of the loops: .svg, .pdf or .png.")] = None,

@@ -151,8 +151,8 @@ def test_a_volume_that_comes_late_or_early_is_told_with_its_delay(mouse, share):
 def test_a_volume_in_step_with_the_pressure_is_not_told():
     shapes = ("two hills", "gauss", "ramp")
     for case in made_ventricles(np.random.default_rng(8), shapes, ("mouse", "dog"), beats=(4, 1)):
-        told = {finding.code for finding in pressure_volume(recorded(case)).findings}
-        assert not told & {"loops.volume-late", "loops.not-in-step"}, case.name
+        codes = {finding.code for finding in pressure_volume(recorded(case)).findings}
+        assert not codes & {"loops.volume-late", "loops.not-in-step"}, case.name
 
 
 def test_a_volume_that_has_another_zero_is_told(mouse):

@@ -136,7 +136,7 @@ def _picked(path: str | Path, block: Block, reading: LoopReading) -> tuple[dict[
 
 
 def _in_units(picked: dict[str, Channel], reading: LoopReading) -> tuple[dict[str, np.ndarray], list[Finding]]:
-    """Return pressure in mmHg and volume in ml, and what was given or assumed; of both what is wrong with their units."""
+    """Return mmHg and ml, and what was given or assumed; what is wrong with both units is told at once."""
     signals, notes, wrong = dict[str, np.ndarray](), list[Finding](), list[InputError]()
     for name, channel in picked.items():
         try:

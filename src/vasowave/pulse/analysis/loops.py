@@ -58,8 +58,8 @@ class PressureVolumeLoop:
     pressure, volume, slope : float array, shape (sample,)
         mmHg, ml and dp/dt in mmHg/s; smoothed, both ends included.
     fullest, emptiest : int
-        Samples at which the volume of the beats around is largest and smallest. Noise that chose the extremes of its own
-        beat would make each stroke too large.
+        Samples at which the volume of the beats around is largest and smallest. Noise that chose the extremes of its
+        own beat would make each stroke too large.
     """
 
     start: float
@@ -209,8 +209,8 @@ def cut_loops(recording: PressureVolume) -> CutLoops:
     starts = np.unique(starts[starts >= 0])
     if len(starts) < 2:
         raise InputError(
-            f"{recording.source}: {len(starts)} ends of diastole in {recording.duration:.3g} s, and a loop lies between two;"
-            " give a longer stretch"
+            f"{recording.source}: {len(starts)} ends of diastole in {recording.duration:.3g} s, and a loop lies "
+            "between two; give a longer stretch"
         )
     beats = [slice(first, last + 1) for first, last in pairwise(starts)]
     loops = tuple(
@@ -231,7 +231,7 @@ def cut_loops(recording: PressureVolume) -> CutLoops:
 
 
 def _extremes(volumes: Sequence[np.ndarray]) -> list[tuple[int, int]]:
-    """Return where each beat is fullest and emptiest: where the median of those around it is, without the beat itself."""
+    """Return where each beat is fullest and emptiest: where the median of those around it is."""
     from scipy.signal import savgol_filter
 
     places, reach = [], RULES.beats_around
@@ -273,9 +273,9 @@ def beat_length(pressure: np.ndarray, rate: float, source: str = "recording") ->
         slowest, fastest = RULES.heart_rates
         lowest, highest = (float(end) for end in np.quantile(pressure, (0.01, 0.99)))
         raise InputError(
-            f"{source}: the pressure does not beat between {slowest:g} and {fastest:g} beats/min: {len(pressure) / rate:.3g}"
-            f" s between {lowest:.3g} and {highest:.3g} mmHg. Loops need three beats or more: give a longer stretch, or "
-            "name the channel that holds the pressure"
+            f"{source}: the pressure does not beat between {slowest:g} and {fastest:g} beats/min: "
+            f"{len(pressure) / rate:.3g} s between {lowest:.3g} and {highest:.3g} mmHg. Loops need three beats or "
+            "more: give a longer stretch, or name the channel that holds the pressure"
         )
     return float(peaks[window[peaks] >= RULES.repeat_share * window[peaks].max()][0])
 
