@@ -123,10 +123,10 @@ def test_two_files_are_joined_on_their_clocks(tmp_path):
     table(tmp_path / "pressure.csv", **{"LVP [mmHg]": PRESSURE})
     rows = "\n".join(f"{time:.4f},{volume:.7g}" for time, volume in zip(TIME[500:], 1000 * VOLUME[500:], strict=True))
     (tmp_path / "volume.csv").write_text(f"time [s],LVV [ul]\n{rows}\n", encoding="utf-8")
-    both = read_loops(tmp_path / "pressure.csv", tmp_path / "volume.csv")
-    assert both.pressure == pytest.approx(PRESSURE[500:], abs=1e-4)
-    assert both.volume == pytest.approx(VOLUME[500:], rel=1e-5)
-    assert "recording.joined" in [note.code for note in both.notes]
+    joined = read_loops(tmp_path / "pressure.csv", tmp_path / "volume.csv")
+    assert joined.pressure == pytest.approx(PRESSURE[500:], abs=1e-4)
+    assert joined.volume == pytest.approx(VOLUME[500:], rel=1e-5)
+    assert "recording.joined" in [note.code for note in joined.notes]
 
 
 def test_a_volume_that_comes_late_is_made_earlier_by_its_delay(tmp_path):

@@ -121,10 +121,8 @@ def read_loops(path: str | Path, volume_file: str | Path | None = None, **settin
 
 def _picked(path: str | Path, block: Block, reading: LoopReading) -> tuple[dict[str, Channel], list[Finding]]:
     """Return the channels of pressure and volume, of equal length and without gaps."""
-    titles, channels = (
-        {"pressure": reading.pressure, "volume": reading.volume},
-        _without_raw_conductance(block.channels),
-    )
+    titles = {"pressure": reading.pressure, "volume": reading.volume}
+    channels = _without_raw_conductance(block.channels)
     if choose(channels, titles, VENTRICLE).problems:
         channels = list(block.channels)
     picked, guessed = pick_channels(path, channels, titles, VENTRICLE, block.program)
@@ -148,8 +146,10 @@ def _in_units(picked: dict[str, Channel], reading: LoopReading) -> tuple[dict[st
         except InputError as error:
             wrong.append(error)
     if len(wrong) == 2:
-        both = SetCells("Name both units", tuple((f"{name} unit", UNKNOWN) for name in picked))
-        raise InputError("\n".join(map(str, wrong)), [both, *(error.cures[0] for error in wrong if error.cures)])
+        units_wanted = SetCells("Name both units", tuple((f"{name} unit", UNKNOWN) for name in picked))
+        raise InputError(
+            "\n".join(map(str, wrong)), [units_wanted, *(error.cures[0] for error in wrong if error.cures)]
+        )
     if wrong:
         raise wrong[0]
     return signals, notes

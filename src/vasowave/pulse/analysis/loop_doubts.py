@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vasowave.base.cures import SetOption
+from vasowave.base.cures import SetCells
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.pulse.analysis.family_lines import IntervalEstimate
 from vasowave.pulse.analysis.loops import PressureVolumeLoop
@@ -61,7 +61,7 @@ LATE_VOLUME = look_kind(
     "begins {ejection:+.2g} ms after the steepest rise, filling {filling:+.2g} ms after the pressure is down. 3 % of "
     "a beat move E_es by 5 % and the work by up to 9 %, 9 % by 16 and 50 %",
     "Find out the delays of both instruments and give their difference; this estimate is good to 1 % of a beat.",
-    SetOption("Give the delay", "volume_delay", "{seconds:.4f}"),
+    SetCells("Give the delay", (("volume delay [s]", "{seconds:.4f}"),)),
 )
 NO_RELAXATION = note_kind(
     "loops.no-relaxation",

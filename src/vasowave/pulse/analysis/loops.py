@@ -247,8 +247,8 @@ def _extremes(volumes: Sequence[np.ndarray]) -> list[tuple[int, int]]:
 def _by_parabola(values: np.ndarray, place: int) -> float:
     """Return a signal at a sample by a parabola through those about it."""
     first, last = max(place - _reach(len(values)), 0), place + _reach(len(values)) + 1
-    near = values[first:last]
-    return float(np.polyval(np.polyfit(np.arange(len(near)) - (place - first), near, min(2, len(near) - 1)), 0.0))
+    window = values[first:last]
+    return float(np.polyval(np.polyfit(np.arange(len(window)) - (place - first), window, min(2, len(window) - 1)), 0.0))
 
 
 def _reach(samples: int) -> int:
