@@ -34,7 +34,7 @@ EJECTION = (
 LOOPS: dict[str, Quantity] = {
     f"loops_{name}": quantity._replace(
         symbol=f"{quantity.symbol} (loops)", meaning=f"{quantity.meaning}; by loops of pressure and volume",
-        words=f"{quantity.words} (loops)" if quantity.words else "",
+        words=quantity.words or quantity.meaning,
     )
     for name, quantity in VENTRICULAR.items()
 }  # fmt: skip

@@ -102,4 +102,3 @@ def test_a_file_that_is_not_there_and_a_unit_of_no_volume_are_refused(row_and_fo
     for wrong in ({"loops": "none.csv"}, {"volume unit": "ml/s"}):
         _, problems = read_row(cells | wrong, folder, ["CTL"], option_of)
         assert [problem for problem in problems if problem.error]
-

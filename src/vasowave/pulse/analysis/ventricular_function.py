@@ -51,7 +51,7 @@ VENTRICULAR: dict[str, Quantity] = {
     "stroke_work": Quantity("mJ", "SW", "stroke work of the ventricle", comparatives=("larger", "smaller", "")),
     "dp_dt_max": Quantity("mmHg/s", "dp/dt max", "steepest rise of the pressure", "", "steepest rise"),
     "dp_dt_min": Quantity("mmHg/s", "dp/dt min", "steepest fall of the pressure", "", "steepest fall"),
-    "tau_weiss": Quantity("s", "τ (Weiss)", "time constant of relaxation towards zero"),
+    "tau_weiss": Quantity("s", "τ (Weiss)", "time constant of relaxation towards zero", "", "relaxation time"),
     "tau_glantz": Quantity("s", "τ (Glantz)", "time constant of relaxation towards an asymptote"),
     "E_a": Quantity(
         _ELASTANCE, "E_a", "effective elastance of the artery, end-systolic pressure over stroke volume", "",
@@ -65,7 +65,8 @@ VENTRICULAR: dict[str, Quantity] = {
     "E_es": Quantity(_ELASTANCE, "E_es", "end-systolic elastance of the ventricle", "", "elastance of the ventricle"),
     "V_0": Quantity("ml", "V_0", "volume at which the end-systolic line has no pressure"),
     "coupling": Quantity("1", "E_es/E_a", "coupling of ventricle and artery", "", "coupling of ventricle and artery"),
-    "PRSW": Quantity("mmHg", "PRSW", "preload-recruitable stroke work, its rise with the end-diastolic volume"),
+    "PRSW": Quantity("mmHg", "PRSW", "preload-recruitable stroke work, its rise with the end-diastolic volume", "",
+                     "preload-recruitable stroke work"),
     "V_w": Quantity("ml", "V_w", "end-diastolic volume at which no stroke work is left"),
     "dp_dt_max_over_EDV": Quantity("mmHg/s/ml", "dE/dt max", "rise of dp/dt max with the end-diastolic volume"),
     "diastolic_slope": Quantity(_ELASTANCE, "E_ed", "slope of the line through the end-diastolic points"),
