@@ -9,6 +9,7 @@ import numpy as np
 
 from vasowave.base import units
 from vasowave.base.errors import InputError
+from vasowave.pulse.cycle.repetition import repeat_length
 from vasowave.pulse.cycle.ventricular import PressureVolume
 
 
@@ -17,8 +18,6 @@ class LoopRules:
     """How beats are found and what is read off them; shares are of the period unless they say otherwise."""
 
     heart_rates: tuple[float, float] = (30.0, 900.0)  # beats/min, between which beats are looked for
-    repeat_share: float = 0.75  # of the best autocorrelation, that the first lag has which is a beat and no multiple
-    min_repetition: float = 0.15  # autocorrelation of a pressure that beats
     upstroke_smoothing: float = 0.012  # SD of the smoothing by which upstrokes are looked for
     refractory_share: float = 0.55  # between two upstrokes, at least
     min_upstroke_share: float = 0.3  # of the steepness of the usual upstroke: it falls with the preload
@@ -258,18 +257,12 @@ def _reach(samples: int) -> int:
 
 def beat_length(pressure: np.ndarray, rate: float, source: str = "recording") -> float:
     """Return the length of a beat in samples: the first strong peak of the autocorrelation of the pressure's slope."""
-    from scipy.signal import find_peaks
-
     change = np.diff(pressure)
     change = change - change.mean()
     first, last = (rate * 60.0 / beats for beats in reversed(RULES.heart_rates))
     last = min(last, 0.6 * len(change))
-    spectrum = np.abs(np.fft.rfft(change, 2 * len(change))) ** 2
-    repetition = _smooth(np.fft.irfft(spectrum)[: len(change)] / np.arange(len(change), 0, -1), 0.1 * first)
-    window = repetition[: int(last) + 2]
-    peaks = find_peaks(window)[0]
-    peaks = peaks[(peaks >= first) & (peaks <= last)]
-    if not len(peaks) or not window[peaks].max() > RULES.min_repetition * repetition[0]:
+    length = repeat_length(change, first, last, max(0.1 * first, 0.5))
+    if length is None:
         slowest, fastest = RULES.heart_rates
         lowest, highest = (float(end) for end in np.quantile(pressure, (0.01, 0.99)))
         raise InputError(
@@ -277,7 +270,7 @@ def beat_length(pressure: np.ndarray, rate: float, source: str = "recording") ->
             f"{len(pressure) / rate:.3g} s between {lowest:.3g} and {highest:.3g} mmHg. Loops need three beats or "
             "more: give a longer stretch, or name the channel that holds the pressure"
         )
-    return float(peaks[window[peaks] >= RULES.repeat_share * window[peaks].max()][0])
+    return length
 
 
 def find_upstrokes(pressure: np.ndarray, length: float) -> np.ndarray:
