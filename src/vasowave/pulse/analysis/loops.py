@@ -32,7 +32,7 @@ class LoopRules:
     beats_around: int = 3  # on either side, whose median says where a beat is fullest and emptiest
     extreme_width: float = 0.05  # of the parabola that says the volume there
     relaxed_pressure: float = 5.0  # mmHg above the end of diastole, where relaxation ends (Weiss et al. 1976)
-    relaxed_share: float = 0.15  # of the pulse: the same in the right ventricle
+    relaxed_share: float = 0.05  # of the pulse: as much of that of a right ventricle
     min_relaxation_samples: int = 5
 
 
