@@ -78,7 +78,7 @@ class PressureVolumeLoop:
         systole = slice(0, int(np.argmin(self.slope)) + 1)
         pressure, volume = self.pressure[systole], self.volume[systole]
         if zero_volume is None or not volume.min() > zero_volume:
-            height = pressure / np.ptp(self.pressure) - RULES.corner_weight * volume / self.stroke_volume
+            height = pressure / np.ptp(self.pressure) - RULES.corner_weight * volume / np.ptp(self.volume)
             corner = int(np.argmax(height))
             return EndSystole(float(volume[corner]), float(pressure[corner]))
         elastance = pressure / (volume - zero_volume)
