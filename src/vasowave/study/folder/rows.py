@@ -157,7 +157,8 @@ class AnimalRow:
     def files(self) -> dict[str, Path]:
         """Every file that is read for this animal, by its role; a table of sites names waveforms."""
         files = {"network": self.network, **dict(zip(("recording", "flow"), self.recordings, strict=False))}
-        companions = [file for recording in self.recordings for file in companion_files(recording)]
+        recorded = (*self.recordings, *([self.loops] if self.loops else []))
+        companions = [file for recording in recorded for file in companion_files(recording)]
         files |= {f"recording, file {place}": file for place, file in enumerate(companions, start=2)}
         optional_files = {"beat edits": self.beat_edits, "ventricle": self.ventricle, "loops": self.loops,
                           "wedge wave": self.wedge_wave}  # fmt: skip
