@@ -10,6 +10,7 @@ from skimage.measure import marching_cubes
 
 import vasowave as vw
 from lab_files import exported, recorded
+from made_ventricle import made_ventricles
 from phantom import embed, render, write_dicom_series
 from vasowave.catheter import table_text
 from vasowave.lung import Line, Tree
@@ -50,6 +51,17 @@ def write_files(folder: Path, law: str) -> None:
     (folder / "our_laws.py").write_text(law, encoding="utf-8")
     numbers = ["quantity,value,unit", "mean,38,mmHg", "wedge,11,mmHg", "cardiac output,4.6,l/min"]
     (folder / "numbers.csv").write_text("\n".join(numbers) + "\n", encoding="utf-8")
+    _write_loops(folder)
+
+
+def _write_loops(folder: Path) -> None:
+    """Write pressure and volume of a ventricle, in one file and in two."""
+    (made,) = made_ventricles(np.random.default_rng(4), ("cosine",), ("mouse",))
+    table = np.c_[made.time, made.pressure, 1000 * made.volume]
+    titles = ["time [s]", "LVP [mmHg]", "LVV [ul]"]
+    for name, columns in (("occlusion", [0, 1, 2]), ("pressure", [0, 1]), ("volume", [0, 2])):
+        header = ",".join(titles[column] for column in columns)
+        np.savetxt(folder / f"{name}.csv", table[:, columns], "%.6g", ",", header=header, comments="")
 
 
 def write_scan(folder: Path) -> None:

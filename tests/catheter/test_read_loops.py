@@ -5,7 +5,7 @@ import pytest
 from openpyxl import Workbook
 
 from vasowave.base import InputError
-from vasowave.catheter import read_loops
+from vasowave.catheter import read_loops, read_raw_recording
 
 TIME = np.arange(0, 3, 0.001)
 TURN = 2 * np.pi * 8 * TIME
@@ -98,3 +98,45 @@ def test_two_ventricles_and_conductance_alone_are_asked_about(tmp_path):
 def test_an_artery_alone_is_not_taken_for_the_ventricle(tmp_path):
     with pytest.raises(InputError, match="no channel says that it holds pressure"):
         read_loops(table(tmp_path / "a.csv", **{"PAP [mmHg]": PARTS["artery"], "LVV [ul]": 1000 * VOLUME}))
+
+
+def test_units_that_both_channels_lack_are_asked_for_together_and_no_flow_is_a_volume(tmp_path):
+    bare = table(tmp_path / "bare.csv", **{"LVP": PRESSURE, "LVV": 1000 * VOLUME})
+    with pytest.raises(InputError, match=r"(?s)pressure has no unit.*volume has no unit"):
+        read_loops(bare)
+    per_second = table(tmp_path / "mls.csv", **{"LVP_mmHg": PRESSURE, "LVV_mls": VOLUME})
+    with pytest.raises(InputError, match="'ml/s' is not a unit of volume"):
+        read_loops(per_second)
+    assert read_loops(per_second, volume_unit="ml").volume == pytest.approx(VOLUME, rel=1e-5)
+    beside = table(tmp_path / "beside.csv", **{"PAP_mmHg": PARTS["artery"], "LVV_mls": VOLUME})
+    with pytest.raises(InputError, match="no channel says that it holds flow"):
+        read_raw_recording(beside)
+
+
+def test_what_a_file_holds_is_listed_with_the_raw_conductance(tmp_path):
+    raw = table(tmp_path / "raw.csv", **{"LVP [mmHg]": PRESSURE, "Magnitude": PARTS["magnitude"]})
+    with pytest.raises(InputError, match=r"it has: 'LVP' \[mmHg\], 'Magnitude' \[no unit\]"):
+        read_loops(raw)
+
+
+def test_two_files_are_joined_on_their_clocks(tmp_path):
+    table(tmp_path / "pressure.csv", **{"LVP [mmHg]": PRESSURE})
+    rows = "\n".join(f"{time:.4f},{volume:.7g}" for time, volume in zip(TIME[500:], 1000 * VOLUME[500:], strict=True))
+    (tmp_path / "volume.csv").write_text(f"time [s],LVV [ul]\n{rows}\n", encoding="utf-8")
+    joined = read_loops(tmp_path / "pressure.csv", tmp_path / "volume.csv")
+    assert joined.pressure == pytest.approx(PRESSURE[500:], abs=1e-4)
+    assert joined.volume == pytest.approx(VOLUME[500:], rel=1e-5)
+    assert "recording.joined" in [note.code for note in joined.notes]
+
+
+def test_a_volume_that_comes_late_is_made_earlier_by_its_delay(tmp_path):
+    delay = 0.0124  # no whole number of samples
+    late = 0.030 + 0.01 * np.cos(TURN - 2 * np.pi * 8 * delay)
+    file = table(tmp_path / "late.csv", **{"LVP [mmHg]": PRESSURE, "LVV [ml]": late})
+    advanced = read_loops(file, volume_delay=delay)
+    assert advanced.volume[5:-5] == pytest.approx(VOLUME[5 : len(advanced.volume) - 5], abs=1e-5)
+    assert advanced.pressure == pytest.approx(PRESSURE[: len(advanced.pressure)], abs=1e-4)
+    early = read_loops(file, volume_delay=-delay)
+    assert early.origin == pytest.approx(0.013)
+    with pytest.raises(InputError, match="give s"):
+        read_loops(file, volume_delay=12.4)

@@ -58,3 +58,23 @@ def test_a_figure_is_drawn_in_an_axes_that_is_given(file):
     ax = Figure().subplots()
     assert function.plot(ax) is ax
     assert len(ax.lines) == len(set(function.family) | set(function.steady)) + 3
+
+
+def test_a_delay_that_is_told_is_typed_and_then_told_no_more(file, tmp_path):
+    table = pd.read_csv(file)
+    late = table["Volume"].shift(12).bfill()  # 6 ms
+    pd.DataFrame({"time [s]": table["time [s]"], "LVP [mmHg]": table["LVP [mmHg]"]}).to_csv(tmp_path / "p.csv")
+    pd.DataFrame({"time [s]": table["time [s]"], "LVV [ul]": late}).to_csv(tmp_path / "v.csv", index=False)
+    text = said(tmp_path / "p.csv", tmp_path / "v.csv")
+    (typed,) = (word for word in text.split() if word.startswith("--volume-delay="))
+    assert float(typed.partition("=")[2]) == pytest.approx(0.006, abs=0.0012)
+    assert "--volume-delay" not in said(tmp_path / "p.csv", tmp_path / "v.csv", typed)
+
+
+def test_the_figure_without_a_family_says_what_its_marks_are(file):
+    from matplotlib.figure import Figure
+
+    steady = vw.pressure_volume(vw.read_loops(file, volume_unit="ul", end=0.8))
+    assert not steady.family
+    legend = steady.plot(Figure().subplots()).get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["end of systole", "end of diastole"]

@@ -127,17 +127,21 @@ def test_two_animals_with_the_same_bytes_are_an_error_unless_the_table_says_that
     assert [line for line in said(folder) if line.startswith("E")] == []
 
 
-def test_one_pressure_in_the_ventricle_of_two_animals_is_an_error(make_study):
+@pytest.mark.parametrize(
+    ("column", "words"),
+    [("ventricle", "the same pressure in the ventricle"), ("loops", "the same loops of pressure and volume")],
+)
+def test_one_ventricle_of_two_animals_is_an_error(make_study, column, words):
     folder = make_study()
-    time, beat = np.arange(256) * 0.11 / 256, 3 + 20 * np.sin(np.pi * np.arange(256) / 128).clip(0)
-    text = "\n".join(["time [s],pressure [mmHg]", *(f"{t:.6f},{p:.4f}" for t, p in zip(time, beat, strict=True)), ""])
-    (folder / "rv.csv").write_text(text, "utf-8")
+    time, turn = np.arange(1024) * 0.11 / 256, np.pi * np.arange(1024) / 128
+    beat, volume = 3 + 20 * np.sin(turn).clip(0), 30 + 10 * np.cos(turn)
+    rows = [f"{t:.6f},{p:.4f},{v:.4f}" for t, p, v in zip(time, beat, volume, strict=True)]
+    (folder / "rv.csv").write_text("\n".join(["time [s],pressure [mmHg],volume [ul]", *rows, ""]), "utf-8")
     rows = (folder / "animals.csv").read_text("utf-8").splitlines()
-    told = [f"{row},{'ventricle' if i == 0 else 'rv.csv' if i < 3 else ''}" for i, row in enumerate(rows)]
-    (folder / "animals.csv").write_text("\n".join(told) + "\n", "utf-8")
+    doubled = [f"{row},{column if i == 0 else 'rv.csv' if i < 3 else ''}" for i, row in enumerate(rows)]
+    (folder / "animals.csv").write_text("\n".join(doubled) + "\n", "utf-8")
     errors = [line for line in said(folder) if line.startswith("E")]
-    assert any("line 3, column 'ventricle': the same pressure in the ventricle as 'mouse 0' (line 2)" in one
-               for one in errors)  # fmt: skip
+    assert any(f"line 3, column '{column}': {words} as 'mouse 0' (line 2)" in error for error in errors)
 
 
 @pytest.mark.parametrize("rewrite", ["line ends", "fewer digits", "another unit"])

@@ -21,6 +21,7 @@ _FIGURES = (".svg", ".pdf", ".png")
 )
 def loops(
     recording: Annotated[Path, typer.Argument(help="Pressure and volume of a ventricle, recorded together.")],
+    volume: Annotated[Path | None, typer.Argument(help="The volume, if it is in another file.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of the numbers, .csv.")] = None,
     beats: Annotated[Path | None, typer.Option(help="Table of all beats, .csv.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Picture of the loops: .svg, .pdf or .png.")] = None,
@@ -43,7 +44,7 @@ def loops(
     options = dict(setting_values or {})
     cells = row_cells(options, (), _NAMED)
     titled = {title.removesuffix(" channel").replace(" ", "_"): cell for title, cell in cells.items()}
-    function = pressure_volume(read_loops(recording, **options, **titled), *stretches)
+    function = pressure_volume(read_loops(recording, volume, **options, **titled), *stretches)
     print_text(_text(function))
     for finding in function.findings:
         print_text(f"note: {sentence(finding)}{code_of(finding)}{Shell().below(finding.cures)}", err=True)

@@ -44,7 +44,7 @@ _REPEATED = {"outlets": "--outlet"}
 """Settings of several values, each given by an option of its own."""
 
 CELLS = (
-    *("period [s]", "wedge [mmHg]", "wedge wave", "sites", "ventricle"),
+    *("period [s]", "wedge [mmHg]", "wedge wave", "sites", "ventricle", "loops", "volume delay [s]"),
     *("sheet", "block", "start [s]", "end [s]", "sampling rate [1/s]"),
     *("zero [mmHg]", "pressure gain [1]", "pressure cutoff [Hz]", "pressure damping [1]", "pressure delay [s]"),
     *(
@@ -61,11 +61,12 @@ CELLS = (
 CELLS_OF_ADD = (*CELLS, "site")
 """Those of `add`; elsewhere the artery is that of the study."""
 
-CELLS_OF = {"channel": ("pressure", "flow", "ecg"), "unit": ("pressure", "flow")}
+CELLS_OF = {"channel": ("pressure", "flow", "ecg", "volume"), "unit": ("pressure", "flow", "volume")}
 _MEANINGS = {
-    "channel": "Title of the channel of pressure, flow or ecg, where titles and units leave more than one answer; may "
-    "be repeated: --channel pressure='PA 2'.",
-    "unit": "Unit of pressure or flow, where the file names none; may be repeated: --unit flow=ml/min.",
+    "channel": "Title of the channel of pressure, flow, ecg or (of loops) volume, where titles and units leave more "
+    "than one answer; may be repeated: --channel pressure='PA 2'.",
+    "unit": "Unit of pressure, flow or (of loops) volume, where the file names none; may be repeated: --unit "
+    "flow=ml/min.",
 }
 
 _OF_LOOPS = {

@@ -31,7 +31,16 @@ EJECTION = (
 )  # fmt: skip
 """What one cycle tells without a model, see `analysis.ejection`; the work where the ventricle was recorded."""
 
-MEASURED = (*INDICES, "pPAP_over_SV", "RC", *EJECTION, *COUPLING, *RECORDED)
+LOOPS: dict[str, Quantity] = {
+    f"loops_{name}": quantity._replace(
+        symbol=f"{quantity.symbol} (loops)", meaning=f"{quantity.meaning}; by loops of pressure and volume",
+        words=quantity.words or quantity.meaning,
+    )
+    for name, quantity in VENTRICULAR.items()
+}  # fmt: skip
+"""What loops of pressure and volume tell, by names that no other source of the same numbers has."""
+
+MEASURED = (*INDICES, "pPAP_over_SV", "RC", *EJECTION, *COUPLING, *LOOPS, *RECORDED)
 """Quantities that are no law's, and need no image of vessels."""
 
 ACROSS_LAWS = ("wave_speed", "area_compliance", "R_T", "a", "C_p")
@@ -50,6 +59,7 @@ QUESTIONS = {
     "Waves": ("measured_I_R", "I_R"),
     "Ventricle and artery": COUPLING,
     "Ejection and power": EJECTION,
+    "Ventricle by loops": tuple(LOOPS),
 }
 """What a quantity tells of; a quantity that is none of these tells of itself."""
 
@@ -237,6 +247,7 @@ QUANTITIES: dict[str, Quantity] = {
     "pressure_drop": Quantity("mmHg", "Δp", "fall of the mean pressure to the terminals, their average"),
     "S": Quantity("mmHg2", "S", "objective at the optimum", "14"),
     "RMSE": Quantity("mmHg", "RMSE", "root-mean-square residual"),
+    **LOOPS,
 }  # fmt: skip
 """All quantities by the name of their variable, in the order of tables."""
 

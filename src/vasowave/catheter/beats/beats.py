@@ -15,6 +15,7 @@ from vasowave.base.findings import Finding, look_kind
 from vasowave.base.species import SPECIES
 from vasowave.catheter.signals.hum import hum_of
 from vasowave.catheter.signals.raw import RawRecording
+from vasowave.pulse.cycle.repetition import repeat_length
 from vasowave.pulse.cycle.waveform import foot
 
 
@@ -24,8 +25,6 @@ class BeatRules:
 
     Attributes
     ----------
-    repeat_share : float
-        The first lag whose autocorrelation reaches this fraction of the best one is the beat; later ones are multiples.
     refractory_share : float
         Two beats are at least this fraction of the beat length apart.
     rodent_heart_rate : float
@@ -43,7 +42,6 @@ class BeatRules:
         beats.
     """
 
-    repeat_share: float = 0.75
     refractory_share: float = 0.55
     rodent_heart_rate: float = 650.0
     large_heart_rate: float = 200.0
@@ -183,26 +181,20 @@ _OTHER_RATES = (
 
 def _beat_length(strength: np.ndarray, rate: float, heart_rates: tuple[float, float], where: str) -> float:
     """Return the beat length in samples: the first strong peak of the autocorrelation in the range of heart rates."""
-    from scipy.signal import find_peaks
-
     # Large beats must not outweigh the others, nor an artefact all of them.
     centred = np.minimum(strength, 4.0 * np.quantile(strength, 0.9))
     centred = _smooth(centred, 0.04 * rate * 60.0 / heart_rates[1])
     centred = centred - centred.mean()
-    spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
-    repetition = np.fft.irfft(spectrum)[: len(centred)] / np.arange(len(centred), 0, -1)
     first, last = int(rate * 60.0 / heart_rates[1]), int(np.ceil(rate * 60.0 / heart_rates[0]))
-    window = repetition[: last + 2]
-    peaks = find_peaks(window)[0]
-    peaks = peaks[(peaks >= first) & (peaks <= last)]
-    if len(peaks) == 0 or window[peaks].max() < 0.15 * repetition[0]:
+    length = repeat_length(centred, first, last)
+    if length is None:
         raise NumericalError(
             f"{where}: the signal does not repeat between {heart_rates[0]:g} and {heart_rates[1]:g} beats/min; "
             "is it the right channel, is it covered by noise, or is the heart rate in another range? Then name "
             "the species or the range",
             _OTHER_RATES,
         )
-    return float(peaks[window[peaks] >= RULES.repeat_share * window[peaks].max()][0])
+    return length
 
 
 def _peaks(strength: np.ndarray, length: float) -> np.ndarray:

@@ -29,7 +29,7 @@ _VENTRICULAR_WORDS = {
 }
 _OF_VENTRICLES = {"lv", "rv", "lvp", "rvp", "plv", "prv", "lvv", "rvv", "vlv", "vrv"}
 _PULMONARY_WORDS = ("pa", "mpa", "pap", "mpap", "ppa", "pulm", "pulmonary", "pulmonal")
-_OTHER_SITE_WORDS = ("lv", "lvp", "plv", "rv", "rvp", "prv", "ra", "la", "ao", "aop", "aorta", "aortic", "abp",
+_OTHER_SITE_WORDS = (*sorted(_OF_VENTRICLES), "ra", "la", "ao", "aop", "aorta", "aortic", "abp",
                      "cvp", "carotid", "femoral", "systemic", "airway", "paw", "ventilator", "trachea",
                      "tracheal", "tidal", "stroke")  # fmt: skip
 """Words of titles that speak of another place than the pulmonary artery; such a channel is read only if it is named."""
@@ -122,6 +122,7 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = 
             problems[name] = f"no channel '{title}'{did_you_mean(title, [c.title for c in channels])}"
         elif name != "ecg":
             velocity = _velocity_instead(channels) if name == "flow" else ""
+            velocity = ", or give the file that holds it beside this one" if name == "volume" else velocity
             elsewhere = _of_elsewhere(channels, name, site)
             problems[name] = f"no channel says that it holds {name}{elsewhere}, name it{velocity}"
     return Choice(picked, guessed, tuple(problems.values()), tuple(problems))

@@ -1,18 +1,22 @@
 """Pressure and volume of a ventricle from any format of recordings, and the calibration of a conductance."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vasowave.base import units
+from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.settings import Positive, given_values, settings_class
-from vasowave.catheter.read.choosing import VENTRICLE, pick_channels
+from vasowave.catheter.check.catheter import DELAY_CORRECTED
+from vasowave.catheter.read.choosing import VENTRICLE, choose, pick_channels
 from vasowave.catheter.read.formats import check_sheet, read_blocks
+from vasowave.catheter.read.joined import joined_blocks
 from vasowave.catheter.read.read_raw import at_rate, canonical, check_lengths, choose_block, refuse_gaps, stretch_of
-from vasowave.catheter.signals.channels import Channel
+from vasowave.catheter.signals.channels import Block, Channel
 from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE
 from vasowave.pulse.cycle.ventricular import PressureVolume
 
@@ -50,6 +54,8 @@ class LoopReading:
     """Volume, ml, that the wall's conductance adds, as a bolus of saline tells (Baan et al. 1984); subtracted."""
     alpha: Positive = 1.0
     """Stroke volume by the conductance over the one by a flow probe or by echo; the volume is divided by it."""
+    volume_delay: float = 0.0
+    """By how much the volume comes later than the pressure, s: it is made that much earlier."""
     block: int | None = None
     """Which block to read, counted from 1; by default the longest."""
     start: float | None = None
@@ -62,7 +68,7 @@ class LoopReading:
     """Of a workbook."""
 
 
-def read_loops(path: str | Path, **settings: Any) -> PressureVolume:
+def read_loops(path: str | Path, volume_file: str | Path | None = None, **settings: Any) -> PressureVolume:
     """Read pressure and volume of a ventricle, recorded together.
 
     Parameters
@@ -70,6 +76,8 @@ def read_loops(path: str | Path, **settings: Any) -> PressureVolume:
     path : path
         Any recording that `read_raw_recording` takes: a table with titles (``time [s]``, ``LVP [mmHg]``, ``LVV [µl]``),
         LabChart's text or MATLAB export, EDF … Titles of either ventricle are known; of both, name one.
+    volume_file : path, optional
+        The volume, where `path` holds the pressure alone: both are joined on their clocks.
     settings
         Those of `LoopReading` by name: ``volume_unit="ul", parallel_volume=0.012, alpha=0.8``.
 
@@ -89,30 +97,78 @@ def read_loops(path: str | Path, **settings: Any) -> PressureVolume:
     100.0
     """
     reading = given_values(LoopReading, None, settings)
-    check_sheet([path], reading.sheet)
-    number, notes = choose_block(path, blocks := read_blocks(path, reading.sampling_rate, None, reading.sheet),
-                                 reading.block)  # fmt: skip
+    files = [Path(path)] if volume_file is None else [Path(path), Path(volume_file)]
+    check_sheet(files, reading.sheet)
+    of_files = [read_blocks(file, reading.sampling_rate, None, reading.sheet) for file in files]
+    blocks = of_files[0] if volume_file is None else joined_blocks(files, of_files)
+    number, notes = choose_block(path, blocks, reading.block)
     for suspicion in blocks[number].suspicions:
         if suspicion.severity is Severity.LOOK:
             warn(suspicion.at(str(path)))
+    picked, guessed = _picked(path, blocks[number], reading)
+    signals, calibrated = _in_units(picked, reading)
+    rate = max(channel.sampling_rate for channel in picked.values())
+    waves, notes = [], [*notes, *blocks[number].suspicions, *guessed, *calibrated]
+    for name, channel in picked.items():
+        values, words = at_rate(stretch_of(channel, signals[name], reading.start, reading.end), channel, rate)
+        waves.append(values)
+        notes += words
+    count = min(map(len, waves))
+    origin = round((reading.start or 0.0) * rate) / rate
+    recording = PressureVolume(waves[0][:count], waves[1][:count], rate, str(path), tuple(notes), origin)
+    return _advanced(recording, reading.volume_delay) if reading.volume_delay else recording
+
+
+def _picked(path: str | Path, block: Block, reading: LoopReading) -> tuple[dict[str, Channel], list[Finding]]:
+    """Return the channels of pressure and volume, of equal length and without gaps."""
     titles = {"pressure": reading.pressure, "volume": reading.volume}
-    channels = blocks[number].channels if reading.volume else _without_raw_conductance(blocks[number].channels)
-    picked, guessed = pick_channels(path, channels, titles, VENTRICLE, blocks[number].program)
+    channels = _without_raw_conductance(block.channels)
+    if choose(channels, titles, VENTRICLE).problems:
+        channels = list(block.channels)
+    picked, guessed = pick_channels(path, channels, titles, VENTRICLE, block.program)
     if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
         raise InputError(f"{path}: no times; {NAME_THE_RATE}", [RATE])
     check_lengths(list(picked.values()))
     refuse_gaps(list(picked.values()), reading.start, reading.end)
-    pressure, pressure_notes = canonical(picked["pressure"], "pressure", reading.pressure_unit)
-    volume, volume_notes = _calibrated(picked["volume"], reading)
-    rate = max(channel.sampling_rate for channel in picked.values())
-    signals, notes = [], [*notes, *blocks[number].suspicions, *guessed, *pressure_notes, *volume_notes]
-    for values, channel in ((pressure, picked["pressure"]), (volume, picked["volume"])):
-        values, words = at_rate(stretch_of(channel, values, reading.start, reading.end), channel, rate)
-        signals.append(values)
-        notes += words
-    count = min(map(len, signals))
-    origin = round((reading.start or 0.0) * rate) / rate
-    return PressureVolume(signals[0][:count], signals[1][:count], rate, str(path), tuple(notes), origin)
+    return picked, guessed
+
+
+def _in_units(picked: dict[str, Channel], reading: LoopReading) -> tuple[dict[str, np.ndarray], list[Finding]]:
+    """Return mmHg and ml, and what was given or assumed; what is wrong with both units is told at once."""
+    signals, notes, wrong = dict[str, np.ndarray](), list[Finding](), list[InputError]()
+    for name, channel in picked.items():
+        try:
+            if name == "volume":
+                signals[name], words = _calibrated(channel, reading)
+            else:
+                signals[name], words = canonical(channel, name, reading.pressure_unit)
+            notes += words
+        except InputError as error:
+            wrong.append(error)
+    if len(wrong) == 2:
+        units_wanted = SetCells("Name both units", tuple((f"{name} unit", UNKNOWN) for name in picked))
+        raise InputError(
+            "\n".join(map(str, wrong)), [units_wanted, *(error.cures[0] for error in wrong if error.cures)]
+        )
+    if wrong:
+        raise wrong[0]
+    return signals, notes
+
+
+def _advanced(recording: PressureVolume, delay: float) -> PressureVolume:
+    """Return a recording whose volume is earlier by a delay, s, between samples by cubic splines."""
+    from scipy.interpolate import CubicSpline
+
+    if not abs(delay) < 0.5 * recording.duration:
+        raise InputError(f"{recording.source}: a volume delay of {delay:g} s is half of the recording or more; give s")
+    samples = np.arange(len(recording.volume))
+    places = samples + delay * recording.sampling_rate
+    inside = np.flatnonzero((places >= 0) & (places <= samples[-1]))
+    volume = CubicSpline(samples, recording.volume)(places[inside])
+    note = DELAY_CORRECTED(signal="volume", delay=1e3 * delay)
+    origin = recording.origin + inside[0] / recording.sampling_rate
+    return replace(recording, pressure=recording.pressure[inside], volume=volume, origin=origin,
+                   notes=(*recording.notes, note))  # fmt: skip
 
 
 def _without_raw_conductance(channels: tuple[Channel, ...]) -> list[Channel]:

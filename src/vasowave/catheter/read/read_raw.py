@@ -287,7 +287,8 @@ def canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np.
     try:
         return channel.values * units.factor(unit, quantity), []
     except InputError as error:
-        raise InputError(f"{channel.place}: {error}") from None
+        cure = SetCells(f"Name the unit of {name}", ((f"{column_of(name)} unit", UNKNOWN),))
+        raise InputError(f"{channel.place}: {error}; if the file is wrong, name the unit", [cure]) from None
 
 
 def _unconverted(channel: Channel) -> bool:

@@ -5,9 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vasowave.base.cures import SetCells
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.pulse.analysis.family_lines import IntervalEstimate
 from vasowave.pulse.analysis.loops import PressureVolumeLoop
+from vasowave.pulse.analysis.volume_lag import volume_lag
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,14 @@ NOT_IN_STEP = look_kind(
     "{falling:.0f} % of its stroke, and should be nearly full and nearly empty: E_es and work may be far off",
     "Look whether the volume comes later or earlier than the pressure.",
 )
+LATE_VOLUME = look_kind(
+    "loops.volume-late",
+    "{source}: the volume comes about {lag:+.2g} ms later than the pressure ({percent:+.2g} % of a beat): ejection "
+    "begins {ejection:+.2g} ms after the steepest rise, filling {filling:+.2g} ms after the pressure is down. 3 % of "
+    "a beat move E_es by 5 % and the work by up to 9 %, 9 % by 16 and 50 %",
+    "Find out the delays of both instruments and give their difference; this estimate is good to 1 % of a beat.",
+    SetCells("Give the delay", (("volume delay [s]", "{seconds:.4f}"),)),
+)
 NO_RELAXATION = note_kind(
     "loops.no-relaxation",
     "{source}: only {weiss} (Weiss) and {glantz} (Glantz) of {beats} steady beats have a time constant of relaxation: "
@@ -74,16 +84,28 @@ def doubts_of_loops(
     lowest = min(float(loop.volume.min()) for loop in loops)
     if not lowest > 0:
         findings.append(NOT_ABSOLUTE(source=source, lowest=lowest))
-    filled = [
-        (loop.volume[[np.argmax(loop.slope), np.argmin(loop.slope)]] - loop.volume.min()) / np.ptp(loop.volume)
-        for loop in loops
-    ]
-    rising, falling = (float(share) for share in np.median(filled, axis=0))
-    if rising < RULES.filled_at_rise or falling > RULES.filled_at_fall:
-        findings.append(NOT_IN_STEP(source=source, rising=100 * rising, falling=100 * falling))
+    findings += _out_of_step(loops, source)
     weiss, glantz = estimates["tau_weiss"].beats, estimates["tau_glantz"].beats
     if min(weiss, glantz) < len(loops):
         findings.append(NO_RELAXATION(source=source, weiss=weiss, glantz=glantz, beats=len(loops)))
     if estimates["stroke_work"].value < 0:
         findings.append(TURNED(source=source))
     return findings
+
+
+def _out_of_step(loops: Sequence[PressureVolumeLoop], source: str) -> list[Finding]:
+    """Return by how much the volume is late or early, or that it is at another time than the pressure."""
+    lag = volume_lag(loops)
+    if lag.sure:
+        beat = 1e3 * float(np.mean([loop.period for loop in loops]))
+        ejection, filling = beat * lag.ejection, beat * lag.filling
+        return [LATE_VOLUME(source=source, lag=beat * lag.mean, percent=100 * lag.mean, ejection=ejection,
+                            filling=filling, seconds=1e-3 * beat * lag.mean)]  # fmt: skip
+    filled = [
+        (loop.volume[[np.argmax(loop.slope), np.argmin(loop.slope)]] - loop.volume.min()) / np.ptp(loop.volume)
+        for loop in loops
+    ]
+    rising, falling = (float(share) for share in np.median(filled, axis=0))
+    if rising < RULES.filled_at_rise or falling > RULES.filled_at_fall:
+        return [NOT_IN_STEP(source=source, rising=100 * rising, falling=100 * falling)]
+    return []

@@ -1,5 +1,6 @@
 """Loops of pressure and volume in a ventricle, beat by beat: where diastole and systole end, and what a loop tells."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -7,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.base import units
-from vasowave.base.errors import InputError, NumericalError
+from vasowave.base.errors import InputError
+from vasowave.pulse.cycle.repetition import repeat_length
 from vasowave.pulse.cycle.ventricular import PressureVolume
 
 
@@ -16,8 +18,6 @@ class LoopRules:
     """How beats are found and what is read off them; shares are of the period unless they say otherwise."""
 
     heart_rates: tuple[float, float] = (30.0, 900.0)  # beats/min, between which beats are looked for
-    repeat_share: float = 0.75  # of the best autocorrelation, that the first lag has which is a beat and no multiple
-    min_repetition: float = 0.15  # autocorrelation of a pressure that beats
     upstroke_smoothing: float = 0.012  # SD of the smoothing by which upstrokes are looked for
     refractory_share: float = 0.55  # between two upstrokes, at least
     min_upstroke_share: float = 0.3  # of the steepness of the usual upstroke: it falls with the preload
@@ -28,9 +28,11 @@ class LoopRules:
     top_share: float = 0.95  # of the largest elastance: the parabola at its top goes through what has it
     top_reach: float = 0.05  # from the top, at most, of that parabola
     min_top_samples: int = 5  # of that parabola; of fewer the largest is taken
-    extreme_width: float = 0.04  # over which the volume is averaged before its extremes are taken
+    corner_weight: float = 1.5  # of volume to pressure in the corner: the end-systolic line is steeper than the loop
+    beats_around: int = 3  # on either side, whose median says where a beat is fullest and emptiest
+    extreme_width: float = 0.05  # of the parabola that says the volume there
     relaxed_pressure: float = 5.0  # mmHg above the end of diastole, where relaxation ends (Weiss et al. 1976)
-    relaxed_share: float = 0.15  # of the pulse: the same in the right ventricle
+    relaxed_share: float = 0.05  # of the pulse: as much of that of a right ventricle
     min_relaxation_samples: int = 5
 
 
@@ -54,6 +56,9 @@ class PressureVolumeLoop:
         End of the diastole before it, s since the start of the recording; its length, s.
     pressure, volume, slope : float array, shape (sample,)
         mmHg, ml and dp/dt in mmHg/s; smoothed, both ends included.
+    fullest, emptiest : int
+        Samples at which the volume of the beats around is largest and smallest. Noise that chose the extremes of its
+        own beat would make each stroke too large.
     """
 
     start: float
@@ -61,17 +66,20 @@ class PressureVolumeLoop:
     pressure: np.ndarray
     volume: np.ndarray
     slope: np.ndarray
+    fullest: int
+    emptiest: int
 
     def end_systole(self, zero_volume: float | None = None) -> EndSystole:
         """Return where the elastance ``p / (V - V0)`` is largest (Sagawa 1978), by a parabola through its top.
 
-        Without `zero_volume`, ml, that of the upper left corner: where pressure over its range is farthest above volume
-        over its range, which no offset of the volume moves.
+        Without `zero_volume`, ml, the upper left corner: where pressure over its range is farthest above 1.5 times the
+        volume over its range, which no offset of the volume moves.
         """
         systole = slice(0, int(np.argmin(self.slope)) + 1)
         pressure, volume = self.pressure[systole], self.volume[systole]
         if zero_volume is None or not volume.min() > zero_volume:
-            corner = int(np.argmax(pressure / np.ptp(self.pressure) - volume / np.ptp(self.volume)))
+            height = pressure / np.ptp(self.pressure) - RULES.corner_weight * volume / np.ptp(self.volume)
+            corner = int(np.argmax(height))
             return EndSystole(float(volume[corner]), float(pressure[corner]))
         elastance = pressure / (volume - zero_volume)
         top, reach = int(np.argmax(elastance)), int(RULES.top_reach * len(self.pressure))
@@ -88,12 +96,14 @@ class PressureVolumeLoop:
         return EndSystole(at_top, (level + place * (tilt + place * bend)) * (at_top - zero_volume))
 
     @property
-    def stroke_volume(self) -> float:
-        """Largest less smallest volume, ml, of means over `extreme_width`: single samples add noise to both."""
-        from scipy.ndimage import uniform_filter1d
+    def largest_volume(self) -> float:
+        """Volume where it is fullest, ml."""
+        return _by_parabola(self.volume, self.fullest)
 
-        width = max(1, round(RULES.extreme_width * len(self.volume)))
-        return float(np.ptp(uniform_filter1d(self.volume, width, mode="nearest")))
+    @property
+    def stroke_volume(self) -> float:
+        """Volume where it is fullest less that where it is emptiest, ml."""
+        return self.largest_volume - _by_parabola(self.volume, self.emptiest)
 
     @property
     def stroke_work(self) -> float:
@@ -101,9 +111,12 @@ class PressureVolumeLoop:
         p, V = self.pressure, self.volume
         return float(0.5 * units.MILLIWATT * np.sum(V * np.roll(p, -1) - p * np.roll(V, -1)))
 
-    def values(self, zero_volume: float | None = None) -> dict[str, float]:
-        """Return the numbers of the beat by the names of `VENTRICULAR`; NaN where it does not tell one."""
-        end = self.end_systole(zero_volume)
+    def values(self) -> dict[str, float]:
+        """Return the numbers of the beat by the names of `VENTRICULAR`; NaN where it does not tell one.
+
+        Those of the end of systole are of the corner, whether a V_0 is known or not: they mean the same in all animals.
+        """
+        end = self.end_systole()
         filled, stroke = float(self.volume[0]), self.stroke_volume
         logarithmic, asymptotic = relaxation(self)
         return {
@@ -111,7 +124,7 @@ class PressureVolumeLoop:
             "EDV": filled,
             "ESV": end.volume,
             "SV": stroke,
-            "EF": stroke / float(self.volume.max()) if self.volume.min() > 0 else np.nan,
+            "EF": stroke / self.largest_volume if self.largest_volume > stroke else np.nan,
             "EDP": float(self.pressure[0]),
             "ESP": end.pressure,
             "stroke_work": self.stroke_work,
@@ -155,6 +168,17 @@ def _with_asymptote(time: np.ndarray, pressure: np.ndarray) -> float:
     return float(np.exp(best)) if bounds[0] + 0.05 < best < bounds[1] - 0.05 else np.nan
 
 
+def mean_loop(loops: Sequence[PressureVolumeLoop], samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean pressure and volume of beats at equal shares of each, both ends included."""
+    shares = np.linspace(0.0, 1.0, samples + 1)
+
+    def mean(waves: Sequence[np.ndarray]) -> np.ndarray:
+        spread = [np.interp(shares, np.linspace(0.0, 1.0, len(wave)), wave) for wave in waves]
+        return np.asarray(np.mean(spread, axis=0))
+
+    return mean([loop.pressure for loop in loops]), mean([loop.volume for loop in loops])
+
+
 class CutLoops(NamedTuple):
     """All loops of a recording, and the SD of the noise that is left in their volume, ml."""
 
@@ -168,9 +192,8 @@ def cut_loops(recording: PressureVolume) -> CutLoops:
     Raises
     ------
     InputError
-        Fewer than 20 samples a beat, a pressure below zero, a volume that stays.
-    NumericalError
-        A pressure that does not beat between 30 and 900 beats/min, or fewer than two beats.
+        Fewer than 20 samples a beat, a pressure below zero, a volume that stays; a pressure that does not beat between
+        30 and 900 beats/min, or fewer than two beats.
     """
     length = beat_length(recording.pressure, recording.sampling_rate, recording.source)
     if length < RULES.min_beat_samples:
@@ -184,13 +207,18 @@ def cut_loops(recording: PressureVolume) -> CutLoops:
     starts = np.array([_end_of_diastole(slope, place, length) for place in upstrokes], dtype=int)
     starts = np.unique(starts[starts >= 0])
     if len(starts) < 2:
-        raise NumericalError(f"{recording.source}: fewer than two beats from end to end of diastole; record more")
+        raise InputError(
+            f"{recording.source}: {len(starts)} ends of diastole in {recording.duration:.3g} s, and a loop lies "
+            "between two; give a longer stretch"
+        )
+    beats = [slice(first, last + 1) for first, last in pairwise(starts)]
     loops = tuple(
         PressureVolumeLoop(
-            float(recording.origin + first / recording.sampling_rate), float((last - first) / recording.sampling_rate),
-            pressure[first : last + 1], volume[first : last + 1], slope[first : last + 1],
+            float(recording.origin + beat.start / recording.sampling_rate),
+            float((beat.stop - 1 - beat.start) / recording.sampling_rate),
+            pressure[beat], volume[beat], slope[beat], *extremes,
         )
-        for first, last in pairwise(starts)
+        for beat, extremes in zip(beats, _extremes([volume[beat] for beat in beats]), strict=True)
     )  # fmt: skip
     if not np.median([loop.pressure.max() for loop in loops]) > 0:
         raise InputError(f"{recording.source}: the pressure stays below 0 mmHg; correct its zero or its sign")
@@ -201,26 +229,48 @@ def cut_loops(recording: PressureVolume) -> CutLoops:
     return CutLoops(loops, noise)
 
 
+def _extremes(volumes: Sequence[np.ndarray]) -> list[tuple[int, int]]:
+    """Return where each beat is fullest and emptiest: where the median of those around it is."""
+    from scipy.signal import savgol_filter
+
+    places, reach = [], RULES.beats_around
+    for number, volume in enumerate(volumes):
+        around = [*volumes[max(number - reach, 0) : number], *volumes[number + 1 : number + 1 + reach]] or [volume]
+        samples = np.arange(len(volume))
+        usual = np.median([of_beat[np.minimum(samples, len(of_beat) - 1)] for of_beat in around], axis=0)
+        usual = savgol_filter(usual, 2 * _reach(len(usual)) + 1, 2, mode="nearest")
+        places.append((int(np.argmax(usual)), int(np.argmin(usual))))
+    return places
+
+
+def _by_parabola(values: np.ndarray, place: int) -> float:
+    """Return a signal at a sample by a parabola through those about it."""
+    first, last = max(place - _reach(len(values)), 0), place + _reach(len(values)) + 1
+    window = values[first:last]
+    return float(np.polyval(np.polyfit(np.arange(len(window)) - (place - first), window, min(2, len(window) - 1)), 0.0))
+
+
+def _reach(samples: int) -> int:
+    """Return half the width of the parabola in a beat of so many samples."""
+    return max(1, round(0.5 * RULES.extreme_width * samples))
+
+
 def beat_length(pressure: np.ndarray, rate: float, source: str = "recording") -> float:
     """Return the length of a beat in samples: the first strong peak of the autocorrelation of the pressure's slope."""
-    from scipy.signal import find_peaks
-
     change = np.diff(pressure)
     change = change - change.mean()
     first, last = (rate * 60.0 / beats for beats in reversed(RULES.heart_rates))
     last = min(last, 0.6 * len(change))
-    spectrum = np.abs(np.fft.rfft(change, 2 * len(change))) ** 2
-    repetition = _smooth(np.fft.irfft(spectrum)[: len(change)] / np.arange(len(change), 0, -1), 0.1 * first)
-    window = repetition[: int(last) + 2]
-    peaks = find_peaks(window)[0]
-    peaks = peaks[(peaks >= first) & (peaks <= last)]
-    if not len(peaks) or not window[peaks].max() > RULES.min_repetition * repetition[0]:
+    length = repeat_length(change, first, last, max(0.1 * first, 0.5))
+    if length is None:
         slowest, fastest = RULES.heart_rates
-        raise NumericalError(
-            f"{source}: the pressure does not beat between {slowest:g} and {fastest:g} beats/min; is it the right "
-            "channel, and does the stretch hold three beats or more?"
+        lowest, highest = (float(end) for end in np.quantile(pressure, (0.01, 0.99)))
+        raise InputError(
+            f"{source}: the pressure does not beat between {slowest:g} and {fastest:g} beats/min: "
+            f"{len(pressure) / rate:.3g} s between {lowest:.3g} and {highest:.3g} mmHg. Loops need three beats or "
+            "more: give a longer stretch, or name the channel that holds the pressure"
         )
-    return float(peaks[window[peaks] >= RULES.repeat_share * window[peaks].max()][0])
+    return length
 
 
 def find_upstrokes(pressure: np.ndarray, length: float) -> np.ndarray:

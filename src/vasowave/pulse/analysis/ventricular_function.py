@@ -16,7 +16,7 @@ from vasowave.base.errors import InputError, VasowaveError
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.pulse.analysis.family_lines import IntervalEstimate, family_lines
 from vasowave.pulse.analysis.loop_doubts import doubts_of_loops
-from vasowave.pulse.analysis.loops import PressureVolumeLoop, cut_loops
+from vasowave.pulse.analysis.loops import PressureVolumeLoop, cut_loops, mean_loop
 from vasowave.pulse.analysis.selected_beats import beats_within, falling_beats, usable_beats
 from vasowave.pulse.analysis.ventricle_coupling import UNLIKE, coupling
 from vasowave.pulse.cycle.cycle import Recording
@@ -42,17 +42,20 @@ _ELASTANCE = "mmHg/ml"
 
 VENTRICULAR: dict[str, Quantity] = {
     "HR": Quantity("beats/min", "HR", "heart rate", "Table 1"),
-    "EDV": Quantity("ml", "EDV", "volume at the end of diastole"),
-    "ESV": Quantity("ml", "ESV", "volume at the end of systole, where the elastance is largest"),
+    "EDV": Quantity("ml", "EDV", "volume at the end of diastole", "", "end-diastolic volume"),
+    "ESV": Quantity("ml", "ESV", "volume at the end of systole, the upper left corner of the loop", "",
+                    "end-systolic volume"),
     "SV": Quantity("ml", "SV", "stroke volume", comparatives=("larger", "smaller", "")),
     "EF": Quantity("1", "EF", "ejection fraction, stroke volume over largest volume", "", "ejection fraction"),
-    "EDP": Quantity("mmHg", "EDP", "pressure at the end of diastole"),
-    "ESP": Quantity("mmHg", "ESP", "pressure at the end of systole"),
+    "EDP": Quantity("mmHg", "EDP", "pressure at the end of diastole", "", "end-diastolic pressure"),
+    "ESP": Quantity("mmHg", "ESP", "pressure at the end of systole, the upper left corner of the loop", "",
+                    "end-systolic pressure"),
     "stroke_work": Quantity("mJ", "SW", "stroke work of the ventricle", comparatives=("larger", "smaller", "")),
     "dp_dt_max": Quantity("mmHg/s", "dp/dt max", "steepest rise of the pressure", "", "steepest rise"),
     "dp_dt_min": Quantity("mmHg/s", "dp/dt min", "steepest fall of the pressure", "", "steepest fall"),
-    "tau_weiss": Quantity("s", "τ (Weiss)", "time constant of relaxation towards zero"),
-    "tau_glantz": Quantity("s", "τ (Glantz)", "time constant of relaxation towards an asymptote"),
+    "tau_weiss": Quantity("s", "τ (Weiss)", "time constant of relaxation towards zero", "", "relaxation time"),
+    "tau_glantz": Quantity("s", "τ (Glantz)", "time constant of relaxation towards an asymptote", "",
+                           "relaxation time with an asymptote"),
     "E_a": Quantity(
         _ELASTANCE, "E_a", "effective elastance of the artery, end-systolic pressure over stroke volume", "",
         "elastance of the artery",
@@ -63,13 +66,18 @@ VENTRICULAR: dict[str, Quantity] = {
         "elastance by one beat",
     ),
     "E_es": Quantity(_ELASTANCE, "E_es", "end-systolic elastance of the ventricle", "", "elastance of the ventricle"),
-    "V_0": Quantity("ml", "V_0", "volume at which the end-systolic line has no pressure"),
+    "V_0": Quantity("ml", "V_0", "volume at which the end-systolic line has no pressure", "",
+                    "volume without pressure"),
     "coupling": Quantity("1", "E_es/E_a", "coupling of ventricle and artery", "", "coupling of ventricle and artery"),
-    "PRSW": Quantity("mmHg", "PRSW", "preload-recruitable stroke work, its rise with the end-diastolic volume"),
-    "V_w": Quantity("ml", "V_w", "end-diastolic volume at which no stroke work is left"),
-    "dp_dt_max_over_EDV": Quantity("mmHg/s/ml", "dE/dt max", "rise of dp/dt max with the end-diastolic volume"),
-    "diastolic_slope": Quantity(_ELASTANCE, "E_ed", "slope of the line through the end-diastolic points"),
-    "diastolic_beta": Quantity("1/ml", "β_ed", "exponent of an exponential through the end-diastolic points"),
+    "PRSW": Quantity("mmHg", "PRSW", "preload-recruitable stroke work, its rise with the end-diastolic volume", "",
+                     "preload-recruitable stroke work"),
+    "V_w": Quantity("ml", "V_w", "end-diastolic volume at which no stroke work is left", "", "volume without work"),
+    "dp_dt_max_over_EDV": Quantity("mmHg/s/ml", "dE/dt max", "rise of dp/dt max with the end-diastolic volume", "",
+                                   "rise of dp/dt max with volume"),
+    "diastolic_slope": Quantity(_ELASTANCE, "E_ed", "slope of the line through the end-diastolic points", "",
+                                "diastolic elastance"),
+    "diastolic_beta": Quantity("1/ml", "β_ed", "exponent of an exponential through the end-diastolic points", "",
+                               "diastolic exponent"),
 }  # fmt: skip
 """The numbers of a ventricle by their names, in the order of tables."""
 
@@ -137,9 +145,8 @@ class VentricularFunction:
         """A row each beat: the numbers of a single loop, and whether it is ``steady``, of the ``family`` or neither."""
         import pandas as pd
 
-        zero = self.estimates["V_0"].value if "V_0" in self.estimates else None
         state = dict.fromkeys(self.steady, "steady") | dict.fromkeys(self.family, "family")
-        rows = [{"state": state.get(number, "left out")} | loop.values(zero) for number, loop in enumerate(self.loops)]
+        rows = [{"state": state.get(number, "left out")} | loop.values() for number, loop in enumerate(self.loops)]
         return pd.DataFrame(rows, index=pd.Index([loop.start for loop in self.loops], name="start [s]"))
 
     @Accessor
@@ -170,9 +177,7 @@ def pressure_volume(
     Raises
     ------
     InputError
-        Too few samples a beat, a stretch without beats.
-    NumericalError
-        A pressure that does not beat.
+        A pressure that does not beat, too few samples a beat, a stretch without beats.
 
     Notes
     -----
@@ -213,8 +218,7 @@ def pressure_volume(
         fall = fall if family is not None else [*[n for n in before if n < fall[0]][-RULES.steady_beats :], *fall]
         estimates, remarks = family_lines(cut, fall, source)
         findings += remarks
-    zero = estimates["V_0"].value if fall else None
-    estimates |= _means([cut.loops[number].values(zero) for number in chosen])
+    estimates |= _means([cut.loops[number].values() for number in chosen])
     if fall:
         estimates["coupling"] = _ratio(estimates["E_es"], estimates["E_a"])
     by_one, remarks = _by_one_beat([cut.loops[number] for number in chosen], source)
@@ -260,14 +264,10 @@ def _ratio(above: IntervalEstimate, below: IntervalEstimate) -> IntervalEstimate
 
 def _by_one_beat(loops: Sequence[PressureVolumeLoop], source: str) -> tuple[dict[str, IntervalEstimate], list[Finding]]:
     """Return the elastance by the shape of the mean steady beat, as `coupling` finds it from pressure and outflow."""
-    shares = np.linspace(0.0, 1.0, RULES.cycle_samples + 1)
-    pressure, volume = (
-        np.mean([np.interp(shares, np.linspace(0, 1, len(values)), values) for values in waves], axis=0)
-        for waves in ([loop.pressure for loop in loops], [loop.volume for loop in loops])
-    )
+    pressure, volume = mean_loop(loops, RULES.cycle_samples)
     period = float(np.mean([loop.period for loop in loops]))
     outflow = -np.gradient(volume) * RULES.cycle_samples / period
-    ejecting = np.arange(len(shares)) <= int(np.argmin(volume))
+    ejecting = np.arange(len(volume)) <= int(np.argmin(volume))
     flow = np.where(ejecting, np.maximum(outflow, 0.0), 0.0)[:-1]
     try:
         cycle = Recording(pressure[:-1], flow, period, source)

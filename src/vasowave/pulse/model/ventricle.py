@@ -40,8 +40,10 @@ def raised(t: np.ndarray, rise: float, fall: float, width: float) -> np.ndarray:
 
 
 def _two_hills(t: np.ndarray, rise: float, fall: float, width: float) -> np.ndarray:
-    risen = (t * np.sqrt(width) / _RISEN) ** rise
-    fallen = np.exp(np.clip(fall * np.log(t / (_FALLEN * np.sqrt(width))), -500.0, 500.0))
+    risen, fallen = (
+        np.exp(np.clip(exponent, -500.0, 500.0))
+        for exponent in (rise * np.log(t * np.sqrt(width) / _RISEN), fall * np.log(t / (_FALLEN * np.sqrt(width))))
+    )
     return np.asarray(risen / (1.0 + risen) / (1.0 + fallen))
 
 

@@ -14,6 +14,7 @@ from vasowave.base.settings import Check, Names, settings_class, settings_of
 from vasowave.catheter.ensemble import average_beats
 from vasowave.catheter.signals.raw import RawRecording
 from vasowave.pulse.analysis.operating import WavesAt
+from vasowave.pulse.analysis.ventricular_function import VentricularFunction
 from vasowave.pulse.calibration.fitting import NUMERICS, Search
 from vasowave.pulse.calibration.parameters import fitted_parameters
 from vasowave.pulse.cycle.averaged import EnsembleAverage
@@ -51,6 +52,8 @@ class Animal:
         What was observed elsewhere.
     ventricle : VentricularPressure, optional
         The pressure in the ventricle that ejects into the network.
+    loops : VentricularFunction, optional
+        What loops of pressure and volume tell of a ventricle.
 
     Raises
     ------
@@ -73,6 +76,7 @@ class Animal:
     synthetic: bool = False
     sites: tuple[Observation, ...] = ()
     ventricle: VentricularPressure | None = None
+    loops: VentricularFunction | None = None
 
     def __post_init__(self) -> None:
         """Check the names."""

@@ -41,6 +41,7 @@ from vasowave.study.animal.known_errors import effects_on_measured, spreads_of
 from vasowave.study.animal.law_result import LawResult, Measured
 from vasowave.study.animal.quantities import (
     compared_laws,
+    loop_quantities,
     measured_quantities,
     measured_values,
     model_quantities,
@@ -252,7 +253,7 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
     station = measured_station(recording, network, nominal, blood.inertia, settings.waves_at)
     waves = waves_dataset(station, blood.inertia)
     coupling, findings = coupled(recording, animal.ventricle)
-    for finding in findings:
+    for finding in (*findings, *(animal.loops.findings if animal.loops else ())):
         warn(finding)
     spectrum = impedance_dataset(station, settings.harmonics, flow_noise(recording, animal.beats))
 
@@ -268,6 +269,8 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
     effects = effects_on_measured(Seen(network, recording, blood), lab_spreads, values)
     values_here = measured_values(recording, nominal, station, waves, coupling)
     quantities = measured_quantities(values_here, station, effects, coupling)
+    if animal.loops is not None:
+        quantities = quantities.assign(loop_quantities(animal.loops))
     if animal.beats is not None:
         for name, sd in beat_indices(animal.beats, recording).std(ddof=1).dropna().items():
             if name in quantities:

@@ -15,6 +15,7 @@ from vasowave.base.descriptions import LEVEL, MAX_LOG_DISTANCE, NORMAL, Paramete
 from vasowave.base.errors import InputError
 from vasowave.pulse.analysis.ejection import cycle_indices
 from vasowave.pulse.analysis.ventricle_coupling import Coupling
+from vasowave.pulse.analysis.ventricular_function import VentricularFunction
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.cycle.harmonics import harmonic_errors
@@ -25,7 +26,7 @@ from vasowave.pulse.model.names import ParameterName, joined
 from vasowave.pulse.model.nominal import Nominal
 from vasowave.pulse.model.parameters import with_parameters
 from vasowave.pulse.model.walls import VISCOSITY, WALL_VISCOSITY
-from vasowave.pulse.quantities import ACROSS_LAWS, COUPLING, QUANTITIES, SHARES, derived
+from vasowave.pulse.quantities import ACROSS_LAWS, COUPLING, LOOPS, QUANTITIES, SHARES, derived
 from vasowave.pulse.selection.averaging import averaged, law_weights
 from vasowave.pulse.selection.compare import Comparing, compare_models
 from vasowave.study.animal.animal import Settings
@@ -92,6 +93,20 @@ def measured_quantities(
     dataset["tau"].attrs |= {"symbol": "τ", "long_name": "time constant of the diastolic decay"}
     dataset["beta"].attrs["long_name"] = "nominal wall stiffness"
     return dataset
+
+
+def loop_quantities(function: VentricularFunction) -> xr.Dataset:
+    """Return what loops of pressure and volume tell by the names of `LOOPS`, with their own intervals."""
+    variables = {}
+    for name, estimate in function.estimates.items():
+        quantity = LOOPS[f"loops_{name}"]
+        attrs: dict[str, str | float] = {"units": quantity.unit, "long_name": quantity.meaning,
+                                         "symbol": quantity.symbol}  # fmt: skip
+        if np.isfinite(estimate.high - estimate.low):
+            attrs |= {"standard_error": (estimate.high - estimate.low) / (2 * NORMAL), "interval_low": estimate.low,
+                      "interval_high": estimate.high, "interval_level": LEVEL}  # fmt: skip
+        variables[f"loops_{name}"] = xr.Variable((), estimate.value, attrs)
+    return xr.Dataset(variables)
 
 
 def model_quantities(

@@ -106,6 +106,12 @@ SAME_VENTRICLE = error_kind(
     _ONE_OF_TWO,
     *_SHARED,
 )
+SAME_LOOPS = error_kind(
+    "check.same-loops",
+    "the same loops of pressure and volume as '{other}' (line {at}); {remedy}",
+    _ONE_OF_TWO,
+    *_SHARED,
+)
 SAME_CYCLE = error_kind(
     "check.same-cycle", "its averaged cycle is that of '{other}' (line {at}); {remedy}", _ONE_OF_TWO, *_SHARED
 )
@@ -322,10 +328,10 @@ def doubled_animals(study: Study) -> list[StudyProblem]:
     Any stretch of it counts: an animal that is analyzed twice is one, and doubles what a study rests on.
     """
     problems = []
-    for kind, title in ((SAME_RECORDING, "recording"), (SAME_VENTRICLE, "ventricle")):
+    for kind, title in ((SAME_RECORDING, "recording"), (SAME_VENTRICLE, "ventricle"), (SAME_LOOPS, "loops")):
         first = dict[str, AnimalRow]()
         for row in study.animals:
-            files = row.recordings if title == "recording" else filter(None, [row.ventricle])
+            files = row.recordings if title == "recording" else filter(None, [getattr(row, title)])
             for content in _contents([*files]):
                 earlier_row = first.setdefault(content, row)
                 if earlier_row is not row and not _meant(row, earlier_row):

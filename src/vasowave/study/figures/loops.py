@@ -35,16 +35,17 @@ def plot_loops(function: VentricularFunction, ax: "Axes | None" = None, color: s
         loop = function.loops[number]
         color_of_loop, width = (DATA, 1.0) if number in steady else (_FAMILY, 0.7)
         ax.plot(scale * loop.volume, loop.pressure, color=color_of_loop, linewidth=width)
-    estimates, family = function.estimates, [function.loops[number] for number in function.family]
-    if "E_es" in estimates:
-        zero = estimates["V_0"].value
-        corners = np.array([loop.end_systole(zero) for loop in family])
+    cornered = [function.loops[number] for number in function.family or function.steady]
+    zero = function.estimates["V_0"].value if "E_es" in function.estimates else None
+    corners = np.array([loop.end_systole(zero) for loop in cornered])
+    ax.plot(scale * corners[:, 0], corners[:, 1], "o", color=color, markersize=4, label="end of systole")
+    if zero is not None:
         ends = np.array([max(zero, -0.1 * largest), corners[:, 0].max()])
-        ax.plot(scale * corners[:, 0], corners[:, 1], "o", color=color, markersize=4, label="end of systole")
-        ax.plot(scale * ends, estimates["E_es"].value * (ends - zero), color=color, linestyle="dashed", label="E_es")
-        ax.plot([scale * loop.volume[0] for loop in family], [loop.pressure[0] for loop in family], "s", color=HPH,
-                markersize=3.5, markerfacecolor="none", label="end of diastole")  # fmt: skip
-        ax.legend(loc="upper left", ncols=2)
+        slope = function.estimates["E_es"].value
+        ax.plot(scale * ends, slope * (ends - zero), color=color, linestyle="dashed", label="E_es")
+    ax.plot([scale * loop.volume[0] for loop in cornered], [loop.pressure[0] for loop in cornered], "s", color=HPH,
+            markersize=3.5, markerfacecolor="none", label="end of diastole")  # fmt: skip
+    ax.legend(loc="upper left", ncols=2)
     ax.set_ylim(min(0.0, *(loop.pressure.min() for loop in function.loops)),
                 _TOP * max(loop.pressure.max() for loop in function.loops))  # fmt: skip
     return label_axes(ax, f"volume [{unit}]", "pressure [mmHg]")

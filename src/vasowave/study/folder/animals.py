@@ -28,7 +28,7 @@ _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start 
 _CYCLE_ONLY = ("period [s]",)
 _MIN_TITLE_SIMILARITY = 0.8  # share of letters in common with a title from which another is a slip
 _SIGNED_COLUMNS = ("zero [mmHg]", "zero after [mmHg]", "flow zero [ml/s]", "flow gain [1]", "pressure delay [s]",
-           "flow delay [s]")  # fmt: skip
+           "flow delay [s]", "volume delay [s]")  # fmt: skip
 _MIN_CELL_VALUES = {
     "start [s]": 0.0,
     "wedge [mmHg]": 0.0,
@@ -299,6 +299,7 @@ def read_row(
         synthetic=cell["synthetic"].lower() == "yes", shared_recording=cell["shared recording"].lower() == "yes",
         block=None if block is None else int(block), beat_edits=_file_in(cell["beat edits"], folder),
         errors=known_errors, sites=_file_in(cell["sites"], folder), ventricle=_file_in(cell["ventricle"], folder),
+        loops=_file_in(cell["loops"], folder),
         wedge_wave=_file_in(cell["wedge wave"], folder),
         **texts, **numbers,
     )  # fmt: skip
@@ -343,7 +344,7 @@ def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | Non
     for title in {"raw": _CYCLE_ONLY, "cycle": _RAW_ONLY}.get(kind, ()):
         if cell[title]:
             report(title, IGNORED(kind=kind, column=title))
-    for title, quantity in (("pressure unit", "pressure"), ("flow unit", "flow")):
+    for title, quantity in (("pressure unit", "pressure"), ("flow unit", "flow"), ("volume unit", "volume")):
         try:
             if cell[title]:
                 velocity = quantity == "flow" and cell["flow diameter [mm]"]
@@ -356,7 +357,7 @@ def _files(cell: Mapping[str, str], folder: Path, report: Say) -> list[Path]:
     """Return the files of the network and of the recording."""
     titles = ["network", "recording", "flow"] if cell["flow"] else ["network", "recording"]
     files = [folder / cell[title] for title in titles]
-    for title in [*titles, "beat edits", "sites", "ventricle", "wedge wave"]:
+    for title in [*titles, "beat edits", "sites", "ventricle", "loops", "wedge wave"]:
         file = folder / cell[title]
         try:
             if cell[title] and not file.is_file():

@@ -16,7 +16,7 @@ from vasowave.pulse.inference.known_errors import SHARED_SOURCES, columns
 ERRORS = {title: name for name, (title, _) in columns().items()}
 """Columns of errors that the lab knows, and the settings that they stand for."""
 
-FILES = ("network", "recording", "flow", "beat edits", "sites", "ventricle", "wedge wave")
+FILES = ("network", "recording", "flow", "beat edits", "sites", "ventricle", "loops", "wedge wave")
 """Columns that hold names of files."""
 
 COLUMNS = {
@@ -47,6 +47,11 @@ COLUMNS = {
     "sites": f"Table of what was observed at further places, one row a place, with the columns {', '.join(SITES)}.",
     "ventricle": "Table of the pressure in the ventricle that ejects into the network, with its time: one cycle or "
     "several beats, not in step with the recording. Gives its elastance beside the artery's.",
+    "loops": "Recording of pressure and volume of a ventricle, some seconds of beats, best with a fall of the preload; "
+    "gives E_es, E_a, preload-recruitable work and others (`vasowave loops`).",
+    "volume channel": "loops: title of the volume's channel, where the titles do not tell.",
+    "volume unit": "loops: unit of the volume, where its file names none or a wrong one.",
+    "volume delay [s]": "loops: by how much the volume was recorded later than the pressure; negative: earlier.",
     "zero [mmHg]": "What the transducer reads at zero pressure, where it is not 0; it is subtracted.",
     "zero after [mmHg]": "What it reads at zero pressure after the recording: the mean of both is subtracted, and the "
     "zero's SD is that of a drift between them, where no other is said.",
@@ -110,6 +115,10 @@ class AnimalRow:
     beat_edits: Path | None = None
     sites: Path | None = None
     ventricle: Path | None = None
+    loops: Path | None = None
+    volume_channel: str = ""
+    volume_unit: str = ""
+    volume_delay: float | None = None
     wedge_wave: Path | None = None
     zero: float | None = None
     pressure_gain: float | None = None
@@ -148,9 +157,11 @@ class AnimalRow:
     def files(self) -> dict[str, Path]:
         """Every file that is read for this animal, by its role; a table of sites names waveforms."""
         files = {"network": self.network, **dict(zip(("recording", "flow"), self.recordings, strict=False))}
-        companions = [file for recording in self.recordings for file in companion_files(recording)]
+        recorded = (*self.recordings, *([self.loops] if self.loops else []))
+        companions = [file for recording in recorded for file in companion_files(recording)]
         files |= {f"recording, file {place}": file for place, file in enumerate(companions, start=2)}
-        optional_files = {"beat edits": self.beat_edits, "ventricle": self.ventricle, "wedge wave": self.wedge_wave}
+        optional_files = {"beat edits": self.beat_edits, "ventricle": self.ventricle, "loops": self.loops,
+                          "wedge wave": self.wedge_wave}  # fmt: skip
         files |= {role: file for role, file in optional_files.items() if file is not None}
         waves = () if self.sites is None else (self.sites, *site_files(self.sites))
         return files | {f"site {place}" if place else "sites": file for place, file in enumerate(waves)}

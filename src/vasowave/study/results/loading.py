@@ -25,6 +25,7 @@ from vasowave.catheter.check.lags import LATE_PRESSURE
 from vasowave.catheter.check.plausibility import LATE_FLOW, odd_timing
 from vasowave.catheter.ensemble import average_beats
 from vasowave.catheter.read.describe import describe_recording, kind_of
+from vasowave.catheter.read.loops import read_loops
 from vasowave.catheter.read.read import read_recording
 from vasowave.catheter.read.read_raw import read_raw_recording
 from vasowave.catheter.read.site_files import read_sites
@@ -32,6 +33,7 @@ from vasowave.catheter.read.ventricle import read_ventricle
 from vasowave.catheter.read.wedge import read_wedge
 from vasowave.catheter.signals.raw import RawRecording
 from vasowave.pulse.analysis.ventricle_coupling import coupled
+from vasowave.pulse.analysis.ventricular_function import VentricularFunction, pressure_volume
 from vasowave.pulse.calibration.sites import places_of
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording
@@ -64,7 +66,9 @@ SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
 
 _HEAD_BYTES = 4096  # bytes from the beginning of a file, where the mark stands
-_OF_FILES = ("network", "recordings", "beat_edits", "sites", "ventricle", "wedge_wave")
+_OF_FILES = ("network", "recordings", "beat_edits", "sites", "ventricle", "loops", "wedge_wave")
+_OPTIONAL = ("flow_diameter", "sheet", "site", "volume_channel", "volume_unit", "volume_delay")
+"""Of a row: what enters the key only where it is given."""
 _NOT_IN_KEY = (
     *_OF_FILES,
     "line",
@@ -94,7 +98,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
         One of its files cannot be read.
     """
     inputs: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in _NOT_IN_KEY}
-    inputs = {name: value for name, value in inputs.items() if value or name not in ("flow_diameter", "sheet", "site")}
+    inputs = {name: value for name, value in inputs.items() if value or name not in _OPTIONAL}
     inputs["settings"], inputs["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure
     inputs["practice"], inputs["catheter"] = study.practice, study.catheter
     inputs["kind"] = row.kind or kind_of(row.recordings, row.sheet)
@@ -119,6 +123,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", VasowaveWarning)
         network = _filled(read_network(row.network), row, study)
+        loops = _loops(row, folder)
         animal = Animal(row.animal, row.group, network, *read_measured(row, study))
     warned = list(found_in(caught))
     synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_HEAD_BYTES] for file in row.recordings)
@@ -135,8 +140,21 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
         ventricle = replace(ventricle, source=inside(Path(ventricle.source), folder))
         of_both = coupled(recording, ventricle)[1]
         recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *of_both))))
+    if loops is not None:
+        recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *loops.findings))))
     beats = None if animal.beats is None else _corrected_beats(animal.beats, row, study)
-    return replace(animal, recording=recording, beats=beats, synthetic=synthetic, sites=sites, ventricle=ventricle)
+    return replace(animal, recording=recording, beats=beats, synthetic=synthetic, sites=sites, ventricle=ventricle,
+                   loops=loops)  # fmt: skip
+
+
+def _loops(row: AnimalRow, folder: Path) -> VentricularFunction | None:
+    """Return what loops of pressure and volume tell, where they were recorded."""
+    if row.loops is None:
+        return None
+    settings = {"volume": row.volume_channel or None, "volume_unit": row.volume_unit or None}
+    recording = read_loops(row.loops, **settings, volume_delay=row.volume_delay or 0.0)
+    notes = tuple(note.inside(f"{folder}/") for note in recording.notes)
+    return pressure_volume(replace(recording, source=inside(row.loops, folder), notes=notes))
 
 
 def load_recording(row: AnimalRow, study: StudyFile) -> tuple[Recording, EnsembleAverage | None]:

@@ -14,6 +14,7 @@ from vasowave.study.report.answer.effects import Called
 from vasowave.study.report.answer.marks import Marks
 from vasowave.study.report.wording import listed, number, value_text, with_interval
 
+_OF_LOOPS = ("loops_E_es", "loops_E_a", "loops_coupling", "loops_PRSW", "loops_EF", "loops_tau_weiss")
 _BESIDE = ("R_T",)  # is no question of its own to groups, whose PVR is measured; a mouse's small vessels have both
 
 
@@ -21,7 +22,7 @@ def animal_answers(
     result: AnimalResult, law: str, family: Family, called: Called, marks: Marks | None = None
 ) -> list[tuple[str, str]]:
     """Return question and answer: what was measured, then what the wall law says, with marks behind its numbers."""
-    answers = [("Pressure and flow", _measured(result)), *_coupled(result, called)]
+    answers = [("Pressure and flow", _measured(result)), *_coupled(result, called), *_by_loops(result, called)]
     by_question: dict[str, list[str]] = {}
     for name in family.quantities if law else ():
         if name not in MEASURED:
@@ -66,6 +67,13 @@ def _coupled(result: AnimalResult, called: Called) -> list[tuple[str, str]]:
     if any(finding.code == UNLIKE.code for finding in result.findings):
         judged = "No usual heart makes this pressure from this flow, so these numbers may be far off"
     return [(question_of("coupling"), f"{_listed(COUPLING, data, called)}. {judged}.")]
+
+
+def _by_loops(result: AnimalResult, called: Called) -> list[tuple[str, str]]:
+    """Return what loops of pressure and volume tell of the ventricle, where they were recorded."""
+    data: Mapping[str, xr.DataArray] = result.measured.quantities.data_vars  # type: ignore[assignment]
+    present = [name for name in _OF_LOOPS if name in data]
+    return [(question_of(present[0]), f"{_listed(present, data, called)}.")] if present else []
 
 
 def _measured(result: AnimalResult) -> str:
