@@ -327,7 +327,7 @@ def doubled_animals(study: Study) -> list[StudyProblem]:
         for row in study.animals:
             files = row.recordings if title == "recording" else filter(None, [row.ventricle])
             for content in _contents([*files]):
-                earlier_row = first.setdefault(content, row)
+                earlier_row = first.setdefault(content + row.subject_row, row)
                 if earlier_row is not row and not _meant(row, earlier_row):
                     problems.append(_doubled(study, row, earlier_row, kind, title))
                     break

@@ -94,7 +94,11 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
         One of its files cannot be read.
     """
     inputs: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in _NOT_IN_KEY}
-    inputs = {name: value for name, value in inputs.items() if value or name not in ("flow_diameter", "sheet", "site")}
+    inputs = {
+        name: value
+        for name, value in inputs.items()
+        if value or name not in ("flow_diameter", "sheet", "subject_row", "site")
+    }
     inputs["settings"], inputs["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure
     inputs["practice"], inputs["catheter"] = study.practice, study.catheter
     inputs["kind"] = row.kind or kind_of(row.recordings, row.sheet)
@@ -198,7 +202,7 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
         try:
             cycle = read_recording(
                 *row.recordings, period=row.period, calibration=row.calibration, site=_site(row, study.site),
-                sheet=row.sheet, flow_diameter=row.flow_diameter, **_units(row),
+                sheet=row.sheet, subject_row=row.subject_row, flow_diameter=row.flow_diameter, **_units(row),
             )  # fmt: skip
         except InputError:
             for file in () if row.kind else row.recordings:  # what nobody can describe is refused in the same words
