@@ -164,7 +164,8 @@ def _data_among(rows: Sequence[str], timeless: bool = False) -> int | None:
     """
     for index, row in enumerate(rows):
         cells = list(map(bare, row.split(separator_of(row))))
-        sound = all(map(is_value, cells)) or (sum(map(is_numeric, cells)) > 2 and all(map(is_value, cells[:-1])))
+        count = sum(map(is_numeric, cells)) + is_clock(cells[0])
+        sound = all(map(is_value, cells)) or (count > 2 and all(map(is_value, cells[:-1])))
         if len(cells) > 1 and (cells[0] or timeless) and any(map(is_numeric, cells)) and sound:
             following = rows[index + 1].split(separator_of(row)) if index + 1 < len(rows) else cells
             if len(following) == len(cells) or index + 2 >= len(rows):
