@@ -61,6 +61,7 @@ _NO_RADIUS = {
     "the unit of its numbers"
 }
 
+_FARTHEST = 1e100  # in whatever unit: no place is farther
 _SAME_PLACE = 1e-5
 """Share of the size of a tree within which two places are one: programs round them."""
 
@@ -121,8 +122,8 @@ def _joints(ends: Sequence[Sequence[Sequence[str]]]) -> list[list[str]]:
     from scipy.spatial import cKDTree
 
     texts = [cells for end in ends for cells in end]
-    places = np.array([[float(cell) if is_numeric(cell) else math.nan for cell in cells] for cells in texts])
-    placed = np.flatnonzero(np.isfinite(places).all(axis=1))
+    places = np.array([[_coordinate(cell) for cell in cells] for cells in texts])
+    placed = np.flatnonzero((np.abs(places) < _FARTHEST).all(axis=1))  # a gap is no place either
     if not len(placed):
         return [[""] * len(end) for end in ends]
     places = places[placed] - places[placed[0]]
@@ -134,6 +135,10 @@ def _joints(ends: Sequence[Sequence[Sequence[str]]]) -> list[list[str]]:
     for row, group in zip(placed.tolist(), joint.tolist(), strict=True):
         names[row] = " ".join(texts[first.setdefault(group, row)])
     return [names[: len(ends[0])], names[len(ends[0]) :]]
+
+
+def _coordinate(cell: str) -> float:
+    return float(cell.replace(",", ".")) if is_numeric(cell) else math.nan
 
 
 def _with_nodes(table: Columns) -> Columns:
