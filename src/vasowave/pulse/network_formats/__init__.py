@@ -109,8 +109,8 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     Parameters
     ----------
     path : path
-        A table (CSV, TSV, Excel) as of `network_of`, by the titles that `SYNONYMS` lists; GraphML; a spatial
-        graph of Amira or Avizo (ASCII); a MATLAB file with ``dim_mat`` and ``ves_conn``; ``Dimensions.txt`` or
+        A table (CSV, TSV, Excel) as of `network_of`, by the titles that `SYNONYMS` lists; a graph (GraphML, GML, GXL,
+        NetworkX's JSON or list of edges); a spatial graph of Amira or Avizo (ASCII); a MATLAB file with ``dim_mat`` and ``ves_conn``; ``Dimensions.txt`` or
         ``connectivity.txt``, which lie in one folder; the input of svOneDSolver or svZeroDSolver; FirstBlood's table of
         edges.
     unit : str, optional
