@@ -84,6 +84,7 @@ def test_every_store_and_every_format_is_in_the_fuzzer():
         "foreign",
         "vessels",
         "GXL",
+        "network.dat",
         "openBF",
         "other image",
         "centerlines",

@@ -244,6 +244,11 @@ def imagej_micrometers(folder):
 
 
 @wrapping()
+def imagej_inch(folder):
+    return tiff(folder, **imagej("inch", 1 / 25.4))
+
+
+@wrapping()
 def ome_tiff(folder):
     sizes = {"PhysicalSizeX": 20.0, "PhysicalSizeY": 30.0, "PhysicalSizeZ": 0.05, "PhysicalSizeZUnit": "mm"}
     return tiff(folder, ome=True, metadata={"axes": "ZYX"} | sizes)

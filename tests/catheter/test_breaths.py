@@ -40,3 +40,13 @@ def test_levels_that_do_not_repeat_hold_no_breath():
     time = np.arange(0.0, 8.0, 0.1)
     level = np.random.default_rng(0).normal(14.0, 1.0, len(time))
     np.testing.assert_array_equal(breathing(time, level, np.ones(len(time), dtype=bool)), 0.0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_beat_out_of_step_is_no_breath_that_keeps_step_with_the_heart(seed):
+    """Even beats, the first of which begins 4 ms late and stands nine standard deviations off."""
+    time = 0.12 * np.arange(66)
+    level = np.random.default_rng(seed).normal(14.4, 0.019, len(time))
+    time[0] += 0.002
+    level[0] += 0.17
+    np.testing.assert_array_equal(breathing(time, level, np.ones(len(time), dtype=bool)), 0.0)

@@ -50,6 +50,21 @@ def titles_behind_a_word_without_time():
     return head + rows(lambda i, t, p, q: f"{t:+.4E},{p:+.6E},{q:+.6E}")
 
 
+def numbered_columns_with_their_units():
+    head = "# Start: 3/12/2021 10:15\n# Col: 0,Time,s\n# Col: 1,PAP,mmHg\n# Col: 2,PA flow,ml/s\n# Time,PAP,PA flow\n"
+    return head + rows(lambda i, t, p, q: f"{t:.3f},{p:.5f},{q:.6f}")
+
+
+def a_remark_beside_a_clock_in_the_first_row():
+    head = "datetime,PAP_mmHg,PA flow [ml/s],note\n"
+    return head + rows(lambda i, t, p, q: f"2024-03-01T09:15:{t:06.3f},{p:.5f},{q:.6f},{'start' * (i == 0)}")
+
+
+def levels_of_titles_of_pandas():
+    head = "signal,PAP,PA flow\nunit,mmHg,ml/s\ntime_s,,\n"
+    return head + rows(lambda i, t, p, q: f"{t:.3f},{p:.5f},{q:.6f}")
+
+
 def remarks_below_the_units():
     head = "Time\tPA pressure\tPA flow\ns\tmmHg\tml/s\n\tbaseline\tbaseline\n"
     return head + rows(lambda i, t, p, q: f"{t:.3f}\t{p:.5f}\t{q:.6f}")
@@ -68,7 +83,8 @@ def units_that_are_spelled():
 
 FORMS = [r_data_frame, remarks_below_the_units, a_remark_in_the_first_row_in_french, units_that_are_spelled,
          matlab_timetable, milliseconds_as_durations, time_beside_a_clock, rates_below_the_units,
-         titles_behind_a_word_without_time]  # fmt: skip
+         titles_behind_a_word_without_time, levels_of_titles_of_pandas, numbered_columns_with_their_units,
+         a_remark_beside_a_clock_in_the_first_row]  # fmt: skip
 
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.__name__)

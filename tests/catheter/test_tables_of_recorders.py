@@ -390,9 +390,51 @@ def test_counted_samples_take_the_rate_that_fs_says(tmp_path):
 def test_a_row_a_subject_is_called_that_and_not_listed(tmp_path):
     titles = "Subject Number, " + ", ".join(f"pt{i}" for i in range(1, 421))
     (tmp_path / "P.csv").write_text(titles + "\n" + "1, " + ", ".join(["80.5"] * 420) + "\n")
-    with pytest.raises(InputError, match="420 columns pt1 to pt420 are samples of a row a subject") as refusal:
+    with pytest.raises(InputError, match="columns pt1 to pt420 are samples of a row a subject") as refusal:
         read_recording(tmp_path / "P.csv", period=0.8)
     assert len(str(refusal.value)) < 400
+
+
+SUBJECTS = {"CTL 1": (500.0, 14.0, 0.18), "CTL 2": (480.0, 17.0, 0.15)}
+"""Heart rate, mean pressure and mean flow."""
+
+
+def written_subjects(path, rate="heart rate", separator=","):
+    """Write the cycles of subjects, one a row, 64 samples of pressure and of flow."""
+    turn = 2 * np.pi * np.arange(64) / 64
+    titles = ["subject", rate, *(f"p_{i} [mmHg]" for i in range(64)), *(f"q_{i} [ml/s]" for i in range(64))]
+    rows = [separator.join(titles)]
+    for name, (per_minute, pressure, flow) in SUBJECTS.items():
+        stated = 6e4 / per_minute if "period" in rate else per_minute
+        cells = [*(pressure + 4 * np.sin(turn)), *(flow * (1 + 0.9 * np.sin(turn + 0.4)))]
+        rows.append(separator.join([name, f"{stated:.6f}", *(f"{cell:.6f}" for cell in cells)]))
+    path.write_text("\n".join(rows) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("rate", ["heart rate", "HR (bpm)", "period [ms]"])
+@pytest.mark.parametrize("subject", SUBJECTS)
+def test_of_a_row_a_subject_that_of_one_is_read(tmp_path, rate, subject):
+    recording = read_recording(written_subjects(tmp_path / "all.csv", rate), subject_row=subject.lower())
+    per_minute, pressure, flow = SUBJECTS[subject]
+    assert 60 / recording.period == pytest.approx(per_minute, rel=1e-5)
+    assert (recording.pressure.mean(), recording.flow.mean()) == pytest.approx((pressure, flow), abs=1e-5)
+    assert len(recording.pressure) == 64
+
+
+@pytest.mark.parametrize(
+    ("subject", "words"),
+    [("", "name the subject whose row to read"), ("CTL 7", r"no row of 'CTL 7' \(did you mean 'CTL [12]'\?\)")],
+)
+def test_a_subject_that_is_not_named_or_not_there_is_asked_for(tmp_path, subject, words):
+    with pytest.raises(InputError, match=words):
+        read_recording(written_subjects(tmp_path / "all.csv"), subject_row=subject)
+
+
+def test_only_a_table_of_numbered_samples_has_a_row_of_a_subject(tmp_path):
+    (tmp_path / "a.csv").write_text("time [s],pressure [mmHg],flow [ml/s]\n0,8,0\n0.01,9,0.1\n")
+    with pytest.raises(InputError, match=r"no columns that number the samples.*vasowave right-heart"):
+        read_recording(tmp_path / "a.csv", subject_row="CTL 1")
 
 
 def waves(count=3000, rate=1000):

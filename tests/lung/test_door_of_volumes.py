@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import struct
 import warnings
 
 import numpy as np
@@ -39,7 +40,40 @@ def test_a_volume_is_read_with_the_size_that_its_files_say(tmp_path, name):
     assert (codes, bool(volume.provenance)) == ([], True)
 
 
+def analyze(folder, words=b""):
+    """Write a header of Analyze 7.5 with sizes of voxels, and the unit in letters, beside 16-bit voxels."""
+    header = bytearray(348)
+    fields = {40: ("<4h", [3, wrapped.NX, wrapped.NY, wrapped.NZ]), 70: ("<2h", [4, 16]),
+              80: ("<3f", [10 * edge for edge in wrapped.SIZE[::-1]]), 0: ("<i", [348])}  # fmt: skip
+    for place, (form, values) in fields.items():
+        struct.pack_into(form, header, place, *values)
+    header[56 : 56 + len(words)] = words
+    (folder / "a.img").write_bytes(wrapped.GREY.astype("<i2").tobytes())
+    (folder / "a.hdr").write_bytes(bytes(header))
+    return folder / "a.hdr"
+
+
+def test_a_header_of_analyze_says_its_unit_in_letters(tmp_path):
+    volume, codes = opened(analyze(tmp_path, b"mm"))
+    np.testing.assert_allclose(volume.spacing, wrapped.SIZE, rtol=1e-6)
+    assert not codes
+
+
+def inveon_without(line):
+    """Return what writes a header of Inveon and its voxels without a line."""
+
+    def write(folder):
+        voxels = wrapped.inveon(folder)
+        header = folder / f"{voxels.name}.hdr"
+        header.write_text(header.read_text().replace(line, ""))
+        return voxels
+
+    return write
+
+
 UNSIZED = {
+    "Analyze without unit": analyze,
+    "Inveon without one axis": inveon_without("pixel_size_z 0.05\n"),
     "pictures": wrapped.pictures,
     "an array": wrapped.numpy_array,
     "an array of MATLAB": wrapped.matlab_array,

@@ -96,6 +96,28 @@ def test_pressure_and_flow_in_files_of_their_own_are_one_animal(tmp_path):
     assert any("p_C7.dat" in one and "flow is not among these" in one for one in added.refused)
 
 
+def test_subjects_of_one_table_are_animals_of_their_own(tmp_path):
+    """Each is added by its name; the same bytes are another animal's, and the samples are no columns of a study."""
+    turn = 2 * np.pi * np.arange(64) / 64
+    titles = ["subject", "heart rate", *(f"p_{i} [mmHg]" for i in range(64)), *(f"q_{i} [ml/s]" for i in range(64))]
+    rows = [[name, 500, *(mean + 4 * np.sin(turn)), *(0.18 + 0.16 * np.sin(turn + 0.4))]
+            for name, mean in (("CTL 1", 14.0), ("HPH 1", 22.0))]  # fmt: skip
+    (tmp_path / "all.csv").write_text("\n".join(",".join(map(str, row)) for row in (titles, *rows)) + "\n")
+    write_network(control_network(), tmp_path / "tree.csv")
+    study = new_study(tmp_path / "study")[0].parent
+    for name in ("CTL 1", "HPH 1", "HPH 1"):
+        add_files(study, [tmp_path / "all.csv"], network=tmp_path / "tree.csv", cells={"subject row": name})
+    lines = (study / "animals.csv").read_text().splitlines()
+    added = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    assert [(row["animal"], row["group"], row["subject row"]) for row in added] == [
+        ("CTL 1", "CTL", "CTL 1"), ("HPH 1", "HPH", "HPH 1")
+    ]  # fmt: skip
+    assert not [title for title in added[0] if title.startswith(("p_", "q_"))]
+    checked = check_study(study)
+    assert not [problem for problem in checked.problems if problem.error]
+    assert [animal.mean_pressure for animal in checked.read] == pytest.approx([14.0, 22.0])
+
+
 def test_files_of_a_type_that_nothing_reads_are_named(lab, tmp_path):
     for name in ("old.numbers", "notes.md"):
         (tmp_path / name).write_text("x", encoding="utf-8")

@@ -1,6 +1,7 @@
 """Recordings: continuous ones and single cycles, as text and as binary files."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -129,6 +130,13 @@ def mat_structures(path: Path) -> None:
 
 def cycle_table(path: Path) -> None:
     path.write_text("time [s],pressure [mmHg],flow [ml/s]\n" + rows(",", ".", *CYCLE))
+
+
+def subjects(path: Path) -> None:
+    """Write two subjects, a row each."""
+    titles = [f"{name}_{i} [{unit}]" for name, unit in (("p", "mmHg"), ("q", "ml/s")) for i in range(len(CYCLE[0]))]
+    rows_of = [[name, "500", *(f"{value:.6g}" for signal in CYCLE[1:] for value in signal)] for name in ("A", "B")]
+    path.write_text("\n".join(",".join(row) for row in (["subject", "heart rate", *titles], *rows_of)) + "\n")
 
 
 def cycle_mat(path: Path) -> None:
@@ -283,6 +291,7 @@ FORMS = {
         text=True,
     ),
     "cycle table": _form("cycle.csv", cycle_table, mutate_text, read_recording, True),
+    "cycle of a subject": _form("subjects.csv", subjects, mutate_text, partial(read_recording, subject_row="B"), True),
     "cycle mat": _form("cycle.mat", cycle_mat, mutate_mat, read_recording),
     "cycle mat 7.3": _form("cycle.mat", cycle_mat73, mutate_binary, read_recording),
 }

@@ -192,6 +192,20 @@ def node_link(path: Path) -> None:
     path.write_text(json.dumps({"directed": True, "nodes": [{"id": i} for i in range(1, 5)], "links": links}, indent=1))
 
 
+def gxl(path: Path) -> None:
+    """Write the same edges in the Graph eXchange Language."""
+    sizes = [(1, 2, 4.1, 0.47), (2, 3, 4.4, 0.3), (2, 4, 3.7, 0.35)]
+    edges = "".join(f'<edge from="{a}" to="{b}">\n<attr name="length_mm"><float>{x}</float></attr>\n'
+                    f'<attr name="radius_mm"><float>{r}</float></attr>\n</edge>\n' for a, b, x, r in sizes)  # fmt: skip
+    path.write_text(f'<?xml version="1.0"?>\n<gxl>\n<graph id="g" edgemode="directed">\n{edges}</graph>\n</gxl>\n')
+
+
+def listed_edges(path: Path) -> None:
+    """Write the same edges as NetworkX lists them."""
+    sizes = [(1, 2, 4.1, 0.47), (2, 3, 4.4, 0.3), (2, 4, 3.7, 0.35)]
+    path.write_text("".join(f"{a} {b} {{'length_mm': {x}, 'radius_mm': {r}}}\n" for a, b, x, r in sizes))
+
+
 def spatial_graph(path: Path) -> None:
     """Write three edges of four points each as Amira does."""
     ends, nodes = tree().lines, [(0, 1), (1, 2), (1, 3)]
@@ -354,6 +368,8 @@ FORMS = {
     "edge list": _network(edge_list),
     "GraphML": _network(graphml, "n.graphml"),
     "GML": _network(gml, "n.gml"),
+    "GXL": _network(gxl, "n.gxl"),
+    "list of edges": _network(listed_edges, "n.edgelist"),
     "node-link JSON": _network(node_link, "n.json"),
     "spatial graph of Amira": _network(spatial_graph, "n.am"),
     "svZeroDSolver network": _network(svzerod_circuit, "n.json"),

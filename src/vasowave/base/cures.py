@@ -102,7 +102,7 @@ Cure: TypeAlias = (
 _MAX_ARGUMENTS = 3  # below an error
 _ARGUMENTS = frozenset({
     "start [s]", "end [s]", "block", "sampling rate [1/s]", "period [s]", "pressure channel", "flow channel",
-    "ecg channel", "pressure unit", "flow unit", "sheet", "flow diameter [mm]",
+    "ecg channel", "pressure unit", "flow unit", "sheet", "subject row", "flow diameter [mm]",
     "volume channel", "volume unit", "volume delay [s]",
 })  # fmt: skip
 """Columns that functions which read a recording take as arguments."""

@@ -45,7 +45,7 @@ _REPEATED = {"outlets": "--outlet"}
 
 CELLS = (
     *("period [s]", "wedge [mmHg]", "wedge wave", "sites", "ventricle", "loops", "volume delay [s]"),
-    *("sheet", "block", "start [s]", "end [s]", "sampling rate [1/s]"),
+    *("sheet", "subject row", "block", "start [s]", "end [s]", "sampling rate [1/s]"),
     *("zero [mmHg]", "pressure gain [1]", "pressure cutoff [Hz]", "pressure damping [1]", "pressure delay [s]"),
     *(
         "flow zero [ml/s]",

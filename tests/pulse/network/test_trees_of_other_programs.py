@@ -265,6 +265,36 @@ def test_damaged_graphml_is_refused_in_words(tmp_path, damage):
         vw.read_network(path)
 
 
+GXL_EDGE = (
+    '<edge from="{a}" to="{b}"><attr name="length_mm"><float>{l}</float></attr><attr name="radius_mm">'
+    "<float>{r}</float></attr></edge>"
+)
+EDGES_BY_OTHERS = {
+    "gxl": ('<?xml version="1.0"?><gxl><graph id="g">{rows}</graph></gxl>', GXL_EDGE),
+    "edges of networkx": ("# made by hand\n{rows}", "{a} {b} {{'length_mm': {l}, 'radius_mm': {r}}}\n"),
+    "gml with its unit": ('graph [ directed 1 unit "mm" ' + "".join(f"node [ id {i} ] " for i in range(1, 7)) +
+                          "{rows} ]", "edge [ source {a} target {b} length {l} radius {r} ] "),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", EDGES_BY_OTHERS)
+def test_graphs_of_vessels_are_read_in_every_language_of_graphs(tmp_path, form):
+    whole, edge = EDGES_BY_OTHERS[form]
+    rows = "".join(edge.format(a=NODES[name][0], b=NODES[name][1], l=10 * length, r=10 * radius)
+                   for name, (_, length, radius) in TREE.items())  # fmt: skip
+    (tmp_path / "tree").write_text(whole.format(rows=rows))
+    assert shape(read(tmp_path / "tree")[0]) == expected()
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e5])
+def test_places_far_from_the_origin_join_the_same_vessels(tmp_path, offset):
+    """Nodes 0.9 mm apart, as far away as 1e5 mm: to five digits all of them would be one."""
+    place = {node: f"{offset + 0.9 * node:.4f},{offset:.4f},{offset - node**2:.4f}" for node in range(1, 7)}
+    path = written(tmp_path / "a.csv", "x1,y1,z1,x2,y2,z2,length (mm),radius (mm)",
+                   lambda n, p, length, r, a, b: f"{place[a]},{place[b]},{10 * length},{10 * r}")  # fmt: skip
+    assert shape(read(path)[0]) == expected()
+
+
 def spatial_graph(path, attribute, unit=""):
     """Write every vessel as five points along a quarter circle, in mm."""
     angle = np.linspace(0, np.pi / 2, 5)
@@ -332,7 +362,16 @@ def test_branches_of_a_skeleton_without_widths_are_refused_for_that(tmp_path):
 
 
 OTHERS = {
-    "a.xml": ('<?xml version="1.0"?>\n<gxl><graph id="g"><node id="n0"/></graph></gxl>\n', "positions count voxels"),
+    "a.xml": (
+        '<?xml version="1.0"?>\n<gxl><graph id="g"><node id="n0"><attr name=" nodeType"><string> root node </string>'
+        "</attr></node></graph></gxl>\n",
+        "positions count voxels",
+    ),
+    "network.dat": (
+        "a network\n100 100 100\n2   total number of segments\nSegName Type FromNode ToNode Diam Flow Hd\n"
+        "1 5 1 2 30 1 0.45\n2 5 2 3 20 1 0.45\n3   number of nodes\nname x y z\n1 0 0 0\n2 9 0 0\n3 9 9 0\n",
+        "Secomb's programs",
+    ),
     "a.yml": ("proj_name: a\n\nnetwork:\n  - label: a\n    sn: 1\n    tn: 2\n", "export FILE --to tables"),
     "a.csv": (
         "Order,Number,Diameter (mm),Length (mm)\n1,512,0.02,0.2\n2,180,0.04,0.3\n",

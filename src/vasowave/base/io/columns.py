@@ -101,12 +101,7 @@ class Columns:
         return column
 
     def _header(self) -> str:
-        """Say which columns there are; of a row a subject, whose samples are numbered, how many."""
-        numbered = [name for name in self.names if re.fullmatch(r"\D*\d+", name)]
-        if len(numbered) > _MAX_TITLES:
-            first, last = numbered[0], numbered[-1]
-            return (f"its {len(numbered)} columns {first} to {last} are samples of a row a subject: write those of one "
-                    "subject below each other, pressure in one column and flow in another")  # fmt: skip
+        """Say which columns there are, of many the first."""
         count = f" … {len(self.names)} in all" if len(self.names) > _MAX_TITLES else ""
         return f"the header has: {', '.join(self.names[:_MAX_TITLES]) or 'nothing'}{count}"
 

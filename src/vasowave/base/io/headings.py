@@ -16,7 +16,7 @@ _TITLE_KEYS, _UNIT_KEYS = ("signal", "signals", "channel", "channels"), ("vert_u
 _DOTTED = re.compile(r"[^\W\d_][\w.]*\.[\w.]*")  # R writes a dot for each sign that names may not have
 _LISTED = re.compile(r'"columns?": ?\[([^\]]*)\]')  # OpenSignals writes JSON
 _GLUED = re.compile(r"^([mµu]?l)(?:p|per)?/?(s|sec|min)$", re.IGNORECASE)  # as names without a stroke have it
-_NUMBERED = re.compile(r"#?\s*col(?:umn)?\.?\s*(\d+)\s*[:=]\s*(.+)", re.IGNORECASE)
+_NUMBERED = re.compile(r"#?\s*col(?:umn)?\.?:?\s*(\d+)\s*[:=,]\s*(.+)", re.IGNORECASE)
 
 
 def with_unit_labels(titles: Sequence[str], above: Sequence[str], separator: str | None) -> list[str]:

@@ -112,6 +112,8 @@ def head_of(path: Path, rows: Sequence[tuple[int, str]], remarks: Sequence[str] 
     above = " ".join([*remarks, *texts[:HEAD]][:40]).lower()
     program = next((name for words, name in _PROGRAMS.items() if words in above), "")
     data = _data_among(texts[: HEAD + 1], any(map(_TIMELESS.match, texts[:HEAD])))
+    if data is not None:
+        texts = _with_index_named(texts, data)
     if data is None:
         return _plain_head(path, rows, _below_caption(texts))._replace(program=program)
     titles, named = _titles_above(texts, data, remarks)
@@ -162,7 +164,8 @@ def _data_among(rows: Sequence[str], timeless: bool = False) -> int | None:
     """
     for index, row in enumerate(rows):
         cells = list(map(bare, row.split(separator_of(row))))
-        sound = all(map(is_value, cells)) or (sum(map(is_numeric, cells)) > 2 and all(map(is_value, cells[:-1])))
+        count = sum(map(is_numeric, cells)) + is_clock(cells[0])
+        sound = all(map(is_value, cells)) or (count > 2 and all(map(is_value, cells[:-1])))
         if len(cells) > 1 and (cells[0] or timeless) and any(map(is_numeric, cells)) and sound:
             following = rows[index + 1].split(separator_of(row)) if index + 1 < len(rows) else cells
             if len(following) == len(cells) or index + 2 >= len(rows):
@@ -201,6 +204,22 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
         or remarked_titles(remarks, separator, len(cells))
     )  # fmt: skip
     return (listed or titles), bool(listed or titles)
+
+
+def _with_index_named(texts: Sequence[str], data: int) -> list[str]:
+    """Return the rows of a table with titles on several levels, as pandas writes them, with those of others.
+
+    The first cells of the levels name these, and a row below them, above the data, names nothing but the index.
+    """
+    separator = separator_of(texts[data])
+    cells = [[bare(cell) for cell in text.split(separator)] for text in texts[: data + 1]]
+    first = next((i + 1 for i in range(data - 2, -1, -1) if len(cells[i]) != len(cells[data])), 0)
+    index = cells[data - 1] if data else []
+    if separator is None or data - first < 2 or len(index) != len(cells[data]) or not index[0] or any(index[1:]):
+        return list(texts)
+    names = [index[0], *[""] * (data - first - 2)]
+    levels = [separator.join([name, *row[1:]]) for name, row in zip(names, cells[first : data - 1], strict=True)]
+    return [*texts[:first], separator.join([""] * len(cells[data])), *levels, *texts[data:]]
 
 
 def _is_count(text: str, separator: str | None) -> bool:

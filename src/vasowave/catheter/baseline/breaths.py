@@ -20,7 +20,10 @@ _MAX_DEVIANCE_LOSS = 25.0
 _STRETCH_SECONDS = 60.0
 """Longer recordings are taken in stretches of this length, s: no ventilator keeps its phase for hours."""
 
-_RIDGE_STRENGTH = 1e-9  # so that columns which the times do not tell apart get nothing
+_RIDGE_SHARE = 1e-4
+"""A combination of columns of which the times of the beats show less than this share is not fitted: where a breath
+lasts a whole number of beats, a harmonic of it is the same in all of them, and noise in one beat would fit any height.
+"""
 
 _KERNEL_POINTS = 14
 """Grid points that one value is spread to, of a grid with twice the frequencies wanted."""
@@ -158,7 +161,7 @@ def _inverse(times: bytes, first: float, step: float, count: int) -> np.ndarray:
                 total.imag - difference.imag
             )
     gram[:, :, 0] = gram[:, 0]
-    return np.linalg.inv(gram + _RIDGE_STRENGTH * np.eye(size))
+    return np.linalg.inv(gram + _RIDGE_SHARE * len(time) * np.eye(size))
 
 
 def _transform(time: np.ndarray, values: np.ndarray, first: float, step: float, count: int) -> np.ndarray:
@@ -196,7 +199,7 @@ def _bump(place: np.ndarray) -> np.ndarray:
 def _fit(time: np.ndarray, values: np.ndarray, rate: float) -> np.ndarray:
     """Return the coefficients of a breath of this rate."""
     columns = _columns(time, rate)
-    gram = columns.T @ columns + _RIDGE_STRENGTH * np.eye(columns.shape[1])
+    gram = columns.T @ columns + _RIDGE_SHARE * len(time) * np.eye(columns.shape[1])
     return np.linalg.solve(gram, columns.T @ values)
 
 

@@ -258,14 +258,13 @@ def _align(shape: np.ndarray, peaks: np.ndarray, half: int) -> tuple[np.ndarray,
 def _best_matches(shape: np.ndarray, template: np.ndarray, centres: np.ndarray, half: int) -> np.ndarray:
     """Return the places within `half` of `centres` where the correlation with the template peaks, by a parabola."""
     places = centres.astype(float)
-    inside = np.flatnonzero((centres >= 2 * half) & (centres < len(shape) - 2 * half))
-    windows = np.lib.stride_tricks.sliding_window_view(shape, len(template))
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(shape, 2 * half), len(template))  # nothing moves outside
     lags = np.arange(-half, half + 1)
-    score = np.stack([windows[centres[inside] - half + lag] @ template for lag in lags], axis=1)
+    score = np.stack([windows[centres + half + lag] @ template for lag in lags], axis=1)
     best = np.argmax(score, axis=1)
     inner = np.flatnonzero((best > 0) & (best < 2 * half))
     three = score[inner[:, None], best[inner, None] + np.arange(-1, 2)]
-    places[inside[inner]] += lags[best[inner]] + _vertex(three.T)
+    places[inner] += lags[best[inner]] + _vertex(three.T)
     return places
 
 

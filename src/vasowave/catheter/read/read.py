@@ -21,9 +21,10 @@ from vasowave.catheter.check.plausibility import (
     odd_values,
     repeats_first,
 )
-from vasowave.catheter.read.formats import check_sheet, read_signals
+from vasowave.catheter.read.formats import check_sheet, check_subject, read_signals
 from vasowave.catheter.read.gated import MAX_PHASES, MIN_PHASES, place_error
 from vasowave.catheter.read.several_beats import beats_within, many_beats, mean_beat, several_finding
+from vasowave.catheter.read.subject_rows import period_of_subject
 from vasowave.catheter.read.velocity import flow_of_velocity
 from vasowave.catheter.signals.raw import calibration_notes
 from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE, Signal, even_step
@@ -76,6 +77,8 @@ class CycleForm:
     """Of a workbook; by default the first that holds pressure and flow."""
     flow_diameter: Positive | None = None
     """Diameter of the vessel, mm, where a velocity was recorded in place of the flow."""
+    subject_row: str = ""
+    """Of a table with a row a subject: whose cycle to read."""
 
 
 def read_recording(
@@ -110,7 +113,8 @@ def read_recording(
     **form
         ``site``, the artery, whose titles and pressures are then looked for; ``sheet`` of a workbook, by default the
         first that holds pressure and flow; ``flow_diameter`` of the vessel, mm, where a velocity was recorded in place
-        of the flow.
+        of the flow; ``subject_row``, a name in the row whose numbered samples (``p_0``, ``p_1`` … ``q_0`` …) are read,
+        with the period by its ``heart rate`` or ``period [s]``, where none is given.
 
     Raises
     ------
@@ -138,15 +142,18 @@ def read_recording(
     if len(paths) not in (1, 2):
         raise InputError(f"{len(paths)} files given; a recording is one table, or one file of pressure and one of flow")
     asked = given_values(CycleForm, None, form)
-    site, sheet, flow_diameter = asked.site, asked.sheet, asked.flow_diameter
+    site, sheet, flow_diameter, subject = asked.site, asked.sheet, asked.flow_diameter, asked.subject_row
     check_sheet(paths, sheet)
+    check_subject(paths, subject)
+    if subject and period is None:
+        period = next(filter(None, (period_of_subject(Path(path), subject, sheet) for path in paths)), None)
     second = "velocity" if flow_diameter is not None else "flow"
     if len(paths) == 1:
-        signals = read_signals(paths[0], {"pressure": pressure_unit, second: flow_unit}, site, sheet)
+        signals = read_signals(paths[0], {"pressure": pressure_unit, second: flow_unit}, site, sheet, subject)
     else:
         signals = [
-            *read_signals(paths[0], {"pressure": pressure_unit}, site, sheet),
-            *read_signals(paths[1], {second: flow_unit}, site, sheet),
+            *read_signals(paths[0], {"pressure": pressure_unit}, site, sheet, subject),
+            *read_signals(paths[1], {second: flow_unit}, site, sheet, subject),
         ]
     signals = [_as_flow(signal, flow_diameter) for signal in signals]
     zero, gain, flow_gain, flow_zero = calibration

@@ -39,7 +39,7 @@ def write_network_table(measured: Measurement, path: str | Path, doubts: Sequenc
 def write_points(tree: Tree, names: tuple[str, ...], path: str | Path) -> None:
     """Write the points of every axis with their inscribed radii: vessel, x, y, z, radius in cm."""
     rows = [
-        [name, *(f"{value:.7g}" for value in (x, y, z, r))]
+        [name, *(f"{value:.10g}" for value in (x, y, z, r))]
         for name, line in zip(names, tree.lines, strict=True)
         for (z, y, x), r in zip(line.points, line.radius, strict=True)
     ]

@@ -19,7 +19,8 @@ from vasowave.lung.read.volume import Image
 _FIELDS: dict[int, dict[str, tuple[str, int]]] = {
     348: {
         "dim": ("8h", 40), "bits": ("h", 72), "sizes": ("3f", 80), "offset": ("f", 108), "unit": ("B", 123),
-        "codes": ("2h", 252), "side": ("f", 76), "turn": ("3f", 256), "first": ("3f", 268), "affine": ("12f", 280),
+        "words": ("4s", 56), "codes": ("2h", 252), "side": ("f", 76), "turn": ("3f", 256), "first": ("3f", 268),
+        "affine": ("12f", 280),
     },
     540: {
         "bits": ("h", 14), "dim": ("8q", 16), "sizes": ("3d", 112), "offset": ("q", 168), "unit": ("i", 500),
@@ -88,7 +89,7 @@ def _header(path: Path) -> bytes:
 
 def _frames(header: bytes) -> list[np.ndarray]:
     """Return the transforms from voxels i, j, k to places that a header names, shape (3, 4): qform, sform."""
-    if _size(header)[1] == 348 and not header.startswith((b"n+1", b"ni1"), 344):
+    if _is_analyze(header):
         return []  # Analyze, which has no transforms
     codes, affine = _field(header, "codes"), np.reshape(_field(header, "affine"), (3, 4))
     b, c, d = _field(header, "turn")
@@ -102,9 +103,16 @@ def _frames(header: bytes) -> list[np.ndarray]:
 
 
 def _is_sized(header: bytes) -> bool:
-    """Whether a header says how large a voxel is, and in which unit: m, mm or µm."""
+    """Whether a header says how large a voxel is, and in which unit: m, mm or µm; Analyze's says it in letters."""
     sizes, (unit,) = _field(header, "sizes"), _field(header, "unit")
+    if _is_analyze(header):
+        return all(size > 0 for size in sizes) and _field(header, "words")[0].strip(b"\0 ").lower() == b"mm"
     return all(size > 0 for size in sizes) and unit & 7 in (1, 2, 3)
+
+
+def _is_analyze(header: bytes) -> bool:
+    """Whether a header is that of Analyze 7.5, in the place of whose later fields other things may stand."""
+    return _size(header)[1] == 348 and not header.startswith((b"n+1", b"ni1"), 344)
 
 
 def _announced(header: bytes, single: bool) -> int:

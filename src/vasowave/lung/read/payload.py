@@ -29,6 +29,7 @@ def no_voxel_size(path: Path, problem: str) -> InputError:
     )
 
 
+_ELSEWHERE = {"nm": 1e-7, "inch": 2.54, "inches": 2.54}  # cm
 _WORDS = {"millimeter": "mm", "millimetre": "mm", "centimeter": "cm", "centimetre": "cm", "meter": "m", "metre": "m",
           "micrometer": "um", "micrometre": "um", "micron": "um", "\\u00b5m": "um"}  # fmt: skip
 
@@ -37,7 +38,7 @@ def centimeters(unit: str) -> float:
     """Return how many cm a unit of length is, as files write it; 0 where it is none, as a pixel."""
     word = unit.strip(" \t\0\"'").lower()
     word = _WORDS.get(word, _WORDS.get(word.removesuffix("s"), word))
-    return units.factor(word, "length") if units.is_of(word, "length") else 1e-7 if word == "nm" else 0.0
+    return units.factor(word, "length") if units.is_of(word, "length") else _ELSEWHERE.get(word, 0.0)
 
 
 def data_file(header: Path, name: str) -> Path:

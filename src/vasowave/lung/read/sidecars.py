@@ -19,8 +19,10 @@ _BARE = r"(?:(?<=\w_[xyz])|(?<=_type)|(?<=_size)|(?<=_dimension)) (?=[^=:\t\[(]*
 _ENTRY = re.compile(rf"(.+?)\s*(?:=|:|\t|\s{{2,}}|{_BARE})\s*(.*)")
 _NAMED = r"(?:pixel|voxel)[ _]?size"
 _IN_UNIT = r"(?:[ _]?[\[(]?([µμa-z]+)[\])]?)?"
+_EVERY_AXIS = r"pixel_size_[xyz]"
+"""Keys of which every axis has one, also where voxels are cubes."""
 RANKS = (
-    r"voxelsizerec", r"geometry/resolution", r"el_size_mm", r"[xyz]?voxelsize[xyz]?", r"pixel_size_[xyz]",
+    r"voxelsizerec", r"geometry/resolution", r"el_size_mm", r"[xyz]?voxelsize[xyz]?", _EVERY_AXIS,
     rf"{_NAMED}{_IN_UNIT}", rf"(?:image|reconstructed|result) {_NAMED}{_IN_UNIT}", rf"scaled image {_NAMED}{_IN_UNIT}",
 )  # fmt: skip
 """Keys that hold the size of a voxel, what was reconstructed before what was acquired (datos|x; VGStudio; Scanco;
@@ -59,6 +61,10 @@ def voxel_size_in(texts: Sequence[Mapping[str, str]], source: Path) -> tuple[np.
         if not sizes:
             continue
         merged = _merged([size for size, _ in sizes], source)
+        if rule != _EVERY_AXIS:
+            merged = _cubic(merged)
+        elif np.isnan(merged).any():
+            return None
         if np.isfinite(merged).all():
             step = section_step(texts)
             name = ", ".join(dict.fromkeys(key.rpartition("/")[2] for _, key in sizes))
@@ -86,8 +92,13 @@ def _merged(sizes: list[np.ndarray], source: Path) -> np.ndarray:
                 [VOXEL],
             )
         merged = np.where(np.isfinite(size), size, merged)
-    is_flat = np.isfinite(merged[:2]).all() and np.isnan(merged[2]) and np.isclose(merged[0], merged[1], rtol=1e-3)
-    return np.append(merged[:2], merged[0]) if is_flat else merged  # cone beams reconstruct cubes
+    return merged
+
+
+def _cubic(size: np.ndarray) -> np.ndarray:
+    """Return a size, x, y, z, whose z is that of x and y where these are one: cone beams reconstruct cubes."""
+    is_flat = np.isfinite(size[:2]).all() and np.isnan(size[2]) and np.isclose(size[0], size[1], rtol=1e-3)
+    return np.append(size[:2], size[0]) if is_flat else size
 
 
 def _size(match: re.Match[str], key: str, value: str, fields: Mapping[str, str]) -> np.ndarray | None:
@@ -110,6 +121,8 @@ def _size(match: re.Match[str], key: str, value: str, fields: Mapping[str, str])
     if not unit:
         return None
     axis = re.fullmatch("([xyz])voxelsize|(?:voxelsize|pixel_size_)([xyz])", name)
+    if axis is not None and len(numbers) > 1:
+        return None
     if axis is None:
         return np.broadcast_to(np.array(numbers) * unit, 3)
     size = np.full(3, np.nan)

@@ -5,6 +5,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, note_kind
 from vasowave.base.io.cells import is_numeric
@@ -59,6 +61,10 @@ _NO_RADIUS = {
     "the unit of its numbers"
 }
 
+_FARTHEST = 1e100  # in whatever unit: no place is farther
+_SAME_PLACE = 1e-5
+"""Share of the size of a tree within which two places are one: programs round them."""
+
 _NO_END = {"direction", "dir", "axis", "normal", "tangent", "vector", "orientation", "center", "centre", "size"}
 """Words of a triple of columns that is no end of a vessel."""
 
@@ -105,10 +111,34 @@ def ends_by_places(names: Sequence[str]) -> list[list[int]]:
     return complete if len(complete) == 2 else []
 
 
-def _place(cells: Sequence[str]) -> str:
-    """Return a place, to five digits, as the name of a node; empty where a coordinate is missing."""
-    values = [float(cell) if is_numeric(cell) else math.nan for cell in cells]
-    return " ".join(f"{value + 0.0:.5g}" for value in values) if all(map(math.isfinite, values)) else ""
+def _joints(ends: Sequence[Sequence[Sequence[str]]]) -> list[list[str]]:
+    """Return the names of the nodes at places, of both ends a list: those of one place have one, the first's cells.
+
+    Places are one where they are closer than `_SAME_PLACE` of the size of the tree, wherever that stands; a node
+    without a place has no name.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    texts = [cells for end in ends for cells in end]
+    places = np.array([[_coordinate(cell) for cell in cells] for cells in texts])
+    placed = np.flatnonzero((np.abs(places) < _FARTHEST).all(axis=1))  # a gap is no place either
+    if not len(placed):
+        return [[""] * len(end) for end in ends]
+    places = places[placed] - places[placed[0]]
+    pairs = cKDTree(places).query_pairs(_SAME_PLACE * float(np.ptp(places, axis=0).max()), output_type="ndarray")
+    joined = coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=2 * (len(placed),))
+    joint = connected_components(joined, directed=False)[1]
+    names = [""] * len(texts)
+    first: dict[int, int] = {}
+    for row, group in zip(placed.tolist(), joint.tolist(), strict=True):
+        names[row] = " ".join(texts[first.setdefault(group, row)])
+    return [names[: len(ends[0])], names[len(ends[0]) :]]
+
+
+def _coordinate(cell: str) -> float:
+    return float(cell.replace(",", ".")) if is_numeric(cell) else math.nan
 
 
 def _with_nodes(table: Columns) -> Columns:
@@ -116,7 +146,7 @@ def _with_nodes(table: Columns) -> Columns:
     ends = ends_by_places(table.names)
     if not ends:
         return table
-    nodes = [[_place([row[i] for i in end]) for row in table.cells] for end in ends]
+    nodes = _joints([[[row[i].strip() for i in end] for row in table.cells] for end in ends])
     added = [", ".join(table.titles[i].strip() for i in end) for end in ends]
     cells = tuple((*row, *pair) for row, pair in zip(table.cells, zip(*nodes, strict=True), strict=True))
     return replace(table, names=(*table.names, "node 1", "node 2"), units=(*table.units, "", ""), cells=cells,
@@ -164,6 +194,11 @@ def _choose_name(table: Columns, names: list[str]) -> None:
 def topology_of(names: Sequence[str]) -> tuple[str, ...]:
     """Return the columns that say what joins vessels; empty if there are none."""
     return next((titles for titles in TOPOLOGIES if set(titles) <= set(names)), ())
+
+
+def is_size(title: str) -> bool:
+    """Return whether a title is that of a length or a width of vessels."""
+    return canonical_title(title)[0] in LENGTHS
 
 
 def says_unit(table: Columns) -> bool:

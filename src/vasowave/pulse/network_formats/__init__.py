@@ -93,12 +93,14 @@ def _refused(
 NETWORKS.register(_refused("centerlines", "centerlines", None, "holds centerlines, of which a network is made first, "
                            "with their unit of length", (Tidy("centerlines"),)))  # fmt: skip
 for _name, _mark, _words in (
-    ("GXL", rb"<gxl", "a tree in GXL, as VascuSynth writes it: its positions count voxels, its radii have the unit of "
-     "the voxel width, and neither says which. Write a table from,to,length [mm],radius [mm]"),
+    ("GXL", rb"<gxl[\s\S]*\bnodeType\b", "a tree in GXL, as VascuSynth writes it: its positions count voxels, its "
+     "radii have the unit of the voxel width, and neither says which. Write a table from,to,length [mm],radius [mm]"),
+    ("network.dat", rb"total number of segments[\s\S]*?seg ?name", "a network as Secomb's programs read it: segments "
+     "between nodes, then the places of these, in um. Write a table from,to,length [um],diameter [um]"),
     ("openBF", rb"^network:[^:]*:[^:]*\bsn:", "a model of openBF, of which tables are made first: vasowave export FILE "
      "--to tables -o FOLDER. Then give the network in that folder"),
 ):  # fmt: skip
-    NETWORKS.register(_refused(_name, _name, re.compile(_mark, re.MULTILINE), _words))
+    NETWORKS.register(_refused(_name, _name, re.compile(_mark, re.MULTILINE | re.IGNORECASE), _words))
 
 
 def read_network(path: str | Path, unit: str | None = None) -> Network:
@@ -107,10 +109,10 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     Parameters
     ----------
     path : path
-        A table (CSV, TSV, Excel) as of `network_of`, by the titles that `SYNONYMS` lists; GraphML; a spatial
-        graph of Amira or Avizo (ASCII); a MATLAB file with ``dim_mat`` and ``ves_conn``; ``Dimensions.txt`` or
-        ``connectivity.txt``, which lie in one folder; the input of svOneDSolver or svZeroDSolver; FirstBlood's table of
-        edges.
+        A table (CSV, TSV, Excel) as of `network_of`, by the titles that `SYNONYMS` lists; a graph (GraphML, GML, GXL,
+        NetworkX's JSON or list of edges); a spatial graph of Amira or Avizo (ASCII); a MATLAB file with ``dim_mat`` and
+        ``ves_conn``; ``Dimensions.txt`` or ``connectivity.txt``, which lie in one folder; the input of svOneDSolver or
+        svZeroDSolver; FirstBlood's table of edges.
     unit : str, optional
         Unit of lengths and radii (``mm``, or the edge of a voxel, ``0.0036 cm``), for files that do not say it.
 

@@ -1,23 +1,34 @@
-"""Graphs as NetworkX, igraph, Gephi and VesselVio write them, GraphML, GML or JSON: edges with lengths and radii."""
+"""Graphs as NetworkX, igraph, Gephi and VesselVio write them: edges with lengths and radii, in one of five forms."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import ParseError
+from xml.etree import ElementTree
 
+from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.io.columns import Columns, read_headings
+from vasowave.base.io.headings import has_unit
 from vasowave.base.io.textfile import read_bytes, read_start
 from vasowave.base.stores import parsed
+from vasowave.pulse.network.titles import is_size
 from vasowave.pulse.network_formats import NETWORKS, table_format
 
+_UNIT_KEYS = ("unit", "units", "length_unit", "unit_length", "spatial_unit", "units_length")
 _LARGEST = 64 << 20  # bytes; a hundred thousand edges have 30 MB
 _GML = re.compile(rb"(?:\s*(?:#[^\n]*\n|(?:Creator|Version|comment)\b[^\n]*\n))*\s*graph\s*\[")
+_GXL, _VASCUSYNTH = b"<gxl", b"nodeType"
+_EDGE_LIST = re.compile(rb"(?:\s*#[^\n]*\n)*\s*[^\s{,;]+[ \t]+[^\s{,;]+[ \t]+\{\s*['\"]")  # as NetworkX writes it
 _NODE_LINK = (b'"directed"', b'"source"')  # beside the nodes, of which thousands may come before the edges
 
 
 def is_graph(path: Path, start: bytes) -> bool:
-    """Return whether a file is GraphML, GML or NetworkX's JSON, by its first element or keys."""
+    """Return whether a file is GraphML, GXL, GML or NetworkX's JSON or list of edges, by its first element or keys."""
+    if _GXL in start:
+        return _VASCUSYNTH not in start
+    if _EDGE_LIST.match(start):
+        return True
     is_json = start.lstrip().startswith(b"{") and b'"nodes"' in start and any(key in start for key in _NODE_LINK)
     return b"graphml.graphdrawing.org" in start or b"<graphml" in start or bool(_GML.match(start)) or is_json
 
@@ -38,7 +49,7 @@ def graph_columns(path: Path) -> Columns:
         raise InputError(f"{path}: larger than {_LARGEST >> 20} MB; take out what is no vessel")
     try:
         graph = _read(path)
-    except (networkx.NetworkXException, ParseError, LookupError, ValueError, TypeError, AttributeError,
+    except (networkx.NetworkXException, ElementTree.ParseError, LookupError, ValueError, TypeError, AttributeError,
             RecursionError) as error:  # fmt: skip
         raise InputError(f"{path}: not a graph, or damaged ({' '.join(str(error).split())[:200]})") from None
     edges = list(graph.edges(data=True))
@@ -46,10 +57,11 @@ def graph_columns(path: Path) -> Columns:
         raise InputError(f"{path}: has no edge; export the graph with its edges")
     attributes = sorted({str(key) for _, _, values in edges for key in values} - {"id", "source", "target"})
     ends = ("source", "target") if graph.is_directed() else ("node 1", "node 2")
+    stated = _stated_unit(graph.graph)
     cells = tuple(
         (str(first), str(last), *(str(values.get(name, "")) for name in attributes)) for first, last, values in edges
     )
-    titles = (*ends, *attributes)
+    titles = (*ends, *(name if has_unit(name) or not is_size(name) else f"{name}{stated}" for name in attributes))
     names, units = read_headings(path, titles, {})
     lines = tuple(range(1, len(cells) + 1))
     return Columns(str(path), names, units, cells, lines, titles=titles, row_word="edge")
@@ -60,6 +72,10 @@ def _read(path: Path) -> Any:
     import networkx
 
     start = read_start(path)
+    if _GXL in start:
+        return _of_gxl(path)
+    if _EDGE_LIST.match(start):
+        return networkx.read_edgelist(path, encoding="utf-8-sig")
     if _GML.match(start):
         return networkx.read_gml(path, label="id")
     if not start.lstrip().startswith(b"{"):
@@ -68,6 +84,33 @@ def _read(path: Path) -> Any:
     return networkx.node_link_graph(content, edges="links" if "links" in content else "edges")
 
 
+def _of_gxl(path: Path) -> Any:
+    """Return the graph of a file in the Graph eXchange Language (Winter et al. 2002)."""
+    import networkx
+
+    drawn = ElementTree.fromstring(read_bytes(path)).find("{*}graph")
+    if drawn is None:
+        raise ValueError("no graph in it")
+    graph = networkx.Graph() if "undirected" in drawn.get("edgemode", "") else networkx.DiGraph()
+    graph.graph.update(_attributes(drawn))
+    for edge in drawn.findall("{*}edge"):
+        graph.add_edge(edge.attrib["from"], edge.attrib["to"], **_attributes(edge))
+    return graph
+
+
+def _attributes(element: ElementTree.Element) -> dict[str, str]:
+    """Return the attributes of an element of GXL that have one value, as text."""
+    pairs = ((child.get("name", "").strip(), list(child)) for child in element.findall("{*}attr"))
+    return {name: (values[0].text or "").strip() for name, values in pairs if len(values) == 1 and not len(values[0])}
+
+
+def _stated_unit(attributes: Mapping[str, Any]) -> str:
+    """Return the unit of lengths that a graph says of itself, in brackets; empty without one."""
+    words = {str(key).casefold(): str(value).strip() for key, value in attributes.items()}
+    unit = next((words[key] for key in _UNIT_KEYS if key in words), "")
+    return f" [{unit}]" if units.is_of(unit, "length") else ""
+
+
 NETWORKS.register(
-    table_format("graphml", "GraphML, GML or node-link file", (".graphml", ".gml"), is_graph, graph_columns)
+    table_format("graphml", "graph file", (".graphml", ".gml", ".gxl", ".edgelist"), is_graph, graph_columns)
 )

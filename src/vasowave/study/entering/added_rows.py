@@ -30,6 +30,12 @@ class AddedRow:
         """What may hold the ID of the animal: its file, or the file's folder."""
         return (self.recorded.name, self.recorded.files[0].parent.name)
 
+    @property
+    def named_file(self) -> Path:
+        """Its file, whose name may tell the group; of a table of subjects one that is called like the subject."""
+        file, subject = self.recorded.files[0], self.recorded.subject_row
+        return file.parent / subject.replace("/", " ") if subject else file
+
 
 def sheet_groups(
     sheets: Sequence[AnimalSheet], entries: Sequence[AddedRow], before: Sequence[Mapping[str, str]]

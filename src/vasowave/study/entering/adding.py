@@ -241,7 +241,7 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
     files = files_in([*paths, *([network] if network else [])], own_files)
     block = int(cells["block"]) if cells.get("block", "").isdigit() else None
     choosing = Choosing(titles, block, cells.get("site") or site, cells.get("sheet", ""),
-                        bool(cells.get("flow diameter [mm]")))  # fmt: skip
+                        cells.get("subject row", ""), bool(cells.get("flow diameter [mm]")))  # fmt: skip
     sorted_files = sort_files(files, choosing)
     if unread := passed_over(paths, own_files):
         names = ", ".join(unread[:_MAX_NAMES]) + (
@@ -272,7 +272,7 @@ def _grouped(
 
     def assign() -> list[AddedRow]:
         for entry in rows:
-            candidates = (told_group(entry.recorded.files[0], path.parent, by) for by in (requested_groups, marks))
+            candidates = (told_group(entry.named_file, path.parent, by) for by in (requested_groups, marks))
             words = [sheet.row_of(entry.names).get("group", "") for sheet in sheets]
             in_sheet = (label for label, of_label in marks.items() if {label, *of_label} & {*words})
             entry.cells["group"] = group or next(filter(None, [*in_sheet, *candidates]), "")
@@ -280,9 +280,7 @@ def _grouped(
 
     lost = assign()
     proposal = (
-        proposed_groups([entry.recorded.files[0] for entry in lost], path.parent)
-        if lost and not requested_groups
-        else None
+        proposed_groups([entry.named_file for entry in lost], path.parent) if lost and not requested_groups else None
     )
     if proposal is None:
         return marks, [], [NameGroups()] if lost else []

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from vasowave.base.errors import InputError
 from vasowave.base.io.columns import read_columns
+from vasowave.catheter.read.subject_rows import sample_columns
 from vasowave.catheter.signals.signal import ALIASES
 from vasowave.study.entering.grouping import is_reference, within, words
 from vasowave.study.folder.animals import columns_of
@@ -55,7 +56,12 @@ def animal_sheet(file: Path) -> AnimalSheet | None:
         return None
     plain = [" ".join(words(name)) for name in table.names]
     column = next((plain.index(title) for title in _ID_TITLES if title in plain), None)
-    if column is None or len(plain) < 2 or {"pressure", "flow"} <= {ALIASES.get(title, title) for title in plain}:
+    if (
+        column is None
+        or len(plain) < 2
+        or sample_columns(table)
+        or {"pressure", "flow"} <= {ALIASES.get(title, title) for title in plain}
+    ):
         return None
     keys = [row[column].strip() for row in table.cells]
     if not all(keys) or len(set(keys)) < len(keys):

@@ -333,7 +333,7 @@ def doubled_animals(study: Study) -> list[StudyProblem]:
         for row in study.animals:
             files = row.recordings if title == "recording" else filter(None, [getattr(row, title)])
             for content in _contents([*files]):
-                earlier_row = first.setdefault(content, row)
+                earlier_row = first.setdefault(content + row.subject_row, row)
                 if earlier_row is not row and not _meant(row, earlier_row):
                     problems.append(_doubled(study, row, earlier_row, kind, title))
                     break

@@ -53,6 +53,8 @@ class Choosing:
         The artery.
     sheet : str
         Of workbooks.
+    subject_row : str
+        Of tables with a row a subject.
     diameter : bool
         Whether the diameter of the vessel is said, whose velocity was recorded.
     """
@@ -61,6 +63,7 @@ class Choosing:
     block: int | None = None
     site: str = PULMONARY
     sheet: str = ""
+    subject_row: str = ""
     diameter: bool = False
 
 
@@ -81,6 +84,8 @@ class Recorded(NamedTuple):
         What was decided for the user.
     titles : tuple of str
         Of the channels of a continuous recording.
+    subject_row : str
+        Of a table with a row a subject.
     """
 
     name: str
@@ -90,6 +95,7 @@ class Recorded(NamedTuple):
     stretch: Span | None = None
     remarks: tuple[str, ...] = ()
     titles: tuple[str, ...] = ()
+    subject_row: str = ""
 
 
 class Sorted(NamedTuple):
@@ -176,6 +182,9 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
                 networks.append(file)
                 continue
             _refuse_vessels(file)
+            if choosing.subject_row:
+                recordings.append(Recorded(choosing.subject_row, (file,), "cycle", subject_row=choosing.subject_row))
+                continue
             sheet, workbook = animal_sheet(file), file.suffix.lower() in WORKBOOKS
             if sheet is not None:
                 sheets.append(sheet)

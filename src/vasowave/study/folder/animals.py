@@ -25,7 +25,7 @@ from vasowave.study.folder.rows import COLUMNS, ERRORS, NUMBERS, REQUIRED_COLUMN
 
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]",
              "beat edits")  # fmt: skip
-_CYCLE_ONLY = ("period [s]",)
+_CYCLE_ONLY = ("period [s]", "subject row")
 _MIN_TITLE_SIMILARITY = 0.8  # share of letters in common with a title from which another is a slip
 _SIGNED_COLUMNS = ("zero [mmHg]", "zero after [mmHg]", "flow zero [ml/s]", "flow gain [1]", "pressure delay [s]",
            "flow delay [s]", "volume delay [s]")  # fmt: skip
@@ -276,7 +276,7 @@ def read_row(
     texts: dict[str, Any] = {
         field_of(title): cell[title]
         for title in COLUMNS
-        if title.endswith((" unit", " channel")) or title in ("sheet", "site")
+        if title.endswith((" unit", " channel")) or title in ("sheet", "subject row", "site")
     }
     block, after = numbers.pop("block"), numbers.pop("zero_after")
     known_errors = {name: value for name in ERRORS.values() if (value := numbers.pop(name)) is not None}

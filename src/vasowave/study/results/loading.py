@@ -67,7 +67,7 @@ SYNTHETIC_MARK = b"SYNTHETIC"
 
 _HEAD_BYTES = 4096  # bytes from the beginning of a file, where the mark stands
 _OF_FILES = ("network", "recordings", "beat_edits", "sites", "ventricle", "loops", "wedge_wave")
-_OPTIONAL = ("flow_diameter", "sheet", "site", "volume_channel", "volume_unit", "volume_delay")
+_OPTIONAL = ("flow_diameter", "sheet", "subject_row", "site", "volume_channel", "volume_unit", "volume_delay")
 """Of a row: what enters the key only where it is given."""
 _NOT_IN_KEY = (
     *_OF_FILES,
@@ -216,7 +216,7 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
         try:
             cycle = read_recording(
                 *row.recordings, period=row.period, calibration=row.calibration, site=_site(row, study.site),
-                sheet=row.sheet, flow_diameter=row.flow_diameter, **_units(row),
+                sheet=row.sheet, subject_row=row.subject_row, flow_diameter=row.flow_diameter, **_units(row),
             )  # fmt: skip
         except InputError:
             for file in () if row.kind else row.recordings:  # what nobody can describe is refused in the same words

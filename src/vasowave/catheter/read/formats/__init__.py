@@ -37,6 +37,8 @@ class RecordingFormat(Format):
         default they are taken from what `read` returns.
     sheets : bool
         Whether it is a workbook, whose `read` and `cycle` take a `sheet`, too.
+    subjects : bool
+        Whether it may have a row a subject, so that `cycle` takes a `subject_row`, too.
     companions : callable
         Takes path and returns the files that are read along with it.
     """
@@ -44,6 +46,7 @@ class RecordingFormat(Format):
     continuous: bool = False
     cycle: Callable[..., list[Signal]] | None = None
     sheets: bool = False
+    subjects: bool = False
     companions: Callable[[Path], tuple[Path, ...]] = lambda path: ()
 
     def of_sheet(self, path: Path, sheet: str) -> dict[str, str]:
@@ -55,6 +58,13 @@ def check_sheet(paths: Sequence[str | Path], sheet: str) -> None:
     """Raise `InputError` for a sheet that is named where no file of a recording is a workbook."""
     if sheet and not any(RECORDINGS.of(path).sheets for path in paths):
         raise InputError(f"{paths[0]}: is no workbook and has no sheet '{sheet}'; leave the sheet out")
+
+
+def check_subject(paths: Sequence[str | Path], subject_row: str) -> None:
+    """Raise `InputError` for a subject that is named where a file is no table, which has a row for each."""
+    for path in paths if subject_row else ():
+        if not (form := RECORDINGS.of(path)).subjects:
+            raise InputError(f"{path}: {form.title}, has no row of '{subject_row}'; leave the subject out")
 
 
 def companion_files(path: Path) -> tuple[Path, ...]:
@@ -82,8 +92,10 @@ def read_blocks(
     return blocks
 
 
-def read_signals(path: str | Path, quantities: Wanted, site: str = PULMONARY, sheet: str = "") -> list[Signal]:
-    """Read the `quantities` of one averaged cycle from one file.
+def read_signals(
+    path: str | Path, quantities: Wanted, site: str = PULMONARY, sheet: str = "", subject_row: str = ""
+) -> list[Signal]:
+    """Read the `quantities` of one averaged cycle from one file, of a table with a row a subject from that of one.
 
     Raises
     ------
@@ -100,7 +112,8 @@ def read_signals(path: str | Path, quantities: Wanted, site: str = PULMONARY, sh
         )
     if form.cycle is None:
         return _of_channels(path, form, quantities, site)
-    return form.cycle(path, quantities, site, **form.of_sheet(path, sheet))
+    of_subject = {"subject_row": subject_row} if subject_row else {}
+    return form.cycle(path, quantities, site, **form.of_sheet(path, sheet), **of_subject)
 
 
 def _of_channels(path: Path, form: RecordingFormat, quantities: Wanted, site: str) -> list[Signal]:

@@ -21,6 +21,7 @@ from vasowave.base.io.textfile import Lines, Progress, read_lines
 from vasowave.base.sites import PULMONARY
 from vasowave.catheter.read.choosing import TAKEN, choose, with_time
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
+from vasowave.catheter.read.subject_rows import subject_asked_for, subject_columns
 from vasowave.catheter.signals.channels import CUT_OFF, Block, Channel, Comment, rates_differ
 from vasowave.catheter.signals.gaps import with_gaps
 from vasowave.catheter.signals.number_rows import DecimalMark, NumberRows
@@ -220,7 +221,8 @@ def read_number_table(
         No header, no times and no rate, or line and column of: surplus or missing values, a cell that is no number,
         both decimal marks, uneven times.
     """
-    table = _parsed(path, sheet, progress=progress)
+    with subject_asked_for(path, sheet=sheet):
+        table = _parsed(path, sheet, progress=progress)
     if not any(table.names) and (sampling_rate is None or not np.isnan(sampling_rate)):
         raise InputError(f"{path}: no header; {_HEADER}")
     return table.block(sampling_rate)
@@ -350,12 +352,15 @@ class ColumnTitle(NamedTuple):
     unit: str
 
 
-def read_cycle(path: Path, quantities: Wanted, site: str = PULMONARY, sheet: str = "") -> list[Signal]:
+def read_cycle(
+    path: Path, quantities: Wanted, site: str = PULMONARY, sheet: str = "", subject_row: str = ""
+) -> list[Signal]:
     """Return the columns that hold the quantities wanted of one cycle; other columns may hold anything."""
-    table = read_columns(path, ALIASES, sheet)
+    table = subject_columns(path, subject_row, sheet) if subject_row else read_columns(path, ALIASES, sheet)
     table.warn()
     alone = len(quantities) == 1
-    return [_from_table(table, quantity, unit, alone, site) for quantity, unit in quantities.items()]
+    with subject_asked_for(path, subject_row, sheet):
+        return [_from_table(table, quantity, unit, alone, site) for quantity, unit in quantities.items()]
 
 
 def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool, site: str) -> Signal:
@@ -458,5 +463,6 @@ RECORDINGS.register(
     RecordingFormat(
         "table", "table", (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tab", ".lvm"), None,
         lambda path, rate, progress: [read_number_table(path, rate, progress)], cycle=read_cycle,
+        subjects=True,
     )
 )  # fmt: skip

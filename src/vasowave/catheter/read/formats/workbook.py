@@ -115,8 +115,12 @@ def read_workbook(path: Path, rate: float | None, progress: Progress | None, she
     return [replace(blocks[0], suspicions=(*blocks[0].suspicions, *notes)), *blocks[1:]]
 
 
-def read_cycle_of_workbook(path: Path, quantities: Wanted, site: str = PULMONARY, sheet: str = "") -> list[Signal]:
-    """Return the signals of one cycle from the sheet that is named, or the first with signals."""
+def read_cycle_of_workbook(
+    path: Path, quantities: Wanted, site: str = PULMONARY, sheet: str = "", subject_row: str = ""
+) -> list[Signal]:
+    """Return the signals of one cycle from the sheet that is named, or the first with signals, or of subjects."""
+    if subject_row:
+        return read_cycle(path, quantities, site, sheet, subject_row)
     sheets = SignalSheets((sheet,), ()) if sheet else signal_sheets(path)
     first, *following = read_cycle(path, quantities, site, sheets.names[0])
     return [replace(first, notes=(*first.notes, *sheets.findings(sheets.names[0]))), *following]
@@ -125,6 +129,6 @@ def read_cycle_of_workbook(path: Path, quantities: Wanted, site: str = PULMONARY
 RECORDINGS.register(
     RecordingFormat(
         "workbook", "workbook", WORKBOOKS, lambda path, start: is_workbook(start),
-        read_workbook, cycle=read_cycle_of_workbook, sheets=True,
+        read_workbook, cycle=read_cycle_of_workbook, sheets=True, subjects=True,
     )
 )  # fmt: skip

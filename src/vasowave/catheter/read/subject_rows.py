@@ -1,0 +1,132 @@
+"""A table with a row a subject: the cycle of one of them, its samples below each other."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.base import units
+from vasowave.base.cures import UNKNOWN, SetCells
+from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.io.cells import is_value
+from vasowave.base.io.columns import Columns, read_columns
+from vasowave.base.io.headings import split_title
+from vasowave.catheter.signals.signal import ALIASES
+
+_NUMBERED = re.compile(r"(?P<stem>.*?[^\W\d_])[\W_]*(?P<number>\d+)[\W_]*")
+_CHANNELS = 64  # more than a recorder has
+_MAX_BYTES = 1 << 26  # of a table of subjects
+_FEWEST = 8  # numbered columns that are samples of a signal, and not visits or vessels
+_RATES = ("heart rate", "heart rate bpm", "hr", "hr bpm", "heart frequency", "herzfrequenz", "fréquence cardiaque")
+_PERIODS = ("period", "rr", "rr interval", "cycle length")
+SUBJECT = SetCells("Name the subject whose row is read", (("subject row", UNKNOWN),))
+
+
+@contextmanager
+def subject_asked_for(path: Path, subject: str = "", sheet: str = "") -> Iterator[None]:
+    """Turn what is wrong with a table into the question whose row to read, where it has a row a subject."""
+    try:
+        yield
+    except InputError as error:
+        first, *_, last = ("", "") if subject else _sample_titles(path, sheet)
+        if not last:
+            raise
+        raise InputError(
+            f"{path}: its columns {first} to {last} are samples of a row a subject; name the subject whose row to "
+            "read, or write its samples below each other, pressure in one column and flow in another",
+            [SUBJECT],
+        ) from error
+
+
+def _sample_titles(path: Path, sheet: str) -> list[str]:
+    """Return the titles of the samples in a table with a row a subject, whom a word names, or of so many that none is
+    a channel; else two blanks.
+    """
+    try:
+        table = read_columns(path, sheet=sheet) if path.stat().st_size < _MAX_BYTES else None
+    except InputError:
+        table = None
+    columns = [column for signal in sample_columns(table).values() for column in signal] if table else []
+    if not table or not columns:
+        return ["", ""]
+    labels = [[cell.strip() for i, cell in enumerate(row) if i not in columns] for row in table.cells]
+    is_named = all(any(not is_value(cell) for cell in row) for row in labels)
+    return [table.titles[column].strip() for column in columns] if is_named or len(columns) > _CHANNELS else ["", ""]
+
+
+def subject_columns(path: Path, subject: str, sheet: str = "") -> Columns:
+    """Return the samples of one subject as a table with a column a signal.
+
+    Raises
+    ------
+    InputError
+        No numbered columns; no such subject, or several; samples that are missing.
+    """
+    table, row = _row_of(path, subject, sheet)
+    signals = sample_columns(table)
+    lengths = {len(columns) for columns in signals.values()}
+    if len(lengths) > 1:
+        counts = ", ".join(f"{len(columns)} of '{name}'" for name, columns in signals.items())
+        raise InputError(f"{path}: its signals have unlike numbers of samples ({counts}); give a file of each")
+    cells = tuple(tuple(table.cells[row][column] for column in sample) for sample in zip(*signals.values()))
+    first = [columns[0] for columns in signals.values()]
+    pairs = [split_title(name) or (name, None) for name in signals]
+    names = tuple(ALIASES.get(name, name) for name, _ in pairs)
+    stated = tuple(table.units[column] or unit or "" for column, (_, unit) in zip(first, pairs, strict=True))
+    lines = (table.lines[row],) * len(cells)
+    return replace(table, names=names, units=stated, cells=cells, lines=lines, titles=tuple(signals))
+
+
+def period_of_subject(path: Path, subject: str, sheet: str = "") -> float | None:
+    """Return the period of a subject's cycle, s, by its heart rate or its length; None where no column says it."""
+    table, row = _row_of(path, subject, sheet)
+    for column, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
+        title = " ".join(re.sub(r"[\W_]+", " ", name).split())
+        if title in _RATES:
+            rate = _value(table, row, column)
+            return (1.0 if unit.lower() in ("hz", "1/s") else 60.0) / rate if rate > 0 else None
+        if title in _PERIODS and unit:
+            return _value(table, row, column) * units.factor(unit, "time")
+    return None
+
+
+def _value(table: Columns, row: int, column: int) -> float:
+    """Return a number of a row, in whatever unit."""
+    units_left_out = ("s",) * len(table.units)
+    cells = replace(table, cells=(table.cells[row],), lines=(table.lines[row],), units=units_left_out)
+    return float(cells.numbers(column, "time")[0])
+
+
+def _row_of(path: Path, subject: str, sheet: str) -> tuple[Columns, int]:
+    """Return a table, and which of its rows is that of a subject."""
+    table = read_columns(path, sheet=sheet)
+    samples = {column for columns in sample_columns(table).values() for column in columns}
+    if not samples:
+        raise InputError(
+            f"{path}: no columns that number the samples of a signal, as p_0, p_1 …; a row of it holds no cycle. What "
+            "the numbers of a right-heart catheter tell: vasowave right-heart FILE"
+        )
+    labels = [[cell.strip() for i, cell in enumerate(row) if i not in samples] for row in table.cells]
+    rows = [i for i, row in enumerate(labels) if subject.strip().casefold() in map(str.casefold, row)]
+    if len(rows) == 1:
+        return table, rows[0]
+    names = [next(iter(row), "") for row in labels]
+    if rows:
+        lines = ", ".join(str(table.lines[row]) for row in rows)
+        raise InputError(f"{path}: lines {lines} are rows of '{subject}'; name one that stands once", [SUBJECT])
+    hint = did_you_mean(subject, names) or f"; it has: {', '.join(names[:_FEWEST])}"
+    raise InputError(f"{path}: no row of '{subject}'{hint}", [SUBJECT])
+
+
+def sample_columns(table: Columns) -> Mapping[str, Sequence[int]]:
+    """Return the columns of each signal, in the order of their numbers, by what stands before these."""
+    signals: dict[str, dict[int, int]] = {}
+    for column, name in enumerate(table.names):
+        if match := _NUMBERED.fullmatch(name):
+            signals.setdefault(match["stem"], {})[int(match["number"])] = column
+    long = {stem: numbered for stem, numbered in signals.items() if len(numbered) >= _FEWEST}
+    gapless = {stem: numbered for stem, numbered in long.items() if set(np.diff(sorted(numbered))) == {1}}
+    return {stem: [numbered[number] for number in sorted(numbered)] for stem, numbered in gapless.items()}
