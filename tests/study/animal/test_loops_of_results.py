@@ -102,3 +102,15 @@ def test_a_file_that_is_not_there_and_a_unit_of_no_volume_are_refused(row_and_fo
     for wrong in ({"loops": "none.csv"}, {"volume unit": "ml/s"}):
         _, problems = read_row(cells | wrong, folder, ["CTL"], option_of)
         assert [problem for problem in problems if problem.error]
+
+
+def test_what_mends_loops_never_writes_into_a_column_of_the_recording(row_and_folder):
+    cells, folder = row_and_folder
+    with pytest.raises(vw.errors.InputError) as told:
+        loaded(cells, folder)
+    assert {title for cure in told.value.cures for title, _ in cure.cells} == {"volume unit"}
+    table = pd.read_csv(folder / "loops.csv").rename(columns={"LVP [mmHg]": "LVP"})
+    table.to_csv(folder / "loops.csv", index=False)
+    with pytest.raises(vw.errors.InputError, match="pressure has no unit") as told:
+        loaded(cells | {"volume unit": "ul"}, folder)
+    assert told.value.cures == ()

@@ -8,6 +8,7 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
+from vasowave.base.cures import SetCells
 from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, of_file
 from vasowave.base.findings import Finding, found_in, look_kind, note_kind, warn
 from vasowave.base.io.textfile import look
@@ -67,6 +68,7 @@ SYNTHETIC_MARK = b"SYNTHETIC"
 
 _HEAD_BYTES = 4096  # bytes from the beginning of a file, where the mark stands
 _OF_FILES = ("network", "recordings", "beat_edits", "sites", "ventricle", "loops", "wedge_wave")
+_OF_LOOPS = {"volume channel", "volume unit", "volume delay [s]"}
 _OPTIONAL = ("flow_diameter", "sheet", "subject_row", "site", "volume_channel", "volume_unit", "volume_delay")
 """Of a row: what enters the key only where it is given."""
 _NOT_IN_KEY = (
@@ -152,7 +154,11 @@ def _loops(row: AnimalRow, folder: Path) -> VentricularFunction | None:
     if row.loops is None:
         return None
     settings = {"volume": row.volume_channel or None, "volume_unit": row.volume_unit or None}
-    recording = read_loops(row.loops, **settings, volume_delay=row.volume_delay or 0.0)
+    try:
+        recording = read_loops(row.loops, **settings, volume_delay=row.volume_delay or 0.0)
+    except InputError as error:  # whose other cures would be written into columns of the recording
+        cures = [cure for cure in error.cures if isinstance(cure, SetCells) and {*dict(cure.cells)} <= _OF_LOOPS]
+        raise InputError(f"{error}", cures) from None
     notes = tuple(note.inside(f"{folder}/") for note in recording.notes)
     return pressure_volume(replace(recording, source=inside(row.loops, folder), notes=notes))
 
