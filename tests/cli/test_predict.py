@@ -16,6 +16,7 @@ from vasowave.study.results.store import ResultStore
 
 ERRORS = {"radius_scale_sd": 0.05, "length_scale_sd": 0.0, "k_sd": 0.0}
 HELD = {"fixed": {"r1": 1.0, "r2": 1.0, "c1": 1.0}, "pressure_harmonics": 8}
+COARSE = vw.Numerics(cell_size=0.2)
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +28,7 @@ def network():
 def result(network):
     """An animal of one vessel, of which only the stiffness is unknown."""
     mouse = vw.Animal("mouse 6", "CTL", network, vw.virtual_mouse(), synthetic=True)
-    return vw.analyze(mouse, vw.Settings(walls=("linear",), starts=1, **HELD, **ERRORS))
+    return vw.analyze(mouse, vw.Settings(walls=("linear",), starts=1, numerics=COARSE, **HELD, **ERRORS))
 
 
 @pytest.fixture
@@ -49,7 +50,7 @@ def test_the_command_foretells_what_python_does_with_units_table_and_picture(fol
     text = said(folder, "--change", "R_T=0.7", "--change", "HR=1.2", "-o", tmp_path / "t.csv", "--plot",
                 tmp_path / "t.svg")  # fmt: skip
     search = vw.Search(starts=1, **HELD)
-    fit = vw.calibrate(network, vw.virtual_mouse(), search=search)
+    fit = vw.calibrate(network, vw.virtual_mouse(), search=search, numerics=COARSE)
     expected = vw.predict(fit, {"R_T": 0.7, "HR": 1.2}).table
     table = pd.read_csv(tmp_path / "t.csv", index_col="quantity")
     numbers = ["before", "after", "change", "change_low", "change_high"]

@@ -85,3 +85,17 @@ def test_what_is_no_stenosis_is_refused(stenoses, message):
     fit = calibrate(network, vw.virtual_mouse(), search=vw.Search(starts=1))
     with pytest.raises(vw.errors.InputError, match=message):
         vw.rank_stenoses(fit, stenoses, draws=0)
+
+
+def test_a_ranking_tells_how_far_it_is_and_can_be_interrupted():
+    fit = calibrate(vw.control_network(), vw.virtual_mouse(), search=vw.Search(starts=1))
+    heard = []
+
+    def interrupted(done, count):
+        heard.append((done, count))
+        if done == 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        vw.rank_stenoses(fit, {"2": (0.8, 0.05)}, draws=50, progress=interrupted)
+    assert heard == [(0, 50), (1, 50)]

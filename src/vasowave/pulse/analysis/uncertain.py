@@ -1,7 +1,7 @@
 """A calibrated model with what its data leave open: other models that they allow as well."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from vasowave.base.errors import InputError
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.cycle.cycle import Inflow
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.outlets import Outlets
 from vasowave.pulse.model.parameters import with_parameters
 
@@ -41,6 +42,8 @@ class UncertainModel:
         The beds that the factors among the parameters are of.
     drawn : tuple of (Model, Inflow)
         Draws of a posterior; empty where there is none that may be believed.
+    numerics : Numerics
+        How finely the fit was simulated; so is what follows from it.
 
     Examples
     --------
@@ -57,6 +60,7 @@ class UncertainModel:
     correlation: pd.DataFrame
     beds: Outlets
     drawn: tuple[tuple[Model, Inflow], ...] = ()
+    numerics: Numerics = field(default_factory=Numerics)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} {row['value']:.4g}" for name, row in self.parameters.iterrows())
@@ -124,4 +128,5 @@ def uncertain_model(fit: Any) -> UncertainModel:
     network = fit.model.network
     inlet = fit.simulation.sel(vessel=network.name[network.root], station="inlet")
     inflow = Inflow(inlet["flow"].to_numpy(), float(fit.simulation.attrs["period"]))
-    return UncertainModel(fit.model, inflow, fit.parameters, fit.correlation, fit.nominal.outlets)
+    beds, numerics = fit.nominal.outlets, fit.numerics
+    return UncertainModel(fit.model, inflow, fit.parameters, fit.correlation, beds, numerics=numerics)

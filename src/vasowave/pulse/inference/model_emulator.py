@@ -23,7 +23,6 @@ from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.inference.emulator import Emulator, fit_emulator
 from vasowave.pulse.inference.sobol import sobol_table
 from vasowave.pulse.model.model import Model
-from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.solver.dataset import as_dataset
 from vasowave.pulse.solver.result import Run
 from vasowave.pulse.solver.simulation import simulate_runs
@@ -268,7 +267,7 @@ def _simulated(uncertain: UncertainModel, names: Sequence[str], points: np.ndarr
             models.append(uncertain.with_values(fixed | dict(zip(names, map(float, point), strict=True))))
         except InputError:
             return np.full((len(points), len(EMULATED)), np.nan)
-    runs = simulate_runs(models, uncertain.inflow, Numerics())
+    runs = simulate_runs(models, uncertain.inflow, uncertain.numerics)
     missing = [np.nan] * len(EMULATED)
     rows = (_numbers(run.model, as_dataset(run)) if isinstance(run, Run) else missing for run in runs)
     return np.array(list(rows))

@@ -12,6 +12,7 @@ from vasowave.base.findings import from_json
 from vasowave.base.settings import given_values
 from vasowave.base.stores import parsed
 from vasowave.pulse.analysis.uncertain import UncertainModel
+from vasowave.pulse.calibration.fitting import for_fits
 from vasowave.pulse.cycle.cycle import MIN_SAMPLES, Inflow, Recording, resample
 from vasowave.pulse.cycle.observation import NUMBERS, Observation
 from vasowave.pulse.inference.sampling import Sampling, problem_of
@@ -178,7 +179,13 @@ def stored_fit(result: AnimalResult, wall: str | type = "") -> UncertainModel:
     parameters = pd.DataFrame(columns, [str(name) for name in data["parameter"].values])
     correlation = pd.DataFrame(data["correlation"].values, names, names)
     beds, drawn = _beds(type(model.outlets), result.nominal), _posterior_models(result, law, type(model.wall))
-    return UncertainModel(model, inflow, parameters, correlation, beds, drawn)
+    return UncertainModel(model, inflow, parameters, correlation, beds, drawn, stored_numerics(result, wall))
+
+
+def stored_numerics(result: AnimalResult, wall: str | type = "") -> Numerics:
+    """Return how finely the fit of a law was simulated."""
+    samples = result.laws[stored_law(result, wall)[0]].simulation.sizes["time"]
+    return for_fits(stored_settings(result).numerics, samples)
 
 
 def _beds(bed: Any, data: Any) -> Outlets:
