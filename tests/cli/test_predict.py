@@ -96,3 +96,33 @@ def test_a_posterior_that_is_stored_makes_the_intervals(result, network):
     ends = np.quantile(changes, [0.025, 0.5, 0.975], method="weibull")
     row = by_posterior.table.loc["pPAP"]
     assert row[["change_low", "change", "change_high"]].to_numpy(float) == pytest.approx(ends, rel=1e-3)
+
+
+def test_the_command_says_what_measurements_would_add_and_writes_it(folder, network, tmp_path):
+    text = said(folder, "--measurements", "--site", "1", "-o", tmp_path / "m.csv")
+    search = vw.Search(starts=1, **HELD)
+    expected = vw.expected_precision(
+        network, vw.virtual_mouse(), vessels=("1",), search=search, numerics=COARSE, priors=vw.Priors(**ERRORS)
+    ).table
+    table = pd.read_csv(tmp_path / "m.csv", index_col="quantity")
+    numbers = [*expected.columns[1:]]
+    pd.testing.assert_frame_equal(table[numbers], expected[numbers], rtol=0.02, check_names=False, check_dtype=False)
+    (line,) = (line for line in text.splitlines() if line.startswith("beta"))
+    assert line.split()[-1] == f"{expected.loc['beta', 'all of them']:.2f}"
+    with pytest.raises(vw.errors.InputError, match="leave --change"):
+        said(folder, "--measurements", "--change", "R_T=0.7")
+    with pytest.raises(vw.errors.InputError, match="no vessel '9'"):
+        said(folder, "--measurements", "--site", "9")
+
+
+@pytest.mark.validation
+def test_a_stored_fit_is_asked_within_the_intervals_of_its_posterior(result, network):
+    posterior = posterior_result(
+        vw.posterior(network, vw.virtual_mouse(), draws=100, search=vw.Search(**HELD), priors=vw.Priors(**ERRORS))
+    )
+    stored = vw.stored_fit(replace(result, laws={"linear": replace(result.laws["linear"], posterior=posterior)}))
+    asked = stored.sensitivity(samples=64)
+    low, high = (float(posterior.table[f"interval_{end}"].sel(quantity="beta")) for end in ("low", "high"))
+    reach = stored.parameters.loc["beta", "value"] * np.array([0.5, 2.0])
+    assert asked.box.loc["beta", ["low", "high"]].tolist() == pytest.approx(np.clip([low, high], *reach), rel=0.01)
+    assert len(asked.figure().axes) == 5

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from vasowave.base.accessors import Accessor
 from vasowave.base.descriptions import MAX_LOG_DISTANCE, NORMAL
 from vasowave.base.errors import InputError
+from vasowave.pulse.analysis.sensitivity_table import Sensitivity
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.cycle.cycle import Inflow
 from vasowave.pulse.model.model import Model
@@ -35,7 +37,8 @@ class UncertainModel:
     inflow : Inflow
         What enters it.
     parameters : DataFrame
-        As `Fit.parameters`: ``value, standard_error_correlated, lower, upper, at_bound`` of each.
+        As `Fit.parameters`: ``value, standard_error_correlated, interval_low, interval_high, lower, upper, at_bound``
+        of each; the intervals are those of the posterior where there are its draws.
     correlation : DataFrame
         Of the free ones' estimates.
     beds : Outlets
@@ -81,6 +84,13 @@ class UncertainModel:
     def with_values(self, values: Mapping[str, float]) -> Model:
         """Return the model with other values of its parameters."""
         return with_parameters(self.model, values, self.beds)
+
+    @Accessor
+    def sensitivity(
+        self, box: Mapping[str, tuple[float, float]] | None = None, *, samples: int = 4096, seed: int = 0
+    ) -> Sensitivity:
+        """Return which parameter matters for which quantity, as `Fit.sensitivity`."""
+        raise NotImplementedError
 
     def draws(self, count: int, seed: int) -> Iterator[tuple[Model, Inflow] | None]:
         """Yield what the data allow: draws of the posterior, else by the errors of the fit; None for what cannot be."""
