@@ -66,7 +66,15 @@ def measured_next():
     figure, ax = plt.subplots(figsize=(6.9, 3.4), layout="constrained")
     ax.imshow(factors, cmap="gray", vmin=0, vmax=1, aspect="auto")
     for (row, column), factor in np.ndenumerate(factors.to_numpy()):
-        ax.text(column, row, f"{factor:.2f}", ha="center", va="center", fontsize=7, color="wb"[int(factor > 0.5)])
+        ax.text(
+            column,
+            row,
+            f"{factor:.2f}",
+            ha="center",
+            va="center",
+            fontsize=7,
+            color="black" if factor > 0.5 else "white",
+        )
     ax.set_xticks(range(len(factors.columns)), [name.replace(" ", "\n", 1) for name in factors.columns], fontsize=7)
     ax.set_yticks(range(len(factors)), factors.index, fontsize=7)
     return figure
