@@ -101,9 +101,9 @@ def test_a_posterior_that_is_stored_makes_the_intervals(result, network):
 def test_the_command_says_what_measurements_would_add_and_writes_it(folder, network, tmp_path):
     text = said(folder, "--measurements", "--site", "1", "-o", tmp_path / "m.csv")
     search = vw.Search(starts=1, **HELD)
-    expected = vw.expected_precision(
-        network, vw.virtual_mouse(), vessels=("1",), search=search, numerics=COARSE, priors=vw.Priors(**ERRORS)
-    ).table
+    fit = vw.calibrate(network, vw.virtual_mouse(), search=search, numerics=COARSE)
+    settings = {"search": search, "numerics": COARSE, "priors": vw.Priors(**ERRORS)}
+    expected = fit.expected_precision(["1"], **settings).table
     table = pd.read_csv(tmp_path / "m.csv", index_col="quantity")
     numbers = [*expected.columns[1:]]
     pd.testing.assert_frame_equal(table[numbers], expected[numbers], rtol=0.02, check_names=False, check_dtype=False)
@@ -113,6 +113,8 @@ def test_the_command_says_what_measurements_would_add_and_writes_it(folder, netw
         said(folder, "--measurements", "--change", "R_T=0.7")
     with pytest.raises(vw.errors.InputError, match="no vessel '9'"):
         said(folder, "--measurements", "--site", "9")
+    with pytest.raises(vw.errors.InputError, match="give --measurements"):
+        said(folder, "--change", "R_T=0.7", "--site", "1")
 
 
 @pytest.mark.validation

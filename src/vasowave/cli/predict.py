@@ -67,6 +67,8 @@ def predict(
             expected = stored_precision(result, wall, site)
         _tell_measurements(expected, output)
         return
+    if site:
+        raise InputError("--site names where a second pressure could be recorded; give --measurements beside it")
     stored, factors = stored_fit(result, wall), pairs_of(change or [])
     with waiting("simulating"):
         foretold = prediction.predict(

@@ -182,6 +182,7 @@ def _second_sites(network: Network, vessels: Sequence[str] | None) -> Sequence[s
     """Return vessels that a network has, by default the daughters of its root."""
     if vessels is None:
         return [network.name[row] for row in network.daughters[network.root]]
+    vessels = [vessels] if isinstance(vessels, str) else vessels
     for vessel in (vessel for vessel in vessels if vessel not in network.name):
         raise InputError(f"the network has no vessel '{vessel}'{did_you_mean(vessel, network.name)}")
     return vessels

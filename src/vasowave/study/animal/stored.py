@@ -182,9 +182,9 @@ def stored_fit(result: AnimalResult, wall: str | type = "") -> UncertainModel:
     beds, drawn = _beds(type(model.outlets), result.nominal), _posterior_models(result, law, type(model.wall))
     if drawn:
         assert law.posterior is not None
-        of_free = law.posterior.table.sel(quantity=names)
+        sampled = [name for name in names if name in law.posterior.table["quantity"].values]
         for end in ("interval_low", "interval_high"):
-            parameters.loc[names, end] = of_free[end].values
+            parameters.loc[sampled, end] = law.posterior.table[end].sel(quantity=sampled).values
     return UncertainModel(model, inflow, parameters, correlation, beds, drawn, stored_numerics(result, wall))
 
 
