@@ -202,15 +202,15 @@ class _Measurement:
 class _Linearized:
     """An animal about the mode of its posterior: derivatives by scores of what is compared, and of logarithms.
 
-    `measured` counts the coefficients that were measured; those of sites that could be follow, a block each. `errors`
-    is the covariance of everything but errors of single vessels, mmHg².
+    `measured` counts the coefficients that were measured; those of sites that could be follow, a block each, and are
+    taken to leave the same residual.
     """
 
     problem: Problem
     measured: int
     jacobian: np.ndarray
     vessels: np.ndarray
-    errors: np.ndarray
+    residual: np.ndarray
     values: dict[str, float]
     slopes: np.ndarray
 
@@ -219,13 +219,21 @@ class _Linearized:
         rows = np.concatenate([np.arange(self.measured), *(self._rows(site) for site in measurement.sites)]).astype(int)
         radii = int(np.count_nonzero(self.problem.unknowns.own_errors[0]))
         of_vessels = self.vessels * np.where(np.arange(self.vessels.shape[1]) < radii, measurement.radii, 1.0)
-        total = self.errors + of_vessels @ of_vessels.T
+        total = of_vessels @ of_vessels.T + self._errors(rows)
         total[np.diag_indices(self.problem.samples)] -= (1 - 1 / measurement.beats) * self._beats
         remaining = measurement.remaining or {}
         prior = np.array([remaining.get(name, 1.0) ** -2 for name in self.problem.unknowns.all])
         J = self.jacobian[rows]
         information = J.T @ np.linalg.solve(total[np.ix_(rows, rows)], J)
         return np.linalg.inv(information + np.diag(prior))
+
+    def _errors(self, rows: np.ndarray) -> np.ndarray:
+        """Return the covariance of everything but errors of single vessels, mmHg²; the discrepancy by what is seen."""
+        noise, ignored = self.problem.discrepancy(self.vessels), np.ones(self.problem.count, dtype=bool)
+        ignored[rows] = False
+        errors = noise.measured.copy()
+        errors[rows, rows] += noise.without(ignored).variance(self.residual[np.newaxis])
+        return errors
 
     def _rows(self, site: int) -> np.ndarray:
         """Return which coefficients are those of a site that could be."""
@@ -272,11 +280,9 @@ def _linearized(problem: Problem, vessels: Sequence[str], start: Mapping[str, fl
     noise = problem.discrepancy(of_vessels[: problem.count]).near(residual)
     if noise.passed is not None:
         jacobian[: problem.count] = noise.passed.slope(residual) @ jacobian[: problem.count]
-    discrepancy = noise.variance(residual[np.newaxis])
-    discrepancy = np.append(discrepancy, discrepancy[_rows_at_inlet(extended, problem.count)])
-    errors = np.diag(discrepancy) + extended.discrepancy().measured
+    residual = np.append(residual, residual[_rows_at_inlet(extended, problem.count)])
     values, slopes = _quantities(extended, np.vstack([mode.middle, points]), np.vstack([outputs[:1], outputs]))
-    return _Linearized(extended, problem.count, jacobian, of_vessels, errors, values, slopes)
+    return _Linearized(extended, problem.count, jacobian, of_vessels, residual, values, slopes)
 
 
 def _slopes(rows: np.ndarray) -> np.ndarray:
@@ -300,7 +306,7 @@ def _with_sites(problem: Problem, vessels: Sequence[str], point: np.ndarray) -> 
 
 
 def _rows_at_inlet(problem: Problem, measured: int) -> np.ndarray:
-    """Return which coefficient of the inlet errs as much as each one that could be measured: of the same harmonic.
+    """Return which coefficient of the inlet leaves what each one that could be measured will: of the same harmonic.
 
     Of a mean it is the first harmonic's: what bounds the model's error of the mean at the inlet does not elsewhere.
     """
