@@ -58,6 +58,28 @@ def foretold():
     return vw.predict(fit, {"R_T": 0.7}, draws=0).figure()
 
 
+def measured_next():
+    """By which factor each interval of a fit would shrink with further measurements."""
+    _, _, fit = fitted()
+    expected = fit.expected_precision(["2"])
+    factors = expected.table[[*expected.measurements]]
+    figure, ax = plt.subplots(figsize=(6.9, 3.4), layout="constrained")
+    ax.imshow(factors, cmap="gray", vmin=0, vmax=1, aspect="auto")
+    for (row, column), factor in np.ndenumerate(factors.to_numpy()):
+        ax.text(
+            column,
+            row,
+            f"{factor:.2f}",
+            ha="center",
+            va="center",
+            fontsize=7,
+            color="black" if factor > 0.5 else "white",
+        )
+    ax.set_xticks(range(len(factors.columns)), [name.replace(" ", "\n", 1) for name in factors.columns], fontsize=7)
+    ax.set_yticks(range(len(factors)), factors.index, fontsize=7)
+    return figure
+
+
 def wedge():
     """One pressure, and the two models that make it: with a wedge pressure, and with a higher resistance."""
     network, mouse, fit = fitted()

@@ -26,6 +26,7 @@ from vasowave.pulse.analysis.ejection import cycle_indices as cycle_indices
 from vasowave.pulse.analysis.impedance_spectrum import impedance as impedance
 from vasowave.pulse.analysis.prediction import Prediction as Prediction
 from vasowave.pulse.analysis.prediction import predict as predict
+from vasowave.pulse.analysis.sensitivity_table import Sensitivity as Sensitivity
 from vasowave.pulse.analysis.shear import regional_loads as regional_loads
 from vasowave.pulse.analysis.shear import vessel_loads as vessel_loads
 from vasowave.pulse.analysis.shear import wall_shear as wall_shear
@@ -51,6 +52,8 @@ from vasowave.pulse.cycle.ventricular import VentricularPressure as VentricularP
 from vasowave.pulse.examples.mouse import virtual_mouse as virtual_mouse
 from vasowave.pulse.examples.published import control_network as control_network
 from vasowave.pulse.inference.known_errors import KnownErrors as KnownErrors
+from vasowave.pulse.inference.measurements import ExpectedPrecision as ExpectedPrecision
+from vasowave.pulse.inference.measurements import expected_precision as expected_precision
 from vasowave.pulse.inference.model_emulator import ModelEmulator as ModelEmulator
 from vasowave.pulse.inference.model_emulator import emulate as emulate
 from vasowave.pulse.inference.priors import Priors as Priors

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -179,6 +180,19 @@ def test_fit_refuses_a_place_it_cannot_write_before_it_computes(tmp_path, place)
     result = CliRunner().invoke(app, ["fit", str(network), str(cycle), "-o", str(tmp_path / place)])
     assert isinstance(result.exception, InputError)
     assert "compiles" not in result.output
+
+
+@pytest.mark.parametrize("damaged", [0, 1])
+def test_a_fit_that_is_refused_before_it_computes_leaves_nothing_and_takes_nothing_away(tmp_path, damaged):
+    files = [*map(str, _write_mouse(tmp_path))]
+    Path(files[damaged]).write_text("name,parent\n1,\n" if damaged == 0 else "no numbers\n")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("kept")
+    before = sorted(tmp_path.rglob("*"))
+    for place in ("new", "deep/er", "mine"):
+        result = CliRunner().invoke(app, ["fit", *files, "-o", str(tmp_path / place)])
+        assert isinstance(result.exception, InputError)
+        assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_fit_refuses_the_folder_of_a_study_and_of_an_earlier_version(tmp_path):

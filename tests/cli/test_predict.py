@@ -16,6 +16,7 @@ from vasowave.study.results.store import ResultStore
 
 ERRORS = {"radius_scale_sd": 0.05, "length_scale_sd": 0.0, "k_sd": 0.0}
 HELD = {"fixed": {"r1": 1.0, "r2": 1.0, "c1": 1.0}, "pressure_harmonics": 8}
+COARSE = vw.Numerics(cell_size=0.2)
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +28,7 @@ def network():
 def result(network):
     """An animal of one vessel, of which only the stiffness is unknown."""
     mouse = vw.Animal("mouse 6", "CTL", network, vw.virtual_mouse(), synthetic=True)
-    return vw.analyze(mouse, vw.Settings(walls=("linear",), starts=1, **HELD, **ERRORS))
+    return vw.analyze(mouse, vw.Settings(walls=("linear",), starts=1, numerics=COARSE, **HELD, **ERRORS))
 
 
 @pytest.fixture
@@ -49,7 +50,7 @@ def test_the_command_foretells_what_python_does_with_units_table_and_picture(fol
     text = said(folder, "--change", "R_T=0.7", "--change", "HR=1.2", "-o", tmp_path / "t.csv", "--plot",
                 tmp_path / "t.svg")  # fmt: skip
     search = vw.Search(starts=1, **HELD)
-    fit = vw.calibrate(network, vw.virtual_mouse(), search=search)
+    fit = vw.calibrate(network, vw.virtual_mouse(), search=search, numerics=COARSE)
     expected = vw.predict(fit, {"R_T": 0.7, "HR": 1.2}).table
     table = pd.read_csv(tmp_path / "t.csv", index_col="quantity")
     numbers = ["before", "after", "change", "change_low", "change_high"]
@@ -95,3 +96,35 @@ def test_a_posterior_that_is_stored_makes_the_intervals(result, network):
     ends = np.quantile(changes, [0.025, 0.5, 0.975], method="weibull")
     row = by_posterior.table.loc["pPAP"]
     assert row[["change_low", "change", "change_high"]].to_numpy(float) == pytest.approx(ends, rel=1e-3)
+
+
+def test_the_command_says_what_measurements_would_add_and_writes_it(folder, network, tmp_path):
+    text = said(folder, "--measurements", "--site", "1", "-o", tmp_path / "m.csv")
+    search = vw.Search(starts=1, **HELD)
+    fit = vw.calibrate(network, vw.virtual_mouse(), search=search, numerics=COARSE)
+    settings = {"search": search, "numerics": COARSE, "priors": vw.Priors(**ERRORS)}
+    expected = fit.expected_precision(["1"], **settings).table
+    table = pd.read_csv(tmp_path / "m.csv", index_col="quantity")
+    numbers = [*expected.columns[1:]]
+    pd.testing.assert_frame_equal(table[numbers], expected[numbers], rtol=0.02, check_names=False, check_dtype=False)
+    (line,) = (line for line in text.splitlines() if line.startswith("beta"))
+    assert line.split()[-1] == f"{expected.loc['beta', 'all of them']:.2f}"
+    with pytest.raises(vw.errors.InputError, match="leave --change"):
+        said(folder, "--measurements", "--change", "R_T=0.7")
+    with pytest.raises(vw.errors.InputError, match="no vessel '9'"):
+        said(folder, "--measurements", "--site", "9")
+    with pytest.raises(vw.errors.InputError, match="give --measurements"):
+        said(folder, "--change", "R_T=0.7", "--site", "1")
+
+
+@pytest.mark.validation
+def test_a_stored_fit_is_asked_within_the_intervals_of_its_posterior(result, network):
+    posterior = posterior_result(
+        vw.posterior(network, vw.virtual_mouse(), draws=100, search=vw.Search(**HELD), priors=vw.Priors(**ERRORS))
+    )
+    stored = vw.stored_fit(replace(result, laws={"linear": replace(result.laws["linear"], posterior=posterior)}))
+    asked = stored.sensitivity(samples=64)
+    low, high = (float(posterior.table[f"interval_{end}"].sel(quantity="beta")) for end in ("low", "high"))
+    reach = stored.parameters.loc["beta", "value"] * np.array([0.5, 2.0])
+    assert asked.box.loc["beta", ["low", "high"]].tolist() == pytest.approx(np.clip([low, high], *reach), rel=0.01)
+    assert len(asked.figure().axes) == 5

@@ -97,8 +97,9 @@ def _fit(study: "Study") -> None:
     from vasowave.study.running.reporting import report_study
     from vasowave.study.running.run_state import running
     from vasowave.study.running.runs import run_alone
+    from vasowave.study.running.single_animal import nothing_left
 
-    with interruptible(), running(study.folder, 1) as run:
+    with interruptible(), nothing_left(study.folder), running(study.folder, 1) as run:
         with watched(study, as_json=False):
             done = run_alone(run, study)
         _say_fit(done, study)

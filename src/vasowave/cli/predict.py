@@ -1,4 +1,4 @@
-"""The command that says what a change would do."""
+"""The command that says what a change, or a further measurement, would do."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,18 +10,26 @@ from vasowave.cli.app import app
 
 if TYPE_CHECKING:
     from vasowave.pulse.analysis.prediction import Prediction
+    from vasowave.pulse.inference.measurements import ExpectedPrecision
 
 _FIT = typer.Argument(help="Folder of a fit or a study.")
 _CHANGE = typer.Option(
     metavar="NAME=FACTOR",
     help="A parameter of wall or beds, R_T, radius, length, HR or CO, times a factor. May be repeated.",
 )
+_MEASUREMENTS = typer.Option(
+    "--measurements",
+    help="Instead: how much narrower intervals would be with a second pressure, a wedge pressure, a better image, more "
+    "beats.",
+)
+_SITE = typer.Option(help="Vessel of that second pressure; else the daughters of the root. May be repeated.")
 _PLOT = typer.Option(help="Picture of the waves before and after: .png, .pdf or .svg.")
 
 
 @app.command(
     epilog="Example: vasowave predict my-mouse --change R_T=0.7 --change beta=1.5 -o change.csv --plot change.svg. "
-    "Without a change it says what can be changed. Intervals are those of the posterior, where the fit has one."
+    "Without a change it says what can be changed. Intervals are those of the posterior, where the fit has one. "
+    "vasowave predict my-mouse --measurements says what to measure next."
 )
 def predict(
     fit: Annotated[Path, _FIT],
@@ -32,22 +40,36 @@ def predict(
     animal: Annotated[str, models.ANIMAL] = "",
     wall: Annotated[str, models.WALL] = "",
     draws: Annotated[int, typer.Option(help="Sets of parameters that make the intervals; 0 for none.")] = 40,
+    measurements: Annotated[bool, _MEASUREMENTS] = False,
+    site: Annotated[list[str] | None, _SITE] = None,
     trust: Annotated[bool, models.TRUST] = False,
 ) -> None:
     """Say what a change does to pressure, power and shear of a fitted animal, before and after, with intervals."""
+    from vasowave.base.errors import InputError
     from vasowave.base.io.files import check_file, write_file
     from vasowave.cli.progress import waiting
     from vasowave.cli.simulate import PICTURES, draw, pairs_of
     from vasowave.pulse.analysis import prediction
-    from vasowave.study.animal.stored import stored_fit
+    from vasowave.study.animal.stored import stored_fit, stored_precision
 
     if output is not None:
         check_file(output, ".csv")
     if plot is not None:
         check_file(plot, *PICTURES)
     models.trust_programs(fit, trust)
-    stored = stored_fit(models.stored_animal(fit, animal), wall)
-    factors = pairs_of(change or [])
+    result = models.stored_animal(fit, animal)
+    if measurements:
+        if change or narrow or plot:
+            raise InputError(
+                "--measurements changes nothing and draws nothing; leave --change, --narrow and --plot out"
+            )
+        with waiting("simulating"):
+            expected = stored_precision(result, wall, site)
+        _tell_measurements(expected, output)
+        return
+    if site:
+        raise InputError("--site names where a second pressure could be recorded; give --measurements beside it")
+    stored, factors = stored_fit(result, wall), pairs_of(change or [])
     with waiting("simulating"):
         foretold = prediction.predict(
             stored,
@@ -62,6 +84,27 @@ def predict(
         draw(foretold.figure, plot)
     if written := [str(path) for path in (output, plot) if path is not None]:
         typer.echo(f"Written: {', '.join(written)}")
+
+
+def _tell_measurements(expected: "ExpectedPrecision", output: Path | None) -> None:
+    """Print by which factor each interval would shrink, and write the table if it is asked for."""
+    from vasowave.base.io.files import write_file
+    from vasowave.cli.progress import print_text
+    from vasowave.study.results.overview import aligned
+
+    rows = [("", "value", "95 % interval", "unit", *expected.measurements)]
+    rows += [
+        (str(name), f"{row['value']:.4g}", f"[{row['low']:.3g}, {row['high']:.3g}]", row["unit"].removeprefix("1"),
+         *(f"{row[measurement]:.2f}" for measurement in expected.measurements))
+        for name, row in expected.table.iterrows()
+    ]  # fmt: skip
+    for line in aligned(rows, (0, 3)):
+        typer.echo(line)
+    for text in expected.assumptions:
+        print_text(text)
+    if output is not None:
+        write_file(output, expected.table.to_csv(float_format="%.6g", lineterminator="\n"))
+        typer.echo(f"Written: {output}")
 
 
 def _print(foretold: "Prediction") -> None:

@@ -75,3 +75,24 @@ def test_a_change_of_nothing_is_refused_with_what_can_be_changed():
         vw.predict(fit, {}, draws=2)
     with pytest.raises(vw.errors.InputError, match="a fit is needed"):
         vw.predict(fit.model, {"R_T": 0.5})
+
+
+TUBE = vw.Network(("1",), [-1], [0.4], [0.05])
+SEARCH = vw.Search(starts=1, fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("numerics", "tolerance"),
+    [(vw.Numerics(cycles_from_rest=3, steps_per_cycle=4096), 1e-12), (vw.Numerics(cell_size=0.2), 1e-6)],
+)
+def test_a_fit_with_other_numerics_foretells_its_own_unchanged_state(numerics, tolerance):
+    fit = calibrate(TUBE, vw.virtual_mouse(), search=SEARCH, numerics=numerics)
+    fitted = fit.simulation["pressure"].to_numpy()
+    usual = vw.simulate(fit.model, vw.virtual_mouse())["pressure"].to_numpy()
+    assert abs(usual - fitted).max() > 1e-4
+    foretold = vw.predict(fit, {"beta": 1.5}, draws=0)
+    assert abs(foretold.before["pressure"].to_numpy() - fitted).max() <= tolerance
+    same = vw.attribute_change(fit.model, fit.model, (fit.recording, fit.recording), fit.numerics).table
+    assert same.loc["mPAP", "before"] == pytest.approx(foretold.table.loc["mPAP", "before"], abs=tolerance)
+    answer = vw.emulate(fit, factors={"beta": 1.1})({})["mPAP"].item()
+    assert answer == pytest.approx(foretold.table.loc["mPAP", "before"], abs=1e-4)

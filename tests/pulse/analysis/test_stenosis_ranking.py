@@ -1,5 +1,7 @@
 """Which stenosis is worth most, against the direct simulation of the tree that made the recording."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -85,3 +87,28 @@ def test_what_is_no_stenosis_is_refused(stenoses, message):
     fit = calibrate(network, vw.virtual_mouse(), search=vw.Search(starts=1))
     with pytest.raises(vw.errors.InputError, match=message):
         vw.rank_stenoses(fit, stenoses, draws=0)
+
+
+def test_a_ranking_tells_how_far_it_is_and_can_be_interrupted():
+    fit = calibrate(vw.control_network(), vw.virtual_mouse(), search=vw.Search(starts=1))
+    heard = []
+
+    def interrupted(done, count):
+        heard.append((done, count))
+        if done == 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        vw.rank_stenoses(fit, {"2": (0.8, 0.05)}, draws=50, progress=interrupted)
+    assert heard == [(0, 50), (1, 50)]
+
+
+@pytest.mark.filterwarnings("ignore::vasowave.base.findings.FindingWarning")
+def test_a_ranking_is_simulated_as_finely_as_the_fit():
+    tube, mouse = vw.Network(("1",), [-1], [0.4], [0.05]), vw.virtual_mouse()
+    search = vw.Search(starts=1, fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0})
+    fit = calibrate(tube, mouse, search=search, numerics=vw.Numerics(cell_size=0.2))
+    gains = [vw.rank_stenoses(same, {"1": (0.8, 0.05)}, draws=0).loc["1", "pPAP"]
+             for same in (fit, replace(fit, numerics=vw.Numerics()))]  # fmt: skip
+    assert gains[0] == pytest.approx(gains[1], rel=0.5)
+    assert gains[0] != pytest.approx(gains[1], rel=1e-4)

@@ -7,7 +7,7 @@ import pytest
 
 import vasowave as vw
 from vasowave.pulse.calibration import calibrate
-from vasowave.pulse.inference import sobol_table
+from vasowave.pulse.inference import sensitivity_of, sobol_table
 from vasowave.pulse.model import with_parameters
 
 NETWORK = vw.Network(("1", "2", "3"), [-1, 0, 0], [0.4, 0.3, 0.5], [0.05, 0.042, 0.036])
@@ -133,6 +133,32 @@ def test_sobol_indices_of_three_vessels_are_those_of_direct_runs():
 
     expected = sobol_table(direct, bounds, names, numbers, samples=1024, seed=5)
     assert sum(asked) >= 5_000
-    table = emulator.sensitivity(seed=1).loc[numbers]
+    table = emulator.sensitivity(seed=1).table.loc[numbers]
     for order in ("first", "total"):
         assert table[order].to_numpy() == pytest.approx(expected[order].to_numpy(), abs=0.02)
+
+
+def test_in_a_small_box_the_indices_are_those_of_the_derivatives(fit):
+    """In a small box the model is linear: the share of a parameter is that of its squared slope."""
+    free, width = fit.parameters.loc[["beta", "r2"], "value"], {"beta": 1.1, "r2": 1.03}
+    box = {name: (value / width[name], value * width[name]) for name, value in free.items()}
+    found = sensitivity_of(fit, box, samples=1024)
+    corners = [[box["beta"][end], free["r2"]] for end in (0, 1)] + [[free["beta"], box["r2"][end]] for end in (0, 1)]
+    numbers = simulated(fit, ["beta", "r2"], corners)
+    squares = np.array([numbers[1] - numbers[0], numbers[3] - numbers[2]]) ** 2
+    expected = (squares / squares.sum(axis=0)).T
+    assert found.table["first"].unstack()[["beta", "r2"]].loc[[*NAMES]].to_numpy() == pytest.approx(expected, abs=0.02)
+    assert found.box.loc["beta", ["low", "high"]].tolist() == pytest.approx(box["beta"])
+    assert (found.quantities["error"] < found.quantities["sd"]).all()
+
+
+def test_a_fit_is_asked_within_its_intervals_and_ranges_that_are_none_are_refused(fit, emulator):
+    found = sensitivity_of(fit, samples=64)
+    table = fit.parameters.loc[found.box.index]
+    assert (found.box["low"] >= table["interval_low"] * (1 - 1e-9)).all()
+    assert (found.box["high"] <= table["interval_high"] * (1 + 1e-9)).all()
+    for box, words in (({"bta": (1, 2)}, "not free"), ({"beta": (60, 50)}, "no range"), ({"beta": 50}, "lowest")):
+        with pytest.raises(vw.errors.InputError, match=words):
+            sensitivity_of(fit, box)
+    with pytest.raises(vw.errors.InputError, match="outside"):
+        emulator.sensitivity({"beta": (1.0, 50.0)})

@@ -20,6 +20,8 @@ from vasowave.pulse.analysis.operating import measured_operating_point as measur
 from vasowave.pulse.analysis.operating import operating_point as operating_point
 from vasowave.pulse.analysis.prediction import Prediction as Prediction
 from vasowave.pulse.analysis.prediction import predict as predict
+from vasowave.pulse.analysis.sensitivity_table import COLUMNS as COLUMNS
+from vasowave.pulse.analysis.sensitivity_table import Sensitivity as Sensitivity
 from vasowave.pulse.analysis.shear import regional_loads as regional_loads
 from vasowave.pulse.analysis.shear import vessel_loads as vessel_loads
 from vasowave.pulse.analysis.shear import wall_shear as wall_shear

@@ -18,6 +18,7 @@ from vasowave.base.errors import InputError, VasowaveWarning
 from vasowave.pulse.analysis.prediction import ROUNDING, UNITS, cycle_values
 from vasowave.pulse.cycle.cycle import Inflow, Recording
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.outlets import COMPLIANCE, RESISTANCE, Bed, Outlets
 from vasowave.pulse.network.network import Network
 from vasowave.pulse.solver.simulation import simulate
@@ -78,7 +79,9 @@ class Attribution:
         return "\n".join(["Attribution", *rows])
 
 
-def attribute_change(before: Model, after: Model, inflows: tuple[Drive, Drive]) -> Attribution:
+def attribute_change(
+    before: Model, after: Model, inflows: tuple[Drive, Drive], numerics: Numerics | None = None
+) -> Attribution:
     """Return which components of a model made the change between two states, such as before and after a treatment.
 
     A component that is exchanged alone does not do the same as one that is exchanged last: stiff walls cost more pulse
@@ -91,6 +94,8 @@ def attribute_change(before: Model, after: Model, inflows: tuple[Drive, Drive]) 
         resistance and compliance that they have together, shared by its flow.
     inflows : tuple of Inflow or Recording
         The flow before and after.
+    numerics : Numerics, optional
+        How finely is simulated: as the fits were (`Fit.numerics`).
 
     Returns
     -------
@@ -133,7 +138,7 @@ def attribute_change(before: Model, after: Model, inflows: tuple[Drive, Drive]) 
         model = before.changed(**chosen | {"outlets": _beds_on(tree, beds), "wall": _wall_on(tree, walls)})
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", VasowaveWarning)  # of states between the two, which no animal is in
-            waves = simulate(model, components[HEART]["inflow"])
+            waves = simulate(model, components[HEART]["inflow"], numerics)
         return cycle_values(model, waves)
 
     values = {subset: numbers(subset) for subset in _subsets(differing)}

@@ -35,6 +35,8 @@ VENTRICLE_HELD = "the ventricle has the same elastance and filling pressure befo
 NO_REGULATION = "beds and vessels change as they are told and do not answer: nothing regulates itself"
 Change = Callable[[Model], Model]
 """What is done to a model."""
+Progress = Callable[[int, int], None]
+"""Called with the draws that are done, and all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +165,7 @@ def predict(
         yield changed(model), ventricle or _faster(inflow, change)
 
     pairs = list(ends(uncertain.model, uncertain.inflow))
-    before, after = (simulate(*pair) for pair in pairs)
+    before, after = (simulate(*pair, uncertain.numerics) for pair in pairs)
     middle = [cycle_values(pair[0], waves) for pair, waves in zip(pairs, (before, after), strict=True)]
     drawn, failures = values_of_draws(uncertain, draws, seed, ends)
     table = _compared(middle, drawn, bool(uncertain.drawn))
@@ -183,15 +185,18 @@ def values_of_draws(
     draws: int,
     seed: int,
     variants: Callable[[Model, Inflow], Iterator[tuple[Model, Driven]]],
+    progress: Progress | None = None,
 ) -> tuple[np.ndarray, int]:
     """Return the numbers of all variants of what the data allow, shape (draw, variant, number), and how many failed."""
     values, failures = [], 0
-    for drawn in uncertain.draws(draws, seed):
+    for number, drawn in enumerate(uncertain.draws(draws, seed)):
+        if progress is not None:
+            progress(number, draws)
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", VasowaveWarning)  # what the optimum's own waves warn of
                 pairs = [] if drawn is None else variants(*drawn)
-                rows = [cycle_values(model, simulate(model, driven)) for model, driven in pairs]
+                rows = [cycle_values(model, simulate(model, driven, uncertain.numerics)) for model, driven in pairs]
         except VasowaveError:
             rows = []
         if rows:

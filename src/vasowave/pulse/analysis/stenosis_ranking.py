@@ -1,7 +1,7 @@
 """Which of several stenoses is worth most: what the removal of each gives back."""
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from vasowave.pulse.analysis.prediction import (
     FLOW_HELD,
     NO_REGULATION,
     UNITS,
+    Progress,
     check_draws,
     cycle_values,
     interval_remarks,
@@ -24,6 +25,7 @@ from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.cycle.cycle import Inflow
 from vasowave.pulse.model.losses import narrowed
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.solver.simulation import simulate
 
 GIVEN_BACK = ("mPAP", "pPAP", "power")
@@ -66,6 +68,7 @@ def rank_stenoses(
     by: str = "mPAP",
     draws: int = 40,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> pd.DataFrame:
     """Return what the removal of each stenosis, and of all, gives back, and how surely each is the first to remove.
 
@@ -82,6 +85,8 @@ def rank_stenoses(
     draws : int
         Of the parameters (see `predict`) and of the radius of each narrowing, which errs by 5 %; 0 for no intervals.
     seed : int
+    progress : callable, optional
+        Called with the draws that are done, and all; a minute may pass where a machine is slow.
 
     Returns
     -------
@@ -119,11 +124,13 @@ def rank_stenoses(
     def uncertain_sizes(model: Model, inflow: Inflow) -> Iterator[Removal]:
         scores = random.normal(size=len(sizes))
         opened = np.minimum((1 - sizes[:, 0]) * np.exp(2 * RULES.radius_sd * scores), _OPEN)
-        yield from _removals(model, inflow, dict(zip(stenoses, zip(1 - opened, sizes[:, 1], strict=True), strict=True)))
+        drawn_sizes = dict(zip(stenoses, zip(1 - opened, sizes[:, 1], strict=True), strict=True))
+        yield from _removals(model, inflow, drawn_sizes, uncertain.numerics)
 
-    removals = _removals(uncertain.model, uncertain.inflow, dict(zip(stenoses, sizes.tolist(), strict=True)))
-    numbers = np.array([cycle_values(model, simulate(model, inflow)) for model, inflow in removals])
-    drawn, failures = values_of_draws(uncertain, draws, seed, uncertain_sizes)
+    measured_sizes = dict(zip(stenoses, sizes.tolist(), strict=True))
+    removals = _removals(uncertain.model, uncertain.inflow, measured_sizes, uncertain.numerics)
+    numbers = np.array([cycle_values(model, simulate(model, inflow, uncertain.numerics)) for model, inflow in removals])
+    drawn, failures = values_of_draws(uncertain, draws, seed, uncertain_sizes, progress)
     columns = [list(UNITS).index(name) for name in GIVEN_BACK]
     gains = (numbers[:1] - numbers[1:])[:, columns]
     of_draws = (drawn[:, :1] - drawn[:, 1:])[..., columns] if len(drawn) else np.empty((0, *gains.shape))
@@ -151,7 +158,9 @@ def _checked(stenoses: Mapping[str, tuple[float, float]]) -> np.ndarray:
     return sizes
 
 
-def _removals(model: Model, inflow: Inflow, stenoses: Mapping[str, tuple[float, float]]) -> Iterator[Removal]:
+def _removals(
+    model: Model, inflow: Inflow, stenoses: Mapping[str, tuple[float, float]], numerics: Numerics
+) -> Iterator[Removal]:
     """Yield a model with its stenoses, without each of them, and without all, with what flows in."""
 
     def stenosed(names: Sequence[str]) -> Model:
@@ -160,15 +169,18 @@ def _removals(model: Model, inflow: Inflow, stenoses: Mapping[str, tuple[float, 
             changed = narrowed(changed, name, *stenoses[name])
         return changed
 
-    factors = _balanced(stenosed(list(stenoses)), inflow, _mean_and_pulse(model, inflow))
+    def measured(tried: Model) -> np.ndarray:
+        return _mean_and_pulse(tried, inflow, numerics)
+
+    factors = _balanced(stenosed(list(stenoses)), measured, measured(model))
     for removed in (set[str](), *({name} for name in stenoses), set(stenoses)):
         yield _set_anew(stenosed([name for name in stenoses if name not in removed]), factors), inflow
 
 
-def _mean_and_pulse(model: Model, inflow: Inflow) -> np.ndarray:
+def _mean_and_pulse(model: Model, inflow: Inflow, numerics: Numerics) -> np.ndarray:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VasowaveWarning)  # of models that are tried
-        waves = simulate(model, inflow)
+        waves = simulate(model, inflow, numerics)
     inlet = waves["pressure"].sel(vessel=model.network.name[model.network.root], station="inlet").to_numpy()
     return np.array([inlet.mean(), np.ptp(inlet)])
 
@@ -181,13 +193,13 @@ def _set_anew(model: Model, logarithms: np.ndarray) -> Model:
     return with_factors(model.changed(wall=stiffer), {"R_T": resistance})
 
 
-def _balanced(model: Model, inflow: Inflow, fitted: np.ndarray) -> np.ndarray:
+def _balanced(model: Model, measured: Callable[[Model], np.ndarray], fitted: np.ndarray) -> np.ndarray:
     """Return the logarithms of the factors by which mean and pulse pressure become the fitted ones (Powell)."""
     from scipy.optimize import root
 
     def missed(logarithms: np.ndarray) -> np.ndarray:
         inside = np.clip(logarithms, -RULES.farthest, RULES.farthest)
-        return np.log(_mean_and_pulse(_set_anew(model, inside), inflow) / fitted)
+        return np.log(measured(_set_anew(model, inside)) / fitted)
 
     options = {"eps": RULES.step**2, "factor": 0.5, "xtol": RULES.balance, "maxfev": RULES.max_simulations}
     solved = root(missed, np.zeros(2), method="hybr", options=options)

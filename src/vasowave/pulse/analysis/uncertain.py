@@ -1,17 +1,20 @@
 """A calibrated model with what its data leave open: other models that they allow as well."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from vasowave.base.accessors import Accessor
 from vasowave.base.descriptions import MAX_LOG_DISTANCE, NORMAL
 from vasowave.base.errors import InputError
+from vasowave.pulse.analysis.sensitivity_table import Sensitivity
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.cycle.cycle import Inflow
 from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.outlets import Outlets
 from vasowave.pulse.model.parameters import with_parameters
 
@@ -34,13 +37,16 @@ class UncertainModel:
     inflow : Inflow
         What enters it.
     parameters : DataFrame
-        As `Fit.parameters`: ``value, standard_error_correlated, lower, upper, at_bound`` of each.
+        As `Fit.parameters`: ``value, standard_error_correlated, interval_low, interval_high, lower, upper, at_bound``
+        of each; the intervals are those of the posterior where there are its draws.
     correlation : DataFrame
         Of the free ones' estimates.
     beds : Outlets
         The beds that the factors among the parameters are of.
     drawn : tuple of (Model, Inflow)
         Draws of a posterior; empty where there is none that may be believed.
+    numerics : Numerics
+        How finely the fit was simulated; so is what follows from it.
 
     Examples
     --------
@@ -57,6 +63,7 @@ class UncertainModel:
     correlation: pd.DataFrame
     beds: Outlets
     drawn: tuple[tuple[Model, Inflow], ...] = ()
+    numerics: Numerics = field(default_factory=Numerics)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} {row['value']:.4g}" for name, row in self.parameters.iterrows())
@@ -77,6 +84,13 @@ class UncertainModel:
     def with_values(self, values: Mapping[str, float]) -> Model:
         """Return the model with other values of its parameters."""
         return with_parameters(self.model, values, self.beds)
+
+    @Accessor
+    def sensitivity(
+        self, box: Mapping[str, tuple[float, float]] | None = None, *, samples: int = 4096, seed: int = 0
+    ) -> Sensitivity:
+        """Return which parameter matters for which quantity, as `Fit.sensitivity`."""
+        raise NotImplementedError
 
     def draws(self, count: int, seed: int) -> Iterator[tuple[Model, Inflow] | None]:
         """Yield what the data allow: draws of the posterior, else by the errors of the fit; None for what cannot be."""
@@ -124,4 +138,5 @@ def uncertain_model(fit: Any) -> UncertainModel:
     network = fit.model.network
     inlet = fit.simulation.sel(vessel=network.name[network.root], station="inlet")
     inflow = Inflow(inlet["flow"].to_numpy(), float(fit.simulation.attrs["period"]))
-    return UncertainModel(fit.model, inflow, fit.parameters, fit.correlation, fit.nominal.outlets)
+    beds, numerics = fit.nominal.outlets, fit.numerics
+    return UncertainModel(fit.model, inflow, fit.parameters, fit.correlation, beds, numerics=numerics)

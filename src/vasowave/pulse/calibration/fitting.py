@@ -204,7 +204,7 @@ def calibrate(
     if (plan.sites or plan.enters == "pressure") and plan.numerics.cycles_from_rest is not None:
         reason = "further sites need" if plan.sites else "a pressure that enters needs"
         raise InputError(f"{reason} a periodic state; leave out cycles_from_rest")
-    numerics = _for_fits(plan.numerics, min(len(compared.signal_of(recording)), MAX_SAMPLES))
+    numerics = for_fits(plan.numerics, min(len(compared.signal_of(recording)), MAX_SAMPLES))
     starts = starting_points(space, plan.starts, plan.seed)
     searched, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
     alone = _alone(space, compared, numerics, plan, starts) if plan.sites else None
@@ -238,11 +238,12 @@ def calibrate(
     at_inlet = residual[: compared.samples]
     return CalibratedModel(
         space.law.law().name, run.model, compared, nominal, table, correlation, table_of_starts, as_dataset(run),
-        at_inlet, float(at_inlet @ at_inlet), tuple(findings), added[0], response,
+        at_inlet, float(at_inlet @ at_inlet), tuple(findings), added[0], response, numerics,
     )  # fmt: skip
 
 
-def _for_fits(numerics: Numerics, samples: int) -> Numerics:
+def for_fits(numerics: Numerics, samples: int) -> Numerics:
+    """Return how finely a fit is simulated that was asked for with some numerics."""
     return replace(numerics, samples=samples, every_cell=False, tolerance=min(numerics.tolerance, _MAX_TOLERANCE))
 
 

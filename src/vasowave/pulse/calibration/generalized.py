@@ -2,16 +2,14 @@
 
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from vasowave.base.errors import InputError, NumericalError
-from vasowave.pulse.calibration.fitting import NUMERICS
 from vasowave.pulse.calibration.objective import Objective
 from vasowave.pulse.calibration.parameters import ParameterLimits, ParameterSpace, parameter_space
 from vasowave.pulse.calibration.result import CalibratedModel
-from vasowave.pulse.model.numerics import Numerics
 
 Whiten = Callable[[np.ndarray], np.ndarray]
 """Maps pressure residuals (sample,) or their Jacobian (sample, parameter) to coordinates where the noise is white."""
@@ -54,9 +52,9 @@ class Optimum:
         return {name: float(v) for name, v in zip(self.space.names, self.space.values(self.x), strict=True)}
 
 
-def least_squares_optimum(fit: CalibratedModel, numerics: Numerics | None = None, workers: int = 1) -> Optimum:
+def least_squares_optimum(fit: CalibratedModel, workers: int = 1) -> Optimum:
     """Return the optimum that `calibrate` found, with the Jacobian there (one ensemble of simulations)."""
-    objective = objective_of(fit, {}, numerics, workers)
+    objective = objective_of(fit, {}, workers)
     return _optimum(objective, _start(fit, objective.space), True, "as calibrated")
 
 
@@ -66,7 +64,6 @@ def reoptimize(
     *,
     start: np.ndarray | None = None,
     fixed: Mapping[str, float] | None = None,
-    numerics: Numerics | None = None,
     workers: int = 1,
 ) -> Optimum:
     """Minimize rᵀΣ⁻¹r instead of rᵀr (eqs. 14, 23), from the optimum of `fit`, within its bounds.
@@ -80,8 +77,6 @@ def reoptimize(
         Logarithms to start from instead.
     fixed : mapping of str to float, optional
         Parameters to hold, beside those which the fit held.
-    numerics : Numerics, optional
-        As given to `calibrate`; needed only where that was.
     workers : int
         Threads for the columns of a Jacobian.
 
@@ -92,7 +87,7 @@ def reoptimize(
     NumericalError
         If the start cannot be simulated.
     """
-    objective = objective_of(fit, fixed or {}, numerics, workers)
+    objective = objective_of(fit, fixed or {}, workers)
     whiten = beside_sites(whiten, fit)
     low, high = objective.space.log_bounds
     begin = _start(fit, objective.space) if start is None else start
@@ -138,9 +133,7 @@ def _descend(objective: Objective, whiten: Whiten, start: np.ndarray) -> tuple[n
     return np.clip(start + to_x @ optimum.x, low, high), bool(optimum.success), str(optimum.message)
 
 
-def objective_of(
-    fit: CalibratedModel, fixed: Mapping[str, float], numerics: Numerics | None, workers: int
-) -> Objective:
+def objective_of(fit: CalibratedModel, fixed: Mapping[str, float], workers: int) -> Objective:
     """Return the objective that a fit minimized, with some of its parameters held."""
     table = fit.parameters
     unknown = [name for name in fixed if name not in table.index]
@@ -151,15 +144,7 @@ def objective_of(
     model, held = fit.model, held | dict(fixed)
     limits = ParameterLimits(bounds, held, viscous=bool(np.any(model.wall_viscosity)))
     space = parameter_space(type(model.wall), model.network, fit.nominal, model.blood, limits)
-    finer = replace(numerics or _numerics(fit), samples=fit.simulation.sizes["time"], every_cell=False)
-    return Objective(space, fit.compared, finer, workers, threading.Event())
-
-
-def _numerics(fit: CalibratedModel) -> Numerics:
-    """Return the numerics of `calibrate`'s default, which is an error for a fit that was not periodic."""
-    if not fit.simulation.attrs.get("converged", 1):
-        raise InputError("the fit compared cycles that are not periodic; give the numerics it was calibrated with")
-    return NUMERICS
+    return Objective(space, fit.compared, fit.numerics, workers, threading.Event())
 
 
 def _start(fit: CalibratedModel, space: ParameterSpace) -> np.ndarray:
@@ -170,5 +155,5 @@ def _optimum(objective: Objective, x: np.ndarray, converged: bool, message: str)
     jacobian = objective.jacobian(x)
     residual = objective.residuals(x)
     if not np.isfinite(residual).all() or np.all(residual == residual[0]):
-        raise NumericalError("the optimum cannot be simulated; were other numerics given to calibrate?")
+        raise NumericalError("the optimum cannot be simulated again; look at the fit")
     return Optimum(objective.space, x, residual, jacobian, converged, message, objective.simulations)

@@ -11,7 +11,6 @@ from vasowave.base.errors import InputError, NumericalError
 from vasowave.base.runtime.thread_limits import threads
 from vasowave.pulse.calibration.generalized import Optimum, Whiten, beside_sites, least_squares_optimum, reoptimize
 from vasowave.pulse.calibration.result import CalibratedModel
-from vasowave.pulse.model.numerics import Numerics
 
 _CHI2_95 = 3.841458820694124  # 95 % quantile of χ² with one degree of freedom
 
@@ -23,7 +22,6 @@ def profile_likelihood(
     whiten: Whiten | None = None,
     points: int = 11,
     span: float = 0.7,
-    numerics: Numerics | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Fit all other parameters again with one held at each value of a grid around its optimum.
@@ -40,8 +38,6 @@ def profile_likelihood(
         Grid values, evenly spaced in the logarithm, besides the optimum.
     span : float
         The grid reaches from value·exp(-span) to value·exp(span), within the bounds of the fit.
-    numerics : Numerics, optional
-        As in `reoptimize`; each Jacobian is one ensemble of simulations.
     progress : callable, optional
         Called with finished and all grid values.
 
@@ -72,10 +68,7 @@ def profile_likelihood(
     if points < 4 or not span > 0:
         raise InputError(f"points {points}, span {span:g}: give at least four points and a positive span")
     metric, workers = beside_sites(whiten or _independent(fit), fit), threads()
-    if whiten is None:
-        best = least_squares_optimum(fit, numerics, workers)
-    else:
-        best = reoptimize(fit, whiten, numerics=numerics, workers=workers)
+    best = least_squares_optimum(fit, workers) if whiten is None else reoptimize(fit, whiten, workers=workers)
     values = _grid(fit, name, best.values[name], points, span)
     ends: dict[float, Optimum] = {best.values[name]: best}
     below, above = values[values < best.values[name]][::-1], values[values > best.values[name]]
@@ -84,9 +77,7 @@ def profile_likelihood(
         for value in side:
             try:
                 held = {name: float(value)}
-                end = reoptimize(
-                    fit, whiten or _independent(fit), start=start, fixed=held, numerics=numerics, workers=workers
-                )
+                end = reoptimize(fit, whiten or _independent(fit), start=start, fixed=held, workers=workers)
             except NumericalError:
                 break  # over the edge of what can be simulated; what lies beyond stays unknown
             start, ends[float(value)] = end.x, end

@@ -14,6 +14,7 @@ from vasowave.pulse.calibration.response import Response, in_words
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.nominal import Nominal
+from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.solver.validity import STRAINED
 
 
@@ -57,6 +58,8 @@ class CalibratedModel:
     response : dict
         Lag (``pressure_lag``, s) and inertia (``pressure_inertia``, s²) of amplifier and catheter where fitted
         (`Fitting`): ``value, error, prior``. The simulation is the pressure before them, the residual behind them.
+    numerics : Numerics
+        How finely it was simulated; what follows from a fit is simulated as finely.
 
     Examples
     --------
@@ -79,6 +82,7 @@ class CalibratedModel:
     findings: tuple[Finding, ...]
     sites: xr.Dataset | None = None
     response: Response = field(default_factory=dict)
+    numerics: Numerics = field(default_factory=Numerics)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} {row['value']:.4g}{_mark(row)}" for name, row in self.parameters.iterrows())

@@ -19,6 +19,8 @@ from vasowave.pulse.inference.known_errors import Seen as Seen
 from vasowave.pulse.inference.known_errors import columns as columns
 from vasowave.pulse.inference.known_errors import kinds as kinds
 from vasowave.pulse.inference.laws import compare_laws as compare_laws
+from vasowave.pulse.inference.measurements import ExpectedPrecision as ExpectedPrecision
+from vasowave.pulse.inference.measurements import expected_precision as expected_precision
 from vasowave.pulse.inference.mixture import explore as explore
 from vasowave.pulse.inference.mixture import separate as separate
 from vasowave.pulse.inference.mixture import worth as worth
@@ -40,6 +42,7 @@ from vasowave.pulse.inference.sampling import Sampling as Sampling
 from vasowave.pulse.inference.sampling import posterior as posterior
 from vasowave.pulse.inference.sampling import posterior_of as posterior_of
 from vasowave.pulse.inference.sampling import problem_of as problem_of
+from vasowave.pulse.inference.sensitivity_of_fits import sensitivity_of as sensitivity_of
 from vasowave.pulse.inference.simulations import NOT_KEPT as NOT_KEPT
 from vasowave.pulse.inference.simulations import Simulations as Simulations
 from vasowave.pulse.inference.simulations import read_simulations as read_simulations

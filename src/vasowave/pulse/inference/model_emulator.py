@@ -18,12 +18,12 @@ from vasowave.base.accessors import Accessor
 from vasowave.base.errors import InputError, NumericalError, did_you_mean
 from vasowave.pulse.analysis.operating import operating_point
 from vasowave.pulse.analysis.prediction import UNITS, cycle_values
+from vasowave.pulse.analysis.sensitivity_table import Sensitivity
 from vasowave.pulse.analysis.uncertain import UncertainModel, uncertain_model
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.inference.emulator import Emulator, fit_emulator
 from vasowave.pulse.inference.sobol import sobol_table
 from vasowave.pulse.model.model import Model
-from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.solver.dataset import as_dataset
 from vasowave.pulse.solver.result import Run
 from vasowave.pulse.solver.simulation import simulate_runs
@@ -125,7 +125,7 @@ class ModelEmulator:
         InputError
             A parameter that it does not know, or a value outside of where it was made.
         """
-        _check_names(values, self.box.index, "no parameter of this emulator")
+        check_names(values, self.box.index, "no parameter of this emulator")
         fitted = {str(name): value for name, value in self.box["value"].items()}
         try:
             columns = [np.atleast_1d(np.array(values.get(name, value), dtype=float)) for name, value in fitted.items()]
@@ -152,14 +152,38 @@ class ModelEmulator:
         blocks = np.split(places, range(_BLOCK, len(places), _BLOCK))
         return np.concatenate([self._core(block) for block in blocks])
 
-    def sensitivity(self, *, samples: int = 4096, seed: int = 0) -> pd.DataFrame:
-        """Return Sobol' indices of all quantities over the box, see `sobol_table`.
+    def sensitivity(
+        self, box: Mapping[str, tuple[float, float]] | None = None, *, samples: int = 4096, seed: int = 0
+    ) -> Sensitivity:
+        """Return Sobol' indices of all quantities.
 
-        Each parameter is independent and even in its logarithm: the indices are of the model in this box, not of the
-        posterior, in which parameters depend on each other. Intervals hold the error of the samples alone.
+        Parameters
+        ----------
+        box : mapping of str to (float, float), optional
+            Lowest and highest value of parameters; of those that it does not name, of the emulator's box.
+        samples, seed : int
+            See `sobol_table`.
+
+        Raises
+        ------
+        InputError
+            A box of no parameter of this emulator, or that reaches beyond its own; samples that are no power of 2.
         """
-        bounds, names = np.tile([-1.0, 1.0], (len(self.box), 1)), [*self.box.index]
-        return sobol_table(self._of_places, bounds, names, [*self.quantities.index], samples=samples, seed=seed)
+        limits = self.box[["low", "high"]].astype(float)
+        check_names(box or {}, limits.index, "no parameter of this emulator")
+        for name, ends in (box or {}).items():
+            limits.loc[name] = checked_range(name, ends)
+        _ = self.answers(limits.to_numpy().T)  # which refuses what lies outside
+        logarithms, names = np.log(limits.to_numpy()), [*self.quantities.index]
+
+        def answers(points: np.ndarray) -> np.ndarray:
+            return self.answers(np.exp(points))
+
+        table = sobol_table(answers, logarithms, [*limits.index], names, samples=samples, seed=seed)
+        low, high = logarithms.T
+        evenly = low + (high - low) * np.random.default_rng(seed).random((samples, len(limits)))
+        quantities = self.quantities.assign(sd=answers(evenly).std(axis=0))[["unit", "sd", "error"]]
+        return Sensitivity(table, limits.assign(unit=self.box["unit"]), quantities)
 
     @Accessor
     def to_netcdf(self, path: str | Path) -> Path:
@@ -235,7 +259,7 @@ def _half_widths(uncertain: UncertainModel, factors: Mapping[str, float]) -> np.
         raise InputError("no parameter of this fit is free and away from its bounds; there is nothing to emulate")
     if not isinstance(factors, Mapping):
         raise InputError("factors: give a factor by name: {'beta': 1.5}")
-    _check_names(factors, table.index, "not free")
+    check_names(factors, table.index, "not free")
     for name, factor in factors.items():
         if not (isinstance(factor, int | float | np.number) and np.isfinite(factor) and factor > 1):
             raise InputError(f"{name}: {factor}; a box reaches a factor above 1 either way")
@@ -245,7 +269,8 @@ def _half_widths(uncertain: UncertainModel, factors: Mapping[str, float]) -> np.
     return np.array(list(widths.values()))
 
 
-def _check_names(names: Iterable[str], known_names: Iterable[str], reason: str) -> None:
+def check_names(names: Iterable[str], known_names: Iterable[str], reason: str) -> None:
+    """Raise `InputError` for a name that is none of those, with the reason."""
     for name in names:
         if name not in known_names:
             hint, listed = did_you_mean(name, known_names), ", ".join(known_names)
@@ -268,7 +293,7 @@ def _simulated(uncertain: UncertainModel, names: Sequence[str], points: np.ndarr
             models.append(uncertain.with_values(fixed | dict(zip(names, map(float, point), strict=True))))
         except InputError:
             return np.full((len(points), len(EMULATED)), np.nan)
-    runs = simulate_runs(models, uncertain.inflow, Numerics())
+    runs = simulate_runs(models, uncertain.inflow, uncertain.numerics)
     missing = [np.nan] * len(EMULATED)
     rows = (_numbers(run.model, as_dataset(run)) if isinstance(run, Run) else missing for run in runs)
     return np.array(list(rows))
@@ -279,3 +304,14 @@ def _numbers(model: Model, waves: xr.Dataset) -> list[float]:
     place = operating_point(model, float(numbers["mPAP"]))
     speeds = {"wave_speed": place.wave_speed, "Z_c": model.blood.inertia * place.wave_speed / place.area}
     return [float(speeds[name]) if name in speeds else float(numbers[name]) for name in EMULATED]
+
+
+def checked_range(name: str, ends: Any) -> tuple[float, float]:
+    """Return the ends of a range of a positive parameter; raises `InputError` for what is none."""
+    try:
+        low, high = (float(end) for end in ends)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: {ends}; give its lowest and highest value: ({name}, (40.0, 60.0))") from None
+    if not (0 < low < high and np.isfinite(high)):
+        raise InputError(f"{name}: {low:g} to {high:g} is no range of a positive number; give the lower end first")
+    return low, high

@@ -7,10 +7,10 @@ import pandas as pd
 
 from vasowave.base.descriptions import NORMAL
 from vasowave.base.errors import InputError
+from vasowave.pulse.analysis.sensitivity_table import COLUMNS
 
 _RESAMPLES = 64  # of the bootstrap that makes standard errors
 _ROUNDING = 1e-9  # share of an answer by which it changes through rounding alone
-COLUMNS = ("first", "first_low", "first_high", "total", "total_low", "total_high")
 
 
 def sobol_table(
@@ -60,7 +60,7 @@ def sobol_table(
 
     def indices_of(values: np.ndarray) -> np.ndarray:
         indices = sobol_indices(func={"f_A": values[0], "f_B": values[1], "f_AB": values[2:]}, n=samples)
-        return np.stack([indices.first_order, indices.total_order])
+        return np.stack([indices.first_order, indices.total_order]).reshape(2, -1, count)  # SciPy drops axes of 1
 
     if moving.any():
         resamples = np.random.default_rng([seed, 1]).integers(samples, size=(_RESAMPLES, samples))

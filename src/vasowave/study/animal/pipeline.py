@@ -242,7 +242,7 @@ def result_of_fit(fit: CalibratedModel) -> AnimalResult:
     """Return the result of `analyze` of a fit alone."""
     animal = Animal("animal", "animal", fit.model.network, fit.recording)
     law, beds = identity(type(fit.model.wall)), identity(type(fit.model.outlets))
-    settings = Settings(walls=(law,), beds=beds, starts=len(fit.starts), blood=fit.model.blood)
+    settings = Settings(walls=(law,), beds=beds, starts=len(fit.starts), blood=fit.model.blood, numerics=fit.numerics)
     return result_of(animal, [fit], settings)
 
 

@@ -1,6 +1,6 @@
 """From stored results back to the model that was fitted: it can be simulated, changed and swept again."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +12,10 @@ from vasowave.base.findings import from_json
 from vasowave.base.settings import given_values
 from vasowave.base.stores import parsed
 from vasowave.pulse.analysis.uncertain import UncertainModel
+from vasowave.pulse.calibration.fitting import for_fits
 from vasowave.pulse.cycle.cycle import MIN_SAMPLES, Inflow, Recording, resample
 from vasowave.pulse.cycle.observation import NUMBERS, Observation
+from vasowave.pulse.inference.measurements import ExpectedPrecision, expected_precision
 from vasowave.pulse.inference.sampling import Sampling, problem_of
 from vasowave.pulse.model.blood import FRICTIONS, Blood
 from vasowave.pulse.model.law_files import looking_in, plain
@@ -178,7 +180,37 @@ def stored_fit(result: AnimalResult, wall: str | type = "") -> UncertainModel:
     parameters = pd.DataFrame(columns, [str(name) for name in data["parameter"].values])
     correlation = pd.DataFrame(data["correlation"].values, names, names)
     beds, drawn = _beds(type(model.outlets), result.nominal), _posterior_models(result, law, type(model.wall))
-    return UncertainModel(model, inflow, parameters, correlation, beds, drawn)
+    if drawn:
+        assert law.posterior is not None
+        sampled = [name for name in names if name in law.posterior.table["quantity"].values]
+        for end in ("interval_low", "interval_high"):
+            parameters.loc[sampled, end] = law.posterior.table[end].sel(quantity=sampled).values
+    return UncertainModel(model, inflow, parameters, correlation, beds, drawn, stored_numerics(result, wall))
+
+
+def stored_numerics(result: AnimalResult, wall: str | type = "") -> Numerics:
+    """Return how finely the fit of a law was simulated."""
+    samples = result.laws[stored_law(result, wall)[0]].simulation.sizes["time"]
+    return for_fits(stored_settings(result).numerics, samples)
+
+
+def stored_sampling(result: AnimalResult, wall: type) -> dict[str, Any]:
+    """Return how the posterior of an animal is drawn, the settings of `posterior` by name."""
+    settings = stored_settings(result)
+    priors = settings.priors.allowing_for(stored_recording(result))
+    return {"bed": settings.beds, "blood": settings.blood, "search": settings.search(wall), "priors": priors,
+            "numerics": settings.numerics, "sites": stored_sites(result)}  # fmt: skip
+
+
+def stored_precision(
+    result: AnimalResult, wall: str | type = "", vessels: Sequence[str] | None = None
+) -> ExpectedPrecision:
+    """Return what further measurements of an animal would add to its stored fit, see `expected_precision`."""
+    (name, law), cycle = stored_law(result, wall), stored_recording(result)
+    calibration = result.laws[name].calibration
+    values = dict(zip(calibration["parameter"].values, calibration["value"].values.tolist(), strict=True))
+    arguments = stored_sampling(result, law)
+    return expected_precision(result.network, cycle, law, vessels=vessels, start=values, **arguments)
 
 
 def _beds(bed: Any, data: Any) -> Outlets:
@@ -189,12 +221,8 @@ def _posterior_models(result: AnimalResult, law: LawResult, wall: type) -> tuple
     """Return the models of a posterior's draws, each with the flow as it would have been recorded without errors."""
     if law.posterior is None or not law.posterior.trusted or law.compared == "flow":
         return ()
-    settings, cycle = stored_settings(result), stored_recording(result)
-    sampling = given_values(Sampling, None, {
-        "bed": settings.beds, "blood": settings.blood, "search": settings.search(wall),
-        "priors": settings.priors.allowing_for(cycle),
-    })  # fmt: skip
-    unknowns = problem_of(result.network, cycle, wall, sampling).unknowns
+    sampling = given_values(Sampling, None, stored_sampling(result, wall))
+    unknowns = problem_of(result.network, stored_recording(result), wall, sampling).unknowns
     columns = {name: law.posterior.draws(str(name)).ravel() for name in unknowns.all}
     pairs = []
     for row in range(len(next(iter(columns.values())))):

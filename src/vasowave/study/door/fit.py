@@ -1,6 +1,6 @@
 """A calibrated model with what parts above calibration make of it: tables, figures, posterior, report."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from functools import cached_property, wraps
 from pathlib import Path
@@ -8,12 +8,17 @@ from typing import Any, ParamSpec
 
 import pandas as pd
 
+from vasowave.pulse.analysis.sensitivity_table import Sensitivity
 from vasowave.pulse.calibration import fitting
 from vasowave.pulse.calibration.fitting import Search
 from vasowave.pulse.calibration.result import CalibratedModel
+from vasowave.pulse.cycle.cycle import Recording
+from vasowave.pulse.inference.measurements import ExpectedPrecision, expected_precision
 from vasowave.pulse.inference.priors import Priors
 from vasowave.pulse.inference.result import Posterior
 from vasowave.pulse.inference.sampling import posterior
+from vasowave.pulse.inference.sensitivity_of_fits import sensitivity_of
+from vasowave.pulse.network.network import Network
 from vasowave.study.animal.files import write_result
 from vasowave.study.animal.pipeline import result_of_fit
 from vasowave.study.animal.result import AnimalResult, FitPlots
@@ -57,11 +62,19 @@ class Fit(CalibratedModel):
 
         Parameters that the fit held at a value stay there.
         """
+        return posterior(*self._animal, fit=self, **self._sampling | settings)
+
+    @property
+    def _animal(self) -> tuple[Network, Recording, type]:
+        return self.model.network, self.recording, type(self.model.wall)
+
+    @property
+    def _sampling(self) -> dict[str, Any]:
+        """Settings of a posterior of the same animal, law and beds."""
         held = {str(name): float(row["value"]) for name, row in self.parameters.iterrows() if not row["free"]}
         sites = self.compared.sites
         arguments: dict[str, Any] = {
             "bed": type(self.model.outlets),
-            "fit": self,
             "blood": self.model.blood,
             "search": Search(fixed=held, enters=self.compared.enters),
             "sites": () if sites is None else sites.observations,
@@ -69,7 +82,47 @@ class Fit(CalibratedModel):
         if self.response:
             sds: dict[str, Any] = {f"{name}_sd": estimate.prior for name, estimate in self.response.items()}
             arguments["priors"] = Priors(**sds)
-        return posterior(self.model.network, self.recording, type(self.model.wall), **arguments | settings)
+        return arguments
+
+    def expected_precision(
+        self, vessels: Sequence[str] | None = None, *, beats: int = 4, **settings: Any
+    ) -> ExpectedPrecision:
+        """Return what a second site, a wedge pressure, a better image or more beats would add.
+
+        Parameters
+        ----------
+        vessels : sequence of str, optional
+            Where a second pressure could be recorded; by default the daughters of the root.
+        beats : int
+            How many times as many beats.
+        settings
+            Those of `posterior`, whose intervals are foretold; see `vasowave.expected_precision`.
+        """
+        start = {str(name): float(value) for name, value in self.parameters["value"].items()}
+        arguments = self._sampling | settings
+        return expected_precision(*self._animal, vessels=vessels, beats=beats, start=start, **arguments)
+
+    def sensitivity(
+        self, box: Mapping[str, tuple[float, float]] | None = None, *, samples: int = 4096, seed: int = 0
+    ) -> Sensitivity:
+        """Return which parameter matters for which quantity: Sobol' indices, by an emulator that is made for them.
+
+        Parameters
+        ----------
+        box : mapping of str to (float, float), optional
+            Lowest and highest value of parameters, as the intervals of a posterior or those of a prior. By default the
+            95 % intervals of the fit, as far as an emulator reaches (`emulate`).
+        samples, seed : int
+            As of `ModelEmulator.sensitivity`.
+
+        Raises
+        ------
+        InputError
+            No free parameter, a range that is none.
+        NumericalError
+            Models in the box cannot be simulated.
+        """
+        return sensitivity_of(self, box, samples=samples, seed=seed)
 
     def to_netcdf(self, path: str | Path) -> Path:
         """Write `result` as netCDF-4, one group a part; returns the path.

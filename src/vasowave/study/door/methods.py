@@ -3,10 +3,13 @@
 from vasowave.catheter.ensemble import average_beats
 from vasowave.catheter.signals.raw import RawRecording
 from vasowave.pulse.analysis.prediction import Prediction
+from vasowave.pulse.analysis.sensitivity_table import Sensitivity
+from vasowave.pulse.analysis.uncertain import UncertainModel
 from vasowave.pulse.analysis.ventricular_function import VentricularFunction
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.inference.model_emulator import ModelEmulator
+from vasowave.pulse.inference.sensitivity_of_fits import sensitivity_of
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.network.network import Network
 from vasowave.pulse.solver.simulation import simulate
@@ -18,7 +21,7 @@ from vasowave.study.figures.compared import planned_figure
 from vasowave.study.figures.fit import PANELS
 from vasowave.study.figures.fitted import plot_panel, save_panels
 from vasowave.study.figures.loops import plot_loops
-from vasowave.study.figures.predicted import predicted_figure
+from vasowave.study.figures.predicted import predicted_figure, sensitivity_figure
 from vasowave.study.figures.signals import draw_average, draw_cycle, draw_network, draw_raw
 
 
@@ -33,6 +36,8 @@ def register_all() -> None:
     Model.simulate.register(simulate)
     VentricularFunction.plot.register(plot_loops)
     ModelEmulator.to_netcdf.register(write_emulator)
+    UncertainModel.sensitivity.register(sensitivity_of)
+    Sensitivity.figure.register(lambda indices: sensitivity_figure(indices.table))
     Plan.figure.register(planned_figure)
     Prediction.figure.register(
         lambda foretold: predicted_figure((foretold.before, foretold.after), foretold.root, foretold.label)

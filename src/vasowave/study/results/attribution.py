@@ -6,7 +6,7 @@ from dataclasses import replace
 from vasowave.base.errors import VasowaveError
 from vasowave.pulse.analysis.attribution import attribute_change
 from vasowave.study.animal.result import AnimalResult
-from vasowave.study.animal.stored import stored_inflow, stored_model
+from vasowave.study.animal.stored import stored_inflow, stored_model, stored_numerics
 from vasowave.study.cohort.attribution import GroupAttribution
 from vasowave.study.cohort.cohort import Cohort, levels_of
 from vasowave.study.cohort.primary import Family, primary_law
@@ -37,7 +37,8 @@ def _of_group(cohort: Cohort, group: str, law: str) -> GroupAttribution:
     for subject, before, after in _pairs(cohort, group, first, last):
         try:
             inflows = stored_inflow(before, law), stored_inflow(after, law)
-            tables[subject] = attribute_change(stored_model(before, law), stored_model(after, law), inflows).table
+            models, numerics = (stored_model(before, law), stored_model(after, law)), stored_numerics(before, law)
+            tables[subject] = attribute_change(*models, inflows, numerics).table
         except VasowaveError as error:
             failures[subject] = str(error)
     return GroupAttribution(group, first, last, tables, failures)

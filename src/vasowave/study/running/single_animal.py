@@ -1,6 +1,7 @@
 """One animal without a study file: its files and settings become a study of one."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import xarray as xr
 from vasowave.base.descriptions import parameter_mark
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Place, Severity, sentence, texts
-from vasowave.base.io.files import check_writable
+from vasowave.base.io.files import check_writable, remove_file
 from vasowave.pulse.network_formats import NETWORKS
 from vasowave.pulse.quantities import OF_ONE_ANIMAL
 from vasowave.study.animal.law_result import LawResult
@@ -32,6 +33,8 @@ from vasowave.study.report.tables.models import MARKS
 from vasowave.study.report.terms import caller
 from vasowave.study.results.loading import file_hashes
 from vasowave.study.results.results import INDEX, read_results
+from vasowave.study.results.store import CACHE, LOCK, SEARCHES
+from vasowave.study.running.run_state import STATUS
 
 _FOLDER = "is a folder; name one file of it, or make a study of all"
 SENTENCE_QUANTITIES = Family(quantities=OF_ONE_ANIMAL)
@@ -72,6 +75,24 @@ def animal_alone(
     row = one_row(network, recordings, animal, settings.groups[0], cells or {})
     _check_animal(folder, row)
     return Study(folder / STUDY_FILE, settings, (row,))
+
+
+@contextmanager
+def nothing_left(folder: Path) -> Iterator[None]:
+    """Remove what a fit makes in a folder if it is refused before anything is computed; what stood there stays."""
+    results = folder / RESULTS
+    inner = [results / name for name in (CACHE, SEARCHES)]
+    missing = [place for place in (*inner, results, folder, *folder.absolute().parents) if not place.exists()]
+    try:
+        yield
+    except InputError:
+        if results in missing and not any(place.is_dir() and any(place.iterdir()) for place in inner):
+            for name in (STATUS, LOCK):
+                remove_file(results / name)
+            with suppress(OSError):  # of a place that holds something else by now
+                for place in (place for place in missing if place.exists()):
+                    place.rmdir()
+        raise
 
 
 def one_row(
