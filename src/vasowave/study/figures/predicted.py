@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HEIGHT = 6.5  # cm
-_SHOWN = ("mPAP", "sPAP", "dPAP", "pPAP", "power")
+_PANELS = 5  # quantities, the first of the table: pressures and the power of the ventricle
 _LOOKS = (("before", DATA, "solid"), ("after", HPH, (0, (5, 2))))
 """Name, color and line of each end."""
 
@@ -33,7 +33,7 @@ def predicted_figure(ends: "tuple[xr.Dataset, xr.Dataset]", root: str, change: s
 
 def sensitivity_figure(table: "pd.DataFrame") -> "Figure":
     """Draw Sobol' indices of first and total order, a panel for each quantity, with their 95 % intervals."""
-    names, parameters = _SHOWN, [*table.index.unique("parameter")]
+    names, parameters = table.index.unique("quantity")[:_PANELS], [*table.index.unique("parameter")]
     with style():
         figure = new_figure(WIDEST, _HEIGHT)
         panels = figure.subplots(1, len(names), sharey=True)
