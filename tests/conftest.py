@@ -21,14 +21,18 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 def pytest_collection_modifyitems(items):
-    """Mark what is `fast`: all but validation, weekly and the files and tests that `slow.txt` names.
+    """Mark as `validation` what `long.txt` names, and as `fast` all but validation, weekly and what `slow.txt` names.
 
     Where `VASOWAVE_SHARE` is "3/20", keep the tests of a twentieth of the files, files and tests in random order; where
     it is "first", the first fast test of each file.
     """
-    slow = set((Path(__file__).parent / "slow.txt").read_text(encoding="utf-8").split("\n"))
+    slow, long = (
+        set((Path(__file__).parent / f"{name}.txt").read_text("utf-8").split("\n")) for name in ("slow", "long")
+    )
     for item in items:
         names = {item.nodeid.partition("::")[0], item.nodeid.partition("[")[0]}
+        if names & long and not item.get_closest_marker("weekly"):
+            item.add_marker(pytest.mark.validation)
         if not names & slow and not any(map(item.get_closest_marker, ("validation", "weekly"))):
             item.add_marker(pytest.mark.fast)
     share = os.environ.get("VASOWAVE_SHARE", "")
