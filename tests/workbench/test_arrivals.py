@@ -63,11 +63,40 @@ def test_what_was_there_at_first_or_taken_out_again_or_is_no_recording_does_not_
     clock.now = 10.0
     assert [file.name for file in arrivals.ready()] == ["later.txt"]
     arrivals.add()
+    for name in ("left.txt", "CTL_1.txt"):
+        (desk.folder / "recordings" / name).touch()  # as programs do that copy a folder to another machine
     desk.table.write_text(desk.table.read_text(encoding="utf-8").replace("recordings/later.txt", ""), encoding="utf-8")
     arrivals.ready()
     clock.now = 20.0
     assert arrivals.ready() == []
     assert shown(desk)["unlisted"] == ["recordings/later.txt", "recordings/left.txt"]
+
+
+def test_a_file_that_was_refused_is_tried_again_when_it_has_changed_and_not_before(watched):
+    desk, clock, arrivals = watched
+    file = desk.folder / "recordings" / "HPH_4.txt"
+    file.write_text(TEXT[:40], encoding="utf-8")
+    arrivals.ready()
+    clock.now = 10.0
+    with pytest.raises(InputError, match="no recording among these files"):
+        arrivals.add()
+    clock.now = 20.0
+    assert arrivals.ready() == []
+    file.write_text(TEXT, encoding="utf-8")
+    arrivals.ready()
+    clock.now = 30.0
+    assert [row["animal"] for row in arrivals.add().rows] == ["HPH_4"]
+
+
+def test_where_no_study_is_nothing_arrives(tmp_path):
+    clock = Clock()
+    arrivals = Arrivals(Desk(tmp_path), clock)
+    (tmp_path / "recordings").mkdir()
+    (tmp_path / "recordings" / "HPH_5.txt").write_text(TEXT, encoding="utf-8")
+    assert arrivals.ready() == []
+    new_study(tmp_path)
+    clock.now = 10.0
+    assert arrivals.ready() == []
 
 
 def test_pressure_and_flow_that_arrive_one_after_the_other_are_one_animal(watched):

@@ -10,6 +10,7 @@ from pathlib import Path
 from vasowave.base.errors import VasowaveError
 from vasowave.catheter.read.formats import RECORDINGS
 from vasowave.study.entering.adding import Added, add_files
+from vasowave.study.entering.sorting import names_signal
 from vasowave.study.entering.table import read_rows
 from vasowave.study.entering.template import FOLDERS
 from vasowave.study.folder.rows import FILES
@@ -27,7 +28,8 @@ Mark = tuple[int, int]
 class Arrivals:
     """The files beside the recordings of a study that are in no row, and came while it was open.
 
-    Holds state because a file that was there at first, or was added and taken out again, does not arrive.
+    Holds state because a file that was there at first, or was added and taken out again, does not arrive; one that
+    became no row arrives again when it has changed.
 
     Parameters
     ----------
@@ -41,33 +43,36 @@ class Arrivals:
         self.turn, self.folders = threading.RLock(), set[Path]()
         with suppress(VasowaveError):  # which stands among the problems
             self.folders = {file.parent for file in listed(desk, "recording", "flow") - listed(desk)}
-        self.seen = self._files()
-        self.tried: set[Path] = set()
+        self.seen = {*self._files()}
+        self.refused: dict[Path, Mark] = {}
         self.growing: dict[Path, tuple[Mark, float]] = {}
 
     def expect(self, file: Path) -> None:
         """Leave a file to whoever put it there."""
-        with self.turn, suppress(OSError):
-            self.seen[_plain(file)] = _mark(file)
+        with self.turn:
+            self.seen.add(_plain(file))
 
     def ready(self) -> list[Path]:
-        """Return the files that arrived and have not changed for some seconds; none while the table cannot be read."""
+        """Return the files that arrived and have not changed for some seconds; none while no table can be read."""
         with self.turn:
-            new = {file: mark for file, mark in self._files().items() if self.seen.get(file) != mark}
+            if not self.desk.file.is_file():
+                self.seen |= {*self._files()}
+                return []
+            new = {file: mark for file, mark in self._files().items()
+                   if file not in self.seen and self.refused.get(file) != mark}  # fmt: skip
             try:
-                in_rows = listed(self.desk, *FILES) if new else set()
+                self.seen |= listed(self.desk, *FILES) if new else set()
             except VasowaveError:
                 return []
-            self.seen |= {file: mark for file, mark in new.items() if file in in_rows}
             now, before = self.clock(), self.growing
             self.growing = {file: (mark, before[file][1] if before.get(file, ())[:1] == (mark,) else now)
-                            for file, mark in new.items() if file not in in_rows}  # fmt: skip
+                            for file, mark in new.items() if file not in self.seen}  # fmt: skip
             return [file for file, (_, since) in self.growing.items() if now - since >= _SETTLED_S]
 
     def add(self) -> Added | None:
         """Write rows of the files that arrived; None where there are none.
 
-        Each is tried once, and again with the next where it became no row: pressure and flow may be two files.
+        Pressure and flow may be two files: what became no row, and by its name is one of them, is tried with the next.
 
         Raises
         ------
@@ -76,17 +81,16 @@ class Arrivals:
         """
         desk = self.desk
         with self.turn:
-            ready = self.ready()
-            if not ready:
+            if not (ready := self.ready()):
                 return None
-            self.seen |= {file: self.growing.pop(file)[0] for file in ready}
-            self.tried |= {*ready}
-            files = sorted(file for file in self.tried - listed(desk, *FILES) if file.is_file())
+            halves = [file for file in self.refused if names_signal(file) and file.is_file()]
+            self.refused |= {file: self.growing.pop(file)[0] for file in ready}
         with desk.changing("add " + ", ".join(file.name for file in ready), desk.table, desk.file) as change:
-            added = add_files(desk.folder, files)
+            added = add_files(desk.folder, sorted({*halves, *ready}))
             change.read_again()
         with self.turn:
-            self.tried -= listed(desk, *FILES)
+            self.seen |= listed(desk, *FILES)
+            self.refused = {file: mark for file, mark in self.refused.items() if file not in self.seen}
         return added
 
     def _files(self) -> dict[Path, Mark]:
@@ -109,9 +113,11 @@ def recordings_in(folders: Collection[Path]) -> dict[Path, Mark]:
     files: dict[Path, Mark] = {}
     for folder in folders:
         with suppress(OSError):
-            for file in folder.iterdir():
-                if file.suffix.lower() in RECORDINGS.suffixes and file.name[0] not in ".~" and file.is_file():
-                    files[file] = _mark(file)
+            entries = [entry for entry in os.scandir(folder) if entry.name[0] not in ".~"]
+            for entry in (entry for entry in entries if Path(entry.name).suffix.lower() in RECORDINGS.suffixes):
+                with suppress(OSError):  # one that cannot be looked at hides no other
+                    if entry.is_file():
+                        files[folder / entry.name] = _mark(entry)
     return files
 
 
@@ -132,6 +138,6 @@ def _plain(file: Path) -> Path:
     return file.parent.resolve() / file.name
 
 
-def _mark(file: Path) -> Mark:
-    about = file.stat()
+def _mark(entry: os.DirEntry[str]) -> Mark:
+    about = entry.stat()
     return about.st_size, about.st_mtime_ns

@@ -97,6 +97,15 @@ def test_the_column_of_loops_is_read_with_unit_and_delay_of_the_volume(row_and_f
     assert animal.loops.estimates["E_es"].value == pytest.approx(made[0].elastance, rel=0.05)
 
 
+def test_the_delay_that_is_told_is_the_whole_one_whatever_was_given_before(row_and_folder):
+    cells, folder = row_and_folder
+    for given, word in (("-0.004", "later"), ("0.012", "earlier")):
+        animal = loaded(cells | {"volume unit": "ul", "volume delay [s]": given}, folder)
+        (late,) = [finding for finding in animal.recording.notes if finding.code == "loops.volume-late"]
+        assert dict(late.values)["seconds"] == pytest.approx(0.006, abs=0.0015)
+        assert word in str(late)
+
+
 def test_a_file_that_is_not_there_and_a_unit_of_no_volume_are_refused(row_and_folder):
     cells, folder = row_and_folder
     for wrong in ({"loops": "none.csv"}, {"volume unit": "ml/s"}):
@@ -111,6 +120,6 @@ def test_what_mends_loops_never_writes_into_a_column_of_the_recording(row_and_fo
     assert {title for cure in told.value.cures for title, _ in cure.cells} == {"volume unit"}
     table = pd.read_csv(folder / "loops.csv").rename(columns={"LVP [mmHg]": "LVP"})
     table.to_csv(folder / "loops.csv", index=False)
-    with pytest.raises(vw.errors.InputError, match="pressure has no unit") as told:
+    with pytest.raises(vw.errors.InputError, match=r"pressure has no unit.*export these channels") as told:
         loaded(cells | {"volume unit": "ul"}, folder)
     assert told.value.cures == ()

@@ -168,7 +168,7 @@ def _advanced(recording: PressureVolume, delay: float) -> PressureVolume:
     note = DELAY_CORRECTED(signal="volume", delay=1e3 * delay)
     origin = recording.origin + inside[0] / recording.sampling_rate
     return replace(recording, pressure=recording.pressure[inside], volume=volume, origin=origin,
-                   notes=(*recording.notes, note))  # fmt: skip
+                   notes=(*recording.notes, note), volume_delay=delay)  # fmt: skip
 
 
 def _without_raw_conductance(channels: tuple[Channel, ...]) -> list[Channel]:

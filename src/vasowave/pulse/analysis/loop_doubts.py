@@ -57,7 +57,7 @@ NOT_IN_STEP = look_kind(
 )
 LATE_VOLUME = look_kind(
     "loops.volume-late",
-    "{source}: the volume comes about {lag:+.2g} ms later than the pressure ({percent:+.2g} % of a beat): ejection "
+    "{source}: the volume comes about {lag:.2g} ms {late} than the pressure ({percent:.2g} % of a beat): ejection "
     "begins {ejection:+.2g} ms after the steepest rise, filling {filling:+.2g} ms after the pressure is down. 3 % of "
     "a beat move E_es by 5 % and the work by up to 9 %, 9 % by 16 and 50 %",
     "Find out the delays of both instruments and give their difference; this estimate is good to 1 % of a beat.",
@@ -71,9 +71,9 @@ NO_RELAXATION = note_kind(
 
 
 def doubts_of_loops(
-    estimates: Mapping[str, IntervalEstimate], loops: Sequence[PressureVolumeLoop], source: str
+    estimates: Mapping[str, IntervalEstimate], loops: Sequence[PressureVolumeLoop], source: str, volume_delay: float
 ) -> list[Finding]:
-    """Return what is odd about the steady beats and their numbers."""
+    """Return what is odd about the steady beats, whose volume was made earlier by a delay, s, and their numbers."""
     stroke, rate, findings = estimates["SV"].value, estimates["HR"].value, list[Finding]()
     usual = RULES.human_stroke * (rate / 70.0) ** RULES.stroke_exponent
     if not 1 / RULES.max_stroke_factor < stroke / usual < RULES.max_stroke_factor:
@@ -84,7 +84,7 @@ def doubts_of_loops(
     lowest = min(float(loop.volume.min()) for loop in loops)
     if not lowest > 0:
         findings.append(NOT_ABSOLUTE(source=source, lowest=lowest))
-    findings += _out_of_step(loops, source)
+    findings += _out_of_step(loops, source, volume_delay)
     weiss, glantz = estimates["tau_weiss"].beats, estimates["tau_glantz"].beats
     if min(weiss, glantz) < len(loops):
         findings.append(NO_RELAXATION(source=source, weiss=weiss, glantz=glantz, beats=len(loops)))
@@ -93,14 +93,16 @@ def doubts_of_loops(
     return findings
 
 
-def _out_of_step(loops: Sequence[PressureVolumeLoop], source: str) -> list[Finding]:
+def _out_of_step(loops: Sequence[PressureVolumeLoop], source: str, volume_delay: float) -> list[Finding]:
     """Return by how much the volume is late or early, or that it is at another time than the pressure."""
     lag = volume_lag(loops)
     if lag.sure:
         beat = 1e3 * float(np.mean([loop.period for loop in loops]))
         ejection, filling = beat * lag.ejection, beat * lag.filling
-        return [LATE_VOLUME(source=source, lag=beat * lag.mean, percent=100 * lag.mean, ejection=ejection,
-                            filling=filling, seconds=1e-3 * beat * lag.mean)]  # fmt: skip
+        late = "later" if lag.mean > 0 else "earlier"
+        return [LATE_VOLUME(source=source, lag=abs(beat * lag.mean), late=late, percent=abs(100 * lag.mean),
+                            ejection=ejection, filling=filling,
+                            seconds=volume_delay + 1e-3 * beat * lag.mean)]  # fmt: skip
     filled = [
         (loop.volume[[np.argmax(loop.slope), np.argmin(loop.slope)]] - loop.volume.min()) / np.ptp(loop.volume)
         for loop in loops

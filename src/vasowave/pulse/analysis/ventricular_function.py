@@ -224,7 +224,8 @@ def pressure_volume(
     by_one, remarks = _by_one_beat([cut.loops[number] for number in chosen], source)
     estimates |= by_one
     finite = {name: estimates[name] for name in VENTRICULAR if name in estimates and np.isfinite(estimates[name].value)}
-    findings += [*doubts_of_loops(estimates, [cut.loops[number] for number in chosen], source), *remarks]
+    steady_loops = [cut.loops[number] for number in chosen]
+    findings += [*doubts_of_loops(estimates, steady_loops, source, recording.volume_delay), *remarks]
     return VentricularFunction(source, cut.loops, tuple(chosen), tuple(fall), finite, (*recording.notes, *findings))
 
 

@@ -77,6 +77,8 @@ class PressureVolume:
         What was noticed or assumed while it was read.
     origin : float
         Time of the first sample, s: where a stretch was cut out of a longer recording.
+    volume_delay : float
+        By how much the volume has been made earlier already, s.
 
     Raises
     ------
@@ -99,6 +101,7 @@ class PressureVolume:
     source: str = "made in memory"
     notes: tuple[Finding, ...] = ()
     origin: float = 0.0
+    volume_delay: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""

@@ -256,6 +256,12 @@ def _joined(halves: Sequence[tuple[str, str, Path]]) -> tuple[list[Recorded], li
     return joined, [(half, file) for _, half, file in unpaired]
 
 
+def names_signal(file: Path) -> bool:
+    """Return whether the name of a file, or of its folder, has a word for pressure or flow."""
+    words, folder = re.findall(r"[^\W_]+", file.stem.casefold()), file.parent.name.casefold()
+    return any(folder in signal_words[:-1] or {*words} & {*signal_words} for signal_words in _SIGNAL_WORDS.values())
+
+
 def _recorded(file: Path, described: FileDescription, choosing: Choosing) -> Recorded:
     """Return a recording that one file holds, with what was decided about its channels and gaps."""
     of_sheet = [str(finding) for finding in described.suspicions if finding.code == SHEET_READ.code]

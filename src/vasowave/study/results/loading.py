@@ -69,6 +69,10 @@ SYNTHETIC_MARK = b"SYNTHETIC"
 _HEAD_BYTES = 4096  # bytes from the beginning of a file, where the mark stands
 _OF_FILES = ("network", "recordings", "beat_edits", "sites", "ventricle", "loops", "wedge_wave")
 _OF_LOOPS = {"volume channel", "volume unit", "volume delay [s]"}
+_FILE_OF_LOOPS = (
+    ". In a study the file of loops holds one pressure with its unit, a volume in ml or µl, and no gap: export these "
+    "channels and seconds into a file of its own"
+)
 _OPTIONAL = ("flow_diameter", "sheet", "subject_row", "site", "volume_channel", "volume_unit", "volume_delay")
 """Of a row: what enters the key only where it is given."""
 _NOT_IN_KEY = (
@@ -158,7 +162,8 @@ def _loops(row: AnimalRow, folder: Path) -> VentricularFunction | None:
         recording = read_loops(row.loops, **settings, volume_delay=row.volume_delay or 0.0)
     except InputError as error:  # whose other cures would be written into columns of the recording
         cures = [cure for cure in error.cures if isinstance(cure, SetCells) and {*dict(cure.cells)} <= _OF_LOOPS]
-        raise InputError(f"{error}", cures) from None
+        hint = "" if len(cures) == len(error.cures) else _FILE_OF_LOOPS
+        raise InputError(f"{error}{hint}", cures) from None
     notes = tuple(note.inside(f"{folder}/") for note in recording.notes)
     return pressure_volume(replace(recording, source=inside(row.loops, folder), notes=notes))
 
