@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import finding_codes as pages
 import vasowave as vw
-from vasowave.base import KINDS, Cure, Severity, ShiftFlowZero, TurnFlow, argument, sentence
+from vasowave.base import KINDS, Cure, SetCells, Severity, ShiftFlowZero, TurnFlow, argument, sentence
 from vasowave.cli import Shell, app
 from vasowave.cli.signatures import TYPED
 from vasowave.pulse.network import write_network
@@ -104,6 +104,15 @@ def test_the_zero_of_a_flow_that_has_a_zero_and_a_gain_already_is_that_of_what_w
     assert Shell().command(ShiftFlowZero("0.1")) == ""  # nobody knows what was typed
     TYPED.reset(before)
     assert argument(ShiftFlowZero("0.1")).startswith("recording.calibrated(flow_zero=0.1), of a cycle calibration=")
+
+
+def test_a_command_names_the_sheet_and_the_subject_whose_row_a_recording_is():
+    cells = {"recording": "all.xlsx", "sheet": "B", "subject row": "CTL 1"}
+    shell = Shell(Path("s"), {"rat 1": cells})
+    command = shell.command(ShiftFlowZero("0.05"), ["rat 1"])
+    assert command == "vasowave add s s/all.xlsx --flow-zero=0.05 --sheet=B --subject-row='CTL 1'"
+    renamed = SetCells("Name the subject", (("subject row", "CTL 2"),))
+    assert shell.command(renamed, ["rat 1"]) == "vasowave add s s/all.xlsx --subject-row='CTL 2' --sheet=B"
 
 
 def test_every_field_of_a_cure_is_text_or_cells():

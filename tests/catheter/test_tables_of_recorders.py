@@ -405,14 +405,14 @@ def written_subjects(path, rate="heart rate", separator=","):
     titles = ["subject", rate, *(f"p_{i} [mmHg]" for i in range(64)), *(f"q_{i} [ml/s]" for i in range(64))]
     rows = [separator.join(titles)]
     for name, (per_minute, pressure, flow) in SUBJECTS.items():
-        stated = 6e4 / per_minute if "period" in rate else per_minute
+        stated = 6e4 / per_minute if "period" in rate else per_minute / 60 if rate.endswith("/s") else per_minute
         cells = [*(pressure + 4 * np.sin(turn)), *(flow * (1 + 0.9 * np.sin(turn + 0.4)))]
         rows.append(separator.join([name, f"{stated:.6f}", *(f"{cell:.6f}" for cell in cells)]))
     path.write_text("\n".join(rows) + "\n")
     return path
 
 
-@pytest.mark.parametrize("rate", ["heart rate", "HR (bpm)", "period [ms]"])
+@pytest.mark.parametrize("rate", ["heart rate", "HR (bpm)", "HR/min", "heart rate [1/min]", "HR/s", "period [ms]"])
 @pytest.mark.parametrize("subject", SUBJECTS)
 def test_of_a_row_a_subject_that_of_one_is_read(tmp_path, rate, subject):
     recording = read_recording(written_subjects(tmp_path / "all.csv", rate), subject_row=subject.lower())
@@ -429,6 +429,26 @@ def test_of_a_row_a_subject_that_of_one_is_read(tmp_path, rate, subject):
 def test_a_subject_that_is_not_named_or_not_there_is_asked_for(tmp_path, subject, words):
     with pytest.raises(InputError, match=words):
         read_recording(written_subjects(tmp_path / "all.csv"), subject_row=subject)
+
+
+def test_a_rate_of_breaths_is_no_period_and_a_period_no_heart_rate(tmp_path):
+    path = written_subjects(tmp_path / "all.csv", "RR [1/min]")
+    assert read_recording(path, subject_row="CTL 1", period=0.12).period == 0.12
+    with pytest.raises(InputError, match="period") as refusal:
+        read_recording(path, subject_row="CTL 1")
+    assert "not a unit of time" not in str(refusal.value)
+    path = written_subjects(tmp_path / "all.csv", "heart rate [ms]")
+    with pytest.raises(InputError, match=r"all\.csv: column 'heart rate \[ms\]': 'ms' is no unit of a rate"):
+        read_recording(path, subject_row="CTL 1")
+
+
+def test_a_sample_that_is_lacking_is_named_by_its_number(tmp_path):
+    path = written_subjects(tmp_path / "all.csv")
+    rows = [row.split(",") for row in path.read_text().splitlines()]
+    gap = rows[0].index("p_10 [mmHg]")
+    path.write_text("\n".join(",".join(row[:gap] + row[gap + 1 :]) for row in rows) + "\n")
+    with pytest.raises(InputError, match="columns of 'p' are numbered from 0 to 63 and lack 10;"):
+        read_recording(path, subject_row="CTL 1")
 
 
 def test_only_a_table_of_numbered_samples_has_a_row_of_a_subject(tmp_path):

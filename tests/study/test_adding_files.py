@@ -1,18 +1,19 @@
 """From the files a lab has to a study that runs: `new`, `add`, and nothing left to mend."""
 
 import csv
+import shlex
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from vasowave.base import InputError
+from vasowave.base import InputError, ShiftFlowZero
 from vasowave.catheter import Disturbances, labchart_text, synthetic_raw_recording
-from vasowave.cli import app
+from vasowave.cli import Shell, app
 from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import control_network, virtual_mouse
 from vasowave.pulse.network import write_network
-from vasowave.study.entering import add_files, check_study, new_study, told_network
+from vasowave.study.entering import add_files, check_study, new_study, read_rows, told_network
 
 QUIET = Disturbances(pressure_drift=0.0)
 
@@ -105,7 +106,7 @@ def test_subjects_of_one_table_are_animals_of_their_own(tmp_path):
     (tmp_path / "all.csv").write_text("\n".join(",".join(map(str, row)) for row in (titles, *rows)) + "\n")
     write_network(control_network(), tmp_path / "tree.csv")
     study = new_study(tmp_path / "study")[0].parent
-    for name in ("CTL 1", "HPH 1", "HPH 1"):
+    for name in ("ctl 1", "HPH 1", "CTL 1", "hph 1"):
         add_files(study, [tmp_path / "all.csv"], network=tmp_path / "tree.csv", cells={"subject row": name})
     lines = (study / "animals.csv").read_text().splitlines()
     added = list(csv.DictReader(line for line in lines if not line.startswith("#")))
@@ -116,6 +117,15 @@ def test_subjects_of_one_table_are_animals_of_their_own(tmp_path):
     checked = check_study(study)
     assert not [problem for problem in checked.problems if problem.error]
     assert [animal.mean_pressure for animal in checked.read] == pytest.approx([14.0, 22.0])
+    with pytest.raises(InputError, match="no row of 'HPH 7'"):
+        add_files(study, [tmp_path / "all.csv"], cells={"subject row": "HPH 7"})
+    rows = {row["animal"]: row for row in read_rows(study / "animals.csv").rows}
+    command = Shell(study, rows).command(ShiftFlowZero("0.05"), ["CTL 1"])
+    assert "--subject-row='CTL 1'" in command
+    done = CliRunner().invoke(app, shlex.split(command)[1:])
+    assert done.exit_code == 0, done.output
+    zeros = [row.get("flow zero [ml/s]") for row in read_rows(study / "animals.csv").rows]
+    assert zeros == ["0.05", ""]
 
 
 def test_files_of_a_type_that_nothing_reads_are_named(lab, tmp_path):

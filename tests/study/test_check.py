@@ -127,16 +127,24 @@ def test_two_animals_with_the_same_bytes_are_an_error_unless_the_table_says_that
     assert [line for line in said(folder) if line.startswith("E")] == []
 
 
+@pytest.mark.parametrize("subjects", [False, True], ids=["files", "rows of subjects"])
 @pytest.mark.parametrize(
     ("column", "words"),
     [("ventricle", "the same pressure in the ventricle"), ("loops", "the same loops of pressure and volume")],
 )
-def test_one_ventricle_of_two_animals_is_an_error(make_study, column, words):
+def test_one_ventricle_of_two_animals_is_an_error(make_study, mice, column, words, subjects):
     folder = make_study()
     time, turn = np.arange(1024) * 0.11 / 256, np.pi * np.arange(1024) / 128
     beat, volume = 3 + 20 * np.sin(turn).clip(0), 30 + 10 * np.cos(turn)
     rows = [f"{t:.6f},{p:.4f},{v:.4f}" for t, p, v in zip(time, beat, volume, strict=True)]
     (folder / "rv.csv").write_text("\n".join(["time [s],pressure [mmHg],volume [ul]", *rows, ""]), "utf-8")
+    if subjects:
+        titles = [f"{name}_{i} [{unit}]" for name, unit in (("p", "mmHg"), ("q", "ml/s")) for i in range(512)]
+        cells = [[f"S{k}", 60 / mouse.period, *mouse.pressure, *mouse.flow] for k, mouse in enumerate(mice)]
+        lines = [",".join(map(str, row)) for row in (["subject", "heart rate", *titles], *cells)]
+        (folder / "all.csv").write_text("\n".join(lines) + "\n", "utf-8")
+        named = (f"mouse {k},{group},n.csv,all.csv,S{k}" for k, group in enumerate(("CTL", "CTL", "HPH")))
+        table(folder, *named, header="animal,group,network,recording,subject row")
     rows = (folder / "animals.csv").read_text("utf-8").splitlines()
     doubled = [f"{row},{column if i == 0 else 'rv.csv' if i < 3 else ''}" for i, row in enumerate(rows)]
     (folder / "animals.csv").write_text("\n".join(doubled) + "\n", "utf-8")

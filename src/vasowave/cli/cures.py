@@ -75,6 +75,8 @@ class Shell:
                 if self.study is None:
                     return " ".join(options)
                 files = [_typed_path(self.study / row[title]) for title in ("recording", "flow") if row.get(title)]
+                places = [title for title in ("sheet", "subject row") if row.get(title) and title not in dict(cells)]
+                options += [_option(title, row[title]) for title in places]  # without which another row is meant
                 return " ".join(["vasowave add", study, *(files or ["FILE"]), *options])
             case SetSetting(_, key, text):
                 text = text.replace(UNKNOWN, VALUE)

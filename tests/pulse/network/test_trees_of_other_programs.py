@@ -286,6 +286,33 @@ def test_graphs_of_vessels_are_read_in_every_language_of_graphs(tmp_path, form):
     assert shape(read(tmp_path / "tree")[0]) == expected()
 
 
+PARALLEL = (("a", "b", 0.5), ("b", "c", 0.4), ("b", "d", 0.3), ("b", "d", 0.1))
+"""Ends and radii in mm: two vessels run beside each other."""
+LANGUAGES = {
+    "graphml": lambda rows, kind: GRAPHML.format(
+        length="length_mm", radius="radius_mm", kind=kind, nodes="".join(f'<node id="{node}"/>' for node in "abcd"),
+        edges="".join(f'<edge source="{a}" target="{b}"><data key="a">4</data><data key="b">{r}</data></edge>'
+                      for a, b, r in rows)),
+    "gxl": lambda rows, kind: f'<gxl><graph id="g" edgemode="{kind}">' + "".join(
+        GXL_EDGE.format(a=a, b=b, l=4, r=r) for a, b, r in rows) + "</graph></gxl>",
+    "edges of networkx": lambda rows, kind: "".join(
+        f"{a} {b} {{'length_mm': 4, 'radius_mm': {r}}}\n" for a, b, r in rows),
+    "node links": lambda rows, kind: json.dumps({
+        "directed": kind == "directed", "multigraph": False, "nodes": [{"id": node} for node in "abcd"],
+        "links": [{"source": a, "target": b, "length_mm": 4, "radius_mm": r} for a, b, r in rows]}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["directed", "undirected"])
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_vessels_between_the_same_nodes_are_no_single_vessel_in_any_language_of_graphs(tmp_path, language, kind):
+    (tmp_path / "tree").write_text(LANGUAGES[language](PARALLEL, kind))
+    with pytest.raises(InputError, match="edge 4: the edge from 'b' to 'd' closes a loop"):
+        vw.read_network(tmp_path / "tree")
+    (tmp_path / "tree").write_text(LANGUAGES[language](PARALLEL[:3], kind))
+    assert len(read(tmp_path / "tree")[0].name) == 3
+
+
 @pytest.mark.parametrize("offset", [0.0, 1e5])
 def test_places_far_from_the_origin_join_the_same_vessels(tmp_path, offset):
     """Nodes 0.9 mm apart, as far away as 1e5 mm: to five digits all of them would be one."""

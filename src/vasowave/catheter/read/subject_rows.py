@@ -6,8 +6,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from vasowave.base import units
 from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.errors import InputError, did_you_mean
@@ -21,6 +19,8 @@ _CHANNELS = 64  # more than a recorder has
 _MAX_BYTES = 1 << 26  # of a table of subjects
 _FEWEST = 8  # numbered columns that are samples of a signal, and not visits or vessels
 _RATES = ("heart rate", "heart rate bpm", "hr", "hr bpm", "heart frequency", "herzfrequenz", "fréquence cardiaque")
+_PER_MINUTE = re.compile(r"|[bl]pm|\w* ?(/|per|pro) ?min(\.|s|utes?)?|(beats ?)?min\W*[1¹]", re.IGNORECASE)
+_PER_SECOND = re.compile(r"hz|(1|beats)? ?(/|per) ?s(ec|econd)?|s\W*[1¹]", re.IGNORECASE)
 _PERIODS = ("period", "rr", "rr interval", "cycle length")
 SUBJECT = SetCells("Name the subject whose row is read", (("subject row", UNKNOWN),))
 
@@ -81,16 +81,34 @@ def subject_columns(path: Path, subject: str, sheet: str = "") -> Columns:
 
 
 def period_of_subject(path: Path, subject: str, sheet: str = "") -> float | None:
-    """Return the period of a subject's cycle, s, by its heart rate or its length; None where no column says it."""
+    """Return the period of a subject's cycle, s, by its heart rate or its length; None where no column says it.
+
+    Raises
+    ------
+    InputError
+        No such subject; a heart rate in a unit that is none of rates.
+    """
     table, row = _row_of(path, subject, sheet)
     for column, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
         title = " ".join(re.sub(r"[\W_]+", " ", name).split())
         if title in _RATES:
-            rate = _value(table, row, column)
-            return (1.0 if unit.lower() in ("hz", "1/s") else 60.0) / rate if rate > 0 else None
-        if title in _PERIODS and unit:
+            minute, rate = _rate_unit(table, column), _value(table, row, column)
+            return minute / rate if rate > 0 else None
+        if title in _PERIODS and units.is_of(unit, "time"):  # RR is a rate of breaths, too
             return _value(table, row, column) * units.factor(unit, "time")
     return None
+
+
+def _rate_unit(table: Columns, column: int) -> float:
+    """Return how long the beats are counted that a heart rate says, s: a minute, or a second."""
+    title, unit = table.titles[column].strip(), table.units[column].strip()
+    per = f"/{unit}" if re.search(rf"/\s*{re.escape(unit)}$", title) else unit  # 'HR/min' is split at its stroke
+    for wording, duration in ((_PER_MINUTE, 60.0), (_PER_SECOND, 1.0)):
+        if wording.fullmatch(per) and not units.is_unit(per):  # as ml/min is one of flow
+            return duration
+    raise InputError(
+        f"{table.source}: column '{title}': '{unit}' is no unit of a rate; write 1/min or Hz, or call it 'period'"
+    )
 
 
 def _value(table: Columns, row: int, column: int) -> float:
@@ -100,9 +118,17 @@ def _value(table: Columns, row: int, column: int) -> float:
     return float(cells.numbers(column, "time")[0])
 
 
+def subject_as_written(path: Path, subject: str, sheet: str = "") -> str:
+    """Return the name of a subject as its table spells it."""
+    table, row = _row_of(path, subject, sheet)
+    cells = (cell.strip() for cell in table.cells[row])
+    return next(cell for cell in cells if cell.casefold() == subject.strip().casefold())
+
+
 def _row_of(path: Path, subject: str, sheet: str) -> tuple[Columns, int]:
     """Return a table, and which of its rows is that of a subject."""
     table = read_columns(path, sheet=sheet)
+    _check_numbers(table)
     samples = {column for columns in sample_columns(table).values() for column in columns}
     if not samples:
         raise InputError(
@@ -123,10 +149,29 @@ def _row_of(path: Path, subject: str, sheet: str) -> tuple[Columns, int]:
 
 def sample_columns(table: Columns) -> Mapping[str, Sequence[int]]:
     """Return the columns of each signal, in the order of their numbers, by what stands before these."""
+    return {stem: [numbered[number] for number in sorted(numbered)]
+            for stem, numbered in _numbered(table).items() if not _lacking(numbered)}  # fmt: skip
+
+
+def _check_numbers(table: Columns) -> None:
+    """Raise `InputError` for a signal that lacks samples, but fewer than it has."""
+    for stem, numbered in _numbered(table).items():
+        if 0 < (lacking := _lacking(numbered)) < len(numbered):
+            first = next(number for number in range(min(numbered), max(numbered)) if number not in numbered)
+            surplus = f" and {lacking - 1} more" if lacking > 1 else ""
+            raise InputError(f"{table.source}: the columns of '{stem}' are numbered from {min(numbered)} to "
+                             f"{max(numbered)} and lack {first}{surplus}; put the samples in")  # fmt: skip
+
+
+def _lacking(numbered: Mapping[int, int]) -> int:
+    """Return how many numbers are left out between the first and the last."""
+    return max(numbered) - min(numbered) + 1 - len(numbered)
+
+
+def _numbered(table: Columns) -> Mapping[str, Mapping[int, int]]:
+    """Return column by number of each signal, or what else is numbered as often, by what stands before the numbers."""
     signals: dict[str, dict[int, int]] = {}
     for column, name in enumerate(table.names):
         if match := _NUMBERED.fullmatch(name):
             signals.setdefault(match["stem"], {})[int(match["number"])] = column
-    long = {stem: numbered for stem, numbered in signals.items() if len(numbered) >= _FEWEST}
-    gapless = {stem: numbered for stem, numbered in long.items() if set(np.diff(sorted(numbered))) == {1}}
-    return {stem: [numbered[number] for number in sorted(numbered)] for stem, numbered in gapless.items()}
+    return {stem: numbered for stem, numbered in signals.items() if len(numbered) >= _FEWEST}

@@ -75,12 +75,13 @@ def _read(path: Path) -> Any:
     if _GXL in start:
         return _of_gxl(path)
     if _EDGE_LIST.match(start):
-        return networkx.read_edgelist(path, encoding="utf-8-sig")
+        return networkx.read_edgelist(path, create_using=networkx.MultiGraph, encoding="utf-8-sig")
     if _GML.match(start):
         return networkx.read_gml(path, label="id")
     if not start.lstrip().startswith(b"{"):
         return networkx.read_graphml(path)
     content = parsed(read_bytes(path))
+    content["multigraph"] = True  # of two edges between the same nodes a plain graph would hold the last alone
     return networkx.node_link_graph(content, edges="links" if "links" in content else "edges")
 
 
@@ -91,10 +92,10 @@ def _of_gxl(path: Path) -> Any:
     drawn = ElementTree.fromstring(read_bytes(path)).find("{*}graph")
     if drawn is None:
         raise ValueError("no graph in it")
-    graph = networkx.Graph() if "undirected" in drawn.get("edgemode", "") else networkx.DiGraph()
+    graph = networkx.MultiGraph() if "undirected" in drawn.get("edgemode", "") else networkx.MultiDiGraph()
     graph.graph.update(_attributes(drawn))
-    for edge in drawn.findall("{*}edge"):
-        graph.add_edge(edge.attrib["from"], edge.attrib["to"], **_attributes(edge))
+    edges = drawn.findall("{*}edge")
+    graph.add_edges_from((edge.attrib["from"], edge.attrib["to"], _attributes(edge)) for edge in edges)
     return graph
 
 

@@ -108,7 +108,8 @@ def cells_of(recorded: Recorded, folder: Path, option_cells: Mapping[str, str]) 
             return any(file.suffix.lower() in WORKBOOKS for file in recorded.files)
         return not named or text.strip().casefold() in titles
 
-    return cells | {title: text for title, text in option_cells.items() if applies(title, text)}
+    cells |= {title: text for title, text in option_cells.items() if applies(title, text)}
+    return cells | ({"subject row": recorded.subject_row} if recorded.subject_row else {})
 
 
 def networks_of(

@@ -20,8 +20,9 @@ from vasowave.catheter.read.describe import (
     describe_recording,
     kind_of,
 )
-from vasowave.catheter.read.formats import RECORDINGS, companion_files
+from vasowave.catheter.read.formats import RECORDINGS, check_subject, companion_files
 from vasowave.catheter.read.formats.workbook import SHEET_READ
+from vasowave.catheter.read.subject_rows import subject_as_written
 from vasowave.catheter.signals.gaps import Span, longest_between
 from vasowave.catheter.signals.raw import MIN_DURATION_S
 from vasowave.pulse.network_formats import NETWORKS, UNIT, unit_wanted
@@ -85,7 +86,7 @@ class Recorded(NamedTuple):
     titles : tuple of str
         Of the channels of a continuous recording.
     subject_row : str
-        Of a table with a row a subject.
+        Of a table with a row a subject, as it is written there.
     """
 
     name: str
@@ -183,7 +184,7 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
                 continue
             _refuse_vessels(file)
             if choosing.subject_row:
-                recordings.append(Recorded(choosing.subject_row, (file,), "cycle", subject_row=choosing.subject_row))
+                recordings.append(_of_subject(file, choosing))
                 continue
             sheet, workbook = animal_sheet(file), file.suffix.lower() in WORKBOOKS
             if sheet is not None:
@@ -219,6 +220,14 @@ def _has_signals(workbook: Path) -> bool:
     except InputError:
         return False
     return any(channel.quantity in ("pressure", "flow") for channel in channels)
+
+
+def _of_subject(file: Path, choosing: Choosing) -> Recorded:
+    """Return the recording of a subject in a table that has a row for it, called as it is there."""
+    check_subject([file], choosing.subject_row)
+    sheet = choosing.sheet if file.suffix.lower() in WORKBOOKS else ""
+    name = subject_as_written(file, choosing.subject_row, sheet)
+    return Recorded(name, (file,), "cycle", subject_row=name)
 
 
 def _refuse_vessels(file: Path) -> None:
