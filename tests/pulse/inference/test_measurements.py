@@ -53,7 +53,7 @@ def test_every_measurement_adds_something_or_nothing_and_all_of_them_most():
 
 @pytest.mark.parametrize(
     ("asked", "words"),
-    [({"vessels": ("4",)}, "no vessel '4'.* of: 1, 2, 3"), ({"vessels": [2]}, "no vessel 2 .*'2'.* quotation marks"),
+    [({"vessels": ("4",)}, "no vessel '4'.* there are: '1', '2', '3'"), ({"vessels": [2]}, "no vessel 2 .*mean '2'"),
      ({"vessels": 5}, "list of names"), ({"vessels": [["2"]]}, "list of names"), ({"beats": 1}, "2 or more"),
      ({"beats": "4"}, "whole number"), ({"beats": np.nan}, "whole number"), ({"beat": 2}, "beat")],
 )  # fmt: skip

@@ -183,14 +183,15 @@ def _second_sites(network: Network, vessels: Sequence[str] | None) -> Sequence[s
     """Return vessels that a network has, each once, by default the daughters of its root."""
     if vessels is None:
         return [network.name[row] for row in network.daughters[network.root]]
-    names = ", ".join(network.name[:_MOST_NAMED]) + (", …" if len(network.name) > _MOST_NAMED else "")
+    first = [f"'{name}'" for name in network.name[:_MOST_NAMED]]
+    names = ", ".join([*first, "…"] if len(first) < len(network.name) else first)
     try:
         sites = list(dict.fromkeys([vessels] if isinstance(vessels, str) else vessels))
     except TypeError:
-        raise InputError(f"vessels: {vessels!r}; give a list of names in quotation marks, of: {names}") from None
+        raise InputError(f"vessels: {vessels!r}; give a list of names; there are: {names}") from None
     for vessel in (vessel for vessel in sites if vessel not in network.name):
         hint = did_you_mean(str(vessel), network.name)
-        raise InputError(f"the network has no vessel {vessel!r}{hint}; give names in quotation marks, of: {names}")
+        raise InputError(f"the network has no vessel {vessel!r}{hint}; there are: {names}")
     return sites
 
 

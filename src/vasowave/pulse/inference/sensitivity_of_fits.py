@@ -39,7 +39,7 @@ def _named_ranges(uncertain: UncertainModel, box: Mapping[str, tuple[float, floa
         lowest, highest = table.loc[[name], ["lower", "upper"]].to_numpy(float)[0].tolist()
         if low * _COVERED < lowest or high > highest * _COVERED:  # bounds as an error shows them are rounded
             raise InputError(
-                f"{name}: {low:g} to {high:g} is too wide; give a range within the fit's bounds "
+                f"{name}: {low:g} to {high:g} reaches too far; give a range within the fit's bounds "
                 f"{lowest:g} to {highest:g}"
             )
         ranges[name] = max(low, lowest), min(high, highest)
