@@ -99,11 +99,10 @@ def test_a_posterior_that_is_stored_makes_the_intervals(result, network):
 
 
 def test_the_command_says_what_measurements_would_add_and_writes_it(folder, network, tmp_path):
-    text = said(folder, "--measurements", "--site", "1", "-o", tmp_path / "m.csv")
+    text = said(folder, "--measurements", "--site", "1", "--site", "1", "-o", tmp_path / "m.csv")
     search = vw.Search(starts=1, **HELD)
     fit = vw.calibrate(network, vw.virtual_mouse(), search=search, numerics=COARSE)
-    settings = {"search": search, "numerics": COARSE, "priors": vw.Priors(**ERRORS)}
-    expected = fit.expected_precision(["1"], **settings).table
+    expected = fit.expected_precision(["1"], priors=vw.Priors(**ERRORS)).table
     table = pd.read_csv(tmp_path / "m.csv", index_col="quantity")
     numbers = [*expected.columns[1:]]
     pd.testing.assert_frame_equal(table[numbers], expected[numbers], rtol=0.02, check_names=False, check_dtype=False)
@@ -115,6 +114,16 @@ def test_the_command_says_what_measurements_would_add_and_writes_it(folder, netw
         said(folder, "--measurements", "--site", "9")
     with pytest.raises(vw.errors.InputError, match="give --measurements"):
         said(folder, "--change", "R_T=0.7", "--site", "1")
+
+
+@pytest.mark.parametrize("viscous", [None, pytest.param(True, marks=pytest.mark.validation)])
+def test_a_fit_foretells_with_the_harmonics_walls_and_cells_that_it_was_made_with(network, viscous):
+    settings = {"search": vw.Search(starts=1, **HELD, viscous=viscous), "numerics": COARSE}
+    fit = vw.calibrate(network, vw.virtual_mouse(), **settings)
+    values = fit.parameters["value"]
+    expected = vw.expected_precision(network, vw.virtual_mouse(), start=values, **settings).table
+    assert ("wall_viscosity" in expected.index) == bool(viscous)
+    pd.testing.assert_frame_equal(fit.expected_precision().table, expected, rtol=1e-6)
 
 
 @pytest.mark.validation

@@ -40,9 +40,11 @@ def test_four_times_the_beats_halve_what_their_scatter_leaves_open():
 def test_every_measurement_adds_something_or_nothing_and_all_of_them_most():
     search = vw.Search(starts=1, fixed={"r1": 1.0, "c1": 1.0}, pressure_harmonics=8)
     fit = calibrate(TREE, MOUSE, search=search)
-    expected = expected_precision(TREE, MOUSE, vessels=("2", "3"), start=fit.parameters["value"], search=search)
+    expected = expected_precision(TREE, MOUSE, vessels=("2", "3", "2"), start=fit.parameters["value"], search=search)
     factors = expected.table[[*expected.measurements]]
-    assert expected.measurements[:2] == ("pressure in 2", "pressure in 3")
+    assert expected.measurements[:3] == ("pressure in 2", "pressure in 3", "wedge pressure")
+    once = expected_precision(TREE, MOUSE, vessels=("2", "3"), start=fit.parameters["value"], search=search)
+    assert expected.table.equals(once.table)
     assert (factors.to_numpy() <= 1 + 1e-9).all()
     assert (factors["all of them"] <= factors.min(axis=1) + 1e-9).all()
     assert factors.loc["beta", "scale of the image"] < 0.95
@@ -50,8 +52,11 @@ def test_every_measurement_adds_something_or_nothing_and_all_of_them_most():
 
 
 @pytest.mark.parametrize(
-    ("asked", "words"), [({"vessels": ("4",)}, "no vessel '4'"), ({"beats": 1}, "2 or more"), ({"beat": 2}, "beat")]
-)
+    ("asked", "words"),
+    [({"vessels": ("4",)}, "no vessel '4'.* there are: '1', '2', '3'"), ({"vessels": [2]}, "no vessel 2 .*mean '2'"),
+     ({"vessels": 5}, "list of names"), ({"vessels": [["2"]]}, "list of names"), ({"beats": 1}, "2 or more"),
+     ({"beats": "4"}, "whole number"), ({"beats": np.nan}, "whole number"), ({"beat": 2}, "beat")],
+)  # fmt: skip
 def test_what_cannot_be_measured_is_refused(asked, words):
     with pytest.raises(vw.errors.InputError, match=words):
         expected_precision(TREE, MOUSE, search=vw.Search(pressure_harmonics=8), **asked)

@@ -1,11 +1,13 @@
 """The emulator of an animal, against simulations that it has not seen; Sobol' indices against Ishigami's formula."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import vasowave as vw
+from vasowave.pulse.analysis import uncertain_model
 from vasowave.pulse.calibration import calibrate
 from vasowave.pulse.inference import sensitivity_of, sobol_table
 from vasowave.pulse.model import with_parameters
@@ -152,13 +154,30 @@ def test_in_a_small_box_the_indices_are_those_of_the_derivatives(fit):
     assert (found.quantities["error"] < found.quantities["sd"]).all()
 
 
-def test_a_fit_is_asked_within_its_intervals_and_ranges_that_are_none_are_refused(fit, emulator):
+def test_a_fit_is_asked_within_its_intervals_but_for_ranges_that_are_named(fit, emulator):
     found = sensitivity_of(fit, samples=64)
     table = fit.parameters.loc[found.box.index]
     assert (found.box["low"] >= table["interval_low"] * (1 - 1e-9)).all()
     assert (found.box["high"] <= table["interval_high"] * (1 + 1e-9)).all()
-    for box, words in (({"bta": (1, 2)}, "not free"), ({"beta": (60, 50)}, "no range"), ({"beta": 50}, "lowest")):
-        with pytest.raises(vw.errors.InputError, match=words):
-            sensitivity_of(fit, box)
+    named = tuple(table.loc["r2", "value"] * np.array([0.8, 1.3]))
+    box = sensitivity_of(fit, {"r2": named}, samples=64).box
+    assert box.loc["beta", ["low", "high"]].tolist() == pytest.approx(found.box.loc["beta", ["low", "high"]].tolist())
+    assert box.loc["r2", ["low", "high"]].tolist() == pytest.approx(named)
     with pytest.raises(vw.errors.InputError, match="outside"):
         emulator.sensitivity({"beta": (1.0, 50.0)})
+    with pytest.raises(vw.errors.InputError, match="by name"):
+        emulator.sensitivity(5)
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [({"box": {"bta": (1, 2)}}, "not free"), ({"box": {5: (1, 2)}}, "not free"),
+     ({"box": {"beta": (60, 50)}}, "no range"), ({"box": {"beta": 50}}, r"\{'beta': \(40.0, 60.0\)\}"),
+     ({"box": {"beta": "49"}}, "lowest and highest"), ({"box": [("beta", (40, 60))]}, "by name"),
+     ({"box": 5}, "by name"), ({"box": {"beta": (40, 1e6)}}, "too far; give a range within the fit's bounds .* to "),
+     ({"samples": 1000}, "power of 2"), ({"samples": 64.0}, "power of 2")],
+)  # fmt: skip
+def test_a_box_that_is_none_is_refused_before_anything_is_simulated(fit, asked, words):
+    without_flow = replace(uncertain_model(fit), inflow=None)  # so that no simulation can be
+    with pytest.raises(vw.errors.InputError, match=words):
+        sensitivity_of(without_flow, **asked)

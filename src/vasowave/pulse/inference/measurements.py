@@ -62,6 +62,7 @@ class MeasurementRules:
 RULES = MeasurementRules()
 WEDGE, RADII, SCALE, ALL = "wedge pressure", "radii twice as exact", "scale of the image", "all of them"
 _EXACT = 1e-6  # share of an SD that is left of what becomes exact
+_MOST_NAMED = 8  # vessels that an error names
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +126,7 @@ def expected_precision(
     wall : str or class
         As for `calibrate`.
     vessels : sequence of str, optional
-        Where a second pressure could be recorded; by default the daughters of the root.
+        Where a second pressure could be recorded, each once; by default the daughters of the root.
     beats : int
         How many times as many beats.
     start : mapping of str to float, optional
@@ -140,7 +141,7 @@ def expected_precision(
     Raises
     ------
     InputError
-        A vessel that the network does not have, a number of beats below 2; as `posterior`.
+        A vessel that the network does not have, no whole number of beats from 2; as `posterior`.
     NumericalError
         The animal cannot be simulated near the start.
 
@@ -152,8 +153,8 @@ def expected_precision(
     >>> vw.expected_precision(network, vw.virtual_mouse(), search=search).measurements
     ('wedge pressure', 'radii twice as exact', 'scale of the image', '4 × the beats', 'all of them')
     """
-    if beats < 2:
-        raise InputError(f"beats: {beats}; give how many times as many there would be, 2 or more")
+    if not (isinstance(beats, int | np.integer) and beats >= 2):
+        raise InputError(f"beats: {beats!r}; give how many times as many there would be, a whole number, 2 or more")
     network, cycle = a_network(network), one_cycle(recording)
     vessels = _second_sites(network, vessels)
     sampling = _as_planned(given_values(Sampling, None, settings), cycle)
@@ -179,13 +180,19 @@ def _as_planned(sampling: Sampling, cycle: Recording) -> Sampling:
 
 
 def _second_sites(network: Network, vessels: Sequence[str] | None) -> Sequence[str]:
-    """Return vessels that a network has, by default the daughters of its root."""
+    """Return vessels that a network has, each once, by default the daughters of its root."""
     if vessels is None:
         return [network.name[row] for row in network.daughters[network.root]]
-    vessels = [vessels] if isinstance(vessels, str) else vessels
-    for vessel in (vessel for vessel in vessels if vessel not in network.name):
-        raise InputError(f"the network has no vessel '{vessel}'{did_you_mean(vessel, network.name)}")
-    return vessels
+    first = [f"'{name}'" for name in network.name[:_MOST_NAMED]]
+    names = ", ".join([*first, "…"] if len(first) < len(network.name) else first)
+    try:
+        sites = list(dict.fromkeys([vessels] if isinstance(vessels, str) else vessels))
+    except TypeError:
+        raise InputError(f"vessels: {vessels!r}; give a list of names; there are: {names}") from None
+    for vessel in (vessel for vessel in sites if vessel not in network.name):
+        hint = did_you_mean(str(vessel), network.name)
+        raise InputError(f"the network has no vessel {vessel!r}{hint}; there are: {names}")
+    return sites
 
 
 @dataclass(frozen=True)

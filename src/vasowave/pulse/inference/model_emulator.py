@@ -65,6 +65,7 @@ _BLOCK = 256  # points that are answered at once: more of them wake threads, whi
 EMULATED = {name: unit for name, unit in UNITS.items() if name != "CO"} | {"wave_speed": "cm/s", "Z_c": "mmHg s/ml"}
 """What is emulated, and its unit."""
 KIND = "emulator of one animal"
+_NOT_HERE = "no parameter of this emulator"
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +126,7 @@ class ModelEmulator:
         InputError
             A parameter that it does not know, or a value outside of where it was made.
         """
-        check_names(values, self.box.index, "no parameter of this emulator")
+        check_names(values, self.box.index, _NOT_HERE)
         fitted = {str(name): value for name, value in self.box["value"].items()}
         try:
             columns = [np.atleast_1d(np.array(values.get(name, value), dtype=float)) for name, value in fitted.items()]
@@ -170,9 +171,8 @@ class ModelEmulator:
             A box of no parameter of this emulator, or that reaches beyond its own; samples that are no power of 2.
         """
         limits = self.box[["low", "high"]].astype(float)
-        check_names(box or {}, limits.index, "no parameter of this emulator")
-        for name, ends in (box or {}).items():
-            limits.loc[name] = checked_range(name, ends)
+        for name, ends in checked_box({} if box is None else box, limits.index, _NOT_HERE).items():
+            limits.loc[name] = ends
         _ = self.answers(limits.to_numpy().T)  # which refuses what lies outside
         logarithms, names = np.log(limits.to_numpy()), [*self.quantities.index]
 
@@ -273,7 +273,7 @@ def check_names(names: Iterable[str], known_names: Iterable[str], reason: str) -
     """Raise `InputError` for a name that is none of those, with the reason."""
     for name in names:
         if name not in known_names:
-            hint, listed = did_you_mean(name, known_names), ", ".join(known_names)
+            hint, listed = did_you_mean(str(name), known_names), ", ".join(known_names)
             raise InputError(f"'{name}' is {reason}{hint}; there are: {listed}")
 
 
@@ -306,12 +306,19 @@ def _numbers(model: Model, waves: xr.Dataset) -> list[float]:
     return [float(speeds[name]) if name in speeds else float(numbers[name]) for name in EMULATED]
 
 
-def checked_range(name: str, ends: Any) -> tuple[float, float]:
-    """Return the ends of a range of a positive parameter; raises `InputError` for what is none."""
+def checked_box(box: Any, known_names: Iterable[str], reason: str) -> dict[str, tuple[float, float]]:
+    """Return the ends of ranges of positive parameters; raises `InputError` for what is none, as `check_names`."""
+    if not isinstance(box, Mapping):
+        raise InputError(f"box: {box!r}; give lowest and highest value by name: {{'beta': (40.0, 60.0)}}")
+    check_names(box, known_names, reason)
+    return {str(name): _checked_range(name, ends) for name, ends in box.items()}
+
+
+def _checked_range(name: str, ends: Any) -> tuple[float, float]:
     try:
-        low, high = (float(end) for end in ends)
+        low, high = map(float, () if isinstance(ends, str | bytes) else ends)
     except (TypeError, ValueError):
-        raise InputError(f"{name}: {ends}; give its lowest and highest value: ({name}, (40.0, 60.0))") from None
+        raise InputError(f"{name}: {ends!r}; give its lowest and highest value: {{'{name}': (40.0, 60.0)}}") from None
     if not (0 < low < high and np.isfinite(high)):
         raise InputError(f"{name}: {low:g} to {high:g} is no range of a positive number; give the lower end first")
     return low, high

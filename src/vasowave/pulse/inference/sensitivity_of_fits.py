@@ -5,12 +5,14 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from vasowave.base.errors import InputError
 from vasowave.pulse.analysis.sensitivity_table import Sensitivity
 from vasowave.pulse.analysis.uncertain import UncertainModel, uncertain_model
 from vasowave.pulse.calibration.result import CalibratedModel
-from vasowave.pulse.inference.model_emulator import check_names, checked_range, emulate
+from vasowave.pulse.inference.model_emulator import checked_box, emulate
+from vasowave.pulse.inference.sobol import check_samples
 
-_COVERED = 1.0001  # factor by which an emulator reaches farther than it is asked
+_COVERED = 1.0001  # factor by which an emulator reaches farther than it is asked, and a range beyond bounds
 
 
 def sensitivity_of(
@@ -22,14 +24,26 @@ def sensitivity_of(
 ) -> Sensitivity:
     """Return Sobol' indices of a fit, by an emulator that is made for it; see `Fit.sensitivity`."""
     uncertain = uncertain_model(fit)
-    if box is None:
-        emulator = emulate(uncertain, seed=seed)
-        return emulator.sensitivity(_intervals_within(uncertain, emulator.box), samples=samples, seed=seed)
-    check_names(box, uncertain.free.index, "not free")
-    values = uncertain.free["value"].astype(float)
-    ends = {name: checked_range(name, limits) for name, limits in box.items()}
-    factors = {name: _COVERED * max(high / values[name], values[name] / low) for name, (low, high) in ends.items()}
-    return emulate(uncertain, factors=factors, seed=seed).sensitivity(ends, samples=samples, seed=seed)
+    check_samples(samples)
+    values, named = uncertain.free["value"].astype(float), _named_ranges(uncertain, {} if box is None else box)
+    factors = {name: _COVERED * max(high / values[name], values[name] / low) for name, (low, high) in named.items()}
+    emulator = emulate(uncertain, factors=factors, seed=seed)
+    ends = _intervals_within(uncertain, emulator.box) | named
+    return emulator.sensitivity(ends, samples=samples, seed=seed)
+
+
+def _named_ranges(uncertain: UncertainModel, box: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    """Return the ranges of a box; raises `InputError` for one that reaches beyond the bounds of the fit."""
+    table, ranges = uncertain.free, checked_box(box, uncertain.free.index, "not free")
+    for name, (low, high) in ranges.items():
+        lowest, highest = table.loc[[name], ["lower", "upper"]].to_numpy(float)[0].tolist()
+        if low * _COVERED < lowest or high > highest * _COVERED:  # bounds as an error shows them are rounded
+            raise InputError(
+                f"{name}: {low:g} to {high:g} reaches too far; give a range within the fit's bounds "
+                f"{lowest:g} to {highest:g}"
+            )
+        ranges[name] = max(low, lowest), min(high, highest)
+    return ranges
 
 
 def _intervals_within(uncertain: UncertainModel, box: pd.DataFrame) -> dict[str, tuple[float, float]]:

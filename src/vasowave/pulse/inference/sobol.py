@@ -44,9 +44,8 @@ def sobol_table(
     """
     from scipy.stats import qmc, sobol_indices
 
+    check_samples(samples)
     count = len(names)
-    if samples < 2 or samples & (samples - 1):
-        raise InputError(f"samples: {samples}; give a power of 2, as 4096")
     points = qmc.Sobol(2 * count, seed=np.random.default_rng(seed)).random(samples)
     low, high = np.asarray(bounds, dtype=float).T
     first, second = (low + (high - low) * half for half in (points[:, :count], points[:, count:]))
@@ -70,3 +69,9 @@ def sobol_table(
             table[moving, :, 3 * column : 3 * column + 3] = np.stack([middle, middle - half, middle + half], axis=-1)
     rows = pd.MultiIndex.from_product([answers, names], names=["quantity", "parameter"])
     return pd.DataFrame(table.reshape(-1, len(COLUMNS)), rows, [*COLUMNS])
+
+
+def check_samples(samples: int) -> None:
+    """Raise `InputError` for a number of samples that is no power of 2."""
+    if not (isinstance(samples, int | np.integer) and samples >= 2 and not samples & (samples - 1)):
+        raise InputError(f"samples: {samples!r}; give a power of 2, as 4096")

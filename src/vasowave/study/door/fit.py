@@ -18,6 +18,7 @@ from vasowave.pulse.inference.priors import Priors
 from vasowave.pulse.inference.result import Posterior
 from vasowave.pulse.inference.sampling import posterior
 from vasowave.pulse.inference.sensitivity_of_fits import sensitivity_of
+from vasowave.pulse.model.walls import WALL_VISCOSITY
 from vasowave.pulse.network.network import Network
 from vasowave.study.animal.files import write_result
 from vasowave.study.animal.pipeline import result_of_fit
@@ -60,7 +61,7 @@ class Fit(CalibratedModel):
     def sample(self, **settings: Any) -> Posterior:
         """Return the posterior of the same animal, law and beds; the settings are those of `posterior`: ``draws=200``.
 
-        Parameters that the fit held at a value stay there.
+        Parameters that the fit held at a value stay there, as many harmonics are compared, and as finely is simulated.
         """
         return posterior(*self._animal, fit=self, **self._sampling | settings)
 
@@ -70,13 +71,16 @@ class Fit(CalibratedModel):
 
     @property
     def _sampling(self) -> dict[str, Any]:
-        """Settings of a posterior of the same animal, law and beds."""
+        """Settings of a posterior of the same animal, law and beds, with what the fit compared."""
+        compared, sites = self.compared, self.compared.sites
+        harmonics = compared.harmonics if compared.choice == "given" else compared.choice
+        viscous = WALL_VISCOSITY in self.parameters.index
         held = {str(name): float(row["value"]) for name, row in self.parameters.iterrows() if not row["free"]}
-        sites = self.compared.sites
         arguments: dict[str, Any] = {
             "bed": type(self.model.outlets),
             "blood": self.model.blood,
-            "search": Search(fixed=held, enters=self.compared.enters),
+            "search": Search(fixed=held, pressure_harmonics=harmonics, viscous=viscous, enters=compared.enters),
+            "numerics": self.numerics,
             "sites": () if sites is None else sites.observations,
         }
         if self.response:
@@ -92,11 +96,12 @@ class Fit(CalibratedModel):
         Parameters
         ----------
         vessels : sequence of str, optional
-            Where a second pressure could be recorded; by default the daughters of the root.
+            Where a second pressure could be recorded, each once; by default the daughters of the root.
         beats : int
             How many times as many beats.
         settings
-            Those of `posterior`, whose intervals are foretold; see `vasowave.expected_precision`.
+            Those of `posterior`, whose intervals are foretold, in place of those of the fit; see
+            `vasowave.expected_precision`.
         """
         start = {str(name): float(value) for name, value in self.parameters["value"].items()}
         arguments = self._sampling | settings
@@ -110,15 +115,16 @@ class Fit(CalibratedModel):
         Parameters
         ----------
         box : mapping of str to (float, float), optional
-            Lowest and highest value of parameters, as the intervals of a posterior or those of a prior. By default the
-            95 % intervals of the fit, as far as an emulator reaches (`emulate`).
+            Lowest and highest value of parameters, as the intervals of a posterior or those of a prior, within the
+            bounds of the fit. By default, and of those that it does not name, the 95 % intervals of the fit, as far as
+            an emulator reaches (`emulate`).
         samples, seed : int
             As of `ModelEmulator.sensitivity`.
 
         Raises
         ------
         InputError
-            No free parameter, a range that is none.
+            No free parameter, a range that is none or reaches beyond the bounds, samples that are no power of 2.
         NumericalError
             Models in the box cannot be simulated.
         """
