@@ -91,7 +91,10 @@ def test_a_posterior_that_is_stored_makes_the_intervals(result, network):
     changes = []
     for model, inflow in stored.drawn:
         stiffer = vw.Model(model.network, vw.LinearWall(1.5 * model.wall.beta), model.outlets, model.blood)
-        pulses = [float(np.ptp(vw.simulate(end, inflow).pressure.values[:, 0, 0])) for end in (model, stiffer)]
+        pulses = [
+            float(np.ptp(vw.simulate(end, inflow, stored.numerics).pressure.values[:, 0, 0]))
+            for end in (model, stiffer)
+        ]
         changes.append(pulses[1] - pulses[0])
     ends = np.quantile(changes, [0.025, 0.5, 0.975], method="weibull")
     row = by_posterior.table.loc["pPAP"]

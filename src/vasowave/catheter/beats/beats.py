@@ -265,7 +265,7 @@ def _best_matches(shape: np.ndarray, template: np.ndarray, centres: np.ndarray, 
     inner = np.flatnonzero((best > 0) & (best < 2 * half))
     three = score[inner[:, None], best[inner, None] + np.arange(-1, 2)]
     places[inner] += lags[best[inner]] + _vertex(three.T)
-    return places
+    return np.clip(places, 0, len(shape) - 1)
 
 
 def _extremum(template: np.ndarray) -> float:
