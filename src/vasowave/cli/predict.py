@@ -1,5 +1,6 @@
 """The command that says what a change, or a further measurement, would do."""
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -89,8 +90,6 @@ def predict(
 def _tell_measurements(expected: "ExpectedPrecision", output: Path | None) -> None:
     """Print by which factor each interval would shrink, and write the table if it is asked for."""
     from vasowave.base.io.files import write_file
-    from vasowave.cli.progress import print_text
-    from vasowave.study.results.overview import aligned
 
     rows = [("", "value", "95 % interval", "unit", *expected.measurements)]
     rows += [
@@ -98,10 +97,7 @@ def _tell_measurements(expected: "ExpectedPrecision", output: Path | None) -> No
          *(f"{row[measurement]:.2f}" for measurement in expected.measurements))
         for name, row in expected.table.iterrows()
     ]  # fmt: skip
-    for line in aligned(rows, (0, 3)):
-        typer.echo(line)
-    for text in expected.assumptions:
-        print_text(text)
+    _print_table(rows, (0, 3), expected.assumptions)
     if output is not None:
         write_file(output, expected.table.to_csv(float_format="%.6g", lineterminator="\n"))
         typer.echo(f"Written: {output}")
@@ -111,9 +107,6 @@ def _print(foretold: "Prediction") -> None:
     """Print the numbers as a table, and below it what a reader must know."""
     import numpy as np
 
-    from vasowave.cli.progress import print_text
-    from vasowave.study.results.overview import aligned
-
     rows = [("", "before", "after", "change", "95 % interval", "unit")]
     rows += [
         (str(name), f"{row['before']:.4g}", f"{row['after']:.4g}", f"{row['change']:+.3g}",
@@ -121,7 +114,15 @@ def _print(foretold: "Prediction") -> None:
          row["unit"].removeprefix("1"))
         for name, row in foretold.table.iterrows()
     ]  # fmt: skip
-    for line in aligned(rows, (0, 5)):
+    _print_table(rows, (0, 5), foretold.remarks)
+
+
+def _print_table(rows: Sequence[tuple[str, ...]], texts: tuple[int, ...], remarks: Iterable[str]) -> None:
+    """Print rows, of which some columns are texts, and remarks below them."""
+    from vasowave.cli.progress import print_text
+    from vasowave.study.results.overview import aligned
+
+    for line in aligned(rows, texts):
         typer.echo(line)
-    for remark in foretold.remarks:
+    for remark in remarks:
         print_text(remark)
