@@ -60,7 +60,8 @@ LATE_VOLUME = look_kind(
     "{source}: the volume comes about {lag:.2g} ms {late} than the pressure ({percent:.2g} % of a beat): ejection "
     "begins {ejection:+.2g} ms after the steepest rise, filling {filling:+.2g} ms after the pressure is down. 3 % of "
     "a beat move E_es by 5 % and the work by up to 9 %, 9 % by 16 and 50 %",
-    "Find out the delays of both instruments and give their difference; this estimate is good to 1 % of a beat.",
+    "Find out the delays of both instruments and give their difference; this estimate is good to 1 % of a beat in "
+    "most hearts, to 5 % in all that were tried.",
     SetCells("Give the delay", (("volume delay [s]", "{seconds:.4f}"),)),
 )
 NO_RELAXATION = note_kind(
