@@ -52,6 +52,8 @@ class Attribution:
         Index: as of `Prediction.table`; columns ``unit, before, after, change`` and one for each component that
         differs: ``heart`` (flow and rate), ``walls``, ``beds``, ``geometry``, ``pressure behind beds``, ``blood``, in
         the unit of the row; together they are the change.
+    undone : DataFrame
+        What each component alone does to the state after if it is as it was before; same index, a column for each.
 
     Examples
     --------
@@ -63,6 +65,7 @@ class Attribution:
     """
 
     table: pd.DataFrame
+    undone: pd.DataFrame
 
     @property
     def components(self) -> tuple[str, ...]:
@@ -146,9 +149,14 @@ def attribute_change(
     table = pd.DataFrame({"unit": pd.Series(UNITS), "before": first, "after": last, "change": last - first})
     for component in differing:
         table[component] = _share(component, differing, values.__getitem__)
+    undone = pd.DataFrame(
+        {component: values[frozenset(differing) - {component}] - last for component in differing}, index=table.index
+    )
     moved = table.columns[3:]
-    table[moved] = table[moved].where(table[moved].abs().ge(ROUNDING * first.abs(), axis=0), 0.0)
-    return Attribution(table)
+    table[moved], undone = (
+        changes.where(changes.abs().ge(ROUNDING * first.abs(), axis=0), 0.0) for changes in (table[moved], undone)
+    )
+    return Attribution(table, undone)
 
 
 def _check(before: Model, after: Model, inflows: tuple[Drive, Drive]) -> None:

@@ -1,5 +1,6 @@
 """Groups of animals: who belongs to which, described, compared, and the one of each that is shown."""
 
+from vasowave.study.cohort.attribution import ComponentExchange as ComponentExchange
 from vasowave.study.cohort.attribution import GroupAttribution as GroupAttribution
 from vasowave.study.cohort.attribution import attribution_table as attribution_table
 from vasowave.study.cohort.balanced import changes_of as changes_of

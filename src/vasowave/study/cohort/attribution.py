@@ -1,7 +1,8 @@
-"""What made the change of animals that were recorded before and after, by group, as values."""
+"""What made the change of animals that were recorded twice, or the difference of two groups, as values."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -9,53 +10,93 @@ import pandas as pd
 from vasowave.base.descriptions import LEVEL
 
 _MIN_ANIMALS = 3  # from which on a mean has an interval
-_TITLES = ["group", "animal", "quantity", "unit", "before", "after", "change"]
+_TITLES = ["group", "before", "after", "quantity", "unit", "value before", "value after", "change"]
+
+
+class ComponentExchange(NamedTuple):
+    """What the exchange of components between two states does, see `pulse.analysis.attribution.Attribution`."""
+
+    shares: pd.DataFrame
+    undone: pd.DataFrame
 
 
 @dataclass(frozen=True, eq=False)
 class GroupAttribution:
-    """The shares of a change in the animals of a group.
+    """What made a group what it is: its change between two occasions, or its difference from another group.
 
     Attributes
     ----------
-    group, first, last : str
-        The group, and the occasions between which it changed.
-    tables : dict of str to DataFrame
-        By animal, see `vasowave.pulse.analysis.attribution.Attribution`.
-    failures : dict of str to str
-        Why other animals are absent.
+    group : str
+    first, last : str
+        The two occasions; of groups the reference and this group.
+    exchanges : dict of (str, str) to ComponentExchange
+        By the names of the two animals, of occasions the same twice.
+    failures : dict of (str, str) to str
+        Why pairs are absent.
+    of_images : tuple of ComponentExchange
+        What an error of one SD of each image that several animals share moves.
     """
 
     group: str
     first: str
     last: str
-    tables: dict[str, pd.DataFrame]
-    failures: dict[str, str]
+    exchanges: dict[tuple[str, str], ComponentExchange]
+    failures: dict[tuple[str, str], str]
+    of_images: tuple[ComponentExchange, ...] = ()
 
-    def means(self, quantity: str) -> pd.DataFrame:
-        """Return the mean change of a quantity and its shares over the animals: ``mean, low, high`` (95 %, by Student).
+    @property
+    def of_groups(self) -> bool:
+        """Whether animals of two groups are exchanged, and not two occasions of one animal."""
+        return self.last == self.group
 
-        The first row is ``change``, then what was exchanged; what does not differ in an animal has the share 0 there.
+    def animals(self) -> list[int]:
+        """Return how many animals were exchanged: of the group and of the reference, or with both occasions."""
+        befores, afters = zip(*self.exchanges, strict=True)
+        return [len(set(afters)), len(set(befores))] if self.of_groups else [len(afters)]
+
+    def means(self, quantity: str, kind: str = "shares") -> pd.DataFrame:
+        """Return means over the animals, ``mean, low, high`` (95 %), of the shares or of what is undone.
+
+        Of shares the first row is ``change``, then what was exchanged; what does not differ in a pair has 0 there.
+        Intervals are by Student; of two groups by Welch, to which errors of shared images are added.
         """
         from scipy.stats import t as student
 
-        rows = pd.DataFrame([table.loc[quantity].iloc[3:] for table in self.tables.values()]).astype(float)
-        rows, count = rows.fillna(0.0), len(rows)
-        means = rows.mean()
-        reach = student.ppf((1 + LEVEL) / 2, count - 1) / np.sqrt(count) if count >= _MIN_ANIMALS else np.nan
-        half = reach * rows.std(ddof=1)
-        return pd.DataFrame({"mean": means, "low": means - half, "high": means + half})
+        tables = {pair: getattr(exchange, kind) for pair, exchange in self.exchanges.items()}
+        rows = pd.DataFrame({pair: _changes(table.loc[quantity]) for pair, table in tables.items()}).T.fillna(0.0)
+        margins = [rows.groupby(level=level).mean() for level in ((0, 1) if self.of_groups else (1,))]
+        if min(map(len, margins)) < _MIN_ANIMALS:
+            return pd.DataFrame({"mean": rows.mean(), "low": np.nan, "high": np.nan})
+        variances = np.array([of_animals.var(ddof=1) / len(of_animals) for of_animals in margins])
+        freedoms = np.array([[len(of_animals) - 1] for of_animals in margins])
+        scatter, by_freedom = variances.sum(axis=0), (variances**2 / freedoms).sum(axis=0)
+        freedom = np.divide(scatter**2, by_freedom, where=by_freedom > 0, out=np.full(len(scatter), np.inf))
+        images = self._image_variance(quantity, kind, rows.columns)
+        half = student.ppf((1 + LEVEL) / 2, freedom) * np.sqrt(scatter + images)
+        return pd.DataFrame({"mean": rows.mean(), "low": rows.mean() - half, "high": rows.mean() + half})
+
+    def _image_variance(self, quantity: str, kind: str, columns: pd.Index) -> np.ndarray:
+        moved = (_changes(getattr(of_image, kind).loc[quantity]).reindex(columns) for of_image in self.of_images)
+        return sum((error.fillna(0.0).to_numpy() ** 2 for error in moved), np.zeros(len(columns)))
+
+
+def _changes(row: pd.Series) -> pd.Series:
+    return row.drop(["unit", "before", "after"], errors="ignore").astype(float)
 
 
 def attribution_table(groups: Iterable[GroupAttribution]) -> pd.DataFrame:
-    """Return the shares of single animals, a row for each animal and quantity.
+    """Return the shares of single pairs, a row for each pair and quantity.
 
-    Columns ``group, animal, quantity, unit, before, after, change`` and one for each component, in the unit of the row.
+    Columns ``group, before, after`` (the two animals, or occasions of one), ``quantity, unit, value before, value
+    after, change`` and one for each component, in the unit of the row.
     """
     tables = [
-        table.rename_axis("quantity").reset_index().assign(group=changed.group, animal=animal)
+        exchange.shares.rename(columns={"before": "value before", "after": "value after"})
+        .rename_axis("quantity")
+        .reset_index()
+        .assign(group=changed.group, before=before, after=after)
         for changed in groups
-        for animal, table in changed.tables.items()
+        for (before, after), exchange in changed.exchanges.items()
     ]
     if not tables:
         return pd.DataFrame(columns=_TITLES)

@@ -90,7 +90,7 @@ class Cohort:
     lung_sd: float | None = None
     """How much the lungs of one group differ, as the lab tells it; see `lungs`."""
     changes: tuple[GroupAttribution, ...] = ()
-    """What made the change of animals that were recorded before and after."""
+    """What made the change of animals that were recorded twice, or the difference of groups."""
 
     @cached_property
     def lungs(self) -> LungDifferences:

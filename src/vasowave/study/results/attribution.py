@@ -1,56 +1,166 @@
-"""What made the change of animals that were recorded before and after: their fitted models, exchanged."""
+"""What made a group what it is: fitted models, exchanged between two occasions of an animal or between two groups."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
 
 from vasowave.base.errors import VasowaveError
 from vasowave.pulse.analysis.attribution import attribute_change
+from vasowave.pulse.analysis.changes import with_factors
+from vasowave.pulse.cycle.cycle import Inflow, Recording
+from vasowave.pulse.model.model import Model
+from vasowave.pulse.model.numerics import Numerics
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.animal.stored import stored_inflow, stored_model, stored_numerics
-from vasowave.study.cohort.attribution import GroupAttribution
+from vasowave.study.cohort.attribution import ComponentExchange, GroupAttribution
 from vasowave.study.cohort.cohort import Cohort, levels_of
+from vasowave.study.cohort.estimates import numbered
 from vasowave.study.cohort.primary import Family, primary_law
+
+MAX_PAIRS = 40
+"""Pairs of animals of two groups; each takes as many simulations as a fit, and so many tell the means."""
+_IMAGE = "image"
+
+
+class _FittedState(NamedTuple):
+    """A fitted animal, what its image stands for, and how its parameters follow the radii of the image."""
+
+    name: str
+    model: Model
+    inflow: Recording | Inflow
+    numerics: Numerics
+    image: int
+    radius_sd: float
+    per_radius: dict[str, float]
+
+    def imaged_wider(self) -> "_FittedState":
+        """Return the fit of an image whose radii are one SD larger, to first order."""
+        factors = {name: float(np.exp(slope * self.radius_sd)) for name, slope in self.per_radius.items()}
+        return self._replace(model=with_factors(self.model, factors | {"radius": float(np.exp(self.radius_sd))}))
 
 
 def attributed(cohort: Cohort, family: Family | None = None) -> Cohort:
-    """Return a cohort that knows what made the change of each group from the first to the last occasion.
+    """Return a cohort that knows what made the change of each group, or the difference of groups from the reference.
 
     Parameters
     ----------
     cohort : Cohort
-        One whose design has no subject and occasion is returned as it is.
+        Of a design with subject and occasion the change from the first to the last occasion is told, of groups whose
+        animals were recorded once their difference; of other designs nothing.
     family : Family, optional
         The primary comparison; fits of its wall law are exchanged.
     """
-    if not (cohort.design.subject and cohort.design.occasion and len(levels_of(cohort.second)) > 1):
-        return cohort
     law = primary_law(cohort, family or Family())
     if not law:
         return cohort
-    groups = (_of_group(cohort, group, law) for group in cohort.groups)
-    return replace(cohort, changes=tuple(group for group in groups if group.tables or group.failures))
+    if cohort.design.subject and cohort.design.occasion and len(levels_of(cohort.second)) > 1:
+        changes = (_of_occasions(cohort, group, law) for group in cohort.groups)
+    elif cohort.crossed or cohort.repeated:
+        return cohort
+    else:
+        changes = (_of_groups(cohort, group, law) for group in list(cohort.groups)[1:])
+    return replace(cohort, changes=tuple(change for change in changes if change.exchanges or change.failures))
 
 
-def _of_group(cohort: Cohort, group: str, law: str) -> GroupAttribution:
+def _of_occasions(cohort: Cohort, group: str, law: str) -> GroupAttribution:
     first, *_, last = levels_of(cohort.second)
-    tables, failures = {}, {}
-    for subject, before, after in _pairs(cohort, group, first, last):
+    pairs = _recorded_twice(cohort, group, first, last)
+    return _made((group, first, last), [(_state(before, law), _state(after, law)) for before, after in pairs])
+
+
+def _of_groups(cohort: Cohort, group: str, law: str) -> GroupAttribution:
+    """ComponentExchange animals of the reference with those of a group, and the images that several of them share."""
+    members = [result for name in (cohort.reference, group) for result in cohort.groups[name] if law in result.laws]
+    images = numbered(members, _IMAGE, cohort.variables[_IMAGE].levels if _IMAGE in cohort.variables else {})
+    states = [_state(result, law, int(image), cohort.lungs.sd) for result, image in zip(members, images, strict=True)]
+    pairs = _pairs(*([state for state, result in zip(states, members, strict=True) if result.group == name]
+                     for name in (cohort.reference, group)))  # fmt: skip
+    made = _made((group, cohort.reference, group), pairs)
+    if not made.exchanges:
+        return made
+    typical = _typical_pair(made.exchanges)
+    pair = next(pair for pair in pairs if (pair[0].name, pair[1].name) == typical)
+    shared = np.flatnonzero(np.bincount(images) > 1)
+    return replace(made, of_images=tuple(_of_image(pair, made.exchanges[typical], int(image)) for image in shared))
+
+
+def _made(names: tuple[str, str, str], pairs: Sequence[tuple[_FittedState, _FittedState]]) -> GroupAttribution:
+    exchanges, failures = {}, {}
+    for before, after in pairs:
+        pair = before.name, after.name
         try:
-            inflows = stored_inflow(before, law), stored_inflow(after, law)
-            models, numerics = (stored_model(before, law), stored_model(after, law)), stored_numerics(before, law)
-            tables[subject] = attribute_change(*models, inflows, numerics).table
+            exchanges[pair] = _exchanged(before, after)
         except VasowaveError as error:
-            failures[subject] = str(error)
-    return GroupAttribution(group, first, last, tables, failures)
+            failures[pair] = str(error)
+    return GroupAttribution(*names, exchanges, failures)
 
 
-def _pairs(cohort: Cohort, group: str, first: str, last: str) -> Iterator[tuple[str, AnimalResult, AnimalResult]]:
+def _state(result: AnimalResult, law: str, image: int = 0, lung_sd: float = 0.0) -> _FittedState:
+    """Return a fitted animal whose radii err with those of its image, and as its lung differs from the imaged one."""
+    model, quantities = stored_model(result, law), result.laws[law].quantities
+    slopes = {
+        str(name): float(quantities[name].attrs.get("per_radius", 0.0))
+        for name in result.laws[law].calibration["parameter"].values
+    }
+    image_sd = {error.name: error.sd for error in result.assumed_errors}.get("radius_scale", 0.0)
+    inflow, numerics = stored_inflow(result, law), stored_numerics(result, law)
+    return _FittedState(result.name, model, inflow, numerics, image, float(np.hypot(image_sd, lung_sd)), slopes)
+
+
+def _exchanged(before: _FittedState, after: _FittedState) -> ComponentExchange:
+    made = attribute_change(before.model, after.model, (before.inflow, after.inflow), before.numerics)
+    return ComponentExchange(made.table, made.undone)
+
+
+def _pairs(befores: Sequence[_FittedState], afters: Sequence[_FittedState]) -> list[tuple[_FittedState, _FittedState]]:
+    """Return all pairs, or of large groups as many as are worked on, in which every animal stands about as often."""
+    if len(befores) * len(afters) <= MAX_PAIRS:
+        return [(before, after) for after in afters for before in befores]
+    befores, afters = (_spread(states) for states in (befores, afters))
+    count = max(len(befores), len(afters))
+    return [
+        (befores[(place + shift) % len(befores)], afters[place % len(afters)])
+        for shift in range(MAX_PAIRS // count)
+        for place in range(count)
+    ]
+
+
+def _spread(states: Sequence[_FittedState]) -> list[_FittedState]:
+    places = np.linspace(0, len(states) - 1, min(len(states), MAX_PAIRS)).round().astype(int)
+    return [states[place] for place in places]
+
+
+def _typical_pair(exchanges: dict[tuple[str, str], ComponentExchange]) -> tuple[str, str]:
+    """Return the pair whose mean pressures differ by the median of all."""
+    differences = pd.Series({pair: exchange.shares.loc["mPAP", "change"] for pair, exchange in exchanges.items()})
+    return list(exchanges)[int((differences - differences.median()).abs().argmin())]
+
+
+def _of_image(pair: tuple[_FittedState, _FittedState], made: ComponentExchange, image: int) -> ComponentExchange:
+    """Return what a pair would show differently were the radii of an image one SD larger."""
+    wider = (state.imaged_wider() if state.image == image else state for state in pair)
+    try:
+        moved = _exchanged(*wider)
+    except VasowaveError:
+        moved = made
+    return ComponentExchange(_differences(moved.shares, made.shares), _differences(moved.undone, made.undone))
+
+
+def _differences(moved: pd.DataFrame, made: pd.DataFrame) -> pd.DataFrame:
+    numbers = [column for column in made if column not in ("unit", "before", "after")]
+    return moved.reindex(columns=numbers, fill_value=0.0) - made[numbers]
+
+
+def _recorded_twice(cohort: Cohort, group: str, first: str, last: str) -> Iterator[tuple[AnimalResult, AnimalResult]]:
     """Go through the animals of a group that have both occasions, each with its first recording of either."""
     assert cohort.second is not None
     level = cohort.second.levels
     recorded: dict[str, dict[str, AnimalResult]] = {}
     for result in cohort.groups[group]:
         recorded.setdefault(cohort.subjects[result.name], {}).setdefault(level.get(result.name, ""), result)
-    for subject, results in recorded.items():
+    for results in recorded.values():
         if first in results and last in results:
-            yield subject, results[first], results[last]
+            yield results[first], results[last]

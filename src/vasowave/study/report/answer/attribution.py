@@ -1,4 +1,4 @@
-"""What made the change of animals that were recorded before and after: in words, and as a table."""
+"""What made a group what it is, and what would change it: in words, and as tables."""
 
 import numpy as np
 import pandas as pd
@@ -8,29 +8,38 @@ from vasowave.study.cohort.attribution import GroupAttribution
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.blocks import Table
-from vasowave.study.report.wording import number, with_interval
+from vasowave.study.report.wording import listed, number, with_interval
 
 _QUANTITIES = {"mPAP": "mean pressure", "pPAP": "pulse pressure"}
-QUESTION = "What made the change?"
-_NOTE = (
-    "Mean over animals [95 %], mmHg. Each component of the fitted models was exchanged between the two occasions, in "
-    "every order; its share is the mean of what that does, and the shares add up to the change. Heart: flow and rate; "
-    "geometry: the image. Animal by animal: supplement, Attribution."
+_LOADS = _QUANTITIES | {"power": "power of the heart"}
+_SHARES = (
+    "Each component of the fitted models was exchanged, in every order; its share is the mean of what that does, and "
+    "the shares add up to the change. Heart: flow and rate; geometry: the image. Pair by pair: supplement, Attribution."
+)
+_OCCASIONS = "Mean over animals [95 %], mmHg, between the two occasions. "
+_GROUPS = (
+    "Mean over pairs of animals [95 %], mmHg. Intervals hold the scatter of animals and errors of the radii of shared "
+    "images, for each number alone. "
+)
+_ALONE = (
+    "Mean [95 %] of what the fitted models of the group do if one component alone is exchanged for that of the "
+    "reference or of the first occasion. Nothing else answers: no heart, bed or vessel regulates itself."
 )
 
 
 def attribution_answer(cohort: Cohort) -> list[tuple[str, str]]:
-    """Return the question and the answer of animals that were recorded before and after; none of others."""
+    """Return the question and the answer of a cohort that knows what made its groups; none of others."""
     texts = [f"{_head(changed)}: {_shares(changed)}." for changed in cohort.changes]
-    table = ["The table below has all shares."] if attribution_summary(cohort) else []
-    return [(QUESTION, " ".join([*texts, *table]))] if texts else []
+    table = ["The tables below have all shares, and what would change."] if attribution_summary(cohort) else []
+    return [(_question(cohort), " ".join([*texts, *table]))] if texts else []
 
 
 def attribution_summary(cohort: Cohort) -> list[Table]:
-    """Return the mean shares of each group as a table; none of animals that were recorded once."""
-    exchanged = [changed for changed in cohort.changes if changed.tables]
+    """Return the mean shares of each group, and what the exchange of one component alone does."""
+    exchanged = [changed for changed in cohort.changes if changed.exchanges]
     if not exchanged:
         return []
+    notes = (_GROUPS if exchanged[0].of_groups else _OCCASIONS) + _SHARES
     means = {(changed, name): changed.means(name) for changed in exchanged for name in _QUANTITIES}
     columns = list(dict.fromkeys(component for shares in means.values() for component in shares.index))
     rows = [
@@ -38,28 +47,52 @@ def attribution_summary(cohort: Cohort) -> list[Table]:
                                               for column in columns))
         for (changed, name), shares in means.items()
     ]  # fmt: skip
-    return [Table("", QUESTION, ("group", "quantity", *columns), rows, _NOTE)]
+    shares = Table("", _question(cohort), ("group", "quantity", *columns), rows, notes)
+    return [shares, _undone(exchanged)]
+
+
+def _undone(exchanged: list[GroupAttribution]) -> Table:
+    rows = []
+    for changed in exchanged:
+        means = {name: changed.means(name, "undone") for name in _LOADS}
+        for component in next(iter(means.values())).index:
+            numbers = (_signed(of_quantity.loc[component]) for of_quantity in means.values())
+            rows.append((short(changed.group), f"{component} of {short(changed.first)}", *numbers))
+    titles = [f"{title} [{QUANTITIES[name].unit}]" for name, title in _LOADS.items()]
+    return Table("", "What would change", ("group", "with the", *titles), rows, _ALONE)
+
+
+def _question(cohort: Cohort) -> str:
+    return "What makes the difference?" if cohort.changes[0].of_groups else "What made the change?"
 
 
 def _head(changed: GroupAttribution) -> str:
     absent = f"; {len(changed.failures)} more could not be exchanged" if changed.failures else ""
-    return f"{short(changed.group)}, {changed.first} to {changed.last} (n = {len(changed.tables)}{absent})"
+    count = f"n = {' + '.join(map(str, changed.animals()))}" if changed.exchanges else "n = 0"
+    names = (
+        f"{short(changed.group)} against {short(changed.first)}"
+        if changed.of_groups
+        else f"{short(changed.group)}, {changed.first} to {changed.last}"
+    )
+    return f"{names} ({count}{absent})"
 
 
 def _shares(changed: GroupAttribution) -> str:
     """Return what made the change of a group, or why that cannot be told."""
-    if not changed.tables:
+    if not changed.exchanges:
         return f"not told: {next(iter(changed.failures.values()))}"
-    return "; ".join(_largest(changed, name) for name in _QUANTITIES)
+    return ", ".join(_shown(changed, name) for name in _QUANTITIES)
 
 
-def _largest(changed: GroupAttribution, name: str) -> str:
-    """Return the change of a quantity, and the largest share in it."""
+def _shown(changed: GroupAttribution, name: str) -> str:
+    """Return the change of a quantity, the shares in it that are shown, and the components whose share is not."""
     means = changed.means(name)
-    shares = means.iloc[1:]
-    component = str(shares["mean"].abs().idxmax())
     change = f"{_QUANTITIES[name]} {_signed(means.iloc[0])} {QUANTITIES[name].unit}"
-    return f"{change}, most by the {component} ({_signed(means.loc[[component]].iloc[0])})"
+    shares = means.iloc[1:].sort_values("mean", key=np.abs, ascending=False)
+    unclear = (shares["low"] <= 0) & (shares["high"] >= 0)
+    shown = [f"{component} {_signed(row)}" for component, row in shares[~unclear].iterrows()]
+    unshown = f"not shown: {listed(list(map(str, shares.index[unclear])))}" if unclear.any() else ""
+    return f"{change} ({'; '.join([text for text in (', '.join(shown), unshown) if text])})"
 
 
 def _signed(row: pd.Series) -> str:

@@ -18,8 +18,9 @@ from vasowave.study.report.tables.groups import covariates_table, primary_tables
 from vasowave.study.report.wording import column_label, listed, name_and_unit, number
 
 _SHARES_NOTE = (
-    "Each component of the fitted model is exchanged between the two occasions, in every order; its column is the mean "
-    "of what that does, in the unit of the row. Heart: flow and rate; geometry: the image."
+    "Each component of the fitted model is exchanged between two states (occasions, or animals of two groups), in "
+    "every order; its column is the mean of what that does, in the unit of the row. Heart: flow and rate; geometry: "
+    "the image."
 )
 
 
@@ -37,7 +38,7 @@ def groups_section(
         if primary.adjusted:
             blocks.append(Fold("Secondary: effects of the covariates", [covariates_table(primary, written)]))
     if len(shares := attribution_table(cohort.changes)):
-        table = Table.from_frame("Attribution", "What made the change of each animal", shares, _SHARES_NOTE)
+        table = Table.from_frame("Attribution", "What made each change or difference", shares, _SHARES_NOTE)
         blocks.append(Fold("What made the change", [table]))
     if cohort.repeated:
         blocks.append(Paragraph(

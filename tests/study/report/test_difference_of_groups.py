@@ -1,0 +1,94 @@
+"""What makes the difference of two groups, against Welch's interval of SciPy and models whose difference is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+import vasowave as vw
+from made_cohort import made_results
+from vasowave.study.cohort import ComponentExchange, GroupAttribution, Variable, attribution_table, gathered
+from vasowave.study.report.answer import attribution_answer, attribution_summary
+from vasowave.study.results import attributed
+
+
+@pytest.fixture(scope="module")
+def results():
+    return made_results({"CTL": 3, "HPH": 3}, walls=("linear",))
+
+
+@pytest.fixture(scope="module")
+def cohort(results):
+    return attributed(gathered(results, "CTL"))
+
+
+def pulse(result):
+    fit = vw.stored_fit(result)
+    return np.ptp(vw.simulate(fit.model, fit.inflow).pressure.sel(vessel=result.root, station="inlet").values)
+
+
+def test_the_difference_is_that_of_the_models_of_the_animals(cohort):
+    [made] = cohort.changes
+    table = attribution_table([made]).query("quantity == 'pPAP'")
+    assert len(table) == 9
+    for level, group in (("after", "HPH"), ("before", "CTL")):
+        values = table.groupby(level)[f"value {level}"].first()
+        assert dict(values) == pytest.approx({one.name: pulse(one) for one in cohort.groups[group]}, rel=1e-3)
+
+
+def test_an_interval_is_that_of_welch_where_pairs_are_all_pairs():
+    ill, healthy = {"d": 22.0, "e": 25.5, "f": 31.0}, {"a": 12.0, "b": 13.5, "c": 11.0, "z": 15.0}
+    rows = {
+        (before, after): pd.DataFrame({"unit": "mmHg", "before": low, "after": high, "change": high - low}, ["mPAP"])
+        for before, low in healthy.items()
+        for after, high in ill.items()
+    }
+    made = GroupAttribution("HPH", "CTL", "HPH", {pair: ComponentExchange(row, row) for pair, row in rows.items()}, {})
+    interval = stats.ttest_ind([*ill.values()], [*healthy.values()], equal_var=False).confidence_interval(0.95)
+    change = made.means("mPAP").loc["change"]
+    assert (change["low"], change["high"]) == pytest.approx((interval.low, interval.high), rel=1e-9)
+
+
+def test_shares_add_up_and_an_exchange_that_is_undone_takes_them_back(cohort):
+    [made] = cohort.changes
+    for exchange in made.exchanges.values():
+        parts = exchange.shares.columns[4:]
+        np.testing.assert_allclose(exchange.shares[parts].sum(axis=1), exchange.shares["change"], rtol=1e-9, atol=1e-12)
+        assert np.sign(exchange.undone.loc["mPAP", "beds"]) == -np.sign(exchange.shares.loc["mPAP", "beds"])
+
+
+def test_the_image_of_a_group_widens_what_its_geometry_and_walls_do_but_not_the_difference(cohort):
+    """A fit of wider vessels has stiffer walls: the waves are those of before, to first order."""
+    [made] = cohort.changes
+    assert len(made.of_images) == 2  # an image of each group
+    widened, alone = made.means("pPAP"), replace(made, of_images=()).means("pPAP")
+    added = (widened["high"] - widened["low"]) / (alone["high"] - alone["low"])
+    assert added["geometry"] > max(1.05, added["change"])
+
+
+def test_a_lung_of_each_animals_own_adds_nothing(results):
+    words = Variable.from_cells("image", {result.name: f"lung of {result.name}" for result in results})
+    [made] = attributed(gathered(results, "CTL", variables=[words])).changes
+    assert made.of_images == ()
+
+
+def test_the_page_names_what_is_shown_and_what_is_not(cohort):
+    [(question, text)] = attribution_answer(cohort)
+    assert question == "What makes the difference?"
+    assert text.startswith("HPH against CTL (n = 3 + 3): mean pressure ")
+    shares, undone = attribution_summary(cohort)
+    assert shares.header[:3] == ("group", "quantity", "change")
+    assert undone.header[-1] == "power of the heart [mW]"
+    assert "beds of CTL" in [row[1] for row in undone.rows]
+
+
+@pytest.mark.validation
+def test_large_groups_are_told_by_some_pairs_in_which_each_animal_stands():
+    results = made_results({"CTL": 7, "HPH": 7}, walls=("linear",))
+    [made] = attributed(gathered(results, "CTL")).changes
+    assert len(made.exchanges) == 35
+    assert made.animals() == [7, 7]
+    befores = [before for before, _ in made.exchanges]
+    assert {befores.count(name) for name in befores} == {5}
