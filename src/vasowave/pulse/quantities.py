@@ -31,6 +31,9 @@ EJECTION = (
 )  # fmt: skip
 """What one cycle tells without a model, see `analysis.ejection`; the work where the ventricle was recorded."""
 
+HYDRAULIC_POWER = "power"
+"""Name of the quantity, which is no wall law's."""
+
 LOOPS: dict[str, Quantity] = {
     f"loops_{name}": quantity._replace(
         symbol=f"{quantity.symbol} (loops)", meaning=f"{quantity.meaning}; by loops of pressure and volume",

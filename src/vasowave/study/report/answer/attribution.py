@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from vasowave.pulse.quantities import QUANTITIES
+from vasowave.pulse.quantities import HYDRAULIC_POWER, QUANTITIES
 from vasowave.study.cohort.attribution import GroupAttribution
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.figures.matplotlib_style import short
@@ -11,7 +11,7 @@ from vasowave.study.report.blocks import Table
 from vasowave.study.report.wording import listed, number, with_interval
 
 _QUANTITIES = {"mPAP": "mean pressure", "pPAP": "pulse pressure"}
-_LOADS = _QUANTITIES | {"power": "power of the heart"}
+_LOADS = _QUANTITIES | {HYDRAULIC_POWER: "power of the heart"}
 _SHARES = (
     "Each component of the fitted models was exchanged, in every order; its share is the mean of what that does, and "
     "the shares add up to the change. Heart: flow and rate; geometry: the image. Pair by pair: supplement, Attribution."
