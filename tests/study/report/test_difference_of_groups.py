@@ -10,6 +10,7 @@ from scipy import stats
 import vasowave as vw
 from made_cohort import made_results
 from vasowave.study.cohort import ComponentExchange, GroupAttribution, Variable, attribution_table, gathered
+from vasowave.study.datasets import virtual_cohort
 from vasowave.study.report.answer import attribution_answer, attribution_summary
 from vasowave.study.results import attributed
 
@@ -92,3 +93,30 @@ def test_large_groups_are_told_by_some_pairs_in_which_each_animal_stands():
     assert made.animals() == [7, 7]
     befores = [before for before, _ in made.exchanges]
     assert {befores.count(name) for name in befores} == {5}
+
+
+@pytest.fixture(scope="module")
+def animals():
+    groups = [[one for one in virtual_cohort(3) if one.group == group][:3] for group in ("CTL", "HPH")]
+    return {one.name: one for group in groups for one in group}
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("wider", [1.0, 1.08, 0.92])
+def test_the_intervals_hold_the_true_shares_where_the_image_of_a_group_is_wrong(animals, wider):
+    settings = vw.Settings(walls=("linear",), starts=1)
+    results = []
+    for one in animals.values():
+        seen = one.network.resized(radius=one.network.radius * (wider if one.group == "HPH" else 1.0))
+        results.append(vw.analyze(vw.Animal(one.name, one.group, seen, one.cycle, synthetic=True), settings))
+    [made] = attributed(gathered(results, "CTL")).changes
+    drives = {name: vw.Inflow(one.cycle.flow, one.cycle.period) for name, one in animals.items()}
+    truth = [
+        vw.attribute_change(animals[before].model, animals[after].model, (drives[before], drives[after])).table
+        for before, after in made.exchanges
+    ]
+    for quantity in ("mPAP", "pPAP", "power"):
+        means = made.means(quantity)
+        true = pd.DataFrame([table.loc[quantity, means.index] for table in truth]).astype(float).mean()
+        inside = (means["low"] <= true) & (true <= means["high"])
+        assert inside.all(), f"{quantity}\n{means.assign(true=true)}"
