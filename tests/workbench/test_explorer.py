@@ -10,6 +10,7 @@ from served import served
 
 import vasowave as vw
 from made_posterior import with_posterior
+from vasowave.base import InputError
 from vasowave.study.animal import stored_model, stored_recording, to_bytes
 from vasowave.study.folder import StudyFile
 from vasowave.study.results import ResultStore, write_results
@@ -33,6 +34,20 @@ def test_what_a_slider_shows_is_what_a_sweep_of_the_stored_model_gives(kept_resu
     expected = moved(kept_results, animal, law, **values).values.ravel()
     np.testing.assert_allclose(shown["pressure"], expected, atol=0.02)
     assert shown["indices"]["mPAP"] > 1.1 * explorer.simulated(desk, animal, law, {})["indices"]["mPAP"]
+
+
+def test_what_would_change_is_what_the_sliders_show_with_an_interval_about_it(kept_results):
+    explorer, desk = Explorer(), Desk(kept_results)
+    knobs = {one["name"]: one["value"] for one in explorer.described(desk, "CTL 0", "linear")["knobs"]}
+    values = {"R_T": 0.7 * knobs["R_T"], "radius": 1.05}
+    answer = explorer.predicted(desk, "CTL 0", "linear", values)
+    before, after, change, low, high = answer["rows"]["mPAP"]
+    assert before == pytest.approx(explorer.simulated(desk, "CTL 0", "linear", {})["indices"]["mPAP"], rel=1e-3)
+    assert after == pytest.approx(explorer.simulated(desk, "CTL 0", "linear", values)["indices"]["mPAP"], rel=1e-3)
+    assert low <= change <= high < 0
+    assert answer["units"]["mPAP"] == "mmHg"
+    with pytest.raises(InputError, match="move a slider first"):
+        explorer.predicted(desk, "CTL 0", "linear", {"R_T": knobs["R_T"]})
 
 
 def test_vessels_that_join_again_are_drawn_so_and_all_have_numbers(kept_results):

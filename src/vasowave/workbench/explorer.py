@@ -14,6 +14,7 @@ from vasowave.base.findings import texts
 from vasowave.base.io.remembered import remembered
 from vasowave.pulse.analysis.impedance_spectrum import fourier_series
 from vasowave.pulse.analysis.operating import operating_point
+from vasowave.pulse.analysis.prediction import predict
 from vasowave.pulse.analysis.waves import wave_intensity
 from vasowave.pulse.cycle.cycle import Recording, resample
 from vasowave.pulse.model import walls
@@ -28,7 +29,7 @@ from vasowave.pulse.solver.result import Run
 from vasowave.pulse.solver.simulation import simulate_run, simulate_runs
 from vasowave.study.animal.law_result import PosteriorResult
 from vasowave.study.animal.result import AnimalResult
-from vasowave.study.animal.stored import stored_law, stored_model, stored_recording
+from vasowave.study.animal.stored import stored_fit, stored_law, stored_model, stored_recording
 from vasowave.study.figures.matplotlib_style import color_stops
 from vasowave.study.figures.network import axes_in_space
 from vasowave.study.results.results import read_results
@@ -55,6 +56,8 @@ _SLIDER_FACTOR = 3.0  # a slider reaches so many times down and up from the fit
 _MAX_FACTOR, _MAX_SIZE_FACTOR = 1000.0, 10.0  # times; a value beyond is a slip, and a vessel as long takes minutes
 _FRAMES = 32  # instants of the tree
 _DRAWS = 40  # models about a fit
+_PREDICTED_DRAWS = 40  # models that are simulated before and after a change
+_SLIP = 1e-9  # of a factor: less is no change
 _MAX_WALKED_DRAWS = 100  # draws of a posterior, of all that there are
 
 
@@ -151,11 +154,43 @@ class Explorer:
             "notes": [str(note) for note in run.notes],
         }
 
+    def predicted(self, desk: Desk, animal: str, law: str, values: Mapping[str, float]) -> dict[str, Any]:
+        """Return what other values of the parameters change at the inlet, with 95 % intervals; see `predict`.
+
+        Models that the data allow are changed by the factors by which the values differ from the fitted ones.
+
+        Raises
+        ------
+        InputError, NumericalError
+            As of `simulated`; nothing that is moved.
+        """
+        result, fitted, _ = self.fitted(desk, animal, law)
+        _require_near(fitted, values)
+        factors = {name: values[name] / held for name, held in _movable(fitted).items() if name in values and held}
+        if not any(abs(factor - 1) > _SLIP for factor in factors.values()):
+            raise InputError("nothing differs from the fit; move a slider first")
+
+        def remodel(model: Model) -> Model:
+            held = _movable(model)
+            return changed_model(model, {name: factor * held[name] for name, factor in factors.items()})
+
+        prediction = predict(stored_fit(result, law), {}, remodel=remodel, draws=_PREDICTED_DRAWS)
+        table = prediction.table
+        rows = {str(name): numbers(row.iloc[1:].to_numpy(float)) for name, row in table.iterrows()}
+        labels = {name: name.replace("_", " ") for name in rows}
+        units = dict(table["unit"].replace("1", ""))
+        return {"labels": labels, "units": units, "rows": rows, "remarks": prediction.remarks}
+
+
+def _movable(model: Model) -> dict[str, float]:
+    """Return the values of the sliders."""
+    return parameters_of(model) | dict.fromkeys(_SIZES, 1.0)
+
 
 def _require_near(fitted: Model, values: Mapping[str, float]) -> None:
     """Raise `InputError` for a value that is far from what the fit holds."""
     viscosity = max(1.0, float(np.median(fitted.wall_viscosity)))  # of most walls it is not known
-    fitted_values = parameters_of(fitted) | dict.fromkeys(_SIZES, 1.0) | {WALL_VISCOSITY: viscosity}
+    fitted_values = _movable(fitted) | {WALL_VISCOSITY: viscosity}
     for name in fitted_values.keys() & values.keys():
         factor = _MAX_SIZE_FACTOR if name in _SIZES else _MAX_FACTOR
         low, high = 0.0 if name == WALL_VISCOSITY else fitted_values[name] / factor, fitted_values[name] * factor
@@ -190,7 +225,7 @@ def _knobs(result: AnimalResult, model: Model, law: str) -> list[dict[str, Any]]
     parameters = wall_parameters(type(model.wall))
     walls = {name: parameter.unit for name, parameter in parameters.items()}
     units = joined(walls, beds.knobs() if isinstance(beds, Bed) else {}, dict.fromkeys(_SIZES, "1"))
-    fitted = parameters_of(model) | dict.fromkeys(_SIZES, 1.0)
+    fitted = _movable(model)
     meanings = {name: parameter.meaning for name, parameter in parameters.items()} | _SIZES
     knobs = []
     for name, value in fitted.items():

@@ -76,7 +76,8 @@ class Workbench:
             Route("/volume", answered(lambda ask: _bytes(self.lungs.reduced(desk, ask("image"), _size(ask("voxel")))))),
             Route("/vessels", self._posted(self._vessels), methods=["POST"]),
             Route("/act", self._posted(lambda message: {"said": act(self.at, message)}), methods=["POST"]),
-            Route("/simulate", self._posted(self._simulated), methods=["POST"]),
+            Route("/simulate", self._posted(self._of_values(self.explorer.simulated)), methods=["POST"]),
+            Route("/predict", self._posted(self._of_values(self.explorer.predicted)), methods=["POST"]),
             Route("/figure", self._posted(self._figure), methods=["POST"]),
             Route("/upload", self._upload, methods=["PUT"]),
             Route("/report/{name:path}", self._report),
@@ -116,12 +117,17 @@ class Workbench:
         values = self.recordings.trace(self.desk, ask("animal"), ask("signal"), start, end, width)
         return _bytes(values.astype("<f4").tobytes())
 
-    def _simulated(self, message: Any) -> Any:
-        values = message.get("values", {})
-        if not isinstance(values, dict) or not all(map(_is_number, values.values())):
-            raise InputError("values are finite numbers by the names of parameters")
-        animal, law = (str(message.get(key, "")) for key in ("animal", "law"))
-        return self.explorer.simulated(self.desk, animal, law, {name: float(value) for name, value in values.items()})
+    def _of_values(self, answer: Callable[[Desk, str, str, dict[str, float]], Any]) -> Callable[[Any], Any]:
+        """Return what answers a message of an animal, a law and values of parameters."""
+
+        def answered(message: Any) -> Any:
+            values = message.get("values", {})
+            if not isinstance(values, dict) or not all(map(_is_number, values.values())):
+                raise InputError("values are finite numbers by the names of parameters")
+            animal, law = (str(message.get(key, "")) for key in ("animal", "law"))
+            return answer(self.desk, animal, law, {name: float(value) for name, value in values.items()})
+
+        return answered
 
     def _vessels(self, message: Any) -> Any:
         if not isinstance(message.get("wishes"), dict):

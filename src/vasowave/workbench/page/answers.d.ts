@@ -232,6 +232,13 @@ export interface Simulation extends Curves {
     frames: Record<string, number[][]>;
     notes: string[];
 }
+/** By name: before, after, change, and the ends of the change's interval. */
+export interface PredictionAnswer {
+    labels: Record<string, string>;
+    units: Record<string, string>;
+    rows: Record<string, Value[]>;
+    remarks: string[];
+}
 export interface Draws {
     kind: string;
     count: number;

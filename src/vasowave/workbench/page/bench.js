@@ -1,9 +1,9 @@
 // @ts-check
 // Elements of the Explorer: canvases and boxes, the legend, the row of colors, and the numbers.
-/** @import { ModelAnswer, Simulation } from "./answers.d.ts" */
+/** @import { ModelAnswer, PredictionAnswer, Simulation } from "./answers.d.ts" */
 /** @import { Coloring } from "./space.js" */
 import { BESIDE, DRAWN } from "./curves.js";
-import { choice, fill, formatted, h, input, labelled, player, rowOf, symbol } from "./dom.js";
+import { button, choice, fill, formatted, h, input, labelled, player, rowOf, symbol } from "./dom.js";
 import { MODEL } from "./plot.js";
 import { colorsOf, instantOf } from "./space.js";
 
@@ -11,7 +11,7 @@ import { colorsOf, instantOf } from "./space.js";
  * @typedef {object} Parts elements of the desk
  * @property {Record<string, HTMLCanvasElement>} panels
  * @property {HTMLCanvasElement} space
- * @property {Record<"compared" | "knobs" | "numbers" | "notes" | "outdated" | "scale" | "walk", HTMLElement>} boxes
+ * @property {Record<"compared" | "knobs" | "numbers" | "notes" | "outdated" | "prediction" | "scale" | "walk", HTMLElement>} boxes
  */
 
 const PLAY_MS = 80;
@@ -34,6 +34,7 @@ export function partsOf(model) {
             numbers: h("div"),
             notes: h("div"),
             outdated: h("div"),
+            prediction: h("div"),
             scale: h("p", { class: "scale note" }),
             walk: h("div"),
         },
@@ -118,4 +119,33 @@ export function numbersIn(place, { model, run }, compared) {
         );
     });
     fill(place, title, h("div", { class: "numbers" }, rows));
+}
+
+/**
+ * What a change does, before and after, with intervals; nothing where none was asked for.
+ * @param {HTMLElement} place
+ * @param {PredictionAnswer | null} answer
+ * @param {{ ask: () => void, moved: boolean }} sliders
+ */
+export function predictionIn(place, answer, { ask, moved }) {
+    const asked = button("What would change?", ask, {
+        disabled: !moved,
+        data: { key: "predict" },
+        title: "Move a slider: the cycle before and after, with 95 % intervals by what the recording leaves open",
+    });
+    if (!answer) return fill(place, asked);
+    const titles = ["", "fit", "after", "change [95 %]"].map((title) => h("th", {}, title));
+    const rows = Object.entries(answer.rows).map(([name, [before, after, ...changes]]) => {
+        const [change, low, high] = changes.map((value) => formatted(value, 3));
+        return h(
+            "tr",
+            { data: { predicted: name } },
+            h("td", {}, answer.labels[name], " ", h("small", {}, answer.units[name])),
+            h("td", {}, formatted(before)),
+            h("td", {}, formatted(after)),
+            h("td", {}, change, " ", h("small", {}, `[${low}, ${high}]`)),
+        );
+    });
+    const remarks = answer.remarks.map((text) => h("p", { class: "note" }, text));
+    fill(place, asked, h("table", { class: "prediction" }, h("tr", {}, titles), rows), remarks);
 }

@@ -1,9 +1,9 @@
 // @ts-check
 // The Explorer: one animal's model under the hand, another beside it, and what the data allow.
-/** @import { BandAnswer, Curves, ModelAnswer, ResultsAnswer, Simulation } from "./answers.d.ts" */
+/** @import { BandAnswer, Curves, ModelAnswer, PredictionAnswer, ResultsAnswer, Simulation } from "./answers.d.ts" */
 /** @import { Parts } from "./bench.js" */
 /** @import { Coloring } from "./space.js" */
-import { coloringRow, legend, numbersIn, partsOf, treeCanvas } from "./bench.js";
+import { coloringRow, legend, numbersIn, partsOf, predictionIn, treeCanvas } from "./bench.js";
 import { ask, complain, notify, post } from "./ask.js";
 import { curvesOf } from "./curves.js";
 import { button, choice, count, fill, h, labelled, rowOf, visit } from "./dom.js";
@@ -62,6 +62,7 @@ export async function show(place, path) {
     const parts = state.parts = partsOf(model);
     layOut(place, parts, model, results);
     knobs();
+    predictable();
     for (const canvas of Object.values(parts.panels)) watched(canvas, draw);
     watched(parts.space, redrawTrees);
     await simulate();
@@ -117,7 +118,7 @@ function layOut(place, { panels, space, boxes }, model, results) {
                 h("figure", {}, space, coloringRow(model, state.coloring, redrawTrees), boxes.scale),
                 boxes.compared,
             ),
-            h("section", { "aria-label": "parameters" }, boxes.knobs, boxes.numbers, boxes.walk),
+            h("section", { "aria-label": "parameters" }, boxes.knobs, boxes.numbers, boxes.prediction, boxes.walk),
         ),
         groupSection(results, law, go),
     );
@@ -168,6 +169,27 @@ function knobs() {
     if (parts && model) knobsIn(parts.boxes.knobs, model.knobs, values, compared?.model.knobs || [], move);
 }
 
+const sliders = () => ({ ask: predict, moved: Object.keys(state.values).length > 0 });
+
+function predictable() {
+    if (state.parts) predictionIn(state.parts.boxes.prediction, null, sliders());
+}
+
+async function predict() {
+    const { model, parts, values } = state, asked = JSON.stringify(values);
+    if (!model || !parts) return;
+    fill(parts.boxes.prediction, h("p", { class: "note" }, "Simulating what the data allow, before and after …"));
+    try {
+        const { animal, law } = model;
+        const answer = /** @type {PredictionAnswer} */ (await post("predict", { animal, law, values }));
+        if (model !== state.model || asked !== JSON.stringify(state.values)) return;
+        predictionIn(parts.boxes.prediction, answer, sliders());
+    } catch (error) {
+        predictable();
+        complain(error);
+    }
+}
+
 function back() {
     state.values = {};
     knobs();
@@ -175,6 +197,7 @@ function back() {
 }
 
 function move() {
+    predictable();
     state.wanted = true;
     if (!state.busy) drain();
 }
