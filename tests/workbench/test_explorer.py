@@ -138,6 +138,10 @@ def test_a_slider_moves_the_model_and_back_to_the_fit_undoes_it(program, kept_re
         page.until(
             f"Math.abs(Number(document.querySelector('[data-index=mPAP]').textContent) - {float(expected)}) < 0.03"
         )
+        page.click_text("What would change?")
+        page.until("document.querySelector('tr[data-predicted=mPAP]')")
+        after = page.js("document.querySelector('tr[data-predicted=mPAP]').children[2].textContent")
+        assert float(after) == pytest.approx(float(expected), abs=0.03)
         page.click_text("Back to the fit")
         page.until(f"Number(document.querySelector('[data-index=mPAP]').textContent) === {fit}")
         page.choose("[data-key=beside]", "HPH 2")
