@@ -67,20 +67,22 @@ def _question(cohort: Cohort) -> str:
 
 
 def _head(changed: GroupAttribution) -> str:
-    absent = f"; {len(changed.failures)} more could not be exchanged" if changed.failures else ""
-    count = f"n = {' + '.join(map(str, changed.animals()))}" if changed.exchanges else "n = 0"
     names = (
         f"{short(changed.group)} against {short(changed.first)}"
         if changed.of_groups
         else f"{short(changed.group)}, {changed.first} to {changed.last}"
     )
-    return f"{names} ({count}{absent})"
+    if not changed.exchanges:
+        return names
+    pairs = "pairs" if changed.of_groups else "animals"
+    absent = f"; {len(changed.failures)} {pairs} could not be exchanged" if changed.failures else ""
+    return f"{names} (n = {' + '.join(map(str, changed.animals()))}{absent})"
 
 
 def _shares(changed: GroupAttribution) -> str:
     """Return what made the change of a group, or why that cannot be told."""
     if not changed.exchanges:
-        return f"not told: {next(iter(changed.failures.values()))}"
+        return f"not told, {next(iter(changed.failures.values()))}"
     return ", ".join(_shown(changed, name) for name in _QUANTITIES)
 
 
