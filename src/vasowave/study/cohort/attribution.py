@@ -76,8 +76,11 @@ class GroupAttribution:
         return pd.DataFrame({"mean": rows.mean(), "low": rows.mean() - half, "high": rows.mean() + half})
 
     def _image_variance(self, quantity: str, kind: str, columns: pd.Index) -> np.ndarray:
-        moved = (_changes(getattr(of_image, kind).loc[quantity]).reindex(columns) for of_image in self.of_images)
-        return sum((error.fillna(0.0).to_numpy() ** 2 for error in moved), np.zeros(len(columns)))
+        moved = (
+            _changes(getattr(of_image, kind).loc[quantity]).reindex(columns, fill_value=0.0)
+            for of_image in self.of_images
+        )
+        return sum((error.to_numpy() ** 2 for error in moved), np.zeros(len(columns)))
 
 
 def _changes(row: pd.Series) -> pd.Series:

@@ -22,6 +22,7 @@ from vasowave.study.cohort.primary import Family, primary_law
 
 MAX_PAIRS = 40
 """Pairs of animals of two groups; each takes as many simulations as a fit, and so many tell the means."""
+_MAX_VESSELS = 2400  # of all pairs; of large trees each animal stands in fewer pairs
 _IMAGE = "image"
 
 
@@ -116,14 +117,16 @@ def _exchanged(before: _FittedState, after: _FittedState) -> ComponentExchange:
 
 
 def _pairs(befores: Sequence[_FittedState], afters: Sequence[_FittedState]) -> list[tuple[_FittedState, _FittedState]]:
-    """Return all pairs, or of large groups as many as are worked on, in which every animal stands about as often."""
-    if len(befores) * len(afters) <= MAX_PAIRS:
-        return [(before, after) for after in afters for before in befores]
-    befores, afters = (_spread(states) for states in (befores, afters))
+    """Return all pairs, or as many as are worked on, in which every animal stands about as often."""
+    befores, afters = _spread(befores), _spread(afters)
     count = max(len(befores), len(afters))
+    vessels = max((len(state.model.network) for state in (*befores, *afters)), default=1)
+    limit = min(MAX_PAIRS, max(count, _MAX_VESSELS // vessels))
+    if len(befores) * len(afters) <= limit:
+        return [(before, after) for after in afters for before in befores]
     return [
         (befores[(place + shift) % len(befores)], afters[place % len(afters)])
-        for shift in range(MAX_PAIRS // count)
+        for shift in range(limit // count)
         for place in range(count)
     ]
 
@@ -140,18 +143,20 @@ def _typical_pair(exchanges: dict[tuple[str, str], ComponentExchange]) -> tuple[
 
 
 def _of_image(pair: tuple[_FittedState, _FittedState], made: ComponentExchange, image: int) -> ComponentExchange:
-    """Return what a pair would show differently were the radii of an image one SD larger."""
-    wider = (state.imaged_wider() if state.image == image else state for state in pair)
+    """Return what a pair would show differently were the radii of an image one SD larger.
+
+    NaN, which leaves means without intervals, where that cannot be simulated.
+    """
+    shares, undone = made.shares.iloc[:, 3:], made.undone
     try:
-        moved = _exchanged(*wider)
+        moved = _exchanged(*(state.imaged_wider() if state.image == image else state for state in pair))
     except VasowaveError:
-        moved = made
-    return ComponentExchange(_differences(moved.shares, made.shares), _differences(moved.undone, made.undone))
-
-
-def _differences(moved: pd.DataFrame, made: pd.DataFrame) -> pd.DataFrame:
-    numbers = [column for column in made if column not in ("unit", "before", "after")]
-    return moved.reindex(columns=numbers, fill_value=0.0) - made[numbers]
+        return ComponentExchange(np.nan * shares, np.nan * undone)
+    differences = (
+        after.reindex(columns=before.columns, fill_value=0.0) - before
+        for before, after in ((shares, moved.shares), (undone, moved.undone))
+    )
+    return ComponentExchange(*differences)
 
 
 def _recorded_twice(cohort: Cohort, group: str, first: str, last: str) -> Iterator[tuple[AnimalResult, AnimalResult]]:
