@@ -1,6 +1,6 @@
 """What made a group what it is: fitted models, exchanged between two occasions of an animal or between two groups."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -68,18 +68,24 @@ def attributed(cohort: Cohort, family: Family | None = None) -> Cohort:
 
 def _of_occasions(cohort: Cohort, group: str, law: str) -> GroupAttribution:
     first, *_, last = levels_of(cohort.second)
-    pairs = _recorded_twice(cohort, group, first, last)
-    return _made((group, first, last), [(_state(before, law), _state(after, law)) for before, after in pairs])
+    recorded = list(_recorded_twice(cohort, group, first, last))
+    states, failures = _states([result for pair in recorded for result in pair], law)
+    pairs = [(states[before.name], states[after.name]) for before, after in recorded
+             if before.name in states and after.name in states]  # fmt: skip
+    return _made((group, first, last), pairs, failures)
 
 
 def _of_groups(cohort: Cohort, group: str, law: str) -> GroupAttribution:
-    """ComponentExchange animals of the reference with those of a group, and the images that several of them share."""
+    """Exchange animals of the reference with those of a group, and the images that several of them share."""
     members = [result for name in (cohort.reference, group) for result in cohort.groups[name] if law in result.laws]
     images = numbered(members, _IMAGE, cohort.variables[_IMAGE].levels if _IMAGE in cohort.variables else {})
-    states = [_state(result, law, int(image), cohort.lungs.sd) for result, image in zip(members, images, strict=True)]
-    pairs = _pairs(*([state for state, result in zip(states, members, strict=True) if result.group == name]
-                     for name in (cohort.reference, group)))  # fmt: skip
-    made = _made((group, cohort.reference, group), pairs)
+    states, failures = _states(members, law, images, cohort.lungs.sd)
+    befores, afters = (
+        [states[result.name] for result in members if result.group == name and result.name in states]
+        for name in (cohort.reference, group)
+    )
+    pairs = _pairs(befores, afters)
+    made = _made((group, cohort.reference, group), pairs, failures)
     if not made.exchanges:
         return made
     typical = _typical_pair(made.exchanges)
@@ -88,8 +94,12 @@ def _of_groups(cohort: Cohort, group: str, law: str) -> GroupAttribution:
     return replace(made, of_images=tuple(_of_image(pair, made.exchanges[typical], int(image)) for image in shared))
 
 
-def _made(names: tuple[str, str, str], pairs: Sequence[tuple[_FittedState, _FittedState]]) -> GroupAttribution:
-    exchanges, failures = {}, {}
+def _made(
+    names: tuple[str, str, str],
+    pairs: Sequence[tuple[_FittedState, _FittedState]],
+    failures: Mapping[tuple[str, str], str],
+) -> GroupAttribution:
+    exchanges, failures = {}, dict(failures)
     for before, after in pairs:
         pair = before.name, after.name
         try:
@@ -99,7 +109,20 @@ def _made(names: tuple[str, str, str], pairs: Sequence[tuple[_FittedState, _Fitt
     return GroupAttribution(*names, exchanges, failures)
 
 
-def _state(result: AnimalResult, law: str, image: int = 0, lung_sd: float = 0.0) -> _FittedState:
+def _states(
+    results: Sequence[AnimalResult], law: str, images: Sequence[int] | np.ndarray = (), lung_sd: float = 0.0
+) -> tuple[dict[str, _FittedState], dict[tuple[str, str], str]]:
+    """Return the fitted animals by name, and why others are absent: their law is not here."""
+    states, failures = {}, {}
+    for place, result in enumerate(results):
+        try:
+            states[result.name] = _state(result, law, int(images[place]) if len(images) else 0, lung_sd)
+        except VasowaveError as error:
+            failures[result.name, result.name] = str(error)
+    return states, failures
+
+
+def _state(result: AnimalResult, law: str, image: int, lung_sd: float) -> _FittedState:
     """Return a fitted animal whose radii err with those of its image, and as its lung differs from the imaged one."""
     model, quantities = stored_model(result, law), result.laws[law].quantities
     slopes = {
