@@ -19,7 +19,8 @@ PAGES = [
 ]
 WAY = [page for page in PAGES if page.parent not in (DOCS, DOCS / "decisions")] + [DOCS / "index.md"]
 BESIDE = {*re.findall(r"^\S+$", (DOCS / "evidence.md").read_text(encoding="utf-8"), re.MULTILINE),
-          "evidence", "decisions", "package", "study-file", "api", "manuscript"}  # fmt: skip
+          "evidence", "decisions", "package", "study-file", "api", "manuscript", "trials",
+          "changes"}  # fmt: skip
 """Pages that a user need not read: evidence, reasons, what is made from declarations."""
 MOST, A_PICTURE = 20_000, 600  # words of all pages of a user; words of a page for which it has a picture
 LONGEST = 40  # words
