@@ -28,7 +28,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "shown",
 ]
-exclude_patterns = ["gallery", "figures", "made", "package.md"]
+exclude_patterns = ["gallery", "figures", "made", "package.md", "paper", "changes"]
 html_theme = "furo"
 html_title = "vasowave"
 html_theme_options = {

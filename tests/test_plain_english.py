@@ -12,14 +12,14 @@ from vasowave.base import KINDS
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-NOT_PROSE = ("made", "made-gallery", "writing.md", "findings.md", "constants.md", "results-file.md")
+NOT_PROSE = ("made", "made-gallery", "changes", "writing.md", "findings.md", "constants.md", "results-file.md")
 PAGES = [
     ROOT / "README.md",
     *(page for page in sorted(DOCS.rglob("*.md")) if not {*page.relative_to(DOCS).parts} & {*NOT_PROSE}),
 ]
 WAY = [page for page in PAGES if page.parent not in (DOCS, DOCS / "decisions")] + [DOCS / "index.md"]
 BESIDE = {*re.findall(r"^\S+$", (DOCS / "evidence.md").read_text(encoding="utf-8"), re.MULTILINE),
-          "evidence", "decisions", "package", "study-file", "api"}  # fmt: skip
+          "evidence", "decisions", "package", "study-file", "api", "manuscript", "trials"}  # fmt: skip
 """Pages that a user need not read: evidence, reasons, what is made from declarations."""
 MOST, A_PICTURE = 20_000, 600  # words of all pages of a user; words of a page for which it has a picture
 LONGEST = 40  # words

@@ -5,6 +5,8 @@
 Without that variable, and for an editable installation, the wheel is one of pure Python. With it, the wheel is for the
 Python that builds it and for Linux on x86-64; its kernels are met where Numba, llvmlite and NumPy are those of the
 build (see `vasowave.base.runtime.shipped`), and elsewhere first use compiles as it does for a pure wheel.
+
+A wheel is the same, bit for bit, wherever it is built from the same sources with the same packages.
 """
 
 import os
@@ -12,7 +14,6 @@ import platform
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,16 @@ compile_kernels()
 vw.calibrate(vw.control_network(), vw.virtual_mouse(), "linear", search=vw.Search(starts=2))
 """
 PROGRAMS = *(LAW.format(law=law) for law in ("linear", "tangent", "power")), FIT
-"""What asks for the kernels, each program in a process of its own; what two ask for is compiled by one of them."""
+"""What asks for the kernels, each program in a process of its own; what two ask for is compiled by the first."""
+SAME = """
+import itertools
+from numba.core.compiler import CompileResult
+from numba.np.ufunc import array_exprs
+reduced = CompileResult._reduce
+CompileResult._reduce = lambda result: (*reduced(result)[:6], "", *reduced(result)[7:])
+array_exprs.hash = lambda expression, numbers=itertools.count(): next(numbers)
+"""
+"""Keeps out of the kernels what differs between builds: the listing of types with its paths, and places in memory."""
 
 
 class KernelsHook(BuildHookInterface):
@@ -63,9 +73,9 @@ def compile_into(folder: Path, source: Path) -> None:
     from vasowave.base.runtime.shipped import LEVEL
 
     target = {"NUMBA_CACHE_DIR": str(folder), "NUMBA_CPU_NAME": LEVEL, "NUMBA_CPU_FEATURES": ""}
-    variables = os.environ | target | {"PYTHONPATH": str(source)}
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(lambda code: subprocess.run([sys.executable, "-c", code], env=variables, check=True), PROGRAMS))
+    variables = os.environ | target | {"PYTHONPATH": str(source), "PYTHONHASHSEED": "0"}
+    for code in PROGRAMS:  # one after another: Numba numbers what it compiles
+        subprocess.run([sys.executable, "-c", SAME + code], env=variables, check=True)
     if not any(folder.rglob("*.kernel")):
         raise RuntimeError(
             "no kernel was compiled; see whether Numba compiles and the temporary folder can be written to"

@@ -43,7 +43,7 @@ class VasowaveError(Exception):
 
     def __init__(self, text: object = "", cures: Sequence[Cure] = ()) -> None:
         super().__init__(text)
-        self.cures = tuple(cures)
+        self.cures: tuple[Cure, ...] = tuple(cures)
         for line in arguments(self.cures):
             self.add_note(line)
 

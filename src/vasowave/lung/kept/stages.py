@@ -64,7 +64,8 @@ class Stages:
     """
 
     def __init__(self, parent: Path | None = None, hold: bool = False) -> None:
-        self.parent, self.hold = parent, hold
+        self.parent: Path | None = parent
+        self._hold = hold
         self._held: dict[str, tuple[str, Any, tuple[Finding, ...]]] = {}
         self._asked: set[str] = set()
         self._fresh: dict[str, tuple[str, Any, tuple[Finding, ...]]] = {}
@@ -128,7 +129,7 @@ class Stages:
     def _remembered(
         self, name: str, key: str, value: Any, notes: tuple[Finding, ...]
     ) -> tuple[str, Any, tuple[Finding, ...]]:
-        if self.hold:
+        if self._hold:
             self._held[name] = key, value, notes
         return key, value, notes
 

@@ -28,17 +28,16 @@ class Scale:
     """
 
     def __init__(self, grid: Grid, mean_pressure: np.ndarray) -> None:
-        model = grid.model
-        area0 = model.area0
+        model, area0 = grid.model, grid.model.area0
         compliance = np.asarray(walls.area_compliance(model.wall, mean_pressure, area0))
         area = walls.area(model.wall, mean_pressure, area0)
         speed = walls.wave_speed(model.wall, mean_pressure, model.blood.inertia)
         impedance = np.asarray(model.blood.inertia * speed / area)
-        self.held = grid.has_state
-        self.ghost_area = grid.area0
-        vessel = grid.vessel[self.held]
-        self.compliance, self.impedance = compliance[vessel], impedance[vessel]
-        self.beds = len(model.network.terminals)
+        self.held: np.ndarray = grid.has_state
+        self.ghost_area: np.ndarray = grid.area0
+        self.compliance: np.ndarray = compliance[grid.vessel[self.held]]
+        self.impedance: np.ndarray = impedance[grid.vessel[self.held]]
+        self.beds: int = len(model.network.terminals)
 
     def vector(self, state: State) -> np.ndarray:
         """Return the state as pressures, mmHg."""
