@@ -30,6 +30,7 @@ from vasowave.study.figures.groups import plot_ratios as plot_ratios
 from vasowave.study.figures.look import grey_scale_figure as grey_scale_figure
 from vasowave.study.figures.look import histogram_figure as histogram_figure
 from vasowave.study.figures.look import projections_figure as projections_figure
+from vasowave.study.figures.loops import loops_figure as loops_figure
 from vasowave.study.figures.matplotlib_style import CTL as CTL
 from vasowave.study.figures.matplotlib_style import HPH as HPH
 from vasowave.study.figures.matplotlib_style import NARROW as NARROW
