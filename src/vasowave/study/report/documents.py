@@ -16,9 +16,9 @@ from vasowave.study.report.sections.data import data_section
 from vasowave.study.report.sections.groups import groups_section
 from vasowave.study.report.sections.methods import methods_section
 from vasowave.study.report.sections.models import model_section
-from vasowave.study.report.tables.cells import named, symbols
-from vasowave.study.report.tables.records import records
+from vasowave.study.report.sections.records import records
 from vasowave.study.report.terms import glossary, glossary_table
+from vasowave.study.report.wording import named, symbols
 
 ANIMALS_PER_PAGE = 48
 """Animals that one page of the supplement shows one by one: each takes up to 300 kB, and browsers bear 20 MB well."""

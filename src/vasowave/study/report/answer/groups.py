@@ -31,8 +31,7 @@ from vasowave.study.report.answer.effects import (
     where,
 )
 from vasowave.study.report.answer.marks import Mark, unmarked
-from vasowave.study.report.tables.cells import span
-from vasowave.study.report.wording import LIMIT, listed, number, ratio_with_interval, unlimited
+from vasowave.study.report.wording import LIMIT, listed, number, ratio_with_interval, span, unlimited
 
 CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""

@@ -26,10 +26,9 @@ from vasowave.study.report.answer.marks import Marks
 from vasowave.study.report.answer.problem_list import overstrained, problem_blocks
 from vasowave.study.report.answer.walls import wall_answer
 from vasowave.study.report.blocks import Answers, Block, Bullets, Drawing, Section, SideBySide
-from vasowave.study.report.tables.cells import nearest
-from vasowave.study.report.tables.data import animals_table
+from vasowave.study.report.sections.data import animals_table
 from vasowave.study.report.terms import caller, defined
-from vasowave.study.report.wording import UNLIMITED, listed, number, undecided, unlimited
+from vasowave.study.report.wording import UNLIMITED, listed, nearest, number, undecided, unlimited
 
 _NEAR = "≈: other draws may put this p on the other side of 0.05."
 UNLIKE = 0.15

@@ -14,8 +14,7 @@ from vasowave.study.cohort.votes import MAX_RESIDUAL_RATIO, is_lone
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.answer.marks import MAX_NAMES, shortened
 from vasowave.study.report.blocks import Block, Notice, Remarks
-from vasowave.study.report.tables.cells import span
-from vasowave.study.report.wording import OF_FLOW, number
+from vasowave.study.report.wording import OF_FLOW, number, span
 
 _MAX_FAILURES = 8  # told one by one
 

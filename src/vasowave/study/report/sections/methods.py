@@ -19,9 +19,18 @@ from vasowave.study.cohort.two_groups import MAX_EXACT_ANIMALS
 from vasowave.study.report.answer.design import design_text
 from vasowave.study.report.answer.effects import labels
 from vasowave.study.report.blocks import Paragraph, Section
-from vasowave.study.report.tables.cells import named, span, symbols
 from vasowave.study.report.terms import symbol
-from vasowave.study.report.wording import ERROR_OF_DRAWS, LIMIT, friction_words, listed, number, some_of
+from vasowave.study.report.wording import (
+    ERROR_OF_DRAWS,
+    LIMIT,
+    friction_words,
+    listed,
+    named,
+    number,
+    some_of,
+    span,
+    symbols,
+)
 
 _NAMED = 6  # animals, in a sentence
 _FIDUCIALS = {"ecg": "the R wave of the ECG", "pressure": "the foot of the pressure"}
