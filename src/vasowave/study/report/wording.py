@@ -186,13 +186,12 @@ _SUBSCRIPTS = {"_0": "₀", "_1": "₁", "_2": "₂", "cm2": "cm²"}
 
 def symbols(cohort: Cohort) -> dict[str, str]:
     """Return the symbol of every quantity of a cohort, as people write it."""
-    return {name: _symbol(plain) for name, plain in cohort.symbols.items()}
-
-
-def _symbol(text: str) -> str:
-    for plain, written in _SUBSCRIPTS.items():
-        text = text.replace(plain, written)
-    return text
+    written = {}
+    for name, symbol in cohort.symbols.items():
+        for plain, lowered in _SUBSCRIPTS.items():
+            symbol = symbol.replace(plain, lowered)
+        written[name] = symbol
+    return written
 
 
 def animal_cells(result: AnimalResult) -> dict[str, object]:

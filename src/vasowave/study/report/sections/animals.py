@@ -57,8 +57,10 @@ def animal_sections(cohort: Cohort, written: dict[str, str]) -> tuple[Section, S
     (result,) = cohort.results
     color = group_looks(cohort.groups)[result.group].color
     fit = [*_sentences(result, written), *_fit(result, 1, color)]
+    notes = _remarks(result)  # folded, as they stand with the animals of a cohort
+    folded = [Fold(f"Notes ({len(result.findings)})", notes)] if notes else []
     return (
-        Section("animal", "Fit and values", [*fit, *_values(result, written), *_beats(result, 1), *_notes(result)]),
+        Section("animal", "Fit and values", [*fit, *_values(result, written), *_beats(result, 1), *folded]),
         Section("search", "Search, correlations, numerics", _search(result, written)),
     )
 
@@ -73,12 +75,6 @@ def _title(result: AnimalResult) -> str:
 def _remarks(result: AnimalResult) -> list[Block]:
     notes = texts(result.findings)
     return [Remarks("Notes", notes)] if notes else []
-
-
-def _notes(result: AnimalResult) -> list[Block]:
-    """Return the notes folded, as they stand with the animals of a cohort."""
-    remarks = _remarks(result)
-    return [Fold(f"Notes ({len(result.findings)})", remarks)] if remarks else []
 
 
 def _sentences(result: AnimalResult, written: dict[str, str]) -> list[Block]:
@@ -217,7 +213,9 @@ def _limits(table: pd.DataFrame, written: Mapping[str, str]) -> list[str]:
     free = table[table["free"].astype(bool)]
     symbols = {str(name): written.get(str(name), str(name)) for name in free.index}
     stopped = [
-        f"{symbols[str(name)]} at its {_nearer_bound(row)} bound ({number(row['value'])})"
+        f"{symbols[str(name)]} at its "
+        f"{'lower' if row['value'] - row['lower'] < row['upper'] - row['value'] else 'upper'} bound "
+        f"({number(row['value'])})"
         for name, row in free[free["at_bound"].astype(bool)].iterrows()
     ]
     open_ones = [symbols[str(name)] for name in free.index[~free["determined"].astype(bool)]]
@@ -225,10 +223,6 @@ def _limits(table: pd.DataFrame, written: Mapping[str, str]) -> list[str]:
     if open_ones:
         return [*sentences, f"The data do not determine {listed(open_ones)}; other values fit about as well."]
     return [*sentences, "The data determine every free parameter."]
-
-
-def _nearer_bound(row: pd.Series) -> str:
-    return "lower" if row["value"] - row["lower"] < row["upper"] - row["value"] else "upper"
 
 
 def _starts(fit: xr.Dataset) -> str:
@@ -328,7 +322,7 @@ def numerics(result: AnimalResult) -> Table:
     by_wall = {wall: result.laws[wall].simulation.attrs for wall in result.laws}
     rows: list[Row] = []
     for key in dict.fromkeys(str(key) for attrs in by_wall.values() for key in attrs if key != "wall"):
-        cells = [_setting(key, attrs.get(key)) for attrs in by_wall.values()]
+        cells = [number(bool(attrs.get(key)) if key == "converged" else attrs.get(key)) for attrs in by_wall.values()]
         rows.append((*_NUMERICS.get(key, (key.replace("_", " "), "")), *cells))
     header = ("setting", "unit", *(f"{wall} wall" for wall in by_wall))
     return Table("", "Settings and checks of the simulations", header, rows)
@@ -359,7 +353,3 @@ def starts_frame(result: AnimalResult, wall: str) -> pd.DataFrame:
 
 def _value(value: xr.DataArray, fit: xr.Dataset | None) -> str:
     return value_text(value, with_unit=False) + ("" if fit is None else mark(fit, str(value.name)))
-
-
-def _setting(key: str, value: object) -> str:
-    return ("yes" if value else "no") if key == "converged" else number(value)

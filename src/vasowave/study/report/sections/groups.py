@@ -69,7 +69,11 @@ def groups_section(
         ))  # fmt: skip
     elif len(cohort.groups) > 1:
         blocks.append(Fold("Secondary: importance indices of the paper", [_importance(cohort, written)]))
-        blocks += _secondary(comparisons, written)
+        blocks += [
+            Fold(f"Secondary: the paper's comparison, {source_title(source)}", of_source)
+            for source, comparison in comparisons.items()
+            if (of_source := _compared(comparison, source, written))
+        ]
     else:
         blocks.append(Paragraph("There is one group; importance indices and tests need two."))
     blocks.append(Fold("Every quantity of every source", [groups(cohort)]))
@@ -87,15 +91,6 @@ def _remarks(primary: Primary) -> list[Block]:
         f"{100 * sure.rate:.0f} % of cases instead of 5 %."
     )
     return [Remarks("p of the primary comparison", [text])]
-
-
-def _secondary(comparisons: Mapping[str, SourceComparison], written: dict[str, str]) -> list[Block]:
-    """Return the paper's comparison, each source by itself, folded away."""
-    return [
-        Fold(f"Secondary: the paper's comparison, {source_title(source)}", blocks)
-        for source, comparison in comparisons.items()
-        if (blocks := _compared(comparison, source, written))
-    ]
 
 
 def _importance(cohort: Cohort, written: Mapping[str, str]) -> Drawing:

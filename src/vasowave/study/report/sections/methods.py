@@ -35,6 +35,13 @@ from vasowave.study.report.wording import (
 _NAMED = 6  # animals, in a sentence
 _FIDUCIALS = {"ecg": "the R wave of the ECG", "pressure": "the foot of the pressure"}
 _SEARCHES = {"least-squares": "bounded least squares (trust region)", "sqp": "sequential quadratic programming"}
+_ANALYSES = (
+    "Waves were separated and their time-normalized intensity computed without smoothing (eqs. 15, 16); I_R is the "
+    "ratio of the ranges of the backward and the forward pressure wave over the cycle (eq. 17). Impedance spectra "
+    "came from Fourier series (eqs. 18, 19), harmonics whose flow was near the noise level were marked. "
+    "Compliances were taken at diastolic pressure, C_v by the published series/parallel rule and as plain sum "
+    "(eqs. 25 to 30), wave speeds at mean pressure (eqs. 31, 32)."
+)
 
 
 def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, SourceComparison]) -> Section:
@@ -42,7 +49,7 @@ def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, 
     texts = [_data(cohort)]
     if cohort.walls:
         texts += [_model(cohort), _calibration(cohort), *_posteriors(cohort)]
-    texts.append(_analyses())
+    texts.append(_ANALYSES)
     if not cohort.single:
         texts += [*_primary(cohort, primary, symbols(cohort)), _statistics(cohort, comparisons)]
     return Section("methods", "Methods", [Paragraph(text) for text in texts])
@@ -221,16 +228,6 @@ def _free(cohort: Cohort, wall: str) -> str:
     fit, written = cohort.calibrations(wall)[0], symbols(cohort)
     names = map(str, fit["parameter"].values[fit["free"].values.astype(bool)])
     return ", ".join(written.get(name, name) for name in names)
-
-
-def _analyses() -> str:
-    return (
-        "Waves were separated and their time-normalized intensity computed without smoothing (eqs. 15, 16); I_R is the "
-        "ratio of the ranges of the backward and the forward pressure wave over the cycle (eq. 17). Impedance spectra "
-        "came from Fourier series (eqs. 18, 19), harmonics whose flow was near the noise level were marked. "
-        "Compliances were taken at diastolic pressure, C_v by the published series/parallel rule and as plain sum "
-        "(eqs. 25 to 30), wave speeds at mean pressure (eqs. 31, 32)."
-    )
 
 
 def _primary(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list[str]:
