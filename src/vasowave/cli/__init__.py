@@ -1,4 +1,4 @@
-"""The command line. Commands call the faces of the parts, which load what is asked for, so that help answers at once."""
+"""The command line. Commands call the faces of the parts, which load what is asked for: help answers at once."""
 
 import sys
 import threading

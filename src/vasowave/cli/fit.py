@@ -97,7 +97,6 @@ def _fit(study: "folders.Study") -> None:
 
 
 def _say_fit(done: "running.Done", study: "folders.Study") -> None:
-
     typer.echo(f"Results: {done.results}{'' if done.computed else ' (kept from earlier)'}")
     (result,) = vw.read_results(study.folder).in_order()
     for text in running.fit_sentences(result, done.warnings.get(result.name, ()), _below):

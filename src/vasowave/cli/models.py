@@ -117,8 +117,11 @@ def model_from(subject: Subject, choice: ModelChoice, friction: str) -> "tuple[v
         raise InputError(f"{network} brings the flow into it along; leave the recording out")
     if choice.bed:
         raise InputError(f"{network} brings its vascular beds along; leave --bed out")
-    wall = choice.wall
-    model, flow = _fitted(network, choice.animal, wall) if network.is_dir() else _model_file(network, wall)
+    if network.is_dir():
+        result = stored_animal(network, choice.animal)
+        model, flow = vw.stored_model(result, choice.wall), animals.stored_inflow(result, choice.wall)
+    else:
+        model, flow = _model_file(network, choice.wall)
     return (model.changed(blood=blood) if blood else model), flow
 
 
@@ -150,21 +153,13 @@ def numerics_from(refinement: Refinement) -> "vw.Numerics":
     return vw.Numerics(**{name: value for name, value in values.items() if value is not None})  # type: ignore[arg-type]
 
 
-def _fitted(folder: Path, animal: str, wall: str) -> "tuple[vw.Model, vw.Recording | vw.Inflow]":
-
-    result = stored_animal(folder, animal)
-    return vw.stored_model(result, wall), animals.stored_inflow(result, wall)
-
-
 def _model_file(file: Path, wall: str) -> "tuple[vw.Model, vw.Inflow]":
-
     if wall not in ("", "linear"):
         raise InputError(f"{file}: its wall is the linear one; leave --wall out")
     return vw.read_svzerod(file) if file.suffix.lower() == ".json" else vw.read_openbf(file)
 
 
 def _nominal(subject: Subject, choice: ModelChoice, blood: "vw.Blood") -> "tuple[vw.Model, vw.Recording]":
-
     cells = {} if choice.period is None else {"period [s]": repr(choice.period)}
     settings = folders.StudyFile(species=known_species(choice.species))
     animal = animal_from(subject.network, subject.recording or [], cells, settings)

@@ -184,7 +184,6 @@ def _belongs(name: str, section: str, key: str) -> bool:
 
 
 def _row_options(shortened: bool, titles: Sequence[str] = CELLS) -> dict[str, Any]:
-
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
     plain = {field_of(title): Setting(str, None, f"{folders.COLUMNS[title]} ({title})") for title in titles}
     settings = (several | plain).items()

@@ -147,7 +147,6 @@ def _write_sweep(result: "xr.Dataset", output: Path) -> None:
 
 
 def _split(texts: Sequence[str]) -> list[tuple[str, str]]:
-
     wrong = next((text for text in texts if "=" not in text), None)
     if wrong is not None:
         raise InputError(f"'{wrong}': write NAME=VALUE, for example beta=60")
@@ -166,7 +165,6 @@ def pairs_of(texts: Sequence[str]) -> dict[str, float]:
 
 
 def _number(name: str, text: str) -> float:
-
     try:
         return float(text)
     except ValueError:

@@ -102,7 +102,7 @@ class ProgressRows:
 
     def step(self, step: Progress) -> None:
         """Tell that an animal is done."""
-        remaining = _remaining_text(step)
+        remaining = "" if step.left is None or step.done == step.count else time_left(step.left)
         self.finished.add(step.name)
         self.idle = "writing the results" if step.done == step.count else self.idle
         if step.name in self.rows:
@@ -156,7 +156,3 @@ def _bars(console: Console, count: int) -> Bars:
     bars = Bars(*columns, TextColumn("{task.fields[left]}"), console=console, disable=not console.is_terminal)
     bars.add_task("animals", total=count, left=_BEGIN)
     return bars
-
-
-def _remaining_text(step: Progress) -> str:
-    return "" if step.left is None or step.done == step.count else time_left(step.left)

@@ -82,7 +82,7 @@ def laws_by_posterior(data: xr.Dataset) -> Table:
 def sites_table(cohort: Cohort) -> Table:
     """Return a row for every site of every animal and wall law; its data have one for every quantity of these."""
     written = symbols(cohort)
-    told = {f"{written.get(name, name)} {condition} [{QUANTITIES[name].unit}]": (name, suffix)
+    columns = {f"{written.get(name, name)} {condition} [{QUANTITIES[name].unit}]": (name, suffix)
             for name in _TOLD for condition, suffix in _CONDITIONS.items()}  # fmt: skip
     cells, rows = [], []
     for result in cohort.results:
@@ -91,12 +91,12 @@ def sites_table(cohort: Cohort) -> Table:
             for site in (data.isel(site=place) for place in range(data.sizes["site"])):
                 name, ratio, misfit = str(site["site"].item()), float(site["ratio"]), float(site["misfit"])
                 intervals = [interval(site.sel(quantity=quantity), *(f"{end}{suffix}" for end in _ENDS))
-                             for quantity, suffix in told.values()]  # fmt: skip
+                             for quantity, suffix in columns.values()]  # fmt: skip
                 cells.append((result.name, wall, name, number(ratio, 3), number(misfit, 2), *intervals))
                 labels = animal_cells(result) | {"wall law": wall, "site": name}
                 labels |= {"ratio [1]": ratio, "misfit [1]": misfit}
                 rows += [labels | _site_row(site.sel(quantity=name), units) for name in data["quantity"].values]
-    header = ("animal", "wall law", "site", "ratio", "misfit", *told)
+    header = ("animal", "wall law", "site", "ratio", "misfit", *columns)
     return Table("Sites", "Further sites: predicted without each, and what it adds", header, cells, _SITES_NOTE,
                  pd.DataFrame(rows))  # fmt: skip
 
