@@ -161,16 +161,15 @@ def _split(texts: Sequence[str]) -> list[tuple[str, str]]:
 
 def pairs_of(texts: Sequence[str]) -> dict[str, float]:
     """Return numbers by name from texts such as ``beta=60``; raises `InputError` for another."""
-    return {name: _number(name, text) for name, text in _split(texts)}
-
-
-def _number(name: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(
-            f"{name}={text}: write one number with a decimal point, as 0.7; `vasowave sweep --vary` takes several"
-        ) from None
+    numbers = {}
+    for name, text in _split(texts):
+        try:
+            numbers[name] = float(text)
+        except ValueError:
+            raise InputError(
+                f"{name}={text}: write one number with a decimal point, as 0.7; `vasowave sweep --vary` takes several"
+            ) from None
+    return numbers
 
 
 def _numbers(name: str, text: str) -> list[float]:

@@ -83,7 +83,8 @@ def _draw_waves(ax: "Axes", dataset: "xr.Dataset", axes: list[str]) -> None:
     values, unit = dataset[axes[0]].values, _unit(dataset, axes[0])
     shades = colormaps[SCALE](np.linspace(0.0, 0.9, len(values)))
     for i, value in enumerate(values):
-        for dash, pressure in zip(_DASHES, _waves_of(dataset.isel({axes[0]: i})["root_pressure"], axes), strict=False):
+        pressures = dataset["root_pressure"].isel({axes[0]: i}).transpose(*axes[1:], "time").values
+        for dash, pressure in zip(_DASHES, np.atleast_2d(pressures), strict=False):
             ends = i in (0, len(values) - 1) and dash == _DASHES[0]
             label = f"{axes[0]} {value:.4g} {unit}".strip() if ends else None
             ax.plot(1e3 * dataset["time"].values, pressure, color=shades[i], linestyle=dash, label=label)
@@ -115,8 +116,3 @@ def _unit(dataset: "xr.Dataset", name: str) -> str:
     """Return the unit of a parameter, empty where it has none."""
     unit = str(dataset[name].attrs.get("units", "1"))
     return "" if unit == "1" else unit
-
-
-def _waves_of(pressure: "xr.DataArray", axes: list[str]) -> list[np.ndarray]:
-    """Return the waves of one value of the first parameter, one for every value of the second."""
-    return list(pressure.transpose(axes[1], "time").values) if len(axes) == 2 else [pressure.values]

@@ -178,8 +178,15 @@ def load_recording(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensembl
 def _corrected(
     recording: Recording, warned: list[Finding], row: AnimalRow, study: StudyFile, folder: Path
 ) -> Recording:
-    """Return a recording without known errors of instruments, with what lies behind its beds and what was noticed."""
-    return _wedged(_through_instruments(_relative(recording, warned, folder), row, study), row)
+    """Return a recording without known errors of instruments, with what lies behind its beds and what was noticed.
+
+    Names of files in it are relative to `folder`.
+    """
+    further_notes = [finding for finding in warned if finding.at("") not in recording.notes]
+    prefix = "" if folder == Path() else f"{folder}/"  # of files beside the current folder nothing is taken away
+    notes = dict.fromkeys(finding.inside(prefix) for finding in (*recording.notes, *further_notes))
+    relative = replace(recording, source=recording.source.replace(prefix, ""), notes=tuple(notes))
+    return _wedged(_through_instruments(relative, row, study), row)
 
 
 def _noted(recording: Recording, findings: Iterable[Finding]) -> Recording:
@@ -341,14 +348,6 @@ def analyzed_bytes(*arguments: Any) -> bytes:
 
 def _units(row: AnimalRow) -> dict[str, Any]:
     return {"pressure_unit": row.pressure_unit or None, "flow_unit": row.flow_unit or None}
-
-
-def _relative(recording: Recording, warned: list[Finding], folder: Path) -> Recording:
-    """Return the recording with `warned` among its notes and with file names relative to `folder`."""
-    further_notes = [finding for finding in warned if finding.at("") not in recording.notes]
-    prefix = "" if folder == Path() else f"{folder}/"  # of files beside the current folder nothing is taken away
-    notes = dict.fromkeys(finding.inside(prefix) for finding in (*recording.notes, *further_notes))
-    return replace(recording, source=recording.source.replace(prefix, ""), notes=tuple(notes))
 
 
 def inside(file: Path, folder: Path) -> str:

@@ -65,13 +65,6 @@ def animal_sections(cohort: Cohort, written: dict[str, str]) -> tuple[Section, S
     )
 
 
-def _title(result: AnimalResult) -> str:
-    made = ", synthetic" if result.synthetic else ""
-    count = len(result.findings)
-    notes = f", {count} {'note' if count == 1 else 'notes'}" if count else ""
-    return f"{result.name} ({result.group}{made}{notes})"
-
-
 def _remarks(result: AnimalResult) -> list[Block]:
     notes = texts(result.findings)
     return [Remarks("Notes", notes)] if notes else []
@@ -85,10 +78,12 @@ def _sentences(result: AnimalResult, written: dict[str, str]) -> list[Block]:
 
 
 def _folded(result: AnimalResult, fit: Sequence[Block], beats: Sequence[Block], written: dict[str, str]) -> Fold:
+    made, count = ", synthetic" if result.synthetic else "", len(result.findings)
+    notes = f", {count} {'note' if count == 1 else 'notes'}" if count else ""
     details = _sentences(result, written) + _search(result, written)
     blocks = [*_remarks(result), *fit, *_values(result, written), *beats]
     blocks += [Fold("The fits in words; search, correlations, numerics", details)] if details else []
-    return Fold(_title(result), blocks)
+    return Fold(f"{result.name} ({result.group}{made}{notes})", blocks)
 
 
 def _sheets(cohort: Cohort) -> list[Block]:

@@ -267,10 +267,14 @@ def _declared(cohort: Cohort) -> str:
     )
     text = f" {subject} were declared on {first.time}{_when(first)}."
     for before, after in pairwise(cohort.declared):
-        if new := after.first_said(before):
-            text += f" Declared first on {after.time}{_when(after)}: {listed(new)}."
+        if first_said := after.first_said(before):
+            text += f" Declared first on {after.time}{_when(after)}: {listed(first_said)}."
         if changed := after.changes(before):
-            detail = {"animals": f" ({_of_rows(after.rows(before))})", "reference": _of_reference(before, after)}
+            old, new = (listed([*words.content.get("reference", {}).values()]) for words in (before, after))
+            detail = {
+                "animals": f" ({_of_rows(after.rows(before))})",
+                "reference": f" ({old or 'none'} → {new or 'none'})",
+            }
             text += (
                 f" Changed on {after.time}{_when(after)}: {listed([name + detail.get(name, '') for name in changed])}."
             )
@@ -285,11 +289,6 @@ def _of_rows(rows: AnimalChanges) -> str:
     cells = [f"{animal}, {column} {old or 'empty'} → {new or 'empty'}" for animal, column, old, new in rows.changed]
     changes = {"added": rows.added, "dropped": rows.dropped, "changed": cells}
     return "; ".join(f"{kind}: {some_of([*names], _NAMED)}" for kind, names in changes.items() if names)
-
-
-def _of_reference(before: Declaration, after: Declaration) -> str:
-    old, new = (listed([*declaration.content.get("reference", {}).values()]) for declaration in (before, after))
-    return f" ({old or 'none'} → {new or 'none'})"
 
 
 def _when(declaration: Declaration) -> str:
