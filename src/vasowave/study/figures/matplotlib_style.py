@@ -202,7 +202,7 @@ def plain_log(axis: "Axis") -> None:
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(FuncFormatter(_plain))
     axis.set_minor_formatter(NullFormatter())
 
 
@@ -234,3 +234,7 @@ def color_stops(count: int) -> list[list[int]]:
     from matplotlib import colormaps
 
     return [[round(255 * channel) for channel in colormaps[SCALE](k / (count - 1))[:3]] for k in range(count)]
+
+
+def _plain(value: float, place: int | None = None) -> str:
+    return f"{value:g}"
