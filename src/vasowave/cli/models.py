@@ -120,8 +120,10 @@ def model_from(subject: Subject, choice: ModelChoice, friction: str) -> "tuple[v
     if network.is_dir():
         result = stored_animal(network, choice.animal)
         model, flow = vw.stored_model(result, choice.wall), animals.stored_inflow(result, choice.wall)
+    elif choice.wall not in ("", "linear"):
+        raise InputError(f"{network}: its wall is the linear one; leave --wall out")
     else:
-        model, flow = _model_file(network, choice.wall)
+        model, flow = vw.read_svzerod(network) if network.suffix.lower() == ".json" else vw.read_openbf(network)
     return (model.changed(blood=blood) if blood else model), flow
 
 
@@ -151,12 +153,6 @@ def numerics_from(refinement: Refinement) -> "vw.Numerics":
     """Return the numerics with the sizes that were typed."""
     values = {"cell_size": refinement.cell_size, "accuracy": refinement.accuracy}
     return vw.Numerics(**{name: value for name, value in values.items() if value is not None})  # type: ignore[arg-type]
-
-
-def _model_file(file: Path, wall: str) -> "tuple[vw.Model, vw.Inflow]":
-    if wall not in ("", "linear"):
-        raise InputError(f"{file}: its wall is the linear one; leave --wall out")
-    return vw.read_svzerod(file) if file.suffix.lower() == ".json" else vw.read_openbf(file)
 
 
 def _nominal(subject: Subject, choice: ModelChoice, blood: "vw.Blood") -> "tuple[vw.Model, vw.Recording]":

@@ -47,19 +47,16 @@ def _head(changed: GroupAttribution) -> str:
 
 
 def _shares(changed: GroupAttribution) -> str:
-    """Return what made the change of a group, or why that cannot be told."""
+    """Return the change of each quantity in a group and the largest share in it, or why that cannot be told."""
     if not changed.tables:
         return f"not told: {next(iter(changed.failures.values()))}"
-    return "; ".join(_largest(changed, name) for name in _QUANTITIES)
-
-
-def _largest(changed: GroupAttribution, name: str) -> str:
-    """Return the change of a quantity, and the largest share in it."""
-    means = changed.means(name)
-    shares = means.iloc[1:]
-    component = str(shares["mean"].abs().idxmax())
-    change = f"{_QUANTITIES[name]} {_signed(means.iloc[0])} {QUANTITIES[name].unit}"
-    return f"{change}, most by the {component} ({_signed(means.loc[[component]].iloc[0])})"
+    texts = []
+    for name, called in _QUANTITIES.items():
+        means = changed.means(name)
+        component = str(means.iloc[1:]["mean"].abs().idxmax())
+        largest = f"most by the {component} ({_signed(means.loc[[component]].iloc[0])})"
+        texts.append(f"{called} {_signed(means.iloc[0])} {QUANTITIES[name].unit}, {largest}")
+    return "; ".join(texts)
 
 
 def _signed(row: pd.Series) -> str:
